@@ -1292,6 +1292,38 @@ export interface components {
             /** @description σ of the direction along two ways across it. */
             tilt_sigma_deg: number[];
         };
+        /** @description When pictures with the laser off are taken during a scan, to be taken away from its frames. */
+        BackgroundDto: {
+            /**
+             * Format: double
+             * @description Only while the ambient light, in levels of 255, is above this; missing: always.
+             */
+            above_levels?: number | null;
+            /**
+             * @description Stop-and-go: one at least every so many rows, 1 if missing; one that no longer shows what a frame shows is taken
+             *     anew. A continuous scan has one before it, and one after it to compare.
+             */
+            every_rows?: number | null;
+        };
+        /** @description The ambient light of a scan, and how many frames were freed from it. */
+        BackgroundReportDto: {
+            /**
+             * Format: double
+             * @description The level, of 255, that a twentieth of the first picture with the laser off exceeds.
+             */
+            ambient_levels?: number | null;
+            /**
+             * Format: double
+             * @description The same of the last one.
+             */
+            ambient_levels_at_end?: number | null;
+            /** @description Frames that one of them was taken away from. */
+            n_frames_with: number;
+            /** @description Frames in which lines were looked for as they are: the room was dark enough, or had changed. */
+            n_frames_without: number;
+            /** @description Pictures with the laser off. */
+            n_pictures: number;
+        };
         /** @description A board picture and what was found in it. */
         BoardPictureDto: {
             /**
@@ -3175,21 +3207,36 @@ export interface components {
             exposure_us?: number | null;
             /**
              * Format: double
-             * @description First stage position.
+             * @description First angle, of a turntable.
              */
-            from_mm: number;
+            from_deg?: number | null;
+            /**
+             * Format: double
+             * @description First position, of a stage that travels.
+             */
+            from_mm?: number | null;
             /** @description What is measured on every part; nothing: the parts are scanned only. */
             measure?: components["schemas"]["MeasureDto"][];
             /**
              * Format: double
-             * @description Distance between frames.
+             * @description Angle between frames.
              */
-            step_mm: number;
+            step_deg?: number | null;
             /**
              * Format: double
-             * @description Last stage position.
+             * @description Distance between frames.
              */
-            to_mm: number;
+            step_mm?: number | null;
+            /**
+             * Format: double
+             * @description Last angle.
+             */
+            to_deg?: number | null;
+            /**
+             * Format: double
+             * @description Last position.
+             */
+            to_mm?: number | null;
         };
         /** @description What was asked of a measurement, with what was filled in. */
         MeasurementRequestDto: {
@@ -3791,6 +3838,7 @@ export interface components {
         };
         /** @description Scan a part: as it was asked for, field by field, since the request itself admits no other. */
         ScanJobDto: {
+            background?: components["schemas"]["BackgroundDto"] | null;
             /** @description With which calibration; missing: the active one. */
             calibration_id?: string | null;
             /**
@@ -3798,6 +3846,11 @@ export interface components {
              * @description Exposure of the frames.
              */
             exposure_us?: number | null;
+            /**
+             * Format: double
+             * @description First angle, of a turntable.
+             */
+            from_deg?: number | null;
             /**
              * Format: double
              * @description First stage position.
@@ -3823,14 +3876,29 @@ export interface components {
             source: components["schemas"]["ScanSourceDto"];
             /**
              * Format: double
+             * @description Speed of a continuous scan on a turntable.
+             */
+            speed_deg_s?: number | null;
+            /**
+             * Format: double
              * @description Speed of a continuous scan; the step follows from the frame rate.
              */
             speed_mm_s?: number | null;
             /**
              * Format: double
+             * @description Angle between frames.
+             */
+            step_deg?: number | null;
+            /**
+             * Format: double
              * @description Distance between frames.
              */
             step_mm?: number | null;
+            /**
+             * Format: double
+             * @description Last angle.
+             */
+            to_deg?: number | null;
             /**
              * Format: double
              * @description Last stage position.
@@ -3849,6 +3917,7 @@ export interface components {
              * @description How long the frames take, from the first motion to the last row, s.
              */
             acquisition_s: number;
+            background?: components["schemas"]["BackgroundDto"] | null;
             /** @description Depths (z of the camera) in which the part may lie, mm: nearest and farthest. */
             depth_mm: number[];
             /**
@@ -3878,9 +3947,14 @@ export interface components {
             frame_rate_hz?: number | null;
             /**
              * Format: double
-             * @description Position of the first row, mm.
+             * @description Angle of the first row, of a turntable.
              */
-            from_mm: number;
+            from_deg?: number | null;
+            /**
+             * Format: double
+             * @description Position of the first row, of a stage that travels.
+             */
+            from_mm?: number | null;
             /** @description Whether the pictures are kept as a capture. */
             keep_frames: boolean;
             /**
@@ -3924,24 +3998,40 @@ export interface components {
             predicted_sigma_mm?: number | null;
             /**
              * Format: double
-             * @description Rows per mm of a flat part across the camera, for each order.
+             * @description Rows per mm of a flat part across the camera, for each order; on a turntable, of a surface half-way between its axis
+             *     and the nearest calibrated depth.
              */
             rows_per_mm: number;
             /**
              * Format: double
-             * @description Speed during a continuous scan, mm/s.
+             * @description Speed during a continuous scan on a turntable.
+             */
+            speed_deg_s?: number | null;
+            /**
+             * Format: double
+             * @description Speed during a continuous scan.
              */
             speed_mm_s?: number | null;
             /**
              * Format: double
-             * @description Distance between rows, mm, positive in both directions.
+             * @description Angle between rows, positive in both directions.
              */
-            step_mm: number;
+            step_deg?: number | null;
             /**
              * Format: double
-             * @description No row lies beyond this position, mm.
+             * @description Distance between rows, positive in both directions.
              */
-            to_mm: number;
+            step_mm?: number | null;
+            /**
+             * Format: double
+             * @description No row lies beyond this angle.
+             */
+            to_deg?: number | null;
+            /**
+             * Format: double
+             * @description No row lies beyond this position.
+             */
+            to_mm?: number | null;
             /** @description Depths in which a line's place in the image alone tells its order, mm; beyond, a second look is needed. */
             unambiguous_depth_mm: number[];
         };
@@ -3952,6 +4042,8 @@ export interface components {
         ScanPurposeDto: "production" | "verification";
         /** @description Figures of a scan. One that was stopped has rows and losses alone. */
         ScanReportDto: {
+            /** @default null */
+            background: components["schemas"]["BackgroundReportDto"] | null;
             /** @default null */
             closure: components["schemas"]["ClosureDto"] | null;
             /** @default null */
@@ -4012,6 +4104,7 @@ export interface components {
              * @description How long the frames take, from the first motion to the last row, s.
              */
             acquisition_s?: number | null;
+            background?: components["schemas"]["BackgroundDto"] | null;
             /** @description Depths (z of the camera) in which the part may lie, mm: nearest and farthest. */
             depth_mm?: number[] | null;
             /**
@@ -4041,7 +4134,12 @@ export interface components {
             frame_rate_hz?: number | null;
             /**
              * Format: double
-             * @description Position of the first row, mm.
+             * @description Angle of the first row, of a turntable.
+             */
+            from_deg?: number | null;
+            /**
+             * Format: double
+             * @description Position of the first row, of a stage that travels.
              */
             from_mm?: number | null;
             /** @description Whether the pictures are kept as a capture. */
@@ -4090,7 +4188,8 @@ export interface components {
             purpose: components["schemas"]["ScanPurposeDto"];
             /**
              * Format: double
-             * @description Rows per mm of a flat part across the camera, for each order.
+             * @description Rows per mm of a flat part across the camera, for each order; on a turntable, of a surface half-way between its axis
+             *     and the nearest calibrated depth.
              */
             rows_per_mm?: number | null;
             /** @description What the header of its cloud calls it. */
@@ -4099,17 +4198,32 @@ export interface components {
             source: components["schemas"]["ScanSourceDto"];
             /**
              * Format: double
-             * @description Speed during a continuous scan, mm/s.
+             * @description Speed during a continuous scan on a turntable.
+             */
+            speed_deg_s?: number | null;
+            /**
+             * Format: double
+             * @description Speed during a continuous scan.
              */
             speed_mm_s?: number | null;
             /**
              * Format: double
-             * @description Distance between rows, mm, positive in both directions.
+             * @description Angle between rows, positive in both directions.
+             */
+            step_deg?: number | null;
+            /**
+             * Format: double
+             * @description Distance between rows, positive in both directions.
              */
             step_mm?: number | null;
             /**
              * Format: double
-             * @description No row lies beyond this position, mm.
+             * @description No row lies beyond this angle.
+             */
+            to_deg?: number | null;
+            /**
+             * Format: double
+             * @description No row lies beyond this position.
              */
             to_mm?: number | null;
             /** @description Depths in which a line's place in the image alone tells its order, mm; beyond, a second look is needed. */
@@ -4290,15 +4404,20 @@ export interface components {
         };
         /** @description The board at a stage position. */
         SessionStageViewDto: {
+            /**
+             * Format: double
+             * @description Angle read back from a turntable.
+             */
+            angle_deg?: number | null;
             /** @description By ordinary light. */
             board: components["schemas"]["BoardPictureDto"];
             /** @description UUID v7. */
             id: string;
             /**
              * Format: double
-             * @description Position read back from the stage.
+             * @description Position read back from a stage that travels.
              */
-            position_mm: number;
+            position_mm?: number | null;
         };
         /** @description A session, in its new version. */
         SessionVersion: {
@@ -4432,10 +4551,7 @@ export interface components {
             homed: boolean;
             /** @description Which one. */
             identity: components["schemas"]["IdentityDto"];
-            /**
-             * @description How it moves the part. Positions and speeds of a rotary stage are degrees and °/s; this version does not scan
-             *     with one.
-             */
+            /** @description How it moves the part. Positions and speeds of a rotary stage are degrees and °/s. */
             kind: components["schemas"]["StageKindDto"];
             /**
              * Format: double
@@ -4558,6 +4674,7 @@ export interface components {
          *     }
          */
         StartScanDto: {
+            background?: components["schemas"]["BackgroundDto"] | null;
             /** @description With which calibration; missing: the active one. */
             calibration_id?: string | null;
             /**
@@ -4567,7 +4684,12 @@ export interface components {
             exposure_us?: number | null;
             /**
              * Format: double
-             * @description First stage position.
+             * @description First angle, of a turntable.
+             */
+            from_deg?: number | null;
+            /**
+             * Format: double
+             * @description First position, of a stage that travels.
              */
             from_mm?: number | null;
             /** @description Keep the frames as a capture. */
@@ -4588,9 +4710,19 @@ export interface components {
             source: components["schemas"]["ScanSourceDto"];
             /**
              * Format: double
+             * @description Speed of a continuous scan on a turntable; the step follows from the frame rate.
+             */
+            speed_deg_s?: number | null;
+            /**
+             * Format: double
              * @description Speed of a continuous scan; the step follows from the frame rate.
              */
             speed_mm_s?: number | null;
+            /**
+             * Format: double
+             * @description Angle between frames.
+             */
+            step_deg?: number | null;
             /**
              * Format: double
              * @description Distance between frames.
@@ -4598,7 +4730,12 @@ export interface components {
             step_mm?: number | null;
             /**
              * Format: double
-             * @description Last stage position.
+             * @description Last angle; more than a whole turn shows how well it closes.
+             */
+            to_deg?: number | null;
+            /**
+             * Format: double
+             * @description Last position.
              */
             to_mm?: number | null;
         };
@@ -4734,10 +4871,15 @@ export interface components {
         TakeStageViewDto: {
             /**
              * Format: double
-             * @description Position.
+             * @description Angle of a turntable.
+             */
+            angle_deg?: number | null;
+            /**
+             * Format: double
+             * @description Position of a stage that travels.
              * @example 5
              */
-            position_mm: number;
+            position_mm?: number | null;
         };
         /** @description Control that changed hands. */
         TakenOver: components["schemas"]["Act"] & {

@@ -75,3 +75,27 @@ pub struct CalibrateArgs {
     #[arg(long)]
     pub leave_out_unreadable: bool,
 }
+
+/// `sheaf axis`.
+#[derive(Debug, Args)]
+pub struct AxisArgs {
+    /// Capture folder, with `capture.json`.
+    pub capture: PathBuf,
+    /// The calibration of camera and light.
+    #[arg(short, long, value_name = "CAL.json")]
+    pub calibration: PathBuf,
+    /// The scan that shows the part all round, a bit more than a turn.
+    #[arg(long)]
+    pub scan: String,
+    /// Where the calibration with the axis goes.
+    #[arg(short, long, value_name = "CAL.json")]
+    pub output: PathBuf,
+    /// A point within some millimetres of the axis, camera frame; else the calibration's own, or the middle of its depths before
+    /// the camera.
+    #[arg(long, value_name = "X,Y,Z", value_delimiter = ',', allow_hyphen_values = true)]
+    pub near_mm: Option<Vec<f64>>,
+    /// Which way the axis points, within a few degrees: growing angles turn the part about it by the right-hand rule; else the
+    /// calibration's own, or along the lines (upwards, or to the right).
+    #[arg(long, value_name = "X,Y,Z", value_delimiter = ',', allow_hyphen_values = true)]
+    pub along: Option<Vec<f64>>,
+}

@@ -17,7 +17,7 @@ pub use bench::{
     BenchArgs, BenchBoardsArgs, BenchCentrelinesArgs, BenchCloudArgs, BenchProfilesArgs, BenchServerArgs,
     BenchStreamArgs, BenchSubject,
 };
-pub use calibrate::CalibrateArgs;
+pub use calibrate::{AxisArgs, CalibrateArgs};
 pub use images::{CentrelinesArgs, CornersArgs, LineDirectionArg, TargetArgs, TargetKind, TriangulateArgs};
 pub use scan::{MeasureArgs, ScanArgs};
 pub use service::{DoctorArgs, OpenapiArgs, ServeArgs, SettingsArgs};
@@ -86,6 +86,9 @@ pub enum Command {
     /// Calibrate camera, light sheets and stage from a capture folder.
     #[command(after_help = EXIT_CODES)]
     Calibrate(CalibrateArgs),
+    /// Find the axis of a turntable from a part that a scan shows all round, without a board.
+    #[command(after_help = EXIT_CODES)]
+    Axis(AxisArgs),
     /// Turn a scan of a capture folder into a point cloud, and into a mesh if asked.
     #[command(after_help = EXIT_CODES)]
     Scan(ScanArgs),

@@ -119,6 +119,9 @@ pub struct StationArgs {
     /// Which way the lines run.
     #[arg(long, value_enum)]
     pub line_direction: Option<LineDirectionArg>,
+    /// The stage is a turntable; frames of a scan are spread over 375°.
+    #[arg(long)]
+    pub rotary: bool,
     /// Distance to the middle of the working volume.
     #[arg(long, value_name = "MM")]
     pub standoff_mm: Option<f64>,

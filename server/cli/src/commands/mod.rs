@@ -1,5 +1,6 @@
 //! One file per command: parse what it was given, call the core, answer.
 
+mod axis;
 mod bench;
 mod calibrate;
 pub mod demo;
@@ -85,6 +86,7 @@ pub fn failed_entry(image: &Path, failure: &Failure) -> Value {
 pub fn run(command: Command, json: bool, reporter: &dyn Reporter) -> Result<Answer, Failure> {
     match command {
         Command::Calibrate(args) => calibrate::run(&args, reporter),
+        Command::Axis(args) => axis::run(&args, reporter),
         Command::Scan(args) => scan::run(&args, reporter),
         Command::Triangulate(args) => images::triangulate::run(&args, json, reporter),
         Command::Centrelines(args) => images::centrelines::run(&args, reporter),

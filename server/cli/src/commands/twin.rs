@@ -3,6 +3,7 @@
 use std::ops::ControlFlow;
 use std::path::Path;
 
+use optics::StageKind;
 use serde_json::json;
 use twin::{CaptureRequest, ScanRequest, SceneKind, StationModel, StationShape, capture_folder};
 
@@ -13,6 +14,9 @@ use pipeline::{Failure, FailureKind, failure_of};
 
 /// Travel between the frames of a scan at a field of ±100 mm.
 const STEP_MM: f64 = 0.8;
+
+/// Angle of a scan on a turntable: a turn, and what shows how well it closes.
+const TURN_DEG: f64 = 375.0;
 
 /// Dispatches.
 pub fn run(args: &TwinArgs, reporter: &dyn Reporter) -> Result<Answer, Failure> {
@@ -44,8 +48,11 @@ fn capture(args: &TwinCaptureArgs, reporter: &dyn Reporter) -> Result<Answer, Fa
 }
 
 fn scan(model: &StationModel, part: SceneKind, n_frames: usize) -> ScanRequest {
-    let step_mm = STEP_MM * model.shape.field_scale().min(1.0);
-    ScanRequest { name: part.name().to_owned(), part, n_frames, step_mm }
+    let step = match model.shape.stage {
+        StageKind::Linear => STEP_MM * model.shape.field_scale().min(1.0),
+        StageKind::Rotary => TURN_DEG / n_frames as f64,
+    };
+    ScanRequest { name: part.name().to_owned(), part, n_frames, step }
 }
 
 /// Renders a capture folder with progress; the number of images.
@@ -56,7 +63,7 @@ pub fn record(
     reporter: &dyn Reporter,
 ) -> Result<usize, Failure> {
     let n_frames: usize = request.scans.iter().map(|scan| scan.n_frames).sum();
-    let n_images = 2 * request.n_poses + request.stage_positions_mm.len() + n_frames;
+    let n_images = 2 * request.n_poses + request.stage_positions.len() + n_frames;
     let task = reporter.count("rendering the station", "images", n_images);
     capture_folder(model, request, folder, &|_| {
         task.step();
@@ -80,6 +87,7 @@ fn shape_from(args: &StationArgs) -> StationShape {
         wavelength_nm: args.wavelength_nm.unwrap_or(usual.wavelength_nm),
         lines_per_mm: args.grating_lines_per_mm.unwrap_or(usual.lines_per_mm),
         orders: args.orders.clone().unwrap_or(usual.orders),
+        stage: if args.rotary { StageKind::Rotary } else { usual.stage },
         line_direction: args.line_direction.map_or(usual.line_direction, Into::into),
         standoff_mm: args.standoff_mm.unwrap_or(usual.standoff_mm),
         field_half_width_mm: args.field_half_width_mm.unwrap_or(usual.field_half_width_mm),

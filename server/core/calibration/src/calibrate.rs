@@ -57,7 +57,7 @@ pub fn calibrate(
     let positions = positions_mm(&input.stage_views);
     check_positions(&positions, input.board.square_mm.min())?;
     let camera_fit = fit_camera(input.width_px, input.height_px, views(input), options.estimate_k3)?;
-    let n_laser_poses = input.poses.iter().filter(|pose| pose.centrelines.is_some()).count();
+    let n_laser_poses = input.poses.iter().filter(|pose| pose.is_lit()).count();
     if n_laser_poses == 0 {
         return camera_only(input, camera_fit, &positions);
     }

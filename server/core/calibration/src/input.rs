@@ -125,8 +125,22 @@ pub struct PoseInput {
     pub name: String,
     /// Corners found at normal exposure.
     pub corners: BoardCorners,
-    /// Laser lines found at low exposure; `None` if the pose serves the camera alone.
+    /// Laser lines found at low exposure; `None` if the pose serves the camera alone, or its lines were lit one by one.
     pub centrelines: Option<Centrelines>,
+    /// The same of every line that was lit alone, by [`Centrelines::lit_line`].
+    pub lit_alone: Vec<Centrelines>,
+}
+
+impl PoseInput {
+    /// Whether there is a picture of it by laser light.
+    pub fn is_lit(&self) -> bool {
+        self.centrelines.is_some() || !self.lit_alone.is_empty()
+    }
+
+    /// Its pictures by laser light.
+    pub(crate) fn laser_pictures(&self) -> impl Iterator<Item = &Centrelines> {
+        self.centrelines.iter().chain(&self.lit_alone)
+    }
 }
 
 /// Features of the board carried by the stage.

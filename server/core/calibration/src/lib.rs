@@ -32,6 +32,7 @@ pub use findings::report::{
     OrderResidual, PoseResidual, Rejections, StageReport,
 };
 pub use fits::stage_fit::check_positions as check_stage_positions;
+pub use fits::turn_checks::check_angles as check_stage_angles;
 pub use input::{
     BoardGeometry, BoardPattern, CalibrationInput, CalibrationOptions, GratingSheet, LightModelChoice, PoseInput,
     ProjectorSheet, StageViewInput,

@@ -20,6 +20,7 @@ pub(crate) fn check_values(file: &Path, manifest: &Manifest) -> Result<(), Captu
     check_target(file, &manifest.target)?;
     check_projector(file, &manifest.projector)?;
     check_positions(file, manifest)?;
+    check_lines(file, manifest)?;
     check_scan_names(file, manifest)
 }
 
@@ -123,6 +124,51 @@ fn check_positions(file: &Path, manifest: &Manifest) -> Result<(), CaptureError>
             return Err(CaptureError::NoPosition { file: file.to_owned(), entry, kind: kind.name() });
         };
         check_range(file, &entry, value, value.is_finite(), expected)?;
+    }
+    Ok(())
+}
+
+/// Lines that are lit one by one have a picture each, which says so; others have none.
+fn check_lines(file: &Path, manifest: &Manifest) -> Result<(), CaptureError> {
+    let wrong = |entry: String, problem: String, remedy: &'static str| {
+        Err(CaptureError::LitOneByOne { file: file.to_owned(), entry, problem, remedy })
+    };
+    const SWITCHED: &str =
+        "write \"switched\": true in the projector if its lines are lit one by one, or leave it out";
+    let switched = manifest.projector.switched_lines();
+    for (idx, pose) in manifest.poses.iter().enumerate() {
+        let (one, several) = (format!("poses[{idx}].laser"), format!("poses[{idx}].lasers"));
+        match (switched, pose.lasers.len()) {
+            (None, 0) => {}
+            (None, _) => return wrong(several, "is stated, but the lines are lit together".into(), SWITCHED),
+            (Some(_), _) if pose.laser.is_some() => {
+                let problem = "is stated, but the lines are lit one by one".into();
+                return wrong(one, problem, "name one picture per line in \"lasers\" instead");
+            }
+            (Some(lines), n) if n != 0 && n != lines => {
+                let problem = format!("has {n} pictures, the projector {lines} lines");
+                return wrong(several, problem, "name one picture per line, in the order of their numbers");
+            }
+            (Some(_), _) => {}
+        }
+    }
+    let frames = manifest.scans.iter().enumerate().flat_map(|(scan_idx, scan)| {
+        let entry = move |idx| format!("scans[{scan_idx}].frames[{idx}].line");
+        scan.frames.iter().enumerate().map(move |(idx, frame)| (entry(idx), frame.line))
+    });
+    for (entry, line) in frames {
+        match (switched, line) {
+            (None, None) => {}
+            (None, Some(_)) => return wrong(entry, "is stated, but the lines are lit together".into(), SWITCHED),
+            (Some(_), None) => {
+                let problem = "is missing: the lines are lit one by one".into();
+                return wrong(entry, problem, "state which line was lit, counted from 0");
+            }
+            (Some(lines), Some(line)) => {
+                let known = usize::try_from(line).is_ok_and(|line| line < lines);
+                check_range(file, &entry, f64::from(line), known, "the number of a line, counted from 0")?;
+            }
+        }
     }
     Ok(())
 }

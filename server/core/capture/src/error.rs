@@ -4,6 +4,7 @@ use std::borrow::Cow;
 use std::path::PathBuf;
 
 use remedy::Remedy;
+use vision::RoomChange;
 
 use crate::image_file::ImageFileError;
 use crate::params::{FORMAT, IMAGE_LIMIT_PX, ORDER_LIMIT};
@@ -25,6 +26,30 @@ pub enum CaptureError {
         /// The operating system's reason.
         #[source]
         cause: std::io::Error,
+    },
+    /// Pictures of lines that are lit one by one, where they are lit together, or the other way round.
+    #[error("{}: {entry} {problem}", file.display())]
+    LitOneByOne {
+        /// The manifest.
+        file: PathBuf,
+        /// Path of keys.
+        entry: String,
+        /// What is wrong with it.
+        problem: String,
+        /// What to do about it.
+        remedy: &'static str,
+    },
+    /// A picture with the laser off that shows something else than the one it would be taken from.
+    #[error("{entry} ({}) cannot be taken from {of}: {change}", path.display())]
+    OtherRoom {
+        /// Entry of the picture with the laser off.
+        entry: String,
+        /// The file as named.
+        path: PathBuf,
+        /// Entry of the picture with the laser on.
+        of: String,
+        /// What differs.
+        change: RoomChange,
     },
     /// The manifest is absurdly large.
     #[error("{} has {size_bytes} bytes, more than the {limit_bytes} a manifest may have",
@@ -274,6 +299,10 @@ impl Remedy for CaptureError {
         Some(match self {
             Self::ManifestMissing { .. } => "name a folder that holds capture.json".into(),
             Self::Inaccessible { .. } => "check that it exists and that its permissions allow it".into(),
+            Self::LitOneByOne { remedy, .. } => (*remedy).into(),
+            Self::OtherRoom { .. } => {
+                "name the picture of the same pose with the laser off as its background, or none".into()
+            }
             Self::ManifestTooLarge { .. } => "name a capture folder".into(),
             Self::NotFinite { .. } => "write the true value or remove the entry".into(),
             Self::Malformed { .. } => "correct the entry as described in capture.schema.json".into(),

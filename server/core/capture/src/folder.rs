@@ -4,7 +4,7 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
-use vision::{CentrelineParams, GreyImage, Picture};
+use vision::{CentrelineParams, GreyImage, Picture, room_change};
 
 use crate::channel::{ChannelBasis, LaserChannel};
 use crate::checks::check_values;
@@ -52,6 +52,8 @@ pub struct LaserPicture {
     pub path: PathBuf,
     /// Entry and path of the picture with the laser off: its own, or the one of the whole capture.
     pub background: Option<(String, PathBuf)>,
+    /// The line that was lit alone.
+    pub line: Option<i8>,
 }
 
 impl Capture {
@@ -120,7 +122,7 @@ impl Capture {
             }
             let lit = self.laser_pictures();
             let read = |idx: usize| {
-                let LaserPicture { entry, path, background } = &lit[idx];
+                let LaserPicture { entry, path, background, .. } = &lit[idx];
                 let on = self.photograph(entry, path).ok()?.picture;
                 match background {
                     Some((entry, path)) => on.minus(&self.photograph(entry, path).ok()?.picture),
@@ -135,34 +137,54 @@ impl Capture {
     /// Every picture with the laser on, poses first, with the picture to take away from it.
     pub fn laser_pictures(&self) -> Vec<LaserPicture> {
         let manifest = &self.manifest;
-        let poses = manifest.poses.iter().enumerate().filter_map(|(idx, pose)| {
-            let of = format!("poses[{idx}]");
-            Some(self.laser_picture(&of, "laser", pose.laser.as_deref()?, pose.background.as_deref()))
+        let poses = manifest.poses.iter().enumerate().flat_map(|(idx, pose)| {
+            let (of, own) = (format!("poses[{idx}]"), pose.background.as_deref());
+            let one = pose.laser.iter().map(|path| self.laser_picture(&of, "laser", path, own, None));
+            let several = (0..).zip(&pose.lasers).map(|(line, path): (i8, &PathBuf)| {
+                self.laser_picture(&of, &format!("lasers[{line}]"), path, own, Some(line))
+            });
+            one.chain(several).collect::<Vec<LaserPicture>>()
         });
         let frames = manifest.scans.iter().enumerate().flat_map(|(scan_idx, scan)| {
             scan.frames.iter().enumerate().map(move |(idx, frame)| {
                 let of = format!("scans[{scan_idx}].frames[{idx}]");
-                self.laser_picture(&of, "image", &frame.image, frame.background.as_deref())
+                self.laser_picture(&of, "image", &frame.image, frame.background.as_deref(), frame.line)
             })
         });
         poses.chain(frames).collect()
     }
 
-    fn laser_picture(&self, of: &str, key: &str, path: &Path, background: Option<&Path>) -> LaserPicture {
+    fn laser_picture(
+        &self,
+        of: &str,
+        key: &str,
+        path: &Path,
+        background: Option<&Path>,
+        line: Option<i8>,
+    ) -> LaserPicture {
         let own = background.map(|path| (format!("{of}.background"), path.to_owned()));
         let of_all = || self.manifest.background.clone().map(|path| ("background".to_owned(), path));
-        LaserPicture { entry: format!("{of}.{key}"), path: path.to_owned(), background: own.or_else(of_all) }
+        let background = own.or_else(of_all);
+        LaserPicture { entry: format!("{of}.{key}"), path: path.to_owned(), background, line }
     }
 
     /// Reads a picture with the laser on: the laser's channel, with the picture with the laser off taken away.
     ///
     /// # Errors
-    /// As [`Capture::image`], of either picture.
+    /// As [`Capture::image`], of either picture; [`CaptureError::OtherRoom`] where they do not show the same.
     pub fn laser_image(&self, laser: &LaserPicture) -> Result<GreyImage, CaptureError> {
         let Some((entry, path)) = &laser.background else { return self.image(&laser.entry, &laser.path) };
         let on = self.photograph(&laser.entry, &laser.path)?.picture;
         let off = self.photograph(entry, path)?.picture;
-        Ok(self.laser_light(&on, &off))
+        match room_change(&on, &off) {
+            None => Ok(self.laser_light(&on, &off)),
+            Some(change) => Err(CaptureError::OtherRoom {
+                entry: entry.clone(),
+                path: path.clone(),
+                of: laser.entry.clone(),
+                change,
+            }),
+        }
     }
 
     /// The laser's channel of a picture of this capture with the laser on, `off` taken away.
@@ -200,6 +222,9 @@ impl Capture {
             files.push(NamedFile::new(format!("poses[{idx}].board"), &pose.board, "pose"));
             if let Some(laser) = &pose.laser {
                 files.push(NamedFile::new(format!("poses[{idx}].laser"), laser, "pose"));
+            }
+            for (line, laser) in pose.lasers.iter().enumerate() {
+                files.push(NamedFile::new(format!("poses[{idx}].lasers[{line}]"), laser, "pose"));
             }
             if let Some(background) = &pose.background {
                 files.push(NamedFile::new(format!("poses[{idx}].background"), background, "background"));

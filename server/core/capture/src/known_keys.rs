@@ -24,13 +24,13 @@ const TARGET: Known = Known {
     below: &[],
 };
 const PROJECTOR: Known = Known {
-    keys: &["kind", "wavelength_nm", "grating_lines_per_mm", "orders", "lines", "line_direction"],
+    keys: &["kind", "wavelength_nm", "grating_lines_per_mm", "orders", "lines", "line_direction", "switched"],
     below: &[],
 };
 const STAGE: Known = Known { keys: &["kind", "angle_sigma_deg"], below: &[] };
-const POSE: Known = Known { keys: &["board", "laser", "background"], below: &[] };
+const POSE: Known = Known { keys: &["board", "laser", "lasers", "background"], below: &[] };
 const STAGE_VIEW: Known = Known { keys: &["board", "position_mm", "angle_deg"], below: &[] };
-const FRAME: Known = Known { keys: &["image", "position_mm", "angle_deg", "background"], below: &[] };
+const FRAME: Known = Known { keys: &["image", "position_mm", "angle_deg", "background", "line"], below: &[] };
 const SCAN: Known = Known { keys: &["name", "frames"], below: &[("frames", &FRAME)] };
 const MANIFEST: Known = Known {
     keys: &["format", "camera", "target", "projector", "stage", "background", "poses", "stage_views", "scans"],

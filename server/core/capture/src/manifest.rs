@@ -58,7 +58,10 @@ pub struct Pose {
     /// Image at low exposure with the laser on; without it the pose serves the camera alone.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub laser: Option<PathBuf>,
-    /// The same as `laser` with the laser off, to be taken away from it.
+    /// Lines that are lit one by one: in place of `laser` one such image per line, in the order of their numbers.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub lasers: Vec<PathBuf>,
+    /// The same as `laser` or `lasers` with the laser off, to be taken away from it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub background: Option<PathBuf>,
 }
@@ -99,6 +102,9 @@ pub struct Frame {
     /// The same as `image` with the laser off, to be taken away from it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub background: Option<PathBuf>,
+    /// Lines that are lit one by one: which was lit.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub line: Option<i8>,
 }
 
 impl StageView {
@@ -118,7 +124,7 @@ impl Frame {
     /// A frame, taken while the stage stood there, without a background of its own.
     pub fn new(image: impl Into<PathBuf>, place: StagePlace) -> Self {
         let (position_mm, angle_deg) = place.keys();
-        Self { image: image.into(), position_mm, angle_deg, background: None }
+        Self { image: image.into(), position_mm, angle_deg, background: None, line: None }
     }
 
     /// Where the stage stood; a manifest that was read or written has one of the two keys.

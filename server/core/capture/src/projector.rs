@@ -48,6 +48,9 @@ pub struct PlanesProjector {
     /// `rows` (default) or `columns`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub line_direction: Option<String>,
+    /// Whether they are lit one by one, each in a picture of its own: which line a picture shows is then stated.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub switched: bool,
 }
 
 impl Projector {
@@ -57,6 +60,14 @@ impl Projector {
         match self {
             Self::Grating(grating) => grating.orders.clone(),
             Self::Planes(planes) => (0..=i8::MAX).take(planes.lines).collect(),
+        }
+    }
+
+    /// How many lines are lit one by one; `None` if they are lit together.
+    pub fn switched_lines(&self) -> Option<usize> {
+        match self {
+            Self::Planes(planes) if planes.switched => Some(planes.lines),
+            _ => None,
         }
     }
 
@@ -105,6 +116,8 @@ struct Keys {
     grating_lines_per_mm: Option<f64>,
     orders: Option<Vec<i8>>,
     lines: Option<usize>,
+    #[serde(default)]
+    switched: bool,
     line_direction: Option<String>,
 }
 
@@ -121,6 +134,7 @@ impl<'de> Deserialize<'de> for Projector {
             "planes" => Ok(Self::Planes(PlanesProjector {
                 lines: needed(keys.lines, "projector.lines")?,
                 line_direction: keys.line_direction,
+                switched: keys.switched,
             })),
             other => Err(D::Error::unknown_variant(other, KINDS)),
         }

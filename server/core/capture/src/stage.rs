@@ -48,6 +48,14 @@ impl StageKind {
         }
     }
 
+    /// A place of such a stage, from its number in mm or degrees.
+    pub fn place(self, value: f64) -> StagePlace {
+        match self {
+            Self::Linear => StagePlace::PositionMm(value),
+            Self::Rotary => StagePlace::AngleDeg(value),
+        }
+    }
+
     /// The key that states where such a stage stood.
     pub fn key(self) -> &'static str {
         match self {

@@ -73,6 +73,7 @@ fn input_hashes(capture: &Capture) -> Result<Vec<InputHash>, Failure> {
     for pose in &manifest.poses {
         paths.push(pose.board.clone());
         paths.extend(pose.laser.clone());
+        paths.extend(pose.lasers.clone());
         paths.extend(pose.background.clone());
     }
     paths.extend(manifest.stage_views.iter().map(|view| view.board.clone()));

@@ -7,6 +7,7 @@
 mod calibrate;
 mod document_file;
 mod failure;
+mod part_axis;
 mod pictures;
 mod progress;
 mod provenance;
@@ -16,6 +17,7 @@ mod scan;
 pub use calibrate::{Calibrated, calibrate_features, open_capture, read_features};
 pub use document_file::read_document;
 pub use failure::{Failure, FailureKind};
+pub use part_axis::calibrate_axis;
 pub use pictures::background::Background;
 pub use pictures::board::{board_geometry, board_remedy, find_board};
 pub use pictures::features::{Features, calibration_features};

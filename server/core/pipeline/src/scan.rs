@@ -25,12 +25,23 @@ pub fn scan_capture(
     name: &str,
     reporter: &dyn Reporter,
 ) -> Result<ScanResult, Failure> {
+    let frames = scan_frames_of(capture, document, name, reporter)?;
+    scan_frames(&frames, document, name, reporter).map_err(|failure| failure.in_file(&capture.manifest_path()))
+}
+
+/// The frames of one scan of the capture, all in memory.
+pub(crate) fn scan_frames_of(
+    capture: &Capture,
+    document: &CalibrationDocument,
+    name: &str,
+    reporter: &dyn Reporter,
+) -> Result<Vec<ScanFrame>, Failure> {
     let mut frames = Vec::new();
     capture_frames(capture, document, name, reporter, |frame| {
         frames.push(frame);
         Ok(())
     })?;
-    scan_frames(&frames, document, name, reporter).map_err(|failure| failure.in_file(&capture.manifest_path()))
+    Ok(frames)
 }
 
 /// Writes the frames of one scan of the capture to the new file `path`: no more than a few are in memory.

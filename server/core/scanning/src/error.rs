@@ -34,6 +34,22 @@ pub enum ScanError {
         /// Kind of the stage it was taken on.
         found: &'static str,
     },
+    /// A line was lit alone that the calibration does not have.
+    #[error("frame {frame} shows line {line} alone, which the calibration `{calibration}` does not have")]
+    UnknownLine {
+        /// The calibration's id.
+        calibration: String,
+        /// Index of the frame.
+        frame: usize,
+        /// Number of the line.
+        line: i8,
+    },
+    /// Lines were lit one by one in some frames only.
+    #[error("frame {frame} does not say which line was lit in it, others do")]
+    SomeLitAlone {
+        /// Index of the frame.
+        frame: usize,
+    },
     /// A stage position is not a number.
     #[error("the stage position of frame {frame} is not a finite number")]
     BadPosition {
@@ -67,6 +83,8 @@ impl Remedy for ScanError {
             Self::OtherStage { .. } => "use a calibration of the station that took the scan".into(),
             Self::BadDepthRange { .. } => "give near < far".into(),
             Self::UnreadableFrame { remedy, .. } => return remedy.as_deref().map(Cow::Borrowed),
+            Self::UnknownLine { .. } => "use a calibration of this projector".into(),
+            Self::SomeLitAlone { .. } => "state the line of every frame".into(),
             Self::NoFrames | Self::BadPosition { .. } => return None,
         })
     }

@@ -1,5 +1,6 @@
 //! From centrelines to a measured surface: order labels, triangulation, registration, clouds, meshes, files.
 
+mod axis;
 mod checks;
 mod error;
 mod evaluation;
@@ -16,6 +17,7 @@ mod threads;
 pub use input::synthetic;
 pub use points::{dropped, envelope, profile};
 
+pub use axis::{PartAxis, PartAxisError, axis_from_part};
 pub use checks::compare::{Closure, ClosureGap, OrderPair};
 pub use checks::lost_steps::{LostSteps, LostStepsWatch};
 pub use error::{ContentError, ScanError};

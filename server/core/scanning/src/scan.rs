@@ -8,7 +8,7 @@ use crate::evaluation::Evaluation;
 use crate::input::frames::{Frames, ScanFrame};
 use crate::input::motions::FrameMotion;
 use crate::label::reference_view;
-use crate::label::{Travel, label_frames};
+use crate::label::{Travel, label_frames, lit_lines};
 use crate::params::KEPT_POINTS;
 use crate::points::cloud::Cloud;
 use crate::points::profiles::Profiles;
@@ -76,7 +76,8 @@ pub(crate) fn evaluate_keeping<'a>(
     let motions = motions(frames, calibration, depth_range_mm)?;
     let triangulator = Triangulator::new(calibration.clone());
     let labels = label_frames(frames, &motions, &triangulator, depth_range_mm)?;
-    let travel = Travel::of(&motions);
+    let lit = lit_lines(frames, calibration)?;
+    let travel = Travel::of(&motions, lit.as_deref());
     let reference_view = reference_view(&travel, calibration, depth_range_mm, labels.direction);
     let profiles = Profiles::new(frames, labels, (calibration, triangulator), depth_range_mm, keep_points);
     let surfaces = Surfaces::new(&profiles, &motions, &travel.order, reference_view)?;

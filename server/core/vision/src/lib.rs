@@ -9,6 +9,7 @@ pub mod corners;
 pub mod image;
 pub mod laser_channel;
 pub mod params;
+mod room;
 
 pub use centreline::{
     CentrelineExtractor, CentrelineMethod, CentrelineParams, CentrelinePoint, Centrelines, LineDirection, Segment,
@@ -21,3 +22,4 @@ pub use corners::{
 };
 pub use image::{GreyImage, ImageError, Pixels};
 pub use laser_channel::{ChannelView, laser_channel};
+pub use room::{RoomChange, room_change};

@@ -54,7 +54,7 @@ fn measured(renderer: &Renderer, scene: &Scene, laser: bool, step_mm: f64) -> St
     let mut take = |picture: u32| {
         let exposure = Exposure {
             scene,
-            position_mm: -8.0 + step_mm * f64::from(picture),
+            position: -8.0 + step_mm * f64::from(picture),
             ordinary_level: if laser { 0.0 } else { twin::params::BOARD_WHITE_LEVEL },
             ordinary_share: 1.0,
             laser_share: if laser { 1.0 } else { 0.0 },

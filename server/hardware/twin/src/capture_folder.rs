@@ -7,8 +7,9 @@ use std::path::{Path, PathBuf};
 
 use capture::{
     CameraFormat, CaptureError, ChannelChoice, Frame, GratingProjector, ImageFileError, Manifest, Pose, Scan,
-    StagePlace, StageSheet, StageView, params::FORMAT, write_manifest, write_png,
+    StageSheet, StageView, params::FORMAT, write_manifest, write_png,
 };
+use optics::StageKind;
 use rayon::prelude::*;
 use remedy::Remedy;
 
@@ -21,6 +22,9 @@ use crate::truth::{CSV_HEADER, csv_rows, truth_json};
 /// Truth is written for every fourth frame of a scan.
 pub const TRUTH_EVERY_FRAMES: usize = 4;
 
+/// Angles at which a board on a turntable is seen.
+const STAGE_VIEWS_DEG: [f64; 7] = [-30.0, -20.0, -10.0, 0.0, 10.0, 20.0, 30.0];
+
 /// Stream of the first part among those derived from a station's seed.
 const PART_STREAM: u64 = 0x100;
 
@@ -29,8 +33,8 @@ const PART_STREAM: u64 = 0x100;
 pub struct CaptureRequest {
     /// Board poses, each seen by ordinary light and by laser light.
     pub n_poses: usize,
-    /// Stage positions at which the board is seen.
-    pub stage_positions_mm: Vec<f64>,
+    /// Stage positions at which the board is seen, mm; of a turntable, degrees.
+    pub stage_positions: Vec<f64>,
     /// Scans of parts.
     pub scans: Vec<ScanRequest>,
 }
@@ -44,8 +48,8 @@ pub struct ScanRequest {
     pub part: SceneKind,
     /// Number of frames.
     pub n_frames: usize,
-    /// Travel between frames.
-    pub step_mm: f64,
+    /// Travel between frames, mm; of a turntable, degrees.
+    pub step: f64,
 }
 
 /// How far a recording has come.
@@ -119,18 +123,26 @@ impl Remedy for TwinCaptureError {
 }
 
 impl CaptureRequest {
-    /// What a calibration needs, and scans of a gauge block and a ball: 12 poses, 5 stage views, 2 × 40 frames.
+    /// What a calibration needs, and scans of a gauge block and a ball: 12 poses, 5 stage views (of a turntable 7), 2 × 40
+    /// frames (of a turntable a bit more than a turn).
     pub fn standard(model: &StationModel) -> Self {
         let scale = model.shape.field_scale().min(1.0);
         let scan = |part: SceneKind| ScanRequest {
             name: part.name().to_owned(),
             part,
             n_frames: 40,
-            step_mm: 0.8 * scale,
+            step: match model.shape.stage {
+                StageKind::Linear => 0.8 * scale,
+                StageKind::Rotary => 9.6,
+            },
+        };
+        let stage_positions = match model.shape.stage {
+            StageKind::Linear => [-20.0, -10.0, 0.0, 10.0, 20.0].map(|at: f64| at * scale).to_vec(),
+            StageKind::Rotary => STAGE_VIEWS_DEG.to_vec(),
         };
         Self {
             n_poses: 12,
-            stage_positions_mm: [-20.0, -10.0, 0.0, 10.0, 20.0].map(|at: f64| at * scale).to_vec(),
+            stage_positions,
             scans: vec![scan(SceneKind::Gauge { height_mm: 8.9 }), scan(SceneKind::Sphere { radius_mm: 18.9 })],
         }
     }
@@ -138,8 +150,8 @@ impl CaptureRequest {
 
 impl ScanRequest {
     /// Stage position of a frame, to the nanometre, so that manifests show what was meant.
-    fn position_mm(&self, frame: usize) -> f64 {
-        let at = (frame as f64 - (self.n_frames as f64 - 1.0) / 2.0) * self.step_mm;
+    fn position(&self, frame: usize) -> f64 {
+        let at = (frame as f64 - (self.n_frames as f64 - 1.0) / 2.0) * self.step;
         (at * 1e6).round() / 1e6
     }
 }
@@ -155,7 +167,7 @@ enum Light {
 struct Shot {
     path: PathBuf,
     scene_idx: usize,
-    position_mm: f64,
+    position: f64,
     light: Light,
 }
 
@@ -176,7 +188,7 @@ pub fn capture_folder(
     make_folders(request, folder)?;
     let renderer = Renderer::new(model);
     let poses = board_poses(model, request.n_poses);
-    let stage = (!request.stage_positions_mm.is_empty()).then(|| stage_board(model, &request.stage_positions_mm));
+    let stage = (!request.stage_positions.is_empty()).then(|| stage_board(model, &request.stage_positions));
     let parts: Vec<(String, Scene)> = request
         .scans
         .iter()
@@ -224,7 +236,7 @@ fn manifest(model: &StationModel, request: &CaptureRequest) -> Manifest {
     let shape = &model.shape;
     Manifest {
         format: FORMAT.to_owned(),
-        stage: StageSheet::default(),
+        stage: StageSheet { kind: capture_kind(shape.stage), ..StageSheet::default() },
         background: None,
         camera: CameraFormat {
             width_px: shape.width_px,
@@ -243,21 +255,29 @@ fn manifest(model: &StationModel, request: &CaptureRequest) -> Manifest {
             .map(|idx| Pose {
                 board: format!("board/{idx:03}.png").into(),
                 laser: Some(format!("laser/{idx:03}.png").into()),
+                lasers: Vec::new(),
                 background: None,
             })
             .collect(),
         stage_views: (0..)
-            .zip(&request.stage_positions_mm)
-            .map(|(idx, &at_mm)| StageView::new(format!("stage/{idx:03}.png"), StagePlace::PositionMm(at_mm)))
+            .zip(&request.stage_positions)
+            .map(|(idx, &at)| StageView::new(format!("stage/{idx:03}.png"), capture_kind(shape.stage).place(at)))
             .collect(),
-        scans: request.scans.iter().map(scan_entry).collect(),
+        scans: request.scans.iter().map(|scan| scan_entry(scan, shape.stage)).collect(),
     }
 }
 
-fn scan_entry(scan: &ScanRequest) -> Scan {
+/// The same in a manifest.
+fn capture_kind(kind: StageKind) -> capture::StageKind {
+    match kind {
+        StageKind::Linear => capture::StageKind::Linear,
+        StageKind::Rotary => capture::StageKind::Rotary,
+    }
+}
+
+fn scan_entry(scan: &ScanRequest, stage: StageKind) -> Scan {
     let frame = |idx| {
-        let place = StagePlace::PositionMm(scan.position_mm(idx));
-        Frame::new(format!("scan-{}/{idx:05}.png", scan.name), place)
+        Frame::new(format!("scan-{}/{idx:05}.png", scan.name), capture_kind(stage).place(scan.position(idx)))
     };
     Scan { name: scan.name.clone(), frames: (0..scan.n_frames).map(frame).collect() }
 }
@@ -266,22 +286,22 @@ fn scan_entry(scan: &ScanRequest) -> Scan {
 fn shots(request: &CaptureRequest, manifest: &Manifest) -> Vec<Shot> {
     let mut shots = Vec::new();
     for (scene_idx, pose) in manifest.poses.iter().enumerate() {
-        shots.push(Shot { path: pose.board.clone(), scene_idx, position_mm: 0.0, light: Light::Ordinary });
+        shots.push(Shot { path: pose.board.clone(), scene_idx, position: 0.0, light: Light::Ordinary });
         if let Some(laser) = &pose.laser {
-            shots.push(Shot { path: laser.clone(), scene_idx, position_mm: 0.0, light: Light::Laser });
+            shots.push(Shot { path: laser.clone(), scene_idx, position: 0.0, light: Light::Laser });
         }
     }
     let mut scene_idx = request.n_poses;
     for view in &manifest.stage_views {
-        let (path, position_mm) = (view.board.clone(), view.place().value());
-        shots.push(Shot { path, scene_idx, position_mm, light: Light::Ordinary });
+        let (path, position) = (view.board.clone(), view.place().value());
+        shots.push(Shot { path, scene_idx, position, light: Light::Ordinary });
     }
     scene_idx += usize::from(!manifest.stage_views.is_empty());
     for (scene_idx, scan) in (scene_idx..).zip(&manifest.scans) {
         shots.extend(scan.frames.iter().map(|frame| Shot {
             path: frame.image.clone(),
             scene_idx,
-            position_mm: frame.place().value(),
+            position: frame.place().value(),
             light: Light::Laser,
         }));
     }
@@ -300,8 +320,8 @@ fn write_images(
     shots.par_iter().enumerate().try_for_each(|(picture, shot)| {
         let scene = &scenes[shot.scene_idx];
         let image = match shot.light {
-            Light::Ordinary => renderer.board_image(scene, shot.position_mm, picture as u64),
-            Light::Laser => renderer.laser_image(scene, shot.position_mm, picture as u64),
+            Light::Ordinary => renderer.board_image(scene, shot.position, picture as u64),
+            Light::Laser => renderer.laser_image(scene, shot.position, picture as u64),
         };
         write_png(&folder.join(&shot.path), &image).map_err(|cause| TwinCaptureError::Image { cause })?;
         let mut done = done.lock();
@@ -322,7 +342,7 @@ fn write_truth_points(
     let frames: Vec<usize> = (0..scan.n_frames).step_by(TRUTH_EVERY_FRAMES).collect();
     let rows: Vec<String> = frames
         .par_iter()
-        .map(|&frame| csv_rows(frame, &renderer.truth_points(scene, scan.position_mm(frame))))
+        .map(|&frame| csv_rows(frame, &renderer.truth_points(scene, scan.position(frame))))
         .collect();
     write_text(&folder.join(format!("truth-{}.csv", scan.name)), &(CSV_HEADER.to_owned() + &rows.concat()))
 }

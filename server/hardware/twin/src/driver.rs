@@ -9,6 +9,7 @@ use std::fmt;
 use std::sync::{Arc, OnceLock};
 
 use devices::{Camera, CameraRequest, DeviceSet, Driver, Laser, OpenError, Opened, Stage};
+use optics::StageKind;
 use remedy::{Remedy, with_causes};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -35,6 +36,11 @@ pub struct TwinSettings {
     /// radius of the ball
     #[schemars(range(min = 0.1, max = 100.0))]
     pub sphere_radius_mm: f64,
+    /// the stage is a turntable
+    pub rotary: bool,
+    /// grey levels (of 255) that ambient light adds to white while the laser is on
+    #[schemars(range(max = 255.0))]
+    pub ambient_levels: f64,
     /// ramps, settling and homing take their time
     pub realistic_timing: bool,
     /// frames per second of the view
@@ -50,6 +56,8 @@ impl Default for TwinSettings {
             scene: "sphere".to_owned(),
             gauge_height_mm: GAUGE_HEIGHT_MM,
             sphere_radius_mm: SPHERE_RADIUS_MM,
+            rotary: false,
+            ambient_levels: 0.0,
             realistic_timing: false,
             frame_rate_hz: 30.0,
         }
@@ -161,14 +169,16 @@ impl NoWorld {
 }
 
 fn world(settings: &TwinSettings) -> Result<TwinStation, NoWorld> {
-    let model = StationModel::seeded(settings.seed, &StationShape::default())
+    let stage = if settings.rotary { StageKind::Rotary } else { StageKind::Linear };
+    let shape = StationShape { stage, ambient_levels: settings.ambient_levels, ..StationShape::default() };
+    let model = StationModel::seeded(settings.seed, &shape)
         .map_err(|error| NoWorld::new(with_causes(&error), "choose another station.twin.seed"))?;
     let timing = if settings.realistic_timing { Timing::Realistic } else { Timing::Instant };
     let (scene, solid) = match on_stage(settings)? {
         OnStage::Part(kind) => (kind, None),
         OnStage::Solid(solid) => (SceneKind::Plate, Some(solid)),
     };
-    let station = TwinStation::new(model, TwinOptions { timing, scene, ..TwinOptions::default() });
+    let station = TwinStation::new(model, TwinOptions { timing, scene, ..TwinOptions::of(stage) });
     if let Some(solid) = solid {
         station.control().place_solid(solid);
     }

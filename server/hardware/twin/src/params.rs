@@ -77,6 +77,13 @@ pub const FAN_MARGIN: f64 = 1.35;
 /// path of a metre and far below a pixel.
 pub const SAME_HIT_MM: f64 = 1e-6;
 
+/// How steeply the camera looks down on a turntable, radians.
+pub const LOOK_DOWN_RAD: f64 = 0.3;
+
+/// How far a turntable's top lies below the middle of the working volume, as a share of half the field's width: parts of
+/// twice that height stand in the middle of the picture.
+pub const TABLE_BELOW_SHARE: f64 = 0.25;
+
 /// Height of the gauge block beside a station, mm: that of the paper.
 pub const GAUGE_HEIGHT_MM: f64 = 8.9;
 

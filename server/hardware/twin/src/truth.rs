@@ -4,6 +4,7 @@
 use std::fmt::Write as _;
 
 use nalgebra::{Matrix3, Vector3};
+use optics::Stage;
 use serde_json::{Map, Value, json};
 use vision::LineDirection;
 
@@ -11,7 +12,7 @@ use crate::model::station::StationModel;
 use crate::part::board::Board;
 use crate::part::scene::{Plate, Scene};
 use crate::render::renderer::Renderer;
-use crate::render::view::laser_image::Placed;
+use crate::render::view::laser_image::{MovedScene, Placed};
 
 /// Secant steps towards a whole pixel column; on a smooth surface three suffice.
 const COLUMN_MAX_STEPS: usize = 30;
@@ -38,8 +39,9 @@ pub struct TruthPoint {
 impl Renderer {
     /// The centre of every line as the camera sees it, one point per image column (row, for lines along columns),
     /// ordered by order and place; shadowed and hidden parts are left out.
-    pub fn truth_points(&self, scene: &Scene, position_mm: f64) -> Vec<TruthPoint> {
-        let placed = self.placed(scene, position_mm);
+    pub fn truth_points(&self, scene: &Scene, position: f64) -> Vec<TruthPoint> {
+        let moved = MovedScene::new(self.model(), scene, position);
+        let placed = moved.placed();
         self.model().orders.iter().flat_map(|&order| self.centre_of_line(placed, order)).collect()
     }
 
@@ -153,7 +155,13 @@ pub(crate) fn truth_json(
     let (camera, grating) = (&model.camera, &model.grating);
     put("K".to_owned(), json!([camera.fx_px, camera.fy_px, camera.cx_px, camera.cy_px]));
     put("dist".to_owned(), json!(camera.opencv_distortion()));
-    put("stage".to_owned(), vector(&model.stage.direction));
+    match &model.stage {
+        Stage::Linear(axis) => put("stage".to_owned(), vector(&axis.direction)),
+        Stage::Rotary(axis) => {
+            put("stage_axis".to_owned(), vector(&axis.direction));
+            put("stage_axis_point".to_owned(), vector(&axis.point_mm))
+        }
+    };
     put("S".to_owned(), vector(&grating.source_mm));
     put("axis".to_owned(), vector(&grating.axis));
     put("fan".to_owned(), vector(&grating.fan));

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use bytes::Bytes;
-use optics::{Calibration, Triangulator};
+use optics::{Calibration, StagePosition, Triangulator};
 use scanning::Profile;
 use station::SharedFrame;
 use tokio::sync::watch;
@@ -87,13 +87,13 @@ impl LiveBus {
         &self,
         scan_id: &str,
         frame_idx: u32,
-        position_mm: f64,
+        position: StagePosition,
         profile: &Profile,
         calibration: &Calibration,
     ) {
         let Some(log) = self.points.borrow().log_of(scan_id).cloned() else { return };
         // Packed before viewers are kept from looking.
-        let n_blocks = log.add(frame_idx, position_mm, profile, calibration);
+        let n_blocks = log.add(frame_idx, position, profile, calibration);
         self.points.send_if_modified(|seen| {
             if seen.log_of(scan_id).is_none() {
                 return false;

@@ -24,14 +24,13 @@ pub struct DisplayPoint {
     pub along_px: f32,
 }
 
-/// A profile's points in the part frame: X_part = X_camera − s·t. Their σ is that of the image noise alone.
+/// A profile's points in the part frame. Their σ is that of the image noise alone.
 fn display_points(
     profile: &Profile,
-    position_mm: f64,
+    position: StagePosition,
     calibration: &Calibration,
 ) -> impl Iterator<Item = DisplayPoint> {
-    // The station's stage travels; what a calibration of another kind shows stays where the camera saw it.
-    let position = StagePosition::LinearMm(position_mm);
+    // What a calibration of another kind of stage shows stays where the camera saw it.
     let motion = calibration.stage.and_then(|stage| stage.motion(position)).unwrap_or_else(Motion::at_rest);
     let display = move |point: &scanning::ProfilePoint| {
         let in_part = motion.part_from_camera(&point.hit_in_camera).xyz;
@@ -95,17 +94,23 @@ impl PointLog {
     }
 
     /// Packs the points of a frame as the next block; none for no points. Returns how many blocks there are.
-    pub fn add(&self, frame_idx: u32, position_mm: f64, profile: &Profile, calibration: &Calibration) -> u32 {
+    pub fn add(
+        &self,
+        frame_idx: u32,
+        position: StagePosition,
+        profile: &Profile,
+        calibration: &Calibration,
+    ) -> u32 {
         let mut packed = self.packed();
         let Packed { blocks, piece, points } = &mut *packed;
         points.clear();
-        points.extend(display_points(profile, position_mm, calibration));
+        points.extend(display_points(profile, position, calibration));
         if !points.is_empty() {
             let (number, size) = (blocks.len() as u32, block_bytes(points.len()));
             if piece.capacity() < size {
                 *piece = BytesMut::with_capacity(size.max(PIECE_BYTES));
             }
-            put_block(piece, &self.scan_id, number, frame_idx, position_mm, points);
+            put_block(piece, &self.scan_id, number, frame_idx, position.value(), points);
             blocks.push(piece.split().freeze());
         }
         blocks.len() as u32

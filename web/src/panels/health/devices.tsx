@@ -27,7 +27,7 @@ export function Devices({ status }: { status: Station }) {
       </Device>
       <Device name="stage" device={stage} status={status}>
         {[
-          [words.position, number(stage.position_mm, 3, "mm")],
+          [words.position, number(stage.position_mm, 3, stage.kind === "rotary" ? "°" : "mm")],
           [words.homed, stage.homed ? text.value.parts.yes : text.value.parts.no],
         ]}
       </Device>

@@ -8,17 +8,36 @@ export type Characteristic = Schemas["MeasureDto"];
 
 /** The scan that the plan asks for, with what is measured on it. */
 export function scanOf(plan: Plan, serial: string): Schemas["StartScanDto"] {
-  const { from_mm, to_mm, step_mm, exposure_us, measure } = plan;
+  const { exposure_us, measure, ...range } = plan;
   const name = serial.trim();
   return {
     source: { kind: "station" },
-    from_mm,
-    to_mm,
-    step_mm,
+    ...range,
     measure: measure ?? [],
     ...(exposure_us == null ? {} : { exposure_us }),
     ...(name === "" ? {} : { name }),
   };
+}
+
+/** The rows of a plan, in one unit. */
+export interface Range {
+  from: number;
+  to: number;
+  step: number;
+  unit: "mm" | "°";
+}
+
+/** A plan has its rows in millimetres, or in degrees of a turntable. */
+export function rangeOf({ from_mm, to_mm, step_mm, from_deg, to_deg, step_deg }: Plan): Range {
+  if (from_deg != null) return { from: from_deg, to: to_deg ?? 0, step: step_deg ?? 1, unit: "°" };
+  return { from: from_mm ?? 0, to: to_mm ?? 0, step: step_mm ?? 1, unit: "mm" };
+}
+
+/** The same as the plan states it. */
+export function inPlan({ from, to, step, unit }: Range): Partial<Plan> {
+  return unit === "°"
+    ? { from_deg: from, to_deg: to, step_deg: step }
+    : { from_mm: from, to_mm: to, step_mm: step };
 }
 
 /** A characteristic with a part of it changed; limits need a nominal to lie around, flatness has zero. */

@@ -8,12 +8,12 @@ import { TOOLS, type Tool } from "../../state/choices";
 import type { MeasurementPlan, Plan } from "../../state/records/measurement_plan";
 import { language, text } from "../../text";
 import { decimal } from "../../units";
-import { type Characteristic, changed, freeName } from "./recipe";
+import { type Characteristic, changed, freeName, inPlan, type Range, rangeOf } from "./recipe";
 
 interface Properties {
   plan: MeasurementPlan;
   form: Form;
-  /** Where the stage can go, mm. */
+  /** Where the stage can go, in its unit. */
   travel_mm: readonly number[];
 }
 
@@ -42,6 +42,9 @@ interface FieldsProperties {
 function Fields({ shown, form, change, travel_mm }: FieldsProperties) {
   const words = text.value.operate;
   const [lowest = -1e4, highest = 1e4] = travel_mm;
+  const range = rangeOf(shown);
+  const { from, to, step, unit } = range;
+  const changeRange = (part: Partial<Range>) => change(inPlan({ ...range, ...part }));
   const measure = shown.measure ?? [];
   const replace = (at: number, one: Characteristic | undefined) =>
     change({ measure: measure.flatMap((known, idx) => (idx === at ? (one ?? []) : known)) });
@@ -51,29 +54,29 @@ function Fields({ shown, form, change, travel_mm }: FieldsProperties) {
         <NumberField
           form={form}
           label={words.from}
-          unit="mm"
-          value={shown.from_mm}
+          unit={unit}
+          value={from}
           min={lowest}
           max={highest}
-          onChange={(from_mm) => from_mm !== undefined && change({ from_mm })}
+          onChange={(from) => from !== undefined && changeRange({ from })}
         />
         <NumberField
           form={form}
           label={words.to}
-          unit="mm"
-          value={shown.to_mm}
+          unit={unit}
+          value={to}
           min={lowest}
           max={highest}
-          onChange={(to_mm) => to_mm !== undefined && change({ to_mm })}
+          onChange={(to) => to !== undefined && changeRange({ to })}
         />
         <NumberField
           form={form}
           label={words.step}
-          unit="mm"
-          value={shown.step_mm}
+          unit={unit}
+          value={step}
           min={0.001}
           max={50}
-          onChange={(step_mm) => step_mm !== undefined && change({ step_mm })}
+          onChange={(step) => step !== undefined && changeRange({ step })}
         />
         <NumberField
           form={form}
@@ -196,7 +199,8 @@ function summaryOf(plan: Plan): string {
   const words = text.value.operate;
   const number = (value: number) => value.toLocaleString(language.value, { maximumFractionDigits: 4 });
   const signed = (value: number) => number(value).replace("-", "−");
-  const scan = words.range(signed(plan.from_mm), signed(plan.to_mm), number(plan.step_mm));
+  const { from, to, step, unit } = rangeOf(plan);
+  const scan = words.range(signed(from), signed(to), number(step), unit === "mm" ? " mm" : unit);
   const measure = plan.measure ?? [];
   if (measure.length === 0) return `${scan} · ${words.no_tool}`;
   const measured = measure.map(({ tool, name, nominal_mm, tolerance_mm }) => {

@@ -1,6 +1,6 @@
 /** Where a result comes from, and how to compute it anew. */
 
-import { data } from "../../api/client";
+import { data, type Schemas } from "../../api/client";
 import { useApp } from "../../app";
 import { CommandButton } from "../../parts/command_button";
 import { useLoaded } from "../../parts/loading";
@@ -39,6 +39,21 @@ export function Provenance({ scan, n_shown }: { scan: Scan; n_shown: number }) {
             <dd>
               {decimal(plan.from_mm, 1, shown)} … {decimal(plan.to_mm, 1, shown)} mm, {length(plan.step_mm, shown)}
             </dd>
+          </>
+        )}
+        {plan.from_deg != null && (
+          <>
+            <dt>{words.turn}</dt>
+            <dd>
+              {decimal(plan.from_deg, 1, shown)} … {decimal(plan.to_deg, 1, shown)}°,{" "}
+              {decimal(plan.step_deg, 2, shown)}°
+            </dd>
+          </>
+        )}
+        {report.closure && (
+          <>
+            <dt>{words.closure}</dt>
+            <dd>{closureOf(report.closure, shown)}</dd>
           </>
         )}
         {plan.exposure_us != null && (
@@ -82,6 +97,16 @@ export function Provenance({ scan, n_shown }: { scan: Scan; n_shown: number }) {
       <LeftOut scan={scan} />
     </section>
   );
+}
+
+/** RMS of how far apart a surface is a turn later, by its own line and by another. */
+function closureOf({ same_line, other_lines }: Schemas["ClosureDto"], shown: string): string {
+  const words = text.value.result;
+  const parts = [
+    same_line && words.closure_same(length(same_line.rms_mm, shown)),
+    other_lines && words.closure_other(length(other_lines.rms_mm, shown)),
+  ];
+  return parts.filter((part) => part).join(", ") || "–";
 }
 
 function LeftOut({ scan }: { scan: Scan }) {

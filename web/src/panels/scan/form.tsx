@@ -13,20 +13,22 @@ const SMALLEST = 0.001;
 
 export function SetUpForm({ set_up, form }: { set_up: SetUp; form: Form }) {
   const words = text.value.scan;
+  const range = set_up.rotary.value ? set_up.turn : set_up.travel;
+  const unit = set_up.rotary.value ? "°" : "mm";
   return (
     <div class="stack">
-      <div class="row end travel">
-        <Quantity form={form} label={words.from} unit="mm" value={set_up.from_mm} />
-        <Quantity form={form} label={words.to} unit="mm" value={set_up.to_mm} />
+      <div class="row end travel" key={unit}>
+        <Quantity form={form} label={words.from} unit={unit} value={range.from} />
+        <Quantity form={form} label={words.to} unit={unit} value={range.to} />
         {set_up.mode.value === "stop_and_go" ? (
-          <Quantity key="step" form={form} label={words.step} unit="mm" value={set_up.step_mm} min={SMALLEST} />
+          <Quantity key="step" form={form} label={words.step} unit={unit} value={range.step} min={SMALLEST} />
         ) : (
           <Quantity
             key="speed"
             form={form}
             label={words.speed}
-            unit="mm/s"
-            value={set_up.speed_mm_s}
+            unit={`${unit}/s`}
+            value={range.speed}
             min={SMALLEST}
           />
         )}
@@ -99,6 +101,48 @@ export function SetUpForm({ set_up, form }: { set_up: SetUp; form: Form }) {
             />
             {words.keep_frames}
           </label>
+          <label class="check">
+            <input
+              type="checkbox"
+              checked={set_up.subtract_ambient.value}
+              onChange={(event) => {
+                set_up.subtract_ambient.value = event.currentTarget.checked;
+              }}
+            />
+            {words.subtract_ambient}
+          </label>
+          {set_up.subtract_ambient.value && (
+            <div class="row end">
+              {set_up.mode.value === "stop_and_go" && (
+                <NumberField
+                  form={form}
+                  label={words.ambient_rows}
+                  unit={words.rows_unit}
+                  optional
+                  whole
+                  min={1}
+                  placeholder="1"
+                  value={set_up.ambient_rows.value}
+                  onChange={(value) => {
+                    set_up.ambient_rows.value = value;
+                  }}
+                />
+              )}
+              <NumberField
+                form={form}
+                label={words.ambient_levels}
+                unit={words.levels_unit}
+                optional
+                min={0}
+                max={255}
+                placeholder={words.always}
+                value={set_up.ambient_levels.value}
+                onChange={(value) => {
+                  set_up.ambient_levels.value = value;
+                }}
+              />
+            </div>
+          )}
         </div>
       </details>
     </div>

@@ -21,7 +21,7 @@ import "./scan.css";
 export default function Scan() {
   const app = useApp();
   const words = text.value.scan;
-  const set_up = useMemo(() => new SetUp(), []);
+  const set_up = useMemo(() => new SetUp(app.station.rotary), [app]);
   const run = useMemo(() => new ScanRun(app, set_up), [app, set_up]);
   const view = useMemo(
     () => new ViewState(async (picked) => await exactPoint(app.api, run.scan_id.peek() ?? "", picked)),

@@ -87,8 +87,12 @@ function PlanFacts({ plan }: { plan: Plan }) {
         </dd>
         <dt>{words.rows}</dt>
         <dd>
-          {count(plan.n_rows, shown)}, {words.every(length(plan.step_mm, shown))}
+          {count(plan.n_rows, shown)},{" "}
+          {words.every(
+            plan.step_deg != null ? `${decimal(plan.step_deg, 2, shown)}°` : length(plan.step_mm, shown),
+          )}
           {plan.speed_mm_s != null && `, ${decimal(plan.speed_mm_s, 2, shown)} mm/s`}
+          {plan.speed_deg_s != null && `, ${decimal(plan.speed_deg_s, 2, shown)} °/s`}
         </dd>
         <dt>{words.density}</dt>
         <dd>{words.per_mm2(decimal(plan.points_per_mm2, 1, shown))}</dd>

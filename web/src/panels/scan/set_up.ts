@@ -1,6 +1,6 @@
 /** What a person asks of a scan, as the form holds it and as the server wants it. */
 
-import { computed, signal } from "@preact/signals";
+import { computed, type ReadonlySignal, signal } from "@preact/signals";
 import type { Schemas } from "../../api/client";
 import { remembered } from "../../state/browser/remembered";
 
@@ -12,18 +12,30 @@ const to_mm = remembered("scan_to_mm", 20);
 const step_mm = remembered("scan_step_mm", 0.2);
 const mode = remembered<Mode>("scan_mode", "stop_and_go");
 const speed_mm_s = remembered("scan_speed_mm_s", 5);
+/** A turn, and what shows how well it closes. */
+const from_deg = remembered("scan_from_deg", 0);
+const to_deg = remembered("scan_to_deg", 375);
+const step_deg = remembered("scan_step_deg", 1.5);
+const speed_deg_s = remembered("scan_speed_deg_s", 15);
 
 /** The form. Geometry is remembered by this browser; light and name are those of one scan. */
 export class SetUp {
-  readonly from_mm = from_mm;
-  readonly to_mm = to_mm;
-  readonly step_mm = step_mm;
+  readonly travel = { from: from_mm, to: to_mm, step: step_mm, speed: speed_mm_s };
+  readonly turn = { from: from_deg, to: to_deg, step: step_deg, speed: speed_deg_s };
   readonly mode = mode;
-  readonly speed_mm_s = speed_mm_s;
   readonly exposure_us = signal<number | undefined>(undefined);
   readonly laser_percent = signal<number | undefined>(undefined);
   readonly name = signal("");
   readonly keep_frames = signal(false);
+  /** Images with the laser off, subtracted from the frames. */
+  readonly subtract_ambient = signal(false);
+  /** Rows between two of them. */
+  readonly ambient_rows = signal<number | undefined>(undefined);
+  /** Ambient light, levels of 255, below which none is needed. */
+  readonly ambient_levels = signal<number | undefined>(undefined);
+
+  /** `rotary`: whether the station's stage turns. */
+  constructor(readonly rotary: ReadonlySignal<boolean>) {}
 
   /** As the server wants it; what was left empty is left to the server. */
   readonly wanted = computed<StartScan>(() => {
@@ -32,13 +44,32 @@ export class SetUp {
     return {
       source: { kind: "station" },
       mode: this.mode.value,
-      from_mm: this.from_mm.value,
-      to_mm: this.to_mm.value,
-      ...(continuous ? { speed_mm_s: this.speed_mm_s.value } : { step_mm: this.step_mm.value }),
+      ...(this.rotary.value ? this.turned(continuous) : this.travelled(continuous)),
       ...(this.exposure_us.value !== undefined && { exposure_us: this.exposure_us.value }),
       ...(this.laser_percent.value !== undefined && { laser_power: this.laser_percent.value / 100 }),
       ...(name !== "" && { name }),
       ...(this.keep_frames.value && { keep_frames: true }),
+      ...(this.subtract_ambient.value && { background: this.background(continuous) }),
     };
   });
+
+  private background(continuous: boolean): Schemas["BackgroundDto"] {
+    const [every_rows, above_levels] = [this.ambient_rows.value, this.ambient_levels.value];
+    return {
+      ...(every_rows !== undefined && !continuous && { every_rows }),
+      ...(above_levels !== undefined && { above_levels }),
+    };
+  }
+
+  private travelled(continuous: boolean): Partial<StartScan> {
+    const { from, to, step, speed } = this.travel;
+    const pace = continuous ? { speed_mm_s: speed.value } : { step_mm: step.value };
+    return { from_mm: from.value, to_mm: to.value, ...pace };
+  }
+
+  private turned(continuous: boolean): Partial<StartScan> {
+    const { from, to, step, speed } = this.turn;
+    const pace = continuous ? { speed_deg_s: speed.value } : { step_deg: step.value };
+    return { from_deg: from.value, to_deg: to.value, ...pace };
+  }
 }

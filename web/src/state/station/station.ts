@@ -19,6 +19,10 @@ export class StationState {
   readonly stale = computed(() => this.stale_s.value > 0);
   /** Whether the devices are simulated or replayed. */
   readonly simulated = computed(() => this.status.value?.simulated ?? undefined);
+  /** Whether the stage turns: its positions are degrees. */
+  readonly rotary = computed(() => this.status.value?.stage.kind === "rotary");
+  /** Unit of the stage's positions. */
+  readonly unit = computed(() => (this.rotary.value ? "°" : "mm"));
   /** Whether the station carries something out. */
   readonly busy = computed(() => this.status.value?.job_id != null);
 

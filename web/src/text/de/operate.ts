@@ -57,7 +57,8 @@ export const operate = {
   no_tool: "nichts (nur scannen)",
   nominal: "Sollwert",
   tolerance: "Toleranz ±",
-  range: (from: string, to: string, step: string) => `${from} … ${to} mm in Schritten von ${step} mm`,
+  range: (from: string, to: string, step: string, unit: string) =>
+    `${from} … ${to}${unit} in Schritten von ${step}${unit}`,
   no_verdict_without_nominal: "Ohne Sollwert gibt es keine Bewertung.",
   kept_by_server: "Auf dem Server gespeichert, für alle Teile und alle Browser.",
 };

@@ -53,7 +53,8 @@ export const operate = {
   no_tool: "nothing (scan only)",
   nominal: "Nominal",
   tolerance: "Tolerance ±",
-  range: (from: string, to: string, step: string) => `${from} … ${to} mm in steps of ${step} mm`,
+  range: (from: string, to: string, step: string, unit: string) =>
+    `${from} … ${to}${unit} in steps of ${step}${unit}`,
   no_verdict_without_nominal: "Without a nominal value there is no verdict.",
   kept_by_server: "Stored on the server, for all parts and all browsers.",
 };

@@ -12,7 +12,7 @@ use bytes::{BufMut as _, Bytes, BytesMut};
 use live::LiveBus;
 use live::protocol::points::{HEADER_BYTES, POINT_BYTES};
 use nalgebra::Vector3;
-use optics::PointMm;
+use optics::{PointMm, StagePosition};
 use scanning::synthetic::SyntheticScan;
 use scanning::{Profile, ProfilePoint};
 use serde_json::json;
@@ -116,7 +116,13 @@ fn packed(bus: &LiveBus, message_bytes: usize, n_messages: usize) -> Vec<Bytes> 
     let calibration = SyntheticScan::new(1, 1).calibration;
     bus.begin_scan(SCAN_ID);
     for idx in 0..n_messages {
-        bus.add_profile_points(SCAN_ID, idx as u32, idx as f64 * 0.1, &profile, &calibration);
+        bus.add_profile_points(
+            SCAN_ID,
+            idx as u32,
+            StagePosition::LinearMm(idx as f64 * 0.1),
+            &profile,
+            &calibration,
+        );
     }
     bus.end_scan(SCAN_ID)
 }

@@ -45,12 +45,12 @@ fn station(turn_rad: f64) -> StationModel {
 fn recorded(model: &StationModel, folder: &Path) {
     let request = CaptureRequest {
         n_poses: 8,
-        stage_positions_mm: vec![-15.0, -5.0, 5.0, 15.0],
+        stage_positions: vec![-15.0, -5.0, 5.0, 15.0],
         scans: vec![ScanRequest {
             name: "gauge".to_owned(),
             part: SceneKind::Gauge { height_mm: 8.9 },
             n_frames: 16,
-            step_mm: 1.0,
+            step: 1.0,
         }],
     };
     capture_folder(model, &request, folder, &|_| ControlFlow::Continue(())).unwrap();
@@ -72,7 +72,8 @@ fn capture(turns_rad: &[f64]) -> TempDir {
             write_png(&first.join(&file.path), &sum).unwrap();
         }
     }
-    made.manifest.projector = Projector::Planes(PlanesProjector { lines: turns_rad.len(), line_direction: None });
+    made.manifest.projector =
+        Projector::Planes(PlanesProjector { lines: turns_rad.len(), line_direction: None, switched: false });
     write_manifest(&first, &made.manifest).unwrap();
     folder
 }
@@ -83,9 +84,44 @@ fn added(a: &GreyImage, b: &GreyImage) -> GreyImage {
     GreyImage::new(a.width(), a.height(), Pixels::Eight(sum)).unwrap()
 }
 
-/// Calibrates and scans, and holds every point against the truth of its frame and line.
-fn check(turns_rad: &[f64]) {
-    let folder = capture(turns_rad);
+/// The same with lasers that are lit one by one: each has pictures of its own.
+fn switched(turns_rad: &[f64]) -> TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    for (line, &turn_rad) in turns_rad.iter().enumerate() {
+        recorded(&station(turn_rad), &folder.path().join(line.to_string()));
+    }
+    let first = folder.path().join("0");
+    let mut made = capture::Capture::open(&first).unwrap();
+    let of_line = |path: &Path, line: usize| match line {
+        0 => path.to_owned(),
+        _ => {
+            let name = path.with_extension(format!("{line}.png"));
+            std::fs::copy(folder.path().join(line.to_string()).join(path), first.join(&name)).unwrap();
+            name
+        }
+    };
+    let lines = turns_rad.len();
+    for pose in &mut made.manifest.poses {
+        let laser = pose.laser.take().unwrap();
+        pose.lasers = (0..lines).map(|line| of_line(&laser, line)).collect();
+    }
+    for scan in &mut made.manifest.scans {
+        let of_frame = |frame: &capture::Frame| -> Vec<capture::Frame> {
+            let of = |line: usize| {
+                let image = of_line(&frame.image, line);
+                capture::Frame { image, line: Some(line as i8), ..frame.clone() }
+            };
+            (0..lines).map(of).collect()
+        };
+        scan.frames = scan.frames.iter().flat_map(of_frame).collect();
+    }
+    made.manifest.projector = Projector::Planes(PlanesProjector { lines, line_direction: None, switched: true });
+    write_manifest(&first, &made.manifest).unwrap();
+    folder
+}
+
+/// Calibrates and scans, and holds every point against the truth of its frame and line; `per_row`: frames of a row.
+fn check(folder: &TempDir, turns_rad: &[f64], per_row: u32) {
     let capture = path(folder.path(), "0");
     let (calibration, cloud) = (path(folder.path(), "cal.json"), path(folder.path(), "gauge.ply"));
     let (result, exit) = sheaf_json(&["calibrate", &capture, "-o", &calibration, "-q"]);
@@ -97,9 +133,9 @@ fn check(turns_rad: &[f64]) {
     for point in points {
         // The stage moves along y: depths of the part frame are those of the camera's, but for its slant.
         let at = [f64::from(point.u_px), f64::from(point.v_px), point.z_mm, f64::from(point.sigma_mm)];
-        by_line.entry((point.frame, point.order)).or_default().push(at);
+        by_line.entry((point.frame / per_row, point.order)).or_default().push(at);
     }
-    let stage = station(0.0).stage;
+    let stage = station(0.0).stage.linear().unwrap();
     let (mut n_true, mut n_found, mut n_wrong, mut z) = (0, 0, 0, Vec::new());
     for line in 0..turns_rad.len() {
         let text = std::fs::read_to_string(folder.path().join(line.to_string()).join("truth-gauge.csv")).unwrap();
@@ -129,12 +165,33 @@ fn check(turns_rad: &[f64]) {
 
 #[test]
 fn one_laser_is_calibrated_and_scans() {
-    check(&[0.0]);
+    check(&capture(&[0.0]), &[0.0], 1);
 }
 
 #[test]
 fn two_free_lasers_are_calibrated_and_scan() {
-    check(&[APART_RAD / 2.0, -APART_RAD / 2.0]);
+    let turns_rad = [APART_RAD / 2.0, -APART_RAD / 2.0];
+    check(&capture(&turns_rad), &turns_rad, 1);
+}
+
+#[test]
+fn lasers_that_are_lit_one_by_one_are_told_apart_by_their_pictures() {
+    // Numbered from the bottom of the image upwards: by their places each would be taken for the other.
+    let turns_rad = [-APART_RAD / 2.0, APART_RAD / 2.0];
+    let folder = switched(&turns_rad);
+    check(&folder, &turns_rad, 2);
+    let capture = path(folder.path(), "0");
+    crate::commands::schemas::follows("capture", &folder.path().join("0/capture.json"));
+    crate::common::edit_manifest(&folder.path().join("0"), |manifest| {
+        manifest["scans"][0]["frames"][3].as_object_mut().unwrap().remove("line");
+    });
+    let (calibration, cloud) = (path(folder.path(), "cal.json"), path(folder.path(), "no.ply"));
+    let refused = sheaf(&["scan", &capture, "-c", &calibration, "--scan", "gauge", "-o", &cloud, "-q"]);
+    let message = crate::common::err(&refused);
+    assert!(!refused.status.success());
+    for words in ["scans[0].frames[3].line is missing", "state which line was lit"] {
+        assert!(message.contains(words), "`{words}` is not in:\n{message}");
+    }
 }
 
 #[test]

@@ -99,11 +99,27 @@ impl CalibrationDocument {
             parameters: crate::params::as_map(),
             report: ReportText::of(&result.report),
         };
-        document.calibration.id = String::new();
-        let digest = Sha256::digest(document.to_json().as_bytes());
-        document.calibration.id =
-            digest.iter().map(|byte| format!("{byte:02x}")).collect::<String>()[..ID_DIGITS].to_owned();
+        document.name_by_content();
         document
+    }
+
+    /// The same with another calibration, in which what the stage does was found in another way: `how`, in words, from `inputs`
+    /// besides.
+    pub fn with_stage_of(&self, calibration: &Calibration, how: &str, inputs: Vec<InputHash>) -> Self {
+        let mut document = Self { calibration: CalibrationText::of(calibration), ..self.clone() };
+        document.inputs.extend(inputs);
+        (document.report.stage, document.report.axis) = (None, None);
+        document.report.warnings.push(how.to_owned());
+        document.name_by_content();
+        document
+    }
+
+    /// The id is the hash of everything else.
+    fn name_by_content(&mut self) {
+        self.calibration.id = String::new();
+        let digest = Sha256::digest(self.to_json().as_bytes());
+        self.calibration.id =
+            digest.iter().map(|byte| format!("{byte:02x}")).collect::<String>()[..ID_DIGITS].to_owned();
     }
 
     /// Reads a document.

@@ -22,8 +22,10 @@ pub struct BoardPiece {
     pub block: usize,
     /// The points.
     pub points: Vec<CentrelinePoint>,
-    /// Order, where known.
+    /// Order, where it is found out.
     pub order: Option<i8>,
+    /// Whether the order is known, since no other line was lit.
+    pub is_alone: bool,
     /// Whether it lies on the squares, or on the one square's width around them that most boards leave blank.
     pub on_pattern: bool,
 }
@@ -84,6 +86,16 @@ pub fn picture_lines(
     lines
 }
 
+impl PictureLines {
+    /// The same of a picture in which only the line `order` was lit.
+    pub fn of_line(mut self, order: i8) -> Self {
+        for piece in &mut self.pieces {
+            (piece.order, piece.is_alone) = (Some(order), true);
+        }
+        self
+    }
+}
+
 /// A piece in the making.
 struct Run<'a> {
     orders: &'a [i8],
@@ -93,7 +105,7 @@ struct Run<'a> {
 
 impl<'a> Run<'a> {
     fn new(block: usize, orders: &'a [i8]) -> Self {
-        let piece = BoardPiece { block, points: Vec::new(), order: None, on_pattern: true };
+        let piece = BoardPiece { block, points: Vec::new(), order: None, is_alone: false, on_pattern: true };
         Self { orders, piece, votes: vec![0; orders.len()] }
     }
 
@@ -124,7 +136,7 @@ impl<'a> Run<'a> {
     }
 }
 
-/// Labels every piece by the predicted curves of `light`; pieces between two curves lose their label.
+/// Labels every piece whose order is not known by the predicted curves of `light`; pieces between two curves lose their label.
 pub fn label_by_prediction(
     pieces: &mut [BoardPiece],
     camera: &Camera,
@@ -132,7 +144,7 @@ pub fn label_by_prediction(
     light: &LightSurfaces,
     orders: &[i8],
 ) {
-    for piece in pieces {
+    for piece in pieces.iter_mut().filter(|piece| !piece.is_alone) {
         let mut distances: Vec<(f64, i8)> = orders
             .iter()
             .filter_map(|&order| Some((median_distance(piece, camera, &poses[piece.block], light, order)?, order)))

@@ -1,11 +1,14 @@
 //! From the centrelines of all laser pictures to labelled, cleaned observations.
 
+use std::collections::BTreeSet;
+
 use optics::{DepthRangeMm, LightSurfaces};
+use vision::Centrelines;
 
 use crate::error::CalibrationError;
 use crate::findings::report::Rejections;
 use crate::first::board_lines::{
-    BoardPiece, label_by_prediction, observations, picture_lines, unlabel_beyond_board,
+    BoardPiece, PictureLines, label_by_prediction, observations, picture_lines, unlabel_beyond_board,
 };
 use crate::first::chaining::label_whole_lines;
 use crate::fits::light_fit::{Scene, fit_light, lit_points};
@@ -42,27 +45,23 @@ pub fn laser_points(input: &CalibrationInput, scene: &Scene) -> Result<LaserPoin
     let mut pieces: Vec<BoardPiece> = Vec::new();
     let (mut most_side_by_side, mut correlation_px) = (0, 1.0_f64);
     let mut lines_of_pictures: Vec<Vec<Vec<usize>>> = Vec::new();
-    let (mut n_lit, mut dark) = (0, Vec::new());
-    for (block, pose) in input.poses.iter().enumerate() {
-        let Some(centrelines) = &pose.centrelines else { continue };
-        let mut lines = picture_lines(
-            block,
-            centrelines,
-            scene.camera,
-            &scene.poses[block],
-            &input.board,
-            scene.orders,
-            input.projector.line_direction,
-        );
+    let (mut lit, mut dark) = (BTreeSet::new(), Vec::new());
+    let pictures = input.poses.iter().enumerate();
+    let pictures = pictures.flat_map(|(block, pose)| pose.laser_pictures().map(move |lines| (block, pose, lines)));
+    for (block, pose, centrelines) in pictures {
+        let mut lines = lines_on_board(input, scene, block, centrelines);
         if lines.pieces.iter().filter(|piece| piece.on_pattern).map(|piece| piece.points.len()).sum::<usize>()
             < MIN_LINE_COLUMNS
         {
             dark.push(pose.name.as_str());
             continue;
         }
-        n_lit += 1;
+        lit.insert(block);
         let direction = input.projector.line_direction;
-        let whole = label_whole_lines(&mut lines.pieces, scene.orders, direction, lines.pitch_px);
+        let whole = match centrelines.lit_line {
+            None => label_whole_lines(&mut lines.pieces, scene.orders, direction, lines.pitch_px),
+            Some(_) => Vec::new(),
+        };
         rejections.off_board += lines.rejections.off_board;
         rejections.square_edge += lines.rejections.square_edge;
         most_side_by_side = most_side_by_side.max(lines.most_side_by_side).max(whole.len());
@@ -72,10 +71,10 @@ pub fn laser_points(input: &CalibrationInput, scene: &Scene) -> Result<LaserPoin
             .push(whole.into_iter().map(|line| line.into_iter().map(|idx| idx + n_before).collect()).collect());
         pieces.extend(lines.pieces);
     }
-    if n_lit < MIN_LASER_POSES {
+    if lit.len() < MIN_LASER_POSES {
         return Err(CalibrationError::LinesOffBoard {
             needed: MIN_LASER_POSES,
-            got: n_lit,
+            got: lit.len(),
             dark: dark.join(", "),
         });
     }
@@ -109,6 +108,23 @@ pub fn laser_points(input: &CalibrationInput, scene: &Scene) -> Result<LaserPoin
     rejections.outlier = outliers.len();
     let depth_range_mm = depth_range(scene, &observations)?;
     Ok(LaserPoints { observations, rejections, outliers, depth_range_mm, warnings })
+}
+
+/// The pieces of a picture; those of a line that was lit alone are that line's.
+fn lines_on_board(
+    input: &CalibrationInput,
+    scene: &Scene,
+    block: usize,
+    centrelines: &Centrelines,
+) -> PictureLines {
+    let direction = input.projector.line_direction;
+    let of = |orders: &[i8]| {
+        picture_lines(block, centrelines, scene.camera, &scene.poses[block], &input.board, orders, direction)
+    };
+    match centrelines.lit_line {
+        None => of(scene.orders),
+        Some(order) => of(&[order]).of_line(order),
+    }
 }
 
 /// What is labelled on the boards' patterns.

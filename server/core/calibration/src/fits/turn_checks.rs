@@ -10,8 +10,11 @@ use crate::fits::turn_fit::TurnView;
 use crate::params::{MAX_TURN_MISMATCH_RAD, MIN_STAGE_ANGLE_DEG, MIN_STAGE_POSITIONS};
 
 /// There are enough different angles, whole turns apart being the same.
-pub fn check_angles(views: &[TurnView]) -> Result<(), CalibrationError> {
-    let mut apart: Vec<f64> = views.iter().map(|view| view.angle_deg.rem_euclid(360.0)).collect();
+///
+/// # Errors
+/// [`CalibrationError::TooFewStageAngles`].
+pub fn check_angles(angles_deg: impl IntoIterator<Item = f64>) -> Result<(), CalibrationError> {
+    let mut apart: Vec<f64> = angles_deg.into_iter().map(|angle_deg| angle_deg.rem_euclid(360.0)).collect();
     apart.sort_by(f64::total_cmp);
     apart.dedup_by(|next, kept| *next - *kept < MIN_STAGE_ANGLE_DEG);
     if apart.len() > 1 && apart[0] + 360.0 - apart[apart.len() - 1] < MIN_STAGE_ANGLE_DEG {

@@ -127,7 +127,7 @@ pub fn turn_fit(
     board_centre_mm: &Vector3<f64>,
     angle_sigma_deg: Option<f64>,
 ) -> Result<TurnFit, CalibrationError> {
-    check_angles(views)?;
+    check_angles(views.iter().map(|view| view.angle_deg))?;
     check_turns(views)?;
     let axis = first_axis(views).ok_or_else(|| unobservable(f64::INFINITY, f64::INFINITY))?;
     let centres: Vec<Vector3<f64>> =

@@ -32,6 +32,7 @@ fn camera_rms_px(paths: &[PathBuf], board: BoardGeometry, estimate_k3: Option<bo
             name: path.display().to_string(),
             corners: find_corners(image, &params).unwrap(),
             centrelines: None,
+            lit_alone: Vec::new(),
         })
         .collect();
     let input = CalibrationInput {

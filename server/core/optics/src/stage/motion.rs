@@ -51,6 +51,12 @@ impl Motion {
         })
     }
 
+    /// A direction in the part, in the camera frame.
+    #[inline]
+    pub fn camera_direction(&self, in_part: &Vector3<f64>) -> Vector3<f64> {
+        self.turn.map_or(*in_part, |turn| turn * in_part)
+    }
+
     /// A direction in the camera frame, in the part's.
     #[inline]
     pub fn part_direction(&self, in_camera: &Vector3<f64>) -> Vector3<f64> {

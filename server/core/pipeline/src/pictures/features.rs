@@ -59,8 +59,9 @@ pub fn calibration_features(
     for pose in &manifest.poses {
         let corners = boards.next().flatten();
         let centrelines = pose.laser.as_ref().and_then(|_| lasers.next().flatten());
+        let lit_alone: Vec<Centrelines> = lasers.by_ref().take(pose.lasers.len()).flatten().collect();
         if let Some(corners) = corners {
-            poses.push(PoseInput { name: pose.board.display().to_string(), corners, centrelines });
+            poses.push(PoseInput { name: pose.board.display().to_string(), corners, centrelines, lit_alone });
         }
     }
     let mut stage_views = Vec::new();
@@ -102,6 +103,7 @@ pub fn scan_centrelines(
                         ));
                     }
                 }
+                lines.lit_line = picture.line;
                 task.step();
                 Ok(lines)
             })
@@ -211,8 +213,10 @@ fn centrelines_of(capture: &Capture, laser: &LaserPicture) -> Found<Centrelines>
             return Err(unreadable(capture, picture, &finding.to_string(), remedy));
         }
     };
-    let lines = find_centrelines(&image, &centreline_params(capture));
-    if lines.segments.is_empty() {
+    let mut lines = find_centrelines(&image, &centreline_params(capture));
+    lines.lit_line = laser.line;
+    // A line that is lit alone need not meet every board.
+    if lines.segments.is_empty() && laser.line.is_none() {
         let remedy = "check that the laser was on and exposed long enough, or remove this \"laser\" from the pose: \
                       it then serves the camera alone";
         return Err(unreadable(capture, picture, "no laser line was found", remedy));

@@ -2,8 +2,7 @@
 
 use std::fmt;
 
-use statistics::median;
-use vision::{Centrelines, Channel, GreyImage, LineDirection, Picture, find_centrelines};
+use vision::{Centrelines, GreyImage, LineDirection, Picture, RoomChange, find_centrelines, room_change};
 
 use crate::pictures::search::{Directions, LineSearch, runs_along};
 use crate::pictures::strong_light::{StrongLight, strong_light};
@@ -12,16 +11,6 @@ use crate::pictures::strong_light::{StrongLight, strong_light};
 const LIKELIER: usize = 3;
 /// Fewest points that speak for another reading: less is noise.
 const SUSPICIOUS_POINTS: usize = 100;
-/// Side of the blocks by whose means pictures with laser on and off are compared: a quarter of the pixels' noise.
-const BLOCK_PX: usize = 4;
-/// Levels, of full scale, by which a block may be darker with the laser on: the noise of a block's mean is a sixth of it.
-const DARKER: f32 = 6.0 / 255.0;
-/// Share of the blocks that may be darker with the laser on than without: a picture of the same pose has none.
-const DARKER_SHARE: f64 = 0.005;
-/// Brightness, of full scale, from which a block tells how bright the room was.
-const BRIGHT: f32 = 0.06;
-/// The room may have become darker by this share before it is said.
-const DIMMER: f32 = 0.9;
 
 /// Something a person should know about a picture.
 #[derive(Debug, Clone, PartialEq)]
@@ -87,16 +76,10 @@ impl fmt::Display for Finding {
                 f,
                 "laser on and off seem to be swapped: the background shows lines ({swapped} points against {own})"
             ),
-            Self::BackgroundOfAnotherPose { darker_share } => write!(
-                f,
-                "the background seems to show another pose: {:.1} % of the picture is darker with the laser on than without",
-                100.0 * darker_share
-            ),
-            Self::DimmerRoom { share } => write!(
-                f,
-                "the room was darker than in the background ({:.0} %): exposure or lamps changed in between",
-                100.0 * share
-            ),
+            Self::BackgroundOfAnotherPose { darker_share } => {
+                RoomChange::AnotherPose { darker_share: *darker_share }.fmt(f)
+            }
+            Self::DimmerRoom { share } => RoomChange::Dimmer { share: *share }.fmt(f),
         }
     }
 }
@@ -142,30 +125,16 @@ pub(crate) fn pair_findings(on: &Picture, off: &Picture, found: usize, search: &
     room_finding(on, off)
 }
 
-/// Compares what ordinary light shows in both pictures: with the laser on nothing is darker, unless something moved or the
-/// room became darker as a whole.
+/// What became of the room between two pictures, see [`vision::room_change`].
 pub fn room_finding(on: &Picture, off: &Picture) -> Option<Finding> {
-    let (on, off) = (on.channel(Channel::Luma), off.channel(Channel::Luma));
-    let (on_blocks, off_blocks) = (block_means(&on), block_means(&off));
-    let full = on.full_scale();
-    let bright = on_blocks.iter().zip(&off_blocks).filter(|(_, off)| **off > BRIGHT * full);
-    let mut ratios: Vec<f32> = bright.map(|(on, off)| on / off).collect();
-    let share = median(&mut ratios).unwrap_or(1.0).min(1.0);
-    let darker =
-        on_blocks.iter().zip(&off_blocks).filter(|(on, off)| share * **off - **on > DARKER * full).count();
-    let darker_share = darker as f64 / on_blocks.len().max(1) as f64;
-    if darker_share > DARKER_SHARE {
-        return Some(Finding::BackgroundOfAnotherPose { darker_share });
-    }
-    (share < DIMMER).then_some(Finding::DimmerRoom { share })
+    room_change(on, off).map(Finding::from)
 }
 
-fn block_means(image: &GreyImage) -> Vec<f32> {
-    let (columns, rows) = (image.width() / BLOCK_PX, image.height() / BLOCK_PX);
-    let mean = |column: usize, row: usize| {
-        let pixels = (0..BLOCK_PX).flat_map(|dv| (0..BLOCK_PX).map(move |du| (du, dv)));
-        let sum: f32 = pixels.map(|(du, dv)| image.at(column * BLOCK_PX + du, row * BLOCK_PX + dv)).sum();
-        sum / (BLOCK_PX * BLOCK_PX) as f32
-    };
-    (0..rows).flat_map(|row| (0..columns).map(move |column| (column, row))).map(|(c, r)| mean(c, r)).collect()
+impl From<RoomChange> for Finding {
+    fn from(change: RoomChange) -> Self {
+        match change {
+            RoomChange::AnotherPose { darker_share } => Self::BackgroundOfAnotherPose { darker_share },
+            RoomChange::Dimmer { share } => Self::DimmerRoom { share },
+        }
+    }
 }

@@ -48,7 +48,8 @@ impl<'a> Evaluation<'a> {
         let mut sum = Checks::new(orders.len());
         let n_frames = profiles.frames.n_frames();
         let widths = surfaces.as_ref().map(|surfaces| LineWidths::learned(&profiles, surfaces)).transpose()?;
-        let filter = surfaces.as_ref().zip(widths.as_ref());
+        // Labels that are certain need no rivals.
+        let filter = surfaces.as_ref().zip(widths.as_ref()).filter(|_| !profiles.labels.are_certain);
         let filter = filter.map(|(surfaces, widths)| PointFilter::new(&profiles, surfaces, widths));
         let check = |frame| Checked::new(&profiles, frame, (surfaces.as_ref(), filter), &orders);
         in_order(n_frames, check, |checked| {

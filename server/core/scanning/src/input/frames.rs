@@ -28,6 +28,8 @@ pub trait Frames: Sync {
     fn n_frames(&self) -> usize;
     /// Where the stage stood when a frame was taken.
     fn position(&self, frame: usize) -> StagePosition;
+    /// The line that was lit alone in a frame, see [`Centrelines::lit_line`].
+    fn lit_line(&self, frame: usize) -> Option<i8>;
     /// The lines found in a frame, the same whenever they are asked for.
     ///
     /// # Errors
@@ -42,6 +44,10 @@ impl Frames for &[ScanFrame] {
 
     fn position(&self, frame: usize) -> StagePosition {
         self[frame].position
+    }
+
+    fn lit_line(&self, frame: usize) -> Option<i8> {
+        self[frame].centrelines.lit_line
     }
 
     fn centrelines(&self, frame: usize) -> Result<Cow<'_, Centrelines>, ContentError> {
@@ -59,6 +65,10 @@ impl Frames for OneFrame<'_> {
 
     fn position(&self, _: usize) -> StagePosition {
         StagePosition::LinearMm(0.0)
+    }
+
+    fn lit_line(&self, _: usize) -> Option<i8> {
+        self.0.lit_line
     }
 
     fn centrelines(&self, _: usize) -> Result<Cow<'_, Centrelines>, ContentError> {

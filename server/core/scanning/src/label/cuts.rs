@@ -30,8 +30,13 @@ impl Labels {
     /// pieces of one label, and the ends of segments.
     pub fn candidates(&self, frame: usize, lines: &Centrelines) -> Self {
         let own = pieces_of(&self.pieces, frame);
-        let mut candidates =
-            Self { pieces: Vec::new(), outcomes: Vec::new(), labels: Vec::new(), direction: self.direction };
+        let mut candidates = Self {
+            pieces: Vec::new(),
+            outcomes: Vec::new(),
+            labels: Vec::new(),
+            direction: self.direction,
+            are_certain: self.are_certain,
+        };
         for idx in own.clone() {
             let (piece, label) = (self.pieces[idx], self.labels[idx]);
             let follows = |other: usize| own.contains(&other) && self.pieces[other].segment == piece.segment;
@@ -99,6 +104,7 @@ mod tests {
             ],
             labels: vec![Some(2), Some(2), Some(3), None],
             direction: LineDirection::Rows,
+            are_certain: false,
         };
         let candidates = labels.candidates(1, &lines);
         assert_eq!(candidates.pieces, [piece(0, 5), piece(30, 34), piece(34, 60)]);

@@ -45,6 +45,8 @@ pub struct Labels {
     pub labels: Vec<Option<usize>>,
     /// Which way the lines run.
     pub direction: LineDirection,
+    /// Whether they were not concluded but known, since lines were lit one by one.
+    pub are_certain: bool,
 }
 
 /// Short ends of a line whose label differs from the line they hang on are left out: too little speaks for them.
@@ -80,13 +82,16 @@ pub fn label_frames(
     triangulator: &Triangulator,
     depth_range_mm: DepthRangeMm,
 ) -> Result<Labels, ScanError> {
-    let travel = Travel::of(motions);
+    let lit = lit_lines(frames, triangulator.calibration())?;
+    let travel = Travel::of(motions, lit.as_deref());
     let direction = lines_of(frames, 0)?.direction;
     let mut pieces = gather::features::cut_pieces(frames, &travel.order, direction)?;
-    if triangulator.calibration().orders.len() == 1 {
+    if let Some(lit) = lit {
         // Nothing can contradict the only line there is; points beyond the depths are left out one by one.
-        let (outcomes, labels) = (vec![LabelOutcome::Order(0); pieces.len()], vec![Some(0); pieces.len()]);
-        return Ok(Labels { pieces, outcomes, labels, direction });
+        let labels: Vec<Option<usize>> = pieces.iter().map(|piece| Some(lit[piece.frame])).collect();
+        let outcomes = labels.iter().flatten().map(|&label| LabelOutcome::Order(label)).collect();
+        let are_certain = triangulator.calibration().orders.len() > 1;
+        return Ok(Labels { pieces, outcomes, labels, direction, are_certain });
     }
     let view = gather::hypotheses::View { triangulator, depth_range_mm, direction };
     if frames.n_frames() > 1 {
@@ -114,7 +119,26 @@ pub fn label_frames(
         cuts::close(&mut pieces, &outcomes);
         (pieces, outcomes, labels) = sections::doubt_seams(&pieces, &outcomes, &labels, &widths_px);
     }
-    Ok(Labels { pieces, outcomes, labels, direction })
+    Ok(Labels { pieces, outcomes, labels, direction, are_certain: false })
+}
+
+/// Per frame the index of the only order that its lines can be, if there is one in every frame: lines that are lit one by one,
+/// or the only one there is.
+///
+/// # Errors
+/// [`ScanError::UnknownLine`], [`ScanError::SomeLitAlone`].
+pub fn lit_lines(frames: &dyn Frames, calibration: &Calibration) -> Result<Option<Vec<usize>>, ScanError> {
+    let orders = &calibration.orders;
+    let lit: Vec<Option<i8>> = (0..frames.n_frames()).map(|frame| frames.lit_line(frame)).collect();
+    if lit.iter().all(Option::is_none) {
+        return Ok((orders.len() == 1).then(|| vec![0; lit.len()]));
+    }
+    let index = |(frame, line): (usize, &Option<i8>)| {
+        let line = line.ok_or(ScanError::SomeLitAlone { frame })?;
+        let unknown = ScanError::UnknownLine { calibration: calibration.id.clone(), frame, line };
+        orders.iter().position(|order| *order == line).ok_or(unknown)
+    };
+    lit.iter().enumerate().map(index).collect::<Result<Vec<usize>, ScanError>>().map(Some)
 }
 
 /// What is seen of pieces, what that says about their labels, and the same line in the frames around.
@@ -187,15 +211,18 @@ pub struct Travel {
 }
 
 impl Travel {
-    /// The sequence along the stage's direction, from what it has done to the part in each frame.
-    pub fn of(motions: &[FrameMotion]) -> Self {
+    /// The sequence along the stage's direction, from what it has done to the part in each frame; where lines were lit one by
+    /// one, `lit`, all frames of one line before those of the next.
+    pub fn of(motions: &[FrameMotion], lit: Option<&[usize]>) -> Self {
         let shifts_mm: Vec<Vector3<f64>> = motions.iter().map(FrameMotion::travel_mm).collect();
         let mut order: Vec<usize> = (0..shifts_mm.len()).collect();
         let whole = shifts_mm.iter().fold(Vector3::zeros(), |longest: Vector3<f64>, shift| {
             let apart = shift - shifts_mm[0];
             if apart.norm() > longest.norm() { apart } else { longest }
         });
-        order.sort_by(|&a, &b| shifts_mm[a].dot(&whole).total_cmp(&shifts_mm[b].dot(&whole)));
+        let line = |frame: usize| lit.map_or(0, |lit| lit[frame]);
+        let place = |frame: usize| shifts_mm[frame].dot(&whole);
+        order.sort_by(|&a, &b| line(a).cmp(&line(b)).then(place(a).total_cmp(&place(b))));
         let mut rank = vec![0; order.len()];
         for (place, &frame) in order.iter().enumerate() {
             rank[frame] = place;

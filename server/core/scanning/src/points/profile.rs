@@ -82,8 +82,11 @@ impl Profile {
     /// Becomes what [`label_frame`] returns, in the memory it has.
     pub fn fill(&mut self, centrelines: &Centrelines, triangulator: &Triangulator, depth_range_mm: DepthRangeMm) {
         let labels = label_frames(&OneFrame(centrelines), &[FrameMotion::at_rest()], triangulator, depth_range_mm);
-        let labels = labels.expect("a frame in memory can be read");
-        self.fill_from(centrelines, 0, &labels, triangulator, depth_range_mm);
+        match labels {
+            Ok(labels) => self.fill_from(centrelines, 0, &labels, triangulator, depth_range_mm),
+            // It shows a line alone that the calibration does not have.
+            Err(_) => *self = Self { labels: vec![None; centrelines.segments.len()], ..Self::default() },
+        }
     }
 
     fn fill_from(

@@ -27,7 +27,7 @@ fn calibration_of(model: &StationModel) -> Calibration {
         camera: model.camera,
         orders,
         light: LightSurfaces::Grating(model.grating),
-        stage: Some(model.stage.into()),
+        stage: Some(model.stage),
         depth_range_mm: DepthRangeMm { near_mm: 350.0, far_mm: 450.0 },
         covariance: DMatrix::from_diagonal_element(22, 22, 1e-10),
     }

@@ -7,6 +7,7 @@ mod common;
 mod labelling;
 mod lost_steps;
 mod one_frame;
+mod part_axis;
 mod rendered;
 mod rig_a_images;
 mod turntable;

@@ -22,7 +22,7 @@ const ASTRAY: f64 = 0.001;
 /// Half the part's height, mm.
 const HALF_HEIGHT_MM: f64 = 22.0;
 
-fn axis() -> RotaryAxis {
+pub(crate) fn axis() -> RotaryAxis {
     RotaryAxis::new(Vector3::new(1.0, 2.0, 404.0), Vector3::new(0.02, -1.0, 0.1))
 }
 
@@ -32,19 +32,19 @@ fn radius_mm(turn_rad: f64, height_mm: f64) -> f64 {
 }
 
 /// Azimuth, height and radius of a point of the part frame.
-fn about_axis(at: &Vector3<f64>) -> (f64, f64, f64) {
+pub(crate) fn about_axis(at: &Vector3<f64>) -> (f64, f64, f64) {
     let (first, second) = optics::rotation::completing_frame(&axis().direction);
     let from_axis = at - axis().point_mm;
     let [x, y, height] = [first, second, axis().direction].map(|way| way.dot(&from_axis));
     (y.atan2(x), height, x.hypot(y))
 }
 
-fn solid(at: &Vector3<f64>) -> f64 {
+pub(crate) fn solid(at: &Vector3<f64>) -> f64 {
     let (turn_rad, height_mm, radius) = about_axis(at);
     if height_mm.abs() > HALF_HEIGHT_MM { -1.0 } else { radius_mm(turn_rad, height_mm) - radius }
 }
 
-fn angles(from_deg: f64, to_deg: f64) -> Vec<StagePosition> {
+pub(crate) fn angles(from_deg: f64, to_deg: f64) -> Vec<StagePosition> {
     let n = ((to_deg - from_deg) / STEP_DEG).round() as usize;
     (0..=n).map(|idx| StagePosition::RotaryDeg(from_deg + idx as f64 * STEP_DEG)).collect()
 }
@@ -71,7 +71,7 @@ fn grating_scan(positions: &[StagePosition]) -> (Calibration, KnownScan) {
 const LASERS_MM: [[f64; 3]; 2] = [[-170.0, 0.0, 30.0], [150.0, 10.0, 40.0]];
 
 /// Two lasers, left and right of the camera, whose sheets hold the axis.
-fn two_lasers() -> Calibration {
+pub(crate) fn two_lasers() -> Calibration {
     let along = axis().direction;
     let sheet = |laser: [f64; 3]| {
         let source = Vector3::from(laser);
@@ -92,7 +92,7 @@ fn two_lasers() -> Calibration {
 }
 
 /// Rays of a laser within its sheet.
-fn laser_light(order: i8, phi_rad: f64) -> Option<(Vector3<f64>, Vector3<f64>)> {
+pub(crate) fn laser_light(order: i8, phi_rad: f64) -> Option<(Vector3<f64>, Vector3<f64>)> {
     let source = Vector3::from(LASERS_MM[order as usize]);
     let middle = (axis().point_mm - source).normalize();
     let along = axis().direction - middle * middle.dot(&axis().direction);

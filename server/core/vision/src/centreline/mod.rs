@@ -103,6 +103,8 @@ pub struct Centrelines {
     /// Distance along the line, in scan columns (rows), over which neighbouring points share their noise:
     /// the mean of `n` neighbouring points has variance sigma² · min(1, correlation_px / n).
     pub correlation_px: f64,
+    /// Which line it is, where lines are lit one by one and only this one was; the extraction does not know.
+    pub lit_line: Option<i8>,
 }
 
 /// Finds the centrelines of all laser lines in `image`.

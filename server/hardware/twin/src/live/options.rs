@@ -1,5 +1,7 @@
 //! How a simulated station is to behave.
 
+use optics::StageKind;
+
 use crate::part::scene::SceneKind;
 
 /// Whether things take their time.
@@ -19,10 +21,20 @@ pub struct TwinOptions {
     pub timing: Timing,
     /// What lies on the stage when the station is switched on.
     pub scene: SceneKind,
-    /// Travel of the stage, mm.
+    /// Travel of the stage, mm; of a turntable, degrees.
     pub travel_mm: (f64, f64),
     /// Whether the stage must be homed before it moves; with [`Timing::Realistic`] it must in any case.
     pub homing_required: bool,
+}
+
+impl TwinOptions {
+    /// As by default, with the travel of such a stage: a turntable's is more than a whole turn both ways.
+    pub fn of(kind: StageKind) -> Self {
+        match kind {
+            StageKind::Linear => Self::default(),
+            StageKind::Rotary => Self { travel_mm: (-400.0, 400.0), ..Self::default() },
+        }
+    }
 }
 
 impl Default for TwinOptions {

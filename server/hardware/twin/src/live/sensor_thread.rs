@@ -315,16 +315,19 @@ impl Sensor {
     }
 }
 
-/// The light of a view: by the lamp where the laser is dark, else the laser's, what room and dirt add, and no lamp.
+/// The light of a view: by the lamp where the laser is dark, else the laser's, what room and dirt add, and no lamp. In a room
+/// with light of its own there is no lamp: that light is there with the laser and without.
 fn light_of<'v>(view: &'v View, settings: &CameraSettings, picture: u64) -> Exposure<'v> {
     let dark = view.laser_power <= 0.0;
-    let nominal_us = if dark { BOARD_EXPOSURE_US } else { LASER_EXPOSURE_US };
+    let ambient = view.renderer.model().shape.ambient_levels;
+    let by_lamp = dark && ambient <= 0.0;
+    let nominal_us = if by_lamp { BOARD_EXPOSURE_US } else { LASER_EXPOSURE_US };
     let share = settings.exposure_us / nominal_us;
-    let room = view.renderer.model().shape.ambient_levels + view.stray_levels * view.laser_power;
+    let room = ambient + view.stray_levels * view.laser_power;
     Exposure {
         scene: &view.scene,
-        position_mm: view.position_mm,
-        ordinary_level: if dark { BOARD_WHITE_LEVEL } else { room },
+        position: view.position_mm,
+        ordinary_level: if by_lamp { BOARD_WHITE_LEVEL } else { room },
         ordinary_share: share as f32,
         laser_share: if dark { 0.0 } else { (view.laser_power * share) as f32 },
         gain: 10.0_f64.powf(settings.gain_db / 20.0) as f32,

@@ -274,9 +274,13 @@ impl Stage for TwinStage {
     }
 
     fn capabilities(&self) -> StageCapabilities {
-        let stage = &self.world.lock().stage;
+        let world = self.world.lock();
+        let stage = &world.stage;
         StageCapabilities {
-            kind: devices::StageKind::Linear,
+            kind: match world.model.stage.kind() {
+                optics::StageKind::Linear => devices::StageKind::Linear,
+                optics::StageKind::Rotary => devices::StageKind::Rotary,
+            },
             travel_mm: stage.travel_mm,
             max_speed_mm_s: stage.max_speed_mm_s(),
             acceleration_mm_s2: stage.acceleration_mm_s2(),

@@ -1,5 +1,6 @@
 //! What a station is to be like; its small errors of make and assembly come from the seed.
 
+use optics::StageKind;
 use vision::LineDirection;
 
 /// The requested properties of a station. The default is a 1280 × 1024 station at 400 mm with five red lines.
@@ -21,6 +22,8 @@ pub struct StationShape {
     pub orders: Vec<i8>,
     /// Which way the lines run across the image; along columns, the projector stands beside the camera.
     pub line_direction: LineDirection,
+    /// Whether the stage travels across the lines or turns about an axis along them.
+    pub stage: StageKind,
     /// Distance from the camera to the middle of the working volume.
     pub standoff_mm: f64,
     /// Half of what the image's width covers at the standoff; with the width this sets the focal length.
@@ -53,6 +56,7 @@ impl Default for StationShape {
             wavelength_over_period_error: 0.0,
             orders: vec![-2, -1, 0, 1, 2],
             line_direction: LineDirection::Rows,
+            stage: StageKind::Linear,
             standoff_mm: 400.0,
             field_half_width_mm: 101.7,
             grating_tilt_rad: 0.025,

@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 
 use nalgebra::{Rotation3, Vector3};
-use optics::{Camera, Grating, StageAxis};
+use optics::{Camera, Grating, Motion, RotaryAxis, Stage, StageAxis, StageKind};
 use rand::{Rng, SeedableRng};
 use rand_pcg::Pcg64;
 use remedy::Remedy;
@@ -11,10 +11,13 @@ use vision::LineDirection;
 
 use crate::model::random::derived_seed;
 use crate::model::shape::StationShape;
-use crate::params::FAN_MARGIN;
+use crate::params::{FAN_MARGIN, LOOK_DOWN_RAD, TABLE_BELOW_SHARE};
 
 /// Stream of the station's own numbers among those derived from its seed.
 const STATION_STREAM: u64 = 1;
+
+/// Stream of a turntable's axis.
+const AXIS_STREAM: u64 = 6;
 
 /// Why a station cannot be built as wanted.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -67,7 +70,7 @@ pub struct StationModel {
     /// The true grating.
     pub grating: Grating,
     /// The true stage.
-    pub stage: StageAxis,
+    pub stage: Stage,
     /// Orders from the top (left) of the image downwards (rightwards).
     pub orders: Vec<i8>,
     /// Power of each order relative to the brightest, in the sequence of `orders`.
@@ -90,11 +93,17 @@ impl StationModel {
         let mut grating = seeded_grating(&mut draw, shape);
         let mut stage =
             Vector3::new(draw.around(0.0, 0.01), 1.0, draw.around(0.0, 0.02)).normalize() * draw.around(1.0, 4e-4);
+        let mut axis = seeded_axis(seed, shape);
         if shape.line_direction == LineDirection::Columns {
             let quarter_turn = Rotation3::from_axis_angle(&Vector3::z_axis(), -std::f64::consts::FRAC_PI_2);
             grating = turned(&grating, &quarter_turn);
             stage = quarter_turn * stage;
+            axis = RotaryAxis::new(quarter_turn * axis.point_mm, quarter_turn * axis.direction);
         }
+        let stage = match shape.stage {
+            StageKind::Linear => StageAxis::new(stage).into(),
+            StageKind::Rotary => axis.into(),
+        };
         let orders = orders_in_picture(shape, &camera, &grating)?;
         let powers: Vec<f64> =
             orders.iter().map(|&m| draw.around(1.0, 0.05) / (1.0 + 0.12 * f64::from(m).powi(2))).collect();
@@ -106,7 +115,7 @@ impl StationModel {
             shape: shape.clone(),
             camera,
             grating,
-            stage: StageAxis::new(stage),
+            stage,
             order_powers: powers.iter().map(|power| power / brightest).collect(),
             orders,
             fan_half_angle_rad: (half_field / shape.standoff_mm).atan(),
@@ -116,6 +125,26 @@ impl StationModel {
 }
 
 impl StationModel {
+    /// What the stage has done to the part at `position`, mm of travel or degrees of a turntable.
+    pub fn motion(&self, position: f64) -> Motion {
+        let position = self.stage.kind().position(position);
+        self.stage.motion(position).expect("a position of the stage's own kind")
+    }
+
+    /// The way of a part that the stage takes to `position`: of a turntable, that of a surface as far from the axis as the
+    /// table's top from the camera's axis.
+    pub(crate) fn travel_mm(&self, position: f64) -> f64 {
+        match self.stage {
+            Stage::Linear(axis) => axis.direction.norm() * position,
+            Stage::Rotary(_) => self.table_below_mm() * position.to_radians(),
+        }
+    }
+
+    /// How far a turntable's top lies below the middle of the working volume.
+    pub(crate) fn table_below_mm(&self) -> f64 {
+        TABLE_BELOW_SHARE * self.shape.field_half_width_mm
+    }
+
     /// How many times as thick as at the standoff the light sheets are at this depth: a Gaussian beam's √(1 + (Δz/z_R)²).
     pub fn defocus(&self, depth_mm: f64) -> f64 {
         defocus(depth_mm - self.shape.standoff_mm, 1.0 / self.shape.focus_depth_mm)
@@ -183,6 +212,15 @@ fn seeded_grating(draw: &mut Draw, shape: &StationShape) -> Grating {
         gap_mm: draw.around(18.0, 2.0),
         wavelength_over_period: shape.wavelength_over_period() * (1.0 + shape.wavelength_over_period_error),
     }
+}
+
+/// A turntable whose axis lies along the lines, and on which the camera looks down; lines along image rows.
+fn seeded_axis(seed: u64, shape: &StationShape) -> RotaryAxis {
+    let mut draw = Draw { rng: Pcg64::seed_from_u64(derived_seed(seed, AXIS_STREAM)) };
+    let standoff = shape.standoff_mm;
+    let point = Vector3::new(0.0, draw.around(0.0, 0.005), 1.0 + draw.around(0.0, 0.005)) * standoff;
+    let (down, flat) = (LOOK_DOWN_RAD + draw.around(0.0, 0.02)).sin_cos();
+    RotaryAxis::new(point, Vector3::new(flat, draw.around(0.0, 0.01), -down))
 }
 
 /// The unit vector nearest to `vector` that is perpendicular to the unit vector `to`.

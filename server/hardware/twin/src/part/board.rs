@@ -2,6 +2,7 @@
 
 use capture::Target;
 use nalgebra::{Matrix3, Vector2, Vector3};
+use optics::{Motion, PointMm};
 
 use crate::params::{BACKDROP_REFLECTANCE, BLACK_REFLECTANCE, WHITE_REFLECTANCE};
 use crate::part::print::Print;
@@ -86,6 +87,16 @@ impl Board {
     /// The board moved in the camera frame.
     pub fn moved(&self, by_mm: &Vector3<f64>) -> Self {
         Self { centre_mm: self.centre_mm + by_mm, ..self.clone() }
+    }
+
+    /// The board on a stage that has moved.
+    pub fn turned(&self, motion: &Motion) -> Self {
+        let axis = |axis| motion.camera_direction(&self.axes.column(axis).into_owned());
+        Self {
+            axes: Matrix3::from_columns(&[0, 1, 2].map(axis)),
+            centre_mm: motion.camera_from_part(&PointMm::new(self.centre_mm)).xyz,
+            ..self.clone()
+        }
     }
 
     /// Where a ray meets the board's plane: reach, and the place on it.

@@ -58,8 +58,8 @@ pub fn board_poses(model: &StationModel, count: usize) -> Vec<Board> {
 }
 
 /// [`stage_target`] with the usual target.
-pub fn stage_board(model: &StationModel, positions_mm: &[f64]) -> Board {
-    stage_target(model, &usual_target(model), positions_mm)
+pub fn stage_board(model: &StationModel, positions: &[f64]) -> Board {
+    stage_target(model, &usual_target(model), positions)
 }
 
 /// `count` poses of a target for calibration, tilted in directions spread around the circle.
@@ -80,8 +80,8 @@ pub fn target_poses(model: &StationModel, target: &Target, count: usize) -> Vec<
         .collect()
 }
 
-/// A target on the stage, seen wholly at all of `positions_mm`.
-pub fn stage_target(model: &StationModel, target: &Target, positions_mm: &[f64]) -> Board {
+/// A target on the stage, seen wholly at all of `positions`, in the stage's unit.
+pub fn stage_target(model: &StationModel, target: &Target, positions: &[f64]) -> Board {
     let target = Board::of(target);
     let mut rng = Pcg64::seed_from_u64(derived_seed(model.seed, STAGE_STREAM));
     let azimuth = std::f64::consts::TAU * rng.random::<f64>();
@@ -89,8 +89,8 @@ pub fn stage_target(model: &StationModel, target: &Target, positions_mm: &[f64])
     loop {
         let daring = daring_after(draws);
         let board = placed(model, &target, &mut rng, azimuth, TILT_RAD.0 * daring, 1.0, 0.2 * daring);
-        let carried = |position: &f64| board.moved(&(model.stage.direction * *position));
-        if daring <= 0.0 || positions_mm.iter().all(|position| fits(model, &carried(position))) {
+        let carried = |position: &f64| board.turned(&model.motion(*position));
+        if daring <= 0.0 || positions.iter().all(|position| fits(model, &carried(position))) {
             return board;
         }
         draws += 1;

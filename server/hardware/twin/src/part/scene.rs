@@ -3,6 +3,8 @@
 use std::sync::Arc;
 
 use nalgebra::{Matrix3, Rotation3, Vector3};
+use optics::rotation::completing_frame;
+use optics::{Motion, PointMm, RotaryAxis};
 use rand::{Rng, SeedableRng};
 use rand_pcg::Pcg64;
 use vision::LineDirection;
@@ -19,6 +21,9 @@ const BLOCK_HALF_MM: [f64; 2] = [11.0, 7.0];
 
 /// How far plates may lean against the camera axis, radians: a plate put on a table by hand.
 const PLATE_LEAN_RAD: f64 = 0.03;
+
+/// How far aside a ball may lie, mm per radian of [`PLATE_LEAN_RAD`]; on a turntable far enough to be seen to turn.
+const ASIDE_MM: (f64, f64) = (30.0, 200.0);
 
 /// Where a ray meets a scene.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -152,7 +157,8 @@ impl SceneKind {
                 Scene::Gauge(Gauge { plate, height_mm, half_mm: BLOCK_HALF_MM.map(|half| half * scale) })
             }
             Self::Sphere { radius_mm } => {
-                let aside = axes.column(0) * lean() * 30.0 + axes.column(1) * lean() * 30.0;
+                let far = if model.stage.rotary().is_some() { ASIDE_MM.1 } else { ASIDE_MM.0 };
+                let aside = axes.column(0) * lean() * far + axes.column(1) * lean() * far;
                 let centre_mm = plate.point_mm + aside + axes.column(2) * radius_mm;
                 Scene::Sphere(Sphere { plate, radius_mm, centre_mm })
             }
@@ -165,6 +171,9 @@ impl SceneKind {
 fn placed_plate(model: &StationModel, rng: &mut Pcg64) -> Plate {
     let mut lean = || PLATE_LEAN_RAD * (2.0 * rng.random::<f64>() - 1.0);
     let turn = Rotation3::from_euler_angles(lean(), lean(), lean());
+    if let Some(axis) = model.stage.rotary() {
+        return table_top(&axis, model.table_below_mm(), turn.euler_angles().2);
+    }
     // x to the left and y downwards make the third axis point at the camera.
     let mut axes = turn * Matrix3::from_diagonal(&Vector3::new(-1.0, 1.0, -1.0));
     if model.shape.line_direction == LineDirection::Columns {
@@ -173,7 +182,35 @@ fn placed_plate(model: &StationModel, rng: &mut Pcg64) -> Plate {
     Plate { axes, point_mm: Vector3::new(0.0, 0.0, model.shape.standoff_mm) }
 }
 
+/// The top of a turntable: across its axis, whatever its angle; what stands on it is turned by `turn_rad`.
+fn table_top(axis: &RotaryAxis, below_mm: f64, turn_rad: f64) -> Plate {
+    let up = axis.direction;
+    let (first, second) = completing_frame(&up);
+    let (sin, cos) = turn_rad.sin_cos();
+    let along = first * cos + second * sin;
+    Plate { axes: Matrix3::from_columns(&[along, up.cross(&along), up]), point_mm: axis.point_mm - up * below_mm }
+}
+
 impl Scene {
+    /// The scene as a turntable has turned it; what stands beside the table, a board's backdrop, stays.
+    pub(crate) fn turned(&self, motion: &Motion) -> Self {
+        let place = |at: &Vector3<f64>| motion.camera_from_part(&PointMm::new(*at)).xyz;
+        let axes = |axes: &Matrix3<f64>| {
+            Matrix3::from_columns(&[0, 1, 2].map(|axis| motion.camera_direction(&axes.column(axis).into_owned())))
+        };
+        let plate = |plate: &Plate| Plate { axes: axes(&plate.axes), point_mm: place(&plate.point_mm) };
+        match self {
+            Self::Board(board) => Self::Board(board.turned(motion)),
+            Self::Plate(of) => Self::Plate(plate(of)),
+            Self::Gauge(gauge) => Self::Gauge(Gauge { plate: plate(&gauge.plate), ..*gauge }),
+            Self::Sphere(ball) => {
+                Self::Sphere(Sphere { plate: plate(&ball.plate), centre_mm: place(&ball.centre_mm), ..*ball })
+            }
+            Self::Freeform(hills) => Self::Freeform(Freeform { plate: plate(&hills.plate), ..hills.clone() }),
+            Self::Mesh(mesh) => Self::Mesh(Mesh { plate: plate(&mesh.plate), solid: mesh.solid.clone() }),
+        }
+    }
+
     /// A part of triangles put on the stage of `model` by hand, as [`SceneKind::placed`] puts the others.
     pub fn mesh(solid: Arc<Solid>, model: &StationModel, stream: u64) -> Self {
         let mut rng = Pcg64::seed_from_u64(derived_seed(model.seed, stream));

@@ -2,7 +2,6 @@
 
 use crate::model::station::StationModel;
 use crate::part::scene::Scene;
-use crate::render::view::laser_image::Placed;
 use crate::render::view::lit_pixels::LitPixels;
 use crate::render::view::pixel_hits::MeshMemory;
 
@@ -11,8 +10,8 @@ use crate::render::view::pixel_hits::MeshMemory;
 pub struct Exposure<'s> {
     /// What the camera sees.
     pub scene: &'s Scene,
-    /// Where the stage has carried it.
-    pub position_mm: f64,
+    /// Where the stage stands that has moved it: mm of travel, degrees of a turntable.
+    pub position: f64,
     /// Grey level (of 255) of white at the picture's centre by ordinary light at its nominal exposure.
     pub ordinary_level: f64,
     /// Exposure relative to the nominal one of ordinary light.
@@ -58,16 +57,16 @@ pub(crate) struct OrdinaryPicture {
 
 impl OrdinaryPicture {
     /// Makes it show `scene`; returns whether it must be drawn.
-    pub(crate) fn turn_to(&mut self, scene: &Scene, position_mm: f64, level: f64) -> bool {
-        let wanted = Some((scene.fingerprint(), position_mm.to_bits(), level.to_bits()));
+    pub(crate) fn turn_to(&mut self, scene: &Scene, position: f64, level: f64) -> bool {
+        let wanted = Some((scene.fingerprint(), position.to_bits(), level.to_bits()));
         std::mem::replace(&mut self.shows, wanted) != wanted
     }
 }
 
 impl LaserPicture {
     /// Makes it show `scene` as the station's light falls on it; returns whether it must be drawn, all dark then.
-    pub(crate) fn turn_to(&mut self, model: &StationModel, scene: &Scene, position_mm: f64) -> bool {
-        let (scene, position) = (scene.fingerprint(), position_mm.to_bits());
+    pub(crate) fn turn_to(&mut self, model: &StationModel, scene: &Scene, position: f64) -> bool {
+        let (scene, position) = (scene.fingerprint(), position.to_bits());
         let shown =
             self.shows.as_ref().is_some_and(|shows| (&shows.0, shows.1, shows.2) == (model, scene, position));
         if !shown {
@@ -102,7 +101,7 @@ impl LaserPicture {
     }
 }
 
-impl<'s> Exposure<'s> {
+impl Exposure<'_> {
     /// Whether laser light falls on the sensor.
     pub(crate) fn laser(&self) -> bool {
         self.laser_share > 0.0
@@ -111,10 +110,6 @@ impl<'s> Exposure<'s> {
     /// Whether ordinary light does.
     pub(crate) fn ordinary(&self) -> bool {
         self.ordinary_level > 0.0 && self.ordinary_share > 0.0
-    }
-
-    pub(crate) fn placed(&self, direction: &nalgebra::Vector3<f64>) -> Placed<'s> {
-        Placed { scene: self.scene, moved_mm: direction * self.position_mm }
     }
 }
 
@@ -156,7 +151,7 @@ mod tests {
         {
             let exposure = Exposure {
                 scene: &scenes[scene_idx],
-                position_mm,
+                position: position_mm,
                 ordinary_level: 0.0,
                 ordinary_share: 0.0,
                 laser_share,

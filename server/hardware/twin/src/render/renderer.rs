@@ -15,7 +15,7 @@ use crate::render::exposure::{Exposure, ExposureBuffers, LaserPicture, OrdinaryP
 use crate::render::light::sheet_map::{PixelMap, SheetMap, ray_map};
 use crate::render::sensor::{Level, Noise, Sensor};
 use crate::render::view::board_image::ordinary_light;
-use crate::render::view::laser_image::{Placed, laser_light};
+use crate::render::view::laser_image::{MovedScene, laser_light};
 use crate::render::view::pixel_hits::MeshMemory;
 
 /// Stream of the speckle pattern among those derived from a station's seed.
@@ -92,10 +92,10 @@ impl Renderer {
     }
 
     /// A picture at normal exposure with the laser off; `picture` numbers the frame and so its noise.
-    pub fn board_image(&self, scene: &Scene, position_mm: f64, picture: u64) -> GreyImage {
+    pub fn board_image(&self, scene: &Scene, position: f64, picture: u64) -> GreyImage {
         self.image(&Exposure {
             scene,
-            position_mm,
+            position,
             ordinary_level: BOARD_WHITE_LEVEL,
             ordinary_share: 1.0,
             laser_share: 0.0,
@@ -107,10 +107,10 @@ impl Renderer {
 
     /// A picture at low exposure with the laser on; `picture` numbers the frame and so the sensor's noise: speckle belongs
     /// to the surface and follows its position.
-    pub fn laser_image(&self, scene: &Scene, position_mm: f64, picture: u64) -> GreyImage {
+    pub fn laser_image(&self, scene: &Scene, position: f64, picture: u64) -> GreyImage {
         self.image(&Exposure {
             scene,
-            position_mm,
+            position,
             ordinary_level: self.model.shape.ambient_levels,
             ordinary_share: 1.0,
             laser_share: 1.0,
@@ -143,22 +143,19 @@ impl Renderer {
         }
     }
 
-    pub(crate) fn placed<'s>(&self, scene: &'s Scene, position_mm: f64) -> Placed<'s> {
-        Placed { scene, moved_mm: self.model.stage.direction * position_mm }
-    }
-
     fn picture_seed(&self, picture: u64) -> u64 {
         derived_seed(derived_seed(self.model.seed, PICTURE_STREAM), picture)
     }
 
     /// The picture by laser light before speckle and sensor, drawn anew only where it shows something else than before.
     fn project_laser(&self, exposure: &Exposure<'_>, picture: &mut LaserPicture, memory: &mut MeshMemory) {
-        if !picture.turn_to(&self.model, exposure.scene, exposure.position_mm) {
+        if !picture.turn_to(&self.model, exposure.scene, exposure.position) {
             return;
         }
         let width = self.model.camera.width_px;
         let LaserPicture { levels, along, runs, lit: Some([lit, of_order]), .. } = picture else { return };
-        laser_light(self, exposure.placed(&self.model.stage.direction), levels, lit, of_order, memory);
+        let scene = MovedScene::new(&self.model, exposure.scene, exposure.position);
+        laser_light(self, scene.placed(), levels, lit, of_order, memory);
         let mut rows = Vec::new();
         for (v, runs) in runs.iter_mut().enumerate() {
             lit.blurred_runs(v, &mut rows, runs);
@@ -176,12 +173,12 @@ impl Renderer {
 
     /// The picture by ordinary light before the sensor, drawn anew only where it shows something else than before.
     fn light_up(&self, exposure: &Exposure<'_>, picture: &mut OrdinaryPicture, memory: &mut MeshMemory) {
-        if !picture.turn_to(exposure.scene, exposure.position_mm, exposure.ordinary_level) {
+        if !picture.turn_to(exposure.scene, exposure.position, exposure.ordinary_level) {
             return;
         }
         let width = self.model.camera.width_px;
-        let scene = exposure.placed(&self.model.stage.direction);
-        let light = ordinary_light(self, scene, exposure.ordinary_level, memory);
+        let scene = MovedScene::new(&self.model, exposure.scene, exposure.position);
+        let light = ordinary_light(self, scene.placed(), exposure.ordinary_level, memory);
         let mut along = vec![0.0; light.len()];
         for (row, target) in light.chunks_exact(width).zip(along.chunks_exact_mut(width)) {
             blur_along(row, 0, width, &self.taps, target);
@@ -198,7 +195,7 @@ impl Renderer {
         let width = self.model.camera.width_px;
         let seed = self.picture_seed(exposure.picture);
         let surface = derived_seed(derived_seed(self.model.seed, SPECKLE_STREAM), exposure.scene.fingerprint());
-        let travel_mm = self.model.stage.direction.norm() * exposure.position_mm;
+        let travel_mm = self.model.travel_mm(exposure.position);
         let speckle = self.speckle.view(surface, travel_mm, self.model.sheet_sigma_mm);
         let whole_rows = exposure.ordinary() || exposure.gain != 1.0;
         let ExposureBuffers { row: light, laser, ordinary, .. } = buffers;

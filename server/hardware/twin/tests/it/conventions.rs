@@ -125,7 +125,7 @@ fn truth_lies_on_the_sheets_and_on_the_part() {
         let ray = model.camera.ray_from_pixel(&pixel).unwrap();
         let hit = LightSurfaces::Grating(model.grating).hit(point.order, &ray, None).unwrap();
         assert!((ray * hit.depth_mm - point.hit_in_camera_mm).norm() < 1e-7);
-        let on_stage = point.hit_in_camera_mm - model.stage.direction * position_mm;
+        let on_stage = point.hit_in_camera_mm - *model.motion(position_mm).shift_mm();
         let height = block.plate.normal().dot(&(on_stage - block.plate.point_mm));
         let top = (height - 8.9).abs() < 1e-9;
         on_top += usize::from(top);
@@ -144,7 +144,7 @@ fn the_plate_behind_a_block_lies_in_shadow() {
     let plate = SceneKind::Plate.placed(renderer.model(), 1);
     let mut in_shadow = 0;
     for position_mm in [-6.0, -4.0, -2.0, 0.0, 2.0, 4.0, 6.0] {
-        let from = -renderer.model().stage.direction * position_mm;
+        let from = -*renderer.model().motion(position_mm).shift_mm();
         let lit = renderer.truth_points(&block, position_mm);
         let (with_block, bare) =
             (renderer.laser_image(&block, position_mm, 0), renderer.laser_image(&plate, position_mm, 0));

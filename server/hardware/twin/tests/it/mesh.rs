@@ -62,7 +62,7 @@ fn lines_on_a_ball_of_triangles_lie_where_they_lie_on_a_ball() {
         let by_form = renderer.laser_image(&Scene::Sphere(ball), position_mm, 0);
         let by_triangles = renderer.laser_image(&triangles, position_mm, 0);
         for point in renderer.truth_points(&Scene::Sphere(ball), position_mm) {
-            let on_stage = point.hit_in_camera_mm - model.stage.direction * position_mm;
+            let on_stage = point.hit_in_camera_mm - *model.motion(position_mm).shift_mm();
             let from_centre: Vector3<f64> = on_stage - ball.centre_mm;
             // The ball's upper part: near its rim a line runs along the view and its centroid means little.
             let on_cap = from_centre.norm() < RADIUS_MM + 1e-6 && -from_centre.z > 0.6 * RADIUS_MM;

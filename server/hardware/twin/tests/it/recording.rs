@@ -19,8 +19,8 @@ fn model() -> StationModel {
 
 fn request() -> CaptureRequest {
     let part = SceneKind::Gauge { height_mm: 8.9 };
-    let scan = ScanRequest { name: "gauge".to_owned(), part, n_frames: 5, step_mm: 0.8 };
-    CaptureRequest { n_poses: 2, stage_positions_mm: vec![-5.0, 5.0], scans: vec![scan] }
+    let scan = ScanRequest { name: "gauge".to_owned(), part, n_frames: 5, step: 0.8 };
+    CaptureRequest { n_poses: 2, stage_positions: vec![-5.0, 5.0], scans: vec![scan] }
 }
 
 fn record(folder: &Path, threads: usize) {

@@ -127,7 +127,7 @@ fn poses_tilt_every_way_and_stay_in_the_picture() {
             let positions = [-20.0 * scale, 20.0 * scale];
             let stage = stage_board(&model, &positions);
             for position in positions {
-                assert!(corners(&stage.moved(&(model.stage.direction * position))).iter().all(inside));
+                assert!(corners(&stage.turned(&model.motion(position))).iter().all(inside));
             }
             // Tilt about x and about y, to both sides, by more than 10° somewhere.
             for axis in 0..2 {

@@ -10,7 +10,7 @@ use crate::jobs::queue::params::SCAN_BYTES;
 use crate::jobs::verify;
 use crate::resources::calibrations::stored::stored_document;
 use crate::resources::measurements::check_measurements;
-use crate::resources::scan_run::ScanSource;
+use crate::resources::scan_run::{ScanSource, stage_kind};
 
 /// Board poses a calibration may ask the virtual operator for: three determine a camera, more than sixty only cost time.
 const N_POSES: std::ops::RangeInclusive<usize> = 3..=60;
@@ -24,7 +24,10 @@ pub(super) async fn check(input: &JobInput, parts: &JobParts) -> Result<u64, App
             Ok(if takes_pictures { calibration_bytes(input, parts) } else { 0 })
         }
         JobInput::Scan(input) => check_scan(input, parts).await,
-        JobInput::Verification(input) => check_scan(&verify::checked(input)?, parts).await,
+        JobInput::Verification(input) => {
+            let stage = stage_kind(&parts.station.status());
+            check_scan(&verify::checked(input, stage)?, parts).await
+        }
         JobInput::Recomputation(RecomputeInput { scan_id, .. })
         | JobInput::Export(ExportInput { scan_id, .. }) => {
             exists(parts.ledger.read().scan(scan_id).await, "/scan_id")?;

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::jobs::Job;
-use crate::resources::scan_run::{MeasureInput, ScanMode, ScanPurpose, ScanSource};
+use crate::resources::scan_run::{BackgroundInput, MeasureInput, ScanMode, ScanPurpose, ScanSource};
 
 /// Where pictures come from.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -50,6 +50,18 @@ pub struct ScanInput {
     pub step_mm: Option<f64>,
     /// Speed of a continuous scan; with it the step follows from the frame rate.
     pub speed_mm_s: Option<f64>,
+    /// First angle of a turntable.
+    #[serde(default)]
+    pub from_deg: Option<f64>,
+    /// Last angle of a turntable; more than a turn shows how well it closes.
+    #[serde(default)]
+    pub to_deg: Option<f64>,
+    /// Angle between frames.
+    #[serde(default)]
+    pub step_deg: Option<f64>,
+    /// Speed of a continuous scan on a turntable.
+    #[serde(default)]
+    pub speed_deg_s: Option<f64>,
     /// How the stage moves.
     pub mode: Option<ScanMode>,
     /// Exposure of the laser frames.
@@ -58,6 +70,9 @@ pub struct ScanInput {
     pub laser_power: Option<f64>,
     /// Keep the frames as a capture.
     pub keep_frames: bool,
+    /// When pictures with the laser off are taken; `None`: never.
+    #[serde(default)]
+    pub background: Option<BackgroundInput>,
     /// Which calibration; `None`: the active one.
     pub calibration_id: Option<String>,
     /// The partial scan that is continued.
@@ -119,6 +134,14 @@ pub enum JobInput {
     Export(ExportInput),
 }
 
+impl ScanInput {
+    /// Whether the stage is to move on while frames are taken: by the mode, or because a speed is given.
+    pub fn is_continuous(&self) -> bool {
+        let by_speed = self.speed_mm_s.is_some() || self.speed_deg_s.is_some();
+        self.mode.map_or(by_speed, |mode| mode == ScanMode::Continuous)
+    }
+}
+
 impl JobInput {
     /// The kind stored with the job.
     pub fn kind(&self) -> &'static str {
@@ -135,7 +158,7 @@ impl JobInput {
     pub fn likeness(&self) -> String {
         match self {
             Self::Scan(input) | Self::Verification(VerifyInput { scan: input, .. }) => {
-                let swept = input.speed_mm_s.is_some() || input.mode == Some(ScanMode::Continuous);
+                let swept = input.is_continuous();
                 let source = if input.source == ScanSource::Station { "station" } else { "capture" };
                 format!(
                     "{}/{source}/{}/{}",
@@ -156,9 +179,10 @@ impl JobInput {
     pub fn size(&self) -> f64 {
         match self {
             Self::Scan(input) | Self::Verification(VerifyInput { scan: input, .. }) => {
-                let travel_mm = input.to_mm.zip(input.from_mm).map(|(to, from)| (to - from).abs());
-                let rows = travel_mm.zip(input.step_mm).map(|(travel_mm, step_mm)| travel_mm / step_mm);
-                rows.or(travel_mm).filter(|size| size.is_finite()).map_or(1.0, |size| size + 1.0)
+                let way = |to: Option<f64>, from: Option<f64>| Some((to? - from?).abs());
+                let travel = way(input.to_mm, input.from_mm).or(way(input.to_deg, input.from_deg));
+                let rows = travel.zip(input.step_mm.or(input.step_deg)).map(|(travel, step)| travel / step);
+                rows.or(travel).filter(|size| size.is_finite()).map_or(1.0, |size| size + 1.0)
             }
             Self::Calibration(input) => input.n_poses.unwrap_or(super::calibrate::N_POSES) as f64,
             Self::Recomputation(_) | Self::Export(_) => 1.0,

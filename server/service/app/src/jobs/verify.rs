@@ -1,11 +1,13 @@
 //! Scan a known part and compare: is the station still what its calibration says?
 
 use metrology::Tool;
+use optics::StageKind;
 use store::{MeasurementRecord, ResultRef};
 use twin::{Scene, SceneKind, TwinControl};
 
 use crate::config::AppConfig;
 use crate::error::{AppError, ErrorKind};
+use crate::jobs::plan::AskedRange;
 use crate::jobs::scan::{Measured, at_station_measured, of_capture_measured};
 use crate::jobs::{
     ComputeContext, Done, JobEnd, RecordedFrames, ScanInput, ScanSource, StationContext, VerifyInput,
@@ -13,6 +15,7 @@ use crate::jobs::{
 use crate::progress::Phase;
 use crate::resources::measurements::parts::verdict_in;
 use crate::resources::measurements::{MeasureInput, ScanPurpose};
+use crate::resources::scan_run::stage_kind;
 
 /// The kind of record that a verification ends with.
 const MEASUREMENT: &str = "measurement";
@@ -24,18 +27,25 @@ const RANGE_MM: (f64, f64) = (-16.0, 16.0);
 /// Distance of its rows, mm: a radius or a height needs thousands of points, not millions.
 const STEP_MM: f64 = 0.4;
 
+/// The same on a turntable, degrees: a turn and what shows how well it closes.
+const TURN_DEG: (f64, f64) = (0.0, 375.0);
+
+/// Angle between its rows, degrees.
+const TURN_STEP_DEG: f64 = 1.5;
+
 /// Scans and compares; at the simulated station the virtual operator brings the part.
 pub fn at_station(input: &VerifyInput, ctx: &StationContext) -> Result<Done, JobEnd> {
     let part = artefact(input, &ctx.config)?;
     let at_work = ctx.station.simulation().map(|operator| Exchanged::new(operator, &part, ctx));
-    let measured = at_station_measured(&filled(input), ctx)?;
+    let stage = stage_kind(&ctx.station.status());
+    let measured = at_station_measured(&filled(input, stage), ctx)?;
     drop(at_work);
     compared(input, measured)
 }
 
 /// Compares what the frames of a capture show.
 pub fn of_capture(input: &VerifyInput, frames: &RecordedFrames, ctx: &ComputeContext) -> Result<Done, JobEnd> {
-    compared(input, of_capture_measured(&filled(input), frames, ctx)?)
+    compared(input, of_capture_measured(&filled(input, StageKind::Linear), frames, ctx)?)
 }
 
 fn compared(input: &VerifyInput, measured: Measured) -> Result<Done, JobEnd> {
@@ -47,12 +57,12 @@ fn compared(input: &VerifyInput, measured: Measured) -> Result<Done, JobEnd> {
     Ok(measured.done_with(result, Some(message)))
 }
 
-/// The scan that a verification will run.
+/// The scan that a verification will run at a station with such a stage.
 ///
 /// # Errors
 /// A problem for an unknown part or an impossible number.
-pub fn checked(input: &VerifyInput) -> Result<ScanInput, AppError> {
-    tool(input).map(|_| filled(input))
+pub fn checked(input: &VerifyInput, stage: StageKind) -> Result<ScanInput, AppError> {
+    tool(input).map(|_| filled(input, stage))
 }
 
 /// The part as the virtual operator finds it beside the station: of its own true size, whatever a person believes it
@@ -87,7 +97,7 @@ fn tool(input: &VerifyInput) -> Result<Tool, AppError> {
 }
 
 /// The scan with what is measured on it, and with a range if none was given.
-fn filled(input: &VerifyInput) -> ScanInput {
+fn filled(input: &VerifyInput, stage: StageKind) -> ScanInput {
     let known = MeasureInput {
         tool: if input.artefact == "gauge" { Tool::Step } else { Tool::Sphere }.name().to_owned(),
         name: None,
@@ -103,14 +113,20 @@ fn filled(input: &VerifyInput) -> ScanInput {
     if scan.source != ScanSource::Station || scan.resume_scan_id.is_some() {
         return scan;
     }
-    let free = scan.step_mm.is_none() && scan.speed_mm_s.is_none();
-    ScanInput {
-        name: scan.name.or_else(|| Some(input.artefact.clone())),
-        from_mm: scan.from_mm.or(Some(RANGE_MM.0)),
-        to_mm: scan.to_mm.or(Some(RANGE_MM.1)),
-        step_mm: if free { Some(STEP_MM) } else { scan.step_mm },
-        ..scan
-    }
+    let (usual, usual_step) = match stage {
+        StageKind::Linear => (RANGE_MM, STEP_MM),
+        StageKind::Rotary => (TURN_DEG, TURN_STEP_DEG),
+    };
+    let asked = AskedRange::of(&scan, stage);
+    let free = asked.step.is_none() && asked.speed.is_none();
+    let range = AskedRange {
+        from: asked.from.or(Some(usual.0)),
+        to: asked.to.or(Some(usual.1)),
+        step: if free { Some(usual_step) } else { asked.step },
+        ..asked
+    };
+    let name = scan.name.clone().or_else(|| Some(input.artefact.clone()));
+    ScanInput { name, ..range.filled_into(&scan) }
 }
 
 /// The virtual operator has put the known part on the stage, and will put back what was there.

@@ -1,6 +1,7 @@
 //! What a calibration session knows: target, projector, pictures and what was found in each.
 
 use capture::{GratingProjector, Target};
+use optics::StagePosition;
 use store::SessionRecord;
 
 use crate::error::{AppError, ErrorKind};
@@ -128,7 +129,7 @@ pub struct SessionStageView {
     /// UUID v7.
     pub id: String,
     /// Position read back from the stage.
-    pub position_mm: f64,
+    pub position: StagePosition,
     /// By ordinary light.
     pub board: BoardPicture,
 }

@@ -17,15 +17,17 @@ use parking_lot::Mutex;
 use std::sync::Arc;
 
 use capture::Target;
+use optics::{StageKind, StagePosition};
 use station::cancel::CancelFlag;
 use station::wall_clock::now_ms;
-use station::{Purpose, StampedFrame, StationHandle, StationLease};
+use station::{Purpose, StampedFrame, StationHandle, StationLease, StationStatus};
 use store::{Artifacts, Change, FinishedFile, Listed, Page, SessionRecord, StoreError};
 
 use crate::access::principal::Principal;
 use crate::config::AppConfig;
 use crate::error::{AppError, ErrorKind};
 use crate::ledger::Ledger;
+use crate::resources::scan_run::stage_kind;
 use crate::resources::stored_scan::{disk_problem, new_id};
 use crate::sessions::photographer::{Exposures, Photographer};
 use crate::sessions::stored::to_stored;
@@ -224,17 +226,18 @@ impl Sessions {
         &self,
         by: &Principal,
         id: &str,
-        position_mm: f64,
+        position: StagePosition,
         expected: Option<i64>,
     ) -> Result<Session, AppError> {
         self.change(by, id, expected, move |sessions, body| {
             check_room(body)?;
+            check_kind(position, &sessions.station.status())?;
             let camera = sessions.photographer(id, body, "taking a stage view")?;
-            let position_mm = camera.go_to(position_mm)?;
+            let position = camera.go_to(position)?;
             let frame = camera.board()?;
             drop(camera);
             let board = sessions.keep_board(&frame, body)?;
-            body.stage_views.push(SessionStageView { id: new_id(), position_mm, board });
+            body.stage_views.push(SessionStageView { id: new_id(), position, board });
             Ok(())
         })
         .await
@@ -272,7 +275,7 @@ impl Sessions {
                     .remedy(format!("give a number below {PICTURE_LIMIT}")));
             }
             VirtualBoard::Pose { pose } => operator.hold_board(pose, virtual_operator::N_POSES),
-            VirtualBoard::Stage | VirtualBoard::Away => operator.lay_board(&operator.stage_positions_mm()),
+            VirtualBoard::Stage | VirtualBoard::Away => operator.lay_board(&operator.stage_positions()),
         }
         Ok(())
     }
@@ -289,10 +292,17 @@ impl Sessions {
             .remedy("take the board in more poses, tilted differently"));
         }
         let views = session.body.stage_views.iter().filter(|view| view.board.is_readable());
-        let positions_mm: Vec<f64> = views.map(|view| view.position_mm).collect();
+        let positions: Vec<StagePosition> = views.map(|view| view.position).collect();
+        let (travels, angles): (Vec<StagePosition>, Vec<StagePosition>) =
+            positions.iter().partition(|position| position.kind() == StageKind::Linear);
+        let travels_mm: Vec<f64> = travels.iter().map(|position| position.value()).collect();
         let square = session.body.target.square_mm();
-        calibration::check_stage_positions(&positions_mm, square.x_mm.min(square.y_mm))
+        calibration::check_stage_positions(&travels_mm, square.x_mm.min(square.y_mm))
             .map_err(pipeline::Failure::from)?;
+        if !angles.is_empty() {
+            calibration::check_stage_angles(angles.iter().map(|angle| angle.value()))
+                .map_err(pipeline::Failure::from)?;
+        }
         Ok(())
     }
 
@@ -408,6 +418,17 @@ fn check_new(body: &SessionBody) -> Result<(), AppError> {
         );
     }
     Ok(())
+}
+
+/// The position is one of the station's own kind of stage.
+fn check_kind(position: StagePosition, status: &StationStatus) -> Result<(), AppError> {
+    let (is, wanted) = match (stage_kind(status), position) {
+        (StageKind::Linear, StagePosition::RotaryDeg(_)) => ("travels", "position_mm"),
+        (StageKind::Rotary, StagePosition::LinearMm(_)) => ("turns", "angle_deg"),
+        _ => return Ok(()),
+    };
+    Err(AppError::new(ErrorKind::Impossible, format!("{position} is given, but the station's stage {is}"))
+        .remedy(format!("give {wanted}")))
 }
 
 fn check_room(body: &SessionBody) -> Result<(), AppError> {

@@ -2,6 +2,7 @@
 //! laser light.
 
 use devices::{CameraRequest, Trigger};
+use optics::StagePosition;
 
 use station::cancel::CancelFlag;
 use station::{SharedFrame, StationLease, StationRefusal};
@@ -61,8 +62,8 @@ impl Photographer {
     }
 
     /// Moves the stage and returns the position read back.
-    pub fn go_to(&self, position_mm: f64) -> Result<f64, StationRefusal> {
-        self.lease.move_to(position_mm, None, &self.cancel)
+    pub fn go_to(&self, position: StagePosition) -> Result<StagePosition, StationRefusal> {
+        Ok(position.kind().position(self.lease.move_to(position.value(), None, &self.cancel)?))
     }
 
     /// Tells the station's status what is done now.

@@ -3,6 +3,7 @@
 //! The forms below name every field of their part once: `remote` makes the compiler hold them to it.
 
 use capture::Target;
+use optics::StagePosition;
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use serde_json::Value;
@@ -113,9 +114,20 @@ struct StoredSessionPose {
 #[serde(remote = "SessionStageView")]
 struct StoredSessionStageView {
     id: String,
-    position_mm: f64,
+    #[serde(flatten, with = "StoredPosition")]
+    position: StagePosition,
     #[serde(with = "StoredBoardPicture")]
     board: BoardPicture,
+}
+
+/// One of two keys.
+#[derive(Serialize, Deserialize)]
+#[serde(remote = "StagePosition")]
+enum StoredPosition {
+    #[serde(rename = "position_mm")]
+    LinearMm(f64),
+    #[serde(rename = "angle_deg")]
+    RotaryDeg(f64),
 }
 
 #[derive(Serialize, Deserialize)]
@@ -204,8 +216,11 @@ mod tests {
             "job_id": "j",
         });
         let body = from_stored(stored.clone()).unwrap();
-        assert_eq!((body.poses[0].board.corners[0][3], body.stage_views[0].position_mm), (20.25, -5.0));
+        assert_eq!((body.poses[0].board.corners[0][3], body.stage_views[0].position.mm()), (20.25, Some(-5.0)));
         assert_eq!(body.poses[0].laser.as_ref().unwrap().problem.as_deref(), Some("too dark"));
+        let mut turned = stored.clone();
+        turned["stage_views"][0] = json!({ "id": "v", "angle_deg": 15.0, "board": board });
+        assert_eq!(from_stored(turned).unwrap().stage_views[0].position.deg(), Some(15.0));
         let mut now = stored;
         now["target"]["kind"] = json!("chessboard");
         assert_eq!(to_stored(&body), now);

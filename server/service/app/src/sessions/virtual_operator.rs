@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use capture::Target;
+use optics::StagePosition;
 use twin::{CaptureRequest, Scene, TwinControl};
 
 /// Board poses that the virtual operator takes unless asked for another number.
@@ -22,9 +23,16 @@ impl VirtualOperator {
         Self { hands, target, found }
     }
 
-    /// Stage positions at which the board is to be seen, mm.
-    pub fn stage_positions_mm(&self) -> Vec<f64> {
-        CaptureRequest::standard(&self.hands.model()).stage_positions_mm
+    /// Stage positions at which the board is to be seen.
+    pub fn stage_positions(&self) -> Vec<StagePosition> {
+        let model = self.hands.model();
+        let positions = CaptureRequest::standard(&model).stage_positions;
+        positions.into_iter().map(|position| model.stage.kind().position(position)).collect()
+    }
+
+    /// The stage at its zero.
+    pub fn zero(&self) -> StagePosition {
+        self.hands.model().stage.kind().position(0.0)
     }
 
     /// Holds the board in the pose `pose_idx` of `n_poses`; the stage is at 0.
@@ -34,9 +42,10 @@ impl VirtualOperator {
         self.hands.place(Scene::Board(poses.swap_remove(pose_idx)));
     }
 
-    /// Lays the board on the stage, so that it is seen wholly at all of `positions_mm`.
-    pub fn lay_board(&self, positions_mm: &[f64]) {
-        self.hands.place(Scene::Board(twin::poses::stage_target(&self.hands.model(), &self.target, positions_mm)));
+    /// Lays the board on the stage, so that it is seen wholly at all of `positions`.
+    pub fn lay_board(&self, positions: &[StagePosition]) {
+        let positions: Vec<f64> = positions.iter().map(|position| position.value()).collect();
+        self.hands.place(Scene::Board(twin::poses::stage_target(&self.hands.model(), &self.target, &positions)));
     }
 }
 

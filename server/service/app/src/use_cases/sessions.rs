@@ -1,5 +1,6 @@
 //! A calibration picture by picture.
 
+use optics::StagePosition;
 use store::{Change, JobRecord};
 
 use crate::App;
@@ -41,12 +42,12 @@ pub async fn take_stage_view(
     app: &App,
     by: &Principal,
     id: &str,
-    position_mm: f64,
+    position: StagePosition,
     expected: Option<i64>,
 ) -> Result<Session, AppError> {
     app.sessions.get(id).await?;
     admit(app, by, Ask::Photograph)?;
-    app.sessions.add_stage_view(by, id, position_mm, expected).await
+    app.sessions.add_stage_view(by, id, position, expected).await
 }
 
 /// Forgets a pose.

@@ -6,6 +6,7 @@ import { useApp } from "../../../app";
 import { Show, useLoaded } from "../../../parts/loading";
 import { href } from "../../../state/browser/route";
 import { text } from "../../../text";
+import { AxisFiguresView } from "./axis_view";
 import { Facts } from "./facts";
 import { AnglesView, ModelsView } from "./models_view";
 import { ResidualsView } from "./residuals_view";
@@ -49,6 +50,12 @@ export function Details({ id }: { id: string }) {
               <ModelsView summary={summary} />
               <AnglesView document={document} />
               <ResidualsView id={id} document={document} />
+              {summary.axis && (
+                <section>
+                  <h3>{words.step_names.stage}</h3>
+                  <AxisFiguresView axis={summary.axis} />
+                </section>
+              )}
               {summary.stage && (
                 <section>
                   <h3>{words.step_names.stage}</h3>

@@ -10,6 +10,7 @@ export type Models = Schemas["ModelComparisonDto"];
 export type ModelScore = Schemas["ModelScoreDto"];
 export type ModelName = Schemas["LightModelNameDto"];
 export type StageFigures = Schemas["StageFiguresDto"];
+export type AxisFigures = Schemas["AxisFiguresDto"];
 
 /** Residuals of one order over all poses, weighted by points. */
 export interface OrderSum {

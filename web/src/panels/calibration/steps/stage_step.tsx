@@ -12,6 +12,7 @@ import { Show } from "../../../parts/loading";
 import { Command } from "../../../state/station/command";
 import { language, text } from "../../../text";
 import { decimal } from "../../../units";
+import { AxisFiguresView } from "../details/axis_view";
 import { useCalibration } from "../details/details";
 import { StageFiguresView } from "../details/stage_view";
 import { place, StageOperatorPanel } from "../session/operator_panel";
@@ -21,15 +22,19 @@ import type { Session } from "../session/session_state";
 import { Solve } from "./solve";
 import type { StepProperties } from "./wizard";
 
-/** Positions taken by themselves, mm around the middle of the travel: five tell straightness too. */
+/** Positions captured automatically, mm around the middle of the travel: five tell straightness too. */
 const POSITIONS_MM = [-20, -10, 0, 10, 20];
+
+/** The same on a turntable: angles at which a board that faces the camera is still seen well. */
+const ANGLES_DEG = [-30, -20, -10, 0, 10, 20, 30];
 
 export function StageStep(properties: StepProperties) {
   const { session, calibration_id, change } = properties;
+  const { station } = useApp();
   const words = text.value.calibration;
   return (
     <div class="stack">
-      <p>{words.stage_lead}</p>
+      <p>{station.rotary.value ? words.turntable_lead : words.stage_lead}</p>
       <div class="cards two">
         <TakeViews session={session} change={change} />
         <StageOperatorPanel />
@@ -46,10 +51,11 @@ function SolvedStage({ id }: { id: string }) {
   return (
     <Show of={state}>
       {(calibration) => {
-        const { stage } = calibration.summary;
-        return stage ? (
+        const { stage, axis } = calibration.summary;
+        return stage || axis ? (
           <section class="card">
-            <StageFiguresView stage={stage} />
+            {stage && <StageFiguresView stage={stage} />}
+            {axis && <AxisFiguresView axis={axis} />}
           </section>
         ) : null;
       }}
@@ -66,22 +72,25 @@ function TakeViews({ session, change }: Properties) {
   const app = useApp();
   const { api, control, station } = app;
   const words = text.value.calibration;
-  const position_mm = useSignal<number | undefined>(0);
+  const typed = useSignal<number | undefined>(0);
+  const rotary = station.rotary.value;
+  const places = rotary ? ANGLES_DEG : POSITIONS_MM;
   const form = useForm();
   const changes = useRef(change);
   changes.current = change;
-  const takeAt = async (position_mm: number) => {
+  const takeAt = async (at: number) => {
+    const body = station.rotary.peek() ? { angle_deg: at } : { position_mm: at };
     await control.ensure();
     return await changes.current((if_match) => {
       const header = { "Sheaf-Control": control.id() ?? "", "If-Match": if_match };
       const params = { path: { id: session.id }, header };
-      return data(api.POST("/api/v1/calibration-sessions/{id}/stage-views", { params, body: { position_mm } }));
+      return data(api.POST("/api/v1/calibration-sessions/{id}/stage-views", { params, body }));
     });
   };
   const one = useMemo(
     () =>
       new Command(async () => {
-        await takeAt(position_mm.peek() ?? 0);
+        await takeAt(typed.peek() ?? 0);
       }),
     [session.id],
   );
@@ -89,8 +98,8 @@ function TakeViews({ session, change }: Properties) {
     () =>
       new Command(async (steps) => {
         if (station.simulated.peek() === "twin") await place(app, { place: "stage" });
-        for (const position_mm of POSITIONS_MM) {
-          if (!(await takeAt(position_mm))) break;
+        for (const at of station.rotary.peek() ? ANGLES_DEG : POSITIONS_MM) {
+          if (!(await takeAt(at))) break;
           steps.accepted();
         }
         if (station.simulated.peek() === "twin") await place(app, { place: "away" });
@@ -106,19 +115,19 @@ function TakeViews({ session, change }: Properties) {
       <p class="muted">{words.moves}</p>
       <div>
         <CommandButton command={all} kind="primary" blocked={busy || (one.running && words.taking)}>
-          {words.take_views(POSITIONS_MM.length)}
+          {words.take_views(places.length)}
         </CommandButton>
       </div>
       <div class="row end">
         <NumberField
           form={form}
           label={words.view_at}
-          unit="mm"
-          value={position_mm.value}
+          unit={station.unit.value}
+          value={typed.value}
           min={travel?.[0]}
           max={travel?.[1]}
           onChange={(value) => {
-            position_mm.value = value;
+            typed.value = value;
           }}
         />
         <CommandButton command={one} blocked={form.blocked.value ?? (busy || (all.running && words.taking))}>
@@ -150,7 +159,10 @@ function ViewsList({ session, change }: Properties) {
 function View({ view, session, change }: Properties & { view: Schemas["SessionStageViewDto"] }) {
   const { api } = useApp();
   const words = text.value.calibration;
-  const at = `${decimal(view.position_mm, 3, language.value)} mm`;
+  const at =
+    view.angle_deg != null
+      ? `${decimal(view.angle_deg, 2, language.value)}°`
+      : `${decimal(view.position_mm, 3, language.value)} mm`;
   const changes = useRef(change);
   changes.current = change;
   const remove = useMemo(

@@ -14,7 +14,7 @@ import { decimal } from "../../../units";
 import { useBlocked } from "./blocked";
 import { Jog } from "./jog";
 
-/** Speeds offered for jogging, mm/s. */
+/** Speeds offered for jogging, mm/s; of a turntable, °/s. */
 const SPEEDS_MM_S = [0.5, 2, 10, 50];
 
 export function StageCard() {
@@ -46,11 +46,12 @@ export function StageCard() {
   );
   if (stage && !stage.connected) return null;
   const [lowest, highest] = stage?.travel_mm ?? [];
+  const unit = station.unit.value;
   return (
     <section class="card stack">
       <h2>{words.stage}</h2>
       <p class="row stage-position live-data">
-        <span class="big number">{decimal(stage?.position_mm, 3, language.value)}</span> mm
+        <span class="big number">{decimal(stage?.position_mm, 3, language.value)}</span> {unit}
         {stage?.moving && <span class="tag">{words.moving}</span>}
       </p>
       <JogButtons blocked={blocked} />
@@ -58,7 +59,7 @@ export function StageCard() {
         <NumberField
           form={form}
           label={words.target}
-          unit="mm"
+          unit={unit}
           value={target.value}
           optional
           min={lowest}
@@ -164,7 +165,7 @@ function JogButtons({ blocked }: { blocked: string | undefined }) {
           >
             {SPEEDS_MM_S.filter((speed) => speed <= fastest).map((speed) => (
               <option key={speed} value={String(speed)}>
-                {decimal(speed, speed < 1 ? 1 : 0, language.value)} mm/s
+                {decimal(speed, speed < 1 ? 1 : 0, language.value)} {station.unit.value}/s
               </option>
             ))}
           </select>

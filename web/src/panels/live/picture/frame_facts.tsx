@@ -26,7 +26,9 @@ export function FrameFacts({ view }: { view: LiveView }) {
       <Fact of="age" name={words.age}>
         {age === undefined ? "–" : age < 1000 ? `${decimal(age, 0, chosen)} ms` : duration(age / 1000, chosen)}
       </Fact>
-      <Fact name={words.stage}>{decimal(figures.position_mm, 3, chosen)} mm</Fact>
+      <Fact name={words.stage}>
+        {decimal(figures.position_mm, 3, chosen)} {station.unit.value}
+      </Fact>
       <Fact name={words.exposure}>{decimal(figures.exposure_us, 0, chosen)} µs</Fact>
       <Fact name={words.lost_at_station} hint={words.lost_at_station_hint}>
         {count(lost, chosen)}

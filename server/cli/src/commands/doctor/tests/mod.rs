@@ -267,7 +267,7 @@ fn bench_with_board() -> Bench {
     let bench = bench_of((640, 512), Unsound::default());
     let model = bench.control.model();
     let board = twin::poses::stage_board(&model, &[0.0, MOVE_MM]);
-    let along = model.stage.direction;
+    let along = model.stage.linear().unwrap().direction;
     let normal = (Vector3::z() - along * along.z).normalize();
     let axes = Matrix3::from_columns(&[along, normal.cross(&along), normal]);
     let centre_mm = Vector3::new(0.0, 0.0, model.shape.standoff_mm) - along * (0.5 * MOVE_MM);

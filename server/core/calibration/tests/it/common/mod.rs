@@ -92,6 +92,7 @@ impl Rig {
                     name: format!("board/{idx:03}.png"),
                     corners: self.corners(&pose, &mut random),
                     centrelines: Some(self.centrelines(&pose, &mut random)),
+                    lit_alone: Vec::new(),
                 }
             })
             .collect();
@@ -195,7 +196,7 @@ impl Rig {
                 segments.push(Segment { points });
             }
         }
-        Centrelines { segments, direction: LineDirection::Rows, correlation_px: 1.0 }
+        Centrelines { segments, direction: LineDirection::Rows, correlation_px: 1.0, lit_line: None }
     }
 }
 

@@ -90,12 +90,12 @@ impl Station {
         let part = SceneKind::Sphere { radius_mm: self.ball_mm };
         CaptureRequest {
             n_poses: 12,
-            stage_positions_mm: [-20.0, -10.0, 0.0, 10.0, 20.0].map(|at: f64| at * scale).to_vec(),
+            stage_positions: [-20.0, -10.0, 0.0, 10.0, 20.0].map(|at: f64| at * scale).to_vec(),
             scans: vec![ScanRequest {
                 name: "sphere".to_owned(),
                 part,
                 n_frames: self.n_frames,
-                step_mm: 32.0 * scale / self.n_frames as f64,
+                step: 32.0 * scale / self.n_frames as f64,
             }],
         }
     }

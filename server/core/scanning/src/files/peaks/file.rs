@@ -41,6 +41,7 @@ struct Place {
     offset_bytes: u64,
     size_bytes: u32,
     position: StagePosition,
+    lit_line: Option<i8>,
     captured_at_ns: Option<u64>,
 }
 
@@ -72,6 +73,7 @@ impl PeaksFile {
                         offset_bytes: offset_bytes + Head::BYTES as u64,
                         size_bytes: body.len() as u32,
                         position: frame.position,
+                        lit_line: frame.centrelines.lit_line,
                         captured_at_ns,
                     });
                     offset_bytes += (RECORD_FRAME_BYTES + body.len()) as u64;
@@ -113,6 +115,10 @@ impl Frames for PeaksFile {
 
     fn position(&self, frame: usize) -> StagePosition {
         self.places[frame].position
+    }
+
+    fn lit_line(&self, frame: usize) -> Option<i8> {
+        self.places[frame].lit_line
     }
 
     fn centrelines(&self, frame: usize) -> Result<Cow<'_, Centrelines>, ContentError> {

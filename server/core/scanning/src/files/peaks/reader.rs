@@ -177,7 +177,7 @@ pub(super) fn read_frame(
 ) -> Result<(ScanFrame, Option<u64>), ContentError> {
     let mut cursor = Cursor { bytes: body, place };
     let (position, time_ns, correlation_px) = (cursor.f64()?, cursor.u64()?, cursor.f64()?);
-    let n_segments = cursor.u32()?;
+    let (n_segments, lit_line) = counted_segments(cursor.u32()?);
     let mut segments = Vec::new();
     for _ in 0..n_segments {
         let n_points = cursor.u32()? as usize;
@@ -189,9 +189,15 @@ pub(super) fn read_frame(
         segments.push(Segment { points });
     }
     cursor.end()?;
-    let centrelines = Centrelines { segments, direction: header.line_direction, correlation_px };
+    let centrelines = Centrelines { segments, direction: header.line_direction, correlation_px, lit_line };
     let frame = ScanFrame { centrelines, position: header.stage.position(position) };
     Ok((frame, (time_ns != NO_TIME).then_some(time_ns)))
+}
+
+/// Number of segments, and above 24 bits one more than the line that was lit alone.
+fn counted_segments(packed: u32) -> (u32, Option<i8>) {
+    let line = (packed >> 24).checked_sub(1).and_then(|line| i8::try_from(line).ok());
+    (packed & 0xff_ffff, line)
 }
 
 pub(super) fn damaged(place: &str) -> ContentError {

@@ -29,7 +29,12 @@ fn frame(idx: u32, n_points: u32) -> ScanFrame {
     let piece = |n: u32| Segment { points: (0..n).map(point).collect() };
     let segments = vec![piece(n_points), piece(0), piece(1)];
     ScanFrame {
-        centrelines: Centrelines { segments, direction: HEADER.line_direction, correlation_px: 3.3 },
+        centrelines: Centrelines {
+            segments,
+            direction: HEADER.line_direction,
+            correlation_px: 3.3,
+            lit_line: None,
+        },
         position: StagePosition::LinearMm(f64::from(idx) * 0.1 - 20.0),
     }
 }

@@ -170,12 +170,14 @@ fn pack_record(
 }
 
 fn write_frame(body: &mut Vec<u8>, centrelines: &Centrelines, position: f64, captured_at_ns: Option<u64>) {
-    let Centrelines { segments, correlation_px, .. } = centrelines;
+    let Centrelines { segments, correlation_px, lit_line, .. } = centrelines;
     body.extend(position.to_le_bytes());
     body.extend(captured_at_ns.unwrap_or(NO_TIME).to_le_bytes());
     body.extend(correlation_px.to_le_bytes());
-    // Counts beyond u32 would exceed the limit of a record, which is checked before anything is written.
-    body.extend((segments.len() as u32).to_le_bytes());
+    // Counts beyond 24 bits would exceed the limit of a record, which is checked before anything is written; lines that are
+    // lit one by one have numbers from 0.
+    let line = lit_line.and_then(|line| u32::try_from(line).ok()).map_or(0, |line| line + 1);
+    body.extend((segments.len() as u32 | line << 24).to_le_bytes());
     for segment in segments {
         body.extend((segment.points.len() as u32).to_le_bytes());
         body.reserve(segment.points.len() * POINT_BYTES);

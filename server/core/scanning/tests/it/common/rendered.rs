@@ -182,7 +182,7 @@ fn calibration_of(model: &StationModel) -> Calibration {
         camera: model.camera,
         orders,
         light: LightSurfaces::Grating(model.grating),
-        stage: Some(model.stage.into()),
+        stage: Some(model.stage),
         depth_range_mm: DepthRangeMm {
             near_mm: standoff_mm * (1.0 - DEPTH_SHARE),
             far_mm: standoff_mm * (1.0 + DEPTH_SHARE),

@@ -70,9 +70,20 @@ pub fn scan_moved(
     light: Light,
     positions: &[StagePosition],
 ) -> KnownScan {
+    scan_moved_with(calibration, solid, light, positions, 11)
+}
+
+/// [`scan_moved`] with the noise of a seed.
+pub fn scan_moved_with(
+    calibration: &Calibration,
+    solid: Solid,
+    light: Light,
+    positions: &[StagePosition],
+    seed: u64,
+) -> KnownScan {
     let stage = calibration.stage.unwrap();
     let frames = positions.par_iter().enumerate().map(|(frame, &position)| {
-        let mut noise = Noise((11 << 20) + frame as u64);
+        let mut noise = Noise((seed << 20) + frame as u64);
         let motion = stage.motion(position).unwrap();
         let depth = |p: &Vector3<f64>| solid(&motion.part_from_camera(&PointMm::new(*p)).xyz);
         let mut points = Vec::new();

@@ -111,7 +111,7 @@ pub fn open(config: &ReplayConfig) -> Result<(ReplayCamera, ReplayStage, ReplayL
     }
     let recording = Recording::open(config)?;
     let playback = Arc::new(Mutex::new(Playback::new(recording.first_position_mm())));
-    let stage = ReplayStage::new(recording.name(), recording.positions_mm(), Arc::clone(&playback));
+    let stage = ReplayStage::new(&recording, Arc::clone(&playback));
     let laser = ReplayLaser::new(recording.name());
     Ok((ReplayCamera::new(recording, config, playback), stage, laser))
 }

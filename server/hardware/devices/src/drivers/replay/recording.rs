@@ -15,7 +15,7 @@ use crate::params::PRELOAD_LIMIT_BYTES;
 struct Picture {
     /// Where it is, and what is taken away from it.
     file: LaserPicture,
-    /// Where the stage was.
+    /// Where the stage was, in its unit.
     position_mm: Option<f64>,
 }
 
@@ -23,8 +23,8 @@ struct Picture {
 pub struct Recording {
     capture: Capture,
     pictures: Vec<Picture>,
-    /// All of them, if they were preloaded.
-    images: Option<Vec<Arc<GreyImage>>>,
+    /// All of them, if they were preloaded; none where a background shows something else, which its reader is told.
+    images: Option<Vec<Option<Arc<GreyImage>>>>,
     format: PixelFormat,
 }
 
@@ -33,13 +33,13 @@ impl Recording {
     pub fn open(config: &ReplayConfig) -> Result<Self, ReplayError> {
         let capture = open_capture(config)?;
         let pictures = pictures_of(&capture, &config.pictures)?;
-        let Some(first) = pictures.first() else {
+        if pictures.is_empty() {
             return Err(ReplayError::NoPictures {
                 folder: config.folder.clone(),
                 pictures: word_for(&config.pictures),
             });
-        };
-        let first = capture.laser_image(&first.file)?;
+        }
+        let first = first_image(&capture, &pictures)?;
         let format = if first.bit_depth() == 8 { PixelFormat::Mono8 } else { PixelFormat::Mono16 };
         let images = if config.preload { Some(preload(&capture, &pictures, &first)?) } else { None };
         Ok(Self { capture, pictures, images, format })
@@ -63,6 +63,14 @@ impl Recording {
     /// Format of every picture.
     pub fn format(&self) -> PixelFormat {
         self.format
+    }
+
+    /// Whether the stage travelled or turned.
+    pub fn stage(&self) -> crate::StageKind {
+        match self.capture.manifest.stage.kind {
+            capture::StageKind::Linear => crate::StageKind::Linear,
+            capture::StageKind::Rotary => crate::StageKind::Rotary,
+        }
     }
 
     /// Where the stage was when picture `idx` was taken.
@@ -99,11 +107,9 @@ impl Recording {
 
     /// Writes picture `idx` into `target`, in `target`'s own memory.
     pub fn read_into(&self, idx: usize, target: &mut GreyImage) -> Result<(), CaptureError> {
-        match &self.images {
-            Some(images) => copy(&images[idx], target),
-            None => {
-                copy(&self.capture.laser_image(&self.pictures[idx].file)?, target);
-            }
+        match self.images.as_ref().and_then(|images| images[idx].as_ref()) {
+            Some(image) => copy(image, target),
+            None => copy(&self.capture.laser_image(&self.pictures[idx].file)?, target),
         }
         Ok(())
     }
@@ -118,13 +124,33 @@ fn copy(source: &GreyImage, target: &mut GreyImage) {
     }
 }
 
+/// What the laser adds to a picture; `None` if its background shows something else.
+fn comparable(capture: &Capture, file: &LaserPicture) -> Result<Option<GreyImage>, CaptureError> {
+    match capture.laser_image(file) {
+        Ok(image) => Ok(Some(image)),
+        Err(CaptureError::OtherRoom { .. }) => Ok(None),
+        Err(error) => Err(error),
+    }
+}
+
+/// The first picture that shows what the laser adds.
+fn first_image(capture: &Capture, pictures: &[Picture]) -> Result<GreyImage, CaptureError> {
+    for picture in pictures {
+        if let Some(image) = comparable(capture, &picture.file)? {
+            return Ok(image);
+        }
+    }
+    // Why there is none.
+    capture.laser_image(&pictures[0].file)
+}
+
 /// All pictures; one that the manifest names several times is held once.
 fn preload(
     capture: &Capture,
     pictures: &[Picture],
     first: &GreyImage,
-) -> Result<Vec<Arc<GreyImage>>, ReplayError> {
-    let mut held: BTreeMap<&Path, Arc<GreyImage>> = BTreeMap::new();
+) -> Result<Vec<Option<Arc<GreyImage>>>, ReplayError> {
+    let mut held: BTreeMap<&Path, Option<Arc<GreyImage>>> = BTreeMap::new();
     let n_different =
         pictures.iter().map(|picture| &picture.file.path).collect::<std::collections::BTreeSet<_>>().len();
     let picture_bytes = first.width() * first.height() * (first.bit_depth() as usize / 8);
@@ -137,7 +163,7 @@ fn preload(
         if let Some(image) = held.get(file.path.as_path()) {
             return Ok(image.clone());
         }
-        let image = Arc::new(capture.laser_image(file)?);
+        let image = comparable(capture, file)?.map(Arc::new);
         held.insert(&file.path, image.clone());
         Ok(image)
     };
@@ -146,7 +172,8 @@ fn preload(
 
 fn pictures_of(capture: &Capture, wanted: &Pictures) -> Result<Vec<Picture>, ReplayError> {
     let manifest = &capture.manifest;
-    let board = |entry: String, path: &PathBuf| LaserPicture { entry, path: path.clone(), background: None };
+    let board =
+        |entry: String, path: &PathBuf| LaserPicture { entry, path: path.clone(), background: None, line: None };
     let lit = |beginning: &str| {
         let mut files = capture.laser_pictures();
         files.retain(|file| file.entry.starts_with(beginning));
@@ -158,7 +185,7 @@ fn pictures_of(capture: &Capture, wanted: &Pictures) -> Result<Vec<Picture>, Rep
             let scan = capture.scan(name)?;
             let scan_idx = manifest.scans.iter().position(|other| other.name == scan.name).unwrap_or_default();
             let files = lit(&format!("scans[{scan_idx}].")).into_iter().zip(&scan.frames);
-            files.map(|(file, frame)| Picture { file, position_mm: frame.position_mm }).collect()
+            files.map(|(file, frame)| Picture { file, position_mm: Some(frame.place().value()) }).collect()
         }
         Pictures::Boards => {
             let poses = manifest.poses.iter().enumerate();
@@ -169,7 +196,7 @@ fn pictures_of(capture: &Capture, wanted: &Pictures) -> Result<Vec<Picture>, Rep
             let views = manifest.stage_views.iter().enumerate();
             let picture = |(idx, view): (usize, &capture::StageView)| Picture {
                 file: board(format!("stage_views[{idx}].board"), &view.board),
-                position_mm: view.position_mm,
+                position_mm: Some(view.place().value()),
             };
             views.map(picture).collect()
         }

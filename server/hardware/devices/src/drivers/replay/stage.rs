@@ -4,22 +4,25 @@ use parking_lot::Mutex;
 use std::sync::Arc;
 
 use super::playback::{Playback, lock};
+use super::recording::Recording;
 use crate::drivers::stage_checks::{check_numbers, check_travel};
 use crate::params::{REPLAY_MAX_SPEED_MM_S, REPLAY_RESOLUTION_DIGITS_PER_MM};
-use crate::{AcceptedMove, DeviceIdentity, Homing, Stage, StageCapabilities, StageError, StageState};
+use crate::{AcceptedMove, DeviceIdentity, Homing, Stage, StageCapabilities, StageError, StageKind, StageState};
 
 /// Is where the frame last delivered was taken, and goes to where frames were taken and nowhere else.
 pub struct ReplayStage {
     name: String,
+    kind: StageKind,
     /// Where frames were taken, in ascending order.
     positions_mm: Vec<f64>,
     playback: Arc<Mutex<Playback>>,
 }
 
 impl ReplayStage {
-    pub(super) fn new(name: String, mut positions_mm: Vec<f64>, playback: Arc<Mutex<Playback>>) -> Self {
+    pub(super) fn new(recording: &Recording, playback: Arc<Mutex<Playback>>) -> Self {
+        let mut positions_mm = recording.positions_mm();
         positions_mm.sort_by(f64::total_cmp);
-        Self { name, positions_mm, playback }
+        Self { name: recording.name(), kind: recording.stage(), positions_mm, playback }
     }
 
     /// Lowest and highest position; both 0 where none is recorded.
@@ -70,7 +73,7 @@ impl Stage for ReplayStage {
 
     fn capabilities(&self) -> StageCapabilities {
         StageCapabilities {
-            kind: crate::StageKind::Linear,
+            kind: self.kind,
             travel_mm: self.travel_mm(),
             max_speed_mm_s: REPLAY_MAX_SPEED_MM_S,
             acceleration_mm_s2: None,

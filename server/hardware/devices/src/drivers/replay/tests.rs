@@ -225,6 +225,42 @@ fn looped(folder: &Path) -> ReplayConfig {
     ReplayConfig { looped: true, ..scan(folder) }
 }
 
+/// The background of the second frame is brighter than the frame itself: it shows something else.
+#[test]
+fn a_frame_whose_background_shows_something_else_is_lost_by_name() {
+    let folder = recorded();
+    let picture = |levels: u8| {
+        GreyImage::new(WIDTH_PX, HEIGHT_PX, Pixels::Eight(vec![levels; WIDTH_PX * HEIGHT_PX])).unwrap()
+    };
+    // Dark but for its left half, which the frame does not have.
+    let elsewhere = (0..WIDTH_PX * HEIGHT_PX).map(|idx| if idx % WIDTH_PX < WIDTH_PX / 2 { 200 } else { 0 });
+    let elsewhere = GreyImage::new(WIDTH_PX, HEIGHT_PX, Pixels::Eight(elsewhere.collect())).unwrap();
+    for (name, image) in [("off/same.png", picture(0)), ("off/other.png", elsewhere)] {
+        std::fs::create_dir_all(folder.path().join("off")).unwrap();
+        capture::write_png(&folder.path().join(name), &image).unwrap();
+    }
+    let mut manifest = capture::Capture::open(folder.path()).unwrap().manifest;
+    for (idx, frame) in manifest.scans[0].frames.iter_mut().enumerate() {
+        frame.background = Some(if idx == 1 { "off/other.png" } else { "off/same.png" }.into());
+    }
+    capture::write_manifest(folder.path(), &manifest).unwrap();
+    for preload in [true, false] {
+        let (mut camera, _, _) = open(&ReplayConfig { preload, ..scan(folder.path()) }).unwrap();
+        camera.start().unwrap();
+        let mut image = blank();
+        let mut next = || camera.next_frame(&mut image, Duration::from_secs(1));
+        assert_eq!(next().unwrap().unwrap().lost_before, 0);
+        let CameraError::Unreadable { cause, .. } = next().unwrap_err() else { panic!("it was played") };
+        let words = cause.to_string();
+        assert!(
+            words.contains("scans[0].frames[1].background")
+                && words.contains("cannot be taken from scans[0].frames[1].image"),
+            "{words}"
+        );
+        assert_eq!(next().unwrap().unwrap().lost_before, 1);
+    }
+}
+
 fn blank() -> GreyImage {
     GreyImage::new(1, 1, Pixels::Eight(vec![0])).unwrap()
 }
@@ -257,8 +293,13 @@ fn recorded() -> TempDir {
         }
         .into(),
         poses: vec![
-            Pose { board: put("board/0.png", 100), laser: Some(put("laser/0.png", 200)), background: None },
-            Pose { board: put("board/1.png", 101), laser: None, background: None },
+            Pose {
+                board: put("board/0.png", 100),
+                laser: Some(put("laser/0.png", 200)),
+                lasers: Vec::new(),
+                background: None,
+            },
+            Pose { board: put("board/1.png", 101), laser: None, lasers: Vec::new(), background: None },
         ],
         stage_views: vec![StageView::new(put("stage/0.png", 150), StagePlace::PositionMm(-20.0))],
         scans: vec![Scan { name: "plane".into(), frames: frames.map(frame).collect() }],

@@ -5,11 +5,13 @@
 //! ridge lies where the true sheet meets the scene, edges and shadows fall where they do in nature, and no
 //! light is drawn that a camera could not see.
 
+use std::borrow::Cow;
+
 use multiversion::multiversion;
 use nalgebra::Vector3;
-use optics::Grating;
+use optics::{Grating, Stage};
 
-use crate::model::station::defocus;
+use crate::model::station::{StationModel, defocus};
 use crate::params::{MAP_STEP_PX, SHEET_REACH_SIGMAS, WHITE_REFLECTANCE};
 use crate::part::scene::{Ball, Scene, SceneHit};
 use crate::render::light::sheet_map::SheetBlock;
@@ -18,6 +20,12 @@ use crate::render::sensor::FULL_SCALE;
 use crate::render::view::block::{Block, NOTHING, exp};
 use crate::render::view::lit_pixels::LitPixels;
 use crate::render::view::pixel_hits::{MeshMemory, PixelHits, View};
+
+/// A scene moved by the stage: carried as it is, or turned.
+pub(crate) struct MovedScene<'s> {
+    scene: Cow<'s, Scene>,
+    moved_mm: Vector3<f64>,
+}
 
 /// A scene where the stage has carried it.
 #[derive(Clone, Copy)]
@@ -41,6 +49,20 @@ struct OrderLight {
 struct Shine {
     level: Block,
     source: [Block; 3],
+}
+
+impl<'s> MovedScene<'s> {
+    pub(crate) fn new(model: &StationModel, scene: &'s Scene, position: f64) -> Self {
+        let motion = model.motion(position);
+        match model.stage {
+            Stage::Linear(_) => Self { scene: Cow::Borrowed(scene), moved_mm: *motion.shift_mm() },
+            Stage::Rotary(_) => Self { scene: Cow::Owned(scene.turned(&motion)), moved_mm: Vector3::zeros() },
+        }
+    }
+
+    pub(crate) fn placed(&self) -> Placed<'_> {
+        Placed { scene: &self.scene, moved_mm: self.moved_mm }
+    }
 }
 
 impl Placed<'_> {
@@ -268,7 +290,8 @@ mod tests {
             scenes.push(Scene::mesh(table.clone(), model, 1));
             for scene in &scenes {
                 for position_mm in [-7.3, 4.1] {
-                    let placed = renderer.placed(scene, position_mm);
+                    let placed = MovedScene::new(renderer.model(), scene, position_mm);
+                    let placed = placed.placed();
                     let (traced, all) = (light(&renderer, placed, false), light(&renderer, placed, true));
                     let n_lit = all.iter().filter(|level| **level > 0.0).count();
                     let n_other = traced.iter().zip(&all).filter(|(a, b)| a != b).count();

@@ -30,7 +30,7 @@ pub fn photograph(
         let mut image = GreyImage::new(1, 1, Pixels::Eight(vec![0])).unwrap();
         let exposure = Exposure {
             scene,
-            position_mm: 0.0,
+            position: 0.0,
             ordinary_level: ordinary_level * WHITE[c],
             ordinary_share: 1.0,
             laser_share: laser[c],

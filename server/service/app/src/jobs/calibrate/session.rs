@@ -3,8 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use capture::{
-    CameraFormat, ChannelChoice, GratingProjector, Manifest, Pose, StagePlace, StageSheet, StageView,
-    params::FORMAT,
+    CameraFormat, ChannelChoice, GratingProjector, Manifest, Pose, StageSheet, StageView, params::FORMAT,
 };
 use store::{ArtifactId, StoreError};
 
@@ -12,8 +11,9 @@ use crate::error::AppError;
 use crate::jobs::calibrate::station::{make_folders, write_capture};
 use crate::jobs::{CalibrateInput, ComputeContext, JobEnd, JobInput, Source};
 use crate::progress::Phase;
+use crate::resources::captures::{capture_place, capture_stage};
 use crate::resources::stored_scan::disk_problem;
-use crate::sessions::{Picture, Session, Sessions};
+use crate::sessions::{Picture, Session, SessionBody, Sessions};
 
 /// Writes the session's readable pictures as the capture folder `folder`.
 pub(super) fn gather_pictures(session_id: &str, ctx: &ComputeContext, folder: &Path) -> Result<(), JobEnd> {
@@ -33,17 +33,17 @@ pub(super) fn gather_pictures(session_id: &str, ctx: &ComputeContext, folder: &P
         let board = put("board", idx, &pose.board.picture)?;
         let laser = pose.laser.as_ref().filter(|laser| laser.is_readable());
         let laser = laser.map(|laser| put("laser", idx, &laser.picture)).transpose()?;
-        poses.push(Pose { board, laser, background: None });
+        poses.push(Pose { board, laser, lasers: Vec::new(), background: None });
     }
     let mut stage_views = Vec::new();
     for view in session.body.stage_views.iter().filter(|view| view.board.is_readable()) {
         let board = put("stage", stage_views.len(), &view.board.picture)?;
-        stage_views.push(StageView::new(board, StagePlace::PositionMm(view.position_mm)));
+        stage_views.push(StageView::new(board, capture_place(view.position)));
     }
     let body = &session.body;
     let manifest = Manifest {
         format: FORMAT.to_owned(),
-        stage: StageSheet::default(),
+        stage: StageSheet { kind: stage_of(&session.body), ..StageSheet::default() },
         background: None,
         camera: CameraFormat { width_px: body.width_px, height_px: body.height_px, channel: ChannelChoice::Auto },
         target: body.target.clone(),
@@ -53,6 +53,11 @@ pub(super) fn gather_pictures(session_id: &str, ctx: &ComputeContext, folder: &P
         scans: Vec::new(),
     };
     write_capture(folder, &manifest)
+}
+
+/// Of which kind of stage the views are; views of both kinds are refused when they are read.
+fn stage_of(body: &SessionBody) -> capture::StageKind {
+    capture_stage(body.stage_views.first().map_or(optics::StageKind::Linear, |view| view.position.kind()))
 }
 
 fn artifact(picture: &Picture) -> Result<ArtifactId, StoreError> {

@@ -3,8 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use capture::{
-    CameraFormat, ChannelChoice, Manifest, Pose, StagePlace, StageSheet, StageView, params::FORMAT,
-    write_manifest, write_png,
+    CameraFormat, ChannelChoice, Manifest, Pose, StageSheet, StageView, params::FORMAT, write_manifest, write_png,
 };
 use station::StampedFrame;
 
@@ -13,7 +12,8 @@ use crate::error::{AppError, ErrorKind};
 use crate::jobs::calibrate::N_POSES;
 use crate::jobs::{CalibrateInput, JobEnd, StationContext};
 use crate::progress::{Phase, Step};
-use crate::resources::captures::without_folder;
+use crate::resources::captures::{capture_place, capture_stage, without_folder};
+use crate::resources::scan_run::stage_kind;
 use crate::resources::stored_scan::disk_problem;
 use crate::sessions::photographer::{Exposures, Photographer};
 use crate::sessions::virtual_operator::VirtualOperator;
@@ -33,13 +33,13 @@ pub(super) fn take_pictures(
     let lease = ctx.take_station("calibrating")?;
     let camera = Photographer::new(lease, ctx.cancel.clone(), Exposures::default());
     let n_poses = input.n_poses.unwrap_or(N_POSES);
-    let positions_mm = operator.stage_positions_mm();
-    let mut album = Album::new(folder, 2 * n_poses + positions_mm.len(), ctx, share)?;
+    let positions = operator.stage_positions();
+    let mut album = Album::new(folder, 2 * n_poses + positions.len(), ctx, share)?;
     if !ctx.station.status().homed {
         album.say(&camera, Phase::Homing, "homing the stage");
         camera.home()?;
     }
-    camera.go_to(0.0)?;
+    camera.go_to(operator.zero())?;
     for pose_idx in 0..n_poses {
         let number = pose_idx + 1;
         let pose = format!("pose {number} of {n_poses}");
@@ -52,16 +52,16 @@ pub(super) fn take_pictures(
             &format!("{pose}: exposing the laser lines"),
         );
         let laser = album.add("laser", &*camera.laser()?)?;
-        album.poses.push(Pose { board, laser: Some(laser), background: None });
+        album.poses.push(Pose { board, laser: Some(laser), lasers: Vec::new(), background: None });
     }
-    operator.lay_board(&positions_mm);
-    for (idx, position_mm) in positions_mm.iter().enumerate() {
-        let (number, of) = (idx + 1, positions_mm.len());
+    operator.lay_board(&positions);
+    for (idx, position) in positions.iter().enumerate() {
+        let (number, of) = (idx + 1, positions.len());
         let words = format!("stage position {number} of {of}: exposing the board");
         album.say(&camera, Phase::ExposingStage.counted(number, of), &words);
-        let position_mm = camera.go_to(*position_mm)?;
+        let position = camera.go_to(*position)?;
         let board = album.add("stage", &*camera.board()?)?;
-        album.stage_views.push(StageView::new(board, StagePlace::PositionMm(position_mm)));
+        album.stage_views.push(StageView::new(board, capture_place(position)));
     }
     album.finish()
 }
@@ -110,7 +110,8 @@ impl<'a> Album<'a> {
 
     fn finish(self) -> Result<(), JobEnd> {
         let size_px = self.size_px.unwrap_or_default();
-        let manifest = manifest(&self.ctx.config, size_px, self.poses, self.stage_views);
+        let stage = stage_kind(&self.ctx.station.status());
+        let manifest = manifest(&self.ctx.config, size_px, stage, self.poses, self.stage_views);
         write_capture(self.folder, &manifest)
     }
 }
@@ -131,12 +132,13 @@ pub(super) fn write_capture(folder: &Path, manifest: &Manifest) -> Result<(), Jo
 fn manifest(
     config: &AppConfig,
     size_px: (usize, usize),
+    stage: optics::StageKind,
     poses: Vec<Pose>,
     stage_views: Vec<StageView>,
 ) -> Manifest {
     Manifest {
         format: FORMAT.to_owned(),
-        stage: StageSheet::default(),
+        stage: StageSheet { kind: capture_stage(stage), ..StageSheet::default() },
         background: None,
         camera: CameraFormat { width_px: size_px.0, height_px: size_px.1, channel: ChannelChoice::Auto },
         target: config.target.clone(),

@@ -1,34 +1,35 @@
 //! What a scan that cannot work is refused for, each with its place in the input and its remedy.
 
-use devices::{Homing, StageKind};
-use optics::Calibration;
+use devices::Homing;
+use optics::{Calibration, StageKind};
 use station::StationStatus;
 
-use super::motion::run_up_mm;
+use super::asked::{AskedRange, fields_of};
+use super::motion::run_up;
 use super::params::{
-    DEFAULT_LASER_POWER, DEFAULT_STEP_MM, POINTS_LIMIT, RESOLUTION_SHARE, SMEAR_SHARE, STEP_MIN_MM,
+    CLOSING_TURN_DEG, DEFAULT_LASER_POWER, DEFAULT_STEP_DEG, DEFAULT_STEP_MM, POINTS_LIMIT, RESOLUTION_SHARE,
+    SMEAR_SHARE, STEP_MIN,
 };
 use super::prediction::Prediction;
-use super::{Rows, SweepRate};
+use super::{Rows, mode_of};
 use crate::error::{AppError, ErrorKind};
 use crate::jobs::{ScanInput, ScanMode};
+use crate::resources::scan_run::{ScanRange, stage_kind};
 
-fn refused(field: &str, detail: impl Into<String>, remedy: impl Into<String>) -> AppError {
+pub fn refused(field: &str, detail: impl Into<String>, remedy: impl Into<String>) -> AppError {
     AppError::new(ErrorKind::Impossible, detail).at(format!("/{field}")).remedy(remedy)
 }
 
 /// Every number is one, and has the right sign.
 pub fn numbers(input: &ScanInput) -> Result<(), AppError> {
-    let numbers = [
-        ("from_mm", input.from_mm, false),
-        ("to_mm", input.to_mm, false),
-        ("step_mm", input.step_mm, true),
-        ("speed_mm_s", input.speed_mm_s, true),
-        ("exposure_us", input.exposure_us, true),
-        ("laser_power", input.laser_power, true),
-    ];
-    for (field, value, positive) in numbers {
-        let Some(value) = value else { continue };
+    let ranges = [StageKind::Linear, StageKind::Rotary].map(|stage| AskedRange::of(input, stage));
+    let signed = ranges.iter().flat_map(|range| {
+        let names = fields_of(range.stage);
+        range.given().map(move |(field, value)| (field, value, [names.step, names.speed].contains(&field)))
+    });
+    let others = [("exposure_us", input.exposure_us), ("laser_power", input.laser_power)];
+    let others = others.into_iter().filter_map(|(field, value)| Some((field, value?, true)));
+    for (field, value, positive) in signed.chain(others) {
         if !value.is_finite() || (positive && value <= 0.0) {
             let wanted = if positive { "a finite number above 0" } else { "a finite number" };
             return Err(refused(field, format!("{field} is {value}"), format!("give {wanted}")));
@@ -45,10 +46,6 @@ pub fn devices(status: &StationStatus) -> Result<(), AppError> {
         ("laser", status.laser.connected),
     ];
     match there.iter().find(|(_, connected)| !connected) {
-        None if status.stage.capabilities.kind == StageKind::Rotary => {
-            Err(AppError::new(ErrorKind::Impossible, "the stage is rotary, and scans need a linear one")
-                .remedy("scan with a linear stage; this version has no rotary scan"))
-        }
         None => Ok(()),
         Some((device, _)) => {
             Err(AppError::new(ErrorKind::DeviceFault, format!("the station's {device} is not connected"))
@@ -74,122 +71,139 @@ pub fn camera(calibration: &Calibration, status: &StationStatus) -> Result<(), A
 
 /// Range, step, mode and speed, as asked for or by default.
 pub fn rows(input: &ScanInput, status: &StationStatus) -> Result<Rows, AppError> {
-    let ends = [("from_mm", input.from_mm), ("to_mm", input.to_mm)];
+    let asked = AskedRange::checked(input, stage_kind(status))?;
+    let names = fields_of(asked.stage);
+    let ends = [(names.from, asked.from), (names.to, asked.to)];
     if let Some((field, _)) = ends.iter().find(|(_, end)| end.is_none()) {
         let remedy = "say from which to which stage position to scan";
         return Err(refused(field, format!("a scan from the station needs {field}"), remedy));
     }
-    let (from_mm, to_mm) = (input.from_mm.unwrap_or(0.0), input.to_mm.unwrap_or(0.0));
-    let continuous = match (input.mode, input.speed_mm_s) {
-        (Some(ScanMode::StopAndGo), Some(_)) => {
-            let remedy = "leave it out, or choose the mode continuous";
-            return Err(refused("speed_mm_s", "a stop-and-go scan has no speed of its own", remedy));
-        }
-        (Some(ScanMode::Continuous), _) | (None, Some(_)) => true,
-        (Some(ScanMode::StopAndGo) | None, None) => false,
-    };
-    let resolution_mm = status.stage.capabilities.resolution_mm;
-    let mut rows = Rows {
-        mode: if continuous { ScanMode::Continuous } else { ScanMode::StopAndGo },
-        from_mm,
-        to_mm,
-        step_mm: input.step_mm.unwrap_or(DEFAULT_STEP_MM.max(resolution_mm)),
-        sweep: None,
-    };
-    if continuous {
-        sweep(&mut rows, input, status)?;
-    } else if rows.step_mm < resolution_mm * RESOLUTION_SHARE {
-        let detail =
-            format!("rows {} mm apart are finer than this stage's steps of {resolution_mm} mm", rows.step_mm);
-        return Err(refused("step_mm", detail, format!("give {resolution_mm} mm or more")));
+    if input.mode == Some(ScanMode::StopAndGo) && asked.speed.is_some() {
+        let remedy = "leave it out, or choose the mode continuous";
+        return Err(refused(names.speed, "a stop-and-go scan has no speed of its own", remedy));
     }
-    if rows.step_mm < STEP_MIN_MM {
-        let detail =
-            format!("rows {} mm apart are below the {STEP_MIN_MM} mm a stage can be read back to", rows.step_mm);
-        return Err(refused(
-            if input.step_mm.is_some() { "step_mm" } else { "speed_mm_s" },
-            detail,
-            "scan more coarsely",
-        ));
+    let (resolution, default_step) = (status.stage.capabilities.resolution_mm, default_step(asked.stage));
+    let range = ScanRange {
+        stage: asked.stage,
+        from: asked.from.unwrap_or(0.0),
+        to: asked.to.unwrap_or(0.0),
+        step: asked.step.unwrap_or(default_step.max(resolution)),
+        speed: None,
+    };
+    let mut rows = Rows { mode: mode_of(input), range, frame_rate_hz: None };
+    let amount = |way| range.amount(way);
+    if rows.mode == ScanMode::Continuous {
+        sweep(&mut rows, &asked, status)?;
+    } else if range.step < resolution * RESOLUTION_SHARE {
+        let (step, resolution) = (amount(range.step), amount(resolution));
+        let detail = format!("rows {step} apart are finer than this stage's steps of {resolution}");
+        return Err(refused(names.step, detail, format!("give {resolution} or more")));
+    }
+    if rows.range.step < STEP_MIN {
+        let (step, least) = (amount(rows.range.step), amount(STEP_MIN));
+        let detail = format!("rows {step} apart are below the {least} a stage can be read back to");
+        let field = if asked.step.is_some() { names.step } else { names.speed };
+        return Err(refused(field, detail, "scan more coarsely"));
     }
     Ok(rows)
 }
 
-/// Speed, step and frame rate of a continuous scan: what is not given follows from the rest.
-fn sweep(rows: &mut Rows, input: &ScanInput, status: &StationStatus) -> Result<(), AppError> {
-    let stage = &status.stage.capabilities;
-    if stage.follows_frames {
-        let recorded_mm = stage.resolution_mm;
-        if input.step_mm.is_some_and(|step_mm| (step_mm / recorded_mm - 1.0).abs() > 1.0 - RESOLUTION_SHARE) {
-            let detail = format!("the recorded frames are {recorded_mm} mm apart, a sweep takes them as they are");
-            return Err(refused("step_mm", detail, "leave it out, or scan stop-and-go"));
-        }
-        rows.step_mm = recorded_mm;
+fn default_step(stage: StageKind) -> f64 {
+    match stage {
+        StageKind::Linear => DEFAULT_STEP_MM,
+        StageKind::Rotary => DEFAULT_STEP_DEG,
     }
-    if rows.from_mm == rows.to_mm {
-        let detail = "a continuous scan needs a way to go, from_mm equals to_mm";
-        return Err(refused("to_mm", detail, "give another to_mm, or scan stop-and-go"));
+}
+
+/// Speed, step and frame rate of a continuous scan: what is not given follows from the rest.
+fn sweep(rows: &mut Rows, asked: &AskedRange, status: &StationStatus) -> Result<(), AppError> {
+    let stage = &status.stage.capabilities;
+    let (range, names) = (&mut rows.range, fields_of(asked.stage));
+    if stage.follows_frames {
+        let recorded = stage.resolution_mm;
+        if asked.step.is_some_and(|step| (step / recorded - 1.0).abs() > 1.0 - RESOLUTION_SHARE) {
+            let recorded = range.amount(recorded);
+            let detail = format!("the recorded frames are {recorded} apart, a sweep takes them as they are");
+            return Err(refused(names.step, detail, "leave it out, or scan stop-and-go"));
+        }
+        range.step = recorded;
+    }
+    if range.from == range.to {
+        let detail = format!("a continuous scan needs a way to go, {} equals {}", names.from, names.to);
+        return Err(refused(names.to, detail, format!("give another {}, or scan stop-and-go", names.to)));
     }
     let rate_hz = status.camera_settings.frame_rate_hz;
-    let given_step_mm = if stage.follows_frames { Some(rows.step_mm) } else { input.step_mm };
-    let (speed_mm_s, frame_rate_hz) = match (input.speed_mm_s, given_step_mm) {
+    let given_step = if stage.follows_frames { Some(range.step) } else { asked.step };
+    let (speed, frame_rate_hz) = match (asked.speed, given_step) {
         (Some(speed), Some(step)) => (speed, speed / step),
         (Some(speed), None) => (speed, rate_hz),
-        (None, _) => (rows.step_mm * rate_hz, rate_hz),
+        (None, _) => (range.step * rate_hz, rate_hz),
     };
-    rows.step_mm = speed_mm_s / frame_rate_hz;
-    let top_mm_s = stage.max_speed_mm_s;
-    if speed_mm_s > top_mm_s {
-        let detail = format!("the scan needs {speed_mm_s} mm/s, the stage moves at most at {top_mm_s} mm/s");
-        let field = if input.speed_mm_s.is_some() { "speed_mm_s" } else { "step_mm" };
+    range.step = speed / frame_rate_hz;
+    let top_speed = stage.max_speed_mm_s;
+    if speed > top_speed {
+        let (needed, top) = (range.amount(speed), range.amount(top_speed));
+        let detail = format!("the scan needs {needed}/s, the stage moves at most at {top}/s");
+        let field = if asked.speed.is_some() { names.speed } else { names.step };
         return Err(refused(field, detail, "scan more slowly, or with a lower frame rate"));
     }
-    if let Some(range) = status.camera.capabilities.frame_rate_hz
-        && !(range.min..=range.max).contains(&frame_rate_hz)
+    if let Some(camera) = status.camera.capabilities.frame_rate_hz
+        && !(camera.min..=camera.max).contains(&frame_rate_hz)
     {
         let detail = format!(
-            "{speed_mm_s} mm/s in steps of {} mm need {frame_rate_hz:.1} frames/s, the camera takes {} to {}",
-            rows.step_mm, range.min, range.max
+            "{}/s in steps of {} need {frame_rate_hz:.1} frames/s, the camera takes {} to {}",
+            range.amount(speed),
+            range.amount(range.step),
+            camera.min,
+            camera.max
         );
-        return Err(refused("step_mm", detail, "choose another speed or step"));
+        return Err(refused(names.step, detail, "choose another speed or step"));
     }
-    rows.sweep = Some(SweepRate { speed_mm_s, frame_rate_hz });
+    (range.speed, rows.frame_rate_hz) = (Some(speed), Some(frame_rate_hz));
     Ok(())
 }
 
-/// The range with its run-up lies within the travel, and the direction of the stage is known.
+/// The range with its run-up lies within the travel, and the way of the stage is known.
 pub fn travel(rows: &Rows, calibration: &Calibration, status: &StationStatus) -> Result<(), AppError> {
-    if calibration.stage.is_none() && rows.from_mm != rows.to_mm {
-        let detail = format!("calibration {} does not know which way the stage moves", calibration.id);
-        let remedy = "calibrate with at least two stage views, or use another calibration";
-        return Err(refused("calibration_id", detail, remedy));
+    let range = &rows.range;
+    if calibration.stage.is_none() && range.from != range.to {
+        let (detail, remedy) = match range.stage {
+            StageKind::Linear => {
+                ("does not know which way the stage moves", "calibrate with at least two stage views")
+            }
+            StageKind::Rotary => {
+                ("does not know the axis of the turntable", "calibrate with at least three stage views at angles")
+            }
+        };
+        let detail = format!("calibration {} {detail}", calibration.id);
+        return Err(refused("calibration_id", detail, format!("{remedy}, or use another calibration")));
     }
-    if let Some(kind) =
-        calibration.stage.map(|stage| stage.kind()).filter(|kind| *kind != optics::StageKind::Linear)
-    {
-        let detail =
-            format!("calibration {} is for a {} stage, the station's stage travels", calibration.id, kind.name());
+    if let Some(kind) = calibration.stage.map(|stage| stage.kind()).filter(|kind| *kind != range.stage) {
+        let (of, is) = (kind.name(), range.stage.name());
+        let detail = format!("calibration {} is for a {of} stage, the station's stage is {is}", calibration.id);
         return Err(refused("calibration_id", detail, "use a calibration that was made with this stage"));
     }
-    let (min_mm, max_mm) = status.stage.capabilities.travel_mm;
-    let run_up_mm = rows.sweep.map_or(0.0, |sweep| run_up_mm(sweep.speed_mm_s, status));
-    let outwards = if rows.to_mm < rows.from_mm { [1.0, -1.0] } else { [-1.0, 1.0] };
-    for (field, end_mm, outwards) in [("from_mm", rows.from_mm, outwards[0]), ("to_mm", rows.to_mm, outwards[1])] {
-        let reached_mm = end_mm + outwards * run_up_mm;
-        if (min_mm..=max_mm).contains(&reached_mm) {
+    let (min, max) = status.stage.capabilities.travel_mm;
+    let run_up = range.speed.map_or(0.0, |speed| run_up(speed, status));
+    let names = fields_of(range.stage);
+    let ends = [(names.from, range.from, -range.direction()), (names.to, range.to, range.direction())];
+    for (field, end, outwards) in ends {
+        if (min..=max).contains(&(end + outwards * run_up)) {
             continue;
         }
-        let detail = match rows.sweep {
-            None => format!("{field} = {end_mm} mm is outside the stage's travel of {min_mm} to {max_mm} mm"),
-            Some(_) => format!(
-                "{field} = {end_mm} mm and {run_up_mm:.1} mm of run-up are outside the stage's travel of {min_mm} to {max_mm} mm"
-            ),
+        let [end, least, most] = [end, min, max].map(|at| range.amount(at));
+        let detail = match range.speed {
+            None => format!("{field} = {end} is outside the stage's travel of {least} to {most}"),
+            Some(_) => {
+                let unit = range.stage.unit();
+                format!(
+                    "{field} = {end} and {run_up:.1} {unit} of run-up are outside the stage's travel of {least} to {most}"
+                )
+            }
         };
-        return Err(refused(
-            field,
-            detail,
-            format!("stay between {:.3} and {:.3} mm", min_mm + run_up_mm, max_mm - run_up_mm),
-        ));
+        let unit = range.stage.unit();
+        let remedy = format!("stay between {:.3} and {:.3} {unit}", min + run_up, max - run_up);
+        return Err(refused(field, detail, remedy));
     }
     Ok(())
 }
@@ -205,11 +219,10 @@ pub fn exposure_us(input: &ScanInput, rows: &Rows, status: &StationStatus) -> Re
         let detail = format!("the camera exposes for {} to {} µs, not for {exposure_us}", range.min, range.max);
         return Err(refused("exposure_us", detail, "choose an exposure it can do"));
     }
-    if let Some(sweep) = rows.sweep
-        && exposure_us * 1e-6 * sweep.frame_rate_hz >= 1.0
+    if let Some(frame_rate_hz) = rows.frame_rate_hz
+        && exposure_us * 1e-6 * frame_rate_hz >= 1.0
     {
-        let detail =
-            format!("an exposure of {exposure_us} µs does not fit into {:.1} frames/s", sweep.frame_rate_hz);
+        let detail = format!("an exposure of {exposure_us} µs does not fit into {frame_rate_hz:.1} frames/s");
         return Err(refused(
             "exposure_us",
             detail,
@@ -230,8 +243,32 @@ pub fn laser_power(input: &ScanInput, status: &StationStatus) -> Result<f64, App
     Err(refused("laser_power", format!("the laser cannot shine with power {power}"), remedy))
 }
 
+/// Pictures with the laser off can be taken as asked.
+pub fn background(input: &ScanInput, rows: &Rows, status: &StationStatus) -> Result<(), AppError> {
+    let Some(asked) = input.background else { return Ok(()) };
+    if !status.laser.capabilities.switched {
+        let detail = "the laser cannot be switched off here, so that nothing can be seen without it";
+        return Err(refused("background", detail, "leave it out, or connect the laser to be switched"));
+    }
+    if asked.every_rows == Some(0) {
+        return Err(refused("background/every_rows", "every_rows is 0", "give 1 or more"));
+    }
+    if asked.every_rows.is_some() && rows.mode == ScanMode::Continuous {
+        let detail = "a continuous scan has its pictures with the laser off before and after it";
+        return Err(refused("background/every_rows", detail, "leave it out, or scan stop-and-go"));
+    }
+    match asked.above_levels.filter(|levels| !(0.0..=255.0).contains(levels)) {
+        None => Ok(()),
+        Some(levels) => Err(refused(
+            "background/above_levels",
+            format!("above_levels is {levels}"),
+            "give a level from 0 to 255",
+        )),
+    }
+}
+
 /// The most points there can be, if they can be computed with.
-pub fn points(n_rows: usize, calibration: &Calibration) -> Result<u64, AppError> {
+pub fn points(n_rows: usize, rows: &Rows, calibration: &Calibration) -> Result<u64, AppError> {
     let camera = &calibration.camera;
     let per_row = (calibration.orders.len() * camera.width_px.max(camera.height_px)) as u64;
     let points = n_rows as u64 * per_row;
@@ -240,7 +277,8 @@ pub fn points(n_rows: usize, calibration: &Calibration) -> Result<u64, AppError>
     }
     let rows_limit = POINTS_LIMIT / per_row.max(1);
     let detail = format!("{n_rows} rows may give {points} points, more than the {POINTS_LIMIT} a scan may have");
-    Err(refused("step_mm", detail, format!("plan at most {rows_limit} rows: a larger step, or a shorter range")))
+    let step = fields_of(rows.range.stage).step;
+    Err(refused(step, detail, format!("plan at most {rows_limit} rows: a larger step, or a shorter range")))
 }
 
 /// What a person should know before the scan begins.
@@ -255,11 +293,14 @@ pub fn notes(rows: &Rows, exposure_us: f64, status: &StationStatus, prediction: 
                 .to_owned(),
         );
     }
-    if let Some(sweep) = rows.sweep {
-        let smear_mm = sweep.speed_mm_s * exposure_us * 1e-6;
-        if smear_mm > SMEAR_SHARE * rows.step_mm {
-            notes.push(format!("the part moves {smear_mm:.3} mm during an exposure; expose for a shorter time, or scan more slowly"));
+    if let Some(speed) = rows.range.speed {
+        let (smear, unit) = (speed * exposure_us * 1e-6, rows.range.stage.unit());
+        if smear > SMEAR_SHARE * rows.range.step {
+            notes.push(format!("the part moves {smear:.3} {unit} during an exposure; expose for a shorter time, or scan more slowly"));
         }
+    }
+    if rows.range.stage == StageKind::Rotary && rows.range.length() < CLOSING_TURN_DEG {
+        notes.push(format!("less than {CLOSING_TURN_DEG}° does not show how well a turn closes"));
     }
     if prediction.unambiguous_depth_mm[0] > prediction.depth_mm[0]
         || prediction.unambiguous_depth_mm[1] < prediction.depth_mm[1]

@@ -1,5 +1,6 @@
 //! What a scan from the station will be, before anything moves: rows, duration, density, σ, depths, disk.
 
+mod asked;
 mod checks;
 mod motion;
 mod pace;
@@ -10,15 +11,16 @@ use optics::Calibration;
 use station::StationStatus;
 
 pub use crate::resources::scan_run::{ScanPlan, ScanRun};
+pub use asked::{AskedRange, fields_of};
 pub use pace::{Pace, TIMING};
 
 use crate::error::AppError;
 use crate::jobs::{ScanInput, ScanMode};
+use crate::resources::scan_run::ScanRange;
 
 /// How the stage will move, as far as the input says; a refusal of the rest comes with the plan.
 pub fn mode_of(input: &ScanInput) -> ScanMode {
-    let by_speed = if input.speed_mm_s.is_some() { ScanMode::Continuous } else { ScanMode::StopAndGo };
-    input.mode.unwrap_or(by_speed)
+    if input.is_continuous() { ScanMode::Continuous } else { ScanMode::StopAndGo }
 }
 
 /// Plans a scan; `pace`: of this machine.
@@ -38,25 +40,25 @@ pub fn plan(
     checks::travel(&rows, calibration, status)?;
     let exposure_us = checks::exposure_us(input, &rows, status)?;
     let laser_power = checks::laser_power(input, status)?;
-    let n_rows = ((rows.to_mm - rows.from_mm).abs() / rows.step_mm + 1e-6).floor() as usize + 1;
-    let prediction = prediction::predict(calibration, rows.step_mm);
-    let max_points = checks::points(n_rows, calibration)?;
+    checks::background(input, &rows, status)?;
+    let range = rows.range;
+    let n_rows = (range.length() / range.step + 1e-6).floor() as usize + 1;
+    let prediction = prediction::predict(calibration, range.step);
+    let max_points = checks::points(n_rows, &rows, calibration)?;
     let motion_s = motion::duration_s(&rows, n_rows, exposure_us, status);
     let acquisition_s = motion_s + n_rows as f64 * pace.row_overhead_s;
     let evaluation_s = n_rows as f64 * pace.evaluation_s_per_frame;
     let measuring_s = input.measure.len() as f64 * pace.measuring_s;
-    let disk_bytes = prediction::disk_bytes(max_points, n_rows, input.keep_frames, status);
+    let disk_bytes = prediction::disk_bytes(max_points, n_kept(input, n_rows), status);
     Ok(ScanPlan {
         mode: rows.mode,
-        from_mm: rows.from_mm,
-        to_mm: rows.to_mm,
-        step_mm: rows.step_mm,
+        range,
         n_rows,
-        speed_mm_s: rows.sweep.map(|sweep| sweep.speed_mm_s),
-        frame_rate_hz: rows.sweep.map(|sweep| sweep.frame_rate_hz),
+        frame_rate_hz: rows.frame_rate_hz,
         exposure_us,
         laser_power,
         keep_frames: input.keep_frames,
+        background: input.background,
         duration_s: acquisition_s + evaluation_s + measuring_s,
         acquisition_s,
         evaluation_s,
@@ -74,21 +76,22 @@ pub fn plan(
     })
 }
 
+/// Pictures that are kept: a frame a row, and as many with the laser off at most.
+fn n_kept(input: &ScanInput, n_rows: usize) -> usize {
+    match (input.keep_frames, input.background) {
+        (false, _) => 0,
+        (true, None) => n_rows,
+        (true, Some(_)) => 2 * n_rows,
+    }
+}
+
 /// The rows of a scan.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Rows {
     mode: ScanMode,
-    from_mm: f64,
-    to_mm: f64,
-    step_mm: f64,
-    sweep: Option<SweepRate>,
-}
-
-/// How a continuous scan runs.
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct SweepRate {
-    speed_mm_s: f64,
-    frame_rate_hz: f64,
+    range: ScanRange,
+    /// Of a continuous scan, beside the range's speed.
+    frame_rate_hz: Option<f64>,
 }
 
 #[cfg(test)]

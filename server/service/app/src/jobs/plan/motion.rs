@@ -5,40 +5,40 @@ use station::params::{RUN_UP_MARGIN, RUN_UP_TIME};
 
 use super::Rows;
 
-/// Way the stage needs before and behind the range of a continuous scan, mm.
-pub fn run_up_mm(speed_mm_s: f64, status: &StationStatus) -> f64 {
+/// Way the stage needs before and behind the range of a continuous scan, in its unit.
+pub fn run_up(speed: f64, status: &StationStatus) -> f64 {
     if status.stage.capabilities.follows_frames {
         return 0.0;
     }
     match status.stage.capabilities.acceleration_mm_s2 {
-        Some(a) if a > 0.0 => speed_mm_s * speed_mm_s / (2.0 * a) * RUN_UP_MARGIN,
-        _ => speed_mm_s * RUN_UP_TIME.as_secs_f64(),
+        Some(a) if a > 0.0 => speed * speed / (2.0 * a) * RUN_UP_MARGIN,
+        _ => speed * RUN_UP_TIME.as_secs_f64(),
     }
 }
 
 /// How long motion and exposures of a scan take, from the first motion to the last frame, s.
 pub fn duration_s(rows: &Rows, n_rows: usize, exposure_us: f64, status: &StationStatus) -> f64 {
-    let top_mm_s = status.stage.capabilities.max_speed_mm_s;
-    let approach_mm = status.position_mm.map_or(0.0, |position_mm| (position_mm - rows.from_mm).abs());
-    let approach_s = move_s(approach_mm, top_mm_s, status);
-    match rows.sweep {
+    let top_speed = status.stage.capabilities.max_speed_mm_s;
+    let approach = status.position_mm.map_or(0.0, |position| (position - rows.range.from).abs());
+    let approach_s = move_s(approach, top_speed, status);
+    match rows.range.speed {
         None => {
-            let row_s = move_s(rows.step_mm, top_mm_s, status) + exposure_us * 1e-6;
+            let row_s = move_s(rows.range.step, top_speed, status) + exposure_us * 1e-6;
             approach_s + n_rows as f64 * row_s
         }
-        Some(sweep) => {
-            let way_mm = (rows.to_mm - rows.from_mm).abs() + 2.0 * run_up_mm(sweep.speed_mm_s, status);
-            approach_s + move_s(way_mm, sweep.speed_mm_s, status)
+        Some(speed) => {
+            let way = rows.range.length() + 2.0 * run_up(speed, status);
+            approach_s + move_s(way, speed, status)
         }
     }
 }
 
 /// Time of a move with ramps at both ends, s.
-fn move_s(distance_mm: f64, speed_mm_s: f64, status: &StationStatus) -> f64 {
-    let cruise_s = distance_mm / speed_mm_s;
+fn move_s(distance: f64, speed: f64, status: &StationStatus) -> f64 {
+    let cruise_s = distance / speed;
     match status.stage.capabilities.acceleration_mm_s2 {
-        Some(a) if a > 0.0 && distance_mm < speed_mm_s * speed_mm_s / a => 2.0 * (distance_mm / a).sqrt(),
-        Some(a) if a > 0.0 => cruise_s + speed_mm_s / a,
+        Some(a) if a > 0.0 && distance < speed * speed / a => 2.0 * (distance / a).sqrt(),
+        Some(a) if a > 0.0 => cruise_s + speed / a,
         _ => cruise_s,
     }
 }

@@ -3,11 +3,17 @@
 /// Distance between rows if nothing else is said, mm: two to three pixels of a megapixel camera at 400 mm.
 pub const DEFAULT_STEP_MM: f64 = 0.2;
 
+/// Angle between rows on a turntable if nothing else is said, degrees: 0.3 mm on a part of 40 mm radius.
+pub const DEFAULT_STEP_DEG: f64 = 0.5;
+
 /// Share of full laser power if nothing else is said.
 pub const DEFAULT_LASER_POWER: f64 = 1.0;
 
-/// Smallest step, mm: below, rows differ by less than any stage can be read back.
-pub const STEP_MIN_MM: f64 = 0.001;
+/// Angle of a scan that shows how well a turn closes, degrees: places are seen again over the last fifteen.
+pub const CLOSING_TURN_DEG: f64 = 375.0;
+
+/// Smallest step, mm or degrees: below, rows differ by less than any stage can be read back.
+pub const STEP_MIN: f64 = 0.001;
 
 /// Share of a stage's own resolution that rows must at least be apart: people give round numbers, and the mean distance
 /// of recorded positions is none.

@@ -1,7 +1,7 @@
 //! Density, σ and depths of a scan, from the calibration alone.
 
 use nalgebra::{Vector2, Vector3};
-use optics::Calibration;
+use optics::{Calibration, Stage};
 use scanning::depth_envelope;
 use station::StationStatus;
 use statistics::median;
@@ -24,8 +24,9 @@ pub struct Prediction {
     pub unambiguous_depth_mm: [f64; 2],
 }
 
-/// Predicts for a flat part across the camera in the middle of the calibrated depths.
-pub fn predict(calibration: &Calibration, step_mm: f64) -> Prediction {
+/// Predicts for a flat part across the camera in the middle of the calibrated depths, with rows `step` apart in the unit of
+/// the stage; on a turntable for a surface half-way between the axis and the nearest depth.
+pub fn predict(calibration: &Calibration, step: f64) -> Prediction {
     let envelope = depth_envelope(calibration, calibration.depth_range_mm);
     let direction = line_direction(calibration);
     let range = calibration.depth_range_mm;
@@ -35,11 +36,14 @@ pub fn predict(calibration: &Calibration, step_mm: f64) -> Prediction {
         LineDirection::Rows => (camera.fx_px, 0),
         LineDirection::Columns => (camera.fy_px, 1),
     };
-    // What the stage moves the part across the lines per mm of travel.
-    let across =
-        calibration.stage.and_then(|stage| stage.linear()).map_or(1.0, |axis| axis.direction[1 - along].abs());
+    // What the stage moves the part across the lines per mm of travel or per degree.
+    let across = match calibration.stage {
+        None => 1.0,
+        Some(Stage::Linear(axis)) => axis.direction[1 - along].abs(),
+        Some(Stage::Rotary(axis)) => 0.5 * (axis.point_mm.z - range.near_mm).max(0.0) * 1_f64.to_radians(),
+    };
     Prediction {
-        rows_per_mm: if step_mm * across > 0.0 { 1.0 / (step_mm * across) } else { 0.0 },
+        rows_per_mm: if step * across > 0.0 { 1.0 / (step * across) } else { 0.0 },
         points_per_mm_along_line: focal_px / middle_mm,
         sigma_mm: median_sigma_mm(calibration, direction),
         depth_mm: [envelope.stated_mm.near_mm, envelope.stated_mm.far_mm],
@@ -83,14 +87,14 @@ fn median_sigma_mm(calibration: &Calibration, direction: LineDirection) -> Optio
     median(&mut sigmas_mm)
 }
 
-/// Room that a scan needs: peaks twice (in the making and stored), cloud, display points, and the pictures twice.
-pub fn disk_bytes(max_points: u64, n_rows: usize, keep_frames: bool, status: &StationStatus) -> u64 {
+/// Room that a scan with so many kept pictures needs: peaks twice (in the making and stored), cloud, display points, and the pictures twice.
+pub fn disk_bytes(max_points: u64, n_kept: usize, status: &StationStatus) -> u64 {
     let roi = status.camera_settings.roi;
     let bytes_per_px = match status.camera_settings.pixel_format {
         devices::PixelFormat::Mono8 => 1,
         devices::PixelFormat::Mono16 => 2,
     };
     let picture_bytes = (roi.width_px * roi.height_px * bytes_per_px) as u64;
-    let pictures_bytes = if keep_frames { 2 * n_rows as u64 * picture_bytes } else { 0 };
+    let pictures_bytes = 2 * n_kept as u64 * picture_bytes;
     max_points * (2 * PEAK_BYTES + CLOUD_POINT_BYTES + DISPLAY_POINT_BYTES) + pictures_bytes
 }

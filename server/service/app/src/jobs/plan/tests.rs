@@ -24,7 +24,7 @@ fn calibration() -> Calibration {
         camera: model.camera,
         orders: model.orders,
         light,
-        stage: Some(model.stage.into()),
+        stage: Some(model.stage),
         depth_range_mm: DepthRangeMm { near_mm: 360.0, far_mm: 424.0 },
         covariance: DMatrix::zeros(n, n),
     }
@@ -95,10 +95,15 @@ fn input(from_mm: f64, to_mm: f64) -> ScanInput {
         to_mm: Some(to_mm),
         step_mm: None,
         speed_mm_s: None,
+        from_deg: None,
+        to_deg: None,
+        step_deg: None,
+        speed_deg_s: None,
         mode: None,
         exposure_us: None,
         laser_power: None,
         keep_frames: false,
+        background: None,
         calibration_id: None,
         resume_scan_id: None,
         measure: Vec::new(),
@@ -120,8 +125,14 @@ fn planned(change: impl FnOnce(&mut ScanInput)) -> Result<ScanPlan, AppError> {
 #[test]
 fn forty_millimetres_in_fifths_are_two_hundred_and_one_rows() {
     let plan = planned(|_| {}).unwrap();
-    assert_eq!((plan.mode, plan.n_rows, plan.step_mm, plan.exposure_us), (ScanMode::StopAndGo, 201, 0.2, 1_000.0));
-    assert_eq!((plan.position_mm(0), plan.position_mm(1), plan.position_mm(200)), (-20.0, -19.8, 20.0));
+    assert_eq!(
+        (plan.mode, plan.n_rows, plan.range.step, plan.exposure_us),
+        (ScanMode::StopAndGo, 201, 0.2, 1_000.0)
+    );
+    assert_eq!(
+        (plan.range.position(0).value(), plan.range.position(1).value(), plan.range.position(200).value()),
+        (-20.0, -19.8, 20.0)
+    );
     // 0.2 mm at 500 mm/s²: 2·√(0.2/500) = 40 ms; exposure 1 ms; overhead; approach of 20 mm in 0.4 s.
     let row_s = 0.04 + 0.001 + params::ROW_OVERHEAD_S;
     assert!((plan.acquisition_s - (0.4 + 201.0 * row_s)).abs() < 1e-9, "{}", plan.acquisition_s);
@@ -140,20 +151,20 @@ fn forty_millimetres_in_fifths_are_two_hundred_and_one_rows() {
 #[test]
 fn rows_run_backwards_too_and_one_row_is_a_scan() {
     let back = planned(|input| (input.from_mm, input.to_mm) = (Some(1.0), Some(0.0))).unwrap();
-    assert_eq!((back.n_rows, back.position_mm(5)), (6, 0.0));
+    assert_eq!((back.n_rows, back.range.position(5).value()), (6, 0.0));
     let one = planned(|input| input.to_mm = input.from_mm).unwrap();
-    assert_eq!((one.n_rows, one.position_mm(0)), (1, -20.0));
+    assert_eq!((one.n_rows, one.range.position(0).value()), (1, -20.0));
     let odd = planned(|input| input.step_mm = Some(0.3)).unwrap();
-    assert_eq!((odd.n_rows, odd.position_mm(133)), (134, 19.9));
+    assert_eq!((odd.n_rows, odd.range.position(133).value()), (134, 19.9));
 }
 
 #[test]
 fn speed_step_and_frame_rate_of_a_continuous_scan_follow_from_each_other() {
     let plan = planned(|input| input.speed_mm_s = Some(6.0)).unwrap();
-    assert_eq!((plan.mode, plan.speed_mm_s, plan.frame_rate_hz), (ScanMode::Continuous, Some(6.0), Some(30.0)));
-    assert!((plan.step_mm - 0.2).abs() < 1e-12);
+    assert_eq!((plan.mode, plan.range.speed, plan.frame_rate_hz), (ScanMode::Continuous, Some(6.0), Some(30.0)));
+    assert!((plan.range.step - 0.2).abs() < 1e-12);
     let plan = planned(|input| input.mode = Some(ScanMode::Continuous)).unwrap();
-    assert_eq!((plan.speed_mm_s, plan.step_mm), (Some(6.0), 0.2));
+    assert_eq!((plan.range.speed, plan.range.step), (Some(6.0), 0.2));
     let plan = planned(|input| (input.speed_mm_s, input.step_mm) = (Some(6.0), Some(0.1))).unwrap();
     assert_eq!((plan.frame_rate_hz, plan.n_rows), (Some(60.0), 401));
     // 40 mm at 6 mm/s, two ramps of 12 ms, the approach.
@@ -265,7 +276,7 @@ fn a_recording_is_scanned_row_by_row_in_its_own_steps() {
         plan(&input, &calibration(), &status, &pace(&input))
     };
     let own = planned(&|_| {}).unwrap();
-    assert_eq!((own.step_mm, own.n_rows, own.position_mm(15)), (2.08, 16, 15.6));
+    assert_eq!((own.range.step, own.n_rows, own.range.position(15).value()), (2.08, 16, 15.6));
     let fine = planned(&|input| input.step_mm = Some(0.2)).unwrap_err();
     assert_eq!(fine.pointer.as_deref(), Some("/step_mm"));
     assert!(fine.detail.contains("steps of 2.08 mm"), "{fine:?}");
@@ -282,22 +293,75 @@ fn a_sweep_over_a_recording_takes_its_own_frames_without_run_up() {
         plan(&input, &calibration(), &status, &pace(&input))
     };
     let whole = planned(&|input| input.mode = Some(ScanMode::Continuous)).unwrap();
-    assert_eq!((whole.step_mm, whole.n_rows, whole.frame_rate_hz), (2.08, 16, Some(30.0)));
+    assert_eq!((whole.range.step, whole.n_rows, whole.frame_rate_hz), (2.08, 16, Some(30.0)));
     let slow = planned(&|input| input.speed_mm_s = Some(10.4)).unwrap();
-    assert_eq!((slow.step_mm, slow.n_rows, slow.frame_rate_hz), (2.08, 16, Some(5.0)));
+    assert_eq!((slow.range.step, slow.n_rows, slow.frame_rate_hz), (2.08, 16, Some(5.0)));
     let fine =
         planned(&|input| (input.mode, input.step_mm) = (Some(ScanMode::Continuous), Some(0.2))).unwrap_err();
     assert_eq!(fine.pointer.as_deref(), Some("/step_mm"));
     assert!(fine.detail.contains("2.08 mm apart"), "{fine:?}");
 }
 
-#[test]
-fn a_rotary_stage_is_refused_by_name() {
+/// A station with a turntable, and its true calibration.
+fn turning() -> (StationStatus, Calibration) {
     let mut status = status();
-    status.stage.capabilities.kind = devices::StageKind::Rotary;
-    let input = input(-20.0, 20.0);
-    let refusal = plan(&input, &calibration(), &status, &pace(&input)).unwrap_err();
-    assert!(refusal.detail.contains("rotary"), "{refusal:?}");
+    let stage = &mut status.stage.capabilities;
+    (stage.kind, stage.travel_mm) = (devices::StageKind::Rotary, (-400.0, 400.0));
+    let mut calibration = calibration();
+    let shape = StationShape { stage: optics::StageKind::Rotary, ..StationShape::default() };
+    calibration.stage = Some(StationModel::seeded(7, &shape).unwrap().stage);
+    let n = calibration.covariance.nrows() + 1;
+    calibration.covariance = DMatrix::zeros(n, n);
+    (status, calibration)
+}
+
+fn turn(change: impl Fn(&mut ScanInput)) -> Result<ScanPlan, AppError> {
+    let (status, calibration) = turning();
+    let mut input = input(0.0, 0.0);
+    (input.from_mm, input.to_mm, input.from_deg, input.to_deg) = (None, None, Some(0.0), Some(375.0));
+    change(&mut input);
+    plan(&input, &calibration, &status, &pace(&input))
+}
+
+#[test]
+fn a_turn_is_planned_in_degrees() {
+    let plan = turn(|input| input.step_deg = Some(1.5)).unwrap();
+    assert_eq!((plan.n_rows, plan.range.position(1)), (251, optics::StagePosition::RotaryDeg(1.5)));
+    // Half-way between the axis at 400 mm and the nearest depth at 360 mm: 20 mm, 0.52 mm of way in 1.5°.
+    assert!((plan.rows_per_mm - 1.91).abs() < 0.1, "{plan:?}");
+    assert!(plan.notes.iter().all(|note| !note.contains("how well")), "{:?}", plan.notes);
+    let part = turn(|input| input.to_deg = Some(90.0)).unwrap();
+    assert!(part.notes.iter().any(|note| note.contains("how well a turn closes")), "{:?}", part.notes);
+    let sweep = turn(|input| input.speed_deg_s = Some(15.0)).unwrap();
+    assert_eq!((sweep.mode, sweep.range.step, sweep.n_rows), (ScanMode::Continuous, 0.5, 751));
+}
+
+#[test]
+fn a_range_in_the_unit_of_the_other_stage_is_refused_by_name() {
+    let refused = |change: &dyn Fn(&mut ScanInput)| {
+        let problem = turn(change).unwrap_err();
+        (problem.pointer.unwrap_or_default(), problem.detail)
+    };
+    let (field, detail) = refused(&|input| input.from_mm = Some(1.0));
+    assert!(field == "/from_mm" && detail.contains("stage turns"), "{field} {detail}");
+    let (field, detail) = refused(&|input| input.to_deg = Some(500.0));
+    assert!(
+        field == "/to_deg" && detail.contains("500° is outside the stage's travel of -400°"),
+        "{field} {detail}"
+    );
+    let mut degrees = input(-20.0, 20.0);
+    degrees.step_deg = Some(1.0);
+    let problem = plan(&degrees, &calibration(), &status(), &pace(&degrees)).unwrap_err();
+    assert_eq!(problem.pointer.as_deref(), Some("/step_deg"));
+}
+
+#[test]
+fn a_calibration_of_the_other_kind_of_stage_is_refused() {
+    let (status, _) = turning();
+    let mut turn = input(0.0, 0.0);
+    (turn.from_mm, turn.to_mm, turn.from_deg, turn.to_deg) = (None, None, Some(0.0), Some(90.0));
+    let problem = plan(&turn, &calibration(), &status, &pace(&turn)).unwrap_err();
+    assert!(problem.detail.contains("linear stage, the station's stage is rotary"), "{problem:?}");
 }
 
 #[test]

@@ -1,5 +1,6 @@
 //! Taking the frames of a scan, as an operator would: set the camera, light, row after row or one sweep, dark.
 
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use devices::{CameraRequest, Trigger};
@@ -8,21 +9,38 @@ use station::{SharedFrame, StationLease, Sweep};
 use crate::error::{AppError, ErrorKind};
 use crate::jobs::plan::ScanPlan;
 use crate::jobs::scan::TAKEN;
+use crate::jobs::scan::backgrounds::{Background, BackgroundLog};
 use crate::jobs::scan::recording::Hand;
 use crate::jobs::{JobEnd, ScanMode, StationContext};
 use crate::progress::Phase;
+use crate::resources::scan_run::ScanRange;
 
 /// Time between two words about a sweep: people read no faster, and frames come by the hundred in a second.
 const TOLD_EVERY: Duration = Duration::from_millis(50);
+
+/// A room that was dark enough is looked at again after so many rows.
+const AMBIENT_CHECK_ROWS: usize = 50;
+
+/// The ambient light of a scan, in levels of 255, as pictures with the laser off showed it.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct AmbientLight {
+    /// At first.
+    pub levels: Option<f64>,
+    /// At last.
+    pub last_levels: Option<f64>,
+    /// Pictures with the laser off.
+    pub n_pictures: usize,
+}
 
 /// Takes the frames that are missing and hands them over. What was lost goes to `losses`, in words.
 pub fn take_frames(
     ctx: &StationContext,
     plan: &ScanPlan,
-    positions_mm: &[f64],
+    positions: &[f64],
     losses: &mut Vec<String>,
+    log: &BackgroundLog,
     hand: &Hand,
-) -> Result<(), JobEnd> {
+) -> Result<AmbientLight, JobEnd> {
     let lease = ctx.take_station("scanning")?;
     let capabilities = ctx.station.status().camera.capabilities.clone();
     let stands_still = plan.mode == ScanMode::StopAndGo;
@@ -32,11 +50,24 @@ pub fn take_frames(
         trigger: triggered.then_some(Trigger::Software),
         ..CameraRequest::default()
     })?;
-    let mut run = Run { ctx, plan, lease, hand, losses, done: positions_mm.len(), told_at: None };
+    let mut run = Run {
+        ctx,
+        plan,
+        lease,
+        hand,
+        losses,
+        log,
+        done: positions.len(),
+        told_at: None,
+        ambient: AmbientLight::default(),
+        background: None,
+        looked_at: None,
+    };
     match plan.mode {
         ScanMode::StopAndGo => run.row_by_row(),
-        ScanMode::Continuous => run.in_one_sweep(positions_mm.last().copied()),
-    }
+        ScanMode::Continuous => run.in_one_sweep(positions.last().copied()),
+    }?;
+    Ok(run.ambient)
 }
 
 struct Run<'a> {
@@ -45,10 +76,16 @@ struct Run<'a> {
     lease: StationLease,
     hand: &'a Hand,
     losses: &'a mut Vec<String>,
+    log: &'a BackgroundLog,
     /// Rows that are taken.
     done: usize,
     /// When that was told last.
     told_at: Option<Instant>,
+    ambient: AmbientLight,
+    /// What is taken away from the frames that come.
+    background: Option<Arc<Background>>,
+    /// The row before which the laser was off last.
+    looked_at: Option<usize>,
 }
 
 impl Run<'_> {
@@ -56,8 +93,12 @@ impl Run<'_> {
         let (mut lost, first) = (0, self.done);
         for row in self.done..self.plan.n_rows {
             self.ctx.go_on()?;
-            let at_mm = self.lease.move_to(self.plan.position_mm(row), None, &self.ctx.cancel)?;
-            if row == first {
+            let wanted = self.plan.range.position(row).value();
+            let at = self.lease.move_to(wanted, None, &self.ctx.cancel)?;
+            if self.is_look_due(row) {
+                lost += self.look_without_laser(row)?;
+            }
+            if row == first || self.looked_at == Some(row) {
                 self.lease.laser_on(self.plan.laser_power)?;
             }
             let frame = self.lease.grab(&self.ctx.cancel)?;
@@ -65,7 +106,11 @@ impl Run<'_> {
             if !frame.laser_on {
                 return Err(dark(row).into());
             }
-            self.give(frame, at_mm)?;
+            if self.background.as_ref().is_some_and(|known| known.row != row && !known.suits(&frame.image)) {
+                lost += self.look_without_laser(row)?;
+                self.lease.laser_on(self.plan.laser_power)?;
+            }
+            self.give(frame, at)?;
         }
         self.lease.laser_off()?;
         if lost > 0 {
@@ -74,24 +119,61 @@ impl Run<'_> {
         Ok(())
     }
 
-    fn in_one_sweep(&mut self, last_mm: Option<f64>) -> Result<(), JobEnd> {
-        let plan = self.plan;
-        let onwards = plan.direction();
-        let from_mm = last_mm.map_or(plan.from_mm, |last| last + onwards * plan.step_mm);
-        if (plan.to_mm - from_mm) * onwards <= 0.0 {
+    /// Whether the laser is to be off before this row.
+    fn is_look_due(&self, row: usize) -> bool {
+        let Some(asked) = self.plan.background else { return false };
+        let every = match &self.background {
+            Some(_) => asked.every_rows.unwrap_or(1),
+            // The room is dark enough: whether it still is.
+            None => AMBIENT_CHECK_ROWS,
+        };
+        self.looked_at.is_none_or(|looked_at| row >= looked_at + every)
+    }
+
+    /// Takes a picture with the laser off where the stage stands, to be taken away from frames if the room is that bright;
+    /// the laser stays off. Returns how many frames were lost on their way.
+    fn look_without_laser(&mut self, row: usize) -> Result<u64, JobEnd> {
+        let Some(asked) = self.plan.background else { return Ok(0) };
+        self.lease.laser_off()?;
+        let frame = self.lease.grab(&self.ctx.cancel)?;
+        let background = Background::new(row, &frame);
+        let levels = background.ambient_levels();
+        let ambient = &mut self.ambient;
+        ambient.n_pictures += 1;
+        ambient.levels.get_or_insert(levels);
+        ambient.last_levels = Some(levels);
+        self.looked_at = Some(row);
+        self.background = None;
+        if asked.above_levels.is_none_or(|limit| levels > limit) {
+            self.log.keep(&background)?;
+            self.background = Some(Arc::new(background));
+        }
+        Ok(frame.lost_before)
+    }
+
+    fn in_one_sweep(&mut self, last: Option<f64>) -> Result<(), JobEnd> {
+        let (plan, range) = (self.plan, &self.plan.range);
+        let onwards = range.direction();
+        let from = last.map_or(range.from, |last| last + onwards * range.step);
+        if (range.to - from) * onwards <= 0.0 {
             return Ok(());
         }
-        let (Some(speed_mm_s), Some(frame_rate_hz)) = (plan.speed_mm_s, plan.frame_rate_hz) else {
+        let (Some(speed), Some(frame_rate_hz)) = (range.speed, plan.frame_rate_hz) else {
             return Err(AppError::new(ErrorKind::Internal, "a continuous scan without a speed").into());
         };
+        if plan.background.is_some() {
+            self.lease.move_to(from, None, &self.ctx.cancel)?;
+            self.look_without_laser(self.done)?;
+        }
         self.lease.laser_on(plan.laser_power)?;
-        let sweep = Sweep { from_mm, to_mm: plan.to_mm, speed_mm_s, frame_rate_hz };
+        // The station counts in its stage's own unit.
+        let sweep = Sweep { from_mm: from, to_mm: range.to, speed_mm_s: speed, frame_rate_hz };
         let stream = self.lease.sweep(&sweep, &self.ctx.cancel)?;
         let (mut nowhere, mut unlit) = (0, 0);
         for frame in stream.frames.iter() {
             unlit += u64::from(!frame.laser_on);
             match frame.position_mm {
-                Some(position_mm) => self.give(frame, position_mm)?,
+                Some(position) => self.give(frame, position)?,
                 None => nowhere += 1,
             }
         }
@@ -101,13 +183,17 @@ impl Run<'_> {
         let others = others.into_iter().filter(|(n, _)| *n > 0);
         self.losses.extend(others.map(|(n, what)| format!("{n} frames {what}")));
         match stream.broken() {
-            Some(refusal) => Err(refusal.into()),
-            None => Ok(self.lease.laser_off()?),
+            Some(refusal) => return Err(refusal.into()),
+            None => self.lease.laser_off()?,
         }
+        if plan.background.is_some() {
+            self.look_without_laser(self.done)?;
+        }
+        Ok(())
     }
 
-    fn give(&mut self, frame: SharedFrame, position_mm: f64) -> Result<(), JobEnd> {
-        self.hand.give(frame, position_mm)?;
+    fn give(&mut self, frame: SharedFrame, position: f64) -> Result<(), JobEnd> {
+        self.hand.give(frame, self.plan.range.stage.position(position), self.background.clone())?;
         self.done += 1;
         let soon = self.told_at.is_some_and(|at| at.elapsed() < TOLD_EVERY);
         if self.plan.mode == ScanMode::Continuous && soon && self.done < self.plan.n_rows {
@@ -130,16 +216,16 @@ fn dark(row: usize) -> AppError {
 
 /// What is missing between the first and the last position of a continuous scan, in words: frames that were lost
 /// without anybody counting them leave a gap.
-pub fn gaps(plan: &ScanPlan, positions_mm: &[f64]) -> Vec<String> {
+pub fn gaps(range: &ScanRange, positions: &[f64]) -> Vec<String> {
     /// A missing frame makes two steps of one; a camera on a busy machine exposes half a period late at worst.
     const GAP_STEPS: f64 = 1.75;
     let mut gaps = Vec::new();
-    let mut before_mm = plan.from_mm;
-    for at_mm in positions_mm.iter().copied().chain([plan.to_mm]) {
-        if (at_mm - before_mm).abs() > GAP_STEPS * plan.step_mm {
-            gaps.push(format!("no frame between {before_mm:.3} and {at_mm:.3} mm"));
+    let mut before = range.from;
+    for at in positions.iter().copied().chain([range.to]) {
+        if (at - before).abs() > GAP_STEPS * range.step {
+            gaps.push(format!("no frame between {before:.3} and {at:.3} {}", range.stage.unit()));
         }
-        before_mm = at_mm;
+        before = at;
     }
     gaps
 }

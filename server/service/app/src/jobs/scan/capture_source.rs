@@ -1,11 +1,12 @@
 //! A scan of a stored capture.
 
 use capture::Capture;
+use optics::StageKind;
 use scanning::Frames as _;
 use store::{FinishedFile, ScanState};
 
 use crate::error::{AppError, ErrorKind};
-use crate::jobs::plan::{Pace, ScanRun};
+use crate::jobs::plan::{AskedRange, Pace, ScanRun};
 use crate::jobs::scan::{Evaluating, MadeScan, ScanStory, evaluated_share, made_scan};
 use crate::jobs::{ComputeContext, JobEnd, RecordedFrames, ScanInput, ScanMode};
 use crate::progress::Phase;
@@ -62,18 +63,17 @@ pub fn run(input: &ScanInput, frames: &RecordedFrames, ctx: &ComputeContext) -> 
 
 /// What only a station can be asked for is refused by name.
 fn refuse_station_fields(input: &ScanInput) -> Result<(), AppError> {
-    let station_only = [
-        ("from_mm", input.from_mm.is_some()),
-        ("to_mm", input.to_mm.is_some()),
-        ("step_mm", input.step_mm.is_some()),
-        ("speed_mm_s", input.speed_mm_s.is_some()),
+    let ranges = [StageKind::Linear, StageKind::Rotary].map(|stage| AskedRange::of(input, stage));
+    let given = ranges.iter().flat_map(AskedRange::given).map(|(field, _)| (field, true));
+    let others = [
         ("mode", input.mode.is_some()),
         ("exposure_us", input.exposure_us.is_some()),
         ("laser_power", input.laser_power.is_some()),
         ("keep_frames", input.keep_frames),
+        ("background", input.background.is_some()),
         ("resume_scan_id", input.resume_scan_id.is_some()),
     ];
-    match station_only.iter().find(|(_, given)| *given) {
+    match given.chain(others).find(|(_, given)| *given) {
         None => Ok(()),
         Some((field, _)) => Err(AppError::new(
             ErrorKind::Impossible,

@@ -35,6 +35,10 @@ impl Frames for CountedFrames<'_> {
         self.frames.position(frame)
     }
 
+    fn lit_line(&self, frame: usize) -> Option<i8> {
+        self.frames.lit_line(frame)
+    }
+
     fn centrelines(&self, frame: usize) -> Result<Cow<'_, Centrelines>, ContentError> {
         let lines = self.frames.centrelines(frame);
         (self.told)(self.read.fetch_add(1, Ordering::Relaxed) + 1);

@@ -4,6 +4,7 @@
 //! from them by the functions of `sheaf scan`: the same frames give the same bytes.
 
 mod acquisition;
+mod backgrounds;
 mod capture_source;
 mod counted;
 mod measuring;

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use capture::{CameraFormat, ChannelChoice, Frame, Manifest, Scan, StagePlace, StageSheet, write_manifest};
+use capture::{CameraFormat, ChannelChoice, Frame, Manifest, Scan, StageSheet, write_manifest};
 use scanning::Frames as _;
 use scanning::files::peaks::PeaksFile;
 use store::Change;
@@ -10,10 +10,13 @@ use store::Change;
 use crate::config::AppConfig;
 use crate::error::AppError;
 use crate::jobs::ComputeContext;
-use crate::resources::captures::CaptureOrigin;
+use crate::resources::captures::{CaptureOrigin, capture_place, capture_stage};
 
 /// Folder of the pictures within the capture.
 const FOLDER: &str = "scan";
+
+/// Folder of the pictures with the laser off.
+const BACKGROUNDS: &str = "background";
 
 /// Where a frame's picture lies within the capture.
 pub fn picture_path(idx: usize) -> PathBuf {
@@ -25,15 +28,33 @@ pub fn folder_in(capture: &Path) -> PathBuf {
     capture.join(FOLDER)
 }
 
-/// Takes the pictures under `folder` in as a capture with one scan. Returns its id and what records it.
+/// Where the picture with the laser off lies that was taken before a row.
+pub fn background_path(row: usize) -> PathBuf {
+    Path::new(BACKGROUNDS).join(format!("{row:05}.png"))
+}
+
+/// Folder of those pictures within the capture `capture`.
+pub fn background_folder_in(capture: &Path) -> PathBuf {
+    capture.join(BACKGROUNDS)
+}
+
+/// Takes the pictures under `folder` in as a capture with one scan. `backgrounds`: of a frame, by the row before which it was
+/// taken. Returns its id and what records it.
 pub fn take_in(
     ctx: &ComputeContext,
     folder: &Path,
     scan: &str,
     name: &str,
     frames: &PeaksFile,
+    backgrounds: &[(usize, usize)],
 ) -> Result<(String, Change), AppError> {
-    write_manifest(folder, &manifest(&ctx.config, scan, frames))?;
+    let mut manifest = manifest(&ctx.config, scan, frames);
+    for &(frame, row) in backgrounds {
+        if let Some(frame) = manifest.scans[0].frames.get_mut(frame) {
+            frame.background = Some(background_path(row));
+        }
+    }
+    write_manifest(folder, &manifest)?;
     let (record, change) = ctx.captures.take_in_folder(folder, CaptureOrigin::Scan, name)?;
     Ok((record.id, change))
 }
@@ -41,7 +62,7 @@ pub fn take_in(
 fn manifest(config: &AppConfig, scan: &str, frames: &PeaksFile) -> Manifest {
     Manifest {
         format: capture::params::FORMAT.to_owned(),
-        stage: StageSheet::default(),
+        stage: StageSheet { kind: capture_stage(frames.header.stage), ..StageSheet::default() },
         background: None,
         camera: CameraFormat {
             width_px: frames.header.width_px as usize,
@@ -55,7 +76,7 @@ fn manifest(config: &AppConfig, scan: &str, frames: &PeaksFile) -> Manifest {
         scans: vec![Scan {
             name: scan.to_owned(),
             frames: (0..frames.n_frames())
-                .map(|idx| Frame::new(picture_path(idx), StagePlace::PositionMm(frames.position(idx).value())))
+                .map(|idx| Frame::new(picture_path(idx), capture_place(frames.position(idx))))
                 .collect(),
         }],
     }

@@ -15,13 +15,14 @@ use std::time::Instant;
 
 use capture::write_png;
 use live::LiveFrame;
-use optics::Triangulator;
+use optics::{StagePosition, Triangulator};
 use scanning::files::peaks::pack_frame;
 use station::SharedFrame;
 use station::recycling::Recycling;
-use vision::{CentrelineExtractor, CentrelineParams, Centrelines};
+use vision::{CentrelineExtractor, CentrelineParams, Centrelines, GreyImage};
 
 use crate::error::{AppError, ErrorKind};
+use crate::jobs::scan::backgrounds::{Background, BackgroundLog};
 use crate::jobs::scan::pictures::picture_path;
 use crate::jobs::scan::writing::{FreeRecords, Kept, QUEUE_RECORDS, Record};
 use crate::jobs::{JobEnd, StationContext};
@@ -44,6 +45,8 @@ pub struct Recorder<'a> {
     pub triangulator: &'a Triangulator,
     /// Where pictures are kept, if they are.
     pub pictures: Option<PathBuf>,
+    /// Which background each frame was freed from.
+    pub log: &'a BackgroundLog,
 }
 
 /// Where whoever takes frames puts them.
@@ -56,13 +59,14 @@ pub struct Hand {
 struct Taken {
     idx: usize,
     frame: SharedFrame,
-    position_mm: f64,
+    position: StagePosition,
+    background: Option<Arc<Background>>,
 }
 
 /// What a thread made of a frame.
 struct Seen {
     idx: usize,
-    position_mm: f64,
+    position: StagePosition,
     found: Result<Found, AppError>,
 }
 
@@ -80,12 +84,17 @@ struct Memory {
 }
 
 impl Hand {
-    /// Hands a frame over; waits if the threads are behind.
+    /// Hands a frame over, with what is taken away from it; waits if the threads are behind.
     ///
     /// # Errors
     /// If recording has failed; why, says [`Recorder::record`].
-    pub fn give(&self, frame: SharedFrame, position_mm: f64) -> Result<(), JobEnd> {
-        let taken = Taken { idx: self.next.get(), frame, position_mm };
+    pub fn give(
+        &self,
+        frame: SharedFrame,
+        position: StagePosition,
+        background: Option<Arc<Background>>,
+    ) -> Result<(), JobEnd> {
+        let taken = Taken { idx: self.next.get(), frame, position, background };
         self.next.set(taken.idx + 1);
         if self.failed.load(Ordering::Relaxed) || self.queue.send(taken).is_err() {
             return Err(AppError::new(ErrorKind::Internal, "the frames could not be recorded").into());
@@ -99,17 +108,17 @@ impl Recorder<'_> {
     ///
     /// Returns how taking ended; what was recorded before is good in any case. A failure to record comes first: it
     /// ended the taking.
-    pub fn record(
+    pub fn record<T>(
         &self,
         kept: &mut Kept<'_>,
-        take: impl FnOnce(&Hand) -> Result<(), JobEnd>,
-    ) -> Result<(), JobEnd> {
+        take: impl FnOnce(&Hand) -> Result<T, JobEnd>,
+    ) -> Result<T, JobEnd> {
         let (queue, taken) = sync_channel(QUEUE_FRAMES);
         let (sender, seen) = sync_channel(QUEUE_FRAMES);
         let (to_disk, records) = sync_channel(QUEUE_RECORDS);
         let (taken, memory) = (Mutex::new(taken), Memory::default());
         let failed = Arc::new(AtomicBool::new(false));
-        let first = kept.positions_mm.len();
+        let first = kept.positions.len();
         let hand = Hand { queue, next: Cell::new(first), failed: failed.clone() };
         let (taken, memory, failed) = (&taken, &memory, &*failed);
         std::thread::scope(|scope| {
@@ -121,7 +130,7 @@ impl Recorder<'_> {
             drop(sender);
             let write = move || kept.write(&records, &memory.records, failed);
             let writer = spawned(scope, "scan-write".to_owned(), write)?;
-            let show = move |idx, position_mm, found| self.show(idx, position_mm, found, memory, &to_disk);
+            let show = move |idx, position, found| self.show(idx, position, found, memory, &to_disk);
             let shower = spawned(scope, "scan-show".to_owned(), move || in_order(seen, first, failed, show))?;
             let ended = take(&hand);
             drop(hand);
@@ -142,21 +151,37 @@ impl Recorder<'_> {
         loop {
             let next = taken.lock().recv();
             let Ok(taken) = next else { return };
-            let (idx, position_mm, captured_at_ns) = (taken.idx, taken.position_mm, taken.frame.captured_at_ns);
+            let (idx, position, captured_at_ns) = (taken.idx, taken.position, taken.frame.captured_at_ns);
             let kept = self.keep_picture(&taken);
             let found = kept.and_then(|()| {
                 let mut live = fresh(&memory.results, taken.frame, &calibration_id);
                 let LiveFrame { frame, centrelines, profile, .. } = Arc::get_mut(&mut live).expect(UNSHARED);
-                extractor.find(&frame.image, &params, centrelines);
+                match self.freed(idx, &frame.image, taken.background.as_ref())? {
+                    Some(freed) => extractor.find(&freed, &params, centrelines),
+                    None => extractor.find(&frame.image, &params, centrelines),
+                }
                 profile.get_or_insert_default().fill(centrelines, self.triangulator, depth_range_mm);
                 let mut record = memory.records.take();
-                pack_frame(&mut record, centrelines, position_mm, Some(captured_at_ns)).map_err(disk_problem)?;
+                let at = position.value();
+                pack_frame(&mut record, centrelines, at, Some(captured_at_ns)).map_err(disk_problem)?;
                 Ok(Found { live, record })
             });
-            if sender.send(Seen { idx, position_mm, found }).is_err() {
+            if sender.send(Seen { idx, position, found }).is_err() {
                 return;
             }
         }
+    }
+
+    /// A frame without its background, if it has one that shows the same.
+    fn freed(
+        &self,
+        idx: usize,
+        frame: &GreyImage,
+        background: Option<&Arc<Background>>,
+    ) -> Result<Option<GreyImage>, AppError> {
+        let freed = background.and_then(|background| background.taken_from(frame));
+        self.log.used(idx, background.filter(|_| freed.is_some()))?;
+        Ok(freed)
     }
 
     fn keep_picture(&self, taken: &Taken) -> Result<(), AppError> {
@@ -167,7 +192,7 @@ impl Recorder<'_> {
     fn show(
         &self,
         idx: usize,
-        position_mm: f64,
+        position: StagePosition,
         found: Found,
         memory: &Memory,
         to_disk: &SyncSender<Record>,
@@ -178,11 +203,11 @@ impl Recorder<'_> {
         let shown_at = Instant::now();
         if let Some(profile) = &result.profile {
             let calibration = self.triangulator.calibration();
-            live.add_profile_points(self.scan_id, idx as u32, position_mm, profile, calibration);
+            live.add_profile_points(self.scan_id, idx as u32, position, profile, calibration);
         }
         lock(&memory.results).give_back(result);
         let gone = |_| AppError::new(ErrorKind::Internal, "the thread that writes the scan has ended");
-        to_disk.send(Record { bytes: record, position_mm, arrived_at, shown_at }).map_err(gone)
+        to_disk.send(Record { bytes: record, position: position.value(), arrived_at, shown_at }).map_err(gone)
     }
 }
 
@@ -230,7 +255,7 @@ fn in_order(
     seen: Receiver<Seen>,
     first: usize,
     failed: &AtomicBool,
-    mut hand_on: impl FnMut(usize, f64, Found) -> Result<(), AppError>,
+    mut hand_on: impl FnMut(usize, StagePosition, Found) -> Result<(), AppError>,
 ) -> Result<(), AppError> {
     let mut early: Vec<Seen> = Vec::with_capacity(THREADS_MAX + QUEUE_FRAMES);
     let mut next = first;
@@ -238,10 +263,10 @@ fn in_order(
     for result in seen {
         early.push(result);
         while let Some(at) = early.iter().position(|result| result.idx == next) {
-            let Seen { idx, position_mm, found } = early.swap_remove(at);
+            let Seen { idx, position, found } = early.swap_remove(at);
             next += 1;
             if outcome.is_ok() {
-                outcome = found.and_then(|found| hand_on(idx, position_mm, found));
+                outcome = found.and_then(|found| hand_on(idx, position, found));
                 if outcome.is_err() {
                     failed.store(true, Ordering::Relaxed);
                 }

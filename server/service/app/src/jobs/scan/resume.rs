@@ -4,7 +4,7 @@ use scanning::files::peaks::PeaksFile;
 use store::{ScanRecord, ScanState};
 
 use crate::error::{AppError, ErrorKind};
-use crate::jobs::plan::{ScanPlan, ScanRun};
+use crate::jobs::plan::{AskedRange, ScanPlan, ScanRun, fields_of};
 use crate::jobs::{JobEnd, ScanInput, ScanMode, StationContext};
 use crate::progress::Phase;
 use crate::resources::measurements::{MeasureInput, ScanPurpose};
@@ -58,19 +58,21 @@ impl Earlier {
         let plan = &self.plan;
         let mode = input.mode.unwrap_or(plan.mode);
         let continuous = mode == ScanMode::Continuous;
+        let asked = AskedRange::of(input, plan.range.stage);
+        let speed = asked.speed.or(plan.range.speed.filter(|_| continuous));
+        let step = asked.step.or(Some(plan.range.step));
+        let [from, to] = [asked.from.or(Some(plan.range.from)), asked.to.or(Some(plan.range.to))];
+        let ranged = AskedRange { from, to, step, speed, ..asked }.filled_into(input);
         ScanInput {
-            from_mm: input.from_mm.or(Some(plan.from_mm)),
-            to_mm: input.to_mm.or(Some(plan.to_mm)),
-            step_mm: input.step_mm.or(Some(plan.step_mm)),
-            speed_mm_s: input.speed_mm_s.or(plan.speed_mm_s.filter(|_| continuous)),
             mode: Some(mode),
             exposure_us: input.exposure_us.or(Some(plan.exposure_us)),
             laser_power: input.laser_power.or(Some(plan.laser_power)),
             keep_frames: input.keep_frames || plan.keep_frames,
+            background: input.background.or(plan.background),
             calibration_id: Some(self.record.calibration_id.clone()),
             measure: self.measure.clone(),
             purpose: self.purpose,
-            ..input.clone()
+            ..ranged
         }
     }
 
@@ -89,10 +91,11 @@ impl Earlier {
 }
 
 fn differences(plan: &ScanPlan, earlier: &ScanPlan) -> String {
+    let (names, range, of_earlier) = (fields_of(plan.range.stage), &plan.range, &earlier.range);
     let pairs = [
-        ("from_mm", plan.from_mm, earlier.from_mm),
-        ("to_mm", plan.to_mm, earlier.to_mm),
-        ("step_mm", plan.step_mm, earlier.step_mm),
+        (names.from, range.from, of_earlier.from),
+        (names.to, range.to, of_earlier.to),
+        (names.step, range.step, of_earlier.step),
         ("exposure_us", plan.exposure_us, earlier.exposure_us),
         ("laser_power", plan.laser_power, earlier.laser_power),
     ];

@@ -4,7 +4,7 @@ use std::time::Instant;
 
 use bytes::Bytes;
 use calibration::CalibrationDocument;
-use optics::{StageKind, Triangulator};
+use optics::Triangulator;
 use scanning::files::peaks::{PeaksFile, PeaksHeader};
 use scanning::{Frames as _, label_frame};
 use serde_json::{Value, json};
@@ -12,7 +12,8 @@ use store::{ArtifactId, ScanState};
 
 use crate::error::{AppError, ErrorKind};
 use crate::jobs::plan::{Pace, ScanPlan, ScanRun, TIMING, mode_of, plan};
-use crate::jobs::scan::acquisition::{gaps, take_frames};
+use crate::jobs::scan::acquisition::{AmbientLight, gaps, take_frames};
+use crate::jobs::scan::backgrounds::{BackgroundLog, noted};
 use crate::jobs::scan::pictures::take_in;
 use crate::jobs::scan::recording::Recorder;
 use crate::jobs::scan::resume::earlier;
@@ -25,6 +26,9 @@ use crate::progress::Phase;
 use crate::resources::calibrations::stored::stored_document;
 use crate::resources::measurements::parts::planned_measurements;
 use crate::resources::stored_scan::{disk_problem, new_id, stored_peaks};
+
+/// Key of a scan's report under which stands what was taken away from its frames.
+const BACKGROUND: &str = "background";
 
 /// What a scan is called if nobody gives it a name.
 const DEFAULT_NAME: &str = "scan";
@@ -54,33 +58,41 @@ pub fn run(input: &ScanInput, ctx: &StationContext) -> Result<MadeScan, JobEnd> 
         }
         None => (new_note(&input, &planned, &document, ctx), None),
     };
-    let header = earlier.as_ref().map_or_else(|| header(ctx), |earlier| earlier.header);
+    let header = earlier.as_ref().map_or_else(|| header(&planned, ctx), |earlier| earlier.header);
     let earlier = earlier.as_ref();
     let (mut work, mut peaks) = Work::begin(&*ctx.artifacts, note, &header, earlier, planned.keep_frames)?;
     let triangulator = Triangulator::new(calibration);
     // Before anything moves: afterwards frames would wait for it.
     triangulator.fill();
-    let mut positions_mm = show_earlier(ctx, &work.note.scan_id, earlier, &triangulator)?;
+    let mut positions = show_earlier(ctx, &work.note.scan_id, earlier, &triangulator)?;
     let mut timing = Timing::default();
-    let (n_before, began) = (positions_mm.len(), Instant::now());
+    let (n_before, began) = (positions.len(), Instant::now());
+    let log = BackgroundLog::new(planned.keep_frames.then(|| (work.backgrounds(), work.pictures())))?;
     let taken = take(
         ctx,
         &planned,
         &triangulator,
         &mut work,
-        &mut Kept { positions_mm: &mut positions_mm, peaks: &mut peaks, timing: &mut timing },
+        &log,
+        &mut Kept { positions: &mut positions, peaks: &mut peaks, timing: &mut timing },
     );
     let acquired =
-        Acquired { took_s: began.elapsed().as_secs_f64(), n_rows: positions_mm.len() - n_before, pace, timing };
+        Acquired { took_s: began.elapsed().as_secs_f64(), n_rows: positions.len() - n_before, pace, timing };
+    let background = taken.as_ref().ok().and_then(|ambient| background_json(&planned, ambient, &log));
     let blocks = ctx.live.end_scan(&work.note.scan_id);
-    let stopped = Stopped { ctx, work: &work, n_frames: positions_mm.len() };
+    let stopped = Stopped { ctx, work: &work, n_frames: positions.len() };
     let peaks = match stopped.keep_peaks(peaks, &blocks) {
         Ok(kept) => kept,
         // Nothing was taken, or nothing can be kept: why taking ended matters more.
         Err(end) => return Err(taken.err().unwrap_or(end)),
     };
-    match taken.and_then(|()| complete(ctx, &planned, &work, &document, peaks.clone(), &acquired)) {
-        Ok(made) => Ok(made.with_work()),
+    match taken.and_then(|_| complete(ctx, &planned, &work, &document, peaks.clone(), &acquired)) {
+        Ok(mut made) => {
+            if let Some(background) = background {
+                made.record.report[BACKGROUND] = background;
+            }
+            Ok(made.with_work())
+        }
         Err(end) => Err(stopped.as_partial(end, peaks)),
     }
 }
@@ -114,13 +126,13 @@ fn run_of(planned: &ScanPlan, name: &str, input: &ScanInput) -> ScanRun {
     }
 }
 
-fn header(ctx: &StationContext) -> PeaksHeader {
+fn header(planned: &ScanPlan, ctx: &StationContext) -> PeaksHeader {
     let roi = ctx.station.status().camera_settings.roi;
     PeaksHeader {
         width_px: roi.width_px as u32,
         height_px: roi.height_px as u32,
         line_direction: ctx.config.projector.direction(),
-        stage: StageKind::Linear,
+        stage: planned.range.stage,
     }
 }
 
@@ -137,7 +149,7 @@ fn show_earlier(
     for idx in 0..frames.n_frames() {
         let frame = frames.frame(idx).map_err(disk_problem)?;
         let profile = label_frame(&frame.centrelines, triangulator, calibration.depth_range_mm);
-        ctx.live.add_profile_points(scan_id, idx as u32, frame.position.value(), &profile, calibration);
+        ctx.live.add_profile_points(scan_id, idx as u32, frame.position, &profile, calibration);
     }
     Ok((0..frames.n_frames()).map(|idx| frames.position(idx).value()).collect())
 }
@@ -147,15 +159,16 @@ fn take(
     planned: &ScanPlan,
     triangulator: &Triangulator,
     work: &mut Work,
+    log: &BackgroundLog,
     kept: &mut Kept<'_>,
-) -> Result<(), JobEnd> {
-    let earlier_mm = kept.positions_mm.clone();
-    kept.positions_mm.reserve(planned.n_rows.saturating_sub(earlier_mm.len()));
+) -> Result<AmbientLight, JobEnd> {
+    let earlier = kept.positions.clone();
+    kept.positions.reserve(planned.n_rows.saturating_sub(earlier.len()));
     let scan_id = work.note.scan_id.clone();
     let pictures = planned.keep_frames.then(|| work.pictures());
-    let recorder = Recorder { ctx, scan_id: &scan_id, triangulator, pictures };
+    let recorder = Recorder { ctx, scan_id: &scan_id, triangulator, pictures, log };
     let losses = &mut work.note.losses;
-    recorder.record(kept, |hand| take_frames(ctx, planned, &earlier_mm, losses, hand))
+    recorder.record(kept, |hand| take_frames(ctx, planned, &earlier, losses, log, hand))
 }
 
 /// Every row is there: pictures, cloud, record.
@@ -169,16 +182,17 @@ fn complete(
 ) -> Result<MadeScan, JobEnd> {
     let note = &work.note;
     let frames = ctx.wait(stored_peaks(&*ctx.artifacts, &stored.peaks, &note.scan_id))?;
-    let positions_mm: Vec<f64> = (0..frames.n_frames()).map(|idx| frames.position(idx).value()).collect();
+    let positions: Vec<f64> = (0..frames.n_frames()).map(|idx| frames.position(idx).value()).collect();
     let mut losses = note.losses.clone();
     if planned.mode == ScanMode::Continuous {
-        losses.extend(gaps(planned, &positions_mm));
+        losses.extend(gaps(&planned.range, &positions));
     }
     let mut also = Vec::new();
     let mut capture_id = None;
     if planned.keep_frames {
         ctx.report(TAKEN, Phase::PackingPictures, "packing the pictures");
-        let (id, change) = take_in(ctx, &work.pictures(), &note.name, &note.name, &frames)?;
+        let (id, change) =
+            take_in(ctx, &work.pictures(), &note.name, &note.name, &frames, &noted(&work.backgrounds()))?;
         capture_id = Some(id);
         also.push(change);
     }
@@ -201,6 +215,19 @@ fn complete(
     let mut made = made_scan(ctx, story, &frames, document, evaluating)?;
     acquired.add_to(&mut made.record.report[TIMING], planned);
     Ok(made)
+}
+
+/// What was taken away from the frames, for the scan's report.
+fn background_json(planned: &ScanPlan, ambient: &AmbientLight, log: &BackgroundLog) -> Option<Value> {
+    planned.background?;
+    let counts = log.counts();
+    Some(json!({
+        "ambient_levels": ambient.levels,
+        "ambient_levels_at_end": ambient.last_levels,
+        "n_pictures": ambient.n_pictures,
+        "n_frames_with": counts.n_with,
+        "n_frames_without": counts.n_without,
+    }))
 }
 
 /// How the frames were taken, in time.

@@ -22,6 +22,7 @@ const FOLDER: &str = "work";
 const NOTE: &str = "scan.json";
 const PEAKS: &str = "peaks";
 const PICTURES: &str = "pictures";
+const BACKGROUNDS: &str = "backgrounds";
 
 /// What has to be known of a scan before its first frame.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -122,6 +123,11 @@ impl Work {
     /// The capture folder of the pictures.
     pub fn pictures(&self) -> PathBuf {
         self.folder.join(PICTURES)
+    }
+
+    /// Which frame was freed from which background.
+    pub fn backgrounds(&self) -> PathBuf {
+        self.folder.join(BACKGROUNDS)
     }
 
     /// Nothing of it is needed any more.

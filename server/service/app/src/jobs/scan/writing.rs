@@ -24,8 +24,8 @@ pub type NewPeaks = PeaksWriter<File>;
 pub struct Record {
     /// The packed frame.
     pub bytes: Vec<u8>,
-    /// Where it was taken.
-    pub position_mm: f64,
+    /// Where it was taken, mm; on a turntable, degrees.
+    pub position: f64,
     /// When the station had it.
     pub arrived_at: Instant,
     /// When its profile was on the live bus.
@@ -34,8 +34,8 @@ pub struct Record {
 
 /// What is kept of the frames.
 pub struct Kept<'k> {
-    /// Where they were taken.
-    pub positions_mm: &'k mut Vec<f64>,
+    /// Where they were taken, mm; on a turntable, degrees.
+    pub positions: &'k mut Vec<f64>,
     /// Their lines.
     pub peaks: &'k mut NewPeaks,
     /// How long that took.
@@ -81,7 +81,7 @@ impl Kept<'_> {
     /// What the operating system has, the end of this process does not take away.
     fn write_one(&mut self, record: &Record) -> Result<(), AppError> {
         self.peaks.add_packed(&record.bytes).map_err(disk_problem)?;
-        self.positions_mm.push(record.position_mm);
+        self.positions.push(record.position);
         self.timing.shown(record.arrived_at, record.shown_at);
         self.timing.kept(record.arrived_at);
         Ok(())

@@ -60,7 +60,7 @@ impl Bench {
             captures: Captures::new(ledger.clone(), store.artifacts.clone(), &cache).unwrap(),
             ledger,
             artifacts: store.artifacts.clone(),
-            station: StationHandle::over_twin(TwinStation::new(model, TwinOptions::default())),
+            station: StationHandle::over_twin(TwinStation::new(model, TwinOptions::of(shape.stage))),
             control: ControlDesk::default(),
             live: LiveBus::default(),
             free_bytes: Arc::new(move || free.load(Ordering::SeqCst)),

@@ -108,7 +108,7 @@ pub(super) fn summary(capture: &Capture, unpacked_bytes: u64) -> Value {
         "width_px": manifest.camera.width_px,
         "height_px": manifest.camera.height_px,
         "n_poses": manifest.poses.len(),
-        "n_laser_poses": manifest.poses.iter().filter(|pose| pose.laser.is_some()).count(),
+        "n_laser_poses": manifest.poses.iter().filter(|pose| pose.laser.is_some() || !pose.lasers.is_empty()).count(),
         "n_stage_views": manifest.stage_views.len(),
         "scans": scans,
         "unpacked_bytes": unpacked_bytes,

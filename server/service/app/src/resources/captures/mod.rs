@@ -8,6 +8,7 @@ mod check;
 mod entry_name;
 pub mod limits;
 mod pack;
+mod stage;
 mod tar_archive;
 mod unpack;
 mod zip_archive;
@@ -31,6 +32,7 @@ use crate::resources::captures::cache::{Cache, InUse};
 use crate::resources::captures::limits::CACHE_LIMIT_BYTES;
 
 pub use check::without_folder;
+pub use stage::{capture_place, capture_stage};
 
 /// How the files of a capture come packed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]

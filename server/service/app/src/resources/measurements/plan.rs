@@ -9,6 +9,7 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 use store::disk::{Disk, LocalDisk};
 use tokio::sync::Mutex;
+use twin::TwinDriver;
 
 use crate::config::AppConfig;
 use crate::error::{AppError, ErrorKind};
@@ -25,22 +26,49 @@ const FIRST_RANGE_MM: (f64, f64) = (-20.0, 20.0);
 /// Distance of its rows, mm.
 const FIRST_STEP_MM: f64 = 0.2;
 
+/// The same on a turntable: a turn, and what shows how well it closes.
+const FIRST_TURN_DEG: (f64, f64) = (0.0, 375.0);
+
+/// Angle between its rows.
+const FIRST_STEP_DEG: f64 = 1.5;
+
 /// Limits of the ball on the simulated stage, mm.
 const FIRST_TOLERANCE_MM: f64 = 0.05;
 
 /// What is scanned and measured.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct MeasurementPlan {
-    /// First stage position, mm.
-    pub from_mm: f64,
-    /// Last stage position, mm.
-    pub to_mm: f64,
-    /// Distance between rows, mm.
-    pub step_mm: f64,
+    /// Where.
+    #[serde(flatten)]
+    pub range: PlannedRange,
     /// Exposure of the frames, µs; `None`: as the station thinks best.
     pub exposure_us: Option<f64>,
     /// What is measured on every part.
     pub measure: Vec<MeasureInput>,
+}
+
+/// From where to where, and how far the rows are apart.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(untagged)]
+pub enum PlannedRange {
+    /// With a stage that travels.
+    Linear {
+        /// First stage position.
+        from_mm: f64,
+        /// Last stage position.
+        to_mm: f64,
+        /// Distance between rows.
+        step_mm: f64,
+    },
+    /// With a turntable.
+    Rotary {
+        /// First angle.
+        from_deg: f64,
+        /// Last angle.
+        to_deg: f64,
+        /// Angle between rows.
+        step_deg: f64,
+    },
 }
 
 /// A plan and how often it was changed.
@@ -69,7 +97,14 @@ pub struct MeasurementPlans {
 impl MeasurementPlan {
     /// Of a new station: the simulated one has a ball of known size on its stage, a real one only scans.
     fn first(config: &AppConfig) -> Self {
-        let (from_mm, to_mm) = FIRST_RANGE_MM;
+        let twin = config.station.twin.as_deref().map(TwinDriver::settings);
+        let range = if twin.is_some_and(|twin| twin.rotary) {
+            let (from_deg, to_deg) = FIRST_TURN_DEG;
+            PlannedRange::Rotary { from_deg, to_deg, step_deg: FIRST_STEP_DEG }
+        } else {
+            let (from_mm, to_mm) = FIRST_RANGE_MM;
+            PlannedRange::Linear { from_mm, to_mm, step_mm: FIRST_STEP_MM }
+        };
         let ball = MeasureInput {
             tool: metrology::Tool::Sphere.name().to_owned(),
             name: None,
@@ -78,18 +113,21 @@ impl MeasurementPlan {
             region_mm: None,
             seed: None,
         };
-        let measure = if config.station.twin.is_some() { vec![ball] } else { Vec::new() };
-        Self { from_mm, to_mm, step_mm: FIRST_STEP_MM, exposure_us: None, measure }
+        let measure = if twin.is_some() { vec![ball] } else { Vec::new() };
+        Self { range, exposure_us: None, measure }
     }
 
     fn check(&self) -> Result<(), AppError> {
-        let numbers = [
-            ("from_mm", Some(self.from_mm), false),
-            ("to_mm", Some(self.to_mm), false),
-            ("step_mm", Some(self.step_mm), true),
-            ("exposure_us", self.exposure_us, true),
-        ];
-        for (field, value, positive) in numbers {
+        let range = match self.range {
+            PlannedRange::Linear { from_mm, to_mm, step_mm } => {
+                [("from_mm", from_mm, false), ("to_mm", to_mm, false), ("step_mm", step_mm, true)]
+            }
+            PlannedRange::Rotary { from_deg, to_deg, step_deg } => {
+                [("from_deg", from_deg, false), ("to_deg", to_deg, false), ("step_deg", step_deg, true)]
+            }
+        };
+        let numbers = range.map(|(field, value, positive)| (field, Some(value), positive));
+        for (field, value, positive) in numbers.into_iter().chain([("exposure_us", self.exposure_us, true)]) {
             if let Some(value) = value.filter(|value| !value.is_finite() || (positive && *value <= 0.0)) {
                 let remedy = if positive { "give a number above 0" } else { "give a number" };
                 return Err(AppError::new(ErrorKind::Impossible, format!("{field} is {value}"))
@@ -190,7 +228,8 @@ mod tests {
     }
 
     fn changed(plan: &MeasurementPlan) -> MeasurementPlan {
-        MeasurementPlan { to_mm: 7.5, measure: Vec::new(), ..plan.clone() }
+        let range = PlannedRange::Linear { from_mm: -20.0, to_mm: 7.5, step_mm: 0.2 };
+        MeasurementPlan { range, measure: Vec::new(), ..plan.clone() }
     }
 
     #[tokio::test]
@@ -225,7 +264,8 @@ mod tests {
             (problem.kind, problem.pointer.as_deref()),
             (ErrorKind::Impossible, Some("/measure/0/tolerance_mm"))
         );
-        let step = MeasurementPlan { step_mm: 0.0, ..first.plan.clone() };
+        let range = PlannedRange::Linear { from_mm: -20.0, to_mm: 7.5, step_mm: 0.0 };
+        let step = MeasurementPlan { range, ..first.plan.clone() };
         assert_eq!(
             plans.put::<AppError>(step, |_| Ok(())).await.unwrap_err().pointer.as_deref(),
             Some("/step_mm")

@@ -38,6 +38,16 @@ pub enum ScanPurpose {
     Verification,
 }
 
+/// When pictures with the laser off are taken during a scan, to be taken away from its frames.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+pub struct BackgroundInput {
+    /// Stop-and-go: one at least every so many rows, 1 if not said; one that no longer shows what the frame shows is taken
+    /// anew. A continuous scan has one before it, and one after it to compare.
+    pub every_rows: Option<usize>,
+    /// Only while the ambient light, in levels of 255, is above this; `None`: always.
+    pub above_levels: Option<f64>,
+}
+
 /// A characteristic to be measured on a scan.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct MeasureInput {

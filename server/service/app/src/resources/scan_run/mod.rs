@@ -3,10 +3,12 @@
 
 mod input;
 mod plan;
+mod range;
 mod stored;
 
-pub use input::{MeasureInput, ScanMode, ScanPurpose, ScanSource};
+pub use input::{BackgroundInput, MeasureInput, ScanMode, ScanPurpose, ScanSource};
 pub use plan::ScanPlan;
+pub use range::{ScanRange, stage_kind};
 pub use stored::ScanRun;
 
 #[cfg(test)]

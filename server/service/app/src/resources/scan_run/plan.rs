@@ -1,22 +1,16 @@
 //! What a scan from the station will be.
 
-use crate::resources::scan_run::ScanMode;
+use crate::resources::scan_run::{BackgroundInput, ScanMode, ScanRange};
 
 /// A scan as it will be run.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ScanPlan {
     /// How the stage moves.
     pub mode: ScanMode,
-    /// Position of the first row, mm.
-    pub from_mm: f64,
-    /// No row lies beyond this position, mm.
-    pub to_mm: f64,
-    /// Distance between rows, mm, positive in both directions.
-    pub step_mm: f64,
+    /// Its rows along the way of the stage.
+    pub range: ScanRange,
     /// Number of rows, each one frame.
     pub n_rows: usize,
-    /// Speed during a continuous scan, mm/s.
-    pub speed_mm_s: Option<f64>,
     /// Frames per second of a continuous scan.
     pub frame_rate_hz: Option<f64>,
     /// Exposure of the laser frames, µs.
@@ -25,6 +19,8 @@ pub struct ScanPlan {
     pub laser_power: f64,
     /// Whether the pictures are kept as a capture.
     pub keep_frames: bool,
+    /// When pictures with the laser off are taken.
+    pub background: Option<BackgroundInput>,
     /// How long the whole job will take, s: frames, cloud and measurements, by the pace of this machine's last scans.
     pub duration_s: f64,
     /// How long the frames take, from the first motion to the last row, s.
@@ -35,7 +31,8 @@ pub struct ScanPlan {
     pub measuring_s: f64,
     /// Lines: every order sweeps the part on its own.
     pub n_orders: usize,
-    /// Rows per mm of a flat part across the camera, for each order.
+    /// Rows per mm of a flat part across the camera, for each order; on a turntable, of a surface half-way between its axis
+    /// and the nearest calibrated depth.
     pub rows_per_mm: f64,
     /// Points per mm along a line.
     pub points_per_mm_along_line: f64,
@@ -57,25 +54,16 @@ pub struct ScanPlan {
 }
 
 impl ScanPlan {
-    /// Stage position of a row, mm, to the nanometre: records show what was meant.
-    pub fn position_mm(&self, row: usize) -> f64 {
-        let at = self.from_mm + self.direction() * self.step_mm * row as f64;
-        (at * 1e6).round() / 1e6
-    }
-
-    /// +1 or −1.
-    pub fn direction(&self) -> f64 {
-        if self.to_mm < self.from_mm { -1.0 } else { 1.0 }
-    }
-
     /// Whether frames taken by `other` and by this one belong to one scan.
     pub fn continues(&self, other: &Self) -> bool {
         /// Step and rate follow from each other by a division: they agree to the last digits.
         const ROUNDING: f64 = 1e-9;
         let near = |a: f64, b: f64| (a - b).abs() <= ROUNDING * b.abs();
-        let same = |plan: &Self| {
-            (plan.mode, plan.from_mm, plan.to_mm, plan.speed_mm_s, plan.exposure_us, plan.laser_power)
-        };
-        same(self) == same(other) && self.keep_frames == other.keep_frames && near(self.step_mm, other.step_mm)
+        let same =
+            |plan: &Self| (plan.mode, plan.exposure_us, plan.laser_power, plan.keep_frames, plan.background);
+        let (range, of_other) = (self.range, other.range);
+        same(self) == same(other)
+            && ScanRange { step: of_other.step, ..range } == of_other
+            && near(range.step, of_other.step)
     }
 }

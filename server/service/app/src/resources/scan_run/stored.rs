@@ -5,7 +5,9 @@ use serde_json::Value;
 use store::ScanRecord;
 
 use crate::error::{AppError, ErrorKind};
-use crate::resources::scan_run::{MeasureInput, ScanMode, ScanPlan, ScanPurpose, ScanSource};
+use crate::resources::scan_run::{
+    BackgroundInput, MeasureInput, ScanMode, ScanPlan, ScanPurpose, ScanRange, ScanSource,
+};
 
 /// How a scan was made.
 #[derive(Debug, Clone, PartialEq)]
@@ -74,16 +76,16 @@ struct Plan(#[serde(with = "StoredPlan")] ScanPlan);
 #[serde(remote = "ScanPlan")]
 struct StoredPlan {
     mode: ScanMode,
-    from_mm: f64,
-    to_mm: f64,
-    step_mm: f64,
+    #[serde(flatten)]
+    range: ScanRange,
     #[serde(skip)]
     n_rows: usize,
-    speed_mm_s: Option<f64>,
     frame_rate_hz: Option<f64>,
     exposure_us: f64,
     laser_power: f64,
     keep_frames: bool,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    background: Option<BackgroundInput>,
     duration_s: f64,
     #[serde(default)]
     acquisition_s: f64,
@@ -148,6 +150,17 @@ pub(crate) mod tests {
         assert_eq!((run.n_rows, plan.n_rows, plan.max_points), (5, 5, 5120));
         assert_eq!((run.cloud_name.as_str(), run.measure.len()), ("part", 1));
         assert_eq!(run.to_stored(), stored);
+        let mut turned = stored_by_the_station("continuous");
+        let fields = turned.as_object_mut().unwrap();
+        for (linear, rotary) in
+            [("from_mm", "from_deg"), ("to_mm", "to_deg"), ("step_mm", "step_deg"), ("speed_mm_s", "speed_deg_s")]
+        {
+            let value = fields.remove(linear).unwrap();
+            fields.insert(rotary.to_owned(), value);
+        }
+        let run = ScanRun::from_stored(&turned).unwrap();
+        assert_eq!(run.plan.as_ref().unwrap().range.stage, optics::StageKind::Rotary);
+        assert_eq!(run.to_stored(), turned);
         let of_a_capture = json!({ "source": { "kind": "capture", "capture_id": "c", "scan": "gauge" },
             "scan": "gauge", "n_rows": 40, "measure": [], "purpose": "verification" });
         let run = ScanRun::from_stored(&of_a_capture).unwrap();

@@ -55,6 +55,6 @@ async fn put_measurement_plan(
     let may = |version: Option<u64>| {
         check(&headers, &version.map_or_else(|| "damaged".to_owned(), |version| version.to_string()))
     };
-    let kept = change_measurement_plan(&app, &by, body.value.into(), may).await?;
+    let kept = change_measurement_plan(&app, &by, body.value.try_into()?, may).await?;
     Ok(versioned(kept))
 }

@@ -1,10 +1,12 @@
 //! Calibration sessions on the wire: what is asked and answered.
 
+use optics::StagePosition;
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
 use crate::wire::calibration::session_bodies::{ExposuresDto, ProjectorSheetDto, SessionBodyDto, SessionNeedsDto};
 use crate::wire::calibration::target::TargetDto;
+use app::error::{AppError, ErrorKind};
 use app::jobs::calibrate::SolveSession;
 use app::sessions::{NewSession, Session, SessionDefaults, SessionNeeds, VirtualBoard};
 
@@ -81,9 +83,25 @@ impl From<SessionDefaults> for SessionDefaultsDto {
 #[derive(Debug, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct TakeStageViewDto {
-    /// Position.
+    /// Position of a stage that travels.
     #[schema(example = 5.0)]
-    pub position_mm: f64,
+    pub position_mm: Option<f64>,
+    /// Angle of a turntable.
+    pub angle_deg: Option<f64>,
+}
+
+impl TryFrom<TakeStageViewDto> for StagePosition {
+    type Error = AppError;
+
+    fn try_from(dto: TakeStageViewDto) -> Result<Self, AppError> {
+        match (dto.position_mm, dto.angle_deg) {
+            (Some(position_mm), None) => Ok(Self::LinearMm(position_mm)),
+            (None, Some(angle_deg)) => Ok(Self::RotaryDeg(angle_deg)),
+            _ => Err(AppError::new(ErrorKind::Impossible, "a stage view is at one position")
+                .at("/position_mm")
+                .remedy("give position_mm, or angle_deg of a turntable")),
+        }
+    }
 }
 
 /// How a session is to be solved.

@@ -8,7 +8,7 @@ use utoipa::ToSchema;
 use crate::wire::calibration::calibrations::{K3Dto, LightModelDto, SourceDto};
 use crate::wire::measurement::measurements::MeasureDto;
 use crate::wire::scan::scan_runs::ScanPurposeDto;
-use crate::wire::scan::scans::{ArtefactDto, ExportWhatDto, ScanModeDto, ScanSourceDto};
+use crate::wire::scan::scans::{ArtefactDto, BackgroundDto, ExportWhatDto, ScanModeDto, ScanSourceDto};
 use app::jobs::{
     CalibrateInput, ExportInput, JobInput, RecomputeInput, ScanInput, ScanMode, ScanSource, Source, VerifyInput,
 };
@@ -62,6 +62,18 @@ pub struct ScanJobDto {
     pub step_mm: Option<f64>,
     /// Speed of a continuous scan; the step follows from the frame rate.
     pub speed_mm_s: Option<f64>,
+    /// First angle, of a turntable.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub from_deg: Option<f64>,
+    /// Last angle.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub to_deg: Option<f64>,
+    /// Angle between frames.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub step_deg: Option<f64>,
+    /// Speed of a continuous scan on a turntable.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub speed_deg_s: Option<f64>,
     /// How the stage moves; continuous if a speed is given, else stop and go.
     pub mode: Option<ScanModeDto>,
     /// Exposure of the frames.
@@ -70,6 +82,9 @@ pub struct ScanJobDto {
     pub laser_power: Option<f64>,
     /// Keep the frames as a capture.
     pub keep_frames: bool,
+    /// When pictures with the laser off are taken.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub background: Option<BackgroundDto>,
     /// With which calibration; missing: the active one.
     pub calibration_id: Option<String>,
     /// The partial scan that is continued.
@@ -203,10 +218,15 @@ impl TryFrom<ScanInput> for ScanJobDto {
             to_mm: input.to_mm,
             step_mm: input.step_mm,
             speed_mm_s: input.speed_mm_s,
+            from_deg: input.from_deg,
+            to_deg: input.to_deg,
+            step_deg: input.step_deg,
+            speed_deg_s: input.speed_deg_s,
             mode: input.mode.map(ScanModeDto::from),
             exposure_us: input.exposure_us,
             laser_power: input.laser_power,
             keep_frames: input.keep_frames,
+            background: input.background.map(BackgroundDto::from),
             calibration_id: input.calibration_id,
             resume_scan_id: input.resume_scan_id,
             measure: measure_dtos(input.measure)?,

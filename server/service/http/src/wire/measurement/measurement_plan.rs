@@ -5,8 +5,9 @@ use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
 use crate::wire::measurement::measurements::{MeasureDto, ToolDto};
+use app::error::{AppError, ErrorKind};
 use app::measurements::MeasureInput;
-use app::measurements::plan::MeasurementPlan;
+use app::measurements::plan::{MeasurementPlan, PlannedRange};
 
 /// What is scanned and measured when somebody presses Start, the same in every browser.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
@@ -16,13 +17,26 @@ use app::measurements::plan::MeasurementPlan;
     "measure": [{ "tool": "sphere", "nominal_mm": 18.9, "tolerance_mm": 0.05 }]
 }))]
 pub struct MeasurementPlanDto {
-    /// First stage position.
-    pub from_mm: f64,
-    /// Last stage position.
-    pub to_mm: f64,
+    /// First position, of a stage that travels.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub from_mm: Option<f64>,
+    /// Last position.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub to_mm: Option<f64>,
     /// Distance between frames.
+    #[serde(skip_serializing_if = "Option::is_none")]
     #[schema(exclusive_minimum = 0.0)]
-    pub step_mm: f64,
+    pub step_mm: Option<f64>,
+    /// First angle, of a turntable.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub from_deg: Option<f64>,
+    /// Last angle.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub to_deg: Option<f64>,
+    /// Angle between frames.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schema(exclusive_minimum = 0.0)]
+    pub step_deg: Option<f64>,
     /// Exposure of the frames; missing: as the station thinks best.
     #[schema(exclusive_minimum = 0.0)]
     pub exposure_us: Option<f64>,
@@ -34,8 +48,26 @@ pub struct MeasurementPlanDto {
 
 impl From<MeasurementPlan> for MeasurementPlanDto {
     fn from(plan: MeasurementPlan) -> Self {
-        let MeasurementPlan { from_mm, to_mm, step_mm, exposure_us, measure } = plan;
-        Self { from_mm, to_mm, step_mm, exposure_us, measure: measure.into_iter().filter_map(dto_of).collect() }
+        let MeasurementPlan { range, exposure_us, measure } = plan;
+        let measure = measure.into_iter().filter_map(dto_of).collect();
+        let open = Self {
+            from_mm: None,
+            to_mm: None,
+            step_mm: None,
+            from_deg: None,
+            to_deg: None,
+            step_deg: None,
+            exposure_us,
+            measure,
+        };
+        match range {
+            PlannedRange::Linear { from_mm, to_mm, step_mm } => {
+                Self { from_mm: Some(from_mm), to_mm: Some(to_mm), step_mm: Some(step_mm), ..open }
+            }
+            PlannedRange::Rotary { from_deg, to_deg, step_deg } => {
+                Self { from_deg: Some(from_deg), to_deg: Some(to_deg), step_deg: Some(step_deg), ..open }
+            }
+        }
     }
 }
 
@@ -46,15 +78,36 @@ fn dto_of(input: MeasureInput) -> Option<MeasureDto> {
     Some(MeasureDto { tool, name, nominal_mm, tolerance_mm, region_mm, seed })
 }
 
-impl From<MeasurementPlanDto> for MeasurementPlan {
-    fn from(dto: MeasurementPlanDto) -> Self {
-        let MeasurementPlanDto { from_mm, to_mm, step_mm, exposure_us, measure } = dto;
-        Self {
-            from_mm,
-            to_mm,
-            step_mm,
-            exposure_us,
-            measure: measure.into_iter().map(MeasureInput::from).collect(),
-        }
+impl TryFrom<MeasurementPlanDto> for MeasurementPlan {
+    type Error = AppError;
+
+    fn try_from(dto: MeasurementPlanDto) -> Result<Self, AppError> {
+        let travel = [("from_mm", dto.from_mm), ("to_mm", dto.to_mm), ("step_mm", dto.step_mm)];
+        let turn = [("from_deg", dto.from_deg), ("to_deg", dto.to_deg), ("step_deg", dto.step_deg)];
+        let given = |range: &[(&str, Option<f64>)]| range.iter().any(|(_, value)| value.is_some());
+        let range = if given(&turn) {
+            if let Some((field, _)) = travel.iter().find(|(_, value)| value.is_some()) {
+                return Err(refused(field, "is given beside angles", "state the range in one unit"));
+            }
+            let [from_deg, to_deg, step_deg] = whole(turn)?;
+            PlannedRange::Rotary { from_deg, to_deg, step_deg }
+        } else {
+            let [from_mm, to_mm, step_mm] = whole(travel)?;
+            PlannedRange::Linear { from_mm, to_mm, step_mm }
+        };
+        let measure = dto.measure.into_iter().map(MeasureInput::from).collect();
+        Ok(Self { range, exposure_us: dto.exposure_us, measure })
     }
+}
+
+/// The values, all of which must be there.
+fn whole<const N: usize>(fields: [(&str, Option<f64>); N]) -> Result<[f64; N], AppError> {
+    if let Some((field, _)) = fields.iter().find(|(_, value)| value.is_none()) {
+        return Err(refused(field, "is missing", "give it"));
+    }
+    Ok(fields.map(|(_, value)| value.unwrap_or_default()))
+}
+
+fn refused(field: &str, detail: &str, remedy: &str) -> AppError {
+    AppError::new(ErrorKind::Impossible, format!("{field} {detail}")).at(format!("/{field}")).remedy(remedy)
 }

@@ -27,6 +27,9 @@ pub struct ScanReportDto {
     /// How well the surface closes after a whole turn of a turntable.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub closure: Option<ClosureDto>,
+    /// What was taken away from the frames; missing if nothing was asked to be.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub background: Option<BackgroundReportDto>,
     /// Depths that can be measured.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub envelope: Option<EnvelopeDto>,
@@ -86,6 +89,21 @@ pub struct ClosureGapDto {
     pub rms_mm: f64,
     /// Pairs left out as they are farther apart than all others.
     pub n_outliers: usize,
+}
+
+/// The ambient light of a scan, and how many frames were freed from it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct BackgroundReportDto {
+    /// The level, of 255, that a twentieth of the first picture with the laser off exceeds.
+    pub ambient_levels: Option<f64>,
+    /// The same of the last one.
+    pub ambient_levels_at_end: Option<f64>,
+    /// Pictures with the laser off.
+    pub n_pictures: usize,
+    /// Frames that one of them was taken away from.
+    pub n_frames_with: usize,
+    /// Frames in which lines were looked for as they are: the room was dark enough, or had changed.
+    pub n_frames_without: usize,
 }
 
 /// Depths, z of the camera frame: nearest and farthest.

@@ -5,8 +5,9 @@ use utoipa::ToSchema;
 
 use crate::wire::job::job_inputs::{UnknownWord, measure_dtos};
 use crate::wire::measurement::measurements::MeasureDto;
-use crate::wire::scan::scans::{ScanModeDto, ScanSourceDto};
-use app::scan_run::{ScanPlan, ScanPurpose, ScanRun};
+use crate::wire::scan::scans::{BackgroundDto, ScanModeDto, ScanSourceDto};
+use app::scan_run::{ScanPlan, ScanPurpose, ScanRange, ScanRun};
+use optics::StageKind;
 
 /// What a scan is made for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
@@ -51,16 +52,32 @@ impl From<ScanPurposeDto> for ScanPurpose {
 pub struct ScanPlanDto {
     /// How the stage moves.
     pub mode: ScanModeDto,
-    /// Position of the first row, mm.
-    pub from_mm: f64,
-    /// No row lies beyond this position, mm.
-    pub to_mm: f64,
-    /// Distance between rows, mm, positive in both directions.
-    pub step_mm: f64,
+    /// Position of the first row, of a stage that travels.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub from_mm: Option<f64>,
+    /// No row lies beyond this position.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub to_mm: Option<f64>,
+    /// Distance between rows, positive in both directions.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub step_mm: Option<f64>,
+    /// Speed during a continuous scan.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub speed_mm_s: Option<f64>,
+    /// Angle of the first row, of a turntable.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub from_deg: Option<f64>,
+    /// No row lies beyond this angle.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub to_deg: Option<f64>,
+    /// Angle between rows, positive in both directions.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub step_deg: Option<f64>,
+    /// Speed during a continuous scan on a turntable.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub speed_deg_s: Option<f64>,
     /// Number of rows, each one frame.
     pub n_rows: usize,
-    /// Speed during a continuous scan, mm/s.
-    pub speed_mm_s: Option<f64>,
     /// Frames per second of a continuous scan.
     pub frame_rate_hz: Option<f64>,
     /// Exposure of the laser frames, µs.
@@ -69,6 +86,9 @@ pub struct ScanPlanDto {
     pub laser_power: f64,
     /// Whether the pictures are kept as a capture.
     pub keep_frames: bool,
+    /// When pictures with the laser off are taken.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub background: Option<BackgroundDto>,
     /// How long the whole job will take, s: frames, cloud and measurements, by the pace of this machine's last scans.
     pub duration_s: f64,
     /// How long the frames take, from the first motion to the last row, s.
@@ -79,7 +99,8 @@ pub struct ScanPlanDto {
     pub measuring_s: f64,
     /// Lines: every order sweeps the part on its own.
     pub n_orders: usize,
-    /// Rows per mm of a flat part across the camera, for each order.
+    /// Rows per mm of a flat part across the camera, for each order; on a turntable, of a surface half-way between its axis
+    /// and the nearest calibrated depth.
     pub rows_per_mm: f64,
     /// Points per mm along a line.
     pub points_per_mm_along_line: f64,
@@ -118,18 +139,30 @@ pub struct ScanRunDto {
     /// How the stage moves.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub mode: Option<ScanModeDto>,
-    /// Position of the first row, mm.
+    /// Position of the first row, of a stage that travels.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub from_mm: Option<f64>,
-    /// No row lies beyond this position, mm.
+    /// No row lies beyond this position.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub to_mm: Option<f64>,
-    /// Distance between rows, mm, positive in both directions.
+    /// Distance between rows, positive in both directions.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub step_mm: Option<f64>,
-    /// Speed during a continuous scan, mm/s.
+    /// Speed during a continuous scan.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub speed_mm_s: Option<f64>,
+    /// Angle of the first row, of a turntable.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub from_deg: Option<f64>,
+    /// No row lies beyond this angle.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub to_deg: Option<f64>,
+    /// Angle between rows, positive in both directions.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub step_deg: Option<f64>,
+    /// Speed during a continuous scan on a turntable.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub speed_deg_s: Option<f64>,
     /// Frames per second of a continuous scan.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub frame_rate_hz: Option<f64>,
@@ -142,6 +175,9 @@ pub struct ScanRunDto {
     /// Whether the pictures are kept as a capture.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub keep_frames: Option<bool>,
+    /// When pictures with the laser off are taken.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub background: Option<BackgroundDto>,
     /// How long the whole job will take, s: frames, cloud and measurements, by the pace of this machine's last scans.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub duration_s: Option<f64>,
@@ -157,7 +193,8 @@ pub struct ScanRunDto {
     /// Lines: every order sweeps the part on its own.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub n_orders: Option<usize>,
-    /// Rows per mm of a flat part across the camera, for each order.
+    /// Rows per mm of a flat part across the camera, for each order; on a turntable, of a surface half-way between its axis
+    /// and the nearest calibrated depth.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub rows_per_mm: Option<f64>,
     /// Points per mm along a line.
@@ -189,19 +226,31 @@ pub struct ScanRunDto {
     pub notes: Option<Vec<String>>,
 }
 
+/// The rows of a plan in millimetres, and those in degrees.
+fn by_unit(plan: Option<&ScanPlan>) -> [Option<ScanRange>; 2] {
+    let of = |stage| plan.map(|plan| plan.range).filter(|range| range.stage == stage);
+    [of(StageKind::Linear), of(StageKind::Rotary)]
+}
+
 impl From<ScanPlan> for ScanPlanDto {
     fn from(plan: ScanPlan) -> Self {
+        let [travel, turn] = by_unit(Some(&plan));
         Self {
             mode: plan.mode.into(),
-            from_mm: plan.from_mm,
-            to_mm: plan.to_mm,
-            step_mm: plan.step_mm,
+            from_mm: travel.map(|range| range.from),
+            to_mm: travel.map(|range| range.to),
+            step_mm: travel.map(|range| range.step),
+            speed_mm_s: travel.and_then(|range| range.speed),
+            from_deg: turn.map(|range| range.from),
+            to_deg: turn.map(|range| range.to),
+            step_deg: turn.map(|range| range.step),
+            speed_deg_s: turn.and_then(|range| range.speed),
             n_rows: plan.n_rows,
-            speed_mm_s: plan.speed_mm_s,
             frame_rate_hz: plan.frame_rate_hz,
             exposure_us: plan.exposure_us,
             laser_power: plan.laser_power,
             keep_frames: plan.keep_frames,
+            background: plan.background.map(BackgroundDto::from),
             duration_s: plan.duration_s,
             acquisition_s: plan.acquisition_s,
             evaluation_s: plan.evaluation_s,
@@ -225,6 +274,7 @@ impl TryFrom<ScanRun> for ScanRunDto {
 
     fn try_from(run: ScanRun) -> Result<Self, UnknownWord> {
         let plan = run.plan.as_ref();
+        let [travel, turn] = by_unit(plan);
         Ok(Self {
             source: run.source.into(),
             scan: run.cloud_name,
@@ -232,14 +282,19 @@ impl TryFrom<ScanRun> for ScanRunDto {
             measure: measure_dtos(run.measure)?,
             purpose: run.purpose.into(),
             mode: plan.map(|plan| plan.mode.into()),
-            from_mm: plan.map(|plan| plan.from_mm),
-            to_mm: plan.map(|plan| plan.to_mm),
-            step_mm: plan.map(|plan| plan.step_mm),
-            speed_mm_s: plan.and_then(|plan| plan.speed_mm_s),
+            from_mm: travel.map(|range| range.from),
+            to_mm: travel.map(|range| range.to),
+            step_mm: travel.map(|range| range.step),
+            speed_mm_s: travel.and_then(|range| range.speed),
+            from_deg: turn.map(|range| range.from),
+            to_deg: turn.map(|range| range.to),
+            step_deg: turn.map(|range| range.step),
+            speed_deg_s: turn.and_then(|range| range.speed),
             frame_rate_hz: plan.and_then(|plan| plan.frame_rate_hz),
             exposure_us: plan.map(|plan| plan.exposure_us),
             laser_power: plan.map(|plan| plan.laser_power),
             keep_frames: plan.map(|plan| plan.keep_frames),
+            background: plan.and_then(|plan| plan.background).map(BackgroundDto::from),
             duration_s: plan.map(|plan| plan.duration_s),
             acquisition_s: plan.map(|plan| plan.acquisition_s),
             evaluation_s: plan.map(|plan| plan.evaluation_s),

@@ -3,7 +3,7 @@
 use bytes::Bytes;
 use live::LiveBus;
 use nalgebra::{DMatrix, Vector3};
-use optics::{Calibration, Camera, DepthRangeMm, LightSurfaces, PointMm, StageAxis};
+use optics::{Calibration, Camera, DepthRangeMm, LightSurfaces, PointMm, StageAxis, StagePosition};
 use scanning::{Profile, ProfilePoint};
 use serde_json::json;
 use tokio_tungstenite::tungstenite::Message;
@@ -38,7 +38,13 @@ fn scan(bus: &LiveBus, scan_id: &str, frames: std::ops::Range<u32>) {
     for frame in frames {
         // Every fifth frame shows nothing.
         let n_points = if frame % 5 == 4 { 0 } else { 400 };
-        bus.add_profile_points(scan_id, frame, f64::from(frame), &profile(frame, n_points), &calibration());
+        bus.add_profile_points(
+            scan_id,
+            frame,
+            StagePosition::LinearMm(f64::from(frame)),
+            &profile(frame, n_points),
+            &calibration(),
+        );
     }
 }
 

@@ -6,7 +6,8 @@ use std::sync::Arc;
 use calibration::{CalibrationDocument, CalibrationText};
 use live::LiveBus;
 use nalgebra::DMatrix;
-use optics::{Calibration, DepthRangeMm, LightSurfaces};
+use optics::stage::AngleError;
+use optics::{Calibration, DepthRangeMm, LightSurfaces, RotaryAxis, Stage};
 use serde_json::json;
 use station::StationHandle;
 use station::cancel::CancelFlag;
@@ -63,7 +64,7 @@ impl Bench {
         let runtime = tokio::runtime::Builder::new_multi_thread().worker_threads(2).enable_all().build().unwrap();
         let folder = tempfile::tempdir().unwrap();
         let model = StationModel::seeded(7, shape).unwrap();
-        let twin = TwinStation::new(model.clone(), TwinOptions::default());
+        let twin = TwinStation::new(model.clone(), TwinOptions::of(shape.stage));
         let operator = twin.control();
         let station = StationHandle::over_twin(twin);
         let store = runtime.block_on(Store::open(&folder.path().join("data"))).unwrap();
@@ -223,10 +224,15 @@ pub fn from_station(from_mm: f64, to_mm: f64, step_mm: f64) -> ScanInput {
         to_mm: Some(to_mm),
         step_mm: Some(step_mm),
         speed_mm_s: None,
+        from_deg: None,
+        to_deg: None,
+        step_deg: None,
+        speed_deg_s: None,
         mode: None,
         exposure_us: None,
         laser_power: None,
         keep_frames: false,
+        background: None,
         calibration_id: None,
         resume_scan_id: None,
         measure: Vec::new(),
@@ -248,14 +254,19 @@ pub fn resumed(id: &str) -> ScanInput {
 /// A document that holds the truth about the station.
 pub fn true_document(model: &StationModel, id: &str) -> CalibrationDocument {
     let light = LightSurfaces::Grating(model.grating);
-    let n = 9 + light.parameters() + 3;
+    // The table's angles are exact to its controller's last digit.
+    let stage = match model.stage {
+        Stage::Rotary(axis) => RotaryAxis { angle_error: AngleError::new(1e-6), ..axis }.into(),
+        linear => linear,
+    };
+    let n = 9 + light.parameters() + stage.parameters();
     let standoff = model.shape.standoff_mm;
     let value = Calibration {
         id: id.into(),
         camera: model.camera,
         orders: model.orders.clone(),
         light,
-        stage: Some(model.stage.into()),
+        stage: Some(stage),
         depth_range_mm: DepthRangeMm { near_mm: 0.9 * standoff, far_mm: 1.06 * standoff },
         covariance: DMatrix::zeros(n, n),
     };

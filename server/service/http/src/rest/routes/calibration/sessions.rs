@@ -211,8 +211,8 @@ async fn take_stage_view(
     let route = format!("POST calibration-sessions/{id}/stage-views");
     at_most_once(&app, &headers, &route, &body.sha256, async {
         let expected = expected(&headers)?;
-        let position_mm = body.value.position_mm;
-        Ok(changed(use_cases::take_stage_view(&app, &by, &id, position_mm, expected).await?))
+        let position = body.value.try_into()?;
+        Ok(changed(use_cases::take_stage_view(&app, &by, &id, position, expected).await?))
     })
     .await
 }

@@ -71,8 +71,12 @@ pub struct SessionPoseDto {
 pub struct SessionStageViewDto {
     /// UUID v7.
     pub id: String,
-    /// Position read back from the stage.
-    pub position_mm: f64,
+    /// Position read back from a stage that travels.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub position_mm: Option<f64>,
+    /// Angle read back from a turntable.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub angle_deg: Option<f64>,
     /// By ordinary light.
     pub board: BoardPictureDto,
 }
@@ -127,7 +131,7 @@ impl From<SessionPose> for SessionPoseDto {
 
 impl From<SessionStageView> for SessionStageViewDto {
     fn from(of: SessionStageView) -> Self {
-        let SessionStageView { id, position_mm, board } = of;
-        Self { id, position_mm, board: board.into() }
+        let SessionStageView { id, position, board } = of;
+        Self { id, position_mm: position.mm(), angle_deg: position.deg(), board: board.into() }
     }
 }

@@ -20,8 +20,7 @@ pub struct StageDto {
     pub max_speed_mm_s: f64,
     /// The smallest step; 0 if unknown.
     pub resolution_mm: f64,
-    /// How it moves the part. Positions and speeds of a rotary stage are degrees and °/s; this version does not scan
-    /// with one.
+    /// How it moves the part. Positions and speeds of a rotary stage are degrees and °/s.
     pub kind: StageKindDto,
     /// Whether nobody commands it and it is where the frame last delivered was taken, as that of a recording or a
     /// conveyor whose encoder triggers the camera: continuous scans then take the frames that come, `resolution_mm`

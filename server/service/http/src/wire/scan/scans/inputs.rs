@@ -2,6 +2,7 @@
 
 use app::jobs::{ExportInput, ScanInput, ScanMode, ScanSource, VerifyInput};
 use app::measurements::{MeasureInput, ScanPurpose};
+use app::scan_run::BackgroundInput;
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
@@ -32,6 +33,35 @@ pub enum ScanModeDto {
     Continuous,
 }
 
+/// When pictures with the laser off are taken during a scan, to be taken away from its frames.
+#[derive(Debug, Clone, Copy, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct BackgroundDto {
+    /// Stop-and-go: one at least every so many rows, 1 if missing; one that no longer shows what a frame shows is taken
+    /// anew. A continuous scan has one before it, and one after it to compare.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schema(minimum = 1)]
+    pub every_rows: Option<usize>,
+    /// Only while the ambient light, in levels of 255, is above this; missing: always.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schema(minimum = 0.0, maximum = 255.0)]
+    pub above_levels: Option<f64>,
+}
+
+impl From<BackgroundDto> for BackgroundInput {
+    fn from(dto: BackgroundDto) -> Self {
+        let BackgroundDto { every_rows, above_levels } = dto;
+        Self { every_rows, above_levels }
+    }
+}
+
+impl From<BackgroundInput> for BackgroundDto {
+    fn from(input: BackgroundInput) -> Self {
+        let BackgroundInput { every_rows, above_levels } = input;
+        Self { every_rows, above_levels }
+    }
+}
+
 /// Scan a part.
 #[derive(Debug, Clone, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
@@ -42,9 +72,9 @@ pub struct StartScanDto {
     /// What a person calls it.
     #[schema(max_length = 100)]
     pub name: Option<String>,
-    /// First stage position.
+    /// First position, of a stage that travels.
     pub from_mm: Option<f64>,
-    /// Last stage position.
+    /// Last position.
     pub to_mm: Option<f64>,
     /// Distance between frames.
     #[schema(exclusive_minimum = 0.0)]
@@ -52,6 +82,16 @@ pub struct StartScanDto {
     /// Speed of a continuous scan; the step follows from the frame rate.
     #[schema(exclusive_minimum = 0.0)]
     pub speed_mm_s: Option<f64>,
+    /// First angle, of a turntable.
+    pub from_deg: Option<f64>,
+    /// Last angle; more than a whole turn shows how well it closes.
+    pub to_deg: Option<f64>,
+    /// Angle between frames.
+    #[schema(exclusive_minimum = 0.0)]
+    pub step_deg: Option<f64>,
+    /// Speed of a continuous scan on a turntable; the step follows from the frame rate.
+    #[schema(exclusive_minimum = 0.0)]
+    pub speed_deg_s: Option<f64>,
     /// How the stage moves; continuous if a speed is given, else stop and go.
     pub mode: Option<ScanModeDto>,
     /// Exposure of the frames.
@@ -63,6 +103,8 @@ pub struct StartScanDto {
     /// Keep the frames as a capture.
     #[serde(default)]
     pub keep_frames: bool,
+    /// When pictures with the laser off are taken, to be taken away from the frames; missing: never.
+    pub background: Option<BackgroundDto>,
     /// With which calibration; missing: the active one.
     pub calibration_id: Option<String>,
     /// The partial scan that is continued; it measures what it was begun for.
@@ -147,6 +189,10 @@ impl From<StartScanDto> for ScanInput {
             to_mm: dto.to_mm,
             step_mm: dto.step_mm,
             speed_mm_s: dto.speed_mm_s,
+            from_deg: dto.from_deg,
+            to_deg: dto.to_deg,
+            step_deg: dto.step_deg,
+            speed_deg_s: dto.speed_deg_s,
             mode: dto.mode.map(|mode| match mode {
                 ScanModeDto::StopAndGo => ScanMode::StopAndGo,
                 ScanModeDto::Continuous => ScanMode::Continuous,
@@ -154,6 +200,7 @@ impl From<StartScanDto> for ScanInput {
             exposure_us: dto.exposure_us,
             laser_power: dto.laser_power,
             keep_frames: dto.keep_frames,
+            background: dto.background.map(BackgroundInput::from),
             calibration_id: dto.calibration_id,
             resume_scan_id: dto.resume_scan_id,
             measure: dto.measure.into_iter().map(MeasureInput::from).collect(),

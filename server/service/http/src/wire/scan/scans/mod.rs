@@ -16,8 +16,8 @@ use crate::wire::scan::scan_runs::{ScanPurposeDto, ScanRunDto};
 
 pub use formats::{CloudFormatDto, CloudQuery, MeshFormatDto, MeshQuery};
 pub use inputs::{
-    ArtefactDto, ExportWhatDto, RecomputeDto, ScanModeDto, ScanSourceDto, StartExportDto, StartScanDto,
-    StartVerificationDto,
+    ArtefactDto, BackgroundDto, ExportWhatDto, RecomputeDto, ScanModeDto, ScanSourceDto, StartExportDto,
+    StartScanDto, StartVerificationDto,
 };
 
 /// What a scan is worth.

@@ -1,0 +1,134 @@
+//! Small pieces of surface as single frames, with their neighbours, saw them (`docs/maths/turntable.md`, eq. 12).
+
+use nalgebra::{Matrix3, Vector3};
+use optics::{Calibration, RotaryAxis};
+use rayon::prelude::*;
+use vision::LineDirection;
+
+use crate::points::profile::{Profile, ProfilePoint};
+
+/// Widest angle between frames that see one piece of surface together.
+const NEIGHBOUR_MAX_RAD: f64 = 0.3;
+/// Fewest points of a piece.
+const POINTS_MIN: usize = 9;
+/// A piece whose points lie farther from their plane than this many times their noise has an edge in it.
+const SMOOTH_SIGMAS: f64 = 3.0;
+
+/// A frame of one line.
+pub struct LineFrame {
+    pub angle_rad: f64,
+    /// Points along the line.
+    pub points: Vec<(f64, ProfilePoint)>,
+    pub correlation_px: f64,
+}
+
+/// The frames in which a line was seen, in the sequence of their angles.
+pub type Line = Vec<LineFrame>;
+
+/// A piece of surface.
+#[derive(Debug, Clone)]
+pub struct Look {
+    /// Index of its line.
+    pub line: usize,
+    pub angle_rad: f64,
+    /// Its middle and its unit normal towards the camera, camera frame of its own frame.
+    pub at_mm: Vector3<f64>,
+    pub normal: Vector3<f64>,
+    /// One σ of the middle along the normal.
+    pub sigma_mm: f64,
+    /// Covariance of the normal.
+    pub normal_covariance: Matrix3<f64>,
+    /// How far it reaches.
+    pub reach_mm: f64,
+}
+
+/// The frames of every line. `profiles`: points, correlation along the line and its direction, of every frame.
+pub fn lines(profiles: &[(Profile, f64, LineDirection)], angles_rad: &[f64], orders: &[i8]) -> Vec<Line> {
+    let of_line = |order: &i8| {
+        let frame =
+            |((profile, correlation_px, direction), &angle_rad): (&(Profile, f64, LineDirection), &f64)| {
+                let own = profile.points.iter().filter(|point| point.order == *order);
+                let mut points: Vec<(f64, ProfilePoint)> =
+                    own.map(|point| (point.seen.along_across(*direction).0, *point)).collect();
+                points.sort_by(|a, b| a.0.total_cmp(&b.0));
+                (!points.is_empty()).then_some(LineFrame { angle_rad, points, correlation_px: *correlation_px })
+            };
+        let mut frames: Line = profiles.iter().zip(angles_rad).filter_map(frame).collect();
+        frames.sort_by(|a, b| a.angle_rad.total_cmp(&b.angle_rad));
+        frames
+    };
+    orders.iter().map(of_line).collect()
+}
+
+/// The pieces that every frame shows with the one before and the one after it, the table turned about `axis`.
+pub fn looks(lines: &[Line], calibration: &Calibration, axis: &RotaryAxis) -> Vec<Look> {
+    let focal_px = calibration.camera.fx_px.min(calibration.camera.fy_px);
+    let triples = lines.iter().enumerate().flat_map(|(line, frames)| frames.windows(3).map(move |w| (line, w)));
+    let near = |(_, window): &(usize, &[LineFrame])| {
+        window.windows(2).all(|pair| (pair[1].angle_rad - pair[0].angle_rad).abs() < NEIGHBOUR_MAX_RAD)
+    };
+    let triples: Vec<(usize, &[LineFrame])> = triples.filter(near).collect();
+    triples.into_par_iter().flat_map_iter(|(line, window)| looks_of(line, window, focal_px, axis)).collect()
+}
+
+fn looks_of(line: usize, window: &[LineFrame], focal_px: f64, axis: &RotaryAxis) -> Vec<Look> {
+    let own = &window[1];
+    let step_rad = 0.5 * (window[2].angle_rad - window[0].angle_rad).abs();
+    let own_motion = axis.motion(own.angle_rad);
+    let mut looks = Vec::new();
+    let mut next_px = f64::NEG_INFINITY;
+    for (along, point) in &own.points {
+        if *along < next_px {
+            continue;
+        }
+        let centre = &point.hit_in_camera.xyz;
+        let reach_mm = (axis.radius_mm(centre) * step_rad).max(2.0 * centre.z / focal_px);
+        let reach_px = reach_mm * focal_px / centre.z;
+        // Pieces of one frame have no point in common.
+        next_px = along + 2.0 * reach_px;
+        let near = window.iter().flat_map(|frame| {
+            let first = frame.points.partition_point(|(at, _)| *at < along - reach_px);
+            let around = frame.points[first..].iter().take_while(move |(at, _)| *at <= along + reach_px);
+            let motion = axis.motion(frame.angle_rad);
+            around.map(move |(_, point)| {
+                own_motion.camera_from_part(&motion.part_from_camera(&point.hit_in_camera)).xyz
+            })
+        });
+        let near: Vec<Vector3<f64>> = near.filter(|at| (at - centre).norm() < 2.0 * reach_mm).collect();
+        looks.extend(look(line, own, &near, point.noise_sigma_mm, reach_mm));
+    }
+    looks
+}
+
+/// The plane through the points, if they are a smooth piece.
+fn look(line: usize, own: &LineFrame, near: &[Vector3<f64>], noise_mm: f64, reach_mm: f64) -> Option<Look> {
+    let n = near.len() as f64;
+    if near.len() < POINTS_MIN {
+        return None;
+    }
+    let at_mm = near.iter().sum::<Vector3<f64>>() / n;
+    let spread: Matrix3<f64> = near.iter().map(|at| (at - at_mm) * (at - at_mm).transpose()).sum();
+    let eigen = spread.symmetric_eigen();
+    let mut by_size = [0, 1, 2];
+    by_size.sort_by(|&a, &b| eigen.eigenvalues[a].total_cmp(&eigen.eigenvalues[b]));
+    let [thin, short, long] = by_size;
+    let rms_mm = (eigen.eigenvalues[thin].max(0.0) / (n - 3.0)).sqrt();
+    // A piece that is a line says nothing about the surface across it.
+    let is_piece = eigen.eigenvalues[short] > 0.02 * eigen.eigenvalues[long];
+    if !is_piece || rms_mm > SMOOTH_SIGMAS * noise_mm {
+        return None;
+    }
+    let axis = |idx: usize| eigen.eigenvectors.column(idx).into_owned();
+    let normal = if axis(thin).dot(&at_mm) < 0.0 { axis(thin) } else { -axis(thin) };
+    let variance = rms_mm.max(0.3 * noise_mm).powi(2) * own.correlation_px.max(1.0);
+    let lean = |idx: usize| axis(idx) * axis(idx).transpose() * (variance / eigen.eigenvalues[idx]);
+    Some(Look {
+        line,
+        angle_rad: own.angle_rad,
+        at_mm,
+        normal,
+        sigma_mm: (variance / n).sqrt(),
+        normal_covariance: lean(short) + lean(long),
+        reach_mm,
+    })
+}

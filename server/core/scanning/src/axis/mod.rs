@@ -1,0 +1,273 @@
+//! The axis of a turntable from a part that it turns through more than a circle, without a board
+//! (`docs/maths/turntable.md`, eq. 12–15): the axis about which surfaces that were seen twice fall together.
+
+mod looks;
+mod pairs;
+
+use std::borrow::Cow;
+
+use nalgebra::{DMatrix, Matrix4, Vector3, Vector4};
+use optics::{Calibration, RotaryAxis, StagePosition, Triangulator};
+use remedy::Remedy;
+use statistics::median;
+
+use crate::error::ScanError;
+use crate::input::frames::{Frames, of_every_frame};
+use crate::points::profile::Profile;
+use looks::{Line, lines, looks};
+use pairs::{Pair, pairs};
+
+/// Most rounds of new looks and pairs; from 2 mm and a degree beside the axis six suffice.
+const ROUNDS_MAX: usize = 25;
+/// Fewest places that were seen twice.
+const PAIRS_MIN: usize = 100;
+/// Residuals beyond so many σ count linearly.
+const HUBER_SIGMAS: f64 = 2.5;
+/// Frames that share their noise, since each look is made from a frame and its neighbours.
+const FRAMES_PER_LOOK: f64 = 3.0;
+/// What is known of a direction must be so many times what the noise of the normals alone would seem to say of it.
+const INFORMATION_OVER_NOISE: f64 = 10.0;
+/// Largest σ of the axis' direction, rad, and of its place as a share of its distance: as for boards.
+const MAX_TILT_SIGMA_RAD: f64 = 0.005;
+const MAX_SHIFT_SIGMA_SHARE: f64 = 0.002;
+/// The rounds end when a step is below this share of σ.
+const STEP_SIGMAS: f64 = 0.2;
+
+/// An axis that was found from a part.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PartAxis {
+    /// The axis, described at the point nearest to the middle of what was seen. How exact the angles are is not known.
+    pub axis: RotaryAxis,
+    /// Covariance of the four numbers of [`RotaryAxis::moved`], rad and mm: of the noise, and of what is not known of camera and
+    /// light.
+    pub covariance: Matrix4<f64>,
+    /// The calibration with this axis for its stage, and the covariance of all together.
+    pub calibration: Calibration,
+    /// Places that were seen twice.
+    pub n_pairs: usize,
+    /// RMS of how far the two looks are apart along the surface's normal, mm.
+    pub rms_mm: f64,
+    /// The same over what noise explains; above 1 the covariance is wider by its square.
+    pub noise_ratio: f64,
+}
+
+/// Why a part does not say where the axis is.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum PartAxisError {
+    /// The frames cannot be read.
+    #[error(transparent)]
+    Frames(#[from] ScanError),
+    /// The stage travelled.
+    #[error("frame {frame} states a position in millimetres, not an angle")]
+    NotTurned {
+        /// Index of the frame.
+        frame: usize,
+    },
+    /// Too little was seen twice by different lines.
+    #[error("only {n_pairs} places of the part were seen twice by different lines, {needed} are needed")]
+    TooLittleSeenTwice {
+        /// How many were.
+        n_pairs: usize,
+        /// How many are needed.
+        needed: usize,
+    },
+    /// A body of revolution, or one that is seen from too few sides.
+    #[error(
+        "the part looks the same along a direction in which the axis could move: the surfaces say {information:.1} times \
+         what the noise of their normals says, {needed} times are needed"
+    )]
+    LooksTheSame {
+        /// How much is known of that direction, over what noise alone seems to say.
+        information: f64,
+        /// How much is needed.
+        needed: f64,
+    },
+    /// The axis is known too badly to measure with.
+    #[error("the axis is known to {tilt_sigma_deg:.2}° and {shift_sigma_mm:.2} mm only")]
+    Vague {
+        /// Worst σ of the direction.
+        tilt_sigma_deg: f64,
+        /// Worst σ of the place.
+        shift_sigma_mm: f64,
+    },
+    /// No axis about which the surfaces fall together.
+    #[error("no axis near the stated one makes the surfaces fall together ({rms_mm:.2} mm apart)")]
+    NotFound {
+        /// RMS of how far they are apart at last.
+        rms_mm: f64,
+    },
+}
+
+impl Remedy for PartAxisError {
+    fn remedy(&self) -> Option<Cow<'_, str>> {
+        Some(match self {
+            Self::Frames(error) => return error.remedy(),
+            Self::NotTurned { .. } => "name a scan on a turntable".into(),
+            Self::TooLittleSeenTwice { .. } => {
+                "turn the part through at least a whole turn before two lines, or take board views at angles".into()
+            }
+            Self::LooksTheSame { .. } => {
+                "turn a part that is no body of revolution, off the axis and as large as the field, or take board views at angles"
+                    .into()
+            }
+            Self::Vague { .. } => "turn a larger part with more relief, in finer steps".into(),
+            Self::NotFound { .. } => "start nearer to the axis, and check that the part does not slip".into(),
+        })
+    }
+}
+
+/// The axis about which the surfaces of a turned part fall together. `start`: an axis a few millimetres and degrees beside it;
+/// the stage of `calibration` is not used.
+///
+/// # Errors
+/// [`PartAxisError`]: what the part does not say is refused by name.
+pub fn axis_from_part(
+    frames: &dyn Frames,
+    calibration: &Calibration,
+    start: &RotaryAxis,
+) -> Result<PartAxis, PartAxisError> {
+    let calibration = &without_stage(calibration);
+    let lines = labelled_lines(frames, calibration)?;
+    let mut axis = RotaryAxis { angle_error: None, ..*start };
+    let mut found = round(&lines, calibration, &mut axis)?;
+    for _ in 1..ROUNDS_MAX {
+        if found.step_sigmas < STEP_SIGMAS {
+            let joint = joint_covariance(frames, calibration, &axis, &found.covariance)?;
+            return checked(found, axis, calibration, joint);
+        }
+        found = round(&lines, calibration, &mut axis)?;
+    }
+    Err(PartAxisError::NotFound { rms_mm: found.rms_mm })
+}
+
+/// The points of every line, frame by frame in the sequence of the angles; every frame labelled by itself.
+fn labelled_lines(frames: &dyn Frames, calibration: &Calibration) -> Result<Vec<Line>, PartAxisError> {
+    let mut angles_rad = Vec::with_capacity(frames.n_frames());
+    for frame in 0..frames.n_frames() {
+        let StagePosition::RotaryDeg(angle_deg) = frames.position(frame) else {
+            return Err(PartAxisError::NotTurned { frame });
+        };
+        angles_rad.push(angle_deg.to_radians());
+    }
+    let triangulator = Triangulator::new(calibration.clone());
+    let profiles = of_every_frame(frames, |_, found| {
+        let mut profile = Profile::default();
+        profile.fill(found, &triangulator, calibration.depth_range_mm);
+        (profile, found.correlation_px, found.direction)
+    })?;
+    Ok(lines(&profiles, &angles_rad, &calibration.orders))
+}
+
+/// What a round found out.
+struct Round {
+    covariance: Matrix4<f64>,
+    n_pairs: usize,
+    rms_mm: f64,
+    noise_ratio: f64,
+    step: Vector4<f64>,
+    step_sigmas: f64,
+    distance_mm: f64,
+}
+
+/// One step of Gauss–Newton over the pairs that `axis` makes (eq. 14).
+fn round(lines: &[Line], calibration: &Calibration, axis: &mut RotaryAxis) -> Result<Round, PartAxisError> {
+    let looks = looks(lines, calibration, axis);
+    let n = looks.len().max(1) as f64;
+    let middle_mm = looks.iter().map(|look| look.at_mm).sum::<Vector3<f64>>() / n;
+    *axis = axis.described_near(&middle_mm);
+    let pairs = pairs(&looks, axis);
+    if pairs.len() < PAIRS_MIN {
+        return Err(PartAxisError::TooLittleSeenTwice { n_pairs: pairs.len(), needed: PAIRS_MIN });
+    }
+    let mut z: Vec<f64> = pairs.iter().map(|pair| pair.apart_mm.abs() / pair.sigma_mm).collect();
+    // The median of |z| of a Gaussian is 0.6745 of its σ.
+    let noise_ratio = (median(&mut z).unwrap_or(0.0) / 0.6745).max(1.0);
+    let (mut normal, mut of_noise, mut right) = (Matrix4::zeros(), Matrix4::zeros(), Vector4::zeros());
+    for pair in &pairs {
+        let Pair { apart_mm, sigma_mm, jacobian, normal_noise } = pair;
+        let z = apart_mm.abs() / (sigma_mm * noise_ratio);
+        let weight = (HUBER_SIGMAS / z).min(1.0) / (sigma_mm * noise_ratio).powi(2) / FRAMES_PER_LOOK;
+        normal += jacobian * jacobian.transpose() * weight;
+        of_noise += normal_noise * weight;
+        right += jacobian * (apart_mm * weight);
+    }
+    let squares = pairs.iter().map(|pair| pair.apart_mm * pair.apart_mm).sum::<f64>();
+    let rms_mm = (squares / pairs.len() as f64).sqrt();
+    let heights = looks.iter().map(|look| axis.direction.dot(&(look.at_mm - middle_mm)).powi(2)).sum::<f64>() / n;
+    let information = least_information(&normal, &of_noise, heights.sqrt().max(1.0));
+    let covariance = normal.try_inverse().filter(|_| information >= INFORMATION_OVER_NOISE);
+    let Some(covariance) = covariance else {
+        return Err(PartAxisError::LooksTheSame { information, needed: INFORMATION_OVER_NOISE });
+    };
+    let step: Vector4<f64> = -(covariance * right);
+    let step_sigmas = (step.dot(&(normal * step)) / 4.0).sqrt();
+    *axis = axis.moved(&[step[0], step[1], step[2], step[3]]);
+    let distance_mm = middle_mm.norm();
+    Ok(Round { covariance, n_pairs: pairs.len(), rms_mm, noise_ratio, step, step_sigmas, distance_mm })
+}
+
+/// Of the direction of which least is known: what the pairs say over what noisy normals would say of an axis that nothing
+/// determines (eq. 15). `height_mm` makes tilts and shifts comparable.
+fn least_information(normal: &Matrix4<f64>, of_noise: &Matrix4<f64>, height_mm: f64) -> f64 {
+    let scale = Matrix4::from_diagonal(&Vector4::new(1.0 / height_mm, 1.0 / height_mm, 1.0, 1.0));
+    let eigen = (scale * normal * scale).symmetric_eigen();
+    let (least, value) = eigen.eigenvalues.argmin();
+    let direction = scale * eigen.eigenvectors.column(least);
+    value / direction.dot(&(of_noise * direction)).max(f64::MIN_POSITIVE)
+}
+
+/// Camera and light alone.
+fn without_stage(calibration: &Calibration) -> Calibration {
+    let n = calibration.covariance.nrows() - calibration.stage.map_or(0, |stage| stage.parameters());
+    let covariance = calibration.covariance.view((0, 0), (n, n)).into_owned();
+    Calibration { stage: None, covariance, ..calibration.clone() }
+}
+
+/// Covariance of camera, light and axis: a camera or a light that is one σ off along a mode puts the surfaces elsewhere, and
+/// the axis follows them by a step (eq. 15).
+fn joint_covariance(
+    frames: &dyn Frames,
+    calibration: &Calibration,
+    axis: &RotaryAxis,
+    of_noise: &Matrix4<f64>,
+) -> Result<DMatrix<f64>, PartAxisError> {
+    let n = calibration.covariance.nrows();
+    let mut joint = DMatrix::zeros(n + 4, n + 4);
+    joint.view_mut((0, 0), (n, n)).copy_from(&calibration.covariance);
+    joint.view_mut((n, n), (4, 4)).copy_from(of_noise);
+    for mode in calibration.sigma_modes() {
+        let stepped = calibration.stepped(&mode);
+        let followed = round(&labelled_lines(frames, &stepped)?, &stepped, &mut axis.clone())?.step;
+        for i in 0..4 {
+            for (j, change) in mode.iter().enumerate() {
+                joint[(n + i, j)] += followed[i] * change;
+                joint[(j, n + i)] += followed[i] * change;
+            }
+            for j in 0..4 {
+                joint[(n + i, n + j)] += followed[i] * followed[j];
+            }
+        }
+    }
+    Ok(joint)
+}
+
+fn checked(
+    found: Round,
+    axis: RotaryAxis,
+    calibration: &Calibration,
+    joint: DMatrix<f64>,
+) -> Result<PartAxis, PartAxisError> {
+    let n = calibration.covariance.nrows();
+    let covariance: Matrix4<f64> = joint.fixed_view::<4, 4>(n, n).into_owned();
+    let worst = |first: usize| {
+        let block = covariance.fixed_view::<2, 2>(first, first).into_owned();
+        block.symmetric_eigenvalues().max().max(0.0).sqrt()
+    };
+    let (tilt_sigma_rad, shift_sigma_mm) = (worst(0), worst(2));
+    if tilt_sigma_rad > MAX_TILT_SIGMA_RAD || shift_sigma_mm > MAX_SHIFT_SIGMA_SHARE * found.distance_mm {
+        return Err(PartAxisError::Vague { tilt_sigma_deg: tilt_sigma_rad.to_degrees(), shift_sigma_mm });
+    }
+    let Round { n_pairs, rms_mm, noise_ratio, .. } = found;
+    let calibration = Calibration { stage: Some(axis.into()), covariance: joint, ..calibration.clone() };
+    Ok(PartAxis { axis, covariance, calibration, n_pairs, rms_mm, noise_ratio })
+}

@@ -1,0 +1,108 @@
+//! Places of the part that were seen twice, and what an axis says about the two looks (`docs/maths/turntable.md`, eq. 13).
+
+use nalgebra::{Matrix3, Matrix3x4, Matrix4, Vector3, Vector4};
+use optics::{Motion, PointMm, RotaryAxis};
+use rayon::prelude::*;
+use statistics::median;
+use std::collections::HashMap;
+
+use crate::axis::looks::Look;
+
+/// Normals of one surface that was seen twice.
+const SAME_NORMAL_COSINE: f64 = 0.9;
+/// Steps of the derivative: tilts in rad, shifts in mm.
+const STEPS: [f64; 4] = [1e-5, 1e-5, 1e-3, 1e-3];
+
+/// Two looks at one place.
+pub struct Pair {
+    /// How far they are apart along the mean of their normals.
+    pub apart_mm: f64,
+    /// One σ of that by noise.
+    pub sigma_mm: f64,
+    /// How it changes with the four numbers of [`RotaryAxis::moved`].
+    pub jacobian: Vector4<f64>,
+    /// What the noise of the normals adds to the outer product of `jacobian`, on average.
+    pub normal_noise: Matrix4<f64>,
+}
+
+/// A look where `axis` puts it in the part.
+struct Placed<'a> {
+    look: &'a Look,
+    at_mm: Vector3<f64>,
+    normal: Vector3<f64>,
+    normal_covariance: Matrix3<f64>,
+    /// How its place follows the axis.
+    by_axis: Matrix3x4<f64>,
+}
+
+/// Every look with the nearest of another line, if they are close. A turn later the same line sees the same place in the same
+/// way, wherever the axis is.
+pub fn pairs(looks: &[Look], axis: &RotaryAxis) -> Vec<Pair> {
+    let moved: Vec<[RotaryAxis; 2]> = (0..4)
+        .map(|idx| {
+            [1.0, -1.0].map(|sign| {
+                let mut step = [0.0; 4];
+                step[idx] = sign * STEPS[idx];
+                axis.moved(&step)
+            })
+        })
+        .collect();
+    let placed: Vec<Placed> = looks.par_iter().map(|look| placed(look, axis, &moved)).collect();
+    let mut reaches: Vec<f64> = looks.iter().map(|look| look.reach_mm).collect();
+    let Some(cell_mm) = median(&mut reaches).map(|reach_mm| 2.0 * reach_mm) else { return Vec::new() };
+    let cell = |at: &Vector3<f64>| [at.x, at.y, at.z].map(|x| (x / cell_mm).floor() as i64);
+    let mut cells: HashMap<[i64; 3], Vec<usize>> = HashMap::new();
+    for (idx, place) in placed.iter().enumerate() {
+        cells.entry(cell(&place.at_mm)).or_default().push(idx);
+    }
+    let nearest = |idx: usize| {
+        let one = &placed[idx];
+        let [x, y, z] = cell(&one.at_mm);
+        let around = (0..27).map(|k| [x + k % 3 - 1, y + k / 3 % 3 - 1, z + k / 9 - 1]);
+        let others = around.filter_map(|at| cells.get(&at)).flatten().copied();
+        let apart = |other: &usize| (placed[*other].at_mm - one.at_mm).norm();
+        let suits = |other: &usize| is_seen_again(one, &placed[*other]) && apart(other) < cell_mm;
+        others.filter(suits).min_by(|a, b| apart(a).total_cmp(&apart(b)))
+    };
+    let nearest: Vec<Option<usize>> = (0..placed.len()).into_par_iter().map(nearest).collect();
+    let is_first = |idx: usize, other: usize| idx < other || nearest[other] != Some(idx);
+    let both =
+        |(idx, other): (usize, &Option<usize>)| other.filter(|&other| is_first(idx, other)).map(|o| (idx, o));
+    nearest.iter().enumerate().filter_map(both).map(|(idx, other)| pair(&placed[idx], &placed[other])).collect()
+}
+
+fn placed<'a>(look: &'a Look, axis: &RotaryAxis, moved: &[[RotaryAxis; 2]]) -> Placed<'a> {
+    let motion: Motion = axis.motion(look.angle_rad);
+    let hit = PointMm::new(look.at_mm);
+    let at = |axis: &RotaryAxis| axis.part_from_camera(&hit, look.angle_rad).xyz;
+    let columns: Vec<Vector3<f64>> =
+        moved.iter().zip(STEPS).map(|([more, less], step)| (at(more) - at(less)) / (2.0 * step)).collect();
+    let axes = [Vector3::x(), Vector3::y(), Vector3::z()].map(|way| motion.part_direction(&way));
+    let turn = Matrix3::from_columns(&axes);
+    Placed {
+        look,
+        at_mm: at(axis),
+        normal: motion.part_direction(&look.normal),
+        normal_covariance: turn * look.normal_covariance * turn.transpose(),
+        by_axis: Matrix3x4::from_columns(&columns),
+    }
+}
+
+fn is_seen_again(one: &Placed, other: &Placed) -> bool {
+    one.look.line != other.look.line && one.normal.dot(&other.normal) > SAME_NORMAL_COSINE
+}
+
+/// The mean normal is square to the chord of a surface of even curvature: what is bent does not count as apart.
+fn pair(one: &Placed, other: &Placed) -> Pair {
+    let normal = (one.normal + other.normal).normalize();
+    let apart = one.at_mm - other.at_mm;
+    let lean = (one.normal_covariance + other.normal_covariance) / 4.0;
+    let by_axis = one.by_axis - other.by_axis;
+    let noise = one.look.sigma_mm.powi(2) + other.look.sigma_mm.powi(2) + apart.dot(&(lean * apart));
+    Pair {
+        apart_mm: normal.dot(&apart),
+        sigma_mm: noise.sqrt(),
+        jacobian: by_axis.transpose() * normal,
+        normal_noise: by_axis.transpose() * lean * by_axis,
+    }
+}
