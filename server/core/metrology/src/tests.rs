@@ -8,3 +8,4 @@ mod shading;
 pub(crate) mod station;
 mod surfaces;
 mod synthetic;
+mod turntable;
