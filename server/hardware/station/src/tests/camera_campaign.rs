@@ -256,8 +256,8 @@ fn of_replay(n_faults: usize) {
     let folder = TempDir::new().unwrap();
     let capture = folder.path().join("capture");
     let shape = StationShape { width_px: 160, height_px: 128, ..StationShape::default() };
-    let scan = ScanRequest { name: "plate".to_owned(), part: SceneKind::Plate, n_frames: 6, step_mm: 0.5 };
-    let request = CaptureRequest { n_poses: 0, stage_positions_mm: Vec::new(), scans: vec![scan] };
+    let scan = ScanRequest { name: "plate".to_owned(), part: SceneKind::Plate, n_frames: 6, step: 0.5 };
+    let request = CaptureRequest { n_poses: 0, stage_positions: Vec::new(), scans: vec![scan] };
     let model = StationModel::seeded(7, &shape).unwrap();
     capture_folder(&model, &request, &capture, &|_| ControlFlow::Continue(())).unwrap();
     let replay = Arc::new(ReplayDriver(ReplaySettings { folder: capture, ..ReplaySettings::default() }));
