@@ -4,6 +4,6 @@ pub mod carried;
 pub mod columns;
 pub mod compare;
 pub mod decision;
-pub mod line_widths;
 pub mod lost_steps;
 pub mod rivals;
+pub mod widths;
