@@ -7,6 +7,7 @@ mod evaluation;
 pub mod files;
 mod input;
 mod label;
+mod line_widths;
 pub mod mesh;
 pub mod params;
 mod points;

@@ -212,8 +212,19 @@ pub const WIDTH_BIN_SAMPLES: usize = 24;
 pub const WIDTH_FIT_ROUNDS: usize = 4;
 /// Least scatter of widths, as a share: what slopes do to them.
 pub const WIDTH_SIGMA_FLOOR: f64 = 0.04;
+/// Cost of a sample whose line is not as wide as lines are at the depth its label gives it, but as wide as under another:
+/// as much as a second look.
+pub const WIDTH_COST: f64 = 1.0;
 /// From so many σ on a line is not as wide as lines are at that depth.
 pub const WIDTH_DENIED_SIGMAS: f64 = 3.5;
+/// The same where another order has seen the surface: what three orders carry along alike agrees with itself.
+pub const WIDTH_DENIED_SEEN_SIGMAS: f64 = 5.0;
+/// By so much it must be farther off its own width than off a rival's: what is smoothed over a step has a width between.
+pub const WIDTH_DENIED_RATIO: f64 = 1.6;
+/// Up to so many σ the width of a line holds its label,
+pub const WIDTH_HELD_SIGMAS: f64 = 2.0;
+/// if it is so many off that of every other one.
+pub const WIDTH_RIVAL_SIGMAS: f64 = 5.0;
 /// Up to so many σ it is.
 pub const WIDTH_FITS_SIGMAS: f64 = 2.5;
 /// The width at a point is the median over so many line widths to either side.

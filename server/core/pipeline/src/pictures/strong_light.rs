@@ -233,7 +233,7 @@ mod tests {
 
     #[test]
     fn a_frame_drawn_round_the_picture_is_no_finding() {
-        let level = |idx: usize| if idx < 640 || idx >= 640 * 479 { 250 } else { 10 + (idx * 7919 % 3) as u8 };
+        let level = |idx: usize| if !(640..640 * 479).contains(&idx) { 250 } else { 10 + (idx * 7919 % 3) as u8 };
         let framed = GreyImage::new(640, 480, Pixels::Eight((0..640 * 480).map(level).collect())).unwrap();
         assert_eq!(light_in(&framed), []);
     }

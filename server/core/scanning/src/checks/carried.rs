@@ -2,9 +2,10 @@
 
 use std::ops::Range;
 
+use crate::line_widths::Width;
 use crate::params::{
     OPEN_SHARE, STEP_BLUR_WIDTHS, STEP_LEAST_POINTS, STEP_LEAST_WIDTHS, STEP_SEEN_SHARE, STEP_SIGMAS,
-    STEP_WINDOW_WIDTHS,
+    STEP_WINDOW_WIDTHS, WIDTH_WINDOW_WIDTHS,
 };
 
 /// A point of a run: a line's neighbouring points of one label.
@@ -22,12 +23,14 @@ pub struct RunPoint {
     pub is_seen: bool,
     /// Whether the lines above and below would allow another order.
     pub is_open: bool,
+    /// Whose label the width of the line fits.
+    pub width: Width,
 }
 
 impl RunPoint {
-    /// Whether a second look or the ranks hold its label.
+    /// Whether a second look, the ranks or its width hold its label.
     pub fn is_held(&self) -> bool {
-        self.is_seen || !self.is_open
+        self.is_seen || !self.is_open || self.width == Width::Own
     }
 
     /// How many columns so many line widths are.
@@ -84,6 +87,16 @@ pub fn loose_stretches(run: &[RunPoint], out: &[bool], cut: [bool; 2]) -> Vec<Ra
         first = end.max(first + 1);
     }
     loose
+}
+
+/// The points of a run, by index, whose line is rather as wide as under another label; that reaches along the line as far as
+/// widths are taken together. Ranges may overlap.
+pub fn denied_by_width(run: &[RunPoint]) -> Vec<Range<usize>> {
+    let around = |idx: usize| {
+        let reach = run[idx].columns(WIDTH_WINDOW_WIDTHS);
+        idx.saturating_sub(reach)..(idx + reach + 1).min(run.len())
+    };
+    (0..run.len()).filter(|&idx| run[idx].width == Width::Rival).map(around).collect()
 }
 
 /// Where the run steps: the points over which the extraction smooths a step, ascending and apart.
@@ -164,6 +177,7 @@ mod tests {
             width_px: 5.0,
             is_seen: !unseen.contains(&idx),
             is_open: true,
+            width: Width::Unclear,
         };
         (0..200).map(point).collect()
     }
@@ -201,6 +215,16 @@ mod tests {
         let mut ranked = run(0.0, 0, 0..200);
         ranked.iter_mut().for_each(|point| point.is_open = false);
         assert_eq!(loose(&ranked, &nothing, [true; 2]), [], "the ranks hold it");
+    }
+
+    #[test]
+    fn a_line_as_wide_as_under_another_label_is_left_out_as_far_as_widths_are_taken_together() {
+        let mut run = run(0.0, 0, 0..200);
+        (120..130).for_each(|idx| run[idx].width = Width::Rival);
+        let denied: Vec<usize> = denied_by_width(&run).into_iter().flatten().collect();
+        assert_eq!((denied.iter().min(), denied.iter().max()), (Some(&112), Some(&137)));
+        run[120].width = Width::Own;
+        assert!(run[120].is_held() && !run[119].is_held(), "nobody has seen 119 again");
     }
 
     #[test]

@@ -1,14 +1,14 @@
 //! Which points of a frame are dropped once all surfaces are known, and which doubtful ones are accepted after all
 //! (`docs/maths/labelling.md`, "Carried labels" and "Taken after all").
 
-use statistics::median;
 use vision::Centrelines;
 
-use crate::checks::carried::{RunPoint, carried_stretches, loose_stretches};
+use crate::checks::carried::{RunPoint, carried_stretches, denied_by_width, loose_stretches};
 use crate::checks::columns::{FrameColumns, LineColumns};
 use crate::checks::compare::Surfaces;
-use crate::checks::line_widths::{Label, LineWidths};
 use crate::checks::rivals::{Look, Rivals, neighbours};
+use crate::checks::widths::Widths;
+use crate::line_widths::{LineWidths, Width};
 use crate::params::{COMPARE_STRIDE_PX, KINK_STEP_PX, RUN_DENIED_SHARE, STUB_POINTS, WIDTH_WINDOW_WIDTHS};
 use crate::points::profile::{Profile, ProfilePoint};
 use crate::points::profiles::Profiles;
@@ -26,6 +26,9 @@ pub struct Decision {
     pub n_cut_away: usize,
 }
 
+/// A line goes on over so many columns without a point.
+const LINE_GAP_COLUMNS: i64 = 2 * COMPARE_STRIDE_PX as i64;
+
 /// A point that may stay, with what other orders have seen of its surface.
 struct CheckedPoint {
     point: ProfilePoint,
@@ -40,14 +43,15 @@ struct CheckedPoint {
 pub struct PointFilter<'a> {
     profiles: &'a Profiles<'a>,
     surfaces: &'a Surfaces<'a>,
-    widths: &'a LineWidths,
+    widths: Widths<'a>,
     rivals: Rivals<'a>,
 }
 
 impl<'a> PointFilter<'a> {
     /// Checks against the surfaces that the labelled points of `profiles` make.
     pub fn new(profiles: &'a Profiles<'a>, surfaces: &'a Surfaces<'a>, widths: &'a LineWidths) -> Self {
-        Self { profiles, surfaces, widths, rivals: Rivals::new(profiles, surfaces) }
+        let rivals = Rivals::new(profiles, surfaces);
+        Self { profiles, surfaces, widths: Widths { learned: widths, rivals }, rivals }
     }
 
     /// Which points of frame `frame` stay. `candidates`: its points that are in doubt, in the order of a profile.
@@ -124,10 +128,13 @@ impl<'a> PointFilter<'a> {
         frame: usize,
     ) -> Vec<CheckedPoint> {
         let mut candidates = self.checked(points, frame);
+        let mut held_by_width = self.held_by_width(points, sure, of_pieces);
         candidates.retain(|CheckedPoint { point, look, .. }| {
             let (along, across) = self.place(point);
+            let by_width = held_by_width.next() == Some(true);
+            let is_held = by_width || *look == Look::Seen && of_pieces.have(along, across);
             let fits = match look {
-                Look::Seen if of_pieces.have(along, across) => {
+                Look::Seen | Look::Nobody if is_held => {
                     sure.have_room(along, across, point.order) && !self.rivals.have_seen(point, frame)
                 }
                 Look::Seen | Look::Nobody => sure.leave_only(along, across, point.order),
@@ -137,6 +144,38 @@ impl<'a> PointFilter<'a> {
         });
         candidates.iter_mut().for_each(|candidate| candidate.own = None);
         candidates
+    }
+
+    /// Per candidate: whether its width holds its label, and that of its line as far around as the extraction smooths.
+    fn held_by_width(
+        &self,
+        points: &[ProfilePoint],
+        sure: &FrameColumns,
+        of_pieces: &LineColumns,
+    ) -> impl Iterator<Item = bool> {
+        let widths = points.chunk_by(neighbours).flat_map(|run| self.widths.of_run(run, |_| false));
+        let fits: Vec<bool> = widths.map(|width| width == Width::Own).collect();
+        let fitting = points.iter().zip(&fits).filter(|(_, fits)| **fits).map(|(point, _)| {
+            let (along, across) = self.place(point);
+            ((along, across, point.order), false)
+        });
+        let fitting = FrameColumns::new(fitting, &self.profiles.triangulator().calibration().orders);
+        let holds = move |point: &ProfilePoint| {
+            let start = self.place(point);
+            let reach_px = WIDTH_WINDOW_WIDTHS * f64::from(point.seen.width_px);
+            let is_held =
+                |(along, across)| fitting.has(along, across, point.order) || sure.has(along, across, point.order);
+            [-1, 1].into_iter().all(|direction| {
+                let next = |at: &(f64, f64)| of_pieces.next(*at, direction * LINE_GAP_COLUMNS, KINK_STEP_PX);
+                let line = std::iter::successors(Some(start), next);
+                line.take_while(|(along, _)| (along - start.0).abs() <= reach_px).all(is_held)
+            })
+        };
+        let is_held = move |(point, fits): (&ProfilePoint, bool)| {
+            let (along, across) = self.place(point);
+            fits && of_pieces.have(along, across) && holds(point)
+        };
+        points.iter().zip(fits).map(is_held)
     }
 
     /// Leaves out what could have another label that was seen again, and what of its run cannot be told from it.
@@ -160,9 +199,11 @@ impl<'a> PointFilter<'a> {
     fn leave_out_unheld(&self, checked: &mut [CheckedPoint], of_pieces: &LineColumns, correlation_px: f64) {
         let columns = self.columns(checked);
         for run in checked.chunk_by_mut(|a, b| neighbours(&a.point, &b.point)) {
-            let points: Vec<RunPoint> =
-                run.iter().map(|checked| self.run_point(checked, &columns, correlation_px)).collect();
-            for idx in self.denied_by_width(run, &points) {
+            let of_run: Vec<ProfilePoint> = run.iter().map(|checked| checked.point).collect();
+            let widths = self.widths.of_run(&of_run, |idx| run[idx].look == Look::Seen);
+            let point = |(checked, width)| self.run_point(checked, width, &columns, correlation_px);
+            let points: Vec<RunPoint> = run.iter().zip(widths).map(point).collect();
+            for idx in denied_by_width(&points).into_iter().flatten() {
                 run[idx].is_out = true;
             }
             for idx in carried_stretches(&points).into_iter().flatten() {
@@ -177,27 +218,19 @@ impl<'a> PointFilter<'a> {
         }
     }
 
-    /// The points of a run, by index, that no other order has seen again and whose line is as wide as under a rival's label.
-    fn denied_by_width(&self, run: &[CheckedPoint], points: &[RunPoint]) -> Vec<usize> {
-        let is_denied = |&idx: &usize| {
-            let reach = points[idx].columns(WIDTH_WINDOW_WIDTHS);
-            let near = &points[idx.saturating_sub(reach)..(idx + reach + 1).min(points.len())];
-            let width_px = median(&mut near.iter().map(|point| point.width_px).collect::<Vec<f64>>());
-            let point = &run[idx].point;
-            let own = Label { order: point.order, depth_mm: point.hit_in_camera.xyz.z };
-            width_px.is_some_and(|width_px| self.widths.deny(width_px, own, self.rivals.labels(point)))
-        };
-        (0..run.len()).filter(|&idx| !run[idx].is_out && !points[idx].is_seen).filter(is_denied).collect()
-    }
-
     /// Whether a run's line goes on beyond its end under another label or none. `direction`: along the line, ±1.
     fn is_cut(&self, end: &CheckedPoint, direction: i64, columns: &FrameColumns, of_pieces: &LineColumns) -> bool {
-        let reach = direction * 2 * COMPARE_STRIDE_PX as i64;
-        let next = of_pieces.next(self.place(&end.point), reach, KINK_STEP_PX);
+        let next = of_pieces.next(self.place(&end.point), direction * LINE_GAP_COLUMNS, KINK_STEP_PX);
         next.is_some_and(|(along, across)| !columns.has(along, across, end.point.order))
     }
 
-    fn run_point(&self, checked: &CheckedPoint, columns: &FrameColumns, correlation_px: f64) -> RunPoint {
+    fn run_point(
+        &self,
+        checked: &CheckedPoint,
+        width: Width,
+        columns: &FrameColumns,
+        correlation_px: f64,
+    ) -> RunPoint {
         let (along_px, across_px) = self.place(&checked.point);
         let seen = &checked.point.seen;
         RunPoint {
@@ -207,6 +240,7 @@ impl<'a> PointFilter<'a> {
             width_px: f64::from(seen.width_px),
             is_seen: checked.look == Look::Seen,
             is_open: columns.leave_open(along_px, across_px),
+            width,
         }
     }
 

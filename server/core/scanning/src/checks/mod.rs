@@ -4,5 +4,5 @@ pub mod carried;
 pub mod columns;
 pub mod compare;
 pub mod decision;
-pub mod line_widths;
 pub mod rivals;
+pub mod widths;

@@ -10,7 +10,7 @@ use vision::LineDirection;
 
 use crate::checks::compare::{ClosurePairs, Sums, Surfaces, order_pairs};
 use crate::checks::decision::{Decision, PointFilter};
-use crate::checks::line_widths::LineWidths;
+use crate::checks::widths;
 use crate::error::ScanError;
 use crate::input::frames::{in_order, lines_of};
 use crate::input::stage_positions::StagePositions;
@@ -47,7 +47,7 @@ impl<'a> Evaluation<'a> {
         orders.sort_unstable();
         let mut sum = Checks::new(orders.len());
         let n_frames = profiles.frames.n_frames();
-        let widths = surfaces.as_ref().map(|surfaces| LineWidths::learned(&profiles, surfaces)).transpose()?;
+        let widths = surfaces.as_ref().map(|surfaces| widths::learned(&profiles, surfaces)).transpose()?;
         // Labels that are certain need no rivals.
         let filter = surfaces.as_ref().zip(widths.as_ref()).filter(|_| !profiles.labels.are_certain);
         let filter = filter.map(|(surfaces, widths)| PointFilter::new(&profiles, surfaces, widths));

@@ -20,6 +20,7 @@ use vision::LineDirection;
 use crate::error::ScanError;
 use crate::input::frames::{Frames, lines_of};
 use crate::input::motions::{Chart, FrameMotion};
+use crate::line_widths::LineWidths;
 use crate::params::{
     AGREEMENT_FLOOR_GRATING, AGREEMENT_FLOOR_PLANES, CONFIRMATION, OUTSIDE_COST, SAMPLE_STRIDE_PX, STUB_POINTS,
     SYSTEMATIC_SIGMAS, UNLABELLED_COST,
@@ -94,15 +95,18 @@ pub fn label_frames(
         return Ok(Labels { pieces, outcomes, labels, direction, are_certain });
     }
     let view = gather::hypotheses::View { triangulator, depth_range_mm, direction };
+    let mut widths = None;
     if frames.n_frames() > 1 {
-        let (whole, evidence, _) = gathered(frames, motions, &travel, &view, pieces)?;
+        let (whole, evidence, _) = gathered(frames, motions, &travel, &view, (pieces, None))?;
         let (of_pieces, _) = solve::relax::best_labels(&evidence);
+        let orders = &triangulator.calibration().orders;
+        widths = Some(gather::widths::learned(&whole.samples, &of_pieces, orders, depth_range_mm));
         let sections = sections::sections(&whole.pieces);
         let start = sections::labels_of(&sections, &of_pieces);
-        let (features, evidence, _) = gathered(frames, motions, &travel, &view, sections)?;
+        let (features, evidence, _) = gathered(frames, motions, &travel, &view, (sections, widths.as_ref()))?;
         pieces = sections::merged(&features.pieces, &solve::relax::best_from(&evidence, start));
     }
-    let (features, evidence, partners) = gathered(frames, motions, &travel, &view, pieces)?;
+    let (features, evidence, partners) = gathered(frames, motions, &travel, &view, (pieces, widths.as_ref()))?;
     let gather::features::FrameFeatures { mut pieces, samples, joined, widths_px, .. } = features;
     let confirmation = (frames.n_frames() > 1).then_some(CONFIRMATION);
     let challenged = |labels: &[usize]| {
@@ -149,12 +153,15 @@ fn gathered(
     motions: &[FrameMotion],
     travel: &Travel,
     view: &gather::hypotheses::View,
-    pieces: Vec<Piece>,
+    (pieces, widths): (Vec<Piece>, Option<&LineWidths>),
 ) -> Result<Gathered, ScanError> {
     let (direction, calibration) = (view.direction, view.triangulator.calibration());
     let features = gather::features::extract_features(frames, motions, view, pieces)?;
     let gather::features::FrameFeatures { pieces, samples, ends, joined, shared_columns, .. } = &features;
     let mut evidence = depth_evidence(samples, pieces, calibration.orders.len());
+    if let Some(widths) = widths {
+        gather::widths::add_widths(&mut evidence, samples, pieces, (widths, &calibration.orders));
+    }
     let partners = gather::tracks::add_tracks(&mut evidence, samples, pieces, frames, direction, &travel.order)?;
     gather::tracks::add_continuations(&mut evidence, samples, pieces, ends);
     gather::tracks::add_joints(&mut evidence, joined);

@@ -44,7 +44,7 @@ fn drawn(model: &StationModel, seed: u64) -> Calibration {
         camera: model.camera,
         orders,
         light: LightSurfaces::Grating(model.grating),
-        stage: Some(model.stage.into()),
+        stage: Some(model.stage),
         depth_range_mm: DepthRangeMm { near_mm: 350.0, far_mm: 450.0 },
         covariance: DMatrix::from_diagonal(&DVector::from_iterator(22, sigmas.iter().map(|s| s * s))),
     };

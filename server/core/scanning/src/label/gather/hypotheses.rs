@@ -2,16 +2,20 @@
 
 use nalgebra::Vector3;
 use optics::{DepthRangeMm, Hits, RayHit, Triangulator};
+use statistics::median;
 use vision::{CentrelinePoint, Centrelines, LineDirection};
 
 use crate::input::motions::FrameMotion;
 use crate::label::pieces::Piece;
+use crate::params::WIDTH_WINDOW_WIDTHS;
 
 /// A sample taken for one order: where it would lie.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Hypothesis {
     /// Position in the part frame, of a turntable in its chart.
     pub in_part_mm: Vector3<f64>,
+    /// Depth in the camera frame.
+    pub depth_mm: f64,
     /// Standard deviation of the depth from image noise.
     pub sigma_mm: f64,
 }
@@ -27,6 +31,8 @@ pub struct Sample {
     pub across_px: f64,
     /// Distance to the neighbouring order's line in the image at this depth, px.
     pub pitch_px: f64,
+    /// ln of the line's full width at half its height, px: the median of its surroundings.
+    pub log_width: f64,
 }
 
 /// The samples of all pieces, grouped by piece.
@@ -103,12 +109,14 @@ impl View<'_> {
     ) -> Samples {
         let n_orders = self.triangulator.calibration().orders.len();
         let mut samples = Samples::new(n_orders);
-        let mut points: Vec<&CentrelinePoint> = Vec::new();
+        let (mut points, mut near): (Vec<&CentrelinePoint>, Vec<f64>) = (Vec::new(), Vec::new());
         for (idx, piece) in pieces.iter().enumerate() {
             for (along, point) in piece.samples().filter_map(|along| Some((along, piece.point_at(lines, along)?)))
             {
                 let across_px = point.along_across(self.direction).1;
-                samples.all.push(Sample { piece: first_piece + idx, along, across_px, pitch_px: f64::INFINITY });
+                let log_width = log_width(piece.points(lines), (along - piece.along) as usize, &mut near);
+                let piece = first_piece + idx;
+                samples.all.push(Sample { piece, along, across_px, pitch_px: f64::INFINITY, log_width });
                 points.push(point);
             }
             samples.first_of_piece.push(samples.all.len());
@@ -128,12 +136,22 @@ impl View<'_> {
                 let sigma_mm = || hit.noise_sigma_mm(&point.normal, point.sigma_px);
                 in_range.then(|| Hypothesis {
                     in_part_mm: motion.chart_from_camera(&hit.in_camera),
+                    depth_mm: hit.in_camera.xyz.z,
                     sigma_mm: sigma_mm(),
                 })
             }));
         }
         samples
     }
+}
+
+/// ln of the median width about a point of a line; `near` is scratch.
+fn log_width(points: &[CentrelinePoint], at: usize, near: &mut Vec<f64>) -> f64 {
+    let reach = (WIDTH_WINDOW_WIDTHS * f64::from(points[at].width_px)).ceil() as usize;
+    let around = at.saturating_sub(reach)..(at + reach + 1).min(points.len());
+    near.clear();
+    near.extend(points[around].iter().map(|point| f64::from(point.width_px)));
+    median(near).map_or(0.0, f64::ln)
 }
 
 /// Distance between neighbouring lines in the image: how far apart the ray hits their sheets over how far its hit moves per

@@ -9,3 +9,4 @@ pub mod ranks;
 pub mod reference_view;
 pub mod strips;
 pub mod tracks;
+pub mod widths;

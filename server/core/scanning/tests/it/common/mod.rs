@@ -5,6 +5,7 @@ pub mod random;
 pub mod rendered;
 pub mod rig_a;
 pub mod scene;
+pub mod splatted;
 pub mod truth_lines;
 
 use nalgebra::{DMatrix, Vector3};

@@ -17,11 +17,11 @@ use super::truth_lines::TruthLine;
 /// Depths around the standoff that the labels may lead to, as a share of it.
 const DEPTH_SHARE: f64 = 0.14;
 /// Full width of a Gaussian at half its height, standard deviations.
-const FWHM_SIGMAS: f64 = 2.354_82;
+pub const FWHM_SIGMAS: f64 = 2.354_82;
 /// Latitudes and longitudes of a ball's triangles.
 const BALL_RINGS: [usize; 2] = [10, 20];
 /// The part's place among the streams of a station's seed.
-const PART_STREAM: u64 = 0x100;
+pub const PART_STREAM: u64 = 0x100;
 
 /// A rendered scan, the truth of its pictures and the station as it is.
 pub struct Rendered {
@@ -33,10 +33,10 @@ pub struct Rendered {
 }
 
 /// Numbers between two limits.
-struct Dice(Noise);
+pub struct Dice(pub Noise);
 
 impl Dice {
-    fn between(&mut self, low: f64, high: f64) -> f64 {
+    pub fn between(&mut self, low: f64, high: f64) -> f64 {
         low + (high - low) * self.0.uniform()
     }
 }
@@ -168,12 +168,12 @@ fn rendered(
         });
         (ScanFrame { centrelines, position: StagePosition::LinearMm(position_mm) }, truth.collect())
     };
-    let (frames, truth) = (0..n_frames).into_par_iter().map(frame).unzip();
+    let (frames, truth): (Vec<ScanFrame>, Vec<Vec<TruthLine>>) = (0..n_frames).into_par_iter().map(frame).unzip();
     Rendered { name, calibration, frames, truth }
 }
 
 /// The station as it truly is, orders ascending.
-fn calibration_of(model: &StationModel) -> Calibration {
+pub fn calibration_of(model: &StationModel) -> Calibration {
     let mut orders = model.orders.clone();
     orders.sort_unstable();
     let standoff_mm = model.shape.standoff_mm;
@@ -192,7 +192,7 @@ fn calibration_of(model: &StationModel) -> Calibration {
 }
 
 /// Depth between the sheets of neighbouring orders in the middle of the view, mm.
-fn wrap_mm(calibration: &Calibration, standoff_mm: f64) -> f64 {
+pub fn wrap_mm(calibration: &Calibration, standoff_mm: f64) -> f64 {
     let middle = &calibration.camera;
     let depth =
         |order: i8, pixel: &Vector2<f64>| calibration.triangulate(order, pixel, None).map(|hit| hit.hit.depth_mm);

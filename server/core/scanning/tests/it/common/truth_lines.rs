@@ -11,6 +11,11 @@ const ON_LINE_PX: f64 = 2.5;
 /// Columns on either side in which a true line counts as well: where it ends is not known to the pixel.
 const BESIDE_PX: i64 = 4;
 
+/// Rays of one order farther apart than this, along the line or in depth, have no line between them that counts.
+const LINE_GAP_PX: f64 = 12.0;
+/// See [`LINE_GAP_PX`].
+const LINE_STEP_MM: f64 = 2.0;
+
 /// A true centre of a line in one scan column (row).
 #[derive(Debug, Clone, Copy)]
 pub struct TruthLine {
@@ -19,6 +24,40 @@ pub struct TruthLine {
     pub along: i64,
     /// Position across the lines, px.
     pub across_px: f64,
+}
+
+/// Where a ray of light is seen to land.
+#[derive(Debug, Clone, Copy)]
+pub struct TrueRay {
+    pub order: i8,
+    pub along_px: f64,
+    pub across_px: f64,
+    /// Depth of the lit point in the camera frame.
+    pub depth_mm: f64,
+}
+
+/// The true lines of a frame whose lines run along rows, column by column between close rays of one order.
+pub fn lines_between(rays: &[TrueRay], width_px: usize) -> Vec<TruthLine> {
+    let mut lines = Vec::new();
+    for pair in rays.windows(2) {
+        let (a, b) = (&pair[0], &pair[1]);
+        let apart_px = b.along_px - a.along_px;
+        let is_one_line = a.order == b.order
+            && apart_px > 0.0
+            && apart_px < LINE_GAP_PX
+            && (a.depth_mm - b.depth_mm).abs() < LINE_STEP_MM;
+        let mut u = a.along_px.ceil().max(0.0);
+        while is_one_line && u < b.along_px.min(width_px as f64) {
+            let share = (u - a.along_px) / apart_px;
+            lines.push(TruthLine {
+                order: a.order,
+                along: u as i64,
+                across_px: a.across_px + (b.across_px - a.across_px) * share,
+            });
+            u += 1.0;
+        }
+    }
+    lines
 }
 
 /// How many points of a cloud are right.

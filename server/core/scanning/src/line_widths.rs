@@ -4,14 +4,10 @@
 use optics::DepthRangeMm;
 use statistics::median;
 
-use crate::checks::compare::Surfaces;
-use crate::error::ScanError;
-use crate::input::frames::in_order;
 use crate::params::{
-    CLOSE_TOLERANCES, WIDTH_BIN_SAMPLES, WIDTH_BINS, WIDTH_DENIED_SIGMAS, WIDTH_FIT_ROUNDS, WIDTH_FITS_SIGMAS,
-    WIDTH_SIGMA_FLOOR, WIDTH_STRIDE_POINTS,
+    WIDTH_BIN_SAMPLES, WIDTH_BINS, WIDTH_DENIED_RATIO, WIDTH_FIT_ROUNDS, WIDTH_FITS_SIGMAS, WIDTH_HELD_SIGMAS,
+    WIDTH_RIVAL_SIGMAS, WIDTH_SIGMA_FLOOR,
 };
-use crate::points::profiles::Profiles;
 
 /// A standard deviation is so many median absolute deviations of normal noise.
 const SIGMAS_PER_MAD: f64 = 1.4826;
@@ -19,15 +15,30 @@ const SIGMAS_PER_MAD: f64 = 1.4826;
 /// An order and the depth that it gives a line.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Label {
+    /// The order.
     pub order: i8,
+    /// Depth of the line under it.
     pub depth_mm: f64,
+}
+
+/// Whose label the width of a line fits.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Width {
+    /// Its own, and no other.
+    Own,
+    /// Rather another one.
+    Rival,
+    /// Several, or none.
+    Unclear,
 }
 
 /// A line whose label is known, and the logarithm of its width in px.
 #[derive(Debug, Clone, Copy)]
-struct Sample {
-    label: Label,
-    log_width: f64,
+pub struct Sample {
+    /// Its label.
+    pub label: Label,
+    /// ln(width).
+    pub log_width: f64,
 }
 
 /// Widths of a scan's lines as learned from it: ln(width) = g(depth) + s(order).
@@ -44,30 +55,8 @@ pub struct LineWidths {
 }
 
 impl LineWidths {
-    /// Learns from points whose surface other orders have seen again.
-    ///
-    /// # Errors
-    /// [`ScanError::UnreadableFrame`].
-    pub fn learned(profiles: &Profiles, surfaces: &Surfaces) -> Result<Self, ScanError> {
-        let of_frame = |frame: usize| -> Result<Vec<Sample>, ScanError> {
-            let profile = profiles.of(frame)?;
-            let points = profile.points.iter().step_by(WIDTH_STRIDE_POINTS);
-            let seen_again = points.filter(|point| surfaces.is_seen_again(point, frame, CLOSE_TOLERANCES));
-            let sample = seen_again.map(|point| Sample {
-                label: Label { order: point.order, depth_mm: point.hit_in_camera.xyz.z },
-                log_width: f64::from(point.seen.width_px).ln(),
-            });
-            Ok(sample.collect())
-        };
-        let mut samples = Vec::new();
-        in_order(profiles.frames.n_frames(), of_frame, |of_frame| {
-            samples.extend(of_frame);
-            Ok::<(), ScanError>(())
-        })?;
-        Ok(Self::of(&samples, &profiles.calibration.orders, profiles.depth_range_mm))
-    }
-
-    fn of(samples: &[Sample], orders: &[i8], depths: DepthRangeMm) -> Self {
+    /// Learns from lines whose labels are known; they lie within `depths`.
+    pub fn of(samples: &[Sample], orders: &[i8], depths: DepthRangeMm) -> Self {
         let mut widths = Self {
             near_mm: depths.near_mm,
             bin_mm: (depths.far_mm - depths.near_mm) / WIDTH_BINS as f64,
@@ -97,11 +86,33 @@ impl LineWidths {
         widths
     }
 
-    /// Whether a line `width_px` wide is not as wide as lines are under its own label, but as under one of its rivals.
-    pub fn deny(&self, width_px: f64, own: Label, mut rivals: impl Iterator<Item = Label>) -> bool {
-        let off_by = |label| self.log_width(label).map(|expected| (width_px.ln() - expected).abs() / self.sigma);
-        off_by(own).is_some_and(|off| off >= WIDTH_DENIED_SIGMAS)
-            && rivals.any(|rival| off_by(rival).is_some_and(|off| off <= WIDTH_FITS_SIGMAS))
+    /// Whose label a line `width_px` wide fits. `limit`: by how many standard deviations it must be off its own for a rival's.
+    pub fn fit(&self, width_px: f64, own: Label, rivals: impl Iterator<Item = Label>, limit: f64) -> Width {
+        let off_by = |label: Label| self.sigmas_off(width_px.ln(), label);
+        let (Some(off), Some(own_share)) = (off_by(own), self.of_depth(own.depth_mm)) else {
+            return Width::Unclear;
+        };
+        // Rivals at depths at which lines are as wide are told by their order's width alone, which is too little to deny.
+        let (mut nearest, mut nearest_elsewhere) = (f64::INFINITY, f64::INFINITY);
+        for rival in rivals {
+            let (Some(off), Some(share)) = (off_by(rival), self.of_depth(rival.depth_mm)) else { continue };
+            nearest = nearest.min(off);
+            if (share - own_share).abs() >= WIDTH_FITS_SIGMAS * self.sigma {
+                nearest_elsewhere = nearest_elsewhere.min(off);
+            }
+        }
+        if off >= limit && off >= WIDTH_DENIED_RATIO * nearest_elsewhere.max(WIDTH_FITS_SIGMAS) {
+            Width::Rival
+        } else if off <= WIDTH_HELD_SIGMAS && (WIDTH_RIVAL_SIGMAS..f64::INFINITY).contains(&nearest) {
+            Width::Own
+        } else {
+            Width::Unclear
+        }
+    }
+
+    /// By how many standard deviations a line is wider or narrower than lines are under a label; `None` where no line was seen.
+    pub fn sigmas_off(&self, log_width: f64, label: Label) -> Option<f64> {
+        Some((log_width - self.log_width(label)?).abs() / self.sigma)
     }
 
     /// Expected under this label; `None` where no line was seen.
@@ -135,6 +146,7 @@ fn median_of(values: impl Iterator<Item = f64>) -> Option<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::params::WIDTH_DENIED_SIGMAS;
 
     const DEPTHS: DepthRangeMm = DepthRangeMm { near_mm: 340.0, far_mm: 460.0 };
 
@@ -158,7 +170,8 @@ mod tests {
     fn is_denied(widths: &LineWidths, focus_depth_mm: f64, true_mm: f64, taken_mm: f64) -> bool {
         let truth = Label { order: 0, depth_mm: true_mm };
         let taken = Label { order: 1, depth_mm: taken_mm };
-        widths.deny(width_px(truth, focus_depth_mm), taken, [truth].into_iter())
+        widths.fit(width_px(truth, focus_depth_mm), taken, [truth].into_iter(), WIDTH_DENIED_SIGMAS)
+            == Width::Rival
     }
 
     #[test]
@@ -167,8 +180,14 @@ mod tests {
         assert!(is_denied(&widths, 20.0, 370.0, 400.0) && is_denied(&widths, 20.0, 400.0, 370.0));
         let own = Label { order: 1, depth_mm: 371.0 };
         let rival = Label { order: 0, depth_mm: 400.0 };
-        assert!(!widths.deny(width_px(own, 20.0), own, [rival].into_iter()), "as wide as it is to be");
-        assert!(!widths.deny(4.0 * width_px(own, 20.0), own, [rival].into_iter()), "nor does it fit the rival");
+        assert!(
+            widths.fit(width_px(own, 20.0), own, [rival].into_iter(), WIDTH_DENIED_SIGMAS) == Width::Own,
+            "as wide as it is to be"
+        );
+        assert!(
+            widths.fit(4.0 * width_px(own, 20.0), own, [rival].into_iter(), WIDTH_DENIED_SIGMAS) != Width::Own,
+            "nor does it fit the rival"
+        );
     }
 
     #[test]
