@@ -120,7 +120,7 @@ fn rays(model: &StationModel, things: &Things, position_mm: f64) -> Vec<(usize, 
     let Scene::Plate(plate) = SceneKind::Plate.placed(model, PART_STREAM) else {
         unreachable!("a plate was asked for")
     };
-    let origin = plate.point_mm + model.stage.direction * position_mm;
+    let origin = plate.point_mm + model.stage.linear().unwrap().direction * position_mm;
     let to_plate = plate.axes.transpose();
     let eye = -(to_plate * origin);
     let of_order = |(order, power): (&i8, &f64)| {
