@@ -127,7 +127,7 @@ fn fingerprint(found: &Centrelines) -> u64 {
 ///
 /// What could still differ is `exp` and `ln` of the system's library, of which the extraction makes its weights; those of
 /// glibc agree on x86-64 and aarch64.
-const FINGERPRINT: u64 = 0x2122_fa1a_440a_9831;
+const FINGERPRINT: u64 = 0x584f_9421_486e_47c3;
 
 #[test]
 fn every_architecture_gives_the_bits_written_here() {
