@@ -24,6 +24,7 @@ export class SetUp {
   readonly laser_percent = signal<number | undefined>(undefined);
   readonly name = signal("");
   readonly keep_frames = signal(false);
+  readonly record = signal(false);
 
   /** As the server wants it; what was left empty is left to the server. */
   readonly wanted = computed<StartScan>(() => {
@@ -39,6 +40,7 @@ export class SetUp {
       ...(this.laser_percent.value !== undefined && { laser_power: this.laser_percent.value / 100 }),
       ...(name !== "" && { name }),
       ...(this.keep_frames.value && { keep_frames: true }),
+      ...(this.record.value && { record: true }),
     };
   });
 }

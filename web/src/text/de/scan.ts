@@ -14,6 +14,7 @@ export const scan = {
   automatic: "von der Station",
   laser_power: "Laserleistung",
   keep_frames: "Bilder als Aufnahme behalten",
+  record: "Alles als MCAP-Datei aufzeichnen",
   start: "Scan starten",
   plan: "Scanplan",
   go_calibrate: "Zur Kalibrierung",

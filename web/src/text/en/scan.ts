@@ -14,6 +14,7 @@ export const scan = {
   automatic: "set by the station",
   laser_power: "Laser power",
   keep_frames: "Keep the images as a capture",
+  record: "Record everything as an MCAP file",
   start: "Start scan",
   plan: "Scan plan",
   go_calibrate: "Go to Calibration",

@@ -58,6 +58,9 @@ pub struct ScanInput {
     pub laser_power: Option<f64>,
     /// Keep the frames as a capture.
     pub keep_frames: bool,
+    /// Record everything that the camera delivers meanwhile, as an MCAP file.
+    #[serde(default)]
+    pub record: bool,
     /// Which calibration; `None`: the active one.
     pub calibration_id: Option<String>,
     /// The partial scan that is continued.

@@ -57,6 +57,7 @@ pub async fn sweep(app: &App, args: &BenchServerArgs, seen: &AtomicU64) -> Resul
         exposure_us: None,
         laser_power: None,
         keep_frames: false,
+        record: false,
         calibration_id: None,
         resume_scan_id: None,
         measure: Vec::new(),

@@ -18,6 +18,7 @@ pub struct ReplayStage {
 impl ReplayStage {
     pub(super) fn new(name: String, mut positions_mm: Vec<f64>, playback: Arc<Mutex<Playback>>) -> Self {
         positions_mm.sort_by(f64::total_cmp);
+        positions_mm.dedup();
         Self { name, positions_mm, playback }
     }
 

@@ -99,6 +99,7 @@ fn input(from_mm: f64, to_mm: f64) -> ScanInput {
         exposure_us: None,
         laser_power: None,
         keep_frames: false,
+        record: false,
         calibration_id: None,
         resume_scan_id: None,
         measure: Vec::new(),

@@ -71,6 +71,7 @@ fn refuse_station_fields(input: &ScanInput) -> Result<(), AppError> {
         ("exposure_us", input.exposure_us.is_some()),
         ("laser_power", input.laser_power.is_some()),
         ("keep_frames", input.keep_frames),
+        ("record", input.record),
         ("resume_scan_id", input.resume_scan_id.is_some()),
     ];
     match station_only.iter().find(|(_, given)| *given) {

@@ -24,6 +24,7 @@ use crate::error::{AppError, ErrorKind};
 use crate::jobs::scan::pictures::picture_path;
 use crate::jobs::scan::writing::{FreeRecords, Kept, QUEUE_RECORDS, Record};
 use crate::jobs::{JobEnd, StationContext};
+use crate::recordings::notes::Notes;
 use crate::resources::stored_scan::disk_problem;
 
 /// Frames that wait for a thread, and results that wait to be shown: each holds a buffer of the station, which
@@ -43,6 +44,8 @@ pub struct Recorder<'a> {
     pub triangulator: &'a Triangulator,
     /// Where pictures are kept, if they are.
     pub pictures: Option<PathBuf>,
+    /// Where it is noted which frames are its rows, if the scan is recorded.
+    pub notes: Option<Notes>,
 }
 
 /// Where whoever takes frames puts them.
@@ -50,6 +53,7 @@ pub struct Hand {
     queue: SyncSender<Taken>,
     next: Cell<usize>,
     failed: Arc<AtomicBool>,
+    notes: Option<Notes>,
 }
 
 struct Taken {
@@ -86,6 +90,9 @@ impl Hand {
     pub fn give(&self, frame: SharedFrame, position_mm: f64) -> Result<(), JobEnd> {
         let taken = Taken { idx: self.next.get(), frame, position_mm };
         self.next.set(taken.idx + 1);
+        if let Some(notes) = &self.notes {
+            notes.row(taken.idx, taken.frame.sequence, position_mm);
+        }
         if self.failed.load(Ordering::Relaxed) || self.queue.send(taken).is_err() {
             return Err(AppError::new(ErrorKind::Internal, "the frames could not be recorded").into());
         }
@@ -109,7 +116,7 @@ impl Recorder<'_> {
         let (taken, memory) = (Mutex::new(taken), Memory::default());
         let failed = Arc::new(AtomicBool::new(false));
         let first = kept.positions_mm.len();
-        let hand = Hand { queue, next: Cell::new(first), failed: failed.clone() };
+        let hand = Hand { queue, next: Cell::new(first), failed: failed.clone(), notes: self.notes.clone() };
         let (taken, memory, failed) = (&taken, &memory, &*failed);
         std::thread::scope(|scope| {
             for number in 0..n_threads() {

@@ -8,7 +8,7 @@ use optics::{StageKind, Triangulator};
 use scanning::files::peaks::{PeaksFile, PeaksHeader};
 use scanning::{Frames as _, label_frame};
 use serde_json::{Value, json};
-use store::{ArtifactId, ScanState};
+use store::{ArtifactId, RecordingRecord, ScanState};
 
 use crate::error::{AppError, ErrorKind};
 use crate::jobs::plan::{Pace, ScanPlan, ScanRun, TIMING, mode_of, plan};
@@ -22,6 +22,8 @@ use crate::jobs::scan::writing::{Kept, NewPeaks};
 use crate::jobs::scan::{Evaluating, MadeScan, ScanStory, TAKEN, evaluated_share, made_scan, scan_changes};
 use crate::jobs::{JobEnd, ScanInput, ScanMode, ScanSource, StationContext};
 use crate::progress::Phase;
+use crate::recordings::RecordingOf;
+use crate::recordings::figures::Ended;
 use crate::resources::calibrations::stored::stored_document;
 use crate::resources::measurements::parts::planned_measurements;
 use crate::resources::stored_scan::{disk_problem, new_id, stored_peaks};
@@ -61,6 +63,11 @@ pub fn run(input: &ScanInput, ctx: &StationContext) -> Result<MadeScan, JobEnd> 
     // Before anything moves: afterwards frames would wait for it.
     triangulator.fill();
     let mut positions_mm = show_earlier(ctx, &work.note.scan_id, earlier, &triangulator)?;
+    let recording = begin_recording(ctx, &input, &work.note, planned.disk_bytes).inspect_err(|_| {
+        // Nothing was taken: what was prepared for it goes.
+        ctx.live.end_scan(&work.note.scan_id);
+        if work.note.replaces { work.clear_but_pictures() } else { work.clear() }
+    })?;
     let mut timing = Timing::default();
     let (n_before, began) = (positions_mm.len(), Instant::now());
     let taken = take(
@@ -68,8 +75,12 @@ pub fn run(input: &ScanInput, ctx: &StationContext) -> Result<MadeScan, JobEnd> 
         &planned,
         &triangulator,
         &mut work,
+        recording.as_deref(),
         &mut Kept { positions_mm: &mut positions_mm, peaks: &mut peaks, timing: &mut timing },
     );
+    if let Some(id) = &recording {
+        ctx.wait(ctx.recordings.end(Some(id), Ended::ScanEnded));
+    }
     let acquired =
         Acquired { took_s: began.elapsed().as_secs_f64(), n_rows: positions_mm.len() - n_before, pace, timing };
     let blocks = ctx.live.end_scan(&work.note.scan_id);
@@ -142,18 +153,40 @@ fn show_earlier(
     Ok((0..frames.n_frames()).map(|idx| frames.position(idx).value()).collect())
 }
 
+/// Records what the camera delivers from now on, if that was asked for; the recording's id. A disk that has no room later
+/// ends the recording, not the scan.
+fn begin_recording(
+    ctx: &StationContext,
+    input: &ScanInput,
+    note: &WorkNote,
+    needed_bytes: u64,
+) -> Result<Option<String>, AppError> {
+    if !input.record {
+        return Ok(None);
+    }
+    let of = RecordingOf::Scan {
+        scan_id: note.scan_id.clone(),
+        calibration_id: note.calibration_id.clone(),
+        needed_bytes,
+    };
+    let nothing = |_: &RecordingRecord| Ok::<_, AppError>(Vec::new());
+    Ok(Some(ctx.wait(ctx.recordings.begin(&note.name, of, None, nothing))?.id))
+}
+
 fn take(
     ctx: &StationContext,
     planned: &ScanPlan,
     triangulator: &Triangulator,
     work: &mut Work,
+    recording: Option<&str>,
     kept: &mut Kept<'_>,
 ) -> Result<(), JobEnd> {
     let earlier_mm = kept.positions_mm.clone();
     kept.positions_mm.reserve(planned.n_rows.saturating_sub(earlier_mm.len()));
     let scan_id = work.note.scan_id.clone();
     let pictures = planned.keep_frames.then(|| work.pictures());
-    let recorder = Recorder { ctx, scan_id: &scan_id, triangulator, pictures };
+    let notes = recording.and_then(|id| ctx.recordings.notes(id));
+    let recorder = Recorder { ctx, scan_id: &scan_id, triangulator, pictures, notes };
     let losses = &mut work.note.losses;
     recorder.record(kept, |hand| take_frames(ctx, planned, &earlier_mm, losses, hand))
 }

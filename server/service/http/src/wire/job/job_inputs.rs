@@ -70,6 +70,8 @@ pub struct ScanJobDto {
     pub laser_power: Option<f64>,
     /// Keep the frames as a capture.
     pub keep_frames: bool,
+    /// Record everything that the camera delivers meanwhile, as an MCAP file.
+    pub record: bool,
     /// With which calibration; missing: the active one.
     pub calibration_id: Option<String>,
     /// The partial scan that is continued.
@@ -207,6 +209,7 @@ impl TryFrom<ScanInput> for ScanJobDto {
             exposure_us: input.exposure_us,
             laser_power: input.laser_power,
             keep_frames: input.keep_frames,
+            record: input.record,
             calibration_id: input.calibration_id,
             resume_scan_id: input.resume_scan_id,
             measure: measure_dtos(input.measure)?,

@@ -63,6 +63,10 @@ pub struct StartScanDto {
     /// Keep the frames as a capture.
     #[serde(default)]
     pub keep_frames: bool,
+    /// Record everything that the camera delivers meanwhile, as an MCAP file (`GET /recordings`). A disk without room
+    /// ends the recording, not the scan.
+    #[serde(default)]
+    pub record: bool,
     /// With which calibration; missing: the active one.
     pub calibration_id: Option<String>,
     /// The partial scan that is continued; it measures what it was begun for.
@@ -154,6 +158,7 @@ impl From<StartScanDto> for ScanInput {
             exposure_us: dto.exposure_us,
             laser_power: dto.laser_power,
             keep_frames: dto.keep_frames,
+            record: dto.record,
             calibration_id: dto.calibration_id,
             resume_scan_id: dto.resume_scan_id,
             measure: dto.measure.into_iter().map(MeasureInput::from).collect(),

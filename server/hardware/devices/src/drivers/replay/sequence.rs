@@ -1,0 +1,168 @@
+//! The pictures of a replay in their order, from memory or from where they lie.
+
+use std::sync::Arc;
+
+use vision::{GreyImage, Pixels};
+
+use super::file::File;
+use super::folder::Folder;
+use super::{Played, ReplayConfig, ReplayError};
+use crate::PixelFormat;
+use crate::params::PRELOAD_LIMIT_BYTES;
+
+/// Where pictures lie.
+pub trait Source: Send {
+    /// What it is called.
+    fn name(&self) -> String;
+
+    /// Writes picture `idx` into `target`.
+    ///
+    /// # Errors
+    /// If it cannot be read.
+    fn read_into(&self, idx: usize, target: &mut GreyImage) -> Result<(), ReplayError>;
+
+    /// The first picture that is this very one.
+    fn same_as(&self, idx: usize) -> usize;
+}
+
+/// What is known of a picture.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Picture {
+    /// Where the stage was.
+    pub position_mm: Option<f64>,
+    /// How long the sensor collected light; 0 is unknown.
+    pub exposure_us: f64,
+    /// Exposures before it that were lost when it was recorded.
+    pub lost_before: u64,
+}
+
+/// The pictures of a replay.
+pub struct Recording {
+    source: Box<dyn Source>,
+    pictures: Vec<Picture>,
+    /// All of them, if they were preloaded.
+    images: Option<Vec<Arc<GreyImage>>>,
+    size_px: (usize, usize),
+    format: PixelFormat,
+}
+
+impl Recording {
+    /// Lists the pictures asked for and reads the first, or all.
+    pub fn open(config: &ReplayConfig) -> Result<Self, ReplayError> {
+        let (source, pictures): (Box<dyn Source>, _) = match &config.played {
+            Played::Folder { folder, pictures } => {
+                let (folder, pictures) = Folder::open(folder, pictures)?;
+                (Box::new(folder), pictures)
+            }
+            Played::Recording(path) => {
+                let (file, pictures) = File::open(path)?;
+                (Box::new(file), pictures)
+            }
+        };
+        let mut first = blank();
+        source.read_into(0, &mut first)?;
+        let format = if first.bit_depth() == 8 { PixelFormat::Mono8 } else { PixelFormat::Mono16 };
+        let size_px = (first.width(), first.height());
+        let images = if config.preload { Some(preload(&*source, pictures.len(), &first)?) } else { None };
+        Ok(Self { source, pictures, images, size_px, format })
+    }
+
+    /// How many pictures there are.
+    pub fn n_pictures(&self) -> usize {
+        self.pictures.len()
+    }
+
+    /// What the recording is called.
+    pub fn name(&self) -> String {
+        self.source.name()
+    }
+
+    /// Columns and rows of every picture.
+    pub fn size_px(&self) -> (usize, usize) {
+        self.size_px
+    }
+
+    /// Format of every picture.
+    pub fn format(&self) -> PixelFormat {
+        self.format
+    }
+
+    /// What is known of picture `idx`.
+    pub fn picture(&self, idx: usize) -> Picture {
+        self.pictures[idx]
+    }
+
+    /// Where the stage was at the first picture.
+    pub fn first_position_mm(&self) -> Option<f64> {
+        self.pictures[0].position_mm
+    }
+
+    /// Where the stage was, picture by picture; empty where that was not recorded.
+    pub fn positions_mm(&self) -> Vec<f64> {
+        self.pictures.iter().filter_map(|picture| picture.position_mm).collect()
+    }
+
+    /// Whether the stage went upwards while pictures were taken.
+    pub fn ascends(&self) -> bool {
+        let last_mm = self.pictures.last().and_then(|picture| picture.position_mm);
+        last_mm >= self.first_position_mm()
+    }
+
+    /// The picture taken nearest to `position_mm`, the first of several; `None` where positions were not recorded.
+    pub fn nearest(&self, position_mm: f64) -> Option<usize> {
+        let off_mm = |at: Option<f64>| Some((at? - position_mm).abs());
+        let places = self
+            .pictures
+            .iter()
+            .enumerate()
+            .filter_map(|(idx, picture)| Some((idx, off_mm(picture.position_mm)?)));
+        places.min_by(|(_, a), (_, b)| a.total_cmp(b)).map(|(idx, _)| idx)
+    }
+
+    /// Writes picture `idx` into `target`, in `target`'s own memory where it can be.
+    pub fn read_into(&self, idx: usize, target: &mut GreyImage) -> Result<(), ReplayError> {
+        match &self.images {
+            Some(images) => copy(&images[idx], target),
+            None => self.source.read_into(idx, target)?,
+        }
+        Ok(())
+    }
+}
+
+/// An image whose memory is for another one.
+fn blank() -> GreyImage {
+    GreyImage::new(1, 1, Pixels::Eight(vec![0])).expect("one pixel is an image")
+}
+
+fn copy(source: &GreyImage, target: &mut GreyImage) {
+    const NOT_EMPTY: &str = "an image has at least one pixel";
+    let (width, height) = (source.width(), source.height());
+    match source.pixels() {
+        Pixels::Eight(pixels) => target.eight_mut(width, height).expect(NOT_EMPTY).copy_from_slice(pixels),
+        Pixels::Sixteen(pixels) => target.sixteen_mut(width, height).expect(NOT_EMPTY).copy_from_slice(pixels),
+    }
+}
+
+/// All pictures; one that occurs several times is held once.
+fn preload(source: &dyn Source, n_pictures: usize, first: &GreyImage) -> Result<Vec<Arc<GreyImage>>, ReplayError> {
+    let n_different = (0..n_pictures).filter(|idx| source.same_as(*idx) == *idx).count();
+    let picture_bytes = first.width() * first.height() * (first.bit_depth() as usize / 8);
+    let size_bytes = picture_bytes.saturating_mul(n_different);
+    if size_bytes > PRELOAD_LIMIT_BYTES {
+        return Err(ReplayError::TooLargeToPreload { size_bytes });
+    }
+    let mut images: Vec<Arc<GreyImage>> = Vec::with_capacity(n_pictures);
+    for idx in 0..n_pictures {
+        let same = source.same_as(idx);
+        let image = match images.get(same) {
+            Some(image) => image.clone(),
+            None => {
+                let mut image = blank();
+                source.read_into(idx, &mut image)?;
+                Arc::new(image)
+            }
+        };
+        images.push(image);
+    }
+    Ok(images)
+}
