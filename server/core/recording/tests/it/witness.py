@@ -60,7 +60,7 @@ def main(path):
             channel.topic: {
                 "schema": summary.schemas[channel.schema_id].name,
                 "encoding": summary.schemas[channel.schema_id].encoding,
-                "n_messages": counts[channel.id],
+                "n_messages": counts.get(channel.id, 0),
             }
             for channel in summary.channels.values()
         }

@@ -146,11 +146,20 @@ async fn adopted(
     if let Err(error) = parts.ledger.commit(vec![Change::UpdateRecording(finishing)]).await {
         tracing::error!(%error, "the end of a recording is not stored");
     }
-    match parts.artifacts.adopt(FinishedFile::at(path)).await {
+    // By a second name: until the record names the artifact, a crash finds the file where it was.
+    let second = parts.artifacts.workbench().scratch().join(format!("{}.finished.mcap", record.id));
+    let named = std::fs::hard_link(path, &second).or_else(|_| std::fs::rename(path, &second));
+    if let Err(cause) = named {
+        return lost(parts, record, cause.to_string()).await;
+    }
+    match parts.artifacts.adopt(FinishedFile::at(&second)).await {
         Ok(file) => {
             let record =
                 RecordingRecord { state, file: Some(file), size_bytes, summary: stored(&figures), ..record };
-            commit_end(parts, record, &figures).await
+            if commit_end(parts, &record, &figures).await {
+                removed(path);
+            }
+            record
         }
         Err(error) => lost(parts, record, with_causes(&error)).await,
     }
@@ -165,14 +174,12 @@ async fn lost(parts: &RecordingParts, record: RecordingRecord, problem: String) 
         ..serde_json::from_value(record.summary.clone()).unwrap_or_default()
     };
     let record = RecordingRecord { state: RecordingState::Failed, summary: stored(&figures), ..record };
-    commit_end(parts, record, &figures).await
+    commit_end(parts, &record, &figures).await;
+    record
 }
 
-async fn commit_end(
-    parts: &RecordingParts,
-    record: RecordingRecord,
-    figures: &RecordingFigures,
-) -> RecordingRecord {
+/// Whether it is stored; if not, the next start finds the recording as it was.
+async fn commit_end(parts: &RecordingParts, record: &RecordingRecord, figures: &RecordingFigures) -> bool {
     let ended = figures.ended.unwrap_or(Ended::Crashed);
     let body = RecordingEnded {
         name: record.name.clone(),
@@ -183,8 +190,9 @@ async fn commit_end(
         size_bytes: record.size_bytes,
     };
     let changes = vec![Change::UpdateRecording(record.clone()), event(&record.id, Event::RecordingEnded(body))];
-    if let Err(error) = parts.ledger.commit(changes).await {
+    let stored = parts.ledger.commit(changes).await;
+    if let Err(error) = &stored {
         tracing::error!(recording = record.id, %error, "the end of a recording is not stored");
     }
-    record
+    stored.is_ok()
 }
