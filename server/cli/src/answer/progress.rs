@@ -1,7 +1,7 @@
 //! Progress on stderr: a bar with time left on a terminal, a line now and then elsewhere, nothing when quiet.
 
+use parking_lot::Mutex;
 use std::io::IsTerminal as _;
-use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
@@ -88,7 +88,7 @@ pub struct StderrTask {
 impl StderrTask {
     fn line(&self, text: impl Fn(&ProgressBar) -> String) {
         let Some(lines) = &self.lines else { return };
-        let Ok(mut last) = lines.lock() else { return };
+        let mut last = lines.lock();
         if last.elapsed() < LINE_INTERVAL {
             return;
         }

@@ -38,7 +38,7 @@ pub struct DoctorArgs {
     /// Share of full laser power, above 0 to 1.
     #[arg(long, value_name = "SHARE", default_value_t = 1.0, value_parser = power)]
     pub power: f64,
-    /// How the station is set up; the board under [target] is that of the stage's scale.
+    /// How the station is set up; the board under `[target]` is that of the stage's scale.
     #[command(flatten)]
     pub settings: SettingsArgs,
 }

@@ -3,7 +3,7 @@
 use crate::study::paper::{GRATING_TILTS_DEG, ModelErrors, PaperStudy};
 use crate::study::table::study_text;
 
-use report::html::{Html, html};
+use maud::{Markup, html};
 use report::page::{Page, Tile, figure, grid, legend};
 use report::plot::{Axis, Plot, bars};
 
@@ -43,12 +43,12 @@ pub fn study_page(study: &PaperStudy) -> String {
         "With the camera in the problem its corners limit everything.",
         corners(study),
     );
-    page.section("Figures", "The same as text.", html!("<pre>{text}</pre>", text = study_text(study)));
+    page.section("Figures", "The same as text.", html! { pre { (study_text(study)) } });
     page.finish()
 }
 
-fn claim(study: &PaperStudy) -> Html {
-    let figures: Vec<Html> = study
+fn claim(study: &PaperStudy) -> Markup {
+    let figures: Vec<Markup> = study
         .claim
         .iter()
         .map(|row| {
@@ -66,10 +66,10 @@ fn claim(study: &PaperStudy) -> Html {
     grid(&figures)
 }
 
-fn fields(study: &PaperStudy) -> Html {
+fn fields(study: &PaperStudy) -> Markup {
     let keys: Vec<(String, String)> =
         MODEL_COLOURS.iter().map(|(name, colour)| ((*name).to_owned(), (*colour).to_owned())).collect();
-    let figures: Vec<Html> = GRATING_TILTS_DEG
+    let figures: Vec<Markup> = GRATING_TILTS_DEG
         .iter()
         .map(|tilt| {
             let mut plot = Plot::new(
@@ -91,10 +91,10 @@ fn fields(study: &PaperStudy) -> Html {
             figure(plot.svg(), &format!("grating tilted by {tilt}°"))
         })
         .collect();
-    legend(&keys) + grid(&figures)
+    html! { (legend(&keys)) (grid(&figures)) }
 }
 
-fn corners(study: &PaperStudy) -> Html {
+fn corners(study: &PaperStudy) -> Markup {
     let largest = study.corners.iter().map(|row| row.grating_mm.max(row.bound_mm)).fold(0.0, f64::max);
     let mut plot = Plot::new(
         Axis::new(0.0, 0.05, "corner noise per axis, px"),

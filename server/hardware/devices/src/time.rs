@@ -7,10 +7,11 @@
 //!
 //! Under a simulated clock a thread must wait by this module alone: one that blocks otherwise stops the clock for all.
 
+use parking_lot::{Condvar, Mutex, MutexGuard};
 use std::cell::RefCell;
 use std::collections::BTreeMap;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
@@ -40,7 +41,7 @@ struct State {
 
 impl Simulation {
     fn lock(&self) -> MutexGuard<'_, State> {
-        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+        self.state.lock()
     }
 
     /// Waits its turn at `until`; the caller counts as running before and after.
@@ -54,7 +55,7 @@ impl Simulation {
             state.yield_turn();
         }
         while state.waiting.contains_key(&key) {
-            state = woken.wait(state).unwrap_or_else(PoisonError::into_inner);
+            woken.wait(&mut state);
         }
     }
 }

@@ -1,8 +1,9 @@
 //! The camera as a station holds it.
 
+use parking_lot::Mutex;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, TryRecvError, sync_channel};
-use std::sync::{Arc, Mutex};
 use std::thread;
 use std::time::{Duration, Instant};
 
@@ -188,7 +189,7 @@ impl GenicamCamera {
         }
         self.temperature_at = Some(Instant::now());
         // Who reads features has the camera now: the next time is soon enough.
-        let Ok(opened) = self.shared.opened.try_lock() else { return };
+        let Some(opened) = self.shared.opened.try_lock() else { return };
         let device = opened.as_ref().map(|opened| &opened.device);
         let read = |device: &crate::aravis::Device| device.number(device.first(&names::TEMPERATURE)?).ok();
         lock(&self.shared.link).temperature_c = device.and_then(read).map(|number| number.value);

@@ -1,6 +1,6 @@
 //! What the camera shares with those who read its features.
 
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use parking_lot::{Mutex, MutexGuard};
 
 use devices::features::CameraLink;
 
@@ -18,5 +18,5 @@ pub struct Shared {
 
 /// Takes a lock whatever happened to who held it.
 pub fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+    mutex.lock()
 }

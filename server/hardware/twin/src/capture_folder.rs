@@ -1,9 +1,9 @@
 //! A capture folder as the simulated station would deliver it, with the truth beside it.
 
+use parking_lot::Mutex;
 use std::borrow::Cow;
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
-use std::sync::Mutex;
 
 use capture::{
     CameraFormat, CaptureError, ChannelChoice, Frame, GratingProjector, ImageFileError, Manifest, Pose, Scan,
@@ -304,7 +304,7 @@ fn write_images(
             Light::Laser => renderer.laser_image(scene, shot.position_mm, picture as u64),
         };
         write_png(&folder.join(&shot.path), &image).map_err(|cause| TwinCaptureError::Image { cause })?;
-        let mut done = done.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+        let mut done = done.lock();
         *done += 1;
         match on_progress(Progress { done: *done, total }) {
             ControlFlow::Continue(()) => Ok(()),

@@ -1,6 +1,7 @@
 //! The points of a scan, packed for display in blocks without gaps.
 
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use parking_lot::{Mutex, MutexGuard};
+use std::sync::Arc;
 
 use bytes::{Bytes, BytesMut};
 use optics::{Calibration, Motion, StagePosition};
@@ -90,7 +91,7 @@ impl PointLog {
     }
 
     fn packed(&self) -> MutexGuard<'_, Packed> {
-        self.packed.lock().unwrap_or_else(PoisonError::into_inner)
+        self.packed.lock()
     }
 
     /// Packs the points of a frame as the next block; none for no points. Returns how many blocks there are.

@@ -2,9 +2,9 @@
 
 use calibration::{CalibrationDocument, CalibrationReport, CalibrationResult, LightReport};
 use capture::Capture;
+use maud::{Markup, html};
 
 use super::chapters::{camera, correlation, light, stage, turntable};
-use super::drawing::html::{Html, html};
 use super::drawing::page::{Page, Tile, gallery, legend};
 use super::drawing::pictures::{LabelledPixel, labelled_picture};
 use crate::drawing::palette::order_hex;
@@ -125,17 +125,15 @@ fn tiles(report: &CalibrationReport) -> Vec<Tile> {
 }
 
 fn notes(page: &mut Page, features: &Features, report: &CalibrationReport) {
-    let mut content = Html::default();
     let left_out = features.left_out.iter().map(|picture| format!("left out: {picture}"));
-    for note in report.warnings.iter().cloned().chain(left_out) {
-        content += html!("<p class=\"verdict note\">{note}</p>", note = note);
-    }
-    if !content.is_empty() {
+    let notes: Vec<String> = report.warnings.iter().cloned().chain(left_out).collect();
+    if !notes.is_empty() {
+        let content = html! { @for note in &notes { p.verdict.note { (note) } } };
         page.section("Notes", "What a person should know before using this calibration.", content);
     }
 }
 
-fn pictures(capture: &Capture, features: &Features, fit: &LightReport) -> Result<Html, Failure> {
+fn pictures(capture: &Capture, features: &Features, fit: &LightReport) -> Result<Markup, Failure> {
     let mut figures = Vec::new();
     for (pose_idx, pose) in features.input.poses.iter().enumerate() {
         if pose.centrelines.is_none() || figures.len() == MAX_PICTURES {
@@ -159,5 +157,5 @@ fn pictures(capture: &Capture, features: &Features, fit: &LightReport) -> Result
         .iter()
         .map(|order| (format!("order {}", order_name(*order)), order_hex(*order)))
         .collect();
-    Ok(legend(&keys) + gallery(&figures))
+    Ok(html! { (legend(&keys)) (gallery(&figures)) })
 }

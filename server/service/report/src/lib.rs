@@ -11,7 +11,7 @@ pub mod tables;
 pub mod target_sheet;
 
 pub use chapters::measurement;
-pub use drawing::{html, page, palette, picture, pictures, plot};
+pub use drawing::{page, palette, picture, pictures, plot};
 
 pub use calibration::calibration_page;
 pub use scan::scan_page;

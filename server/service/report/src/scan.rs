@@ -2,10 +2,10 @@
 
 use calibration::CalibrationDocument;
 use capture::Capture;
+use maud::{Markup, html};
 use scanning::ScanResult;
 
 use super::drawing::cloud_view::CloudView;
-use super::drawing::html::Html;
 use super::drawing::page::{Page, Tile, gallery, grid, legend, sentence, table};
 use super::drawing::pictures::{LabelledPixel, labelled_picture};
 use crate::drawing::palette::order_hex;
@@ -37,12 +37,14 @@ pub fn scan_section(page: &mut Page, capture: &Capture, name: &str, result: &Sca
         orders.iter().map(|order| (format!("order {}", order_name(*order)), order_hex(*order))).collect();
     let view = CloudView::new(&result.cloud);
     let views = [view.seen_from_above()?, view.seen_from_the_sides()];
-    let content = legend(&keys)
-        + grid(&views)
-        + gallery(&frames(capture, name, result)?)
-        + agreement(result)
-        + closure(result)
-        + left_out(result);
+    let content = html! {
+        (legend(&keys))
+        (grid(&views))
+        (gallery(&frames(capture, name, result)?))
+        (agreement(result))
+        (closure(result))
+        (left_out(result))
+    };
     let introduction = format!(
         "{} points. Heights are distances from the plane most points lie on. {}.",
         result.report.n_points,
@@ -73,7 +75,7 @@ fn tiles(result: &ScanResult) -> [Tile; 3] {
     ]
 }
 
-fn frames(capture: &Capture, name: &str, result: &ScanResult) -> Result<Vec<Html>, Failure> {
+fn frames(capture: &Capture, name: &str, result: &ScanResult) -> Result<Vec<Markup>, Failure> {
     let scan = capture.scan(name)?;
     let n_frames = scan.frames.len();
     (0..SHOWN_FRAMES.min(n_frames))
@@ -93,9 +95,9 @@ fn frames(capture: &Capture, name: &str, result: &ScanResult) -> Result<Vec<Html
         .collect()
 }
 
-fn agreement(result: &ScanResult) -> Html {
+fn agreement(result: &ScanResult) -> Markup {
     if result.report.self_consistency.is_empty() {
-        return Html::default();
+        return Markup::default();
     }
     let rows: Vec<Vec<String>> = result
         .report
@@ -110,11 +112,10 @@ fn agreement(result: &ScanResult) -> Html {
             ]
         })
         .collect();
-    Html::of("<h3>The same surface seen by two orders</h3>")
-        + table(&["orders", "pairs", "bias, µm", "RMS, µm"], &rows, |_| false)
+    html! { h3 { "The same surface seen by two orders" } (table(&["orders", "pairs", "bias, µm", "RMS, µm"], &rows, |_| false)) }
 }
 
-fn closure(result: &ScanResult) -> Html {
+fn closure(result: &ScanResult) -> Markup {
     let rows: Vec<Vec<String>> = closure_gaps(&result.report)
         .into_iter()
         .map(|(name, gap)| {
@@ -127,19 +128,18 @@ fn closure(result: &ScanResult) -> Html {
         })
         .collect();
     if rows.is_empty() {
-        return Html::default();
+        return Markup::default();
     }
-    Html::of("<h3>The same surface after a whole turn</h3>")
-        + table(&["seen again", "pairs", "bias, µm", "RMS, µm"], &rows, |_| false)
+    html! { h3 { "The same surface after a whole turn" } (table(&["seen again", "pairs", "bias, µm", "RMS, µm"], &rows, |_| false)) }
 }
 
-fn left_out(result: &ScanResult) -> Html {
+fn left_out(result: &ScanResult) -> Markup {
     let rows: Vec<Vec<String>> = losses(&result.report)
         .into_iter()
         .map(|(reason, points, pieces)| vec![reason.to_owned(), points.to_string(), pieces.to_string()])
         .collect();
     if rows.is_empty() {
-        return Html::default();
+        return Markup::default();
     }
-    Html::of("<h3>Left out</h3>") + table(&["reason", "points", "whole pieces"], &rows, |_| false)
+    html! { h3 { "Left out" } (table(&["reason", "points", "whole pieces"], &rows, |_| false)) }
 }

@@ -3,8 +3,8 @@
 //! Who stores an artifact holds it until a record names it. While a sweep is under way nothing is let go: a record that
 //! is committed after the sweep has read the catalogue still protects what it names.
 
+use parking_lot::{Mutex, MutexGuard};
 use std::collections::HashMap;
-use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Instant;
 
 use crate::artifacts::ArtifactId;
@@ -67,7 +67,7 @@ impl Holds {
     }
 
     fn table(&self) -> MutexGuard<'_, Table> {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+        self.0.lock()
     }
 }
 

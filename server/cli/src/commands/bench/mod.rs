@@ -6,10 +6,10 @@ mod profiles;
 mod server;
 mod stream;
 
+use parking_lot::Mutex;
 use std::fmt::Write as _;
 use std::hint::black_box;
 use std::path::{Path, PathBuf};
-use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use capture::read_grey_image;
@@ -140,7 +140,7 @@ fn timed_rotations<W: FnMut(&GreyImage) + Send>(
     let rotations = || {
         (0..n_frames).into_par_iter().with_max_len(1).for_each(|idx| {
             let mine = &workers[rayon::current_thread_index().unwrap_or(0)];
-            mine.lock().unwrap_or_else(PoisonError::into_inner)(black_box(&frames[idx % frames.len()]));
+            mine.lock()(black_box(&frames[idx % frames.len()]));
         });
     };
     pool.install(rotations);

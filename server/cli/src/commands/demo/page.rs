@@ -1,13 +1,13 @@
 //! The report of the demo: the three models against the truth, then everything about the best of them.
 
 use capture::Capture;
+use maud::{Markup, html};
 
 use crate::commands::demo::Trial;
 use crate::inputs::photographs::{Photograph, SOURCE};
 use pipeline::Failure;
 use pipeline::Features;
 use report::calibration::calibration_sections;
-use report::html::Html;
 use report::measurement;
 use report::page::{Page, Tile, figure, gallery, table, verdict};
 use report::pictures::small_picture;
@@ -42,7 +42,7 @@ pub fn demo_page(
     }
     photograph_section(&mut page, photographs)?;
     let introduction = format!("By the model {}, which cross-validation recommends.", best.kind);
-    page.section("The calibration behind it", &introduction, Html::default());
+    page.section("The calibration behind it", &introduction, Markup::default());
     calibration_sections(&mut page, capture, features, &best.calibrated.result)?;
     Ok(page.finish())
 }
@@ -55,7 +55,7 @@ fn photograph_section(page: &mut Page, photographs: &[Photograph]) -> Result<(),
         "Laser lines found in pictures of a real scanner in a lit room, after a picture with the laser off was \
          taken away. {SOURCE}"
     );
-    let pictures: Vec<Html> = photographs
+    let pictures: Vec<Markup> = photographs
         .iter()
         .map(|photograph| small_picture(&photograph.picture, &photograph.caption))
         .collect::<Result<_, Failure>>()?;
@@ -85,7 +85,7 @@ fn tiles(best: &Trial) -> Vec<Tile> {
     tiles
 }
 
-fn comparison(trials: &[Trial], best: &Trial) -> Html {
+fn comparison(trials: &[Trial], best: &Trial) -> Markup {
     let rows: Vec<Vec<String>> = trials
         .iter()
         .map(|trial| {
@@ -107,11 +107,15 @@ fn comparison(trials: &[Trial], best: &Trial) -> Html {
         trials.iter().map(|trial| (trial.kind.name().to_owned(), trial.systematic_rmse_mm * 1e3)).collect();
     let marked = |idx: usize| trials[idx].kind == best.kind;
     let worst = trials.iter().map(|trial| trial.systematic_rmse_mm).fold(0.0, f64::max);
-    verdict(&format!(
+    let sentence = format!(
         "Systematic depth error {:.0} µm with {}, up to {:.0} µm with the others.",
         best.systematic_rmse_mm * 1e3,
         best.kind,
         worst * 1e3
-    )) + table(&head, &rows, marked)
-        + figure(bars(&entries, "µm", 1, marked), "Systematic depth error against the truth, RMS.")
+    );
+    html! {
+        (verdict(&sentence))
+        (table(&head, &rows, marked))
+        (figure(bars(&entries, "µm", 1, marked), "Systematic depth error against the truth, RMS."))
+    }
 }

@@ -68,6 +68,8 @@ fn without_an_answer_nothing_moves_or_shines() {
 fn ctrl_c_ends_it_wherever_it_is() {
     for at in ["running the camera in the dark", "Go on? [y/N]"] {
         let mut child = doctor(&[]);
+        // Waiting would close it, and an answer that can no longer come ends the prompt as well as the signal does.
+        let _open = child.stdin.take();
         let (mut stderr, mut shown) = (BufReader::new(child.stderr.take().unwrap()), Vec::new());
         while !String::from_utf8_lossy(&shown).contains(at) {
             let read = stderr.fill_buf().unwrap();

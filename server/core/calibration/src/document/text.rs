@@ -93,7 +93,7 @@ pub struct TravelText {
     pub straightness: Option<StraightnessText>,
 }
 
-/// Deviations from straight and even travel, see [`Straightness`].
+/// Deviations from straight and even travel.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct StraightnessText {
@@ -127,7 +127,7 @@ pub struct DepthRangeText {
 /// What is needed to use the calibration; small enough to travel in a cloud's header.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct CalibrationText {
-    /// Always [`FORMAT`].
+    /// Always [`super::FORMAT`].
     pub format: String,
     /// First digits of the whole document's SHA-256, computed with an empty id.
     pub id: String,

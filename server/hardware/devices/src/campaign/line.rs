@@ -1,6 +1,7 @@
 //! A line that disturbs what passes, on request.
 
-use std::sync::{Arc, Mutex, MutexGuard};
+use parking_lot::{Mutex, MutexGuard};
+use std::sync::Arc;
 use std::time::Duration;
 
 use super::Dice;
@@ -37,7 +38,7 @@ impl LineControl {
     }
 
     fn lock(&self) -> MutexGuard<'_, (Noise, Dice)> {
-        self.0.lock().unwrap()
+        self.0.lock()
     }
 }
 

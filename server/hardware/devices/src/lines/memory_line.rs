@@ -1,8 +1,9 @@
 //! A serial line inside this process, for simulated time: what a pseudo-terminal is in real time.
 
+use parking_lot::{Mutex, MutexGuard};
 use std::collections::{BTreeMap, VecDeque};
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::Arc;
 use std::time::Duration;
 
 use crate::lines::serial_line::{SerialLine, SerialLineError, SerialWriter};
@@ -22,7 +23,7 @@ struct Wires {
 }
 
 fn lock<T>(of: &Mutex<T>) -> MutexGuard<'_, T> {
-    of.lock().unwrap_or_else(PoisonError::into_inner)
+    of.lock()
 }
 
 fn read(wires: &Mutex<Wires>, end: fn(&mut Wires) -> &mut VecDeque<u8>, buffer: &mut [u8]) -> Option<usize> {

@@ -5,7 +5,8 @@
 //! the line. A stop's bytes go out past that lock, by a writer of their own. When the thread ends, for whatever reason,
 //! its last act are the dialogue's farewell bytes.
 
-use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use parking_lot::{Condvar, Mutex, MutexGuard};
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use remedy::with_causes;
@@ -217,19 +218,20 @@ impl<D: Dialogue> Drop for Controller<D> {
 }
 
 impl<D: Dialogue> Shared<D> {
-    /// A panic elsewhere must not keep anyone from darkening the laser.
+    /// A panic elsewhere poisons no lock of this kind, so that the laser can be turned off all the same.
     fn lock(&self) -> MutexGuard<'_, Desk<D>> {
-        self.desk.lock().unwrap_or_else(PoisonError::into_inner)
+        self.desk.lock()
     }
 
-    fn wait<'a>(&'a self, desk: MutexGuard<'a, Desk<D>>, deadline: Instant) -> MutexGuard<'a, Desk<D>> {
+    fn wait<'a>(&'a self, mut desk: MutexGuard<'a, Desk<D>>, deadline: Instant) -> MutexGuard<'a, Desk<D>> {
         let left = deadline.saturating_duration_since(time::now());
         if time::is_simulated() {
             drop(desk);
             time::sleep(left.min(LOOK));
             return self.lock();
         }
-        self.changed.wait_timeout(desk, left).unwrap_or_else(PoisonError::into_inner).0
+        self.changed.wait_for(&mut desk, left);
+        desk
     }
 
     /// Writes what is to be written, and tells who waits.
@@ -244,17 +246,17 @@ impl<D: Dialogue> Shared<D> {
             }
         }
         *self.stop() = desk.session.stop();
-        *self.farewell.lock().unwrap_or_else(PoisonError::into_inner) = desk.session.farewell();
+        *self.farewell.lock() = desk.session.farewell();
         self.changed.notify_all();
     }
 
     fn stop(&self) -> MutexGuard<'_, StopBytes> {
-        self.stop.lock().unwrap_or_else(PoisonError::into_inner)
+        self.stop.lock()
     }
 
     /// Writes a stop past the session and leaves word of it; false without a line.
     fn write_announced(&self, stop: &StopBytes) -> Result<bool, String> {
-        let mut urgent = self.urgent.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut urgent = self.urgent.lock();
         let Some(writer) = urgent.as_mut() else { return Ok(false) };
         *self.announced() = Some((stop.code, time::now()));
         let written = if stop.bytes.is_empty() { Ok(()) } else { writer.write_now(&stop.bytes) };
@@ -265,7 +267,7 @@ impl<D: Dialogue> Shared<D> {
     }
 
     fn announced(&self) -> MutexGuard<'_, Option<(u8, Instant)>> {
-        self.announced.lock().unwrap_or_else(PoisonError::into_inner)
+        self.announced.lock()
     }
 
     /// Tells the session of a stop that went out past it: whoever comes first, the one that sent it or the one that read
@@ -280,7 +282,7 @@ impl<D: Dialogue> Shared<D> {
 
     fn set_writers(&self, writer: Option<Box<dyn SerialWriter>>, urgent: Option<Box<dyn SerialWriter>>) {
         self.lock().writer = writer;
-        *self.urgent.lock().unwrap_or_else(PoisonError::into_inner) = urgent;
+        *self.urgent.lock() = urgent;
     }
 }
 
@@ -368,7 +370,7 @@ struct Farewell<'a, D: Dialogue>(&'a Shared<D>);
 
 impl<D: Dialogue> Drop for Farewell<'_, D> {
     fn drop(&mut self) {
-        let bytes = self.0.farewell.lock().unwrap_or_else(PoisonError::into_inner).clone();
+        let bytes = self.0.farewell.lock().clone();
         self.0.write_announced(&StopBytes { code: 0, bytes }).ok();
         self.0.set_writers(None, None);
     }

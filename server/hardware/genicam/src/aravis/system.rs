@@ -1,6 +1,6 @@
 //! Which cameras there are.
 
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use parking_lot::{Mutex, MutexGuard};
 
 use aravis_sys as arv;
 
@@ -54,5 +54,5 @@ pub fn enable_fake() {
 
 /// The lock that opening takes as well: it may renew the list.
 pub(super) fn lock() -> MutexGuard<'static, ()> {
-    LIST.lock().unwrap_or_else(PoisonError::into_inner)
+    LIST.lock()
 }

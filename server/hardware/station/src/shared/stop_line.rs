@@ -1,7 +1,7 @@
 //! The line a Stop travels on: beside the commands, never behind them; and the latch it leaves behind.
 
+use parking_lot::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::sync::{Mutex, PoisonError};
 
 use tokio::sync::oneshot;
 
@@ -73,8 +73,8 @@ impl StopLine {
         }
     }
 
-    fn requests(&self) -> std::sync::MutexGuard<'_, Vec<StopRequest>> {
-        self.requests.lock().unwrap_or_else(PoisonError::into_inner)
+    fn requests(&self) -> parking_lot::MutexGuard<'_, Vec<StopRequest>> {
+        self.requests.lock()
     }
 }
 

@@ -1,6 +1,6 @@
 //! When somebody last watched the camera: live light needs a recent viewer.
 
-use std::sync::{Mutex, PoisonError};
+use parking_lot::Mutex;
 use std::time::Instant;
 
 /// When a viewer was last known to be there. Viewers renew it themselves; nobody counts them.
@@ -16,12 +16,12 @@ impl Default for Viewers {
 impl Viewers {
     /// A viewer was there at that moment.
     pub fn note(&self, at: Instant) {
-        let mut last = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut last = self.0.lock();
         *last = (*last).max(at);
     }
 
     /// When one was there last.
     pub fn last_at(&self) -> Instant {
-        *self.0.lock().unwrap_or_else(PoisonError::into_inner)
+        *self.0.lock()
     }
 }

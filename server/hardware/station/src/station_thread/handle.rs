@@ -1,7 +1,8 @@
 //! How the rest of the service talks to the station thread.
 
+use parking_lot::Mutex;
+use std::sync::Arc;
 use std::sync::mpsc::{SyncSender, TrySendError, sync_channel};
-use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
@@ -185,7 +186,7 @@ impl StationHandle {
     /// The camera's own features and how its link does, beside what the station does with it; `None` if there is no
     /// camera, or it has nothing beyond its settings. Calls to it take as long as the camera does.
     pub fn camera_details(&self) -> Option<Arc<dyn CameraDetails>> {
-        self.shared.camera_details.lock().unwrap_or_else(PoisonError::into_inner).clone()
+        self.shared.camera_details.lock().clone()
     }
 
     /// The station as last seen.
@@ -302,7 +303,7 @@ impl StationHandle {
     pub fn shut_down(&self) {
         // A thread that has ended already is what is wanted.
         let _ = self.shared.commands.send(Command::ShutDown);
-        let thread = self.shared.thread.lock().unwrap_or_else(PoisonError::into_inner).take();
+        let thread = self.shared.thread.lock().take();
         if let Some(thread) = thread
             && thread.join().is_err()
         {

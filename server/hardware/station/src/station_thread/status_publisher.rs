@@ -1,8 +1,9 @@
 //! What the station thread publishes to the rest of the service: status, frames, the start.
 
+use parking_lot::Mutex;
 use std::borrow::Cow;
+use std::sync::Arc;
 use std::sync::mpsc::SyncSender;
-use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use devices::features::CameraDetails;
@@ -72,7 +73,7 @@ impl StatusPublisher {
 
     /// Publishes a camera's own features.
     pub fn show_camera_details(&self, details: Option<Arc<dyn CameraDetails>>) {
-        *self.camera_details.lock().unwrap_or_else(PoisonError::into_inner) = details;
+        *self.camera_details.lock() = details;
     }
 
     /// Notifies whoever waits for the start.

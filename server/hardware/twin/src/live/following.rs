@@ -4,7 +4,8 @@
 //! Between two readings of a moving stage the world goes on at the speed between the last two; pictures taken then
 //! are off by what the speed changes in one reading. That is good enough to try a controller, not to measure with.
 
-use std::sync::{Arc, Mutex, PoisonError};
+use parking_lot::Mutex;
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use devices::{
@@ -42,7 +43,7 @@ impl Mirror {
     }
 
     fn look<T>(&self, look: impl FnOnce(&mut LastReadings) -> T) -> T {
-        look(&mut self.0.lock().unwrap_or_else(PoisonError::into_inner))
+        look(&mut self.0.lock())
     }
 
     fn take_stage(&self, state: StageState) {

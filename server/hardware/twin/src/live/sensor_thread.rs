@@ -1,7 +1,7 @@
 //! The sensor: exposes on schedule, renders in its own thread, keeps a few frames until they are collected.
 
+use parking_lot::{Condvar, Mutex, MutexGuard};
 use std::collections::VecDeque;
-use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use devices::{CameraSettings, FrameInfo, PixelFormat, Roi, Trigger};
@@ -155,7 +155,7 @@ impl Sensor {
     }
 
     pub(super) fn lock(&self) -> MutexGuard<'_, SensorState> {
-        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+        self.state.lock()
     }
 
     /// There is something to do, or to stop.
@@ -176,7 +176,7 @@ impl Sensor {
     /// Waits until a frame is there, the deadline has come (`None`) or something changed.
     pub(super) fn wait_for_frame<'s>(
         &self,
-        state: MutexGuard<'s, SensorState>,
+        mut state: MutexGuard<'s, SensorState>,
         deadline: Instant,
     ) -> Option<MutexGuard<'s, SensorState>> {
         if state.run.as_ref().is_some_and(|run| !run.frames.is_empty()) {
@@ -186,8 +186,7 @@ impl Sensor {
         if left.is_zero() {
             return None;
         }
-        let (state, _) =
-            self.frame_ready.wait_timeout(state, left.min(LONGEST_SLEEP)).unwrap_or_else(PoisonError::into_inner);
+        self.frame_ready.wait_for(&mut state, left.min(LONGEST_SLEEP));
         Some(state)
     }
 
@@ -228,7 +227,7 @@ impl Sensor {
                 }
                 Err(wait) => {
                     let sleep = wait.min(LONGEST_SLEEP);
-                    state = self.to_do.wait_timeout(state, sleep).unwrap_or_else(PoisonError::into_inner).0;
+                    self.to_do.wait_for(&mut state, sleep);
                 }
             }
         }

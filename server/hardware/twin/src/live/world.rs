@@ -1,6 +1,7 @@
 //! The one world that all devices of a station share.
 
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use parking_lot::{Mutex, MutexGuard};
+use std::sync::Arc;
 use std::time::Instant;
 
 use crate::live::fault::TwinFault;
@@ -59,7 +60,7 @@ impl SharedWorld {
 
     /// The world, for a moment; a thread that panicked with it leaves it as it was.
     pub(super) fn lock(&self) -> MutexGuard<'_, World> {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+        self.0.lock()
     }
 }
 

@@ -1,7 +1,8 @@
 //! One key is one request, done once: the keys of requests that are being answered.
 
+use parking_lot::Mutex;
 use std::collections::HashSet;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::Arc;
 
 /// Keys of requests that are being answered.
 #[derive(Debug, Clone, Default)]
@@ -17,7 +18,7 @@ pub struct InFlight {
 impl KeysInFlight {
     /// Enters a key; `None` while the same key is being answered.
     pub fn enter(&self, key: String) -> Option<InFlight> {
-        let is_new = self.0.lock().unwrap_or_else(PoisonError::into_inner).insert(key.clone());
+        let is_new = self.0.lock().insert(key.clone());
         is_new.then(|| InFlight { keys: self.clone(), key })
     }
 }
@@ -31,6 +32,6 @@ impl InFlight {
 
 impl Drop for InFlight {
     fn drop(&mut self) {
-        self.keys.0.lock().unwrap_or_else(PoisonError::into_inner).remove(&self.key);
+        self.keys.0.lock().remove(&self.key);
     }
 }

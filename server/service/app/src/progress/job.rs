@@ -94,7 +94,7 @@ impl Task for JobTask {
 #[cfg(test)]
 #[allow(clippy::unwrap_used)]
 mod tests {
-    use std::sync::Mutex;
+    use parking_lot::Mutex;
 
     use super::*;
 
@@ -104,7 +104,7 @@ mod tests {
         let cancel = CancelFlag::default();
         let heard = told.clone();
         let progress = Arc::new(move |fraction: f64, step: Step, words: &str| {
-            heard.lock().unwrap().push((fraction, step, words.to_owned()));
+            heard.lock().push((fraction, step, words.to_owned()));
         });
         let phase = Phase::ReadingPictures;
         let reporter = JobReporter { cancel: cancel.clone(), progress, phase, part: 0.5..0.9 };
@@ -116,7 +116,7 @@ mod tests {
             (0.7, phase.counted(1, 2), "reading: 1 of 2 pictures".to_owned()),
             (0.9, phase.counted(2, 2), "reading: 2 of 2 pictures".to_owned()),
         ];
-        assert_eq!(*told.lock().unwrap(), expected);
+        assert_eq!(*told.lock(), expected);
         assert!(reporter.go_on().is_ok());
         cancel.cancel();
         assert!(reporter.go_on().unwrap_err().is_cancelled());

@@ -13,10 +13,11 @@ mod writing;
 
 use std::fs::File;
 use std::path::PathBuf;
+use std::sync::Arc;
 use std::sync::atomic::Ordering;
-use std::sync::{Arc, Mutex, PoisonError};
 
 use live::LiveBus;
+use parking_lot::Mutex;
 use recording::{FrameLosses, RecordingHeader, RecordingWriter};
 use remedy::with_causes;
 use station::wall_clock::now_ms;
@@ -201,17 +202,17 @@ impl Recordings {
         let ending: Arc<Mutex<Option<Ended>>> = Arc::default();
         let current =
             Current { record: record.clone(), progress, notes: notes.clone(), ending: ending.clone(), kept };
-        *lock(&self.0.current) = Some(current);
+        *self.0.current.lock() = Some(current);
         let followers = self.followers(&notes, &of);
         drop(notes);
         let this = self.clone();
         tokio::spawn(async move {
-            let why = move || lock(&ending).unwrap_or(Ended::ServiceEnded);
+            let why = move || ending.lock().unwrap_or(Ended::ServiceEnded);
             let written = tokio::task::spawn_blocking(move || writing.run(why)).await;
             followers.iter().for_each(JoinHandle::abort);
             this.close_tap().await;
             let record = keeping::keep(&this.0.parts, record, &path, written).await;
-            *lock(&this.0.current) = None;
+            *this.0.current.lock() = None;
             // Nobody may wait for it.
             let _ = keep.send(Some(record));
         });
@@ -244,7 +245,7 @@ impl Recordings {
     /// The same without waiting for its end; gives what will hold its record.
     async fn tell(&self, id: Option<&str>, why: Ended) -> Option<watch::Receiver<Option<RecordingRecord>>> {
         let current = self.current().filter(|current| id.is_none_or(|id| current.record.id == id))?;
-        lock(&current.ending).get_or_insert(why);
+        current.ending.lock().get_or_insert(why);
         self.close_tap().await;
         Some(current.kept)
     }
@@ -272,7 +273,7 @@ impl Recordings {
     }
 
     fn current(&self) -> Option<Current> {
-        lock(&self.0.current).clone()
+        self.0.current.lock().clone()
     }
 
     async fn close_tap(&self) {
@@ -384,8 +385,4 @@ fn word(value: impl serde::Serialize) -> String {
 /// Figures as the record keeps them.
 fn stored(figures: &RecordingFigures) -> serde_json::Value {
     serde_json::to_value(figures).expect("figures are numbers and words")
-}
-
-fn lock<T>(shared: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
-    shared.lock().unwrap_or_else(PoisonError::into_inner)
 }

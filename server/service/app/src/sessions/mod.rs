@@ -13,7 +13,8 @@ mod stored;
 pub mod virtual_operator;
 
 use crate::events::{Event, SessionVersion, event};
-use std::sync::{Arc, Mutex, PoisonError};
+use parking_lot::Mutex;
+use std::sync::Arc;
 
 use capture::Target;
 use station::cancel::CancelFlag;
@@ -259,7 +260,7 @@ impl Sessions {
         let hands = self.station.simulation().ok_or_else(|| {
             AppError::new(ErrorKind::Conflict, "this station is not simulated").remedy("move the board by hand")
         })?;
-        let mut operator = self.operator.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut operator = self.operator.lock();
         if place == VirtualBoard::Away {
             *operator = None;
             return Ok(());

@@ -1,9 +1,10 @@
 //! Places for Stop when all others are taken. A new connection always gets one: it takes that of the oldest connection
 //! of the address that has most, so that no crowd keeps a single Stop out.
 
+use parking_lot::{Mutex, MutexGuard};
 use std::collections::{HashMap, VecDeque};
 use std::net::IpAddr;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::Arc;
 
 use tokio::sync::oneshot;
 
@@ -54,7 +55,7 @@ impl StopPlaces {
     }
 
     fn held(&self) -> MutexGuard<'_, Held> {
-        self.held.lock().unwrap_or_else(PoisonError::into_inner)
+        self.held.lock()
     }
 }
 

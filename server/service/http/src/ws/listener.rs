@@ -1,6 +1,6 @@
 //! The half of a connection that hears the client.
 
-use std::sync::{Mutex, PoisonError};
+use parking_lot::Mutex;
 
 use axum::extract::ws::{Message, WebSocket};
 use futures_util::StreamExt;
@@ -38,11 +38,11 @@ impl LastHeard {
 
     /// The moment.
     pub fn at(&self) -> Instant {
-        *self.0.lock().unwrap_or_else(PoisonError::into_inner)
+        *self.0.lock()
     }
 
     fn note(&self) {
-        *self.0.lock().unwrap_or_else(PoisonError::into_inner) = Instant::now();
+        *self.0.lock() = Instant::now();
     }
 }
 

@@ -1,7 +1,8 @@
 //! What all connections share, and the door they come through.
 
+use parking_lot::Mutex;
 use std::io;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::Arc;
 
 use axum::Extension;
 use axum::extract::State;
@@ -135,7 +136,7 @@ impl Streams {
 
     /// A status as JSON, made once for all connections.
     pub(super) fn station_text(&self, status: &Arc<StationStatus>) -> Arc<Value> {
-        let mut kept = self.station_text.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut kept = self.station_text.lock();
         if let Some((known, text)) = &*kept
             && Arc::ptr_eq(known, status)
         {

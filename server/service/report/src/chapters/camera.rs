@@ -1,9 +1,9 @@
 //! The camera's part of the report: residuals over the image, per picture, and where corners were seen.
 
 use calibration::{CameraReport, PoseResidual};
+use maud::{Markup, html};
 use optics::Camera;
 
-use crate::drawing::html::Html;
 use crate::drawing::page::{figure, grid, table};
 use crate::drawing::plot::{Axis, Plot, bars};
 
@@ -20,7 +20,7 @@ const COVERAGE_CELLS: usize = 16;
 const PARAMETERS: [&str; 9] = ["fx, px", "fy, px", "cx, px", "cy, px", "k1", "k2", "p1", "p2", "k3"];
 
 /// Figures and table of the camera fit.
-pub fn content(camera: &Camera, report: &CameraReport) -> Html {
+pub fn content(camera: &Camera, report: &CameraReport) -> Markup {
     let per_picture: Vec<(String, f64)> =
         report.poses.iter().map(|pose| (pose.name.clone(), pose.rms_px)).collect();
     let figures = [
@@ -31,10 +31,10 @@ pub fn content(camera: &Camera, report: &CameraReport) -> Html {
         ),
         coverage_map(camera, &report.poses),
     ];
-    grid(&figures) + parameter_table(camera, report)
+    html! { (grid(&figures)) (parameter_table(camera, report)) }
 }
 
-fn residual_map(camera: &Camera, report: &CameraReport) -> Html {
+fn residual_map(camera: &Camera, report: &CameraReport) -> Markup {
     let width_px = camera.width_px as f64;
     let factor = round_factor(width_px * TYPICAL_ARROW_SHARE / report.rms_px.max(1e-9));
     let mut plot = image_plot(camera);
@@ -59,7 +59,7 @@ fn round_factor(factor: f64) -> f64 {
     [5.0, 2.0, 1.0].iter().map(|lead| lead * power).find(|round| *round <= factor).unwrap_or(1.0)
 }
 
-fn coverage_map(camera: &Camera, poses: &[PoseResidual]) -> Html {
+fn coverage_map(camera: &Camera, poses: &[PoseResidual]) -> Markup {
     let cell_px = camera.width_px as f64 / COVERAGE_CELLS as f64;
     let rows = (camera.height_px as f64 / cell_px).ceil() as usize;
     let mut counts = vec![0usize; rows * COVERAGE_CELLS];
@@ -98,7 +98,7 @@ fn image_plot(camera: &Camera) -> Plot {
     )
 }
 
-fn parameter_table(camera: &Camera, report: &CameraReport) -> Html {
+fn parameter_table(camera: &Camera, report: &CameraReport) -> Markup {
     let rows: Vec<Vec<String>> = PARAMETERS
         .iter()
         .zip(camera.parameters())

@@ -2,10 +2,11 @@
 
 use std::fmt::Write as _;
 
+use maud::{Markup, html};
 use optics::Calibration;
 
-use crate::drawing::html::{Html, html};
 use crate::drawing::page::figure;
+use crate::drawing::plot::tenths;
 
 /// Side of a cell in SVG units.
 const CELL: f64 = 17.0;
@@ -17,48 +18,37 @@ const NAMES: f64 = 172.0;
 const STRONG: f64 = 0.98;
 
 /// The correlation matrix, coloured by sign and strength.
-pub fn content(calibration: &Calibration) -> Html {
+pub fn content(calibration: &Calibration) -> Markup {
     let names = calibration.parameter_names();
     let covariance = &calibration.covariance;
     let n = names.len().min(covariance.nrows());
     let side = NAMES + CELL * n as f64 + 4.0;
-    let mut cells = Html::default();
-    let mut strongest: Vec<(f64, usize, usize)> = Vec::new();
-    for row in 0..n {
-        let at = NAMES + CELL * (row as f64 + 0.75);
-        cells += html!(
-            "<text x={edge:.0} y={at:.1} text-anchor=end>{name}</text>\
-             <text transform=\"translate({at:.1} {edge:.0}) rotate(-90)\">{name}</text>",
-            edge = NAMES - 6.0,
-            at = at,
-            name = names[row],
-        );
-        for column in 0..n {
-            let correlation =
-                correlation(covariance[(row, row)], covariance[(column, column)], covariance[(row, column)]);
-            if column < row && correlation.abs() > STRONG {
-                strongest.push((correlation, row, column));
+    let between = |row: usize, column: usize| {
+        correlation(covariance[(row, row)], covariance[(column, column)], covariance[(row, column)])
+    };
+    let below_diagonal = (0..n).flat_map(|row| (0..row).map(move |column| (row, column)));
+    let mut strongest: Vec<(f64, usize, usize)> = below_diagonal
+        .map(|(row, column)| (between(row, column), row, column))
+        .filter(|(correlation, ..)| correlation.abs() > STRONG)
+        .collect();
+    let edge = NAMES - 6.0;
+    let svg = html! {
+        svg viewBox=(format!("0 0 {side:.0} {side:.0}")) role="img" style="max-width:760px" {
+            @for row in 0..n {
+                @let at = tenths(NAMES + CELL * (row as f64 + 0.75));
+                text x=(edge) y=(at) text-anchor="end" { (names[row]) }
+                text transform={ "translate(" (at) " " (edge) ") rotate(-90)" } { (names[row]) }
+                @for column in 0..n {
+                    @let correlation = between(row, column);
+                    @let opacity = format!("{:.3}", correlation.abs().max(0.04));
+                    rect class=(if correlation < 0.0 { "cold" } else { "hot" }) x=(tenths(NAMES + CELL * column as f64))
+                        y=(tenths(NAMES + CELL * row as f64)) width=(CELL - 1.5) height=(CELL - 1.5) opacity=(opacity) {
+                        title { (names[row]) " · " (names[column]) (format!(": {correlation:+.3}")) }
+                    }
+                }
             }
-            let class = if correlation < 0.0 { "cold" } else { "hot" };
-            cells += html!(
-                "<rect class={class} x={x:.1} y={y:.1} width={side:.1} height={side:.1} opacity={opacity:.3}>\
-                 <title>{row} · {column}: {correlation:+.3}</title></rect>",
-                class = class,
-                x = NAMES + CELL * column as f64,
-                y = NAMES + CELL * row as f64,
-                side = CELL - 1.5,
-                opacity = correlation.abs().max(0.04),
-                row = names[row],
-                column = names[column],
-                correlation = correlation,
-            );
         }
-    }
-    let svg = html!(
-        "<svg viewBox=\"0 0 {side:.0} {side:.0}\" role=img style=\"max-width:760px\">{cells}</svg>",
-        side = side,
-        cells = cells,
-    );
+    };
     figure(svg, &caption(&names, &mut strongest))
 }
 

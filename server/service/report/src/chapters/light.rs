@@ -1,12 +1,12 @@
 //! The light sheets' part of the report: the three models side by side, residuals per order and per pose.
 
 use calibration::{CrossValidation, LaserPoint, LightReport};
+use maud::{Markup, html};
 use vision::LineDirection;
 
-use crate::drawing::html::{Html, html};
 use crate::drawing::page::{figure, grid, legend, sentence, table, verdict};
 use crate::drawing::palette::order_hex;
-use crate::drawing::plot::{Axis, Plot, bars};
+use crate::drawing::plot::{Axis, Plot, bars, tenths};
 use crate::tables::{order_name, order_sums};
 
 /// Most dots per order in a residual plot.
@@ -19,7 +19,7 @@ const MEAN_BINS: usize = 24;
 const MIN_PER_BIN: usize = 8;
 
 /// The three models, table and bars, with the recommendation as a sentence.
-pub fn models(models: &CrossValidation) -> Html {
+pub fn models(models: &CrossValidation) -> Markup {
     let rows: Vec<Vec<String>> = models
         .scores
         .iter()
@@ -42,16 +42,18 @@ pub fn models(models: &CrossValidation) -> Html {
     let entries: Vec<(String, f64)> =
         fitted.iter().map(|score| (score.model.name().to_owned(), score.held_out_bias_mm * 1e3)).collect();
     let marked = |idx: usize| models.scores[idx].model == models.recommended;
-    verdict(&sentence(&models.reason))
-        + table(&head, &rows, marked)
-        + figure(
+    html! {
+        (verdict(&sentence(&models.reason)))
+        (table(&head, &rows, marked))
+        (figure(
             bars(&entries, "µm", 1, |idx| fitted[idx].model == models.recommended),
             "Systematic depth error at poses the model has not seen: mean error per pose and order, RMS.",
-        )
+        ))
+    }
 }
 
 /// Residuals of the chosen model.
-pub fn residuals(light: &LightReport, direction: LineDirection) -> Html {
+pub fn residuals(light: &LightReport, direction: LineDirection) -> Markup {
     let sums = order_sums(light);
     let rows: Vec<Vec<String>> = sums
         .iter()
@@ -69,11 +71,11 @@ pub fn residuals(light: &LightReport, direction: LineDirection) -> Html {
     let keys: Vec<(String, String)> =
         sums.iter().map(|sum| (format!("order {}", order_name(sum.order)), order_hex(sum.order))).collect();
     let extent = extent(light);
-    let mut figures: Vec<Html> = sums.iter().map(|sum| order_plot(light, sum.order, direction, extent)).collect();
+    let mut figures: Vec<Markup> =
+        sums.iter().map(|sum| order_plot(light, sum.order, direction, extent)).collect();
     figures.push(pose_order_map(light));
-    legend(&keys)
-        + table(&["order", "points", "mean, px", "RMS, px", "RMS / σ", "outliers"], &rows, |_| false)
-        + grid(&figures)
+    let head = ["order", "points", "mean, px", "RMS, px", "RMS / σ", "outliers"];
+    html! { (legend(&keys)) (table(&head, &rows, |_| false)) (grid(&figures)) }
 }
 
 /// Four times the RMS residual: all but the rare outlier.
@@ -82,7 +84,7 @@ fn extent(light: &LightReport) -> f64 {
     (4.0 * (sum / light.points.len().max(1) as f64).sqrt()).max(1e-3)
 }
 
-fn order_plot(light: &LightReport, order: i8, direction: LineDirection, extent: f64) -> Html {
+fn order_plot(light: &LightReport, order: i8, direction: LineDirection, extent: f64) -> Markup {
     let (along, title): (fn(&LaserPoint) -> f64, &str) = match direction {
         LineDirection::Rows => (|point| point.u_px, "column u, px"),
         LineDirection::Columns => (|point| point.v_px, "row v, px"),
@@ -124,7 +126,7 @@ fn running_mean(points: &[(f64, f64)]) -> Vec<(f64, f64)> {
 }
 
 /// Mean residual of every pose and order as a coloured table.
-fn pose_order_map(light: &LightReport) -> Html {
+fn pose_order_map(light: &LightReport) -> Markup {
     const CELL: (f64, f64) = (64.0, 19.0);
     const NAMES: f64 = 128.0;
     let orders: Vec<i8> = order_sums(light).iter().map(|sum| sum.order).collect();
@@ -136,45 +138,29 @@ fn pose_order_map(light: &LightReport) -> Html {
     }
     let largest = light.residuals.iter().map(|r| r.mean_px.abs()).fold(f64::MIN_POSITIVE, f64::max);
     let (width, height) = (NAMES + CELL.0 * orders.len() as f64, CELL.1 * (poses.len() + 1) as f64 + 4.0);
-    let mut cells = Html::default();
-    for (idx, order) in orders.iter().enumerate() {
-        let x = NAMES + CELL.0 * (idx as f64 + 0.5);
-        cells += html!("<text x={x:.0} y=13 text-anchor=middle>{name}</text>", x = x, name = order_name(*order));
-    }
-    for (row, pose) in poses.iter().enumerate() {
-        let y = CELL.1 * (row + 1) as f64;
-        cells += html!(
-            "<text x={x:.0} y={y:.1} text-anchor=end>{pose}</text>",
-            x = NAMES - 8.0,
-            y = y + 13.5,
-            pose = pose
-        );
-        for residual in light.residuals.iter().filter(|residual| residual.pose == *pose) {
-            let Some(column) = orders.iter().position(|order| *order == residual.order) else { continue };
-            let x = NAMES + CELL.0 * column as f64;
-            let class = if residual.mean_px < 0.0 { "cold" } else { "hot" };
-            let opacity = residual.mean_px.abs() / largest * 0.75;
-            cells += html!(
-                "<rect class={class} x={x:.1} y={y:.1} width={width:.1} height={height:.1} opacity={opacity:.3} />\
-                 <text class=ink x={middle:.1} y={base:.1} text-anchor=middle>{mean_px:+.3}</text>",
-                class = class,
-                x = x,
-                y = y,
-                width = CELL.0 - 2.0,
-                height = CELL.1 - 2.0,
-                opacity = opacity,
-                middle = x + CELL.0 / 2.0,
-                base = y + 13.5,
-                mean_px = residual.mean_px,
-            );
+    let svg = html! {
+        svg viewBox=(format!("0 0 {width:.0} {height:.0}")) role="img" {
+            @for (idx, order) in orders.iter().enumerate() {
+                text x=(NAMES + CELL.0 * (idx as f64 + 0.5)) y="13" text-anchor="middle" { (order_name(*order)) }
+            }
+            @for (row, pose) in poses.iter().enumerate() {
+                @let y = CELL.1 * (row + 1) as f64;
+                @let base = tenths(y + 13.5);
+                text x=(NAMES - 8.0) y=(base) text-anchor="end" { (pose) }
+                @for residual in light.residuals.iter().filter(|residual| residual.pose == *pose) {
+                    @if let Some(column) = orders.iter().position(|order| *order == residual.order) {
+                        @let x = NAMES + CELL.0 * column as f64;
+                        @let opacity = format!("{:.3}", residual.mean_px.abs() / largest * 0.75);
+                        rect class=(if residual.mean_px < 0.0 { "cold" } else { "hot" }) x=(tenths(x)) y=(tenths(y))
+                            width=(CELL.0 - 2.0) height=(CELL.1 - 2.0) opacity=(opacity) {}
+                        text.ink x=(tenths(x + CELL.0 / 2.0)) y=(base) text-anchor="middle" {
+                            (format!("{:+.3}", residual.mean_px))
+                        }
+                    }
+                }
+            }
         }
-    }
-    let svg = html!(
-        "<svg viewBox=\"0 0 {width:.0} {height:.0}\" role=img>{cells}</svg>",
-        width = width,
-        height = height,
-        cells = cells,
-    );
+    };
     figure(
         svg,
         "Mean residual in px of every pose (rows) and order (columns). A row of one colour is a moved board.",

@@ -1,13 +1,13 @@
 //! A measurement in the report: value with uncertainty, the table by orders.
 
+use maud::{Markup, html};
 use metrology::{Measurement, PartVerdict};
 
-use crate::drawing::html::{Html, html};
 use crate::drawing::page::{sentence as as_sentence, table, verdict};
 use crate::tables::order_name;
 
 /// Sentence and table of one measurement.
-pub fn content(measurement: &Measurement) -> Html {
+pub fn content(measurement: &Measurement) -> Markup {
     let unit = measurement.unit.symbol();
     let mut sentence = format!(
         "{} {:.4} {unit}, {} {:.4} {unit} (k = 2)",
@@ -40,9 +40,9 @@ pub fn content(measurement: &Measurement) -> Html {
         .collect();
     let n_orders = measurement.per_order.len();
     let head = ["order", "points", "mean error, µm", "RMSE, µm", "largest, µm", "value, mm"];
-    let mut notes = Html::default();
-    for note in &measurement.notes {
-        notes += html!("<p>{note}.</p>", note = as_sentence(note));
+    html! {
+        (verdict(&as_sentence(&sentence)))
+        (table(&head, &rows, |idx| idx == n_orders))
+        @for note in &measurement.notes { p { (as_sentence(note)) "." } }
     }
-    verdict(&as_sentence(&sentence)) + table(&head, &rows, |idx| idx == n_orders) + notes
 }

@@ -1,8 +1,8 @@
 //! The stage's part of the report: direction, scale, straightness.
 
 use calibration::StageReport;
+use maud::{Markup, html};
 
-use crate::drawing::html::Html;
 use crate::drawing::page::{figure, grid, legend, table};
 use crate::drawing::plot::{Axis, Plot};
 
@@ -11,7 +11,7 @@ const DEVIATIONS: [(&str, &str); 3] =
     [("along the travel", "#0072B2"), ("across, first", "#E69F00"), ("across, second", "#009E73")];
 
 /// Table and straightness plot.
-pub fn content(stage: &StageReport) -> Html {
+pub fn content(stage: &StageReport) -> Markup {
     let rows: Vec<Vec<String>> = ["x", "y", "z"]
         .iter()
         .zip(stage.direction)
@@ -20,12 +20,14 @@ pub fn content(stage: &StageReport) -> Html {
         .collect();
     let keys: Vec<(String, String)> =
         DEVIATIONS.iter().map(|(name, colour)| ((*name).to_owned(), (*colour).to_owned())).collect();
-    table(&["travel per mm, camera frame", "value", "σ"], &rows, |_| false)
-        + legend(&keys)
-        + grid(&[straightness(stage)])
+    html! {
+        (table(&["travel per mm, camera frame", "value", "σ"], &rows, |_| false))
+        (legend(&keys))
+        (grid(&[straightness(stage)]))
+    }
 }
 
-fn straightness(stage: &StageReport) -> Html {
+fn straightness(stage: &StageReport) -> Markup {
     let views = &stage.straightness_um;
     let largest = views.iter().flat_map(|view| &view[1..]).map(|value| value.abs()).fold(1.0, f64::max);
     let x = Axis::around(views.iter().map(|view| view[0]), "nominal position, mm");

@@ -1,8 +1,8 @@
 //! A turntable's part of the report: its axis, and how far the boards were from a pure turn.
 
 use calibration::AxisReport;
+use maud::{Markup, html};
 
-use crate::drawing::html::Html;
 use crate::drawing::page::{figure, grid, legend, table};
 use crate::drawing::plot::{Axis, Plot};
 
@@ -11,7 +11,7 @@ const DEVIATIONS: [(&str, &str); 3] =
     [("along the turn", "#0072B2"), ("radial", "#E69F00"), ("along the axis", "#009E73")];
 
 /// Table and plot of the deviations.
-pub fn content(axis: &AxisReport) -> Html {
+pub fn content(axis: &AxisReport) -> Markup {
     let mut rows: Vec<Vec<String>> = ["x", "y", "z"]
         .iter()
         .zip(axis.point_mm.iter().zip(axis.direction))
@@ -25,12 +25,14 @@ pub fn content(axis: &AxisReport) -> Html {
     }
     let keys: Vec<(String, String)> =
         DEVIATIONS.iter().map(|(name, colour)| ((*name).to_owned(), (*colour).to_owned())).collect();
-    table(&["axis, camera frame", "point, mm", "direction"], &rows, |_| false)
-        + legend(&keys)
-        + grid(&[deviations(axis)])
+    html! {
+        (table(&["axis, camera frame", "point, mm", "direction"], &rows, |_| false))
+        (legend(&keys))
+        (grid(&[deviations(axis)]))
+    }
 }
 
-fn deviations(axis: &AxisReport) -> Html {
+fn deviations(axis: &AxisReport) -> Markup {
     let views = &axis.deviations_um;
     let largest = views.iter().flat_map(|view| &view[1..]).map(|value| value.abs()).fold(1.0, f64::max);
     let x = Axis::around(views.iter().map(|view| view[0]), "nominal angle, °");

@@ -1,10 +1,10 @@
 //! A cloud on paper: heights above its dominant plane, from above and from two sides.
 
 use image::{Rgba, RgbaImage};
+use maud::{Markup, html};
 use nalgebra::{Matrix3, Vector3};
 use scanning::Cloud;
 
-use super::html::Html;
 use super::page::{data_uri, figure};
 use super::plot::{Axis, Plot};
 use crate::drawing::palette::order_hex;
@@ -76,7 +76,7 @@ impl CloudView {
     }
 
     /// Heights as colours over x and y, as the camera sees the part.
-    pub fn seen_from_above(&self) -> Result<Html, Failure> {
+    pub fn seen_from_above(&self) -> Result<Markup, Failure> {
         let x = bounds(self.points.iter().map(|point| point.x_mm));
         let y = bounds(self.points.iter().map(|point| point.y_mm));
         let cell_mm = ((x.1 - x.0) / CELLS_ACROSS as f64).max(1e-6);
@@ -114,12 +114,15 @@ impl CloudView {
     }
 
     /// Height over x and height over y.
-    pub fn seen_from_the_sides(&self) -> Html {
-        let drawing = self.side("x, mm", |point| point.x_mm) + self.side("y, mm", |point| point.y_mm);
+    pub fn seen_from_the_sides(&self) -> Markup {
+        let drawing = html! {
+            (self.side("x, mm", |point| point.x_mm))
+            (self.side("y, mm", |point| point.y_mm))
+        };
         figure(drawing, "From two sides; colours are orders. Heights are drawn on a scale of their own.")
     }
 
-    fn side(&self, title: &str, place: impl Fn(&Seen) -> f64) -> Html {
+    fn side(&self, title: &str, place: impl Fn(&Seen) -> f64) -> Markup {
         let x = Axis::around(self.points.iter().map(&place), title);
         let room = ((self.high_mm - self.low_mm) * 0.08).max(0.05);
         let y = Axis::new(self.low_mm - room, self.high_mm + room, "height, mm");

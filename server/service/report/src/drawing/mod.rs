@@ -1,7 +1,6 @@
 //! Markup, plots and pictures, whatever they show.
 
 pub mod cloud_view;
-pub mod html;
 pub mod page;
 pub mod palette;
 pub mod picture;

@@ -1,6 +1,7 @@
 //! The page around the plots: head, style, tiles, sections, tables.
 
-use super::html::{Html, html};
+use base64::prelude::{BASE64_STANDARD, Engine as _};
+use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 /// The style sheet, light and dark.
 const STYLE: &str = include_str!("style.css");
@@ -12,55 +13,54 @@ pub const POLICY: &str = "default-src 'none'; style-src 'unsafe-inline'; img-src
 pub struct Page {
     title: String,
     lead: String,
-    body: Html,
+    parts: Vec<Markup>,
 }
 
 impl Page {
     /// A page with its title and one sentence of what it is about.
     pub fn new(title: &str, lead: &str) -> Self {
-        Self { title: title.to_owned(), lead: lead.to_owned(), body: Html::default() }
+        Self { title: title.to_owned(), lead: lead.to_owned(), parts: Vec::new() }
     }
 
     /// A row of headline figures.
     pub fn tiles(&mut self, tiles: &[Tile]) {
-        let mut row = Html::default();
-        for Tile { value, name, remark } in tiles {
-            row += html!(
-                "<div class=tile><b>{value}</b><span>{name}</span><small>{remark}</small></div>",
-                value = value,
-                name = name,
-                remark = remark,
-            );
-        }
-        self.body += html!("<div class=tiles>{row}</div>", row = row);
+        self.parts.push(html! {
+            div.tiles {
+                @for Tile { value, name, remark } in tiles {
+                    div.tile { b { (value) } span { (name) } small { (remark) } }
+                }
+            }
+        });
     }
 
     /// A part of the page.
-    pub fn section(&mut self, title: &str, introduction: &str, content: Html) {
-        self.body += html!(
-            "<section><h2>{title}</h2><p>{introduction}</p>{content}</section>",
-            title = title,
-            introduction = introduction,
-            content = content,
-        );
+    pub fn section(&mut self, title: &str, introduction: &str, content: Markup) {
+        self.parts.push(html! { section { h2 { (title) } p { (introduction) } (content) } });
     }
 
     /// The page as one HTML text.
     pub fn finish(self) -> String {
-        let Self { title, lead, body } = self;
-        html!(
-            "<!doctype html><html lang=en><meta charset=utf-8><meta http-equiv=Content-Security-Policy \
-             content=\"{policy}\"><meta name=viewport content=\"width=device-width,initial-scale=1\">\
-             <meta name=color-scheme content=\"light dark\"><title>{title}</title><style>{style}</style><main>\
-             <header><h1>{title}</h1><p>{lead}</p></header>{body}<footer>sheaf {version}</footer></main></html>\n",
-            policy = Html::of(POLICY),
-            title = title,
-            style = Html::of(STYLE),
-            lead = lead,
-            body = body,
-            version = env!("CARGO_PKG_VERSION"),
-        )
-        .into_text()
+        html! {
+            (DOCTYPE)
+            html lang="en" {
+                head {
+                    meta charset="utf-8";
+                    meta http-equiv="Content-Security-Policy" content=(POLICY);
+                    meta name="viewport" content="width=device-width,initial-scale=1";
+                    meta name="color-scheme" content="light dark";
+                    title { (self.title) }
+                    style { (PreEscaped(STYLE)) }
+                }
+                body {
+                    main {
+                        header { h1 { (self.title) } p { (self.lead) } }
+                        @for part in &self.parts { (part) }
+                        footer { "sheaf " (env!("CARGO_PKG_VERSION")) }
+                    }
+                }
+            }
+        }
+        .into_string()
     }
 }
 
@@ -82,18 +82,18 @@ impl Tile {
 }
 
 /// A plot or picture with its caption.
-pub fn figure(drawing: Html, caption: &str) -> Html {
-    html!("<figure>{drawing}<figcaption>{caption}</figcaption></figure>", drawing = drawing, caption = caption)
+pub fn figure(drawing: Markup, caption: &str) -> Markup {
+    html! { figure { (drawing) figcaption { (caption) } } }
 }
 
 /// Figures side by side where the page is wide enough.
-pub fn grid(figures: &[Html]) -> Html {
-    html!("<div class=grid>{figures}</div>", figures = Html::joined(figures))
+pub fn grid(figures: &[Markup]) -> Markup {
+    html! { div.grid { @for figure in figures { (figure) } } }
 }
 
 /// Many pictures, small.
-pub fn gallery(figures: &[Html]) -> Html {
-    html!("<div class=\"grid gallery\">{figures}</div>", figures = Html::joined(figures))
+pub fn gallery(figures: &[Markup]) -> Markup {
+    html! { div.grid.gallery { @for figure in figures { (figure) } } }
 }
 
 /// A clause of the core as a sentence of the page: capital first, no code quotes.
@@ -107,65 +107,36 @@ pub fn sentence(clause: &str) -> String {
 }
 
 /// A table; the first column is text, the others are figures. `marked` rows stand out.
-pub fn table(head: &[&str], rows: &[Vec<String>], marked: impl Fn(usize) -> bool) -> Html {
-    let mut names = Html::default();
-    for name in head {
-        names += html!("<th>{name}</th>", name = name);
-    }
-    let mut body = Html::default();
-    for (idx, row) in rows.iter().enumerate() {
-        body += Html::of(if marked(idx) { "<tr class=marked>" } else { "<tr>" });
-        for cell in row {
-            body += html!("<td>{cell}</td>", cell = cell);
+pub fn table(head: &[&str], rows: &[Vec<String>], marked: impl Fn(usize) -> bool) -> Markup {
+    html! {
+        div.scroll {
+            table {
+                thead { tr { @for name in head { th { (name) } } } }
+                tbody {
+                    @for (idx, row) in rows.iter().enumerate() {
+                        tr.marked[marked(idx)] { @for cell in row { td { (cell) } } }
+                    }
+                }
+            }
         }
-        body += Html::of("</tr>");
     }
-    html!(
-        "<div class=scroll><table><thead><tr>{names}</tr></thead><tbody>{body}</tbody></table></div>",
-        names = names,
-        body = body,
-    )
 }
 
 /// A sentence set apart.
-pub fn verdict(sentence: &str) -> Html {
-    html!("<p class=verdict>{sentence}</p>", sentence = sentence)
+pub fn verdict(sentence: &str) -> Markup {
+    html! { p.verdict { (sentence) } }
 }
 
 /// Colour keys: name and colour.
-pub fn legend(keys: &[(String, String)]) -> Html {
-    let mut spans = Html::default();
-    for (name, colour) in keys {
-        spans += html!("<span><i style=\"background:{colour}\"></i>{name}</span>", colour = colour, name = name);
+pub fn legend(keys: &[(String, String)]) -> Markup {
+    html! {
+        p.legend {
+            @for (name, colour) in keys { span { i style={ "background:" (colour) } {} (name) } }
+        }
     }
-    html!("<p class=legend>{spans}</p>", spans = spans)
 }
 
 /// Bytes as a data URI, so that the page needs no other file.
 pub fn data_uri(mime: &str, bytes: &[u8]) -> String {
-    const DIGITS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-    let mut text = format!("data:{mime};base64,");
-    for chunk in bytes.chunks(3) {
-        let word = chunk.iter().fold(0u32, |word, byte| word << 8 | u32::from(*byte)) << (8 * (3 - chunk.len()));
-        for digit in 0..4 {
-            if digit <= chunk.len() {
-                text.push(char::from(DIGITS[(word >> (18 - 6 * digit) & 63) as usize]));
-            } else {
-                text.push('=');
-            }
-        }
-    }
-    text
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn base64_follows_the_test_vectors_of_rfc_4648() {
-        for (bytes, text) in [("", ""), ("f", "Zg=="), ("fo", "Zm8="), ("foo", "Zm9v"), ("foobar", "Zm9vYmFy")] {
-            assert_eq!(data_uri("x", bytes.as_bytes()), format!("data:x;base64,{text}"));
-        }
-    }
+    format!("data:{mime};base64,{}", BASE64_STANDARD.encode(bytes))
 }

@@ -6,12 +6,13 @@ use std::path::Path;
 use capture::Capture;
 use image::RgbImage;
 use image::imageops::{FilterType, resize};
+use maud::{Markup, html};
 use vision::{Centrelines, GreyImage};
 
-use super::html::{Html, html};
 use super::page::{data_uri, figure};
 use crate::drawing::palette::order_hex;
 use crate::drawing::picture::{background, encode_jpeg};
+use crate::drawing::plot::tenths;
 use crate::tables::order_name;
 use pipeline::Failure;
 
@@ -34,21 +35,21 @@ pub fn labelled_picture(
     found: Option<&Centrelines>,
     labelled: &[LabelledPixel],
     caption: &str,
-) -> Result<Html, Failure> {
+) -> Result<Markup, Failure> {
     let image = capture.image(&path.display().to_string(), path)?;
     Ok(figure(drawing(&image, found, labelled)?, caption))
 }
 
 /// A finished picture, smaller.
-pub fn small_picture(picture: &RgbImage, caption: &str) -> Result<Html, Failure> {
+pub fn small_picture(picture: &RgbImage, caption: &str) -> Result<Markup, Failure> {
     let (width, height) = picture.dimensions();
     let small_width = width.min(EMBEDDED_WIDTH_PX);
     let small = resize(picture, small_width, height * small_width / width, FilterType::Triangle);
     let uri = data_uri("image/jpeg", &encode_jpeg(&small)?);
-    Ok(figure(html!("<img src=\"{uri}\" alt=\"{caption}\">", uri = uri, caption = caption), caption))
+    Ok(figure(html! { img src=(uri) alt=(caption); }, caption))
 }
 
-fn drawing(image: &GreyImage, found: Option<&Centrelines>, labelled: &[LabelledPixel]) -> Result<Html, Failure> {
+fn drawing(image: &GreyImage, found: Option<&Centrelines>, labelled: &[LabelledPixel]) -> Result<Markup, Failure> {
     let (width, height) = (image.width() as u32, image.height() as u32);
     let full = background(image, 1, DIM_PEAK);
     let small = match width > EMBEDDED_WIDTH_PX {
@@ -56,50 +57,42 @@ fn drawing(image: &GreyImage, found: Option<&Centrelines>, labelled: &[LabelledP
         false => full,
     };
     let uri = data_uri("image/jpeg", &encode_jpeg(&small)?);
-    let mut svg = html!(
-        "<svg viewBox=\"-0.5 -0.5 {width} {height}\" role=img>\
-         <image href=\"{uri}\" x=-0.5 y=-0.5 width={width} height={height} />",
-        width = width,
-        height = height,
-        uri = uri,
-    );
     let dot = f64::from(width) / 190.0;
-    if let Some(found) = found {
-        let points = found.segments.iter().flat_map(|segment| &segment.points).map(|p| (p.u_px, p.v_px));
-        draw(&mut svg, &points.collect::<Vec<_>>(), "#777", dot * 0.3);
-    }
+    let size = f64::from(width) / 45.0;
     let mut orders: Vec<i8> = labelled.iter().map(|point| point.2).collect();
     orders.sort_unstable();
     orders.dedup();
-    for order in orders {
-        let points: Vec<(f64, f64)> =
-            labelled.iter().filter(|point| point.2 == order).map(|point| (point.0, point.1)).collect();
-        draw(&mut svg, &points, &order_hex(order), dot);
-        if let Some((u_px, v_px)) = points.iter().copied().max_by(|a, b| a.0.total_cmp(&b.0)) {
-            let size = f64::from(width) / 45.0;
-            svg += html!(
-                "<text x={x:.0} y={y:.0} style=\"font-size:{size:.0}px;font-weight:650;fill:{colour}\">{name}</text>",
-                x = u_px.min(f64::from(width) - 2.2 * size) + 0.5 * size,
-                y = v_px - 0.5 * size,
-                size = size,
-                colour = order_hex(order),
-                name = order_name(order),
-            );
+    Ok(html! {
+        svg viewBox=(format!("-0.5 -0.5 {width} {height}")) role="img" {
+            image href=(uri) x="-0.5" y="-0.5" width=(width) height=(height) {}
+            @if let Some(found) = found {
+                @let points = found.segments.iter().flat_map(|segment| &segment.points);
+                (dots(&points.map(|p| (p.u_px, p.v_px)).collect::<Vec<_>>(), "#777", dot * 0.3))
+            }
+            @for order in orders {
+                @let points = points_of(labelled, order);
+                (dots(&points, &order_hex(order), dot))
+                @if let Some((u_px, v_px)) = points.iter().copied().max_by(|a, b| a.0.total_cmp(&b.0)) {
+                    @let x = u_px.min(f64::from(width) - 2.2 * size) + 0.5 * size;
+                    @let style = format!("font-size:{size:.0}px;font-weight:650;fill:{}", order_hex(order));
+                    text x=(format!("{x:.0}")) y=(format!("{:.0}", v_px - 0.5 * size)) style=(style) {
+                        (order_name(order))
+                    }
+                }
+            }
         }
-    }
-    Ok(svg + Html::of("</svg>"))
+    })
 }
 
-fn draw(svg: &mut Html, points: &[(f64, f64)], colour: &str, dot: f64) {
+fn points_of(labelled: &[LabelledPixel], order: i8) -> Vec<(f64, f64)> {
+    labelled.iter().filter(|point| point.2 == order).map(|point| (point.0, point.1)).collect()
+}
+
+fn dots(points: &[(f64, f64)], colour: &str, dot: f64) -> Markup {
     let stride = points.len().div_ceil(MAX_DOTS).max(1);
     let mut path = String::new();
     for (u_px, v_px) in points.iter().step_by(stride) {
         let _ = write!(path, "M{u_px:.1} {v_px:.1}h0");
     }
-    *svg += html!(
-        "<path d=\"{path}\" fill=none stroke=\"{colour}\" stroke-width={dot:.1} stroke-linecap=round />",
-        path = path,
-        colour = colour,
-        dot = dot,
-    );
+    html! { path d=(path) fill="none" stroke=(colour) stroke-width=(tenths(dot)) stroke-linecap="round" {} }
 }

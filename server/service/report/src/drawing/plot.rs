@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use super::html::{Html, html};
+use maud::{Markup, html};
 
 /// Room for tick labels, left.
 const LEFT: f64 = 52.0;
@@ -79,13 +79,13 @@ pub struct Plot {
     y: Axis,
     width: f64,
     height: f64,
-    body: Html,
+    parts: Vec<Markup>,
 }
 
 impl Plot {
     /// A plot whose plane has the given size in SVG units.
     pub fn new(x: Axis, y: Axis, width: f64, height: f64) -> Self {
-        Self { x, y, width, height, body: Html::default() }
+        Self { x, y, width, height, parts: Vec::new() }
     }
 
     /// Small dots of one colour, drawn as one path.
@@ -96,12 +96,9 @@ impl Plot {
                 let _ = write!(path, "M{:.1} {:.1}h0", self.place_x(x), self.place_y(y));
             }
         }
-        self.body += html!(
-            "<path d=\"{path}\" fill=none stroke-width={size} stroke-linecap=round style=\"{style}\"/>",
-            path = path,
-            size = size,
-            style = style,
-        );
+        self.parts.push(html! {
+            path d=(path) fill="none" stroke-width=(size) stroke-linecap="round" style=(style) {}
+        });
     }
 
     /// A line through the points.
@@ -111,11 +108,7 @@ impl Plot {
             let command = if idx == 0 { 'M' } else { 'L' };
             let _ = write!(path, "{command}{:.1} {:.1}", self.place_x(*x), self.place_y(*y));
         }
-        self.body += html!(
-            "<path d=\"{path}\" fill=none stroke-linejoin=round style=\"{style}\"/>",
-            path = path,
-            style = style
-        );
+        self.parts.push(html! { path d=(path) fill="none" stroke-linejoin="round" style=(style) {} });
     }
 
     /// Short lines from (x, y) along (dx, dy), all in axis units.
@@ -126,101 +119,62 @@ impl Plot {
             let _ =
                 write!(path, "M{x0:.1} {y0:.1}l{:.1} {:.1}", self.place_x(x + dx) - x0, self.place_y(y + dy) - y0);
         }
-        self.body += html!("<path d=\"{path}\" class=thin style=\"{style}\"/>", path = path, style = style);
+        self.parts.push(html! { path.thin d=(path) style=(style) {} });
     }
 
     /// A rectangle between two corners, with a text shown when pointed at.
     pub fn cell(&mut self, from: (f64, f64), to: (f64, f64), class: &str, opacity: f64, tip: &str) {
         let (x0, x1) = (self.place_x(from.0), self.place_x(to.0));
         let (y0, y1) = (self.place_y(from.1), self.place_y(to.1));
-        self.body += html!(
-            "<rect x={x:.1} y={y:.1} width={width:.1} height={height:.1} class={class} opacity={opacity:.3}>\
-             <title>{tip}</title></rect>",
-            x = x0.min(x1),
-            y = y0.min(y1),
-            width = (x1 - x0).abs(),
-            height = (y1 - y0).abs(),
-            class = class,
-            opacity = opacity,
-            tip = tip,
-        );
+        let opacity = format!("{opacity:.3}");
+        self.parts.push(html! {
+            rect x=(tenths(x0.min(x1))) y=(tenths(y0.min(y1))) width=(tenths((x1 - x0).abs()))
+                height=(tenths((y1 - y0).abs())) class=(class) opacity=(opacity) { title { (tip) } }
+        });
     }
 
     /// A horizontal dashed line.
     pub fn rule_at(&mut self, y: f64) {
-        let place = self.place_y(y);
-        self.body += html!(
-            "<line x1={left} x2={right} y1={place:.1} y2={place:.1} class=zero />",
-            left = LEFT,
-            right = LEFT + self.width,
-            place = place,
-        );
+        let place = tenths(self.place_y(y));
+        self.parts.push(html! { line.zero x1=(LEFT) x2=(LEFT + self.width) y1=(place) y2=(place) {} });
     }
 
     /// A picture that fills the plane; `uri` is a data URI.
     pub fn backdrop(&mut self, uri: &str) {
-        self.body += html!(
-            "<image href=\"{uri}\" x={x} y={y} width={width} height={height} preserveAspectRatio=none />",
-            uri = uri,
-            x = LEFT,
-            y = RIM,
-            width = self.width,
-            height = self.height,
-        );
+        self.parts.push(html! {
+            image href=(uri) x=(LEFT) y=(RIM) width=(self.width) height=(self.height) preserveAspectRatio="none" {}
+        });
     }
 
     /// The drawing as an SVG element.
-    pub fn svg(&self) -> Html {
-        html!(
-            "<svg viewBox=\"0 0 {width:.0} {height:.0}\" role=img>{axes}{body}</svg>",
-            width = LEFT + self.width + RIM,
-            height = RIM + self.height + BELOW,
-            axes = self.axes(),
-            body = self.body,
-        )
+    pub fn svg(&self) -> Markup {
+        let (width, height) = (LEFT + self.width + RIM, RIM + self.height + BELOW);
+        html! {
+            svg viewBox=(format!("0 0 {width:.0} {height:.0}")) role="img" {
+                (self.axes())
+                @for part in &self.parts { (part) }
+            }
+        }
     }
 
-    fn axes(&self) -> Html {
+    fn axes(&self) -> Markup {
         let (bottom, right) = (RIM + self.height, LEFT + self.width);
-        let mut axes = Html::default();
-        for tick in self.x.ticks() {
-            axes += html!(
-                "<line class=rule x1={x:.1} x2={x:.1} y1={top} y2={bottom:.1} />\
-                 <text x={x:.1} y={y:.1} text-anchor=middle>{tick}</text>",
-                x = self.place_x(tick),
-                top = RIM,
-                bottom = bottom,
-                y = bottom + 14.0,
-                tick = tick_text(tick, &self.x),
-            );
+        let middle = tenths(RIM + self.height / 2.0);
+        html! {
+            @for tick in self.x.ticks() {
+                @let x = tenths(self.place_x(tick));
+                line.rule x1=(x) x2=(x) y1=(RIM) y2=(tenths(bottom)) {}
+                text x=(x) y=(tenths(bottom + 14.0)) text-anchor="middle" { (tick_text(tick, &self.x)) }
+            }
+            @for tick in self.y.ticks() {
+                @let y = self.place_y(tick);
+                line.rule x1=(LEFT) x2=(tenths(right)) y1=(tenths(y)) y2=(tenths(y)) {}
+                text x=(tenths(LEFT - 6.0)) y=(tenths(y + 4.0)) text-anchor="end" { (tick_text(tick, &self.y)) }
+            }
+            text x=(tenths(LEFT + self.width / 2.0)) y=(tenths(bottom + 31.0)) text-anchor="middle" { (self.x.title) }
+            text x="11" y=(middle) text-anchor="middle" transform={ "rotate(-90 11 " (middle) ")" } { (self.y.title) }
+            rect.axis x=(LEFT) y=(RIM) width=(tenths(self.width)) height=(tenths(self.height)) {}
         }
-        for tick in self.y.ticks() {
-            let y = self.place_y(tick);
-            axes += html!(
-                "<line class=rule x1={left} x2={right:.1} y1={y:.1} y2={y:.1} />\
-                 <text x={x:.1} y={below:.1} text-anchor=end>{tick}</text>",
-                left = LEFT,
-                right = right,
-                y = y,
-                x = LEFT - 6.0,
-                below = y + 4.0,
-                tick = tick_text(tick, &self.y),
-            );
-        }
-        axes + html!(
-            "<text x={x:.1} y={y:.1} text-anchor=middle>{across}</text>\
-             <text x=11 y={middle:.1} text-anchor=middle transform=\"rotate(-90 11 {middle:.1})\">{up}</text>\
-             <rect class=axis x={left} y={top} width={width:.1} height={height:.1} />",
-            x = LEFT + self.width / 2.0,
-            y = bottom + 31.0,
-            across = self.x.title,
-            middle = RIM + self.height / 2.0,
-            up = self.y.title,
-            left = LEFT,
-            top = RIM,
-            width = self.width,
-            height = self.height,
-        )
     }
 
     fn inside(&self, x: f64, y: f64) -> bool {
@@ -236,6 +190,11 @@ impl Plot {
     }
 }
 
+/// A length in SVG units, to a tenth.
+pub fn tenths(value: f64) -> String {
+    format!("{value:.1}")
+}
+
 /// As many decimals as the axis needs, a true minus sign, no negative zero.
 fn tick_text(tick: f64, axis: &Axis) -> String {
     let step = round_step((axis.high - axis.low).abs() / TICKS);
@@ -245,40 +204,26 @@ fn tick_text(tick: f64, axis: &Axis) -> String {
 }
 
 /// One horizontal bar per name, with its figure at the end. `marked` bars stand out.
-pub fn bars(entries: &[(String, f64)], unit: &str, decimals: usize, marked: impl Fn(usize) -> bool) -> Html {
+pub fn bars(entries: &[(String, f64)], unit: &str, decimals: usize, marked: impl Fn(usize) -> bool) -> Markup {
     const ROW: f64 = 19.0;
     const NAMES: f64 = 128.0;
     const WIDTH: f64 = 520.0;
     const FIGURES: f64 = 84.0;
     let largest = entries.iter().map(|(_, value)| *value).fold(f64::MIN_POSITIVE, f64::max);
-    let mut rows = Html::default();
-    for (idx, (name, value)) in entries.iter().enumerate() {
-        let y = idx as f64 * ROW;
-        let length = (value / largest * (WIDTH - NAMES - FIGURES)).max(1.0);
-        let opacity = if marked(idx) { 1.0 } else { 0.55 };
-        rows += html!(
-            "<text x={names:.0} y={base:.1} text-anchor=end>{name}</text>\
-             <rect class=bar x={begin} y={top:.1} width={length:.1} height={height:.1} rx=2 opacity={opacity} />\
-             <text class=ink x={end:.1} y={base:.1}>{value} {unit}</text>",
-            names = NAMES - 8.0,
-            base = y + 14.0,
-            name = name,
-            begin = NAMES,
-            top = y + 3.0,
-            length = length,
-            height = ROW - 5.0,
-            opacity = opacity,
-            end = NAMES + length + 6.0,
-            value = format!("{value:.decimals$}"),
-            unit = unit,
-        );
+    let height = entries.len() as f64 * ROW + 4.0;
+    html! {
+        svg viewBox=(format!("0 0 {WIDTH} {height:.0}")) role="img" {
+            @for (idx, (name, value)) in entries.iter().enumerate() {
+                @let y = idx as f64 * ROW;
+                @let base = tenths(y + 14.0);
+                @let length = (value / largest * (WIDTH - NAMES - FIGURES)).max(1.0);
+                text x=(NAMES - 8.0) y=(base) text-anchor="end" { (name) }
+                rect.bar x=(NAMES) y=(tenths(y + 3.0)) width=(tenths(length)) height=(tenths(ROW - 5.0)) rx="2"
+                    opacity=(if marked(idx) { 1.0 } else { 0.55 }) {}
+                text.ink x=(tenths(NAMES + length + 6.0)) y=(base) { (format!("{value:.decimals$} {unit}")) }
+            }
+        }
     }
-    html!(
-        "<svg viewBox=\"0 0 {width} {height:.0}\" role=img>{rows}</svg>",
-        width = WIDTH,
-        height = entries.len() as f64 * ROW + 4.0,
-        rows = rows,
-    )
 }
 
 #[cfg(test)]

@@ -1,10 +1,11 @@
 //! Where an artifact lies, and how a finished file gets there durably.
 
+use parking_lot::Mutex;
 use std::collections::HashSet;
 use std::fs::{self, File};
 use std::io;
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::Arc;
 
 use crate::artifacts::ArtifactId;
 use crate::error::StoreError;
@@ -110,7 +111,7 @@ impl Place {
 
     /// Makes `root/ab` and `root/ab/cd`, each durable in its parent before anything is put in.
     fn make_folders(&self, folder: &Path) -> Result<(), StoreError> {
-        let mut durable = self.durable_folders.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut durable = self.durable_folders.lock();
         for step in [parent(folder), folder] {
             if durable.contains(step) {
                 continue;

@@ -1,11 +1,11 @@
 //! A file of peaks as the frames of a scan: only where each frame lies is kept in memory.
 
+use parking_lot::Mutex;
 use std::borrow::Cow;
 use std::fmt::Debug;
 use std::fs::File;
 use std::io::{BufReader, Read, Seek, SeekFrom};
 use std::path::Path;
-use std::sync::{Mutex, PoisonError};
 
 use optics::StagePosition;
 use vision::Centrelines;
@@ -98,7 +98,7 @@ impl PeaksFile {
         let place = &self.places[frame];
         let mut body = vec![0; place.size_bytes as usize];
         {
-            let mut file = self.file.lock().unwrap_or_else(PoisonError::into_inner);
+            let mut file = self.file.lock();
             file.seek(SeekFrom::Start(place.offset_bytes))?;
             file.read_exact(&mut body)?;
         }

@@ -1,6 +1,7 @@
 //! The camera of a replay.
 
-use std::sync::{Arc, Mutex};
+use parking_lot::Mutex;
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use vision::GreyImage;

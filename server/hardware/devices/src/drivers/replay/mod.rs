@@ -22,8 +22,9 @@ pub use driver::{ReplayDriver, ReplaySettings};
 pub use laser::ReplayLaser;
 pub use stage::ReplayStage;
 
+use parking_lot::Mutex;
 use std::path::PathBuf;
-use std::sync::{Arc, Mutex};
+use std::sync::Arc;
 
 use capture::CaptureError;
 use recording::RecordingError;

@@ -1,6 +1,7 @@
 //! What camera and stage of a replay know of each other: whether frames play, and where the last one was taken.
 
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use parking_lot::{Mutex, MutexGuard};
+use std::sync::Arc;
 use std::time::Instant;
 
 /// A move that ends when frames pass its target.
@@ -138,5 +139,5 @@ impl Move {
 
 /// The shared state; a panic of the other owner leaves it whole, each change being one assignment.
 pub fn lock(playback: &Arc<Mutex<Playback>>) -> MutexGuard<'_, Playback> {
-    playback.lock().unwrap_or_else(PoisonError::into_inner)
+    playback.lock()
 }

@@ -1,6 +1,7 @@
 //! The stage of a replay.
 
-use std::sync::{Arc, Mutex};
+use parking_lot::Mutex;
+use std::sync::Arc;
 
 use super::playback::{Playback, lock};
 use crate::drivers::stage_checks::{check_numbers, check_travel};

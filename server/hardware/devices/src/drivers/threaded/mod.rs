@@ -11,8 +11,9 @@
 #[cfg(test)]
 mod tests;
 
+use parking_lot::{Condvar, Mutex, MutexGuard};
 use std::collections::VecDeque;
-use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use vision::{GreyImage, Pixels};
@@ -200,11 +201,12 @@ fn gone(reason: String) -> CameraError {
 
 impl Shared {
     fn lock(&self) -> MutexGuard<'_, Desk> {
-        self.desk.lock().unwrap_or_else(PoisonError::into_inner)
+        self.desk.lock()
     }
 
-    fn wait<'d>(&self, on: &Condvar, desk: MutexGuard<'d, Desk>, limit: Duration) -> MutexGuard<'d, Desk> {
-        on.wait_timeout(desk, limit).unwrap_or_else(PoisonError::into_inner).0
+    fn wait<'d>(&self, on: &Condvar, mut desk: MutexGuard<'d, Desk>, limit: Duration) -> MutexGuard<'d, Desk> {
+        on.wait_for(&mut desk, limit);
+        desk
     }
 
     /// The thread: one call after the other, orders before frames, until the camera is closed.
@@ -239,7 +241,7 @@ impl Shared {
                     (desk.wished, desk.delivery) = (false, Some(Delivery { image, outcome }));
                 }
             } else {
-                desk = self.to_do.wait(desk).unwrap_or_else(PoisonError::into_inner);
+                self.to_do.wait(&mut desk);
                 continue;
             }
             self.done.notify_all();

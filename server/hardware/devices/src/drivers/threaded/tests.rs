@@ -22,12 +22,12 @@ struct Script {
 
 impl Script {
     fn hang(&self, call: &'static str, time: Duration) {
-        *self.call.lock().unwrap() = call;
+        *self.call.lock() = call;
         self.hang_ms.store(time.as_millis() as u64, Ordering::SeqCst);
     }
 
     fn enter(&self, call: &str) {
-        if *self.call.lock().unwrap() == call {
+        if *self.call.lock() == call {
             let hang_ms = self.hang_ms.swap(0, Ordering::SeqCst);
             assert!(hang_ms != u64::MAX, "a planted defect");
             std::thread::sleep(Duration::from_millis(hang_ms));

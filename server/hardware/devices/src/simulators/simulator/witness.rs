@@ -1,10 +1,11 @@
 //! What really happened at the simulated controller: light, motion and every byte, each with its time.
 
+use parking_lot::{Mutex, MutexGuard};
 use std::collections::VecDeque;
 use std::fs::File;
 use std::io::Write;
 use std::path::Path;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 /// Something the witness saw.
@@ -152,7 +153,7 @@ impl Witness {
     }
 
     fn lock(&self) -> MutexGuard<'_, Record> {
-        self.inner.lock().unwrap_or_else(PoisonError::into_inner)
+        self.inner.lock()
     }
 }
 

@@ -9,8 +9,9 @@ mod remaining;
 pub(in crate::jobs) mod run;
 pub(in crate::jobs) mod runner;
 
+use parking_lot::{Mutex, MutexGuard};
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
+use std::sync::{Arc, Weak};
 
 use station::wall_clock::now_ms;
 use tokio::runtime::Handle;
@@ -161,12 +162,12 @@ impl Queue {
     /// The jobs that run, and those whose end could not be stored.
     pub fn running_views(&self) -> Vec<JobView> {
         let mut running: Vec<Running> = self.lanes().iter().filter_map(|lane| lane.running.clone()).collect();
-        running.extend_from_slice(&self.unsaved.lock().unwrap_or_else(PoisonError::into_inner));
+        running.extend_from_slice(&self.unsaved.lock());
         running.iter().map(|running| running.board.view()).collect()
     }
 
     pub fn remember_unsaved(&self, running: &Running) {
-        self.unsaved.lock().unwrap_or_else(PoisonError::into_inner).push(running.clone());
+        self.unsaved.lock().push(running.clone());
     }
 
     /// Tells where a job is. What is late, and of a job whose end was told, is not told any more.
@@ -197,7 +198,7 @@ impl Queue {
     }
 
     fn lanes(&self) -> MutexGuard<'_, [Lane; 2]> {
-        self.lanes.lock().unwrap_or_else(PoisonError::into_inner)
+        self.lanes.lock()
     }
 }
 

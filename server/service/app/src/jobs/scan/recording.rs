@@ -4,11 +4,12 @@
 //! found are short, because every frame in them holds a buffer of the station. Nothing is left out: a full queue holds
 //! the taker back.
 
+use parking_lot::Mutex;
 use std::cell::Cell;
 use std::path::PathBuf;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
-use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::{Builder, Scope, ScopedJoinHandle};
 use std::time::Instant;
 
@@ -146,7 +147,7 @@ impl Recorder<'_> {
         let depth_range_mm = self.triangulator.calibration().depth_range_mm;
         let calibration_id = self.triangulator.calibration().id.as_str().into();
         loop {
-            let next = taken.lock().unwrap_or_else(PoisonError::into_inner).recv();
+            let next = taken.lock().recv();
             let Ok(taken) = next else { return };
             let (idx, position_mm, captured_at_ns) = (taken.idx, taken.position_mm, taken.frame.captured_at_ns);
             let kept = self.keep_picture(&taken);
@@ -212,8 +213,8 @@ fn fresh(results: &Mutex<Recycling<LiveFrame>>, frame: SharedFrame, calibration_
     }
 }
 
-fn lock(results: &Mutex<Recycling<LiveFrame>>) -> std::sync::MutexGuard<'_, Recycling<LiveFrame>> {
-    results.lock().unwrap_or_else(PoisonError::into_inner)
+fn lock(results: &Mutex<Recycling<LiveFrame>>) -> parking_lot::MutexGuard<'_, Recycling<LiveFrame>> {
+    results.lock()
 }
 
 /// A thread with a name, by which its work is found in measurements.

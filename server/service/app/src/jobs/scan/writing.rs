@@ -1,10 +1,10 @@
 //! What is kept of a scan's frames, on its way to the disk. A thread of its own, so that neither the next frames nor
 //! those who watch wait when the disk pauses.
 
+use parking_lot::Mutex;
 use std::fs::File;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::Receiver;
-use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
 use scanning::files::peaks::PeaksWriter;
@@ -49,11 +49,11 @@ pub struct FreeRecords(Mutex<Vec<Vec<u8>>>);
 impl FreeRecords {
     /// Memory that was used before, if there is any.
     pub fn take(&self) -> Vec<u8> {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner).pop().unwrap_or_default()
+        self.0.lock().pop().unwrap_or_default()
     }
 
     fn give_back(&self, bytes: Vec<u8>) {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner).push(bytes);
+        self.0.lock().push(bytes);
     }
 }
 

@@ -1,7 +1,7 @@
 //! Order, ends, limits and restarts, with a procedure that does what the job's name says.
 
 use crate::events::{Event, NoBody, event};
-use std::sync::Mutex;
+use parking_lot::Mutex;
 use std::sync::atomic::AtomicBool;
 
 use serde_json::json;
@@ -30,7 +30,7 @@ impl Script {
 
     fn play(&self, input: &JobInput, ctx: &StationContext) -> Result<Done, JobEnd> {
         let name = name_of(input);
-        self.began.lock().unwrap().push(name.clone());
+        self.began.lock().push(name.clone());
         match name.as_str() {
             "panic" => panic!("on purpose"),
             "fail" => return Err(AppError::new(ErrorKind::Impossible, "it cannot be").into()),
@@ -57,7 +57,7 @@ impl Script {
     }
 
     fn began(&self) -> Vec<String> {
-        self.began.lock().unwrap().clone()
+        self.began.lock().clone()
     }
 }
 

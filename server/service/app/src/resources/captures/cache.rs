@@ -1,8 +1,9 @@
 //! Unpacked captures: folders that may be deleted at any time nobody looks at them.
 
+use parking_lot::Mutex;
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::Arc;
 
 /// Folders by the id of their archive.
 #[derive(Clone)]
@@ -88,7 +89,7 @@ impl Cache {
     }
 
     fn with<T>(&self, act: impl FnOnce(&mut Shelf) -> T) -> T {
-        act(&mut self.0.lock().unwrap_or_else(PoisonError::into_inner))
+        act(&mut self.0.lock())
     }
 }
 

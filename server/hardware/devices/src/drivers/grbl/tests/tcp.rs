@@ -1,9 +1,10 @@
 //! FluidNC over TCP: its telnet port, played on the loopback address by a bridge to the simulated firmware's terminal.
 
+use parking_lot::Mutex;
 use std::fs::OpenOptions;
 use std::io::{Read, Write};
 use std::net::{Shutdown, TcpListener, TcpStream};
-use std::sync::{Arc, Mutex};
+use std::sync::Arc;
 use std::time::Duration;
 
 use super::{Bench, bench_in_real_time, home, rest, wait_until};
@@ -30,7 +31,7 @@ impl Bridge {
         std::thread::spawn(move || {
             let mut buffer = [0; 256];
             while let Ok(n @ 1..) = from.read(&mut buffer) {
-                if let Some(stream) = current.lock().unwrap().as_mut() {
+                if let Some(stream) = current.lock().as_mut() {
                     stream.write_all(&buffer[..n]).ok();
                 }
             }
@@ -39,7 +40,7 @@ impl Bridge {
         std::thread::spawn(move || {
             for mut stream in listener.incoming().flatten() {
                 stream.write_all(&NEGOTIATION).ok();
-                *current.lock().unwrap() = stream.try_clone().ok();
+                *current.lock() = stream.try_clone().ok();
                 let mut buffer = [0; 256];
                 while let Ok(n @ 1..) = stream.read(&mut buffer) {
                     terminal.write_all(&buffer[..n]).ok();
@@ -50,7 +51,7 @@ impl Bridge {
     }
 
     fn cut(&self) {
-        if let Some(stream) = self.connection.lock().unwrap().take() {
+        if let Some(stream) = self.connection.lock().take() {
             stream.shutdown(Shutdown::Both).ok();
         }
     }

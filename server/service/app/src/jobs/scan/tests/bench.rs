@@ -1,7 +1,8 @@
 //! A small simulated station with a store, and jobs run on the calling thread.
 
+use parking_lot::Mutex;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::{Arc, Mutex};
 
 use calibration::{CalibrationDocument, CalibrationText};
 use live::LiveBus;
@@ -148,7 +149,7 @@ impl Bench {
             captures: self.captures.clone(),
             runtime: self.runtime.handle().clone(),
             progress: Arc::new(move |_, _, words| {
-                heard.lock().unwrap().push(words.to_owned());
+                heard.lock().push(words.to_owned());
                 if cancel_at(words) {
                     wish.cancel();
                 }
@@ -175,8 +176,8 @@ impl Bench {
         let (said, fractions) = (job.said.clone(), Arc::new(Mutex::new(Vec::new())));
         let (heard, seen) = (said.clone(), fractions.clone());
         job.ctx.compute.progress = Arc::new(move |fraction, _, words| {
-            heard.lock().unwrap().push(words.to_owned());
-            seen.lock().unwrap().push(fraction);
+            heard.lock().push(words.to_owned());
+            seen.lock().push(fraction);
         });
         (said, fractions)
     }

@@ -35,7 +35,7 @@ fn every_row_is_in_the_scan_at_its_place_and_shown_live() {
     assert_eq!(bench.bytes(scan.display.as_ref().unwrap()), log.blocks().concat());
     let shown = bench.live.watch_frames().borrow().clone().expect("a frame");
     assert_eq!((shown.frame.position_mm, shown.centrelines == peaks.frames[8].centrelines), (Some(2.0), true));
-    assert!(job.said.lock().unwrap().iter().any(|words| words == "row 9 of 9"));
+    assert!(job.said.lock().iter().any(|words| words == "row 9 of 9"));
     // Dark, and free for the next.
     assert_eq!(bench.operator.laser_power(), 0.0);
     assert!(!bench.folder.path().join("data/work").join(&id).exists());

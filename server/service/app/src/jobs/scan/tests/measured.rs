@@ -43,11 +43,11 @@ fn the_verdict_is_made_in_the_job_and_the_next_plan_knows_the_pace() {
     let part = bench.part(&id);
     assert_eq!((part.verdict, part.measured.len()), (Some(PartVerdict::Ok), 1));
     // Every phase reported.
-    let told = told.lock().unwrap();
+    let told = told.lock();
     for words in ["row 33 of 33", "computing the cloud", "storing the cloud", "measuring: 1 of 1"] {
         assert!(told.iter().any(|said| said == words), "{words}: {told:?}");
     }
-    let fractions = fractions.lock().unwrap();
+    let fractions = fractions.lock();
     assert!(fractions.iter().filter(|at| **at > 0.0 && **at < 1.0).count() > 66, "{}", fractions.len());
     let timing = &part.scan.report[TIMING];
     assert!(timing["evaluation_s"].as_f64().unwrap() > 0.0 && timing["n_measured"] == 1, "{timing}");
