@@ -657,6 +657,80 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/recordings": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /** Recordings, newest first. */
+        get: operations["list_recordings"];
+        put?: never;
+        /**
+         * Records the live view from now on: every frame that the camera delivers, bit by bit, with devices, stage, events,
+         *     lines and profiles beside it. It ends when it is stopped, when the live view ends, or when the disk has no more room
+         *     than must stay free. A scan is recorded with `record` in its own request.
+         */
+        post: operations["begin_recording"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/recordings/{id}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /** A recording; while it runs, with what is written so far. */
+        get: operations["get_recording"];
+        put?: never;
+        post?: never;
+        /** Forgets a recording and frees its bytes; one that runs must be stopped first. */
+        delete: operations["delete_recording"];
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/recordings/{id}/file": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /** The file (MCAP), in whole or in ranges. Foxglove and rerun open it; `sheaf recording` and `station.replay` do, too. */
+        get: operations["download_recording"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/recordings/{id}/stop": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /** Ends a recording; answers when its file is finished. One that has ended stays as it is. */
+        post: operations["stop_recording"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/scans": {
         parameters: {
             query?: never;
@@ -2178,6 +2252,21 @@ export interface components {
             /** @enum {string} */
             kind: "capture.deleted";
         } | {
+            /** @description A recording of what the camera delivers began. */
+            body: components["schemas"]["RecordingStarted"];
+            /** @enum {string} */
+            kind: "recording.started";
+        } | {
+            /** @description A recording has ended, whatever ended it. */
+            body: components["schemas"]["RecordingEnded"];
+            /** @enum {string} */
+            kind: "recording.ended";
+        } | {
+            /** @description A recording was deleted. */
+            body: components["schemas"]["Act"];
+            /** @enum {string} */
+            kind: "recording.deleted";
+        } | {
             /** @description A calibration was computed. */
             body: components["schemas"]["CalibrationCreated"];
             /** @enum {string} */
@@ -2998,6 +3087,73 @@ export interface components {
             next?: string | null;
         };
         /** @description A part of a list. */
+        ListDto_RecordingDto: {
+            /**
+             * @description Records between these that are damaged in the database and cannot be shown, whatever the list was asked for;
+             *     missing if all are whole.
+             */
+            damaged?: components["schemas"]["DamagedDto"][];
+            /** @description The records, newest first. */
+            items: {
+                /** @description The calibration whose document is in the file. */
+                calibration_id?: string | null;
+                /**
+                 * Format: double
+                 * @description From the first frame to the last; while it runs, since it began.
+                 */
+                duration_s: number;
+                ended?: components["schemas"]["RecordingEndedDto"] | null;
+                /** @description Address of the file; missing until it is finished. */
+                file?: string | null;
+                /** @description Its id. */
+                id: string;
+                /** @description Exposures that are not in it. */
+                lost: components["schemas"]["RecordingLossesDto"];
+                /**
+                 * Format: int64
+                 * @description Frames in it.
+                 */
+                n_frames: number;
+                /**
+                 * Format: int64
+                 * @description Places where they are missing.
+                 */
+                n_gaps: number;
+                /**
+                 * Format: int64
+                 * @description Messages beside the frames that found no room in their queue.
+                 */
+                n_notes_lost: number;
+                /**
+                 * Format: int64
+                 * @description Rows of the scan in it.
+                 */
+                n_rows: number;
+                /** @description What a person calls it. */
+                name: string;
+                /** @description What was recorded. */
+                origin: components["schemas"]["RecordingOriginDto"];
+                /** @description What went wrong at its end. */
+                problem?: string | null;
+                /** @description The scan that was recorded; it may have been deleted. */
+                scan_id?: string | null;
+                /**
+                 * Format: int64
+                 * @description Bytes of the file.
+                 */
+                size_bytes: number;
+                /**
+                 * Format: int64
+                 * @description When it began, wall clock, ms since 1970.
+                 */
+                started_at_ms: number;
+                /** @description Where it is in its life. */
+                state: components["schemas"]["RecordingStateDto"];
+            }[];
+            /** @description Address of the next page; missing on the last one. */
+            next?: string | null;
+        };
+        /** @description A part of a list. */
         ListDto_ScanDto: {
             /**
              * @description Records between these that are damaged in the database and cannot be shown, whatever the list was asked for;
@@ -3734,6 +3890,142 @@ export interface components {
             /** @description With which calibration; missing: the active one. */
             calibration_id?: string | null;
         };
+        /** @description What camera and stage delivered, as an MCAP file. */
+        RecordingDto: {
+            /** @description The calibration whose document is in the file. */
+            calibration_id?: string | null;
+            /**
+             * Format: double
+             * @description From the first frame to the last; while it runs, since it began.
+             */
+            duration_s: number;
+            ended?: components["schemas"]["RecordingEndedDto"] | null;
+            /** @description Address of the file; missing until it is finished. */
+            file?: string | null;
+            /** @description Its id. */
+            id: string;
+            /** @description Exposures that are not in it. */
+            lost: components["schemas"]["RecordingLossesDto"];
+            /**
+             * Format: int64
+             * @description Frames in it.
+             */
+            n_frames: number;
+            /**
+             * Format: int64
+             * @description Places where they are missing.
+             */
+            n_gaps: number;
+            /**
+             * Format: int64
+             * @description Messages beside the frames that found no room in their queue.
+             */
+            n_notes_lost: number;
+            /**
+             * Format: int64
+             * @description Rows of the scan in it.
+             */
+            n_rows: number;
+            /** @description What a person calls it. */
+            name: string;
+            /** @description What was recorded. */
+            origin: components["schemas"]["RecordingOriginDto"];
+            /** @description What went wrong at its end. */
+            problem?: string | null;
+            /** @description The scan that was recorded; it may have been deleted. */
+            scan_id?: string | null;
+            /**
+             * Format: int64
+             * @description Bytes of the file.
+             */
+            size_bytes: number;
+            /**
+             * Format: int64
+             * @description When it began, wall clock, ms since 1970.
+             */
+            started_at_ms: number;
+            /** @description Where it is in its life. */
+            state: components["schemas"]["RecordingStateDto"];
+        };
+        /** @description A recording that has ended. */
+        RecordingEnded: {
+            /**
+             * @description `stopped`, `live_ended`, `scan_ended`, `scan_began`, `disk_floor`, `disk_full`, `write_failed`, `service_ended`,
+             *     `crashed`.
+             */
+            ended: string;
+            /**
+             * Format: int64
+             * @description Frames in it.
+             */
+            n_frames: number;
+            /**
+             * Format: int64
+             * @description Exposures that are not in it.
+             */
+            n_lost: number;
+            /** @description What people call it. */
+            name: string;
+            /**
+             * Format: int64
+             * @description Bytes of its file.
+             */
+            size_bytes: number;
+            /** @description `complete`, `interrupted`, `failed`. */
+            state: string;
+        };
+        /**
+         * @description Why a recording ended.
+         * @enum {string}
+         */
+        RecordingEndedDto: "stopped" | "live_ended" | "scan_ended" | "scan_began" | "disk_floor" | "disk_full" | "write_failed" | "service_ended" | "crashed";
+        /** @description Exposures that are not in a recording, by reason. */
+        RecordingLossesDto: {
+            /**
+             * Format: int64
+             * @description Lost between sensor and driver. While it runs, all that did not arrive.
+             */
+            camera: number;
+            /**
+             * Format: int64
+             * @description Packets of them were missing.
+             */
+            incomplete: number;
+            /**
+             * Format: int64
+             * @description They came with another size or format.
+             */
+            malformed: number;
+            /**
+             * Format: int64
+             * @description There was no free buffer.
+             */
+            no_buffer: number;
+            /**
+             * Format: int64
+             * @description They arrived, and the recorder did not take them in time.
+             */
+            recorder: number;
+        };
+        /**
+         * @description What was recorded.
+         * @enum {string}
+         */
+        RecordingOriginDto: "live" | "scan";
+        /** @description A recording that began. */
+        RecordingStarted: {
+            /** @description Who asked; missing where a job did. */
+            actor?: string | null;
+            /** @description What people call it. */
+            name: string;
+            /** @description The scan that is recorded; missing for a live view. */
+            scan_id?: string | null;
+        };
+        /**
+         * @description Where a recording is in its life.
+         * @enum {string}
+         */
+        RecordingStateDto: "recording" | "finishing" | "complete" | "interrupted" | "failed";
         /** @description Residuals of a calibration over the picture. */
         ResidualsDto: {
             /** @description Board corners of all pictures: u, v where seen; du, dv from where the camera expects it to there, px. */
@@ -3894,6 +4186,8 @@ export interface components {
             name?: string | null;
             /** @description What it is made for. */
             purpose: components["schemas"]["ScanPurposeDto"];
+            /** @description Record everything that the camera delivers meanwhile, as an MCAP file. */
+            record: boolean;
             /** @description The partial scan that is continued. */
             resume_scan_id?: string | null;
             /** @description Where frames come from. */
@@ -4697,6 +4991,11 @@ export interface components {
             /** @description What is written. */
             what: components["schemas"]["ExportWhatDto"];
         };
+        /** @description Record the live view. */
+        StartRecordingDto: {
+            /** @description What a person calls it; `live view` if not said. */
+            name?: string | null;
+        };
         /**
          * @description Scan a part.
          * @example {
@@ -4744,6 +5043,11 @@ export interface components {
             mode?: components["schemas"]["ScanModeDto"] | null;
             /** @description What a person calls it. */
             name?: string | null;
+            /**
+             * @description Record everything that the camera delivers meanwhile, as an MCAP file (`GET /recordings`). A disk without room
+             *     ends the recording, not the scan.
+             */
+            record?: boolean;
             /** @description The partial scan that is continued; it measures what it was begun for. */
             resume_scan_id?: string | null;
             /** @description Where frames come from. */
@@ -6722,6 +7026,212 @@ export interface operations {
             408: components["responses"]["Problem"];
             500: components["responses"]["Problem"];
             503: components["responses"]["Problem"];
+        };
+    };
+    list_recordings: {
+        parameters: {
+            query?: {
+                /** @description Id of the last record of the page before. */
+                before?: string;
+                /** @description Records of a page, 1 to 200; 50 if not said. */
+                limit?: number;
+            };
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ListDto_RecordingDto"];
+                };
+            };
+            400: components["responses"]["Problem"];
+            403: components["responses"]["Problem"];
+            404: components["responses"]["Problem"];
+            408: components["responses"]["Problem"];
+            500: components["responses"]["Problem"];
+            503: components["responses"]["Problem"];
+        };
+    };
+    begin_recording: {
+        parameters: {
+            query?: never;
+            header: {
+                /** @description Id of the control lease */
+                "Sheaf-Control": string;
+                /** @description The same key with the same body and query is the same request, for seven days: it is done once and answered alike */
+                "Idempotency-Key"?: string;
+            };
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["StartRecordingDto"];
+            };
+        };
+        responses: {
+            201: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["RecordingDto"];
+                };
+            };
+            400: components["responses"]["Problem"];
+            403: components["responses"]["Problem"];
+            404: components["responses"]["Problem"];
+            408: components["responses"]["Problem"];
+            409: components["responses"]["Problem"];
+            412: components["responses"]["Problem"];
+            413: components["responses"]["Problem"];
+            415: components["responses"]["Problem"];
+            422: components["responses"]["Problem"];
+            428: components["responses"]["Problem"];
+            429: components["responses"]["Problem"];
+            500: components["responses"]["Problem"];
+            503: components["responses"]["Problem"];
+            507: components["responses"]["Problem"];
+        };
+    };
+    get_recording: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["RecordingDto"];
+                };
+            };
+            400: components["responses"]["Problem"];
+            403: components["responses"]["Problem"];
+            404: components["responses"]["Problem"];
+            408: components["responses"]["Problem"];
+            500: components["responses"]["Problem"];
+            503: components["responses"]["Problem"];
+        };
+    };
+    delete_recording: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Forgotten */
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            400: components["responses"]["Problem"];
+            403: components["responses"]["Problem"];
+            404: components["responses"]["Problem"];
+            408: components["responses"]["Problem"];
+            409: components["responses"]["Problem"];
+            412: components["responses"]["Problem"];
+            422: components["responses"]["Problem"];
+            428: components["responses"]["Problem"];
+            429: components["responses"]["Problem"];
+            500: components["responses"]["Problem"];
+            503: components["responses"]["Problem"];
+            507: components["responses"]["Problem"];
+        };
+    };
+    download_recording: {
+        parameters: {
+            query?: never;
+            header?: {
+                /** @description One range of bytes */
+                Range?: string | null;
+            };
+            path: {
+                id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/octet-stream": number[];
+                };
+            };
+            /** @description A range */
+            206: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/octet-stream": number[];
+                };
+            };
+            400: components["responses"]["Problem"];
+            403: components["responses"]["Problem"];
+            404: components["responses"]["Problem"];
+            408: components["responses"]["Problem"];
+            500: components["responses"]["Problem"];
+            503: components["responses"]["Problem"];
+        };
+    };
+    stop_recording: {
+        parameters: {
+            query?: never;
+            header: {
+                /** @description Id of the control lease */
+                "Sheaf-Control": string;
+            };
+            path: {
+                id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["RecordingDto"];
+                };
+            };
+            400: components["responses"]["Problem"];
+            403: components["responses"]["Problem"];
+            404: components["responses"]["Problem"];
+            408: components["responses"]["Problem"];
+            409: components["responses"]["Problem"];
+            412: components["responses"]["Problem"];
+            422: components["responses"]["Problem"];
+            428: components["responses"]["Problem"];
+            429: components["responses"]["Problem"];
+            500: components["responses"]["Problem"];
+            503: components["responses"]["Problem"];
+            507: components["responses"]["Problem"];
         };
     };
     list_scans: {

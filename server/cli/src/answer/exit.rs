@@ -21,6 +21,8 @@ pub enum Exit {
     VerdictFail = 5,
     /// Measured; verdict: undecided.
     VerdictUndecided = 6,
+    /// Done with a recording that lacks something, or of which parts cannot be read.
+    Lossy = 7,
 }
 
 impl From<FailureKind> for Exit {

@@ -3,6 +3,7 @@
 mod bench;
 mod calibrate;
 mod images;
+mod recording;
 mod scan;
 mod service;
 mod simulation;
@@ -13,6 +14,9 @@ use std::str::FromStr;
 
 use clap::{Args, Parser, Subcommand};
 
+pub use self::recording::{
+    RecordingAction, RecordingArgs, RecordingExportArgs, RecordingInfoArgs, RecordingRepairArgs,
+};
 pub use bench::{
     BenchArgs, BenchBoardsArgs, BenchCentrelinesArgs, BenchCloudArgs, BenchProfilesArgs, BenchServerArgs,
     BenchStreamArgs, BenchSubject,
@@ -36,6 +40,7 @@ Exit codes:
   5  measured: NOT OK
   6  measured: UNDECIDED (the tolerance lies inside the uncertainty, the uncertainty
      is incomplete, or the model does not fit)
+  7  done, but the recording lacks something that was exposed, or parts of its file cannot be read
 
 Results go to stdout, progress and messages to stderr. With --json stdout holds exactly one JSON value:
 the result, or {\"problem\": …} naming what, file, entry, cause and remedy.";
@@ -108,6 +113,9 @@ pub enum Command {
     /// Measure a point cloud: value, uncertainty and, with a tolerance, the verdict.
     #[command(after_help = EXIT_CODES)]
     Measure(MeasureArgs),
+    /// What is in a recording (MCAP), and what can be made of it.
+    #[command(after_help = EXIT_CODES)]
+    Recording(RecordingArgs),
     /// Numerical studies of the method.
     #[command(after_help = EXIT_CODES)]
     Study(StudyArgs),

@@ -7,6 +7,7 @@ pub mod demo;
 mod doctor;
 pub mod images;
 mod measure;
+mod recording;
 mod scan;
 pub mod service;
 mod study;
@@ -92,6 +93,7 @@ pub fn run(command: Command, json: bool, reporter: &dyn Reporter) -> Result<Answ
         Command::Centrelines(args) => images::centrelines::run(&args, reporter),
         Command::Corners(args) => images::corners::run(&args, reporter),
         Command::Measure(args) => measure::run(&args, reporter),
+        Command::Recording(args) => recording::run(&args, reporter),
         Command::Bench(args) => bench::run(&args, reporter),
         Command::Study(args) => study::run(&args, reporter),
         Command::Target(args) => images::target::run(&args, reporter),

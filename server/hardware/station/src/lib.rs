@@ -18,9 +18,10 @@ pub use parts::devices::StationDevices;
 pub use shared::frame::{SharedFrame, StampedFrame};
 pub use shared::refusal::StationRefusal;
 pub use shared::status::{
-    DeviceStatus, Fault, LaserLight, MachineState, OperationalState, StateHistory, StationStatus,
+    DeviceStatus, Fault, LaserLight, Lost, MachineState, OperationalState, StateHistory, StationStatus,
 };
 pub use shared::stop_line::StopEpoch;
+pub use shared::tap::{FrameTap, TappedFrame};
 pub use station_thread::handle::{LiveRequest, Manual, Purpose, StationHandle, Sweep};
 pub use station_thread::lease::StationLease;
 pub use station_thread::status_publisher::first_status;

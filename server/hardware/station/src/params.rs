@@ -21,9 +21,12 @@ pub const COMMANDS_PER_TURN: usize = 8;
 /// Frames a job's recorder may lag behind: two seconds at 30 Hz.
 pub const RECORDER_FRAMES: usize = 64;
 
-/// Buffers for frames: a full recorder, a dozen in the hands of viewers and of the job, and a dozen in memory that the
+/// Frames that a recording may lag behind: a system that writes back lets a writer wait up to a fifth of a second.
+pub const TAP_FRAMES: usize = 32;
+
+/// Buffers for frames: a full recorder, a full tap, a dozen in the hands of viewers and of the job, and a dozen in memory that the
 /// job keeps for the next frames.
-pub const FRAME_BUFFERS: usize = RECORDER_FRAMES + 24;
+pub const FRAME_BUFFERS: usize = RECORDER_FRAMES + TAP_FRAMES + 24;
 
 /// Time between position readings while the stage moves: 0.1 mm at 20 mm/s, between which frames are interpolated.
 pub const POLL_MOVING: Duration = Duration::from_millis(5);

@@ -39,6 +39,15 @@ pub enum Event {
     /// A capture was deleted.
     #[serde(rename = "capture.deleted")]
     CaptureDeleted(Act),
+    /// A recording of what the camera delivers began.
+    #[serde(rename = "recording.started")]
+    RecordingStarted(RecordingStarted),
+    /// A recording has ended, whatever ended it.
+    #[serde(rename = "recording.ended")]
+    RecordingEnded(RecordingEnded),
+    /// A recording was deleted.
+    #[serde(rename = "recording.deleted")]
+    RecordingDeleted(Act),
     /// A calibration was computed.
     #[serde(rename = "calibration.created")]
     CalibrationCreated(CalibrationCreated),
@@ -178,6 +187,35 @@ impl From<&CaptureRecord> for CaptureCreated {
     fn from(record: &CaptureRecord) -> Self {
         Self { name: record.name.clone(), origin: record.origin.clone() }
     }
+}
+
+/// A recording that began.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct RecordingStarted {
+    /// What people call it.
+    pub name: String,
+    /// The scan that is recorded; missing for a live view.
+    pub scan_id: Option<String>,
+    /// Who asked; missing where a job did.
+    pub actor: Option<String>,
+}
+
+/// A recording that has ended.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct RecordingEnded {
+    /// What people call it.
+    pub name: String,
+    /// `complete`, `interrupted`, `failed`.
+    pub state: String,
+    /// `stopped`, `live_ended`, `scan_ended`, `scan_began`, `disk_floor`, `disk_full`, `write_failed`, `service_ended`,
+    /// `crashed`.
+    pub ended: String,
+    /// Frames in it.
+    pub n_frames: u64,
+    /// Exposures that are not in it.
+    pub n_lost: u64,
+    /// Bytes of its file.
+    pub size_bytes: u64,
 }
 
 /// A calibration that was computed.

@@ -14,6 +14,7 @@ pub mod jobs;
 pub mod ledger;
 mod lifetime;
 pub mod progress;
+pub mod recordings;
 mod resources;
 pub mod sessions;
 pub mod use_cases;
@@ -36,6 +37,7 @@ use crate::access::lease::ControlDesk;
 use crate::config::AppConfig;
 use crate::jobs::Jobs;
 use crate::ledger::Ledger;
+use crate::recordings::Recordings;
 use crate::resources::calibrations::Calibrations;
 use crate::resources::captures::Captures;
 use crate::resources::measurements::plan::MeasurementPlans;
@@ -65,6 +67,8 @@ pub struct App {
     pub jobs: Jobs,
     /// What is seen at this moment.
     pub live: LiveBus,
+    /// What is recorded of it.
+    pub recordings: Recordings,
     /// What Start scans and measures.
     pub measurement_plans: MeasurementPlans,
     /// Who commands.

@@ -36,6 +36,8 @@ pub enum ProblemKind {
     TimedOut,
     /// Too many bytes.
     TooLarge,
+    /// A range of bytes of which none is there.
+    RangeNotSatisfiable,
     /// A body of another type.
     UnsupportedMediaType,
     /// Understood, but impossible.
@@ -77,6 +79,7 @@ impl ProblemKind {
             Self::TimedOut => ("timed-out", "The request did not arrive in time", 408),
             Self::TooLarge => ("too-large", "Too many bytes", 413),
             Self::UnsupportedMediaType => ("unsupported-media-type", "The body is of another type", 415),
+            Self::RangeNotSatisfiable => ("range-not-satisfiable", "Nothing lies in that range", 416),
             Self::Impossible => ("impossible", "Understood, but impossible", 422),
             Self::KeyReused => ("key-reused", "The idempotency key belongs to another request", 422),
             Self::TooMany => ("too-many", "Too many at once", 429),

@@ -9,7 +9,7 @@ use crate::artifacts::ArtifactId;
 use crate::error::StoreError;
 use crate::records::{
     ActivationRecord, CalibrationRecord, CaptureRecord, EventRecord, IdempotencyRecord, JobOutcome, JobRecord,
-    JobState, MeasurementRecord, ScanRecord, ScanState, SessionRecord, SettingRecord,
+    JobState, MeasurementRecord, RecordingRecord, ScanRecord, ScanState, SessionRecord, SettingRecord,
 };
 
 /// Which calibration a change expects to be active.
@@ -60,6 +60,12 @@ pub enum Change {
     InsertCapture(CaptureRecord),
     /// A capture is forgotten; its archive goes when nothing else names it.
     DeleteCapture(String),
+    /// A recording begins.
+    InsertRecording(RecordingRecord),
+    /// A recording is further than it was: ended, finished, or mended after a crash.
+    UpdateRecording(RecordingRecord),
+    /// A recording is forgotten; its file goes when nothing else names it.
+    DeleteRecording(String),
     /// A calibration was made; the same content twice is once.
     InsertCalibration(CalibrationRecord),
     /// A calibration is forgotten; refused for the active one, and while a scan was computed with it.
@@ -130,6 +136,7 @@ impl Change {
             self,
             Self::EndJob { .. }
                 | Self::DeleteCapture(_)
+                | Self::DeleteRecording(_)
                 | Self::DeleteCalibration(_)
                 | Self::DeleteScan(_)
                 | Self::DeleteSession(_)
@@ -144,6 +151,7 @@ impl Change {
         matches!(
             self,
             Self::DeleteCapture(_)
+                | Self::DeleteRecording(_)
                 | Self::DeleteCalibration(_)
                 | Self::DeleteScan(_)
                 | Self::DeleteSession(_)
@@ -245,6 +253,11 @@ pub trait Catalogue: Send + Sync {
     async fn capture(&self, id: &str) -> Result<CaptureRecord, StoreError>;
     /// Captures.
     async fn captures(&self, page: &Page) -> Result<Listed<CaptureRecord>, StoreError>;
+
+    /// A recording.
+    async fn recording(&self, id: &str) -> Result<RecordingRecord, StoreError>;
+    /// Recordings.
+    async fn recordings(&self, page: &Page) -> Result<Listed<RecordingRecord>, StoreError>;
 
     /// A calibration.
     async fn calibration(&self, id: &str) -> Result<CalibrationRecord, StoreError>;

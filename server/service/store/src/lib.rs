@@ -29,7 +29,8 @@ pub use health::Health;
 pub use local::LocalArtifacts;
 pub use records::{
     ActivationRecord, CalibrationRecord, CaptureRecord, EventRecord, IdempotencyRecord, JobOutcome, JobRecord,
-    JobState, MeasurementRecord, ResultRef, ScanRecord, ScanState, SessionRecord, SettingRecord,
+    JobState, MeasurementRecord, RecordingRecord, RecordingState, ResultRef, ScanRecord, ScanState, SessionRecord,
+    SettingRecord,
 };
 pub use sqlite::SqliteCatalogue;
 pub use store::Store;

@@ -108,6 +108,47 @@ pub struct CaptureRecord {
     pub created_at_ms: i64,
 }
 
+/// Where a recording is in its life.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum RecordingState {
+    /// Frames are added.
+    Recording,
+    /// It has ended and is made a file of the store.
+    Finishing,
+    /// It ended as it should, whatever ended it.
+    Complete,
+    /// The process died while it ran; what could be read is there.
+    Interrupted,
+    /// Nothing of it can be read.
+    Failed,
+}
+
+/// What camera and stage delivered, as one MCAP file.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct RecordingRecord {
+    /// UUID v7.
+    pub id: String,
+    /// What a person calls it.
+    pub name: String,
+    /// `live`, `scan`.
+    pub origin: String,
+    /// Where it is in its life.
+    pub state: RecordingState,
+    /// The scan it is of, there or not.
+    pub scan_id: Option<String>,
+    /// The calibration in it, there or not.
+    pub calibration_id: Option<String>,
+    /// The file, once it is finished.
+    pub file: Option<ArtifactId>,
+    /// Bytes of the file.
+    pub size_bytes: u64,
+    /// Frames, losses by reason, and how it ended.
+    pub summary: Value,
+    /// When it began.
+    pub started_at_ms: i64,
+}
+
 /// A calibration; a draft until it is activated.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct CalibrationRecord {

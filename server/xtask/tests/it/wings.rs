@@ -7,7 +7,7 @@ use std::process::Command;
 use serde_json::Value;
 
 /// Crate, the folder it lies in, and the crates of this workspace it may import. Every arrow runs down.
-const ARROWS: [(&str, &str, &[&str]); 23] = [
+const ARROWS: [(&str, &str, &[&str]); 24] = [
     (
         "sheaf",
         "server/cli",
@@ -26,6 +26,7 @@ const ARROWS: [(&str, &str, &[&str]); 23] = [
             "sheaf-metrology",
             "sheaf-scanning",
             "sheaf-calibration",
+            "sheaf-recording",
             "sheaf-capture",
             "sheaf-vision",
             "sheaf-optics",
@@ -65,6 +66,7 @@ const ARROWS: [(&str, &str, &[&str]); 23] = [
             "sheaf-metrology",
             "sheaf-scanning",
             "sheaf-calibration",
+            "sheaf-recording",
             "sheaf-capture",
             "sheaf-vision",
             "sheaf-optics",
@@ -96,7 +98,11 @@ const ARROWS: [(&str, &str, &[&str]); 23] = [
     ),
     ("sheaf-genicam", "server/hardware/genicam", &["sheaf-devices", "sheaf-vision"]),
     ("sheaf-v4l2", "server/hardware/v4l2", &["sheaf-devices", "sheaf-vision"]),
-    ("sheaf-devices", "server/hardware/devices", &["sheaf-capture", "sheaf-vision", "sheaf-remedy"]),
+    (
+        "sheaf-devices",
+        "server/hardware/devices",
+        &["sheaf-recording", "sheaf-capture", "sheaf-vision", "sheaf-remedy"],
+    ),
     (
         "sheaf-pipeline",
         "server/core/pipeline",
@@ -126,6 +132,7 @@ const ARROWS: [(&str, &str, &[&str]); 23] = [
         "server/core/calibration",
         &["sheaf-vision", "sheaf-optics", "sheaf-least-squares", "sheaf-statistics", "sheaf-remedy"],
     ),
+    ("sheaf-recording", "server/core/recording", &["sheaf-capture", "sheaf-vision", "sheaf-remedy"]),
     ("sheaf-capture", "server/core/capture", &["sheaf-vision", "sheaf-remedy"]),
     ("sheaf-vision", "server/core/vision", &["sheaf-statistics", "sheaf-remedy"]),
     ("sheaf-optics", "server/core/optics", &[]),

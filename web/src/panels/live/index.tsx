@@ -18,6 +18,7 @@ import { Snapshot } from "./picture/snapshot";
 import { NoProfile, StartHere } from "./picture/start_here";
 import { Toolbar, ZoomButtons } from "./picture/toolbar";
 import { QualityTable } from "./quality/quality_table";
+import { RecordingsCard } from "./recordings/recordings_card";
 import "./live.css";
 
 export default function Live() {
@@ -79,6 +80,7 @@ export default function Live() {
           <LightCard />
           <CameraCard view={view.value} histogram={histogram} />
           <StageCard />
+          <RecordingsCard />
         </aside>
       </div>
     </div>

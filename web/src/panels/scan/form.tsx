@@ -160,6 +160,16 @@ export function SetUpForm({ set_up, form }: { set_up: SetUp; form: Form }) {
               />
             </div>
           )}
+          <label class="check">
+            <input
+              type="checkbox"
+              checked={set_up.record.value}
+              onChange={(event) => {
+                set_up.record.value = event.currentTarget.checked;
+              }}
+            />
+            {words.record}
+          </label>
         </div>
       </details>
     </div>

@@ -52,6 +52,7 @@ export class SetUp {
 
   /** `rotary`: whether the station's stage turns. */
   constructor(readonly rotary: ReadonlySignal<boolean>) {}
+  readonly record = signal(false);
 
   /** As the server wants it; what was left empty is left to the server. */
   readonly wanted = computed<StartScan>(() => {
@@ -66,6 +67,7 @@ export class SetUp {
       ...(name !== "" && { name }),
       ...(this.keep_frames.value && { keep_frames: true }),
       ...(this.subtract_ambient.value && { background: this.background(continuous) }),
+      ...(this.record.value && { record: true }),
     };
   });
 

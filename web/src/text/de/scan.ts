@@ -23,6 +23,7 @@ export const scan = {
   ambient_levels: "Nur wenn heller als",
   levels_unit: "Graustufen",
   always: "immer",
+  record: "Alles als MCAP-Datei aufzeichnen",
   start: "Scan starten",
   plan: "Scanplan",
   go_calibrate: "Zur Kalibrierung",

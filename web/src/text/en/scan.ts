@@ -23,6 +23,7 @@ export const scan = {
   ambient_levels: "Only if brighter than",
   levels_unit: "levels",
   always: "always",
+  record: "Record everything as an MCAP file",
   start: "Start scan",
   plan: "Scan plan",
   go_calibrate: "Go to Calibration",

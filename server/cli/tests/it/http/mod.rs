@@ -5,6 +5,7 @@ mod configuration;
 mod deleting;
 mod page;
 mod protocol;
+mod recordings;
 mod replay;
 mod station;
 mod stopping;

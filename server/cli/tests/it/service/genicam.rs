@@ -161,6 +161,75 @@ mod stations {
         assert_eq!(lost, more("frames_incomplete") + more("frames_missing"), "{link_after:#}");
     }
 
+    /// Frames that are recorded at the camera's full rate.
+    const RECORDED: u64 = 2000;
+
+    /// Records a live view at the highest rate the camera takes and holds every account against the others.
+    fn record_at_full_rate(lost_per_thousand: u32) {
+        let Some(rig) = Rig::start(lost_per_thousand) else { return };
+        let roi = json!({ "left_px": 0, "top_px": 0, "width_px": 128, "height_px": 96 });
+        let camera = rig.server.get("/api/v1/devices/camera").expect(200);
+        let fastest_hz = camera["capabilities"]["frame_rate_hz"]["max"].as_f64().unwrap();
+        // So slow that the recording begins before the first frame.
+        rig.set_camera(&json!({ "roi": roi, "frame_rate_hz": 1.0, "exposure_us": 500.0 }));
+        let (link_before, before) = (rig.link(), rig.station());
+        rig.live(true);
+        let begun = rig.send("POST", "/api/v1/recordings", &[], &json!({ "name": "full rate" }));
+        let href = format!("/api/v1/recordings/{}", begun["id"].as_str().unwrap());
+        rig.set_camera(&json!({ "frame_rate_hz": fastest_hz }));
+        let recording = || rig.server.get(&href).expect(200);
+        rig.wait_for("frames", |_| recording()["n_frames"].as_u64().unwrap() >= RECORDED);
+        // So slow again that no frame is under way when the view ends.
+        rig.set_camera(&json!({ "frame_rate_hz": 1.0 }));
+        std::thread::sleep(Duration::from_secs(2));
+        let n_arrived = arrived(&rig.station());
+        rig.wait_for("the last frame", |station| arrived(station) > n_arrived);
+        rig.live(false);
+        rig.wait_for("the end", |_| recording()["state"] == "complete");
+        let (ended, link_after, after) = (recording(), rig.link(), rig.station());
+        assert_eq!(ended["ended"], "live_ended", "{ended:#}");
+        let count = |value: &Value| value.as_u64().unwrap();
+        let more = |name: &str| count(&link_after[name]) - count(&link_before[name]);
+        let lost = |reason: &str| count(&ended["lost"][reason]);
+        let dropped_more = |reason: &str| {
+            count(&after["frames"]["dropped"][reason]) - count(&before["frames"]["dropped"][reason])
+        };
+        let triggered = more("frames_complete") + more("frames_incomplete") + more("frames_missing");
+        let processed = arrived(&after) - arrived(&before);
+        println!(
+            "{fastest_hz} Hz asked, {} recorded in {} s, lost {}; the camera's link: {link_after}",
+            ended["n_frames"], ended["duration_s"], ended["lost"]
+        );
+        assert_eq!(
+            triggered,
+            processed + dropped(&after) - dropped(&before),
+            "triggered is processed and dropped"
+        );
+        assert_eq!(processed, count(&ended["n_frames"]) + lost("recorder"), "processed is recorded and dropped");
+        for reason in ["camera", "incomplete", "no_buffer", "malformed", "recorder"] {
+            assert_eq!(lost(reason), dropped_more(reason), "{reason}: {ended:#}");
+        }
+        let file = rig.server.get(ended["file"].as_str().unwrap()).body;
+        let path = rig._folder.path().join("full.mcap");
+        std::fs::write(&path, file).unwrap();
+        let file = recording::RecordingFile::open(&path).unwrap();
+        let sequences: Vec<u64> = file.frames.iter().map(|frame| frame.note.sequence).collect();
+        assert_eq!(sequences[0], arrived(&before) + 1, "the first frame is in the file");
+        assert_eq!(sequences.last(), Some(&arrived(&after)), "and the last");
+        let kept = file.summary().lost;
+        assert_eq!((kept.total(), kept.recorder), (triggered - count(&ended["n_frames"]), lost("recorder")));
+    }
+
+    #[test]
+    fn a_recording_at_the_cameras_full_rate_accounts_for_every_frame() {
+        record_at_full_rate(0);
+    }
+
+    #[test]
+    fn a_recording_over_a_bad_cable_accounts_for_every_frame() {
+        record_at_full_rate(10);
+    }
+
     #[test]
     fn lost_packets_and_a_camera_that_goes_are_counted_named_and_overcome() {
         let Some(mut rig) = Rig::start(10) else { return };

@@ -3,5 +3,6 @@
 pub mod crash;
 mod doctor;
 pub mod genicam;
+pub mod recording_kills;
 pub mod stop;
 pub mod stream_load;

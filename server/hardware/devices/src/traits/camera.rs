@@ -214,7 +214,7 @@ pub enum CameraError {
         frame_id: u64,
         /// Why.
         #[source]
-        cause: capture::CaptureError,
+        cause: Box<dyn std::error::Error + Send + Sync>,
     },
 }
 

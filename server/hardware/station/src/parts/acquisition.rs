@@ -1,7 +1,6 @@
 //! The camera under the station thread: recycled buffers, and an account of every exposure.
 
 use std::sync::Arc;
-use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
 use devices::{Camera, CameraError, CameraRequest, CameraSettings, FrameInfo, PixelFormat, Trigger};
@@ -11,35 +10,7 @@ use crate::params::{CAMERA_SILENCE, FRAME_TRANSFER, GRAB_WAIT, PROBE_CAMERA, REN
 use crate::parts::exposures::{Delivered, Exposures};
 use crate::shared::frame::SharedFrame;
 use crate::shared::pool::{Pool, empty_image, pool};
-use crate::shared::status::DropCounts;
-
-/// Exposures lost, by reason.
-#[derive(Debug, Default, Clone, Copy, PartialEq, Eq)]
-pub struct Lost {
-    /// Between sensor and driver.
-    pub camera: u64,
-    /// Packets of them were missing.
-    pub incomplete: u64,
-    /// For want of a buffer.
-    pub no_buffer: u64,
-    /// Of another size or format than agreed.
-    pub malformed: u64,
-}
-
-impl Lost {
-    /// All together.
-    pub fn total(&self) -> u64 {
-        self.camera + self.incomplete + self.no_buffer + self.malformed
-    }
-
-    /// Adds them to shared counts.
-    pub fn count_into(&self, counts: &DropCounts) {
-        counts.camera.fetch_add(self.camera, Ordering::Relaxed);
-        counts.incomplete.fetch_add(self.incomplete, Ordering::Relaxed);
-        counts.no_buffer.fetch_add(self.no_buffer, Ordering::Relaxed);
-        counts.malformed.fetch_add(self.malformed, Ordering::Relaxed);
-    }
-}
+use crate::shared::status::{DropCounts, Lost};
 
 /// A frame in a buffer of its own, not yet stamped.
 pub struct RawFrame {
@@ -240,10 +211,7 @@ impl Acquisition {
     }
 
     fn lose(&mut self, lost: Lost) {
-        self.lost.camera += lost.camera;
-        self.lost.incomplete += lost.incomplete;
-        self.lost.no_buffer += lost.no_buffer;
-        self.lost.malformed += lost.malformed;
+        self.lost.add(lost);
         lost.count_into(&self.totals);
     }
 

@@ -6,4 +6,5 @@ pub(crate) mod faults;
 pub(crate) mod light;
 pub(crate) mod machine;
 pub(crate) mod motion;
+pub(crate) mod tap;
 pub(crate) mod track;

@@ -7,5 +7,6 @@ pub mod recycling;
 pub mod refusal;
 pub mod status;
 pub(crate) mod stop_line;
+pub mod tap;
 pub(crate) mod viewers;
 pub mod wall_clock;

@@ -203,6 +203,42 @@ impl DropCounts {
     }
 }
 
+/// Exposures lost, by reason.
+#[derive(Debug, Default, Clone, Copy, PartialEq, Eq)]
+pub struct Lost {
+    /// Between sensor and driver.
+    pub camera: u64,
+    /// Packets of them were missing.
+    pub incomplete: u64,
+    /// For want of a buffer.
+    pub no_buffer: u64,
+    /// Of another size or format than agreed.
+    pub malformed: u64,
+}
+
+impl Lost {
+    /// All together.
+    pub fn total(&self) -> u64 {
+        self.camera + self.incomplete + self.no_buffer + self.malformed
+    }
+
+    /// Adds others.
+    pub fn add(&mut self, other: Self) {
+        self.camera += other.camera;
+        self.incomplete += other.incomplete;
+        self.no_buffer += other.no_buffer;
+        self.malformed += other.malformed;
+    }
+
+    /// Adds them to shared counts.
+    pub fn count_into(&self, counts: &DropCounts) {
+        counts.camera.fetch_add(self.camera, Ordering::Relaxed);
+        counts.incomplete.fetch_add(self.incomplete, Ordering::Relaxed);
+        counts.no_buffer.fetch_add(self.no_buffer, Ordering::Relaxed);
+        counts.malformed.fetch_add(self.malformed, Ordering::Relaxed);
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

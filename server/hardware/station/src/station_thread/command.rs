@@ -9,6 +9,7 @@ use crate::shared::cancel::CancelFlag;
 use crate::shared::frame::{FrameStream, SharedFrame};
 use crate::shared::refusal::StationRefusal;
 use crate::shared::status::Fault;
+use crate::shared::tap::FrameTap;
 use crate::station_thread::handle::{LiveRequest, Manual, Purpose, Sweep};
 
 /// What a call comes back with.
@@ -45,6 +46,10 @@ pub enum Command {
     Live(LiveRequest, Reply<()>),
     /// See [`crate::StationHandle::snapshot`].
     Snapshot(Reply<SharedFrame>),
+    /// See [`crate::StationHandle::tap`].
+    Tap(Reply<FrameTap>),
+    /// See [`crate::StationHandle::close_tap`].
+    CloseTap(Reply<()>),
     /// See [`crate::StationHandle::calibration_changed`].
     CalibrationChanged(bool),
     /// See [`crate::StationHandle::lease`]; answered with the number of the lease.

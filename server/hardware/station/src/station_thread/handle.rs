@@ -17,6 +17,7 @@ use crate::shared::frame::SharedFrame;
 use crate::shared::refusal::StationRefusal;
 use crate::shared::status::{Fault, MachineState, StationStatus};
 use crate::shared::stop_line::{StopEpoch, StopLine, StopRequest};
+use crate::shared::tap::FrameTap;
 use crate::shared::viewers::Viewers;
 use crate::station_thread::command::{Command, Reply};
 use crate::station_thread::lease::StationLease;
@@ -267,6 +268,26 @@ impl StationHandle {
     pub async fn snapshot(&self) -> Result<SharedFrame, StationRefusal> {
         let (reply, answer) = Reply::awaited();
         self.send(Command::Snapshot(reply))?;
+        answer.await.unwrap_or_else(|_| Err(self.why_unanswered()))
+    }
+
+    /// Every frame from now on, for one recording at a time. Nothing waits for whoever takes them.
+    ///
+    /// # Errors
+    /// [`StationRefusal::Busy`] while there is another tap.
+    pub async fn tap(&self) -> Result<FrameTap, StationRefusal> {
+        let (reply, answer) = Reply::awaited();
+        self.send(Command::Tap(reply))?;
+        answer.await.unwrap_or_else(|_| Err(self.why_unanswered()))
+    }
+
+    /// No more frames come through the tap; those that wait there can still be taken.
+    ///
+    /// # Errors
+    /// [`StationRefusal::ShuttingDown`]: then none come either.
+    pub async fn close_tap(&self) -> Result<(), StationRefusal> {
+        let (reply, answer) = Reply::awaited();
+        self.send(Command::CloseTap(reply))?;
         answer.await.unwrap_or_else(|_| Err(self.why_unanswered()))
     }
 

@@ -6,9 +6,11 @@ use crate::params::REPORT_ROUNDING_MM;
 use crate::parts::faults::fault_of;
 use crate::parts::machine::Event;
 use crate::parts::motion::Motion;
+use crate::parts::tap::Tap;
 use crate::shared::refusal::StationRefusal;
 use crate::shared::status::MachineState::{Error, Halted, Operational, Preoperational};
 use crate::shared::status::OperationalState::SingleExecution;
+use crate::shared::tap::FrameTap;
 use crate::station_thread::command::{Command, JobCall, Reply};
 use crate::station_thread::handle::{Manual, Purpose};
 use crate::station_thread::owner::{LeaseHolder, Revoked, Station};
@@ -21,6 +23,11 @@ impl Station {
             Command::Manual(manual, reply) => self.obey_person(manual, reply),
             Command::Live(request, reply) => self.obey_live(request, reply),
             Command::Snapshot(reply) => self.begin_snapshot(reply),
+            Command::Tap(reply) => self.open_tap(reply),
+            Command::CloseTap(reply) => {
+                self.tap = None;
+                self.answer(reply, Ok(()));
+            }
             Command::CalibrationChanged(active) => self.calibrated = active,
             Command::Lease(purpose, reply) => self.give_lease(purpose, reply),
             Command::Job(lease, call) => self.obey_job(lease, call),
@@ -32,6 +39,15 @@ impl Station {
             Command::Wake => {}
             Command::ShutDown => self.ending = true,
         }
+    }
+
+    fn open_tap(&mut self, reply: Reply<FrameTap>) {
+        if self.tap.is_some() {
+            return self.answer(reply, Err(StationRefusal::Busy { activity: "recording".to_owned() }));
+        }
+        let (tap, frames) = Tap::new();
+        self.tap = Some(tap);
+        self.answer(reply, Ok(frames));
     }
 
     /// Answers with a refusal; a device's failure behind it is a fault of the station.

@@ -10,6 +10,7 @@ use crate::parts::devices::StationDevices;
 use crate::parts::light::Light;
 use crate::parts::machine::{self, Event};
 use crate::parts::motion::Motion;
+use crate::parts::tap::Tap;
 use crate::shared::refusal::StationRefusal;
 use crate::shared::status::{DropCounts, Fault, MachineState, StateHistory};
 use crate::station_thread::command::{Answer, Command, Reply};
@@ -61,6 +62,7 @@ pub struct Station {
     pub(crate) task: Option<Task>,
     pub(crate) run: Option<Run>,
     pub(crate) live: Option<LiveView>,
+    pub(crate) tap: Option<Tap>,
     pub(crate) resetting: Option<Resetting>,
     pub(crate) camera_before_fault: Option<devices::CameraSettings>,
     pub(crate) calibrated: bool,
@@ -95,6 +97,7 @@ impl Station {
             task: None,
             run: None,
             live: None,
+            tap: None,
             resetting: None,
             camera_before_fault: None,
             calibrated: false,

@@ -8,13 +8,12 @@ use std::time::Instant;
 use devices::{CameraRequest, StageError, Trigger};
 
 use crate::params::{LIGHT_IDLE, RECORDER_FRAMES, RUN_UP_MARGIN, RUN_UP_TIME};
-use crate::parts::acquisition::Lost;
 use crate::parts::light::Light;
 use crate::parts::motion::Arrival;
 use crate::shared::cancel::CancelFlag;
 use crate::shared::frame::{FrameStream, SharedFrame};
 use crate::shared::refusal::StationRefusal;
-use crate::shared::status::DropCounts;
+use crate::shared::status::{DropCounts, Lost};
 use crate::station_thread::command::Reply;
 use crate::station_thread::handle::Sweep;
 use crate::station_thread::owner::Station;

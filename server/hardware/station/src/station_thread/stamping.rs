@@ -5,9 +5,10 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use crate::params::TURN;
-use crate::parts::acquisition::{Lost, RawFrame, UNSHARED};
+use crate::parts::acquisition::{RawFrame, UNSHARED};
 use crate::parts::motion::Place;
 use crate::shared::frame::SharedFrame;
+use crate::shared::status::Lost;
 use crate::station_thread::owner::Station;
 
 /// Frames that wait, and the count of those that went on.
@@ -128,6 +129,9 @@ impl Station {
     fn deliver(&mut self, frame: SharedFrame, lost: Lost) {
         self.light_for_next_frame();
         self.publisher.show(frame.clone());
+        if self.tap.as_mut().is_some_and(|tap| !tap.offer(&frame, lost, &self.drops)) {
+            self.tap = None;
+        }
         self.record(&frame, lost);
         self.grabbed(&frame);
     }

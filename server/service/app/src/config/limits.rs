@@ -31,3 +31,6 @@ pub const HOUSEKEEPING_PERIOD: Duration = Duration::from_secs(3600);
 
 /// Time for requests under way to end once the service is told to end.
 pub const DRAIN_TIMEOUT: Duration = Duration::from_secs(3);
+
+/// Free space below which no job is begun: room for the catalogue, its log and the deletions that make room.
+pub const FREE_FLOOR_BYTES: u64 = 256 << 20;

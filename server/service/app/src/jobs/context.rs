@@ -14,6 +14,7 @@ use crate::config::AppConfig;
 use crate::jobs::JobEnd;
 use crate::ledger::Ledger;
 use crate::progress::{JobReporter, Phase, ProgressFn, Step};
+use crate::recordings::Recordings;
 use crate::resources::captures::Captures;
 
 /// Time between two attempts to take a station that is busy for a moment.
@@ -48,6 +49,8 @@ pub struct StationContext {
     pub authority: Authority,
     /// What browsers see while it runs.
     pub live: LiveBus,
+    /// What is recorded of it.
+    pub recordings: Recordings,
 }
 
 impl Deref for StationContext {

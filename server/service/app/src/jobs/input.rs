@@ -76,6 +76,9 @@ pub struct ScanInput {
     /// When pictures with the laser off are taken; `None`: never.
     #[serde(default)]
     pub background: Option<BackgroundInput>,
+    /// Record everything that the camera delivers meanwhile, as an MCAP file.
+    #[serde(default)]
+    pub record: bool,
     /// Which calibration; `None`: the active one.
     pub calibration_id: Option<String>,
     /// The partial scan that is continued.

@@ -24,10 +24,10 @@ pub use end::{Done, JobEnd};
 pub use queue::news::JobNews;
 pub use split::{ComputeJob, Job, RecordedFrames, StationJob};
 
+pub use crate::config::limits::FREE_FLOOR_BYTES;
 pub use crate::resources::scan_run::{ScanMode, ScanSource};
 pub use input::{CalibrateInput, ExportInput, JobInput, RecomputeInput, ScanInput, Source, VerifyInput};
 pub use queue::lane::Waiting;
-pub use queue::params::FREE_FLOOR_BYTES;
 
 use crate::events::{Event, JobEvent, event};
 use std::sync::Arc;
@@ -43,6 +43,7 @@ use crate::jobs::queue::run::Procedure;
 use crate::jobs::queue::runner::{End, job_event};
 use crate::ledger::Ledger;
 use crate::progress::Step;
+use crate::recordings::Recordings;
 use crate::resources::captures::Captures;
 use live::LiveBus;
 use queue::{Queue, run};
@@ -83,6 +84,8 @@ pub struct JobParts {
     pub control: ControlDesk,
     /// What is seen at this moment.
     pub live: LiveBus,
+    /// What is recorded of it.
+    pub recordings: Recordings,
     /// Bytes free on the disk of the data directory.
     pub free_bytes: Arc<dyn Fn() -> u64 + Send + Sync>,
 }

@@ -23,6 +23,8 @@ use crate::control::was_halted;
 use crate::jobs::{JobParts, Jobs};
 use crate::ledger::Ledger;
 use crate::lifetime::housekeeping::keep_house;
+use crate::recordings::figures::Ended;
+use crate::recordings::{RecordingParts, Recordings};
 use crate::resources::calibrations::Calibrations;
 use crate::resources::captures::Captures;
 use crate::resources::measurements::plan::MeasurementPlans;
@@ -62,6 +64,16 @@ impl App {
         }
         let sessions = Sessions::new(config.clone(), ledger.clone(), artifacts.clone(), station.clone());
         let free = store.clone();
+        let free_bytes: Arc<dyn Fn() -> u64 + Send + Sync> = Arc::new(move || free.free_bytes().unwrap_or(0));
+        let recordings = Recordings::new(RecordingParts {
+            config: config.clone(),
+            ledger: ledger.clone(),
+            artifacts: artifacts.clone(),
+            station: station.clone(),
+            live: live.clone(),
+            free_bytes: free_bytes.clone(),
+        });
+        recordings.recover().await;
         let control = ControlDesk::default();
         let jobs = Jobs::start(JobParts {
             config: config.clone(),
@@ -71,7 +83,8 @@ impl App {
             station: station.clone(),
             control: control.clone(),
             live: live.clone(),
-            free_bytes: Arc::new(move || free.free_bytes().unwrap_or(0)),
+            recordings: recordings.clone(),
+            free_bytes,
         })
         .await
         .map_err(unusable)?;
@@ -87,6 +100,7 @@ impl App {
             station,
             jobs,
             live,
+            recordings,
             measurement_plans,
             control,
             halt_turn: Arc::default(),
@@ -114,6 +128,7 @@ impl App {
         }
         self.closing.cancel();
         self.jobs.shut_down().await;
+        self.recordings.end(None, Ended::ServiceEnded).await;
         let station = self.station.clone();
         if tokio::task::spawn_blocking(move || station.shut_down()).await.is_err() {
             tracing::error!("the station thread did not end well");

@@ -10,6 +10,7 @@ mod control;
 mod features;
 mod jobs;
 mod measurements;
+mod recordings;
 mod scans;
 mod sessions;
 mod simulation;
@@ -21,6 +22,7 @@ pub use control::{TakeControl, give_control_back, renew_control, reset, stop, ta
 pub use features::{camera_features, set_camera_features};
 pub use jobs::{cancel_job, start_job};
 pub use measurements::{change_measurement_plan, measure};
+pub use recordings::{delete_recording, start_recording, stop_recording};
 pub use scans::delete_scan;
 pub use sessions::{
     begin_session, delete_pose, delete_session, delete_stage_view, solve_session, take_pose, take_stage_view,

@@ -10,4 +10,5 @@ pub mod extract;
 pub mod idempotency;
 pub mod openapi;
 pub mod problems;
+pub mod ranges;
 pub mod routes;

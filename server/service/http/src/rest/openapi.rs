@@ -32,6 +32,7 @@ use crate::wire::scan::scans::{CloudFormatDto, MeshFormatDto, ScanStateDto};
         (name = "devices", description = "Camera, stage and laser"),
         (name = "simulation", description = "The hands at the simulated station"),
         (name = "captures", description = "Recorded pictures, uploaded or taken here"),
+        (name = "recordings", description = "Everything that was seen, as MCAP files"),
         (name = "calibrations", description = "Made by jobs, active by decision"),
         (name = "calibration sessions", description = "A calibration picture by picture"),
         (name = "scans", description = "Clouds, meshes, profiles"),

@@ -11,7 +11,9 @@ use crate::error::StoreError;
 use crate::health::Health;
 use crate::records::{ActivationRecord, EventRecord};
 use crate::sqlite::seal::{self, Table};
-use crate::sqlite::tables::{calibrations, captures, events, jobs, measurements, scans, sessions, settings};
+use crate::sqlite::tables::{
+    calibrations, captures, events, jobs, measurements, recordings, scans, sessions, settings,
+};
 use crate::sqlite::{error, named};
 
 /// What a statement that writes answers; errors are interpreted in one place, at the end.
@@ -103,6 +105,9 @@ async fn touched_by(to: &mut SqliteConnection, change: &Change) -> Written<Vec<T
             (seal::JOBS, id)
         }
         Change::InsertCapture(capture) => (seal::CAPTURES, &capture.id),
+        Change::InsertRecording(recording) | Change::UpdateRecording(recording) => {
+            (seal::RECORDINGS, &recording.id)
+        }
         Change::InsertCalibration(calibration) => (seal::CALIBRATIONS, &calibration.id),
         Change::InsertScan(scan) | Change::ReplaceScan(scan) => (seal::SCANS, &scan.id),
         Change::InsertMeasurement(measurement) => (seal::MEASUREMENTS, &measurement.id),
@@ -119,6 +124,7 @@ async fn touched_by(to: &mut SqliteConnection, change: &Change) -> Written<Vec<T
             return Ok(still_naming(seal::naming(to, &seal::SCANS, "recomputed_from", id).await?));
         }
         Change::DeleteCalibration(_)
+        | Change::DeleteRecording(_)
         | Change::DeleteSession(_)
         | Change::Activate { .. }
         | Change::AppendEvent(_)
@@ -146,6 +152,9 @@ async fn apply(to: &mut SqliteConnection, change: Change) -> Written<Option<Even
         Change::EndJob { id, outcome, message, at_ms } => jobs::end(to, &id, &outcome, &message, at_ms).await?,
         Change::InsertCapture(capture) => captures::insert(to, &capture).await?,
         Change::DeleteCapture(id) => captures::delete(to, &id).await?,
+        Change::InsertRecording(recording) => recordings::insert(to, &recording).await?,
+        Change::UpdateRecording(recording) => recordings::update(to, &recording).await?,
+        Change::DeleteRecording(id) => recordings::delete(to, &id).await?,
         Change::InsertCalibration(calibration) => calibrations::insert(to, &calibration).await?,
         Change::DeleteCalibration(id) => calibrations::delete(to, &id).await?,
         Change::Activate { calibration_id, expected_previous, act, actor, at_ms } => {

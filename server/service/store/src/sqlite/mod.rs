@@ -29,7 +29,7 @@ use crate::holds::Holds;
 use crate::params::{BACKUPS_FOLDER, BUSY_TIMEOUT, CATALOGUE_FILE, N_READERS, WAL_LIMIT_BYTES};
 use crate::records::{
     ActivationRecord, CalibrationRecord, CaptureRecord, EventRecord, IdempotencyRecord, JobRecord, JobState,
-    MeasurementRecord, ScanRecord, SessionRecord, SettingRecord,
+    MeasurementRecord, RecordingRecord, ScanRecord, SessionRecord, SettingRecord,
 };
 use crate::sqlite::changes::Committed;
 
@@ -179,6 +179,14 @@ impl Catalogue for SqliteCatalogue {
 
     async fn captures(&self, page: &Page) -> Result<Listed<CaptureRecord>, StoreError> {
         tables::captures::page(&self.readers, page).await
+    }
+
+    async fn recording(&self, id: &str) -> Result<RecordingRecord, StoreError> {
+        tables::recordings::one(&self.readers, id).await
+    }
+
+    async fn recordings(&self, page: &Page) -> Result<Listed<RecordingRecord>, StoreError> {
+        tables::recordings::page(&self.readers, page).await
     }
 
     async fn calibration(&self, id: &str) -> Result<CalibrationRecord, StoreError> {

@@ -12,8 +12,15 @@ use crate::sqlite::error::reading;
 use crate::sqlite::seal::{self, Table};
 
 /// The tables that name artifacts, in columns or in documents.
-const TABLES: [Table; 6] =
-    [seal::CAPTURES, seal::CALIBRATIONS, seal::SCANS, seal::MEASUREMENTS, seal::SESSIONS, seal::JOBS];
+const TABLES: [Table; 7] = [
+    seal::CAPTURES,
+    seal::RECORDINGS,
+    seal::CALIBRATIONS,
+    seal::SCANS,
+    seal::MEASUREMENTS,
+    seal::SESSIONS,
+    seal::JOBS,
+];
 
 /// Whether rows of this table name artifacts.
 pub fn is_named_by(table: &Table) -> bool {

@@ -30,6 +30,7 @@ pub struct Table {
 pub const SEQUENCES: Table = Table { name: "sequences", key: "name", kind: "counter" };
 pub const JOBS: Table = Table { name: "jobs", key: "id", kind: "job" };
 pub const CAPTURES: Table = Table { name: "captures", key: "id", kind: "capture" };
+pub const RECORDINGS: Table = Table { name: "recordings", key: "id", kind: "recording" };
 pub const CALIBRATIONS: Table = Table { name: "calibrations", key: "id", kind: "calibration" };
 pub const ACTIVATIONS: Table = Table { name: "activations", key: "seq", kind: "activation" };
 pub const SCANS: Table = Table { name: "scans", key: "id", kind: "scan" };
@@ -40,10 +41,11 @@ pub const SETTINGS: Table = Table { name: "settings", key: "name", kind: "settin
 pub const IDEMPOTENCY: Table = Table { name: "idempotency", key: "key", kind: "idempotency key" };
 
 /// All of them.
-pub const TABLES: [Table; 11] = [
+pub const TABLES: [Table; 12] = [
     SEQUENCES,
     JOBS,
     CAPTURES,
+    RECORDINGS,
     CALIBRATIONS,
     ACTIVATIONS,
     SCANS,

@@ -63,6 +63,7 @@ pub async fn sweep(app: &App, args: &BenchServerArgs, seen: &AtomicU64) -> Resul
         laser_power: None,
         keep_frames: false,
         background: None,
+        record: false,
         calibration_id: None,
         resume_scan_id: None,
         measure: Vec::new(),

@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 use vision::GreyImage;
 
 use super::playback::{Playback, lock};
-use super::recording::Recording;
+use super::sequence::Recording;
 use super::{Pace, RATES_HZ, ReplayConfig};
 use crate::params::REPLAY_CATCH_UP;
 use crate::{
@@ -15,7 +15,7 @@ use crate::{
     Trigger,
 };
 
-/// Delivers the pictures of a capture folder.
+/// Delivers the pictures of a capture folder or a recording.
 pub struct ReplayCamera {
     recording: Recording,
     playback: Arc<Mutex<Playback>>,
@@ -143,10 +143,10 @@ impl Camera for ReplayCamera {
         }
     }
 
-    /// Exposure and gain are not recorded and told as 0; a replay as fast as asked tells the highest frame rate.
+    /// The exposure is that of the first picture, 0 where it was not recorded; the gain is told as 0; a replay as fast as asked tells the highest frame rate.
     fn settings(&self) -> CameraSettings {
         CameraSettings {
-            exposure_us: 0.0,
+            exposure_us: self.recording.picture(0).exposure_us,
             gain_db: 0.0,
             frame_rate_hz: match self.pace {
                 Pace::Hz(hz) => hz,
@@ -194,12 +194,17 @@ impl Camera for ReplayCamera {
         let Some(idx) = self.wait_for_next(timeout)? else { return Ok(None) };
         let read = self.recording.read_into(idx, image);
         let Some(run) = &mut self.run else { return Ok(None) };
+        let backwards = run.backwards;
         let (frame_id, exposed_at, lost_before) = run.advance(self.pace, self.recording.n_pictures());
         if let Err(cause) = read {
             run.lost = lost_before + 1;
-            return Err(CameraError::Unreadable { frame_id, cause });
+            return Err(CameraError::Unreadable { frame_id, cause: cause.into_cause() });
         }
-        let recorded_position_mm = self.recording.position_mm(idx);
+        let picture = self.recording.picture(idx);
+        // What was lost when it was recorded is missing again, where frames are played one after the other.
+        let is_next = self.trigger == Trigger::Free && frame_id > 0 && !backwards;
+        let lost_before = lost_before + if is_next { picture.lost_before } else { 0 };
+        let recorded_position_mm = picture.position_mm;
         lock(&self.playback).delivered(recorded_position_mm, exposed_at);
         Ok(Some(FrameInfo {
             frame_id,
@@ -207,7 +212,7 @@ impl Camera for ReplayCamera {
             exposed_at,
             lost_before,
             lost_incomplete: 0,
-            exposure_us: 0.0,
+            exposure_us: picture.exposure_us,
             recorded_position_mm,
         }))
     }

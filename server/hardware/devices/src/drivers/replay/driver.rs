@@ -6,16 +6,18 @@ use remedy::with_causes;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{Pace, Pictures, ReplayCamera, ReplayConfig, ReplayError, ReplayLaser, ReplayStage, open};
+use super::{Pace, Pictures, Played, ReplayCamera, ReplayConfig, ReplayError, ReplayLaser, ReplayStage, open};
 use crate::traits::driver::{DeviceSet, Driver, MissingSetting, OpenError, Opened};
 use crate::{Camera, Laser, Stage, ThreadedCamera};
 
-/// `[station.replay]`: a capture folder that is played.
+/// `[station.replay]`: a capture folder or a recording that is played.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct ReplaySettings {
     /// the capture folder that is played
     pub folder: PathBuf,
-    /// which of its scans; empty: the first
+    /// the recording (MCAP file) that is played instead of a capture folder
+    pub recording: PathBuf,
+    /// which scan of the capture folder; empty: the first
     pub scan: String,
     /// frames per second
     #[schemars(range(min = 0.1, max = 1000.0))]
@@ -27,23 +29,34 @@ pub struct ReplaySettings {
 }
 
 impl Default for ReplaySettings {
-    /// The first scan from memory, again and again; the folder has to be named.
+    /// The first scan from memory, again and again; folder or recording has to be named.
     fn default() -> Self {
-        Self { folder: PathBuf::new(), scan: String::new(), frame_rate_hz: 30.0, preload: true, repeat: true }
+        Self {
+            folder: PathBuf::new(),
+            recording: PathBuf::new(),
+            scan: String::new(),
+            frame_rate_hz: 30.0,
+            preload: true,
+            repeat: true,
+        }
     }
 }
 
-/// Plays the capture folder that the settings name.
+/// Plays the capture folder or the recording that the settings name.
 #[derive(Debug, Clone)]
 pub struct ReplayDriver(pub ReplaySettings);
 
 impl ReplayDriver {
     fn devices(&self) -> Result<(ReplayCamera, ReplayStage, ReplayLaser), ReplayError> {
         let settings = &self.0;
-        let scan = if settings.scan.is_empty() { self.first_scan()? } else { settings.scan.clone() };
+        let played = if settings.recording.as_os_str().is_empty() {
+            let scan = if settings.scan.is_empty() { self.first_scan()? } else { settings.scan.clone() };
+            Played::Folder { folder: settings.folder.clone(), pictures: Pictures::Scan(scan) }
+        } else {
+            Played::Recording(settings.recording.clone())
+        };
         open(&ReplayConfig {
-            folder: settings.folder.clone(),
-            pictures: Pictures::Scan(scan),
+            played,
             pace: Pace::Hz(settings.frame_rate_hz),
             looped: settings.repeat,
             preload: settings.preload,
@@ -59,7 +72,7 @@ impl ReplayDriver {
         let folder = &self.0.folder;
         let capture = capture::Capture::open(folder)?;
         let first = capture.manifest.scans.first().map(|scan| scan.name.clone());
-        first.ok_or_else(|| ReplayError::NoPictures { folder: folder.clone(), pictures: "scan" })
+        first.ok_or_else(|| ReplayError::NoPictures { place: folder.clone(), pictures: "scan" })
     }
 }
 
@@ -81,14 +94,15 @@ impl Driver for ReplayDriver {
     }
 
     fn missing(&self) -> Option<MissingSetting> {
-        let expected = "the capture folder to be played";
-        self.0.folder.as_os_str().is_empty().then_some(MissingSetting { name: "folder", expected })
+        let expected = "the capture folder to be played, or with station.replay.recording an MCAP file";
+        let nothing = [&self.0.folder, &self.0.recording].iter().all(|path| path.as_os_str().is_empty());
+        nothing.then_some(MissingSetting { name: "folder", expected })
     }
 
     fn open(&self, wanted: DeviceSet) -> Result<Opened, OpenError> {
         let (camera, stage, laser) = self.devices().map_err(|error| {
             let remedy =
-                "put it in place and reset the station, or correct station.replay.folder and station.replay.scan";
+                "put it in place and reset the station, or correct station.replay.folder, .scan or .recording";
             OpenError::Absent { what: with_causes(&error), remedy: remedy.to_owned() }
         })?;
         Ok(Opened {

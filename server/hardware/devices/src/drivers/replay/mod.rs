@@ -1,4 +1,4 @@
-//! Replay: camera, stage and laser of a capture folder.
+//! Replay: camera, stage and laser of a capture folder, or of a recording in an MCAP file.
 //!
 //! Running free, the camera delivers the pictures of one scan (or the board or laser pictures) in their order, and the
 //! stage is where the frame last delivered was taken: a move ends when frames pass its target. A move that begins before
@@ -8,9 +8,11 @@
 
 mod camera;
 mod driver;
+mod file;
+mod folder;
 mod laser;
 mod playback;
-mod recording;
+mod sequence;
 mod stage;
 #[cfg(test)]
 mod tests;
@@ -24,26 +26,39 @@ use parking_lot::Mutex;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use capture::{Capture, CaptureError};
+use capture::CaptureError;
+use recording::RecordingError;
 
 use crate::ValueRange;
 use crate::params::{PRELOAD_LIMIT_BYTES, REPLAY_MAX_RATE_HZ, REPLAY_MIN_RATE_HZ};
 use playback::Playback;
-use recording::Recording;
+use sequence::Recording;
 
 /// What is replayed, and how.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ReplayConfig {
-    /// A capture folder.
-    pub folder: PathBuf,
-    /// Which of its pictures.
-    pub pictures: Pictures,
+    /// What.
+    pub played: Played,
     /// How fast.
     pub pace: Pace,
     /// Whether it begins again after the last picture.
     pub looped: bool,
     /// Whether all pictures are read into memory when it is opened.
     pub preload: bool,
+}
+
+/// Where the pictures come from.
+#[derive(Debug, Clone, PartialEq, Eq, Hash)]
+pub enum Played {
+    /// From a capture folder.
+    Folder {
+        /// Where it is.
+        folder: PathBuf,
+        /// Which of its pictures.
+        pictures: Pictures,
+    },
+    /// From an MCAP file: the frames of its scan, or all.
+    Recording(PathBuf),
 }
 
 /// Which pictures of a capture are replayed.
@@ -74,11 +89,22 @@ pub enum ReplayError {
     /// The folder or one of its pictures cannot be read.
     #[error("the capture cannot be replayed")]
     Capture(#[from] CaptureError),
+    /// The file or one of its frames cannot be read.
+    #[error("the recording cannot be replayed")]
+    Recording(#[from] RecordingError),
+    /// A camera has one size and format of pictures, and the recording has several.
+    #[error("frame {frame_idx} of {} has another size or format than the first", place.display())]
+    OtherSize {
+        /// The recording.
+        place: PathBuf,
+        /// The first such frame, counted from 0.
+        frame_idx: usize,
+    },
     /// There is nothing to deliver.
-    #[error("{} holds no {pictures}", folder.display())]
+    #[error("{} holds no {pictures}", place.display())]
     NoPictures {
-        /// The capture.
-        folder: PathBuf,
+        /// The capture or recording.
+        place: PathBuf,
         /// What was asked for.
         pictures: &'static str,
     },
@@ -96,10 +122,21 @@ pub enum ReplayError {
     },
 }
 
+impl ReplayError {
+    /// What could not be read, without that it was for a replay.
+    fn into_cause(self) -> Box<dyn std::error::Error + Send + Sync> {
+        match self {
+            Self::Capture(cause) => Box::new(cause),
+            Self::Recording(cause) => Box::new(cause),
+            other => Box::new(other),
+        }
+    }
+}
+
 /// Frame rates a replay can be set to.
 pub(crate) const RATES_HZ: ValueRange = ValueRange { min: REPLAY_MIN_RATE_HZ, max: REPLAY_MAX_RATE_HZ };
 
-/// Opens a capture as a station; the first picture is read to know its format.
+/// Opens a capture or a recording as a station; the first picture is read to know its format.
 ///
 /// # Errors
 /// [`ReplayError`] names the entry that cannot be read.
@@ -114,13 +151,4 @@ pub fn open(config: &ReplayConfig) -> Result<(ReplayCamera, ReplayStage, ReplayL
     let stage = ReplayStage::new(&recording, Arc::clone(&playback));
     let laser = ReplayLaser::new(recording.name());
     Ok((ReplayCamera::new(recording, config, playback), stage, laser))
-}
-
-/// Opens the folder; apart from [`open`] so that errors of the manifest come before those of pictures.
-fn open_capture(config: &ReplayConfig) -> Result<Capture, ReplayError> {
-    let capture = Capture::open(&config.folder)?;
-    for warning in &capture.warnings {
-        tracing::warn!("{warning}");
-    }
-    Ok(capture)
 }

@@ -4,7 +4,7 @@ use parking_lot::Mutex;
 use std::sync::Arc;
 
 use super::playback::{Playback, lock};
-use super::recording::Recording;
+use super::sequence::Recording;
 use crate::drivers::stage_checks::{check_numbers, check_travel};
 use crate::params::{REPLAY_MAX_SPEED_MM_S, REPLAY_RESOLUTION_DIGITS_PER_MM};
 use crate::{
@@ -24,6 +24,7 @@ impl ReplayStage {
     pub(super) fn new(recording: &Recording, playback: Arc<Mutex<Playback>>) -> Self {
         let mut positions_mm = recording.positions_mm();
         positions_mm.sort_by(f64::total_cmp);
+        positions_mm.dedup();
         Self { name: recording.name(), kind: recording.stage(), positions_mm, playback }
     }
 

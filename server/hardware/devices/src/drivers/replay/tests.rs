@@ -1,17 +1,18 @@
 //! The replay passes the suite, and plays what was recorded. Not shown here: that a capture folder of a real
 //! station is read (the tests of `capture` do that).
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use capture::{
     CameraFormat, ChannelChoice, ChessboardTarget, Frame, GratingProjector, Manifest, Pose, Scan, StagePlace,
     StageSheet, StageView,
 };
+use recording::{FrameLosses, FrameNote, Place, RecordingEnd, RecordingHeader, RecordingWriter, RowNote};
 use tempfile::TempDir;
 use vision::{GreyImage, Pixels};
 
-use super::{Pace, Pictures, ReplayConfig, ReplayDriver, ReplayError, ReplaySettings, open};
+use super::{Pace, Pictures, Played, ReplayConfig, ReplayDriver, ReplayError, ReplaySettings, open};
 use crate::contract::{self, CameraProfile, LaserProfile, StageProfile};
 use crate::{Camera, CameraError, CameraRequest, DeviceSet, Driver, Stage, Trigger};
 
@@ -60,6 +61,47 @@ fn the_replay_passes_the_suite_of_lasers() {
     let folder = recorded();
     let profile = LaserProfile { light: None, reaction_limit: Duration::from_millis(20), cable: None };
     contract::laser(&mut || Box::new(open(&looped(folder.path())).unwrap().2), &profile);
+}
+
+#[test]
+fn a_recording_passes_the_suites_of_cameras_and_stages() {
+    let (_folder, file) = recorded_file(|_| 0);
+    for preload in [false, true] {
+        let settings =
+            ReplaySettings { recording: file.clone(), frame_rate_hz: 200.0, preload, ..ReplaySettings::default() };
+        let driver = ReplayDriver(settings);
+        let profile =
+            CameraProfile { frame_rate_hz: Some(200.0), frame_limit: Duration::from_millis(50), cable: None };
+        contract::camera(&mut || driver.open(DeviceSet::ALL).unwrap().camera.unwrap(), &profile);
+        let profile = StageProfile {
+            speed_mm_s: 10.0,
+            tolerance_mm: 1e-9,
+            instant: true,
+            motion_limit: Duration::from_millis(100),
+            rest_limit: Duration::from_millis(100),
+            reset_button: None,
+            cable: None,
+        };
+        contract::stage(&mut || driver.open(DeviceSet::ALL).unwrap().stage.unwrap(), &profile);
+    }
+}
+
+#[test]
+fn the_rows_of_a_recorded_scan_are_played_with_their_positions_exposures_and_losses() {
+    let (_folder, file) = recorded_file(|row| if row == 3 { 2 } else { 0 });
+    let config = ReplayConfig { played: Played::Recording(file), ..scan(Path::new("")) };
+    let (mut camera, stage, _) = open(&config).unwrap();
+    assert_eq!((camera.settings().exposure_us, stage.capabilities().travel_mm), (700.0, (-1.0, 1.0)));
+    camera.start().unwrap();
+    let mut image = blank();
+    for (row, position_mm) in POSITIONS_MM.into_iter().enumerate() {
+        let info = camera.next_frame(&mut image, Duration::ZERO).unwrap().unwrap();
+        assert_eq!((info.recorded_position_mm, info.exposure_us), (Some(position_mm), 700.0));
+        assert_eq!(image.at(0, 0), row as f32, "another picture than the recorded one");
+        assert_eq!(info.lost_before, if row == 3 { 2 } else { 0 });
+    }
+    let end = camera.next_frame(&mut image, Duration::ZERO);
+    assert!(matches!(end, Err(CameraError::EndOfRecording)), "{end:?}");
 }
 
 #[test]
@@ -166,12 +208,13 @@ fn frames_come_at_the_pace_asked_for() {
 #[test]
 fn board_pictures_laser_pictures_and_stage_views_are_played() {
     let folder = recorded();
+    let of = |pictures| Played::Folder { folder: folder.path().to_owned(), pictures };
     for (pictures, greys, position_mm) in [
         (Pictures::Boards, vec![100.0, 101.0], None),
         (Pictures::LaserPictures, vec![200.0], None),
         (Pictures::StageViews, vec![150.0], Some(-20.0)),
     ] {
-        let (mut camera, _, _) = open(&ReplayConfig { pictures, ..scan(folder.path()) }).unwrap();
+        let (mut camera, _, _) = open(&ReplayConfig { played: of(pictures), ..scan(folder.path()) }).unwrap();
         camera.start().unwrap();
         let mut image = blank();
         for grey in greys {
@@ -201,7 +244,8 @@ fn a_picture_that_cannot_be_read_is_named_and_counted_as_lost() {
 #[test]
 fn what_cannot_be_replayed_is_refused_when_opened() {
     let folder = recorded();
-    let unknown = ReplayConfig { pictures: Pictures::Scan("plate".into()), ..scan(folder.path()) };
+    let of = |pictures| Played::Folder { folder: folder.path().to_owned(), pictures };
+    let unknown = ReplayConfig { played: of(Pictures::Scan("plate".into())), ..scan(folder.path()) };
     assert!(matches!(open(&unknown), Err(ReplayError::Capture(_))));
     let timeless = ReplayConfig { pace: Pace::Hz(f64::NAN), ..scan(folder.path()) };
     assert!(matches!(open(&timeless), Err(ReplayError::BadPace { .. })));
@@ -211,10 +255,53 @@ fn what_cannot_be_replayed_is_refused_when_opened() {
     assert!(cause.to_string().contains("scans[0].frames[4].image"), "{cause}");
 }
 
+/// A recording of the same scan as [`recorded`], after one frame of the approach; so many frames were lost before a row.
+fn recorded_file(lost_before_row: impl Fn(usize) -> u64) -> (TempDir, PathBuf) {
+    let folder = TempDir::new().unwrap();
+    let path = folder.path().join("scan.mcap");
+    let header = RecordingHeader {
+        name: "plane".into(),
+        origin: "scan".into(),
+        scan_id: None,
+        calibration_id: None,
+        software_version: "0".into(),
+        simulated: None,
+        started_at_ms: 0,
+        target: ChessboardTarget { inner_columns: 11, inner_rows: 8, square_mm: 12.0.into() }.into(),
+        projector: GratingProjector {
+            wavelength_nm: 660.0,
+            grating_lines_per_mm: 50.0,
+            orders: vec![-1, 0, 1],
+            line_direction: None,
+        }
+        .into(),
+        stage: StageSheet::default(),
+    };
+    let mut writer = RecordingWriter::create(std::fs::File::create(&path).unwrap(), &header, None).unwrap();
+    let picture = |grey: u8| GreyImage::new(WIDTH_PX, HEIGHT_PX, Pixels::Eight(vec![grey; WIDTH_PX * HEIGHT_PX]));
+    let note = |sequence: u64, recorder: u64| FrameNote {
+        sequence,
+        captured_at_ns: 0,
+        place: Place::default(),
+        exposure_us: 700.0,
+        laser_on: true,
+        lost_before: FrameLosses { recorder, ..FrameLosses::default() },
+    };
+    writer.frame(1, &note(7, 0), &picture(255).unwrap()).unwrap();
+    for (row, position_mm) in POSITIONS_MM.into_iter().enumerate() {
+        let (sequence, place) = (10 + row as u64, StagePlace::PositionMm(position_mm).into());
+        writer.note(1, &RowNote { sequence, row: row as u64, place }).unwrap();
+        let note = note(sequence, lost_before_row(row));
+        writer.frame(2 + row as u64, &note, &picture(row as u8).unwrap()).unwrap();
+    }
+    let (reason, lost) = (String::new(), FrameLosses::default());
+    writer.finish(&RecordingEnd { reason, n_frames: 6, lost, n_notes_lost: 0 }).unwrap();
+    (folder, path)
+}
+
 fn scan(folder: &Path) -> ReplayConfig {
     ReplayConfig {
-        folder: folder.to_owned(),
-        pictures: Pictures::Scan("plane".into()),
+        played: Played::Folder { folder: folder.to_owned(), pictures: Pictures::Scan("plane".into()) },
         pace: Pace::AsAsked,
         looped: false,
         preload: false,

@@ -254,9 +254,9 @@ pub fn exposures_us(input: &ScanInput, rows: &Rows, status: &StationStatus) -> R
         let detail = "a picture with the laser off has one exposure, these rows have several".to_owned();
         return refused(detail, "leave out background, or scan with one exposure");
     }
-    if input.keep_frames {
-        let detail = "pictures of rows with several exposures cannot be kept".to_owned();
-        return refused(detail, "leave out keep_frames, or scan with one exposure");
+    if input.keep_frames || input.record {
+        let detail = "pictures of rows with several exposures cannot be kept or recorded".to_owned();
+        return refused(detail, "leave out keep_frames and record, or scan with one exposure");
     }
     let Some(range) = status.camera.capabilities.exposure_us else {
         return refused("this camera's exposure cannot be set".to_owned(), "scan with one exposure");
@@ -292,6 +292,10 @@ pub fn background(input: &ScanInput, rows: &Rows, status: &StationStatus) -> Res
     if !status.laser.capabilities.switched {
         let detail = "the laser cannot be switched off here, so that nothing can be seen without it";
         return Err(refused("background", detail, "leave it out, or connect the laser to be switched"));
+    }
+    if input.record {
+        let detail = "a recording would not say which frames are backgrounds";
+        return Err(refused("background", detail, "leave out record or background; keep_frames keeps both"));
     }
     if asked.every_rows == Some(0) {
         return Err(refused("background/every_rows", "every_rows is 0", "give 1 or more"));

@@ -105,6 +105,7 @@ fn input(from_mm: f64, to_mm: f64) -> ScanInput {
         laser_power: None,
         keep_frames: false,
         background: None,
+        record: false,
         calibration_id: None,
         resume_scan_id: None,
         measure: Vec::new(),

@@ -29,9 +29,6 @@ pub const FORECAST_JOBS: u32 = 100;
 /// Jobs like it that are learned from: one odd one does not matter, a change of the machine is followed.
 pub const FORECAST_ALIKE: usize = 5;
 
-/// Free space below which no job is begun: room for the catalogue, its log and the deletions that make room.
-pub const FREE_FLOOR_BYTES: u64 = 256 << 20;
-
 /// Bytes a scan of unknown length, of a capture, is assumed to need: peaks, cloud and display points of a thousand
 /// frames. A scan from the station needs what its plan says, its kept pictures included.
 pub const SCAN_BYTES: u64 = 512 << 20;

@@ -185,7 +185,13 @@ impl Queue {
             runtime: self.runtime.clone(),
             progress: Arc::new(move |fraction, step, words| board.report(fraction, step, words)),
         };
-        StationContext { compute, station: parts.station, authority: running.authority.clone(), live: parts.live }
+        StationContext {
+            compute,
+            station: parts.station,
+            authority: running.authority.clone(),
+            live: parts.live,
+            recordings: parts.recordings,
+        }
     }
 
     /// Stores the end with everything the job made; what cannot be stored was not made, and the job failed.

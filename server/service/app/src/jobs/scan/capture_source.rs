@@ -72,6 +72,7 @@ fn refuse_station_fields(input: &ScanInput) -> Result<(), AppError> {
         ("laser_power", input.laser_power.is_some()),
         ("keep_frames", input.keep_frames),
         ("background", input.background.is_some()),
+        ("record", input.record),
         ("resume_scan_id", input.resume_scan_id.is_some()),
     ];
     match given.chain(others).find(|(_, given)| *given) {

@@ -28,6 +28,7 @@ use crate::jobs::scan::pictures::picture_path;
 use crate::jobs::scan::watched::LiveWatch;
 use crate::jobs::scan::writing::{FreeRecords, Kept, QUEUE_RECORDS, Record};
 use crate::jobs::{JobEnd, StationContext};
+use crate::recordings::notes::Notes;
 use crate::resources::stored_scan::disk_problem;
 
 /// Frames that wait for a thread, and results that wait to be shown: each holds a buffer of the station, which
@@ -53,6 +54,8 @@ pub struct Recorder<'a> {
     pub fusion: Mutex<FusionCounts>,
     /// Which background each frame was freed from.
     pub log: &'a BackgroundLog,
+    /// Where it is noted which frames are its rows, if the scan is recorded.
+    pub notes: Option<Notes>,
 }
 
 /// Where whoever takes frames puts them.
@@ -60,6 +63,7 @@ pub struct Hand {
     queue: SyncSender<Taken>,
     next: Cell<usize>,
     failed: Arc<AtomicBool>,
+    notes: Option<Notes>,
 }
 
 struct Taken {
@@ -104,6 +108,9 @@ impl Hand {
     ) -> Result<(), JobEnd> {
         let taken = Taken { idx: self.next.get(), frames, position, background };
         self.next.set(taken.idx + 1);
+        if let (Some(notes), Some(frame)) = (&self.notes, taken.frames.last()) {
+            notes.row(taken.idx, frame.sequence, position.value());
+        }
         if self.failed.load(Ordering::Relaxed) || self.queue.send(taken).is_err() {
             return Err(AppError::new(ErrorKind::Internal, "the frames could not be recorded").into());
         }
@@ -127,7 +134,7 @@ impl Recorder<'_> {
         let (taken, memory) = (Mutex::new(taken), Memory::default());
         let failed = Arc::new(AtomicBool::new(false));
         let first = kept.positions.len();
-        let hand = Hand { queue, next: Cell::new(first), failed: failed.clone() };
+        let hand = Hand { queue, next: Cell::new(first), failed: failed.clone(), notes: self.notes.clone() };
         let (taken, memory, failed) = (&taken, &memory, &*failed);
         std::thread::scope(|scope| {
             for number in 0..n_threads() {

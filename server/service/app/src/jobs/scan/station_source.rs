@@ -9,7 +9,7 @@ use optics::Triangulator;
 use scanning::files::peaks::{PeaksFile, PeaksHeader};
 use scanning::{Frames as _, FusionCounts, label_frame};
 use serde_json::{Value, json};
-use store::{ArtifactId, ScanState};
+use store::{ArtifactId, RecordingRecord, ScanState};
 
 use crate::error::{AppError, ErrorKind};
 use crate::jobs::plan::{Pace, ScanPlan, ScanRun, TIMING, mode_of, plan};
@@ -25,6 +25,8 @@ use crate::jobs::scan::writing::{Kept, NewPeaks};
 use crate::jobs::scan::{Evaluating, MadeScan, ScanStory, TAKEN, evaluated_share, made_scan, scan_changes};
 use crate::jobs::{JobEnd, ScanInput, ScanMode, ScanSource, StationContext};
 use crate::progress::Phase;
+use crate::recordings::RecordingOf;
+use crate::recordings::figures::Ended;
 use crate::resources::calibrations::stored::stored_document;
 use crate::resources::measurements::parts::planned_measurements;
 use crate::resources::stored_scan::{disk_problem, new_id, stored_peaks};
@@ -67,6 +69,11 @@ pub fn run(input: &ScanInput, ctx: &StationContext) -> Result<MadeScan, JobEnd> 
     // Before anything moves: afterwards frames would wait for it.
     triangulator.fill();
     let mut positions = show_earlier(ctx, &work.note.scan_id, earlier, &triangulator)?;
+    let recording = begin_recording(ctx, &input, &work.note, planned.disk_bytes).inspect_err(|_| {
+        // Nothing was taken: what was prepared for it goes.
+        ctx.live.end_scan(&work.note.scan_id);
+        if work.note.replaces { work.clear_but_pictures() } else { work.clear() }
+    })?;
     let mut timing = Timing::default();
     let (n_before, began) = (positions.len(), Instant::now());
     let log = BackgroundLog::new(planned.keep_frames.then(|| (work.backgrounds(), work.pictures())))?;
@@ -75,9 +82,12 @@ pub fn run(input: &ScanInput, ctx: &StationContext) -> Result<MadeScan, JobEnd> 
         &planned,
         &triangulator,
         &mut work,
-        &log,
+        Side { log: &log, recording: recording.as_deref() },
         &mut Kept { positions: &mut positions, peaks: &mut peaks, timing: &mut timing },
     );
+    if let Some(id) = &recording {
+        ctx.wait(ctx.recordings.end(Some(id), Ended::ScanEnded));
+    }
     let acquired =
         Acquired { took_s: began.elapsed().as_secs_f64(), n_rows: positions.len() - n_before, pace, timing };
     let background = taken.as_ref().ok().and_then(|(ambient, _)| background_json(&planned, ambient, &log));
@@ -161,12 +171,39 @@ fn show_earlier(
     Ok((0..frames.n_frames()).map(|idx| frames.position(idx).value()).collect())
 }
 
+/// Records what the camera delivers from now on, if that was asked for; the recording's id. A disk that has no room later
+/// ends the recording, not the scan.
+fn begin_recording(
+    ctx: &StationContext,
+    input: &ScanInput,
+    note: &WorkNote,
+    needed_bytes: u64,
+) -> Result<Option<String>, AppError> {
+    if !input.record {
+        return Ok(None);
+    }
+    let of = RecordingOf::Scan {
+        scan_id: note.scan_id.clone(),
+        calibration_id: note.calibration_id.clone(),
+        needed_bytes,
+    };
+    let nothing = |_: &RecordingRecord| Ok::<_, AppError>(Vec::new());
+    Ok(Some(ctx.wait(ctx.recordings.begin(&note.name, of, None, nothing))?.id))
+}
+
+/// What is kept beside the rows.
+struct Side<'a> {
+    log: &'a BackgroundLog,
+    /// The recording of this scan, if it is recorded.
+    recording: Option<&'a str>,
+}
+
 fn take(
     ctx: &StationContext,
     planned: &ScanPlan,
     triangulator: &Triangulator,
     work: &mut Work,
-    log: &BackgroundLog,
+    side: Side<'_>,
     kept: &mut Kept<'_>,
 ) -> Result<(AmbientLight, FusionCounts), JobEnd> {
     let earlier = kept.positions.clone();
@@ -174,7 +211,10 @@ fn take(
     let scan_id = work.note.scan_id.clone();
     let pictures = planned.keep_frames.then(|| work.pictures());
     let watch = LiveWatch::new(triangulator.calibration());
-    let recorder = Recorder { ctx, scan_id: &scan_id, triangulator, pictures, log, watch, fusion: Mutex::default() };
+    let Side { log, recording } = side;
+    let notes = recording.and_then(|id| ctx.recordings.notes(id));
+    let fusion = Mutex::default();
+    let recorder = Recorder { ctx, scan_id: &scan_id, triangulator, pictures, log, watch, fusion, notes };
     let losses = &mut work.note.losses;
     let ambient = recorder.record(kept, |hand| take_frames(ctx, planned, &earlier, losses, log, hand))?;
     Ok((ambient, recorder.fusion.into_inner()))

@@ -20,6 +20,7 @@ use crate::access::lease::ControlDesk;
 use crate::config::AppConfig;
 use crate::jobs::{Done, Job, JobEnd, JobInput, JobParts, JobView, Jobs, StationContext};
 use crate::ledger::Ledger;
+use crate::recordings::{RecordingParts, Recordings};
 use crate::resources::captures::Captures;
 
 /// Longer than anything here takes on a busy machine; only a defect makes a test wait that long.
@@ -55,14 +56,25 @@ impl Bench {
         let model = StationModel::seeded(7, shape).unwrap();
         let free_bytes = Arc::new(AtomicU64::new(u64::MAX));
         let free = free_bytes.clone();
+        let station = StationHandle::over_twin(TwinStation::new(model, TwinOptions::of(shape.stage)));
+        let live = LiveBus::default();
+        let recordings = Recordings::new(RecordingParts {
+            config: config.clone(),
+            ledger: ledger.clone(),
+            artifacts: store.artifacts.clone(),
+            station: station.clone(),
+            live: live.clone(),
+            free_bytes: Arc::new(|| u64::MAX),
+        });
         let parts = JobParts {
             config,
             captures: Captures::new(ledger.clone(), store.artifacts.clone(), &cache).unwrap(),
             ledger,
             artifacts: store.artifacts.clone(),
-            station: StationHandle::over_twin(TwinStation::new(model, TwinOptions::of(shape.stage))),
+            station,
             control: ControlDesk::default(),
-            live: LiveBus::default(),
+            live,
+            recordings,
             free_bytes: Arc::new(move || free.load(Ordering::SeqCst)),
         };
         Self { parts, store, free_bytes, _folder: folder }

@@ -8,6 +8,7 @@ pub mod jobs;
 pub mod measurement_plan;
 pub mod measurements;
 pub mod profiles;
+pub mod recordings;
 pub mod scans;
 pub mod service;
 
@@ -23,6 +24,7 @@ pub fn api() -> OpenApiRouter<Http> {
         .merge(hardware::features::routes())
         .merge(hardware::simulation::routes())
         .merge(captures::routes())
+        .merge(recordings::routes())
         .merge(calibration::calibrations::routes())
         .merge(calibration::sessions::routes())
         .merge(scans::routes())

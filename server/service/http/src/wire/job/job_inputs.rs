@@ -87,6 +87,8 @@ pub struct ScanJobDto {
     /// When pictures with the laser off are taken.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub background: Option<BackgroundDto>,
+    /// Record everything that the camera delivers meanwhile, as an MCAP file.
+    pub record: bool,
     /// With which calibration; missing: the active one.
     pub calibration_id: Option<String>,
     /// The partial scan that is continued.
@@ -230,6 +232,7 @@ impl TryFrom<ScanInput> for ScanJobDto {
             laser_power: input.laser_power,
             keep_frames: input.keep_frames,
             background: input.background.map(BackgroundDto::from),
+            record: input.record,
             calibration_id: input.calibration_id,
             resume_scan_id: input.resume_scan_id,
             measure: measure_dtos(input.measure)?,

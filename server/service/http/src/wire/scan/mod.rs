@@ -2,6 +2,7 @@
 
 pub mod captures;
 pub mod profiles;
+pub mod recordings;
 pub mod scan_reports;
 pub mod scan_runs;
 pub mod scans;

@@ -5,6 +5,7 @@ pub mod captures;
 pub mod events;
 pub mod jobs;
 pub mod measurements;
+pub mod recordings;
 pub mod scans;
 pub mod sessions;
 pub mod settings;

@@ -3,7 +3,8 @@
 use serde_json::json;
 use store::{
     ArtifactId, CalibrationRecord, CaptureRecord, Change, EventRecord, ExpectedActive, IdempotencyRecord,
-    JobRecord, JobState, MeasurementRecord, Page, ScanRecord, ScanState, SessionRecord,
+    JobRecord, JobState, MeasurementRecord, Page, RecordingRecord, RecordingState, ScanRecord, ScanState,
+    SessionRecord,
 };
 
 pub fn new_id() -> String {
@@ -47,6 +48,21 @@ pub fn capture() -> CaptureRecord {
         size_bytes: 123_456_789,
         summary: json!({"n_pictures": 42}),
         created_at_ms: 1,
+    }
+}
+
+pub fn recording() -> RecordingRecord {
+    RecordingRecord {
+        id: new_id(),
+        name: "morning".into(),
+        origin: "live".into(),
+        state: RecordingState::Recording,
+        scan_id: None,
+        calibration_id: Some("c1".into()),
+        file: None,
+        size_bytes: 0,
+        summary: json!({ "n_frames": 0 }),
+        started_at_ms: 1_700_000_000_000,
     }
 }
 

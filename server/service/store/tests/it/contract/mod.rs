@@ -7,6 +7,7 @@ mod calibrations;
 mod events;
 mod jobs;
 mod lists;
+mod recordings;
 mod scans;
 mod transactions;
 

@@ -2,6 +2,7 @@
 
 use parking_lot::Mutex;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 use calibration::{CalibrationDocument, CalibrationText};
 use live::LiveBus;
@@ -22,6 +23,7 @@ use crate::jobs::scan::clear_work;
 use crate::jobs::tests::as_if_elsewhere;
 use crate::jobs::{ComputeContext, Done, JobEnd, JobInput, ScanInput, ScanSource, StationContext, VerifyInput};
 use crate::ledger::Ledger;
+use crate::recordings::{RecordingParts, Recordings};
 use crate::resources::captures::Captures;
 use crate::resources::measurements::ScanPurpose;
 
@@ -35,6 +37,9 @@ pub struct Bench {
     pub station: StationHandle,
     pub operator: TwinControl,
     pub live: LiveBus,
+    pub recordings: Recordings,
+    /// Bytes that the disk seems to have.
+    pub free_bytes: Arc<AtomicU64>,
     pub captures: Captures,
     pub config: Arc<AppConfig>,
     pub document: CalibrationDocument,
@@ -76,7 +81,30 @@ impl Bench {
         };
         let config = Arc::new(AppConfig::simulated(folder.path().join("data")));
         let live = LiveBus::default();
-        let bench = Self { ledger, store, station, operator, live, captures, config, document, runtime, folder };
+        let free_bytes = Arc::new(AtomicU64::new(u64::MAX));
+        let free = free_bytes.clone();
+        let recordings = Recordings::new(RecordingParts {
+            config: config.clone(),
+            ledger: ledger.clone(),
+            artifacts: store.artifacts.clone(),
+            station: station.clone(),
+            live: live.clone(),
+            free_bytes: Arc::new(move || free.load(Ordering::Relaxed)),
+        });
+        let bench = Self {
+            ledger,
+            store,
+            station,
+            operator,
+            live,
+            recordings,
+            free_bytes,
+            captures,
+            config,
+            document,
+            runtime,
+            folder,
+        };
         bench.add_calibration(&bench.document, true);
         bench
     }
@@ -133,6 +161,7 @@ impl Bench {
             station: self.station.clone(),
             authority: Authority { holder: None, epoch: self.station.stop_epoch() },
             live: self.live.clone(),
+            recordings: self.recordings.clone(),
         };
         Job { ctx, said }
     }
@@ -234,6 +263,7 @@ pub fn from_station(from_mm: f64, to_mm: f64, step_mm: f64) -> ScanInput {
         laser_power: None,
         keep_frames: false,
         background: None,
+        record: false,
         calibration_id: None,
         resume_scan_id: None,
         measure: Vec::new(),

@@ -6,6 +6,7 @@ mod bench;
 mod from_capture;
 mod from_station;
 mod measured;
+mod recorded;
 mod room;
 mod stopped;
 mod turntable;

@@ -5,8 +5,8 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use super::bench::{Bench, from_station};
+use crate::config::limits::FREE_FLOOR_BYTES;
 use crate::jobs::plan::{Pace, plan};
-use crate::jobs::queue::params::FREE_FLOOR_BYTES;
 use crate::jobs::{JobEnd, JobInput, JobParts, Jobs, ScanInput, ScanMode};
 
 /// A queue over the bench whose jobs do nothing, on a disk with room as said.
@@ -19,6 +19,7 @@ fn queue(bench: &Bench, free_bytes: Arc<AtomicU64>) -> Jobs {
         station: bench.station.clone(),
         control: crate::access::lease::ControlDesk::default(),
         live: bench.live.clone(),
+        recordings: bench.recordings.clone(),
         free_bytes: Arc::new(move || free_bytes.load(Ordering::SeqCst)),
     };
     bench.runtime.block_on(Jobs::start_with(parts, Arc::new(|_, _| Err(JobEnd::Cancelled)))).unwrap()

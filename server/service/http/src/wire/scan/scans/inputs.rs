@@ -110,6 +110,10 @@ pub struct StartScanDto {
     pub keep_frames: bool,
     /// When pictures with the laser off are taken, to be taken away from the frames; missing: never.
     pub background: Option<BackgroundDto>,
+    /// Record everything that the camera delivers meanwhile, as an MCAP file (`GET /recordings`). A disk without room
+    /// ends the recording, not the scan.
+    #[serde(default)]
+    pub record: bool,
     /// With which calibration; missing: the active one.
     pub calibration_id: Option<String>,
     /// The partial scan that is continued; it measures what it was begun for.
@@ -207,6 +211,7 @@ impl From<StartScanDto> for ScanInput {
             laser_power: dto.laser_power,
             keep_frames: dto.keep_frames,
             background: dto.background.map(BackgroundInput::from),
+            record: dto.record,
             calibration_id: dto.calibration_id,
             resume_scan_id: dto.resume_scan_id,
             measure: dto.measure.into_iter().map(MeasureInput::from).collect(),

@@ -1,0 +1,201 @@
+//! `sheaf recording`: what is in a recording, and what can be made of it.
+
+use std::fmt::Write as _;
+
+use pipeline::{Failure, FailureKind, Reporter, failure_of};
+use recording::{FrameLosses, RecordingError, RecordingFile};
+use serde_json::{Value, json};
+
+use crate::answer::exit::Exit;
+use crate::arguments::{
+    RecordingAction, RecordingArgs, RecordingExportArgs, RecordingInfoArgs, RecordingRepairArgs,
+};
+use crate::commands::Answer;
+
+/// Gaps that are listed as text; JSON has all of them.
+const GAPS_SHOWN: usize = 10;
+
+/// Does what is asked.
+pub fn run(args: &RecordingArgs, reporter: &dyn Reporter) -> Result<Answer, Failure> {
+    match &args.action {
+        RecordingAction::Info(args) => info(args),
+        RecordingAction::Export(args) => export(args, reporter),
+        RecordingAction::Repair(args) => repair(args),
+    }
+}
+
+fn failed(error: RecordingError) -> Failure {
+    failure_of(FailureKind::BadInput, &error)
+}
+
+fn ended(is_lossy: bool) -> Exit {
+    if is_lossy { Exit::Lossy } else { Exit::Done }
+}
+
+fn info(args: &RecordingInfoArgs) -> Result<Answer, Failure> {
+    let file = RecordingFile::open(&args.recording).map_err(failed)?;
+    Ok(Answer { text: info_text(&file), json: info_json(&file), exit: ended(file.is_lossy()) })
+}
+
+fn info_text(file: &RecordingFile) -> String {
+    let (header, summary) = (&file.header, file.summary());
+    let mut text = String::new();
+    let mut line = |name: &str, value: String| {
+        let _ = writeln!(text, "{name:<13} {value}");
+    };
+    line("name", format!("{} ({})", header.name, header.origin));
+    if let Some(simulated) = &header.simulated {
+        line("simulated", simulated.clone());
+    }
+    line("calibration", header.calibration_id.clone().unwrap_or_else(|| "none".to_owned()));
+    if let Some(scan_id) = &header.scan_id {
+        line("scan", format!("{scan_id}, {} rows, {} of them missing", summary.n_rows, summary.n_rows_missing));
+    }
+    let size = summary.size_px.map_or_else(String::new, |(width, height)| {
+        format!(", {width} × {height} px, {} bits", summary.bits_per_pixel.unwrap_or_default())
+    });
+    line("frames", format!("{} in {:.3} s{size}", summary.n_frames, summary.duration_s));
+    line("lost", losses_text(&summary.lost));
+    for gap in summary.gaps.iter().take(GAPS_SHOWN) {
+        let after =
+            gap.after_frame.map_or_else(|| "before the first".to_owned(), |idx| format!("after frame {idx}"));
+        let at = gap.place.map_or_else(String::new, |place| format!(" at {place}"));
+        line("gap", format!("{after}{at}: {}", losses_text(&gap.lost)));
+    }
+    if summary.gaps.len() > GAPS_SHOWN {
+        line("gap", format!("and {} more", summary.gaps.len() - GAPS_SHOWN));
+    }
+    for topic in &summary.topics {
+        line("messages", format!("{:>8} {}", topic.n_messages, topic.topic));
+    }
+    line("file", format!("{} bytes, {}", file.size_bytes, wholeness(file)));
+    for damage in &file.damages {
+        line("damage", format!("{} bytes at {}: {}", damage.size_bytes, damage.at_bytes, damage.reason));
+    }
+    let end = file.end.as_ref().map_or_else(|| "broken off".to_owned(), |end| end.reason.clone());
+    line("ended", end);
+    line("lossy", if file.is_lossy() { "yes" } else { "no" }.to_owned());
+    text
+}
+
+fn wholeness(file: &RecordingFile) -> &'static str {
+    match file.is_whole {
+        true => "whole",
+        false => "without an index: sheaf recording repair makes one",
+    }
+}
+
+fn losses_text(lost: &FrameLosses) -> String {
+    let some: Vec<String> =
+        lost.by_reason().iter().filter(|(_, n)| *n > 0).map(|(reason, n)| format!("{n} {reason}")).collect();
+    if some.is_empty() { "none".to_owned() } else { some.join(", ") }
+}
+
+fn losses_json(lost: &FrameLosses) -> Value {
+    Value::Object(lost.by_reason().iter().map(|(reason, n)| ((*reason).to_owned(), json!(n))).collect())
+}
+
+fn info_json(file: &RecordingFile) -> Value {
+    let (header, summary) = (&file.header, file.summary());
+    let gaps: Vec<Value> = summary
+        .gaps
+        .iter()
+        .map(|gap| {
+            let (lost, position) = (losses_json(&gap.lost), gap.place.map(|place| place.value()));
+            json!({ "after_frame": gap.after_frame, "position": position, "lost": lost })
+        })
+        .collect();
+    let damages: Vec<Value> = file
+        .damages
+        .iter()
+        .map(|one| json!({ "at_bytes": one.at_bytes, "size_bytes": one.size_bytes, "reason": one.reason }))
+        .collect();
+    let topics: serde_json::Map<String, Value> =
+        summary.topics.iter().map(|topic| (topic.topic.clone(), json!(topic.n_messages))).collect();
+    json!({
+        "name": header.name,
+        "origin": header.origin,
+        "simulated": header.simulated,
+        "software_version": header.software_version,
+        "calibration_id": header.calibration_id,
+        "scan_id": header.scan_id,
+        "started_at_ms": header.started_at_ms,
+        "stage": header.stage.kind.name(),
+        "n_frames": summary.n_frames,
+        "duration_s": summary.duration_s,
+        "size_px": summary.size_px.map(|(width, height)| [width, height]),
+        "bits_per_pixel": summary.bits_per_pixel,
+        "n_rows": summary.n_rows,
+        "n_rows_missing": summary.n_rows_missing,
+        "lost": losses_json(&summary.lost),
+        "gaps": gaps,
+        "topics": topics,
+        "size_bytes": file.size_bytes,
+        "is_whole": file.is_whole,
+        "damages": damages,
+        "ended": file.end.as_ref().map(|end| end.reason.clone()),
+        "lossy": file.is_lossy(),
+    })
+}
+
+fn export(args: &RecordingExportArgs, reporter: &dyn Reporter) -> Result<Answer, Failure> {
+    if args.output.exists() {
+        return Err(Failure::new(FailureKind::BadParameter, format!("{} exists already", args.output.display()))
+            .remedy("name a folder that does not exist yet"));
+    }
+    let file = RecordingFile::open(&args.recording).map_err(failed)?;
+    let task = reporter.fraction("exporting");
+    let told = |row: usize, n_rows: usize| {
+        task.at(&format!("picture {} of {n_rows}", row + 1), row as f64 / n_rows.max(1) as f64);
+    };
+    let exported = recording::export(&file, &args.output, told).map_err(failed)?;
+    let is_lossy = exported.n_rows_missing > 0 || exported.n_nowhere > 0 || file.is_lossy();
+    let mut text =
+        format!("{} frames as scan {:?} → {}\n", exported.n_frames, exported.scan, args.output.display());
+    if exported.n_nowhere > 0 {
+        let _ = writeln!(text, "{} frames without a stage position are left out", exported.n_nowhere);
+    }
+    if exported.n_rows_missing > 0 {
+        let _ = writeln!(text, "{} rows of the scan are not in the recording", exported.n_rows_missing);
+    }
+    if let Some(path) = &exported.calibration {
+        let _ = writeln!(text, "calibration → {}", path.display());
+    }
+    if is_lossy {
+        let _ = writeln!(text, "the recording is lossy: sheaf recording info says where");
+    }
+    let json = json!({
+        "output": args.output,
+        "scan": exported.scan,
+        "n_frames": exported.n_frames,
+        "n_nowhere": exported.n_nowhere,
+        "n_rows_missing": exported.n_rows_missing,
+        "calibration": exported.calibration,
+        "lossy": is_lossy,
+    });
+    Ok(Answer { text, json, exit: ended(is_lossy) })
+}
+
+fn repair(args: &RecordingRepairArgs) -> Result<Answer, Failure> {
+    let repaired = recording::repair(&args.recording, &args.output).map_err(failed)?;
+    let mut text = format!("{} messages → {}\n", repaired.n_messages, args.output.display());
+    if repaired.was_whole {
+        let _ = writeln!(text, "the file had its index already");
+    }
+    for damage in &repaired.damages {
+        let _ = writeln!(text, "left out: {} bytes at {}: {}", damage.size_bytes, damage.at_bytes, damage.reason);
+    }
+    let damages: Vec<Value> = repaired
+        .damages
+        .iter()
+        .map(|one| json!({ "at_bytes": one.at_bytes, "size_bytes": one.size_bytes, "reason": one.reason }))
+        .collect();
+    let json = json!({
+        "output": args.output,
+        "n_messages": repaired.n_messages,
+        "was_whole": repaired.was_whole,
+        "damages": damages,
+        "lossy": repaired.is_lossy(),
+    });
+    Ok(Answer { text, json, exit: ended(repaired.is_lossy()) })
+}

@@ -1,0 +1,278 @@
+//! Reading a recording: one pass finds what is in it, then pictures are read at any place.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
+
+use bytes::Bytes;
+use mcap::records::{Record, op};
+use prost::Message as _;
+use vision::GreyImage;
+
+use crate::error::RecordingError;
+use crate::foxglove::RawImage;
+use crate::frames;
+use crate::header::{END, HEADER, RecordingEnd, RecordingHeader};
+use crate::messages::{EventNote, FrameNote, RowNote, SettingsNote};
+use crate::params::CALIBRATION_NAME;
+use crate::records::{Located, Next, Records, check_count, check_kind, unpacked, within};
+use crate::topics::Topic;
+
+/// A recording whose frames can be read.
+pub struct RecordingFile {
+    /// Where it is.
+    pub path: PathBuf,
+    /// Its bytes.
+    pub size_bytes: u64,
+    /// What it is.
+    pub header: RecordingHeader,
+    /// The calibration document that came with it.
+    pub calibration: Option<Bytes>,
+    /// Its frames in their order.
+    pub frames: Vec<RecordedFrame>,
+    /// Which of them are rows of a scan.
+    pub rows: Vec<RowNote>,
+    /// How devices were set, with the log time in ns.
+    pub settings: Vec<(u64, SettingsNote)>,
+    /// What happened, with the log time in ns.
+    pub events: Vec<(u64, EventNote)>,
+    /// Messages by topic.
+    pub n_messages: BTreeMap<String, u64>,
+    /// How it ended; `None`: it was broken off.
+    pub end: Option<RecordingEnd>,
+    /// Whether index and end are there, as programs for MCAP expect it.
+    pub is_whole: bool,
+    /// What cannot be read.
+    pub damages: Vec<Damage>,
+    reading: Mutex<Reading>,
+}
+
+/// A frame of a recording.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RecordedFrame {
+    /// What belongs to the picture.
+    pub note: FrameNote,
+    /// The middle of its exposure, nanoseconds since 1970.
+    pub at_ns: u64,
+    /// Columns, rows and bits per pixel.
+    pub shape: (usize, usize, u32),
+    chunk_at_bytes: u64,
+    message: std::ops::Range<usize>,
+}
+
+/// A part of the file that cannot be read.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Damage {
+    /// Where it begins.
+    pub at_bytes: u64,
+    /// How many bytes it has.
+    pub size_bytes: u64,
+    /// What is wrong, in words.
+    pub reason: String,
+}
+
+/// Where pictures are read, and the chunk read last: frames are mostly asked for in their order.
+struct Reading {
+    records: Records,
+    chunk: Option<(u64, Bytes)>,
+}
+
+/// Length of the head of a message: channel, sequence, log and publish time.
+const MESSAGE_HEAD_BYTES: usize = 22;
+
+impl RecordingFile {
+    /// Reads what is in a recording; of one that is broken off, what is whole.
+    ///
+    /// # Errors
+    /// [`RecordingError::NotMcap`], [`RecordingError::NotARecording`], or a file that cannot be read.
+    pub fn open(path: &Path) -> Result<Self, RecordingError> {
+        let mut records = Records::open(path)?;
+        let size_bytes = records.size_bytes();
+        let mut pass = Pass::default();
+        let is_whole = loop {
+            match records.next()? {
+                Next::Record(record) => pass.take(record),
+                Next::End => break true,
+                Next::BrokenOff { rest_bytes } => {
+                    if rest_bytes > 0 {
+                        let reason = "the file ends within a record".to_owned();
+                        pass.damages.push(Damage {
+                            at_bytes: size_bytes - rest_bytes,
+                            size_bytes: rest_bytes,
+                            reason,
+                        });
+                    }
+                    break false;
+                }
+            }
+        };
+        let not_a_recording = |reason| RecordingError::NotARecording { path: path.to_owned(), reason };
+        let header = match pass.header {
+            Some(header) => header.map_err(not_a_recording)?,
+            None => return Err(not_a_recording("it does not say what it is".to_owned())),
+        };
+        Ok(Self {
+            path: path.to_owned(),
+            size_bytes,
+            header,
+            calibration: pass.calibration,
+            frames: pass.frames,
+            rows: pass.rows,
+            settings: pass.settings,
+            events: pass.events,
+            n_messages: pass.n_messages,
+            end: pass.end,
+            is_whole,
+            damages: pass.damages,
+            reading: Mutex::new(Reading { records, chunk: None }),
+        })
+    }
+
+    /// Writes the pixels of frame `idx` into `target`, in its own memory: bit by bit what the camera delivered.
+    ///
+    /// # Errors
+    /// [`RecordingError::Frame`] if the file has changed under it, or cannot be read.
+    pub fn read_into(&self, idx: usize, target: &mut GreyImage) -> Result<(), RecordingError> {
+        let frame = &self.frames[idx];
+        let failed = |reason| RecordingError::Frame { sequence: frame.note.sequence, reason };
+        let mut reading = self.reading.lock().unwrap_or_else(PoisonError::into_inner);
+        let chunk = reading.chunk_at(frame.chunk_at_bytes)?.map_err(failed)?;
+        drop(reading);
+        let changed = || failed("the file was changed while it was read".to_owned());
+        if frame.message.end > chunk.len() {
+            return Err(changed());
+        }
+        let image = RawImage::decode(chunk.slice(frame.message.clone())).map_err(|_| changed())?;
+        frames::decode(&image, target).map_err(failed)
+    }
+
+    /// The pixels of frame `idx`.
+    ///
+    /// # Errors
+    /// As [`RecordingFile::read_into`].
+    pub fn image(&self, idx: usize) -> Result<GreyImage, RecordingError> {
+        let mut image = GreyImage::new(1, 1, vision::Pixels::Eight(vec![0])).expect("one pixel is an image");
+        self.read_into(idx, &mut image)?;
+        Ok(image)
+    }
+}
+
+impl Reading {
+    fn chunk_at(&mut self, offset_bytes: u64) -> Result<Result<Bytes, String>, RecordingError> {
+        if let Some((at, chunk)) = &self.chunk
+            && *at == offset_bytes
+        {
+            return Ok(Ok(chunk.clone()));
+        }
+        let Next::Record(Located { op: op::CHUNK, body, .. }) = self.records.at(offset_bytes)? else {
+            return Ok(Err("its chunk is gone".to_owned()));
+        };
+        let chunk = unpacked(&body);
+        self.chunk = chunk.clone().ok().map(|chunk| (offset_bytes, chunk));
+        Ok(chunk)
+    }
+}
+
+/// What a pass over the file has found.
+#[derive(Default)]
+struct Pass {
+    header: Option<Result<RecordingHeader, String>>,
+    calibration: Option<Bytes>,
+    topics: BTreeMap<u16, Option<Topic>>,
+    names: BTreeMap<u16, String>,
+    n_messages: BTreeMap<String, u64>,
+    /// What belongs to the picture that comes next.
+    note: Option<(u64, FrameNote)>,
+    frames: Vec<RecordedFrame>,
+    rows: Vec<RowNote>,
+    settings: Vec<(u64, SettingsNote)>,
+    events: Vec<(u64, EventNote)>,
+    end: Option<RecordingEnd>,
+    damages: Vec<Damage>,
+}
+
+impl Pass {
+    fn take(&mut self, record: Located) {
+        let taken = match record.op {
+            op::CHUNK => unpacked(&record.body).and_then(|chunk| self.take_chunk(record.offset_bytes, &chunk)),
+            _ => self.take_record(record.op, &record.body, None),
+        };
+        if let Err(reason) = taken {
+            let size_bytes = record.body.len() as u64;
+            self.damages.push(Damage { at_bytes: record.offset_bytes, size_bytes, reason });
+        }
+    }
+
+    fn take_chunk(&mut self, chunk_at_bytes: u64, chunk: &Bytes) -> Result<(), String> {
+        for (op, body) in within(chunk) {
+            let place = (chunk_at_bytes, body.start + MESSAGE_HEAD_BYTES..body.end);
+            self.take_record(op, &chunk.slice(body), Some(place))?;
+        }
+        Ok(())
+    }
+
+    fn take_record(
+        &mut self,
+        op: u8,
+        body: &Bytes,
+        place: Option<(u64, std::ops::Range<usize>)>,
+    ) -> Result<(), String> {
+        check_kind(op)?;
+        if ![op::METADATA, op::ATTACHMENT, op::CHANNEL, op::MESSAGE, op::STATISTICS].contains(&op) {
+            return Ok(());
+        }
+        match mcap::read::parse_record(op, body).map_err(|error| error.to_string())? {
+            Record::Metadata(found) if found.name == HEADER => {
+                self.header.get_or_insert_with(|| RecordingHeader::from_metadata(&found.metadata));
+            }
+            Record::Metadata(found) if found.name == END => {
+                self.end = RecordingEnd::from_metadata(&found.metadata)
+            }
+            Record::Attachment { header, data, .. } if header.name == CALIBRATION_NAME => {
+                self.calibration.get_or_insert_with(|| Bytes::copy_from_slice(&data));
+            }
+            Record::Statistics(statistics) => check_count(&statistics, self.n_messages.values().sum())?,
+            Record::Channel(channel) => {
+                let topic = Topic::ALL.into_iter().find(|topic| topic.name() == channel.topic);
+                self.topics.insert(channel.id, topic);
+                self.names.insert(channel.id, channel.topic);
+            }
+            Record::Message { header, .. } => {
+                let message = body.slice(MESSAGE_HEAD_BYTES.min(body.len())..);
+                self.take_message(header.channel_id, header.log_time, &message, place)?;
+            }
+            _ => {}
+        }
+        Ok(())
+    }
+
+    fn take_message(
+        &mut self,
+        channel: u16,
+        at_ns: u64,
+        message: &Bytes,
+        place: Option<(u64, std::ops::Range<usize>)>,
+    ) -> Result<(), String> {
+        fn json<T: for<'de> serde::Deserialize<'de>>(message: &Bytes) -> Result<T, String> {
+            serde_json::from_slice(message).map_err(|error| error.to_string())
+        }
+        let name = self.names.get(&channel).ok_or("a message of an unknown channel")?;
+        *self.n_messages.entry(name.clone()).or_default() += 1;
+        match self.topics.get(&channel).copied().flatten() {
+            Some(Topic::Frame) => self.note = Some((at_ns, json(message)?)),
+            Some(Topic::Row) => self.rows.push(json(message)?),
+            Some(Topic::Settings) => self.settings.push((at_ns, json(message)?)),
+            Some(Topic::Event) => self.events.push((at_ns, json(message)?)),
+            Some(Topic::Image) => {
+                let noted = self.note.take().filter(|(noted_at_ns, _)| *noted_at_ns == at_ns);
+                let (_, note) = noted.ok_or("a picture without what belongs to it")?;
+                let (chunk_at_bytes, message_at) = place.ok_or("a picture outside of the chunks")?;
+                let image = RawImage::decode(message.clone()).map_err(|error| error.to_string())?;
+                let shape = frames::shape(&image)?;
+                self.frames.push(RecordedFrame { note, at_ns, shape, chunk_at_bytes, message: message_at });
+            }
+            _ => {}
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,154 @@
+//! A broken recording becomes a whole one: everything that can be read, with an index and an end.
+
+use std::collections::BTreeMap;
+use std::fs::File;
+use std::io::BufWriter;
+use std::path::Path;
+
+use bytes::Bytes;
+use mcap::records::{Record, op};
+use mcap::write::NoSeek;
+
+use crate::error::RecordingError;
+use crate::file::Damage;
+use crate::records::{Next, Records, check_count, check_kind, unpacked, within};
+use crate::writer::options;
+
+/// What was kept of a broken recording, and what was not.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Repaired {
+    /// Messages that were kept.
+    pub n_messages: u64,
+    /// Parts that could not be read and are left out.
+    pub damages: Vec<Damage>,
+    /// Whether the file was whole already.
+    pub was_whole: bool,
+}
+
+impl Repaired {
+    /// Whether something that was in the file is not in the new one.
+    pub fn is_lossy(&self) -> bool {
+        !self.damages.is_empty()
+    }
+}
+
+/// Copies every record of `from` that can be read to the new file `to`, and writes index and end. Any MCAP file will do.
+///
+/// # Errors
+/// [`RecordingError::NotMcap`], or files that cannot be read or written.
+pub fn repair(from: &Path, to: &Path) -> Result<Repaired, RecordingError> {
+    let mut records = Records::open(from)?;
+    let failed = |cause| RecordingError::File { act: "write", path: to.to_owned(), cause };
+    let file = File::create_new(to).map_err(failed)?;
+    let mut copy = Copy {
+        file: options().create(NoSeek::new(BufWriter::with_capacity(1 << 20, file)))?,
+        channels: BTreeMap::new(),
+        schemas: BTreeMap::new(),
+        n_messages: 0,
+    };
+    let mut damages = Vec::new();
+    let was_whole = loop {
+        let record = match records.next()? {
+            Next::Record(record) => record,
+            Next::End => break true,
+            Next::BrokenOff { rest_bytes } => {
+                if rest_bytes > 0 {
+                    let reason = "the file ends within a record".to_owned();
+                    let at_bytes = records.size_bytes() - rest_bytes;
+                    damages.push(Damage { at_bytes, size_bytes: rest_bytes, reason });
+                }
+                break false;
+            }
+        };
+        let taken = match record.op {
+            op::CHUNK => match unpacked(&record.body) {
+                Ok(chunk) => within(&chunk).try_for_each(|(op, body)| copy.take(op, &chunk.slice(body))),
+                Err(reason) => Err(NotCopied::Unreadable(reason)),
+            },
+            // What stands after the data is made anew.
+            op => copy.take(op, &record.body),
+        };
+        match taken {
+            Ok(()) => {}
+            Err(NotCopied::Unreadable(reason)) => {
+                let size_bytes = record.body.len() as u64;
+                damages.push(Damage { at_bytes: record.offset_bytes, size_bytes, reason });
+            }
+            Err(NotCopied::Unwritable(error)) => return Err(error.into()),
+        }
+    };
+    copy.file.finish()?;
+    let out = copy.file.into_inner().into_inner();
+    let file = out.into_inner().map_err(|error| failed(error.into_error()))?;
+    file.sync_all().map_err(failed)?;
+    Ok(Repaired { n_messages: copy.n_messages, damages, was_whole })
+}
+
+enum NotCopied {
+    Unreadable(String),
+    Unwritable(mcap::McapError),
+}
+
+impl From<mcap::McapError> for NotCopied {
+    fn from(error: mcap::McapError) -> Self {
+        Self::Unwritable(error)
+    }
+}
+
+struct Copy<W: std::io::Write> {
+    file: mcap::Writer<NoSeek<W>>,
+    /// Ids of the new file by those of the old one.
+    channels: BTreeMap<u16, u16>,
+    schemas: BTreeMap<u16, u16>,
+    n_messages: u64,
+}
+
+impl<W: std::io::Write> Copy<W> {
+    fn take(&mut self, op: u8, body: &Bytes) -> Result<(), NotCopied> {
+        const TAKEN: [u8; 6] =
+            [op::METADATA, op::ATTACHMENT, op::SCHEMA, op::CHANNEL, op::MESSAGE, op::STATISTICS];
+        check_kind(op).map_err(NotCopied::Unreadable)?;
+        if !TAKEN.contains(&op) {
+            return Ok(());
+        }
+        let record =
+            mcap::read::parse_record(op, body).map_err(|error| NotCopied::Unreadable(error.to_string()))?;
+        let unknown = |what: &str| NotCopied::Unreadable(format!("it names {what} that was not read"));
+        match record {
+            Record::Metadata(metadata) => self.file.write_metadata(&metadata)?,
+            Record::Attachment { header, data, .. } => self.file.attach(&mcap::Attachment {
+                log_time: header.log_time,
+                create_time: header.create_time,
+                name: header.name,
+                media_type: header.media_type,
+                data,
+            })?,
+            Record::Statistics(statistics) => {
+                check_count(&statistics, self.n_messages).map_err(NotCopied::Unreadable)?;
+            }
+            // The summary repeats them: they are known then.
+            Record::Schema { header, .. } if self.schemas.contains_key(&header.id) => {}
+            Record::Channel(channel) if self.channels.contains_key(&channel.id) => {}
+            Record::Schema { header, data } => {
+                let id = self.file.add_schema(&header.name, &header.encoding, &data)?;
+                self.schemas.insert(header.id, id);
+            }
+            Record::Channel(channel) => {
+                let schema = match channel.schema_id {
+                    0 => 0,
+                    id => *self.schemas.get(&id).ok_or_else(|| unknown("a schema"))?,
+                };
+                let encoding = &channel.message_encoding;
+                let id = self.file.add_channel(schema, &channel.topic, encoding, &channel.metadata)?;
+                self.channels.insert(channel.id, id);
+            }
+            Record::Message { mut header, data } => {
+                header.channel_id = *self.channels.get(&header.channel_id).ok_or_else(|| unknown("a channel"))?;
+                self.file.write_to_known_channel(&header, &data)?;
+                self.n_messages += 1;
+            }
+            _ => {}
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,111 @@
+//! What a recording holds and what it lacks, in figures.
+
+use capture::StagePlace;
+
+use crate::file::RecordingFile;
+use crate::messages::FrameLosses;
+
+/// A recording in figures.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RecordingSummary {
+    /// From the first frame to the last.
+    pub duration_s: f64,
+    /// Frames in the file.
+    pub n_frames: u64,
+    /// Columns and rows of the first.
+    pub size_px: Option<(usize, usize)>,
+    /// Bits per pixel of the first.
+    pub bits_per_pixel: Option<u32>,
+    /// Exposures that are not in the file, by reason.
+    pub lost: FrameLosses,
+    /// Where they are missing.
+    pub gaps: Vec<Gap>,
+    /// Rows of the scan.
+    pub n_rows: u64,
+    /// Rows whose frames are not in the file.
+    pub n_rows_missing: u64,
+    /// Messages by topic.
+    pub topics: Vec<TopicCount>,
+}
+
+/// A place where exposures are missing.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Gap {
+    /// The frame before, counted in the file; `None`: before the first.
+    pub after_frame: Option<usize>,
+    /// Where the stage stood when they ended.
+    pub place: Option<StagePlace>,
+    /// How many, by reason.
+    pub lost: FrameLosses,
+}
+
+/// Messages of a topic.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct TopicCount {
+    /// Which.
+    pub topic: String,
+    /// How many.
+    pub n_messages: u64,
+}
+
+impl RecordingFile {
+    /// What it holds and what it lacks.
+    pub fn summary(&self) -> RecordingSummary {
+        let (first, last) = (self.frames.first(), self.frames.last());
+        let between_ns = |(first, last): (u64, u64)| last.saturating_sub(first);
+        let duration_ns = first.zip(last).map_or(0, |(first, last)| between_ns((first.at_ns, last.at_ns)));
+        let mut lost = FrameLosses::default();
+        let mut gaps = Vec::new();
+        for (idx, frame) in self.frames.iter().enumerate() {
+            lost.add(&frame.note.lost_before);
+            if frame.note.lost_before.total() > 0 {
+                let place = frame.note.place.known();
+                gaps.push(Gap { after_frame: idx.checked_sub(1), place, lost: frame.note.lost_before });
+            }
+        }
+        if let Some(end) = &self.end {
+            lost = end.lost;
+        }
+        let (_, n_rows_missing) = self.scan_frames();
+        RecordingSummary {
+            duration_s: duration_ns as f64 * 1e-9,
+            n_frames: self.frames.len() as u64,
+            size_px: first.map(|frame| (frame.shape.0, frame.shape.1)),
+            bits_per_pixel: first.map(|frame| frame.shape.2),
+            lost,
+            gaps,
+            n_rows: self.rows.len() as u64,
+            n_rows_missing,
+            topics: self
+                .n_messages
+                .iter()
+                .map(|(topic, n_messages)| TopicCount { topic: topic.clone(), n_messages: *n_messages })
+                .collect(),
+        }
+    }
+
+    /// Whether something that happened between its beginning and its end is not in it.
+    pub fn is_lossy(&self) -> bool {
+        let summary = self.summary();
+        summary.lost.total() > 0
+            || summary.n_rows_missing > 0
+            || !self.damages.is_empty()
+            || self.end.as_ref().is_some_and(|end| end.n_notes_lost > 0)
+    }
+
+    /// The frames of the scan, row by row, each with where the scan takes it to be, and how many rows lack their frame.
+    /// Of a recording without a scan all frames, each where it was taken.
+    pub fn scan_frames(&self) -> (Vec<(usize, Option<StagePlace>)>, u64) {
+        if self.rows.is_empty() {
+            return (self.frames.iter().map(|frame| frame.note.place.known()).enumerate().collect(), 0);
+        }
+        let mut rows = self.rows.clone();
+        rows.sort_by_key(|row| row.row);
+        let by_sequence: std::collections::HashMap<u64, usize> =
+            self.frames.iter().enumerate().map(|(idx, frame)| (frame.note.sequence, idx)).collect();
+        let found: Vec<_> =
+            rows.iter().filter_map(|row| Some((*by_sequence.get(&row.sequence)?, row.place.known()))).collect();
+        let n_missing = (rows.len() - found.len()) as u64;
+        (found, n_missing)
+    }
+}

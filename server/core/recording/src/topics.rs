@@ -1,0 +1,50 @@
+//! Where messages go.
+
+/// The topics of a recording.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Topic {
+    /// Pictures, `foxglove.RawImage`.
+    Image,
+    /// What belongs to a picture, `sheaf.Frame`.
+    Frame,
+    /// Profiles in metres, `foxglove.PointCloud`.
+    Profile,
+    /// Centrelines, `sheaf.Peaks`.
+    Peaks,
+    /// The stage between frames, `sheaf.Stage`.
+    Stage,
+    /// Which frames are the rows of a scan, `sheaf.ScanRow`.
+    Row,
+    /// Devices and how they are set, `sheaf.DeviceSettings`.
+    Settings,
+    /// What happened, `sheaf.Event`.
+    Event,
+}
+
+impl Topic {
+    /// All of them.
+    pub const ALL: [Self; 8] = [
+        Self::Image,
+        Self::Frame,
+        Self::Profile,
+        Self::Peaks,
+        Self::Stage,
+        Self::Row,
+        Self::Settings,
+        Self::Event,
+    ];
+
+    /// Its name in the file.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Image => "/camera/image",
+            Self::Frame => "/camera/frame",
+            Self::Profile => "/profile",
+            Self::Peaks => "/peaks",
+            Self::Stage => "/stage",
+            Self::Row => "/scan/row",
+            Self::Settings => "/devices/settings",
+            Self::Event => "/events",
+        }
+    }
+}

@@ -1,0 +1,65 @@
+//! The frames of a recording in an MCAP file.
+
+use std::path::Path;
+
+use recording::RecordingFile;
+use vision::GreyImage;
+
+use super::ReplayError;
+use super::sequence::{Picture, Source};
+use crate::StageKind;
+
+/// A recording, and which of its frames are played: those of its scan, or all.
+pub struct File {
+    recording: RecordingFile,
+    frames: Vec<usize>,
+    stage: StageKind,
+}
+
+impl File {
+    /// Reads what is in a recording; one that was broken off is played as far as it goes.
+    pub fn open(path: &Path) -> Result<(Self, Vec<Picture>), ReplayError> {
+        let recording = RecordingFile::open(path)?;
+        for damage in &recording.damages {
+            tracing::warn!(at_bytes = damage.at_bytes, "the recording is damaged: {}", damage.reason);
+        }
+        let (frames, n_missing) = recording.scan_frames();
+        if n_missing > 0 {
+            tracing::warn!(n_missing, "rows of the scan are not in the recording");
+        }
+        let Some((first, _)) = frames.first() else {
+            return Err(ReplayError::NoPictures { place: path.to_owned(), pictures: "frames" });
+        };
+        let shape = recording.frames[*first].shape;
+        if let Some((other, _)) = frames.iter().find(|(idx, _)| recording.frames[*idx].shape != shape) {
+            return Err(ReplayError::OtherSize { place: path.to_owned(), frame_idx: *other });
+        }
+        let picture = |(idx, place): &(usize, Option<capture::StagePlace>)| {
+            let note = &recording.frames[*idx].note;
+            let position_mm = place.as_ref().map(capture::StagePlace::value);
+            Picture { position_mm, exposure_us: note.exposure_us, lost_before: note.lost_before.total() }
+        };
+        let turns = frames.iter().any(|(_, place)| matches!(place, Some(capture::StagePlace::AngleDeg(_))));
+        let stage = if turns { StageKind::Rotary } else { StageKind::Linear };
+        let pictures = frames.iter().map(picture).collect();
+        Ok((Self { stage, frames: frames.into_iter().map(|(idx, _)| idx).collect(), recording }, pictures))
+    }
+}
+
+impl Source for File {
+    fn name(&self) -> String {
+        self.recording.header.name.clone()
+    }
+
+    fn stage(&self) -> StageKind {
+        self.stage
+    }
+
+    fn read_into(&self, idx: usize, target: &mut GreyImage) -> Result<(), ReplayError> {
+        Ok(self.recording.read_into(self.frames[idx], target)?)
+    }
+
+    fn same_as(&self, idx: usize) -> usize {
+        idx
+    }
+}

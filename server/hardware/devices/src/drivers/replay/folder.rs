@@ -1,0 +1,99 @@
+//! The pictures of a capture folder.
+
+use std::path::{Path, PathBuf};
+
+use capture::{Capture, LaserPicture};
+use vision::GreyImage;
+
+use super::sequence::{Picture, Source};
+use super::{Pictures, ReplayError};
+use crate::StageKind;
+
+/// A capture folder, and which of its files are played.
+pub struct Folder {
+    capture: Capture,
+    files: Vec<LaserPicture>,
+}
+
+impl Folder {
+    /// Lists the pictures asked for.
+    pub fn open(folder: &Path, wanted: &Pictures) -> Result<(Self, Vec<Picture>), ReplayError> {
+        let capture = Capture::open(folder)?;
+        for warning in &capture.warnings {
+            tracing::warn!("{warning}");
+        }
+        let found = pictures_of(&capture, wanted)?;
+        if found.is_empty() {
+            return Err(ReplayError::NoPictures { place: folder.to_owned(), pictures: word_for(wanted) });
+        }
+        let places =
+            found.iter().map(|(_, position_mm)| Picture { position_mm: *position_mm, ..Picture::default() });
+        let pictures = places.collect();
+        Ok((Self { capture, files: found.into_iter().map(|(file, _)| file).collect() }, pictures))
+    }
+}
+
+impl Source for Folder {
+    fn name(&self) -> String {
+        self.capture.folder.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned())
+    }
+
+    fn stage(&self) -> StageKind {
+        match self.capture.manifest.stage.kind {
+            capture::StageKind::Linear => StageKind::Linear,
+            capture::StageKind::Rotary => StageKind::Rotary,
+        }
+    }
+
+    fn read_into(&self, idx: usize, target: &mut GreyImage) -> Result<(), ReplayError> {
+        *target = self.capture.laser_image(&self.files[idx])?;
+        Ok(())
+    }
+
+    /// One that the manifest names several times is one.
+    fn same_as(&self, idx: usize) -> usize {
+        let path = &self.files[idx].path;
+        self.files[..idx].iter().position(|other| other.path == *path).unwrap_or(idx)
+    }
+}
+
+fn pictures_of(capture: &Capture, wanted: &Pictures) -> Result<Vec<(LaserPicture, Option<f64>)>, ReplayError> {
+    let manifest = &capture.manifest;
+    let board =
+        |entry: String, path: &PathBuf| LaserPicture { entry, path: path.clone(), background: None, line: None };
+    let lit = |beginning: &str| {
+        let mut files = capture.laser_pictures();
+        files.retain(|file| file.entry.starts_with(beginning));
+        files
+    };
+    let at_rest = |file| (file, None);
+    Ok(match wanted {
+        Pictures::Scan(name) => {
+            let scan = capture.scan(name)?;
+            let scan_idx = manifest.scans.iter().position(|other| other.name == scan.name).unwrap_or_default();
+            let files = lit(&format!("scans[{scan_idx}].")).into_iter().zip(&scan.frames);
+            files.map(|(file, frame)| (file, Some(frame.place().value()))).collect()
+        }
+        Pictures::Boards => {
+            let poses = manifest.poses.iter().enumerate();
+            poses.map(|(idx, pose)| at_rest(board(format!("poses[{idx}].board"), &pose.board))).collect()
+        }
+        Pictures::LaserPictures => lit("poses[").into_iter().map(at_rest).collect(),
+        Pictures::StageViews => {
+            let views = manifest.stage_views.iter().enumerate();
+            let picture = |(idx, view): (usize, &capture::StageView)| {
+                (board(format!("stage_views[{idx}].board"), &view.board), Some(view.place().value()))
+            };
+            views.map(picture).collect()
+        }
+    })
+}
+
+fn word_for(pictures: &Pictures) -> &'static str {
+    match pictures {
+        Pictures::Scan(_) => "frames of that scan",
+        Pictures::Boards => "board pictures",
+        Pictures::LaserPictures => "laser pictures",
+        Pictures::StageViews => "stage views",
+    }
+}

@@ -1,0 +1,199 @@
+//! The pictures of a replay in their order, from memory or from where they lie.
+
+use std::sync::Arc;
+
+use capture::CaptureError;
+use vision::{GreyImage, Pixels};
+
+use super::file::File;
+use super::folder::Folder;
+use super::{Played, ReplayConfig, ReplayError};
+use crate::{PixelFormat, StageKind};
+use crate::params::PRELOAD_LIMIT_BYTES;
+
+/// Where pictures lie.
+pub trait Source: Send {
+    /// What it is called.
+    fn name(&self) -> String;
+
+    /// Whether the stage travelled or turned.
+    fn stage(&self) -> StageKind;
+
+    /// Writes picture `idx` into `target`.
+    ///
+    /// # Errors
+    /// If it cannot be read.
+    fn read_into(&self, idx: usize, target: &mut GreyImage) -> Result<(), ReplayError>;
+
+    /// The first picture that is this very one.
+    fn same_as(&self, idx: usize) -> usize;
+}
+
+/// What is known of a picture.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Picture {
+    /// Where the stage was, in its unit.
+    pub position_mm: Option<f64>,
+    /// How long the sensor collected light; 0 is unknown.
+    pub exposure_us: f64,
+    /// Exposures before it that were lost when it was recorded.
+    pub lost_before: u64,
+}
+
+/// The pictures of a replay.
+pub struct Recording {
+    source: Box<dyn Source>,
+    pictures: Vec<Picture>,
+    /// All of them, if they were preloaded; none where a background shows something else, which reading reports.
+    images: Option<Vec<Option<Arc<GreyImage>>>>,
+    size_px: (usize, usize),
+    format: PixelFormat,
+}
+
+impl Recording {
+    /// Lists the pictures asked for and reads the first, or all.
+    pub fn open(config: &ReplayConfig) -> Result<Self, ReplayError> {
+        let (source, pictures): (Box<dyn Source>, _) = match &config.played {
+            Played::Folder { folder, pictures } => {
+                let (folder, pictures) = Folder::open(folder, pictures)?;
+                (Box::new(folder), pictures)
+            }
+            Played::Recording(path) => {
+                let (file, pictures) = File::open(path)?;
+                (Box::new(file), pictures)
+            }
+        };
+        let first = first_image(&*source, pictures.len())?;
+        let format = if first.bit_depth() == 8 { PixelFormat::Mono8 } else { PixelFormat::Mono16 };
+        let size_px = (first.width(), first.height());
+        let images = if config.preload { Some(preload(&*source, pictures.len(), &first)?) } else { None };
+        Ok(Self { source, pictures, images, size_px, format })
+    }
+
+    /// How many pictures there are.
+    pub fn n_pictures(&self) -> usize {
+        self.pictures.len()
+    }
+
+    /// What the recording is called.
+    pub fn name(&self) -> String {
+        self.source.name()
+    }
+
+    /// Whether the stage travelled or turned.
+    pub fn stage(&self) -> StageKind {
+        self.source.stage()
+    }
+
+    /// Columns and rows of every picture.
+    pub fn size_px(&self) -> (usize, usize) {
+        self.size_px
+    }
+
+    /// Format of every picture.
+    pub fn format(&self) -> PixelFormat {
+        self.format
+    }
+
+    /// What is known of picture `idx`.
+    pub fn picture(&self, idx: usize) -> Picture {
+        self.pictures[idx]
+    }
+
+    /// Where the stage was at the first picture.
+    pub fn first_position_mm(&self) -> Option<f64> {
+        self.pictures[0].position_mm
+    }
+
+    /// Where the stage was, picture by picture; empty where that was not recorded.
+    pub fn positions_mm(&self) -> Vec<f64> {
+        self.pictures.iter().filter_map(|picture| picture.position_mm).collect()
+    }
+
+    /// Whether the stage went upwards while pictures were taken.
+    pub fn ascends(&self) -> bool {
+        let last_mm = self.pictures.last().and_then(|picture| picture.position_mm);
+        last_mm >= self.first_position_mm()
+    }
+
+    /// The picture taken nearest to `position_mm`, the first of several; `None` where positions were not recorded.
+    pub fn nearest(&self, position_mm: f64) -> Option<usize> {
+        let off_mm = |at: Option<f64>| Some((at? - position_mm).abs());
+        let places = self
+            .pictures
+            .iter()
+            .enumerate()
+            .filter_map(|(idx, picture)| Some((idx, off_mm(picture.position_mm)?)));
+        places.min_by(|(_, a), (_, b)| a.total_cmp(b)).map(|(idx, _)| idx)
+    }
+
+    /// Writes picture `idx` into `target`, in `target`'s own memory where it can be.
+    pub fn read_into(&self, idx: usize, target: &mut GreyImage) -> Result<(), ReplayError> {
+        match self.images.as_ref().and_then(|images| images[idx].as_ref()) {
+            Some(image) => copy(image, target),
+            None => self.source.read_into(idx, target)?,
+        }
+        Ok(())
+    }
+}
+
+/// An image whose memory is for another one.
+fn blank() -> GreyImage {
+    GreyImage::new(1, 1, Pixels::Eight(vec![0])).expect("one pixel is an image")
+}
+
+fn copy(source: &GreyImage, target: &mut GreyImage) {
+    const NOT_EMPTY: &str = "an image has at least one pixel";
+    let (width, height) = (source.width(), source.height());
+    match source.pixels() {
+        Pixels::Eight(pixels) => target.eight_mut(width, height).expect(NOT_EMPTY).copy_from_slice(pixels),
+        Pixels::Sixteen(pixels) => target.sixteen_mut(width, height).expect(NOT_EMPTY).copy_from_slice(pixels),
+    }
+}
+
+/// A picture; `None` if its background shows something else, so that nothing can be taken away from it.
+fn comparable(source: &dyn Source, idx: usize) -> Result<Option<GreyImage>, ReplayError> {
+    let mut image = blank();
+    match source.read_into(idx, &mut image) {
+        Ok(()) => Ok(Some(image)),
+        Err(ReplayError::Capture(CaptureError::OtherRoom { .. })) => Ok(None),
+        Err(error) => Err(error),
+    }
+}
+
+/// The first picture that shows what the laser adds.
+fn first_image(source: &dyn Source, n_pictures: usize) -> Result<GreyImage, ReplayError> {
+    for idx in 0..n_pictures {
+        if let Some(image) = comparable(source, idx)? {
+            return Ok(image);
+        }
+    }
+    // Why there is none.
+    let mut image = blank();
+    source.read_into(0, &mut image)?;
+    Ok(image)
+}
+
+/// All pictures; one that occurs several times is held once.
+fn preload(
+    source: &dyn Source,
+    n_pictures: usize,
+    first: &GreyImage,
+) -> Result<Vec<Option<Arc<GreyImage>>>, ReplayError> {
+    let n_different = (0..n_pictures).filter(|idx| source.same_as(*idx) == *idx).count();
+    let picture_bytes = first.width() * first.height() * (first.bit_depth() as usize / 8);
+    let size_bytes = picture_bytes.saturating_mul(n_different);
+    if size_bytes > PRELOAD_LIMIT_BYTES {
+        return Err(ReplayError::TooLargeToPreload { size_bytes });
+    }
+    let mut images: Vec<Option<Arc<GreyImage>>> = Vec::with_capacity(n_pictures);
+    for idx in 0..n_pictures {
+        let same = source.same_as(idx);
+        let image = match images.get(same) {
+            Some(image) => image.clone(),
+            None => comparable(source, idx)?.map(Arc::new),
+        };
+        images.push(image);
+    }
+    Ok(images)
+}

@@ -1,0 +1,198 @@
+//! What becomes of a recording when it has ended, or its process.
+
+use std::path::{Path, PathBuf};
+
+use recording::{RecordingFile, repair};
+use remedy::with_causes;
+use store::{Artifacts, Change, FinishedFile, Page, RecordingRecord, RecordingState, StoreError};
+use tokio::task::JoinError;
+
+use crate::config::limits::FREE_FLOOR_BYTES;
+use crate::error::AppError;
+use crate::events::{Event, RecordingEnded, event};
+use crate::recordings::figures::{Ended, RecordingFigures};
+use crate::recordings::writing::Written;
+use crate::recordings::{RecordingParts, stored, word};
+
+/// Folder of recordings under way, beside the artifacts.
+const FOLDER: &str = "recordings";
+
+/// Recordings looked through at once for those that a dead process left.
+const PAGE: u32 = 200;
+
+/// Where a recording is written.
+pub fn path_of(artifacts: &dyn Artifacts, id: &str) -> PathBuf {
+    artifacts.workbench().kept(FOLDER).join(format!("{id}.mcap"))
+}
+
+/// It is not needed any more.
+pub fn removed(path: &Path) {
+    if let Err(cause) = std::fs::remove_file(path)
+        && cause.kind() != std::io::ErrorKind::NotFound
+    {
+        tracing::warn!(%cause, "what is left of a recording cannot be removed");
+    }
+}
+
+/// The calibration document, byte by byte.
+pub async fn calibration_bytes(parts: &RecordingParts, id: &str) -> Result<Vec<u8>, AppError> {
+    let record = parts.ledger.read().calibration(id).await?;
+    let what = format!("the document of calibration {id}");
+    parts.artifacts.read(&record.document).await.map_err(|error| AppError::from(error).of_stored(&what))
+}
+
+/// Makes the file an artifact and says how the recording ended.
+pub async fn keep(
+    parts: &RecordingParts,
+    record: RecordingRecord,
+    path: &Path,
+    written: Result<Written, JoinError>,
+) -> RecordingRecord {
+    match written {
+        Ok(Written { figures, is_whole: true }) => {
+            adopted(parts, record, path, figures, RecordingState::Complete).await
+        }
+        Ok(Written { figures, is_whole: false }) => {
+            adopted(parts, record, path, figures, RecordingState::Interrupted).await
+        }
+        Err(defect) => {
+            tracing::error!(%defect, "a defect ended a recording");
+            mended(parts, record, path).await
+        }
+    }
+}
+
+/// The recordings that a dead process left; files that no record names are deleted.
+pub async fn left_unfinished(parts: &RecordingParts) -> Vec<RecordingRecord> {
+    let left = match unfinished(parts).await {
+        Ok(left) => left,
+        Err(error) => {
+            tracing::error!(%error, "recordings that were broken off cannot be looked for");
+            return Vec::new();
+        }
+    };
+    let named: Vec<PathBuf> = left.iter().map(|record| path_of(&*parts.artifacts, &record.id)).collect();
+    if let Ok(files) = std::fs::read_dir(parts.artifacts.workbench().kept(FOLDER)) {
+        let nameless = files.flatten().map(|file| file.path()).filter(|path| !named.contains(path));
+        nameless.for_each(|path| removed(&path));
+    }
+    left
+}
+
+/// Makes what a dead process left of a recording an artifact.
+pub async fn mend(parts: &RecordingParts, record: RecordingRecord) {
+    let path = path_of(&*parts.artifacts, &record.id);
+    mended(parts, record, &path).await;
+}
+
+async fn unfinished(parts: &RecordingParts) -> Result<Vec<RecordingRecord>, StoreError> {
+    let mut page = Page { before: None, limit: PAGE };
+    let mut left = Vec::new();
+    loop {
+        let listed = parts.ledger.read().recordings(&page).await?;
+        let is_unfinished = |record: &RecordingRecord| {
+            matches!(record.state, RecordingState::Recording | RecordingState::Finishing)
+        };
+        left.extend(listed.records.into_iter().filter(is_unfinished));
+        match listed.next {
+            Some(next) => page.before = Some(next),
+            None => return Ok(left),
+        }
+    }
+}
+
+/// A file that was broken off gets index and end, if there is room for a second one; it can be read in any case.
+async fn mended(parts: &RecordingParts, record: RecordingRecord, path: &Path) -> RecordingRecord {
+    let free_bytes = (parts.free_bytes)();
+    let draft = parts.artifacts.workbench().scratch().join(format!("{}.mcap", record.id));
+    let (from, to) = (path.to_owned(), draft.clone());
+    let work = move || -> Result<RecordingFigures, recording::RecordingError> {
+        let size_bytes = std::fs::metadata(&from).map_or(0, |file| file.len());
+        if free_bytes > size_bytes.saturating_add(FREE_FLOOR_BYTES) {
+            let repaired = repair(&from, &to)?;
+            tracing::info!(n_messages = repaired.n_messages, "a recording that was broken off is whole again");
+            std::fs::rename(&to, &from).map_err(|cause| recording::RecordingError::File {
+                act: "write",
+                path: from.clone(),
+                cause,
+            })?;
+        }
+        Ok(RecordingFigures::of_file(&RecordingFile::open(&from)?))
+    };
+    match tokio::task::spawn_blocking(work).await {
+        Ok(Ok(figures)) => adopted(parts, record, path, figures, RecordingState::Interrupted).await,
+        Ok(Err(error)) => {
+            removed(&draft);
+            lost(parts, record, with_causes(&error)).await
+        }
+        Err(defect) => lost(parts, record, defect.to_string()).await,
+    }
+}
+
+async fn adopted(
+    parts: &RecordingParts,
+    record: RecordingRecord,
+    path: &Path,
+    figures: RecordingFigures,
+    state: RecordingState,
+) -> RecordingRecord {
+    let size_bytes = std::fs::metadata(path).map_or(0, |file| file.len());
+    let finishing = RecordingRecord {
+        state: RecordingState::Finishing,
+        size_bytes,
+        summary: stored(&figures),
+        ..record.clone()
+    };
+    if let Err(error) = parts.ledger.commit(vec![Change::UpdateRecording(finishing)]).await {
+        tracing::error!(%error, "the end of a recording is not stored");
+    }
+    // By a second name: until the record names the artifact, a crash finds the file where it was.
+    let second = parts.artifacts.workbench().scratch().join(format!("{}.finished.mcap", record.id));
+    let named = std::fs::hard_link(path, &second).or_else(|_| std::fs::rename(path, &second));
+    if let Err(cause) = named {
+        return lost(parts, record, cause.to_string()).await;
+    }
+    match parts.artifacts.adopt(FinishedFile::at(&second)).await {
+        Ok(file) => {
+            let record =
+                RecordingRecord { state, file: Some(file), size_bytes, summary: stored(&figures), ..record };
+            if commit_end(parts, &record, &figures).await {
+                removed(path);
+            }
+            record
+        }
+        Err(error) => lost(parts, record, with_causes(&error)).await,
+    }
+}
+
+/// Nothing of it can be kept.
+async fn lost(parts: &RecordingParts, record: RecordingRecord, problem: String) -> RecordingRecord {
+    tracing::error!(recording = record.id, problem, "a recording cannot be kept");
+    let figures = RecordingFigures {
+        ended: Some(Ended::Crashed),
+        problem: Some(problem),
+        ..serde_json::from_value(record.summary.clone()).unwrap_or_default()
+    };
+    let record = RecordingRecord { state: RecordingState::Failed, summary: stored(&figures), ..record };
+    commit_end(parts, &record, &figures).await;
+    record
+}
+
+/// Whether it is stored; if not, the next start finds the recording as it was.
+async fn commit_end(parts: &RecordingParts, record: &RecordingRecord, figures: &RecordingFigures) -> bool {
+    let ended = figures.ended.unwrap_or(Ended::Crashed);
+    let body = RecordingEnded {
+        name: record.name.clone(),
+        state: word(record.state),
+        ended: word(ended),
+        n_frames: figures.n_frames,
+        n_lost: figures.lost.total(),
+        size_bytes: record.size_bytes,
+    };
+    let changes = vec![Change::UpdateRecording(record.clone()), event(&record.id, Event::RecordingEnded(body))];
+    let stored = parts.ledger.commit(changes).await;
+    if let Err(error) = &stored {
+        tracing::error!(recording = record.id, %error, "the end of a recording is not stored");
+    }
+    stored.is_ok()
+}

@@ -1,0 +1,388 @@
+//! Recordings: what the camera delivers, with everything beside it, as an MCAP file; one at a time.
+//!
+//! Frames come through a tap of the station, which waits for nobody; one thread writes them, and it alone waits for the
+//! disk. While it runs, a recording is a file under `recordings/` of the data directory and a record in the state
+//! `recording`; when it has ended, the file becomes an artifact. What a dead process left is mended after the next start.
+
+pub mod figures;
+mod follow;
+mod keeping;
+pub mod notes;
+mod params;
+mod writing;
+
+use std::fs::File;
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::Ordering;
+
+use live::LiveBus;
+use parking_lot::Mutex;
+use recording::{FrameLosses, RecordingHeader, RecordingWriter};
+use remedy::with_causes;
+use station::wall_clock::now_ms;
+use station::{FrameTap, StationHandle, StationRefusal};
+use store::{Artifacts, Change, RecordingRecord, RecordingState};
+use tokio::sync::watch;
+use tokio::task::JoinHandle;
+
+use crate::config::AppConfig;
+use crate::config::limits::FREE_FLOOR_BYTES;
+use crate::error::{AppError, ErrorKind};
+use crate::events::{Event, RecordingStarted, event};
+use crate::ledger::Ledger;
+use crate::recordings::figures::{Ended, RecordingFigures};
+use crate::recordings::notes::{Clock, Notes};
+use crate::recordings::params::{BEGIN_BYTES, END_WAIT};
+use crate::recordings::writing::{Counted, Progress, Writing};
+use crate::resources::stored_scan::{disk_problem, new_id};
+
+/// What is recorded.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum RecordingOf {
+    /// The live view, until it ends.
+    Live,
+    /// A scan, for as long as its frames are taken.
+    Scan {
+        /// Which.
+        scan_id: String,
+        /// With which calibration.
+        calibration_id: String,
+        /// Bytes that the scan itself still needs of the disk.
+        needed_bytes: u64,
+    },
+}
+
+/// Records what the station delivers. Clones are the same.
+#[derive(Clone)]
+pub struct Recordings(Arc<Shared>);
+
+/// What recording works with.
+pub struct RecordingParts {
+    /// How the station is set up.
+    pub config: Arc<AppConfig>,
+    /// The catalogue and its events.
+    pub ledger: Ledger,
+    /// What records name.
+    pub artifacts: Arc<dyn Artifacts>,
+    /// The hardware.
+    pub station: StationHandle,
+    /// What is seen at this moment.
+    pub live: LiveBus,
+    /// Bytes free on the disk of the data directory.
+    pub free_bytes: Arc<dyn Fn() -> u64 + Send + Sync>,
+}
+
+struct Shared {
+    parts: RecordingParts,
+    /// Held while one begins or ends.
+    turn: tokio::sync::Mutex<()>,
+    current: Mutex<Option<Current>>,
+}
+
+/// The recording that runs, or is being finished.
+#[derive(Clone)]
+struct Current {
+    record: RecordingRecord,
+    progress: Arc<Progress>,
+    notes: Notes,
+    /// Why it shall end; the first word counts.
+    ending: Arc<Mutex<Option<Ended>>>,
+    /// Its record as it was stored at its end.
+    kept: watch::Receiver<Option<RecordingRecord>>,
+}
+
+impl Recordings {
+    /// Nothing is recorded yet. Called within the runtime.
+    pub fn new(parts: RecordingParts) -> Self {
+        Self(Arc::new(Shared { parts, turn: tokio::sync::Mutex::default(), current: Mutex::default() }))
+    }
+
+    /// Takes care of what a dead process left. Called before anybody can begin a recording; what takes time is done
+    /// beside everything else.
+    pub async fn recover(&self) {
+        let left = keeping::left_unfinished(&self.0.parts).await;
+        let this = self.clone();
+        tokio::spawn(async move {
+            for record in left {
+                keeping::mend(&this.0.parts, record).await;
+            }
+        });
+    }
+
+    /// Begins to record; durable when it returns. What `and` returns is stored in the same transaction.
+    ///
+    /// # Errors
+    /// [`ErrorKind::Conflict`] while another recording runs, [`ErrorKind::StorageFull`] near the floor, a device or a disk
+    /// that does not do it.
+    pub async fn begin<E: From<AppError>>(
+        &self,
+        name: &str,
+        of: RecordingOf,
+        actor: Option<&str>,
+        and: impl FnOnce(&RecordingRecord) -> Result<Vec<Change>, E>,
+    ) -> Result<RecordingRecord, E> {
+        if of != RecordingOf::Live {
+            // The live view ends with the scan, and its recording with it.
+            self.end(None, Ended::ScanBegan).await;
+        }
+        let _turn = self.0.turn.lock().await;
+        if let Some(current) = self.current() {
+            let detail = format!("\"{}\" is being recorded", current.record.name);
+            return Err(AppError::new(ErrorKind::Conflict, detail).remedy("stop that recording first").into());
+        }
+        let floor_bytes = self.floor_bytes(&of);
+        self.check_room(floor_bytes.saturating_add(BEGIN_BYTES))?;
+        let (header, calibration) = self.header(name, &of).await?;
+        let tap = self.0.parts.station.tap().await.map_err(AppError::from)?;
+        let begun = self.write(header, calibration, of, tap, floor_bytes, actor, and).await;
+        if begun.is_err() {
+            self.close_tap().await;
+        }
+        begun
+    }
+
+    #[allow(clippy::too_many_arguments, reason = "the steps of one beginning, apart from what undoes them")]
+    async fn write<E: From<AppError>>(
+        &self,
+        header: RecordingHeader,
+        calibration: Option<Vec<u8>>,
+        of: RecordingOf,
+        tap: FrameTap,
+        floor_bytes: u64,
+        actor: Option<&str>,
+        and: impl FnOnce(&RecordingRecord) -> Result<Vec<Change>, E>,
+    ) -> Result<RecordingRecord, E> {
+        let parts = &self.0.parts;
+        let record = begun_record(&header);
+        let path = keeping::path_of(&*parts.artifacts, &record.id);
+        let progress = Arc::new(Progress::default());
+        let stage = parts.station.status().stage.capabilities.kind;
+        let (notes, receiver) = Notes::new(stage, Clock::new());
+        let (writer, file) = {
+            let (path, progress) = (path.clone(), progress.clone());
+            let made = tokio::task::spawn_blocking(move || made_file(&path, &header, calibration, progress)).await;
+            made.map_err(disk_problem).and_then(|made| made)?
+        };
+        let mut changes = and(&record).inspect_err(|_| keeping::removed(&path))?;
+        changes.push(Change::InsertRecording(record.clone()));
+        let scan_id = record.scan_id.clone();
+        let body = RecordingStarted { name: record.name.clone(), scan_id, actor: actor.map(str::to_owned) };
+        changes.push(event(&record.id, Event::RecordingStarted(body)));
+        if let Err(error) = parts.ledger.commit(changes).await {
+            keeping::removed(&path);
+            return Err(AppError::from(error).into());
+        }
+        let writing = Writing {
+            writer,
+            file,
+            tap,
+            notes: receiver,
+            queue: notes.clone(),
+            stage,
+            progress: progress.clone(),
+            free_bytes: parts.free_bytes.clone(),
+            floor_bytes,
+        };
+        self.run(record.clone(), path, writing, notes, progress, of);
+        Ok(record)
+    }
+
+    /// Starts the thread that writes, and those who follow what happens; when it has ended the record is kept.
+    fn run(
+        &self,
+        record: RecordingRecord,
+        path: PathBuf,
+        writing: Writing,
+        notes: Notes,
+        progress: Arc<Progress>,
+        of: RecordingOf,
+    ) {
+        let (keep, kept) = watch::channel(None);
+        let ending: Arc<Mutex<Option<Ended>>> = Arc::default();
+        let current =
+            Current { record: record.clone(), progress, notes: notes.clone(), ending: ending.clone(), kept };
+        *self.0.current.lock() = Some(current);
+        let followers = self.followers(&notes, &of);
+        drop(notes);
+        let this = self.clone();
+        tokio::spawn(async move {
+            let why = move || ending.lock().unwrap_or(Ended::ServiceEnded);
+            let written = tokio::task::spawn_blocking(move || writing.run(why)).await;
+            followers.iter().for_each(JoinHandle::abort);
+            this.close_tap().await;
+            let record = keeping::keep(&this.0.parts, record, &path, written).await;
+            *this.0.current.lock() = None;
+            // Nobody may wait for it.
+            let _ = keep.send(Some(record));
+        });
+    }
+
+    fn followers(&self, notes: &Notes, of: &RecordingOf) -> Vec<JoinHandle<()>> {
+        let parts = &self.0.parts;
+        let mut all = vec![
+            tokio::spawn(follow::events(parts.ledger.clone(), notes.clone())),
+            tokio::spawn(follow::devices(parts.station.clone(), notes.clone())),
+            tokio::spawn(follow::profiles(parts.live.clone(), notes.clone())),
+        ];
+        if *of == RecordingOf::Live {
+            let (this, station) = (self.clone(), parts.station.clone());
+            all.push(tokio::spawn(async move {
+                follow::end_of_live_view(station).await;
+                this.tell(None, Ended::LiveEnded).await;
+            }));
+        }
+        all
+    }
+
+    /// Ends the recording `id`, or whichever runs, and returns its record once it is kept; `None`: there is none.
+    pub async fn end(&self, id: Option<&str>, why: Ended) -> Option<RecordingRecord> {
+        let mut kept = self.tell(id, why).await?;
+        let ended = tokio::time::timeout(END_WAIT, kept.wait_for(Option::is_some)).await;
+        ended.ok()?.ok()?.clone()
+    }
+
+    /// The same without waiting for its end; gives what will hold its record.
+    async fn tell(&self, id: Option<&str>, why: Ended) -> Option<watch::Receiver<Option<RecordingRecord>>> {
+        let current = self.current().filter(|current| id.is_none_or(|id| current.record.id == id))?;
+        current.ending.lock().get_or_insert(why);
+        self.close_tap().await;
+        Some(current.kept)
+    }
+
+    /// Where rows of the recorded scan are noted; `None` where no scan is recorded.
+    pub fn notes(&self, id: &str) -> Option<Notes> {
+        self.current().filter(|current| current.record.id == id).map(|current| current.notes)
+    }
+
+    /// A record as it is at this moment: of the one that runs, with what is written so far.
+    pub fn now(&self, record: RecordingRecord) -> RecordingRecord {
+        let Some(current) = self.current().filter(|current| current.record.id == record.id) else { return record };
+        let of = |count: &std::sync::atomic::AtomicU64| count.load(Ordering::Relaxed);
+        let progress = &current.progress;
+        // Which reason they have is told at the end.
+        let lost = FrameLosses {
+            camera: of(&progress.n_lost),
+            recorder: of(&progress.n_untaken),
+            ..FrameLosses::default()
+        };
+        let duration_s = (now_ms() - record.started_at_ms).max(0) as f64 * 1e-3;
+        let figures =
+            RecordingFigures { n_frames: of(&progress.n_frames), lost, duration_s, ..RecordingFigures::default() };
+        RecordingRecord { size_bytes: of(&progress.size_bytes), summary: stored(&figures), ..record }
+    }
+
+    fn current(&self) -> Option<Current> {
+        self.0.current.lock().clone()
+    }
+
+    async fn close_tap(&self) {
+        match self.0.parts.station.close_tap().await {
+            Ok(()) | Err(StationRefusal::ShuttingDown) => {}
+            Err(refusal) => tracing::warn!(%refusal, "the recording's tap could not be closed"),
+        }
+    }
+
+    fn floor_bytes(&self, of: &RecordingOf) -> u64 {
+        match of {
+            RecordingOf::Live => FREE_FLOOR_BYTES,
+            RecordingOf::Scan { needed_bytes, .. } => FREE_FLOOR_BYTES.saturating_add(*needed_bytes),
+        }
+    }
+
+    fn check_room(&self, needed_bytes: u64) -> Result<(), AppError> {
+        let free_bytes = (self.0.parts.free_bytes)();
+        if free_bytes >= needed_bytes {
+            return Ok(());
+        }
+        let (needed, free) = (needed_bytes >> 20, free_bytes >> 20);
+        let detail = format!("to record, {needed} MiB of the disk must be free, {free} MiB are");
+        Err(AppError::new(ErrorKind::StorageFull, detail)
+            .remedy("delete recordings, captures or scans that are no longer needed"))
+    }
+
+    async fn header(&self, name: &str, of: &RecordingOf) -> Result<(RecordingHeader, Option<Vec<u8>>), AppError> {
+        let parts = &self.0.parts;
+        let (scan_id, calibration_id) = match of {
+            RecordingOf::Live => {
+                let active = parts.ledger.read().active().await?;
+                (None, active.and_then(|act| act.calibration_id))
+            }
+            RecordingOf::Scan { scan_id, calibration_id, .. } => {
+                (Some(scan_id.clone()), Some(calibration_id.clone()))
+            }
+        };
+        let calibration = match &calibration_id {
+            Some(id) => Some(keeping::calibration_bytes(parts, id).await?),
+            None => None,
+        };
+        let status = parts.station.status();
+        let stage = match status.stage.capabilities.kind {
+            devices::StageKind::Linear => capture::StageKind::Linear,
+            devices::StageKind::Rotary => capture::StageKind::Rotary,
+        };
+        let header = RecordingHeader {
+            name: name.to_owned(),
+            origin: if scan_id.is_some() { "scan" } else { "live" }.to_owned(),
+            scan_id,
+            calibration_id,
+            software_version: env!("CARGO_PKG_VERSION").to_owned(),
+            simulated: status.simulated.map(str::to_owned),
+            started_at_ms: now_ms(),
+            target: parts.config.target.clone(),
+            projector: parts.config.projector.clone().into(),
+            stage: capture::StageSheet { kind: stage, angle_sigma_deg: None },
+        };
+        Ok((header, calibration))
+    }
+}
+
+fn begun_record(header: &RecordingHeader) -> RecordingRecord {
+    RecordingRecord {
+        id: new_id(),
+        name: header.name.clone(),
+        origin: header.origin.clone(),
+        state: RecordingState::Recording,
+        scan_id: header.scan_id.clone(),
+        calibration_id: header.calibration_id.clone(),
+        file: None,
+        size_bytes: 0,
+        summary: stored(&RecordingFigures::default()),
+        started_at_ms: header.started_at_ms,
+    }
+}
+
+/// Makes the file with its header, durably. Blocks.
+fn made_file(
+    path: &std::path::Path,
+    header: &RecordingHeader,
+    calibration: Option<Vec<u8>>,
+    progress: Arc<Progress>,
+) -> Result<(RecordingWriter<Counted>, File), AppError> {
+    let folder = path.parent().unwrap_or(path);
+    std::fs::create_dir_all(folder).map_err(disk_problem)?;
+    let file = File::create_new(path).map_err(disk_problem)?;
+    let made = || -> Result<_, AppError> {
+        let out = Counted::new(file.try_clone().map_err(disk_problem)?, progress);
+        let writer = RecordingWriter::create(out, header, calibration.as_deref()).map_err(|error| {
+            let kind = if error.is_full_disk() { ErrorKind::StorageFull } else { ErrorKind::Internal };
+            AppError::new(kind, "the recording cannot be written").because(with_causes(&error))
+        })?;
+        file.sync_all().map_err(disk_problem)?;
+        File::open(folder).and_then(|folder| folder.sync_all()).map_err(disk_problem)?;
+        Ok(writer)
+    };
+    let writer = made().inspect_err(|_| keeping::removed(path))?;
+    Ok((writer, file))
+}
+
+/// A state or a reason as events and answers say it.
+fn word(value: impl serde::Serialize) -> String {
+    let word = serde_json::to_value(value).ok().and_then(|value| value.as_str().map(str::to_owned));
+    word.expect("states and reasons are enums without fields, which serde writes as words")
+}
+
+/// Figures as the record keeps them.
+fn stored(figures: &RecordingFigures) -> serde_json::Value {
+    serde_json::to_value(figures).expect("figures are numbers and words")
+}

@@ -1,0 +1,64 @@
+//! Recordings of the live view, and what becomes of recordings.
+
+use std::time::Instant;
+
+use station::{MachineState, OperationalState};
+use store::{Change, RecordingRecord, RecordingState};
+
+use crate::App;
+use crate::access::principal::Principal;
+use crate::control::{Ask, admit};
+use crate::error::{AppError, ErrorKind};
+use crate::events::{Event, event};
+use crate::recordings::RecordingOf;
+use crate::recordings::figures::Ended;
+use crate::resources::labels::label;
+
+/// Records the live view from now on, until it is stopped or the live view ends; stores with it what `and` returns.
+///
+/// # Errors
+/// Who may not command the station; no live view; another recording; a disk without room.
+pub async fn start_recording<E: From<AppError>>(
+    app: &App,
+    by: &Principal,
+    name: &str,
+    and: impl FnOnce(&RecordingRecord) -> Result<Vec<Change>, E>,
+) -> Result<RecordingRecord, E> {
+    label(name, "/name")?;
+    admit(app, by, Ask::Command)?;
+    let live = MachineState::Operational(OperationalState::ContinuousExecution);
+    if app.station.status().state != live {
+        return Err(AppError::new(ErrorKind::Conflict, "there is no live view to record")
+            .remedy("start the live view first, or scan with record: true")
+            .into());
+    }
+    app.recordings.begin(name, RecordingOf::Live, Some(&by.actor), and).await
+}
+
+/// Ends a recording and returns it with its file. One that has ended is returned as it is.
+///
+/// # Errors
+/// Who is not in control; if there is none of that id.
+pub async fn stop_recording(app: &App, by: &Principal, id: &str) -> Result<RecordingRecord, AppError> {
+    app.control.command(by.control_id.as_deref(), Instant::now())?;
+    let ended = app.recordings.end(Some(id), Ended::Stopped).await;
+    match ended {
+        Some(record) => Ok(record),
+        None => Ok(app.recordings.now(app.ledger.read().recording(id).await?)),
+    }
+}
+
+/// Forgets a recording; its bytes are freed by the sweep that follows.
+///
+/// # Errors
+/// If there is none, or it is not finished.
+pub async fn delete_recording(app: &App, by: &Principal, id: String) -> Result<(), AppError> {
+    let record = app.ledger.read().recording(&id).await;
+    if let Ok(RecordingRecord { state: RecordingState::Recording | RecordingState::Finishing, .. }) = record {
+        return Err(AppError::new(ErrorKind::Conflict, format!("recording {id} is not finished"))
+            .remedy("stop it first, and wait until it is finished"));
+    }
+    let gone = event(&id, Event::RecordingDeleted(by.act()));
+    app.ledger.commit(vec![Change::DeleteRecording(id), gone]).await?;
+    Ok(())
+}

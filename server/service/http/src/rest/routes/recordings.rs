@@ -1,0 +1,138 @@
+//! Recordings: begin, stop, list, download, delete.
+
+use crate::Http;
+use axum::Json;
+use axum::extract::State;
+use axum::http::{HeaderMap, StatusCode};
+use axum::response::Response;
+use store::RecordingRecord;
+use utoipa_axum::router::OpenApiRouter;
+use utoipa_axum::routes;
+
+use crate::problem::{Problem, ProblemKind};
+use crate::rest::answers::Reply;
+use crate::rest::control::By;
+use crate::rest::extract::{ApiJson, ApiPath, ApiQuery};
+use crate::rest::idempotency::{Begun, begin};
+use crate::rest::ranges::ranged_artifact;
+use crate::wire::paging::{ListDto, PageQuery};
+use crate::wire::scan::recordings::{RecordingDto, StartRecordingDto, recording_href};
+use app::App;
+use app::use_cases::{self, start_recording};
+
+/// The media type of MCAP files.
+const MCAP: &str = "application/octet-stream";
+
+/// The routes.
+pub fn routes() -> OpenApiRouter<Http> {
+    OpenApiRouter::new()
+        .routes(routes!(list_recordings, begin_recording))
+        .routes(routes!(get_recording, delete_recording))
+        .routes(routes!(stop_recording))
+        .routes(routes!(download_recording))
+}
+
+/// Recordings, newest first.
+#[utoipa::path(
+    get, path = "/recordings", tag = "recordings", params(PageQuery),
+    responses((status = 200, body = ListDto<RecordingDto>))
+)]
+async fn list_recordings(
+    State(app): State<App>,
+    ApiQuery(query): ApiQuery<PageQuery>,
+) -> Result<Json<ListDto<RecordingDto>>, Problem> {
+    let page = query.page()?;
+    let records = app.ledger.read().recordings(&page).await?.map(|record| app.recordings.now(record));
+    Ok(Json(ListDto::whole_of("/api/v1/recordings", &page, records, RecordingDto::try_from)))
+}
+
+/// Records the live view from now on: every frame that the camera delivers, bit by bit, with devices, stage, events,
+/// lines and profiles beside it. It ends when it is stopped, when the live view ends, or when the disk has no more room
+/// than must stay free. A scan is recorded with `record` in its own request.
+#[utoipa::path(
+    post, path = "/recordings", tag = "recordings", request_body = StartRecordingDto,
+    params(("Sheaf-Control" = String, Header, description = "Id of the control lease")),
+    responses((status = 201, body = RecordingDto))
+)]
+async fn begin_recording(
+    State(app): State<App>,
+    By(by): By,
+    headers: HeaderMap,
+    body: ApiJson<StartRecordingDto>,
+) -> Result<Reply, Problem> {
+    let once = match begin(&app, &headers, "POST recordings", &body.sha256).await? {
+        Begun::Answered(reply) => return Ok(reply),
+        Begun::Fresh(once) => once,
+    };
+    let name = body.value.name.unwrap_or_else(|| "live view".to_owned());
+    let made = |record: &RecordingRecord| {
+        let dto = RecordingDto::try_from(record.clone())?;
+        Ok::<_, Problem>(Reply::created(recording_href(&record.id), &dto))
+    };
+    let and = |record: &RecordingRecord| Ok::<_, Problem>(once.changes(&made(record)?));
+    made(&start_recording(&app, &by, &name, and).await?)
+}
+
+/// A recording; while it runs, with what is written so far.
+#[utoipa::path(
+    get, path = "/recordings/{id}", tag = "recordings", params(("id" = String, Path)),
+    responses((status = 200, body = RecordingDto))
+)]
+async fn get_recording(
+    State(app): State<App>,
+    ApiPath(id): ApiPath<String>,
+) -> Result<Json<RecordingDto>, Problem> {
+    let record = app.recordings.now(app.ledger.read().recording(&id).await?);
+    Ok(Json(record.try_into()?))
+}
+
+/// Ends a recording; answers when its file is finished. One that has ended stays as it is.
+#[utoipa::path(
+    post, path = "/recordings/{id}/stop", tag = "recordings",
+    params(("id" = String, Path), ("Sheaf-Control" = String, Header, description = "Id of the control lease")),
+    responses((status = 200, body = RecordingDto))
+)]
+async fn stop_recording(
+    State(app): State<App>,
+    ApiPath(id): ApiPath<String>,
+    By(by): By,
+) -> Result<Json<RecordingDto>, Problem> {
+    Ok(Json(use_cases::stop_recording(&app, &by, &id).await?.try_into()?))
+}
+
+/// The file (MCAP), in whole or in ranges. Foxglove and rerun open it; `sheaf recording` and `station.replay` do, too.
+#[utoipa::path(
+    get, path = "/recordings/{id}/file", tag = "recordings",
+    params(("id" = String, Path), ("Range" = Option<String>, Header, description = "One range of bytes")),
+    responses(
+        (status = 200, content((Vec<u8> = "application/octet-stream"))),
+        (status = 206, description = "A range", content((Vec<u8> = "application/octet-stream")))
+    )
+)]
+async fn download_recording(
+    State(app): State<App>,
+    ApiPath(id): ApiPath<String>,
+    headers: HeaderMap,
+) -> Result<Response, Problem> {
+    let record = app.ledger.read().recording(&id).await?;
+    let Some(file) = &record.file else {
+        return Err(Problem::new(ProblemKind::Conflict, format!("recording {id} has no file yet"))
+            .remedy("stop it first, and wait until it is finished"));
+    };
+    let (what, name) = (format!("the file of recording {id}"), format!("{}.mcap", record.name));
+    ranged_artifact(&app, file, &what, MCAP, &name, &headers).await
+}
+
+/// Forgets a recording and frees its bytes; one that runs must be stopped first.
+#[utoipa::path(
+    delete, path = "/recordings/{id}", tag = "recordings", params(("id" = String, Path)),
+    responses((status = 204, description = "Forgotten"))
+)]
+async fn delete_recording(
+    State(app): State<App>,
+    ApiPath(id): ApiPath<String>,
+    By(by): By,
+) -> Result<StatusCode, Problem> {
+    use_cases::delete_recording(&app, &by, id).await?;
+    Ok(StatusCode::NO_CONTENT)
+}
