@@ -1,8 +1,8 @@
 //! Reading a recording: one pass finds what is in it, then pictures are read at any place.
 
+use parking_lot::Mutex;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-use std::sync::{Mutex, PoisonError};
 
 use bytes::Bytes;
 use mcap::records::{Record, op};
@@ -135,7 +135,7 @@ impl RecordingFile {
     pub fn read_into(&self, idx: usize, target: &mut GreyImage) -> Result<(), RecordingError> {
         let frame = &self.frames[idx];
         let failed = |reason| RecordingError::Frame { sequence: frame.note.sequence, reason };
-        let mut reading = self.reading.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut reading = self.reading.lock();
         let chunk = reading.chunk_at(frame.chunk_at_bytes)?.map_err(failed)?;
         drop(reading);
         let changed = || failed("the file was changed while it was read".to_owned());

@@ -7,7 +7,6 @@ mod evaluation;
 pub mod files;
 mod input;
 mod label;
-mod line_widths;
 pub mod mesh;
 pub mod params;
 mod points;

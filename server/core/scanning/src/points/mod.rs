@@ -3,6 +3,7 @@
 pub mod cloud;
 pub mod dropped;
 pub mod envelope;
+pub mod line_widths;
 pub mod profile;
 pub mod profiles;
 pub mod sigma_table;

@@ -1,7 +1,7 @@
 //! A line that disturbs what passes, on request.
 
-use std::sync::Arc;
 use parking_lot::{Mutex, MutexGuard};
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use super::Dice;

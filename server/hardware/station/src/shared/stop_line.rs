@@ -3,9 +3,9 @@
 //! The station thread obeys, and stops its devices. If it is kept in a driver's call, the guard does so in its place, by the
 //! devices' own handles; the thread obeys when it comes back.
 
+use parking_lot::{Condvar, Mutex, MutexGuard};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use parking_lot::{Condvar, Mutex, MutexGuard};
 use std::time::Duration;
 
 use devices::StopHandle;

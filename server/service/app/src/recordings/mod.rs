@@ -158,7 +158,7 @@ impl Recordings {
         let path = keeping::path_of(&*parts.artifacts, &record.id);
         let progress = Arc::new(Progress::default());
         let stage = parts.station.status().stage.capabilities.kind;
-        let (notes, receiver) = Notes::new(stage, Clock::new());
+        let (notes, receiver) = Notes::new(stage, Clock::start());
         let (writer, file) = {
             let (path, progress) = (path.clone(), progress.clone());
             let made = tokio::task::spawn_blocking(move || made_file(&path, &header, calibration, progress)).await;

@@ -88,7 +88,7 @@ pub struct Clock {
 
 impl Clock {
     /// That begins now.
-    pub fn new() -> Self {
+    pub fn start() -> Self {
         let since_1970 = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH);
         Self { began: std::time::Instant::now(), began_ns: since_1970.map_or(0, |time| time.as_nanos() as u64) }
     }

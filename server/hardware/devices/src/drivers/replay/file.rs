@@ -36,7 +36,7 @@ impl File {
         }
         let picture = |(idx, place): &(usize, Option<capture::StagePlace>)| {
             let note = &recording.frames[*idx].note;
-            let position_mm = place.as_ref().map(capture::StagePlace::value);
+            let position_mm = place.map(capture::StagePlace::value);
             Picture { position_mm, exposure_us: note.exposure_us, lost_before: note.lost_before.total() }
         };
         let turns = frames.iter().any(|(_, place)| matches!(place, Some(capture::StagePlace::AngleDeg(_))));

@@ -1,7 +1,7 @@
 //! The laser of a replay: there is none, but the rules of a lease hold.
 
-use std::sync::Arc;
 use parking_lot::{Mutex, MutexGuard};
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use crate::drivers::laser_checks::check_power;

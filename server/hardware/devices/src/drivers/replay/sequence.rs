@@ -8,8 +8,8 @@ use vision::{GreyImage, Pixels};
 use super::file::File;
 use super::folder::Folder;
 use super::{Played, ReplayConfig, ReplayError};
-use crate::{PixelFormat, StageKind};
 use crate::params::PRELOAD_LIMIT_BYTES;
+use crate::{PixelFormat, StageKind};
 
 /// Where pictures lie.
 pub trait Source: Send {

@@ -3,20 +3,17 @@
 //! Whatever the source, every frame becomes centrelines, the centrelines are kept as peaks, and the cloud is computed
 //! from them by the functions of `sheaf scan`: the same frames give the same bytes.
 
-mod acquisition;
-mod backgrounds;
 mod capture_source;
 mod counted;
 mod measuring;
 mod pictures;
-mod recording;
 mod result;
 mod resume;
 mod station_source;
+mod taking;
 mod timing;
 mod watched;
 mod work;
-mod writing;
 
 use crate::jobs::{ComputeContext, Done, JobEnd, RecordedFrames, ScanInput, StationContext};
 

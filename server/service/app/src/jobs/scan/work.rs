@@ -13,7 +13,7 @@ use station::wall_clock::now_ms;
 use store::{ArtifactId, Artifacts, FinishedFile, ScanRecord, ScanState, StoreError};
 
 use crate::error::{AppError, ErrorKind};
-use crate::jobs::scan::writing::NewPeaks;
+use crate::jobs::scan::taking::writing::NewPeaks;
 use crate::jobs::scan::{pictures, scan_changes};
 use crate::ledger::Ledger;
 use crate::resources::stored_scan::disk_problem;

@@ -23,10 +23,10 @@ use station::recycling::Recycling;
 use vision::{CentrelineExtractor, CentrelineParams, Centrelines, GreyImage};
 
 use crate::error::{AppError, ErrorKind};
-use crate::jobs::scan::backgrounds::{Background, BackgroundLog};
 use crate::jobs::scan::pictures::picture_path;
+use crate::jobs::scan::taking::backgrounds::{Background, BackgroundLog};
+use crate::jobs::scan::taking::writing::{FreeRecords, Kept, QUEUE_RECORDS, Record};
 use crate::jobs::scan::watched::LiveWatch;
-use crate::jobs::scan::writing::{FreeRecords, Kept, QUEUE_RECORDS, Record};
 use crate::jobs::{JobEnd, StationContext};
 use crate::recordings::notes::Notes;
 use crate::resources::stored_scan::disk_problem;
