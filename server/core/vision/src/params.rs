@@ -37,6 +37,9 @@ pub const LEVEL_NARROWEST: f32 = 0.5 * LEVEL_SURE;
 /// Full width across the line, px, of the widest light that is taken for a line: the widest that is looked for, 40 px, and
 /// a quarter. A part that is lit as a whole is wider.
 pub const LEVEL_WIDEST_PX: f32 = 50.0;
+/// Length, in its own width, from which light of a coarser level is a line: a glow is about as long as it is wide, and has no
+/// direction to be a line along.
+pub const LEVEL_LEAST_LENGTH_WIDTHS: f32 = 2.5;
 /// What a width along the column, as measured, has in its square over the line's own, rows² of the level: a height that is
 /// the mean of three rows is less than that of the line (3 to 5 px: 4.4 to 4.7).
 pub const LEVEL_MEASURED_PX2: f32 = 4.4;

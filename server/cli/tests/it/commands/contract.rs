@@ -199,7 +199,7 @@ fn calibrate_answers_in_json_with_everything_a_script_needs() {
     }
     let html = std::fs::read_to_string(report).unwrap();
     assert!(
-        html.starts_with("<!doctype html>") && html.contains("<svg") && html.contains("data:image/jpeg;base64,")
+        html.starts_with("<!DOCTYPE html>") && html.contains("<svg") && html.contains("data:image/jpeg;base64,")
     );
     assert!(!html.contains("http://") && !html.contains("https://"), "the report needs no other file");
 }

@@ -113,7 +113,7 @@ fn a_file_name_in_a_capture_does_not_become_markup_of_the_report() {
     assert!(!page.contains("<img src=x"), "and is no markup");
     // Opened from a disk there is no header: the file says the same of itself.
     assert!(
-        page.contains("<meta http-equiv=Content-Security-Policy content=\"default-src 'none'"),
+        page.contains("<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'"),
         "{}",
         &page[..500]
     );

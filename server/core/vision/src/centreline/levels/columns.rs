@@ -6,8 +6,8 @@ use super::super::Centrelines;
 use super::super::fast::Strip;
 use super::marks::{Line, Mark, Place, Spot, kept, stitched, without};
 use crate::params::{
-    LEVEL_BAND, LEVEL_CLAIMED_SHARE, LEVEL_FIRST_BAND, LEVEL_LEAST_LIGHT, LEVEL_LIT_PX, LEVEL_LIT_WIDTHS,
-    LEVEL_NARROWEST, LEVEL_SURE, LEVEL_WIDEST_PX, MIN_SEGMENT_COLUMNS, STRIP_WIDTH_PX,
+    LEVEL_BAND, LEVEL_CLAIMED_SHARE, LEVEL_FIRST_BAND, LEVEL_LEAST_LENGTH_WIDTHS, LEVEL_LEAST_LIGHT, LEVEL_LIT_PX,
+    LEVEL_LIT_WIDTHS, LEVEL_NARROWEST, LEVEL_SURE, LEVEL_WIDEST_PX, MIN_SEGMENT_COLUMNS, STRIP_WIDTH_PX,
 };
 
 /// All marks by column; keeps its memory.
@@ -128,7 +128,14 @@ impl Columns {
         let mut lines = without(lines, &gone);
         lines.extend(added);
         let mut lines = stitched(lines);
-        lines.retain(|line| line.len() >= MIN_SEGMENT_COLUMNS);
+        lines.retain(|line| line.len() >= MIN_SEGMENT_COLUMNS && !is_glow(line));
         lines
     }
+}
+
+/// Whether light that a coarser level saw is too short for its width to be a line.
+fn is_glow(line: &Line) -> bool {
+    let widths_px: f32 = line.iter().map(|mark| mark.point.width_px).sum();
+    let n_columns = line.len() as f32;
+    line.iter().any(|mark| mark.rows > 1.0) && n_columns * n_columns < LEVEL_LEAST_LENGTH_WIDTHS * widths_px
 }
