@@ -23,7 +23,7 @@ pub enum Instruction {
     Entrypoint(Vec<String>),
     /// Its arguments.
     Cmd(Vec<String>),
-    /// The command that tells whether the container is well.
+    /// The command that checks the container's health.
     HealthCheck(String),
     /// Says something about the image without changing it: `VOLUME`, `EXPOSE`, `STOPSIGNAL`.
     Note,

@@ -79,6 +79,6 @@ fn newest(path: &Path) -> Option<SystemTime> {
         return modified(path);
     }
     let entries: Vec<PathBuf> = std::fs::read_dir(path).ok()?.flatten().map(|entry| entry.path()).collect();
-    // A folder's own time tells of files that went.
+    // A folder's own time shows files that went.
     entries.iter().filter_map(|entry| newest(entry)).chain(modified(path)).max()
 }

@@ -1112,7 +1112,7 @@ export interface paths {
         };
         get?: never;
         put?: never;
-        /** Acknowledges faults, reaches devices again, leaves Halted. Nothing moves or shines by it. */
+        /** Acknowledges faults, reaches devices again, leaves Halted. Motion and laser stay off. */
         post: operations["reset_station"];
         delete?: never;
         options?: never;
@@ -1131,8 +1131,8 @@ export interface paths {
         put?: never;
         /**
          * Stops motion, turns the laser off, ends what runs and empties the station's queue.
-         * @description Works for everybody at any time, needs no control, no body, no key; answers once the devices were told. It latches:
-         *     nothing moves or shines again before a reset, over restarts too.
+         * @description Works for everybody at any time, needs no control, no body, no key; answers once the devices received it. It latches:
+         *     motion and laser stay off until a reset, over restarts too.
          */
         post: operations["stop_station"];
         delete?: never;
@@ -2169,7 +2169,7 @@ export interface components {
         EnvelopeDto: {
             /** @description In which points are taken. */
             stated_mm: number[];
-            /** @description In which a line's place in the image alone tells its order. */
+            /** @description In which a line's image position alone determines its order. */
             unambiguous_mm: number[];
         };
         /**
@@ -2607,7 +2607,7 @@ export interface components {
             progress: number;
             /**
              * Format: double
-             * @description Seconds to its end; missing if it cannot be told.
+             * @description Seconds to its end; missing if unknown.
              */
             remaining_s?: number | null;
             result?: components["schemas"]["ResultDto"] | null;
@@ -2698,7 +2698,7 @@ export interface components {
             /** @description Columns. */
             width_px: number;
         };
-        /** @description How the camera is set, as it is stored and told: what nobody asked for is missing. */
+        /** @description How the camera is set, as it is stored and published: what nobody asked for is missing. */
         KeptSettings: {
             /**
              * Format: double
@@ -2738,7 +2738,7 @@ export interface components {
             identity: components["schemas"]["IdentityDto"];
             /** @description Whether the interlock is closed; missing if it is not read back. */
             interlock_closed?: boolean | null;
-            /** @description Whether it shines. */
+            /** @description Whether it is on. */
             light: components["schemas"]["LightDto"];
             /**
              * Format: double
@@ -3042,7 +3042,7 @@ export interface components {
                 progress: number;
                 /**
                  * Format: double
-                 * @description Seconds to its end; missing if it cannot be told.
+                 * @description Seconds to its end; missing if unknown.
                  */
                 remaining_s?: number | null;
                 result?: components["schemas"]["ResultDto"] | null;
@@ -4087,7 +4087,7 @@ export interface components {
             point_mm: number[];
         };
         /**
-         * @description The word that tells a turntable from a stage that travels.
+         * @description The word that distinguishes a turntable from a linear stage.
          * @enum {string}
          */
         RotaryWordDto: "rotary";
@@ -4352,7 +4352,7 @@ export interface components {
              * @description No row lies beyond this position.
              */
             to_mm?: number | null;
-            /** @description Depths in which a line's place in the image alone tells its order, mm; beyond, a second look is needed. */
+            /** @description Depths in which a line's image position alone determines its order, mm; beyond, a second look is needed. */
             unambiguous_depth_mm: number[];
         };
         /**
@@ -4555,7 +4555,7 @@ export interface components {
              * @description No row lies beyond this position.
              */
             to_mm?: number | null;
-            /** @description Depths in which a line's place in the image alone tells its order, mm; beyond, a second look is needed. */
+            /** @description Depths in which a line's image position alone determines its order, mm; beyond, a second look is needed. */
             unambiguous_depth_mm?: number[] | null;
         };
         /** @description Where a scan's frames come from. */
@@ -4771,11 +4771,11 @@ export interface components {
              */
             value: string;
         };
-        /** @description How brightly the laser shall shine. */
+        /** @description The laser power to set. */
         SetLaserDto: {
             /**
              * Format: double
-             * @description Share of full power; 0 is dark. It shines only while frames arrive.
+             * @description Share of full power; 0 is off. It is on only while frames arrive.
              */
             power: number;
         };
@@ -5153,11 +5153,11 @@ export interface components {
         /** @description What Stop did. */
         StoppedDto: {
             /**
-             * @description Whether the devices were told; `false`: there is no station thread any more, which leaves everything dark and
+             * @description Whether the devices received it; `false`: the station thread has ended, which leaves the laser off and
              *     at rest.
              */
             acknowledged: boolean;
-            /** @description What kept the devices from being told, or the Stop from being stored. */
+            /** @description What kept the Stop from the devices or from being stored. */
             detail?: string | null;
             /** @description Name of the state after it. */
             state: string;

@@ -34,7 +34,7 @@ impl LightModelArg {
 /// k3 on the command line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
 pub enum K3Arg {
-    /// Only if the pictures tell it apart from zero.
+    /// Only if the pictures distinguish it from zero.
     #[default]
     Auto,
     /// Always.

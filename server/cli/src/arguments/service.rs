@@ -23,7 +23,7 @@ pub struct ServeArgs {
 /// `sheaf doctor`.
 #[derive(Debug, Args)]
 pub struct DoctorArgs {
-    /// Move and shine without asking: the area is clear, and eyes are safe.
+    /// Move and turn the laser on without asking: the area is clear, and eyes are safe.
     #[arg(long)]
     pub yes: bool,
     /// Exposure, µs; as the camera is set if not given.

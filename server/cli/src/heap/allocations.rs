@@ -21,7 +21,7 @@ mod counting {
     use std::collections::BTreeMap;
     use std::sync::atomic::{AtomicI32, AtomicU64, AtomicUsize, Ordering};
 
-    /// Threads that are told apart; later ones share the last place.
+    /// Threads counted separately; later ones share the last place.
     const THREADS: usize = 1024;
 
     static IDS: [AtomicI32; THREADS] = [const { AtomicI32::new(0) }; THREADS];

@@ -102,7 +102,7 @@ pub fn free_parameters(station: &Station, known_camera: KnownCamera) -> Vec<bool
     free
 }
 
-fn camera_priors(camera: &Camera, known_camera: KnownCamera) -> Vec<calibration::prior::Belief> {
+fn camera_priors(camera: &Camera, known_camera: KnownCamera) -> Vec<calibration::prior::GaussianPrior> {
     match known_camera {
         KnownCamera::Yes => Vec::new(),
         KnownCamera::No => Priors::of_camera(camera.width_px, camera.height_px, camera.fx_px),

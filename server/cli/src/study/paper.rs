@@ -91,7 +91,7 @@ pub struct PaperStudy {
     pub corners: Vec<CornerRow>,
 }
 
-/// Runs the study; `progress` is told the fraction done.
+/// Runs the study; `progress` gets the fraction done.
 pub fn run(seeds: u64, progress: &dyn Fn(f64)) -> PaperStudy {
     let claim_poses = [3, 5];
     let n_cells = FIELD_HALF_WIDTHS_MM.len() * GRATING_TILTS_DEG.len();

@@ -37,7 +37,7 @@ pub enum Stop {
 
 /// Calibrates a station.
 ///
-/// `progress` is told the step in the operator's words and the fraction done, and may cancel.
+/// `progress` gets the step in the operator's words and the fraction done, and may cancel.
 /// Without laser pictures the result is a camera (and stage) alone.
 ///
 /// # Errors

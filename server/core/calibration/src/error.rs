@@ -26,7 +26,7 @@ pub enum CalibrationError {
         /// Poses given.
         got: usize,
     },
-    /// The boards are all parallel: focal length and distance cannot be told apart.
+    /// The boards are all parallel: focal length and distance cannot be separated.
     #[error(
         "the focal length is unobservable: all boards are parallel within {spread_deg:.1}°, {needed_deg:.1}° are needed"
     )]
@@ -125,7 +125,7 @@ pub enum CalibrationError {
         /// As given.
         orders: Vec<i8>,
     },
-    /// Too few pictures show all lines side by side, so the lines cannot be told their orders.
+    /// Too few pictures show all lines side by side, so the lines cannot be given their orders.
     #[error(
         "the orders are unobservable: {pictures} laser pictures show all {needed} lines side by side, {needed_pictures} are needed (most lines seen at once: {seen})"
     )]

@@ -4,7 +4,7 @@
 pub const MIN_CAMERA_VIEWS: usize = 3;
 
 /// Board poses with laser light needed for the light sheets: with two, a sheet is a line through two lines and
-/// nothing is left to tell a wrong pose by.
+/// nothing is left to detect a wrong pose by.
 pub const MIN_LASER_POSES: usize = 3;
 
 /// Boards with ranked lines needed to predict the lines of the others: two lines span a sheet.
@@ -40,7 +40,7 @@ pub const MIN_VIEWS_FOR_ANGLE_SIGMA: usize = 4;
 /// Boards that miss a pure turn by more than this times their noise are worth a warning.
 pub const PURE_TURN_MAX_NOISE_RATIO: f64 = 1.5;
 
-/// Normals of the boards must differ by this much, or focal length and distance cannot be told apart.
+/// Normals of the boards must differ by this much, or focal length and distance cannot be separated.
 pub const MIN_TILT_SPREAD_RAD: f64 = 0.05;
 
 /// A focal length with a relative σ above this is no calibration (depth error 1 % at any distance).
@@ -132,7 +132,7 @@ pub const STEP_ROUNDING: f64 = 0.3;
 /// A line farther than this from every ray, in line pitches, belongs to none: half-way to the next.
 pub const SECTION_CAP_PITCHES: f64 = 0.5;
 
-/// RMS distance of the lines from their rays up to which a hypothesis is believed, in line pitches; the bow of the sheets
+/// RMS distance of the lines from their rays up to which a hypothesis is accepted, in line pitches; the bow of the sheets
 /// makes some hundredths, a wrong answer more than a quarter somewhere.
 pub const HYPOTHESIS_MAX_RMS_PITCHES: f64 = 0.12;
 

@@ -199,7 +199,7 @@ pub fn sha256_of(path: &Path) -> Result<String, ImageFileError> {
     }
 }
 
-/// Opens a file, whose format its content tells and not its name, and checks its size.
+/// Opens a file, whose format is detected from its content, and checks its size.
 fn open(path: &Path) -> Result<(ImageFormat, impl ImageDecoder + use<>), ImageFileError> {
     let file = File::open(path).map_err(|cause| inaccessible(path, cause))?;
     let unknown = || ImageFileError::UnknownFormat { path: path.to_owned() };

@@ -103,7 +103,7 @@ fn check_circles(grid: &CirclesTarget, asymmetric: bool) -> Result<(), TargetErr
     check_range("diameter_mm", grid.diameter_mm, fits, expected)
 }
 
-/// `told` is the entry's count, `n_corners` that of the corners it means.
+/// `count` is the entry's, `n_corners` that of the corners it means.
 fn check_count(
     entry: &'static str,
     told: usize,

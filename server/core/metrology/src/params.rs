@@ -126,7 +126,7 @@ pub const FOOTPRINT_SHARE: f64 = 1.5;
 pub const SPECKLE_SUM: f64 = 3.545;
 
 /// How far the station's temperature may be from that of its calibration, one σ, K: warmed up, in a hall whose
-/// temperature is kept within 1 K. Assumed; no sensor tells.
+/// temperature is kept within 1 K. Assumed; there is no sensor.
 pub const TEMPERATURE_SIGMA_K: f64 = 0.5;
 
 /// Relative drift of a laser diode's wavelength, 1/K: 0.13 nm/K at 650 nm.

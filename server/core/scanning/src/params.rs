@@ -129,7 +129,7 @@ pub const STRIP_LINK_SHARE: f64 = 0.5;
 pub const STRIP_LINK_SHARE_OF_LONGER: f64 = 0.3;
 /// Bend of a strip from frame to frame that the stage's own errors explain, mm.
 pub const STRIP_LINK_FLOOR_MM: f64 = 0.02;
-/// Largest movement between two frames that passes for smooth where no third frame tells, line pitches.
+/// Largest movement between two frames that passes for smooth where no third frame decides, line pitches.
 pub const STRIP_LINK_PITCHES: f64 = 0.03;
 /// Advantage per sample that the label of a strip needs over every other one once all other strips have adapted.
 /// As for single pieces: a fifth of a rank, a quarter of a second look.
@@ -292,9 +292,9 @@ pub mod lost_steps {
     /// By how much the stated standard deviation is larger than that of independent frames: neighbouring frames and pairs of
     /// orders share speckle and surface.
     pub const NOISE_INFLATION: f64 = 1.4;
-    /// Smallest step that is told, mm: half of what must be noticed.
+    /// Smallest step that is reported, mm: half of what must be noticed.
     pub const ALARM_MM: f64 = 0.025;
-    /// Smallest step that is told, in its standard deviations; rendered scans without losses stay below 3.
+    /// Smallest step that is reported, in its standard deviations; rendered scans without losses stay below 3.
     pub const ALARM_SIGMAS: f64 = 4.5;
 }
 

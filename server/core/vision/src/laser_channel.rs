@@ -9,7 +9,7 @@ use crate::{CentrelineExtractor, CentrelineParams, CentrelinePoint, Centrelines}
 /// Share of the added light by which a laser's own colour exceeds the others. White light adds equal parts; red lasers
 /// that light up the blue pixels of a phone, too, and are bright enough to fill the red ones, stay above this.
 const COLOURED_SHARE: f32 = 0.2;
-/// Where the light of the line is looked at, in line widths from its middle: the flanks tell the colour where the middle
+/// Where the light of the line is looked at, in line widths from its middle: the flanks show the colour where the middle
 /// is too bright for it.
 const INSIDE_WIDTHS: [f64; 5] = [-0.7, -0.35, 0.0, 0.35, 0.7];
 /// Where the light beside the line is looked at, in line widths from its middle.

@@ -5,7 +5,7 @@
 pub const NOISE_TILE_PX: usize = 64;
 /// Distance between sampled pixels inside a noise tile: 256 samples give the noise to 5 %.
 pub const NOISE_STRIDE_PX: usize = 4;
-/// Smallest noise believed, as a fraction of full scale: the rounding to 8 bits (1/√12 grey levels).
+/// Smallest noise accepted, as a fraction of full scale: the rounding to 8 bits (1/√12 grey levels).
 pub const NOISE_FLOOR: f32 = 0.29 / 255.0;
 /// Neighbouring columns sampled in every noise tile by the fast extraction: 256 samples, as many as on the grid. With
 /// half of them faint lines break.
@@ -53,7 +53,7 @@ pub const LEVEL_LIT_PX: f32 = 12.0;
 pub const WIDTH_SEARCH_PX: usize = 32;
 /// Prominence, in noise standard deviations, of peaks that may vote on the width.
 pub const WIDTH_MIN_SNR: f32 = 8.0;
-/// Line width (full width at half height) assumed when no peak votes, and the limits of what is believed.
+/// Line width (full width at half height) assumed when no peak votes, and the limits of what is accepted.
 pub const WIDTH_DEFAULT_PX: f32 = 4.0;
 /// See [`WIDTH_DEFAULT_PX`]: narrower than the pixel grid resolves.
 pub const WIDTH_MIN_PX: f32 = 2.0;
@@ -109,7 +109,7 @@ pub const LINK_HEADING_COLUMNS: usize = 6;
 pub const MIN_SEGMENT_COLUMNS: usize = 6;
 /// Median signal-to-noise a short segment needs.
 pub const SHORT_SEGMENT_MIN_SNR: f32 = 8.0;
-/// Segments longer than this are believed at the candidate threshold.
+/// Segments longer than this are accepted at the candidate threshold.
 pub const LONG_SEGMENT_COLUMNS: usize = 24;
 /// At its ends a segment is cut back to where the line has this fraction of its intensity further in:
 /// beyond lies the blur of the end, not a line.
@@ -147,7 +147,7 @@ pub const RIDGE_TRUSTED_PX: f32 = 1.5;
 pub const BORDER_WIDTHS: f32 = 1.0;
 /// A neighbour matters from this fraction of a line's own contrast; fainter ones are its own speckled skirts.
 pub const RIVAL_CONTRAST: f32 = 0.2;
-/// Where another line is nearer than this, in line widths, the two are one blob and neither centre is believed.
+/// Where another line is nearer than this, in line widths, the two are one blob and neither centre is accepted.
 pub const CLEARANCE_MIN_WIDTHS: f32 = 1.7;
 /// Lines further apart than this, in line widths, do not disturb each other: the kernel of a line twice as wide as the
 /// typical one ends there.
@@ -159,7 +159,7 @@ pub const CLEARANCE_KERNEL_WIDTH: f32 = 0.37;
 /// else begins there and the kernel is kept clear of it.
 pub const FLANK_STEP_EVEN: f32 = 0.2;
 /// Difference of the two flanks, in contrasts, beyond which another line or a bright edge touches this one and
-/// no centre is believed.
+/// no centre is accepted.
 pub const FLANK_STEP_MAX: f32 = 0.6;
 /// Half-height of the centroid window in line widths.
 pub const CENTROID_HALF_HEIGHT_WIDTHS: f32 = 1.2;

@@ -12,7 +12,7 @@ const BLOCK_PX: usize = 4;
 const DARKER: f32 = 6.0 / 255.0;
 /// Share of the blocks that may be darker with the laser on than without: a picture of the same pose has none.
 const DARKER_SHARE: f64 = 0.005;
-/// Brightness, of full scale, from which a block tells how bright the room was.
+/// Brightness, of full scale, from which a block shows how bright the room was.
 const BRIGHT: f32 = 0.06;
 /// The room may have become darker by this share before it is said.
 const DIMMER: f32 = 0.9;

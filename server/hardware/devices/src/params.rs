@@ -8,10 +8,10 @@ pub const REPLAY_MIN_RATE_HZ: f64 = 0.1;
 /// Fastest timed replay, Hz; faster than any camera of this field, and twice what the service is to keep up with.
 pub const REPLAY_MAX_RATE_HZ: f64 = 1000.0;
 
-/// Speed told for a replayed stage, mm/s; what it accepts has no effect, its positions come from the recording.
+/// Speed reported for a replayed stage, mm/s; what it accepts has no effect, its positions come from the recording.
 pub const REPLAY_MAX_SPEED_MM_S: f64 = 1000.0;
 
-/// A replayed stage tells its resolution in nanometres: steps that are added up from it end where they should.
+/// A replayed stage states its resolution in nanometres: steps that are added up from it end where they should.
 pub const REPLAY_RESOLUTION_DIGITS_PER_MM: f64 = 1e6;
 
 /// Most memory that preloaded pictures may take, bytes: 1,600 frames of 1280×1024, half of a small computer.
@@ -36,10 +36,10 @@ pub const GRBL_SILENCE: Duration = Duration::from_millis(650);
 /// Longest wait for the answer to a line within a caller's own call; later answers come through `poll`.
 pub const ANSWER_WAIT: Duration = Duration::from_millis(15);
 
-/// `M5` not acknowledged so long is followed by a soft reset, which darkens for sure.
+/// `M5` not acknowledged so long is followed by a soft reset, which turns the laser off for sure.
 pub const GRBL_DARK_LIMIT: Duration = Duration::from_millis(200);
 
-/// Longest braking before a soft reset cuts it short, at the price of the position, while the laser shines: it must be
+/// Longest braking before a soft reset cuts it short, at the price of the position, while the laser is on: it must be
 /// dark in 0.5 s.
 pub const GRBL_LIT_BRAKING: Duration = Duration::from_millis(300);
 
@@ -152,7 +152,7 @@ pub const MARLIN_STOP_SLACK: Duration = Duration::from_millis(400);
 /// After a quick stop (`M410`) the firmware drops moves and waits for a second.
 pub const MARLIN_QUICK_STOP: Duration = Duration::from_millis(1500);
 
-/// `M5` not acknowledged so long at rest is followed by `M112`, which darkens for good.
+/// `M5` not acknowledged so long at rest is followed by `M112`, which turns the laser off for good.
 pub const MARLIN_DARK_LIMIT: Duration = Duration::from_millis(250);
 
 /// A lit laser at rest is kept from the firmware's safety timeout (1 s as delivered) at this pace.

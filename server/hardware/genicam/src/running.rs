@@ -21,7 +21,7 @@ const SOCKET_FRAMES: usize = 4;
 /// vain. Shorter than a station waits for a triggered frame.
 const TRIGGER_ANSWER: Duration = Duration::from_millis(600);
 
-/// Longest way of a packet through this computer that is believed; a wall clock that was set shows as more.
+/// Longest way of a packet through this computer that is accepted; a wall clock that was set shows as more.
 const LONGEST_WAY: Duration = Duration::from_secs(1);
 
 /// Longest wait for one frame, whatever the caller would wait: a driver that is away for longer counts as one that hangs.
@@ -208,7 +208,7 @@ impl Running {
         unpacked.map_err(|_| wrong(sent.width_px, sent.height_px))
     }
 
-    /// Frames that were lost before the first one that is seen, as far as its id and the triggers tell.
+    /// Frames that were lost before the first one that is seen, as far as its id and the triggers show.
     fn lost_before_first(&self, id: u64) -> u64 {
         if self.settings.trigger == Trigger::Software {
             let limit = exposure(&self.settings) + TRIGGER_ANSWER;

@@ -34,7 +34,7 @@ pub const POLL_MOVING: Duration = Duration::from_millis(5);
 /// Time between readings of stage and laser at rest: faults of serial devices are to be named within a second.
 pub const POLL_IDLE: Duration = Duration::from_millis(100);
 
-/// Time between readings of the laser while it shines.
+/// Time between readings of the laser while it is on.
 pub const POLL_SHINING: Duration = Duration::from_millis(50);
 
 /// Time between questions to a camera that does not expose: an unplugged one is to be named within two seconds.

@@ -75,7 +75,7 @@ fn measured(renderer: &Renderer, scene: &Scene, laser: bool, step_mm: f64) -> St
     }
 }
 
-/// Time that this thread has had a processor for, where the system tells: other programs do not count then.
+/// Time that this thread has had a processor for, where the system reports it: other programs do not count then.
 fn computed_ns() -> Option<u64> {
     std::fs::read_to_string("/proc/thread-self/schedstat").ok()?.split_whitespace().next()?.parse().ok()
 }

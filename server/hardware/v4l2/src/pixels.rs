@@ -120,7 +120,7 @@ impl Rows {
 
 /// Decodes the luma alone. A picture that is cut off is none: what a tolerant decoder puts in its place is made up.
 ///
-/// Bytes lost in its middle cannot be told from others: the kernel marks such frames, where it knows of them.
+/// Bytes lost in its middle are not detectable: the kernel marks such frames, where it knows of them.
 fn decode_jpeg(bytes: &[u8], size: (usize, usize), image: &mut GreyImage) -> Result<(), NoPicture> {
     let bytes = with_tables(trimmed(bytes)?)?;
     let options = DecoderOptions::default().set_strict_mode(true).jpeg_set_out_colorspace(ColorSpace::Luma);

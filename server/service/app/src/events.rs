@@ -1,4 +1,4 @@
-//! What happens, as it is stored and told: one kind of event for one kind of act, each with its own body.
+//! What happens, as it is stored and published: one kind of event for one kind of act, each with its own body.
 //!
 //! `openapi/events.md` lists them; it is written from the types below.
 

@@ -9,9 +9,9 @@ pub mod camera;
 pub mod config;
 pub mod control;
 pub mod error;
+pub mod evented_catalogue;
 pub mod events;
 pub mod jobs;
-pub mod ledger;
 mod lifetime;
 pub mod progress;
 pub mod recordings;
@@ -35,8 +35,8 @@ use tokio_util::task::TaskTracker;
 use crate::access::idempotency::KeysInFlight;
 use crate::access::lease::ControlDesk;
 use crate::config::AppConfig;
+use crate::evented_catalogue::EventedCatalogue;
 use crate::jobs::Jobs;
-use crate::ledger::Ledger;
 use crate::recordings::Recordings;
 use crate::resources::calibrations::Calibrations;
 use crate::resources::captures::Captures;
@@ -52,7 +52,7 @@ pub struct App {
     /// The data directory.
     pub store: Arc<Store>,
     /// The catalogue and its events.
-    pub ledger: Ledger,
+    pub ledger: EventedCatalogue,
     /// What records name.
     pub artifacts: Arc<dyn Artifacts>,
     /// Captures as folders.

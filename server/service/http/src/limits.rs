@@ -11,14 +11,14 @@ pub const UPLOAD_LIMIT_BYTES: u64 = 2 * 1024 * 1024 * 1024;
 /// Open connections: 200 sockets, as many pages with six connections each, and room for scripts.
 pub const CONNECTION_LIMIT: usize = 1_000;
 
-/// Connections beyond [`CONNECTION_LIMIT`] that are heard for one thing only: Stop.
+/// Connections beyond [`CONNECTION_LIMIT`] that are accepted for Stop alone.
 pub const STOP_CONNECTION_LIMIT: usize = 32;
 
 /// Computations of whole clouds at once: each takes a processor and, for a mesh of a large scan (1.25 million points),
 /// 175 MiB for seconds.
 pub const HEAVY_REQUESTS: usize = 1;
 
-/// How long another one waits before it is told to come back.
+/// How long another one waits before it is asked to retry.
 pub const HEAVY_WAIT: Duration = Duration::from_secs(15);
 
 /// Time for the header of a request, also on a silent kept-open connection.
@@ -45,7 +45,7 @@ pub const UPLOAD_WINDOW_MIN_BYTES: u64 = 10 * 1024;
 /// Bytes of an upload between two looks at the room on the disk.
 pub const UPLOAD_ROOM_STEP_BYTES: u64 = 8 * 1024 * 1024;
 
-/// How long the rest of a refused upload is taken and forgotten: a client that still sends would not read the answer.
+/// How long the rest of a refused upload is read and discarded: a client that still sends would not read the answer.
 pub const REFUSED_UPLOAD_PATIENCE: Duration = Duration::from_secs(5);
 
 /// A client that takes no byte for this long is closed; together with the reaction below the promised 15 s.

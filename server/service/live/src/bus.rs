@@ -9,7 +9,7 @@ use station::SharedFrame;
 use tokio::sync::watch;
 use vision::Centrelines;
 
-use crate::interest::{Sight, Wish, Wishes};
+use crate::interest::{Demand, Demands, StreamKind};
 use crate::points::{PointLog, PointsSeen};
 
 /// One frame, seen through.
@@ -30,7 +30,7 @@ pub struct LiveBus {
     frames: watch::Sender<Option<Arc<LiveFrame>>>,
     points: watch::Sender<PointsSeen>,
     calibration: watch::Sender<Option<Arc<Triangulator>>>,
-    wishes: watch::Sender<Wishes>,
+    demands: watch::Sender<Demands>,
 }
 
 impl Default for LiveBus {
@@ -39,7 +39,7 @@ impl Default for LiveBus {
             frames: watch::Sender::new(None),
             points: watch::Sender::new(PointsSeen::default()),
             calibration: watch::Sender::new(None),
-            wishes: watch::Sender::new(Wishes::default()),
+            demands: watch::Sender::new(Demands::default()),
         }
     }
 }
@@ -56,13 +56,13 @@ impl LiveBus {
     }
 
     /// Wants to see something at most `rate_hz` times per second, as long as the answer lives.
-    pub fn want(&self, sight: Sight, rate_hz: f64) -> Wish {
-        Wish::new(&self.wishes, sight, rate_hz)
+    pub fn subscribe(&self, sight: StreamKind, rate_hz: f64) -> Demand {
+        Demand::new(&self.demands, sight, rate_hz)
     }
 
     /// Follows who watches what.
-    pub fn watch_wishes(&self) -> watch::Receiver<Wishes> {
-        self.wishes.subscribe()
+    pub fn watch_demands(&self) -> watch::Receiver<Demands> {
+        self.demands.subscribe()
     }
 
     /// Which calibration live profiles are computed with.
@@ -75,7 +75,7 @@ impl LiveBus {
         self.calibration.subscribe()
     }
 
-    /// The points of a scan will come; those of the scan before are forgotten here.
+    /// The points of a scan will come; those of the scan before are dropped here.
     pub fn begin_scan(&self, scan_id: &str) {
         let log = Arc::new(PointLog::new(scan_id));
         self.points.send_replace(PointsSeen { log: Some(log), n_blocks: 0, running: true });

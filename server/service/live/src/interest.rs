@@ -6,7 +6,7 @@ use tokio::sync::watch;
 
 /// What can be watched.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Sight {
+pub enum StreamKind {
     /// Pictures, made smaller by this factor.
     Image {
         /// 1, 2 or 4.
@@ -16,16 +16,16 @@ pub enum Sight {
     Profile,
 }
 
-/// All wishes of this moment.
+/// All current subscriptions.
 #[derive(Debug, Clone, Default)]
-pub struct Wishes {
-    by_number: BTreeMap<u64, (Sight, f64)>,
+pub struct Demands {
+    by_number: BTreeMap<u64, (StreamKind, f64)>,
     next: u64,
 }
 
-impl Wishes {
+impl Demands {
     /// The highest rate at which somebody wants to see that; `None`: nobody does.
-    pub fn rate_hz(&self, sight: Sight) -> Option<f64> {
+    pub fn rate_hz(&self, sight: StreamKind) -> Option<f64> {
         self.by_number.values().filter(|(wanted, _)| *wanted == sight).map(|(_, rate)| *rate).reduce(f64::max)
     }
 
@@ -35,29 +35,29 @@ impl Wishes {
     }
 }
 
-/// Somebody's wish; it ends when this is dropped.
-pub struct Wish {
+/// A subscription; it ends when this is dropped.
+pub struct Demand {
     number: u64,
-    all: watch::Sender<Wishes>,
+    all: watch::Sender<Demands>,
 }
 
-impl Wish {
-    /// Adds a wish to `all`.
-    pub(super) fn new(all: &watch::Sender<Wishes>, sight: Sight, rate_hz: f64) -> Self {
+impl Demand {
+    /// Adds a demand to `all`.
+    pub(super) fn new(all: &watch::Sender<Demands>, sight: StreamKind, rate_hz: f64) -> Self {
         let mut number = 0;
-        all.send_modify(|wishes| {
-            number = wishes.next;
-            wishes.next += 1;
-            wishes.by_number.insert(number, (sight, rate_hz));
+        all.send_modify(|demands| {
+            number = demands.next;
+            demands.next += 1;
+            demands.by_number.insert(number, (sight, rate_hz));
         });
         Self { number, all: all.clone() }
     }
 }
 
-impl Drop for Wish {
+impl Drop for Demand {
     fn drop(&mut self) {
-        self.all.send_modify(|wishes| {
-            wishes.by_number.remove(&self.number);
+        self.all.send_modify(|demands| {
+            demands.by_number.remove(&self.number);
         });
     }
 }
@@ -67,13 +67,13 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_fastest_wish_counts_until_it_ends() {
-        let all = watch::Sender::new(Wishes::default());
-        let _slow = Wish::new(&all, Sight::Profile, 5.0);
-        let fast = Wish::new(&all, Sight::Profile, 60.0);
-        assert_eq!(all.borrow().rate_hz(Sight::Profile), Some(60.0));
+    fn the_fastest_demand_counts_until_it_ends() {
+        let all = watch::Sender::new(Demands::default());
+        let _slow = Demand::new(&all, StreamKind::Profile, 5.0);
+        let fast = Demand::new(&all, StreamKind::Profile, 60.0);
+        assert_eq!(all.borrow().rate_hz(StreamKind::Profile), Some(60.0));
         drop(fast);
-        assert_eq!(all.borrow().rate_hz(Sight::Profile), Some(5.0));
-        assert_eq!(all.borrow().rate_hz(Sight::Image { scale: 1 }), None);
+        assert_eq!(all.borrow().rate_hz(StreamKind::Profile), Some(5.0));
+        assert_eq!(all.borrow().rate_hz(StreamKind::Image { scale: 1 }), None);
     }
 }

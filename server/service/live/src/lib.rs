@@ -14,5 +14,5 @@ pub mod view;
 pub mod worker;
 
 pub use bus::{LiveBus, LiveFrame};
-pub use interest::{Sight, Wish};
+pub use interest::{Demand, StreamKind};
 pub use points::{DisplayPoint, PointLog, PointsSeen};

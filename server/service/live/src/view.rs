@@ -32,13 +32,13 @@ async fn look(
     if let Err(error) = &alone {
         tracing::warn!("the live view shares the threads of computations: {error}");
     }
-    let mut wishes = bus.watch_wishes();
+    let mut demands = bus.watch_demands();
     let calibration = bus.watch_calibration();
     let mut pace = Pace::new(1.0, Instant::now());
     let mut extractor = CentrelineExtractor::default();
     loop {
         let Ok(rate_hz) =
-            wishes.wait_for(|wishes| wishes.any_rate_hz().is_some()).await.map(|wishes| wishes.any_rate_hz())
+            demands.wait_for(|demands| demands.any_rate_hz().is_some()).await.map(|demands| demands.any_rate_hz())
         else {
             return;
         };
@@ -49,7 +49,7 @@ async fn look(
         sleep_until(pace.opens()).await;
         let Some(frame) = frames.borrow_and_update().clone() else { continue };
         let shown_by_scan = status.borrow().job_id.is_some() && bus.scan_runs();
-        if shown_by_scan || bus.watch_wishes().borrow().any_rate_hz().is_none() {
+        if shown_by_scan || bus.watch_demands().borrow().any_rate_hz().is_none() {
             continue;
         }
         pace.pass(Instant::now());

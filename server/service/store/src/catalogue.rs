@@ -58,7 +58,7 @@ pub enum Change {
     },
     /// A capture arrived.
     InsertCapture(CaptureRecord),
-    /// A capture is forgotten; its archive goes when nothing else names it.
+    /// A capture is deleted; its archive goes when nothing else names it.
     DeleteCapture(String),
     /// A recording begins.
     InsertRecording(RecordingRecord),
@@ -68,7 +68,7 @@ pub enum Change {
     DeleteRecording(String),
     /// A calibration was made; the same content twice is once.
     InsertCalibration(CalibrationRecord),
-    /// A calibration is forgotten; refused for the active one, and while a scan was computed with it.
+    /// A calibration is deleted; refused for the active one, and while a scan was computed with it.
     DeleteCalibration(String),
     /// Which calibration is active from now on.
     Activate {
@@ -87,7 +87,7 @@ pub enum Change {
     InsertScan(ScanRecord),
     /// A scan is replaced by its resumed self.
     ReplaceScan(ScanRecord),
-    /// A scan and its measurements are forgotten.
+    /// A scan and its measurements are deleted.
     DeleteScan(String),
     /// A measurement was made.
     InsertMeasurement(MeasurementRecord),
@@ -97,13 +97,13 @@ pub enum Change {
     UpdateSession(SessionRecord),
     /// A session is over.
     DeleteSession(String),
-    /// The station remembers this value under this name; the one before is forgotten.
+    /// Stores a value under a name; it replaces the one before.
     PutSetting(SettingRecord),
     /// Something happened; `seq` is given by the store.
     AppendEvent(EventRecord),
     /// A request was answered; refused with [`StoreError::Exists`] if the key is there.
     InsertIdempotency(IdempotencyRecord),
-    /// Jobs that have ended are forgotten, if they ended before this, or are not among the newest.
+    /// Jobs that have ended are deleted, if they ended before this, or are not among the newest.
     ForgetEndedJobs {
         /// Wall clock.
         before_ms: i64,
@@ -117,12 +117,12 @@ pub enum Change {
         /// Status, `Location` and body of the answer.
         answer: Option<serde_json::Value>,
     },
-    /// Keys older than this are forgotten.
+    /// Keys older than this are deleted.
     ForgetIdempotencyBefore {
         /// Wall clock.
         at_ms: i64,
     },
-    /// Events up to this one are forgotten.
+    /// Events up to this one are deleted.
     ForgetEventsThrough {
         /// Sequence.
         seq: i64,
@@ -291,7 +291,7 @@ pub trait Catalogue: Send + Sync {
 
     /// At most `limit` events after `seq`, oldest first.
     async fn events_after(&self, seq: i64, limit: u32) -> Result<Listed<EventRecord>, StoreError>;
-    /// Sequence of the newest event, forgotten ones included; 0 if there never was one.
+    /// Sequence of the newest event, pruned ones included; 0 if there never was one.
     async fn last_event_seq(&self) -> Result<i64, StoreError>;
 
     /// The answer to a request with that key, if there was one.

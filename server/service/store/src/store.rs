@@ -97,7 +97,7 @@ impl Store {
     /// Bytes that are free for this process on the disk of the data directory.
     ///
     /// # Errors
-    /// [`StoreError::File`] if the disk does not tell.
+    /// [`StoreError::File`] if the disk does not report it.
     pub fn free_bytes(&self) -> Result<u64, StoreError> {
         let disk = nix::sys::statvfs::statvfs(&self.folder)
             .map_err(|errno| file_error("ask for free space in", &self.folder, errno.into()))?;
@@ -120,7 +120,7 @@ impl Store {
     }
 
     /// Deletes artifacts that no record names, then fills the reserve again if there is room. Returns how many bytes
-    /// became free. `also_named` tells, from what records name, what is named elsewhere: by caches, which let go of the
+    /// became free. `also_named` returns, from what records name, what is named elsewhere: by caches, which let go of the
     /// rest.
     ///
     /// What is stored, read or committed meanwhile is not touched. While a record is damaged nothing is deleted.

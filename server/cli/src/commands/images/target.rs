@@ -18,7 +18,7 @@ const CIRCLE_SHARE: f64 = 0.6;
 /// The same of an asymmetric grid, whose discs are 1.4 steps apart.
 const ASYMMETRIC_CIRCLE_SHARE: f64 = 0.85;
 
-/// Writes the page and tells what a capture must say about the board.
+/// Writes the page and prints the entry that a capture needs for the board.
 pub fn run(args: &TargetArgs, _: &dyn Reporter) -> Result<Answer, Failure> {
     let target = target(args)?;
     let entry = serde_json::to_value(&target).map_err(|error| Failure::bad_input(error.to_string()))?;

@@ -75,7 +75,7 @@ pub struct AxisText {
     pub angle_sigma_deg: Option<f64>,
 }
 
-/// The word that tells a turntable from a stage that travels, which has none.
+/// The word that distinguishes a turntable from a linear stage, which has none.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum RotaryWord {

@@ -9,7 +9,7 @@ use crate::params::{CROSS_VALIDATION_MAX_FOLDS, CROSS_VALIDATION_POINTS, RECOMME
 use crate::solving::bundle::sheet_residual;
 use crate::solving::observation::LaserObservation;
 
-/// Bins along a line whose means tell a wrong shape from noise.
+/// Bins along a line whose means separate a wrong shape from noise.
 const BINS_PER_LINE: usize = 6;
 
 /// Scores every model by leaving poses out in turn, camera and poses held.

@@ -39,7 +39,7 @@ pub struct LaserPoints {
 /// Finds, labels and cleans the laser points of all poses.
 ///
 /// # Errors
-/// A picture without lines, orders that cannot be told, boards without depth range.
+/// A picture without lines, orders that cannot be determined, boards without depth range.
 pub fn laser_points(input: &CalibrationInput, scene: &Scene) -> Result<LaserPoints, CalibrationError> {
     let mut rejections = Rejections::default();
     let mut pieces: Vec<BoardPiece> = Vec::new();
@@ -147,7 +147,7 @@ fn check_ranked(scene: &Scene, ranked: &[LaserObservation], seen: usize) -> Resu
     Ok(())
 }
 
-/// Orders seen on too few boards: refused where nothing ties them to the others, told of where the grating does.
+/// Orders seen on too few boards: refused where nothing ties them to the others, reported where the grating does.
 fn check_seen(scene: &Scene, laser: &[LaserObservation]) -> Result<Vec<String>, CalibrationError> {
     let needed = MIN_LASER_POSES;
     let seen_on = |order: i8| boards(laser.iter().filter(|p| p.order == order)).len();

@@ -9,27 +9,27 @@ use crate::params::{
 use crate::solving::normal::BlockNormal;
 use crate::solving::station::Station;
 
-/// A Gaussian belief about one number.
+/// A Gaussian prior of one number.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Belief {
+pub struct GaussianPrior {
     /// Expected value.
     pub mean: f64,
     /// Standard deviation.
     pub sigma: f64,
 }
 
-/// Beliefs about the globals.
+/// GaussianPriors about the globals.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Priors {
     /// One per camera parameter; empty while the camera is fixed.
-    pub camera: Vec<Belief>,
+    pub camera: Vec<GaussianPrior>,
     /// λ/d_g.
-    pub wavelength_over_period: Option<Belief>,
+    pub wavelength_over_period: Option<GaussianPrior>,
     /// About the grating's geometry.
     pub grating: Option<GratingPrior>,
 }
 
-/// Beliefs about where the parts of a projector stand to one another.
+/// GaussianPriors about where the parts of a projector stand to one another.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GratingPrior {
     /// The middle of what the lines light, camera frame, mm: the source stands opposite.
@@ -46,22 +46,23 @@ struct PriorRow {
 }
 
 impl Priors {
-    /// Beliefs about a camera around a first guess of the focal length.
-    pub fn of_camera(width_px: usize, height_px: usize, focal_px: f64) -> Vec<Belief> {
+    /// GaussianPriors about a camera around a first guess of the focal length.
+    pub fn of_camera(width_px: usize, height_px: usize, focal_px: f64) -> Vec<GaussianPrior> {
         let (w, h) = (width_px as f64, height_px as f64);
-        let focal = Belief { mean: focal_px, sigma: focal_px * FOCAL_PRIOR_RELATIVE };
-        let centre = |side: f64| Belief { mean: (side - 1.0) / 2.0, sigma: side * PRINCIPAL_POINT_PRIOR_RELATIVE };
+        let focal = GaussianPrior { mean: focal_px, sigma: focal_px * FOCAL_PRIOR_RELATIVE };
+        let centre =
+            |side: f64| GaussianPrior { mean: (side - 1.0) / 2.0, sigma: side * PRINCIPAL_POINT_PRIOR_RELATIVE };
         let mut beliefs = vec![focal, focal, centre(w), centre(h)];
-        beliefs.extend(DISTORTION_PRIOR_SIGMA.map(|sigma| Belief { mean: 0.0, sigma }));
+        beliefs.extend(DISTORTION_PRIOR_SIGMA.map(|sigma| GaussianPrior { mean: 0.0, sigma }));
         beliefs
     }
 
-    /// Belief about λ/d_g around its data sheets.
-    pub fn of_wavelength_over_period(sheet: f64) -> Belief {
-        Belief { mean: sheet, sigma: sheet * WAVELENGTH_OVER_PERIOD_RELATIVE_SIGMA }
+    /// GaussianPrior about λ/d_g around its data sheets.
+    pub fn of_wavelength_over_period(sheet: f64) -> GaussianPrior {
+        GaussianPrior { mean: sheet, sigma: sheet * WAVELENGTH_OVER_PERIOD_RELATIVE_SIGMA }
     }
 
-    /// Belief about the source's place for a scene around `lit_centre_mm`.
+    /// GaussianPrior about the source's place for a scene around `lit_centre_mm`.
     pub fn of_grating(lit_centre_mm: nalgebra::Vector3<f64>, source_mm: &nalgebra::Vector3<f64>) -> GratingPrior {
         let distance = (lit_centre_mm - source_mm).norm();
         GratingPrior { lit_centre_mm, source_along_line_mm: distance * SOURCE_ALONG_LINE_PRIOR_RELATIVE }

@@ -181,7 +181,7 @@ fn pictures_of(capture: &Capture, beginning: &str) -> Vec<LaserPicture> {
 enum LaserLight {
     /// The laser's channel, without what the laser is not needed for.
     Image(GreyImage),
-    /// Nothing that could be told: the picture with the laser off is of something else, or by other light.
+    /// Not measurable: the picture with the laser off shows something else, or other light.
     Unknown(Finding),
 }
 

@@ -178,7 +178,7 @@ impl<'a> PointFilter<'a> {
         points.iter().zip(fits).map(is_held)
     }
 
-    /// Leaves out what could have another label that was seen again, and what of its run cannot be told from it.
+    /// Leaves out what could have another label that was seen again, and what of its run cannot be separated from it.
     fn leave_out_rivals(&self, checked: &mut [CheckedPoint]) {
         let (points, looks): (Vec<ProfilePoint>, Vec<Look>) =
             checked.iter().map(|checked| (checked.point, checked.look)).unzip();

@@ -258,7 +258,7 @@ fn atomically(path: &Path, write: impl FnOnce(&mut File) -> Result<(), ContentEr
     let partial = path.with_file_name(format!(".{name}.{}.part", std::process::id()));
     let written = write_and_sync(&partial, write).and_then(|()| Ok(std::fs::rename(&partial, path)?));
     written.map_err(|error| {
-        // The failure to write is what the caller must hear about, not a failure to tidy up.
+        // The failure to write is reported to the caller, not a failure to clean up.
         let _ = std::fs::remove_file(&partial);
         FileError::writing(path, error)
     })

@@ -1,4 +1,4 @@
-//! The depths between which a line's place in the image alone tells its order.
+//! The depths between which a line's image position alone determines its order.
 
 use nalgebra::Vector2;
 use optics::{Calibration, DepthRangeMm};

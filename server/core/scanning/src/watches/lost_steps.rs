@@ -98,7 +98,7 @@ pub struct LostStepsWatch {
     /// Standard deviations of the steps that were looked for [`REACH_FRAMES`] / 2 before each frame.
     sigmas_mm: Vec<f64>,
     n_frames: usize,
-    /// Frames before this one are forgotten.
+    /// Frames before this one are dropped.
     since: usize,
 }
 
@@ -122,7 +122,7 @@ impl LostStepsWatch {
     }
 
     /// Takes note of the next frame, taken where the stage said `position_mm`; steps that it shows to be lost. What was
-    /// seen before them is forgotten then.
+    /// seen before them is dropped then.
     pub fn note(&mut self, profile: &Profile, position_mm: f64) -> Option<LostSteps> {
         let motion = self.stage.motion(StagePosition::LinearMm(position_mm))?;
         let samples = self.condenser.samples(&profile.points, &motion, position_mm, self.n_frames);

@@ -7,7 +7,7 @@ const CUT_RMS: f32 = 0.884;
 pub const COLUMNS: usize = crate::params::NOISE_COLUMNS;
 
 /// Part of itself to which a median is looked for: a cut that is larger by as much makes the spread of a Gaussian 1.4 %
-/// larger, far less than a tile tells it to.
+/// larger, far less than one tile would set it.
 const MEDIAN_PART: i32 = 32;
 
 /// Rows whose differences 8 bits can count.

@@ -11,11 +11,11 @@ use super::{ColourImage, Level};
 
 /// Samples along each side of the picture that the weights are fitted to: known to a thousandth, and soon done.
 const SAMPLES_PER_SIDE: usize = 160;
-/// Brightness, of full scale, from which a pixel tells of a colour and not of noise.
+/// Brightness, of full scale, from which a pixel shows a colour and not noise.
 const BRIGHT: f32 = 0.06;
 /// Darkest colour over brightest, from which a pixel may be a grey thing in the light of a room; a laser's are far below.
 const GREY_RATIO: f32 = 0.5;
-/// From this share of full scale a colour may be clipped and no longer tells how bright it was.
+/// From this share of full scale a colour may be clipped and its brightness is unknown.
 const CLIPPED: f32 = 0.97;
 /// Fewest pixels that weights are fitted to; with less there is no ordinary light to speak of.
 const MIN_SAMPLES: usize = 100;

@@ -1,4 +1,4 @@
-//! The corners of a ChArUco board: markers tell which they are, so that a part of the board serves as well.
+//! The corners of a ChArUco board: markers identify them, so that a part of the board serves as well.
 //!
 //! Markers and the corners between them are found by `calib-targets`; each corner is then fitted as those of a
 //! chessboard are, in a window that ends before the markers.

@@ -5,7 +5,7 @@
 //! orientations that fit the configured size, the one whose corner (0, 0) has a **dark** square diagonally
 //! outside is taken; for a board with one even and one odd count of inner corners this makes row r, column c
 //! the same physical corner in every view. A board that looks the same after half a turn (both counts even or
-//! both odd) cannot be told apart by its colours: there the columns run as nearly as possible towards +u.
+//! both odd) are indistinguishable by its colours: there the columns run as nearly as possible towards +u.
 //!
 //! # Way of working
 //! 1. `quick`: the lattice of a board that is plain to see; else `detect`: seeds from `calib-targets`, in several views

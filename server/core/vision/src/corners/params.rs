@@ -133,7 +133,7 @@ pub(super) const QUICK_MIN_RESPONSE_SHARE: f32 = 0.1;
 /// Most crossings of the quick look: a large board and as many false ones.
 pub(super) const QUICK_MAX_PEAKS: usize = 600;
 
-/// Cosine within which an edge points at the next corner: the ring tells its direction to a few degrees.
+/// Cosine within which an edge points at the next corner: the ring gives its direction to a few degrees.
 pub(super) const QUICK_POINTING_COSINE: f32 = 0.96;
 
 /// Cosine within which an edge goes straight through its corner.

@@ -1,4 +1,4 @@
-//! A laser that this program does not switch: it shines as long as it has power.
+//! A laser that this program does not switch: it is on as long as it has power.
 //!
 //! Scans need no more. Whatever is promised elsewhere of darkness (at start, at rest, after Stop, after a fault, when
 //! the program ends) is not kept by this program for such a laser, and every place that speaks of it says so.

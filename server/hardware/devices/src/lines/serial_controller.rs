@@ -80,7 +80,7 @@ pub trait Dialogue: Send + 'static {
     fn farewell(&self) -> Vec<u8>;
     /// Waits are for the answer to this line; a refusal goes to the waiting caller.
     fn wait_for(&mut self, ticket: u64);
-    /// Whether the line was answered or forgotten.
+    /// Whether the line was answered or discarded.
     fn answered_or_gone(&self, ticket: u64) -> bool;
     /// Ends the wait; the refusal, if there was one.
     fn end_wait(&mut self) -> Option<Self::Fault>;

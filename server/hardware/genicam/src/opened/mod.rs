@@ -16,7 +16,7 @@ use crate::names;
 use crate::pixels::SourceFormat;
 use crate::settings::GenicamSettings;
 
-/// A camera gives up a program from which it heard nothing for so long: the heartbeat that the standard starts with, and
+/// A camera gives up a program that was silent for so long: the heartbeat that the standard starts with, and
 /// a little.
 const LOST_AFTER: Duration = Duration::from_millis(3200);
 

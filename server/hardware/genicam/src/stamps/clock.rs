@@ -17,7 +17,7 @@ const PARTS: usize = 8;
 /// Frames after which a line is trusted.
 const ENOUGH: usize = 16;
 
-/// Fastest drift between two quartz clocks that is believed, as a ratio: five times what data sheets allow.
+/// Fastest drift between two quartz clocks that is accepted, as a ratio: five times what data sheets allow.
 const MAX_DRIFT: f64 = 5e-4;
 
 /// Arrivals of one acquisition against the camera's clock.

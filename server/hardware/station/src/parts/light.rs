@@ -102,7 +102,7 @@ impl Light {
         let state = self.device.switch_on(power, LIGHT_LEASE)?;
         self.wanted = power;
         (self.lit_at, self.renewed_at, self.polled_at) = (Some(now), now, None);
-        // Until it shines: whether it does at all is found out before this ends.
+        // Until it is on: whether it comes on at all is known before this ends.
         self.needed_until = self.needed_until.max(now + LIGHT_UP_LIMIT + LIGHT_IDLE);
         self.take(state, now);
         Ok(())

@@ -41,9 +41,9 @@ pub enum Arrival {
 /// Where a frame was taken.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Place {
-    /// There; `None` if nobody can tell.
+    /// There; `None` if unknown.
     At(Option<f64>),
-    /// The next reading will tell.
+    /// The next reading decides.
     Later,
 }
 
@@ -183,7 +183,7 @@ impl Motion {
         Ok(accepted)
     }
 
-    /// Stops; [`Motion::tend`] tells when it rests.
+    /// Stops; [`Motion::tend`] reports when it is at rest.
     pub fn stop(&mut self) -> Result<(), StageError> {
         let told = self.device.stop();
         let capabilities = self.device.capabilities();
@@ -217,7 +217,7 @@ impl Motion {
         self.watch(&state, now)
     }
 
-    /// Where the stage was at `at`, for a frame that is told at `now`.
+    /// Where the stage was at `at`, for a frame that is reported at `now`.
     pub fn place(&self, at: Instant, now: Instant) -> Place {
         let Some(position_mm) = self.position_mm() else { return Place::At(None) };
         if self.errand.is_none() && self.rest_since.is_some_and(|since| since <= at) {
@@ -291,7 +291,7 @@ impl Motion {
                 if !there && since.is_some_and(|since| now - since > SETTLE_LIMIT) {
                     return Err(stalled);
                 }
-                // Judged by what is reported: of silence the driver tells.
+                // Judged by what is reported: silence is the driver's to report.
                 if state.moving && state.measured_at.saturating_duration_since(progress.at) > progress.limit {
                     return Err(stalled);
                 }

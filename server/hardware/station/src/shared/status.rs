@@ -10,7 +10,7 @@ use devices::{CameraCapabilities, CameraSettings, DeviceIdentity, LaserCapabilit
 pub enum MachineState {
     /// Devices are being opened, or were never reached.
     Preoperational,
-    /// Stopped by a person: nothing moves and nothing shines until a reset.
+    /// Stopped by a person: motion and laser stay off until a reset.
     Halted,
     /// A fault must be acknowledged.
     Error,
@@ -152,7 +152,7 @@ pub struct StationStatus {
     pub laser: DeviceStatus<LaserCapabilities>,
     /// What becomes of its light if this program is killed, see [`devices::Laser::lost_host`]; `None`: no laser.
     pub laser_lost_host: Option<&'static str>,
-    /// Whether it shines.
+    /// Whether it is on.
     pub laser_light: LaserLight,
     /// Share of full power.
     pub laser_power: f64,

@@ -291,7 +291,7 @@ impl StationHandle {
         answer.await.unwrap_or_else(|_| Err(self.why_unanswered()))
     }
 
-    /// Whether a scan could begin depends on a calibration being active: the service tells the station.
+    /// Whether a scan could begin depends on a calibration being active: the service sets it.
     pub fn calibration_changed(&self, active: bool) {
         // A thread that has ended needs no news.
         let _ = self.shared.commands.send(Command::CalibrationChanged(active));

@@ -75,7 +75,7 @@ impl Station {
         }
     }
 
-    /// Whether a person may move or shine now.
+    /// Whether a person may move the stage or use the laser now.
     pub(crate) fn person_may_act(&self) -> Result<(), StationRefusal> {
         match self.machine {
             _ if self.publisher.stop_line.is_latched() => Err(StationRefusal::Halted),

@@ -33,7 +33,7 @@ impl Opening {
         let (sender, answer) = sync_channel(1);
         let opened = share.clone();
         let open = move || drop(sender.send(opened.open()));
-        // Without a thread the receiver tells that nothing came.
+        // Without a thread the receiver reports that nothing came.
         let _ = std::thread::Builder::new().name("station-open".to_owned()).spawn(open);
         Self { share, answer, since: Instant::now(), done: None, overdue: false }
     }

@@ -12,7 +12,7 @@ use crate::shared::status::Fault;
 use crate::station_thread::command::Reply;
 use crate::station_thread::owner::{Revoked, Station};
 
-/// What a job is told that a reset ended.
+/// The answer to a job that a reset ended.
 const RESET: &str = "a reset";
 
 /// A reset under way.

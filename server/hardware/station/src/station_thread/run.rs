@@ -34,7 +34,7 @@ pub struct Run {
 
 #[derive(Clone, Copy, PartialEq)]
 enum Phase {
-    /// On the way to the start of the run-up; `false` until the stage was told.
+    /// On the way to the start of the run-up; `false` until the stage got its command.
     Approach(bool),
     /// At the start of a recording, which begins to play once the light is as wanted: there are no frames to spare.
     Waiting,
@@ -42,7 +42,7 @@ enum Phase {
     Starting,
     Running,
     /// Beyond the range, on the ramp that ends the move: a stage stopped there would brake no sooner, and a controller
-    /// that shines while it brakes may lose its position.
+    /// whose laser is on while it brakes may lose its position.
     Braking,
 }
 

@@ -79,7 +79,7 @@ impl StatusPublisher {
     /// Notifies whoever waits for the start.
     pub fn tell_opened(&mut self) {
         if let Some(opened) = self.opened.take() {
-            // Who does not wait any more need not be told.
+            // A caller that has gone needs no answer.
             let _ = opened.try_send(());
         }
     }

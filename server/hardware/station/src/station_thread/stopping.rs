@@ -46,7 +46,7 @@ impl Station {
         self.forget_waiting_frames();
         laser?;
         stage?;
-        // A camera neither moves nor shines: what it says is found out when it is used again.
+        // A camera neither moves nor emits light: its state is read when it is used again.
         drop(camera);
         Ok(())
     }
@@ -77,7 +77,7 @@ impl Station {
         if matches!(device, "stage" | "station")
             && let Some(stage) = &mut self.stage
         {
-            // It may still move: whatever can be told is told; its own watchdog is the last resort.
+            // It may still move: every stop that can be sent is sent; its own watchdog is the last resort.
             let _ = stage.device().stop();
             stage.invalidate_position();
         }

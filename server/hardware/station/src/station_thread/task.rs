@@ -24,7 +24,7 @@ pub enum Task {
         target_mm: f64,
         /// How fast at most.
         speed_mm_s: Option<f64>,
-        /// Whether the stage was told; before, it comes to rest from an earlier motion.
+        /// Whether the stage got its command; before, it comes to rest from an earlier motion.
         started: bool,
         /// Ends it.
         cancel: CancelFlag,
@@ -33,7 +33,7 @@ pub enum Task {
     },
     /// Homing.
     Home {
-        /// Whether the stage was told.
+        /// Whether the stage got its command.
         started: bool,
         /// Ends it.
         cancel: CancelFlag,
@@ -128,10 +128,10 @@ impl Station {
     }
 
     /// Starts a move on which no frame is due. The light goes out for a long one, before it begins: some controllers
-    /// darken only between motions.
+    /// turn the laser off only between motions.
     pub(crate) fn start_way(&mut self, target_mm: f64, speed_mm_s: f64) -> Result<(), StationRefusal> {
         let stage = self.stage.as_mut().ok_or(StationRefusal::Absent { device: "stage" })?;
-        // The other half is for the reports that tell of its end.
+        // The other half is for the reports of its end.
         let is_long = stage.travel_s(target_mm, speed_mm_s) > LIGHT_IDLE.as_secs_f64() / 2.0;
         if let Some(laser) = self.laser.as_mut().filter(|laser| is_long && laser.is_wanted()) {
             laser.suspend()?;

@@ -40,7 +40,7 @@ impl Guarded {
     }
 
     fn still(&mut self) {
-        // One device's defect must not keep the others from being told.
+        // One device's defect must not keep the stop from the others.
         let devices: [fn(&mut Station); 3] = [
             |station| station.stage.iter_mut().for_each(|stage| drop(stage.device().stop())),
             |station| station.laser.iter_mut().for_each(|laser| drop(laser.off())),

@@ -86,7 +86,7 @@ impl TwinControl {
         self.world.lock().true_position_mm(Instant::now())
     }
 
-    /// Share of full power that the laser truly shines with.
+    /// Share of full power that the laser really emits.
     pub fn laser_power(&self) -> f64 {
         self.world.lock().laser.light(Instant::now())
     }
@@ -96,7 +96,7 @@ impl TwinControl {
         self.world.lock().stage.follows = Some(Arc::new(position_mm));
     }
 
-    /// Lets the laser shine with the share of full power that `power` says, for a station whose laser is not the
+    /// Sets the laser to the share of full power that `power` returns, for a station whose laser is not the
     /// twin's own.
     pub fn follow_laser(&self, power: impl Fn(Instant) -> f64 + Send + Sync + 'static) {
         self.world.lock().laser.follows = Some(Arc::new(power));

@@ -210,7 +210,7 @@ impl World {
 /// The stage of a [`crate::live::TwinStation`].
 ///
 /// Positions that are commanded are reached exactly. Where it needs no homing it has an absolute scale: its zero is
-/// the station's, and homing only tells where it is.
+/// the station's, and homing only reports where it is.
 pub struct TwinStage {
     world: SharedWorld,
 }

@@ -68,7 +68,7 @@ impl Board {
         (steps - (self.extent_steps().add_scalar(-1.0)) / 2.0).component_mul(&self.square_mm)
     }
 
-    /// Numbers that tell its pattern from others; a plain chessboard needs no more than its counts and one side.
+    /// Numbers that identify its pattern; a plain chessboard needs no more than its counts and one side.
     pub(crate) fn pattern_numbers(&self) -> Vec<f64> {
         let mut numbers = vec![self.inner_columns as f64, self.inner_rows as f64, self.square_mm.x];
         if self.square_mm.y != self.square_mm.x {

@@ -252,7 +252,7 @@ impl Scene {
         }
     }
 
-    /// A number that tells this scene from others, the same on every machine.
+    /// A number that identifies this scene, the same on every machine.
     pub fn fingerprint(&self) -> u64 {
         let of_plate = |plate: &Plate| plate.axes.iter().chain(&plate.point_mm).copied().collect::<Vec<f64>>();
         let (kind, numbers) = match self {

@@ -47,7 +47,7 @@ const IS_DAMAGED: u32 = 0x40;
 const CLOCK: (u32, u32) = (0xE000, 0x2000);
 const SOURCE: (u32, u32) = (0x0007_0000, 0x0001_0000);
 
-/// Longest list that is believed: a driver that never ends one would keep its caller.
+/// Longest list that is read: a driver that never ends one would keep its caller.
 const LONGEST_LIST: u32 = 256;
 
 /// A device file of the kernel.

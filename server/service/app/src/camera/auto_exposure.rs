@@ -96,7 +96,7 @@ async fn frame_with(
     exposure_us: f64,
 ) -> Result<SharedFrame, AppError> {
     let fits = |frame: &SharedFrame| {
-        // A recording does not tell its exposure; a frame between two pulses of light says nothing of it.
+        // A recording does not state its exposure; a frame between two pulses of light does not show it.
         let is_new = (frame.exposure_us - exposure_us).abs() <= SAME_EXPOSURE * exposure_us;
         frame.laser_on && (is_new || frame.exposure_us == 0.0)
     };

@@ -11,12 +11,12 @@ use station::{Manual, StationHandle};
 use store::{Change, SettingRecord, StoreError};
 use utoipa::ToSchema;
 
-use crate::ledger::Ledger;
+use crate::evented_catalogue::EventedCatalogue;
 
 /// The name of the setting.
 const SETTING: &str = "camera.settings";
 
-/// How the camera is set, as it is stored and told: what nobody asked for is missing.
+/// How the camera is set, as it is stored and published: what nobody asked for is missing.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(default)]
 pub struct KeptSettings {
@@ -140,7 +140,7 @@ impl KeptSettings {
 /// # Errors
 /// If the catalogue cannot be used.
 pub async fn remember(
-    ledger: &Ledger,
+    ledger: &EventedCatalogue,
     asked: &CameraRequest,
     accepted: &CameraSettings,
 ) -> Result<(), StoreError> {
@@ -152,14 +152,14 @@ pub async fn remember(
 }
 
 /// What is kept; what cannot be understood counts as nothing, and is said.
-async fn read(ledger: &Ledger) -> Result<Option<KeptSettings>, StoreError> {
+async fn read(ledger: &EventedCatalogue) -> Result<Option<KeptSettings>, StoreError> {
     let Some(setting) = ledger.read().setting(SETTING).await? else { return Ok(None) };
     let kept = serde_json::from_value(setting.value);
     Ok(kept.inspect_err(|error| tracing::error!(%error, "how the camera was set cannot be used")).ok())
 }
 
 /// Sets the camera as it was kept; one that is not there is set once it is.
-pub async fn restore(ledger: &Ledger, station: &StationHandle) {
+pub async fn restore(ledger: &EventedCatalogue, station: &StationHandle) {
     let wanted = match read(ledger).await {
         Ok(Some(kept)) => kept.request(),
         Ok(None) => return,
@@ -171,7 +171,7 @@ pub async fn restore(ledger: &Ledger, station: &StationHandle) {
 }
 
 /// Sets the camera anew whenever it comes back; ends with the station.
-pub async fn follow(ledger: Ledger, station: StationHandle) {
+pub async fn follow(ledger: EventedCatalogue, station: StationHandle) {
     let mut status = station.watch_status();
     loop {
         if status.wait_for(|status| !status.camera.connected).await.is_err()

@@ -14,7 +14,7 @@ pub const CONTROL_WATCH: Duration = Duration::from_millis(500);
 /// How long an `Idempotency-Key` is remembered, ms.
 pub const IDEMPOTENCY_KEPT_MS: i64 = 7 * 24 * 3600 * 1000;
 
-/// Events that are kept at least; older ones are forgotten so that months of work stay small.
+/// Events that are kept at least; older ones are pruned so that months of work stay small.
 pub const EVENTS_KEPT: i64 = 200_000;
 
 /// How long a job that has ended is shown: what it made has records of its own.
@@ -29,7 +29,7 @@ pub const SWEEP_PAUSE: Duration = Duration::from_secs(1);
 /// How often old records are looked for.
 pub const HOUSEKEEPING_PERIOD: Duration = Duration::from_secs(3600);
 
-/// Time for requests under way to end once the service is told to end.
+/// Time for requests under way to end once the service is asked to end.
 pub const DRAIN_TIMEOUT: Duration = Duration::from_secs(3);
 
 /// Free space below which no job is begun: room for the catalogue, its log and the deletions that make room.

@@ -13,7 +13,7 @@ pub enum StationUse {
     Live,
     /// A job, or a session's photograph, which holds it like a short job.
     Job,
-    /// Stopped: nothing moves or shines before a reset.
+    /// Stopped: motion and laser stay off until a reset.
     Halted,
     /// A fault waits for a person.
     Fault,

@@ -11,8 +11,8 @@ use store::{Change, SettingRecord, StoreError};
 use crate::App;
 use crate::access::principal::Principal;
 use crate::error::{AppError, ErrorKind};
+use crate::evented_catalogue::EventedCatalogue;
 use crate::jobs::Waiting;
-use crate::ledger::Ledger;
 
 /// The setting that outlives the process.
 const HALTED: &str = "station.halted";
@@ -23,7 +23,7 @@ const RECORD_WAIT: Duration = Duration::from_secs(1);
 /// What a Stop did.
 #[derive(Debug)]
 pub struct StopOutcome {
-    /// Whether the devices were told.
+    /// Whether the devices received it.
     pub told: Result<(), StationRefusal>,
     /// Whether it is on the disk, so that it survives a restart.
     pub recorded: bool,
@@ -50,7 +50,7 @@ pub fn stop(app: &App, by: &Principal) -> impl Future<Output = StopOutcome> + Se
                 false
             }
         };
-        // Who does not wait any more need not be told.
+        // A caller that has gone needs no answer.
         let _ = to_caller.send(StopOutcome { told, recorded });
     });
     async move { outcome.await.unwrap_or(StopOutcome { told: Err(StationRefusal::ShuttingDown), recorded: false }) }
@@ -67,7 +67,7 @@ async fn record_stop(app: App, cleared: Vec<Waiting>, by: Principal) -> Result<(
     app.jobs.end_cleared_jobs(cleared, &by.actor, also).await
 }
 
-/// Resets the station and forgets that it was stopped.
+/// Resets the station and clears the stored Stop.
 ///
 /// # Errors
 /// A problem while the data directory cannot be written, or while a device is not reached.
@@ -89,7 +89,7 @@ pub async fn reset(app: &App, by: &Principal) -> Result<(), AppError> {
 
 /// Whether the station was stopped before this process began and not reset since. What cannot be read counts as
 /// stopped.
-pub async fn was_halted(ledger: &Ledger) -> bool {
+pub async fn was_halted(ledger: &EventedCatalogue) -> bool {
     match ledger.read().setting(HALTED).await {
         Ok(setting) => setting.is_some_and(|setting| setting.value != json!(false)),
         Err(error) => {

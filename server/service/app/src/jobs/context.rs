@@ -11,8 +11,8 @@ use store::Artifacts;
 
 use crate::access::lease::Authority;
 use crate::config::AppConfig;
+use crate::evented_catalogue::EventedCatalogue;
 use crate::jobs::JobEnd;
-use crate::ledger::Ledger;
 use crate::progress::{JobReporter, Phase, ProgressFn, Step};
 use crate::recordings::Recordings;
 use crate::resources::captures::Captures;
@@ -20,7 +20,7 @@ use crate::resources::captures::Captures;
 /// Time between two attempts to take a station that is busy for a moment.
 const STATION_RETRY: Duration = Duration::from_millis(20);
 
-/// What a computation gets to work with: records, artifacts, and somebody who hears how far it is. A job runs on a
+/// What a computation gets to work with: records, artifacts, and a sink for its progress. A job runs on a
 /// thread of its own and may block.
 pub struct ComputeContext {
     /// The job's id.
@@ -30,7 +30,7 @@ pub struct ComputeContext {
     /// How the station is set up: board, grating, folders.
     pub config: Arc<AppConfig>,
     /// Reads; a job's own changes go into [`Done::changes`](crate::jobs::Done::changes).
-    pub ledger: Ledger,
+    pub ledger: EventedCatalogue,
     /// Where it puts what it makes.
     pub artifacts: Arc<dyn Artifacts>,
     /// Captures as folders.

@@ -155,7 +155,7 @@ pub async fn bytes_to_artifact(
     Ok(id)
 }
 
-/// Converts points as they come; for a mesh all must be known, and are forgotten before it is written.
+/// Converts points as they come; a mesh needs all of them in memory, freed before it is written.
 fn write(cloud: &ArtifactBytes, format: ExportFormat, target: &Path) -> Result<(), AppError> {
     let options = File::options().read(true).write(true).create_new(true).open(target);
     let mut out = options.map_err(disk_problem)?;
@@ -181,7 +181,7 @@ fn from_start(cloud: &ArtifactBytes) -> BufReader<ArtifactBytes> {
     BufReader::new(cloud.from_start())
 }
 
-/// The artifacts that are remembered as exports of the clouds in `named`; exports of others are forgotten.
+/// The artifacts recorded as exports of the clouds in `named`; records of other exports are deleted.
 pub fn remembered_of(artifacts: &dyn Artifacts, named: &HashSet<ArtifactId>) -> HashSet<ArtifactId> {
     let Ok(notes) = std::fs::read_dir(folder(artifacts)) else { return HashSet::new() };
     let mut kept = HashSet::new();

@@ -38,10 +38,10 @@ use tokio::sync::watch;
 use crate::access::lease::{Authority, ControlDesk};
 use crate::config::AppConfig;
 use crate::error::{AppError, ErrorKind};
+use crate::evented_catalogue::EventedCatalogue;
 use crate::jobs::queue::params::{QUEUE_LIMIT, RETRY_AFTER_S};
 use crate::jobs::queue::run::Procedure;
 use crate::jobs::queue::runner::{End, job_event};
-use crate::ledger::Ledger;
 use crate::progress::Step;
 use crate::recordings::Recordings;
 use crate::resources::captures::Captures;
@@ -57,7 +57,7 @@ pub struct JobView {
     pub record: JobRecord,
     /// What it does at this moment; `None` if it does nothing.
     pub step: Option<Step>,
-    /// Seconds to its end; `None` if it cannot be told.
+    /// Seconds to its end; `None` if unknown.
     pub remaining_s: Option<f64>,
 }
 
@@ -73,7 +73,7 @@ pub struct JobParts {
     /// How the station is set up.
     pub config: Arc<AppConfig>,
     /// The catalogue and its events.
-    pub ledger: Ledger,
+    pub ledger: EventedCatalogue,
     /// What records name.
     pub artifacts: Arc<dyn Artifacts>,
     /// Captures as folders.
@@ -189,7 +189,7 @@ impl Jobs {
 
     /// A job now.
     pub async fn view(&self, id: &str) -> Result<JobView, AppError> {
-        // Before the catalogue is read: who comes with the news of an end must not be told the moment before.
+        // Before the catalogue is read: a caller woken by a job's end must not get its state before that.
         let running = self.0.running_views();
         match self.0.parts.ledger.read().job(id).await {
             Ok(record) => Ok(now(record, &running)),
@@ -274,7 +274,7 @@ impl Jobs {
     }
 }
 
-/// A stored job as it is now: its end as stored, until then as its thread tells.
+/// A stored job as it is now: its end as stored, until then as its thread reports.
 fn now(record: JobRecord, running: &[JobView]) -> JobView {
     let told = running.iter().find(|view| view.record.id == record.id);
     match told.filter(|_| !record.state.is_terminal()) {

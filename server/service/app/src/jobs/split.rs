@@ -16,7 +16,7 @@ pub enum Job {
     Compute(ComputeJob),
 }
 
-/// Moves, exposes, shines: runs in the process that owns the station, one at a time, and Stop ends it.
+/// Moves, exposes, turns the laser on: runs in the process that owns the station, one at a time, and Stop ends it.
 #[derive(Debug, Clone, PartialEq)]
 pub enum StationJob {
     /// The virtual operator of the simulated station moves the board.

@@ -1,4 +1,4 @@
-//! What is done beside everything else, so that months of work stay small: old records are forgotten, and files that no
+//! What is done beside everything else, so that months of work stay small: old records are pruned, and files that no
 //! record names are deleted, soon after a record went and once an hour.
 
 use std::collections::HashSet;

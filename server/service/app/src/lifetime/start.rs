@@ -20,8 +20,8 @@ use crate::access::lease::ControlDesk;
 use crate::config::AppConfig;
 use crate::config::limits::{CONTROL_WATCH, DRAIN_TIMEOUT};
 use crate::control::was_halted;
+use crate::evented_catalogue::EventedCatalogue;
 use crate::jobs::{JobParts, Jobs};
-use crate::ledger::Ledger;
 use crate::lifetime::housekeeping::keep_house;
 use crate::recordings::figures::Ended;
 use crate::recordings::{RecordingParts, Recordings};
@@ -45,7 +45,7 @@ impl App {
         let store = Store::open(&config.data).await.map_err(unusable)?;
         store.recover(now_ms()).await.map_err(unusable)?;
         let store = Arc::new(store);
-        let ledger = Ledger::open(store.catalogue.clone()).await.map_err(unusable)?;
+        let ledger = EventedCatalogue::open(store.catalogue.clone()).await.map_err(unusable)?;
         let artifacts = store.artifacts.clone();
         let captures = Captures::new(ledger.clone(), artifacts.clone(), &config.data.join(UNPACKED_FOLDER))
             .map_err(|cause| {
@@ -158,7 +158,7 @@ fn unusable(error: store::StoreError) -> Failure {
 async fn watch_control(app: App) {
     let mut changes = app.control.watch();
     loop {
-        // A lease ends by time alone, which nobody tells.
+        // A lease ends by time alone, without a request.
         let _ = tokio::time::timeout(CONTROL_WATCH, changes.changed()).await;
         if let Some(lease) = app.control.collect_expired(Instant::now()) {
             let lapsed =

@@ -4,10 +4,10 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use live::pace::Pace;
-use live::{LiveBus, Sight};
+use live::{LiveBus, StreamKind};
 use station::{MachineState, OperationalState, StationHandle, StationStatus};
 
-use crate::ledger::Ledger;
+use crate::evented_catalogue::EventedCatalogue;
 use crate::recordings::notes::{Note, Notes, event_note, peaks_note, profile_note, settings_note, stage_note};
 use crate::recordings::params::PROFILES_HZ;
 
@@ -18,7 +18,7 @@ const EVENTS: u32 = 100;
 const STAGE_EVERY: Duration = Duration::from_millis(20);
 
 /// Notes every event from now on.
-pub async fn events(ledger: Ledger, notes: Notes) {
+pub async fn events(ledger: EventedCatalogue, notes: Notes) {
     let mut newest = ledger.watch_events();
     let mut seen = *newest.borrow_and_update();
     while newest.changed().await.is_ok() {
@@ -67,7 +67,7 @@ fn are_set_differently(before: &StationStatus, now: &StationStatus) -> bool {
 
 /// Notes lines and profiles, as often as they are worth it; of a live view they are computed for this, too.
 pub async fn profiles(live: LiveBus, notes: Notes) {
-    let _wish = live.want(Sight::Profile, PROFILES_HZ);
+    let _wish = live.subscribe(StreamKind::Profile, PROFILES_HZ);
     let mut frames = live.watch_frames();
     // The one that is there already is of before.
     frames.borrow_and_update();

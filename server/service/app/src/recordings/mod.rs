@@ -29,8 +29,8 @@ use tokio::task::JoinHandle;
 use crate::config::AppConfig;
 use crate::config::limits::FREE_FLOOR_BYTES;
 use crate::error::{AppError, ErrorKind};
+use crate::evented_catalogue::EventedCatalogue;
 use crate::events::{Event, RecordingStarted, event};
-use crate::ledger::Ledger;
 use crate::recordings::figures::{Ended, RecordingFigures};
 use crate::recordings::notes::{Clock, Notes};
 use crate::recordings::params::{BEGIN_BYTES, END_WAIT};
@@ -62,7 +62,7 @@ pub struct RecordingParts {
     /// How the station is set up.
     pub config: Arc<AppConfig>,
     /// The catalogue and its events.
-    pub ledger: Ledger,
+    pub ledger: EventedCatalogue,
     /// What records name.
     pub artifacts: Arc<dyn Artifacts>,
     /// The hardware.

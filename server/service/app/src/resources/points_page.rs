@@ -8,7 +8,7 @@ use live::protocol::points::{HEADER_BYTES, block_length};
 use store::{Artifacts, StoreError};
 use tokio::io::{AsyncRead, AsyncReadExt};
 
-use crate::ledger::Ledger;
+use crate::evented_catalogue::EventedCatalogue;
 
 /// Bytes of one answer, if a single block is not larger: 80 frames of a megapixel.
 const PAGE_BYTES: usize = 8 * 1024 * 1024;
@@ -30,7 +30,7 @@ pub struct PointsPage {
 /// [`StoreError::NotFound`] for an unknown scan, [`StoreError::Damaged`] for a display artifact that is none.
 pub async fn points_page(
     live: &LiveBus,
-    ledger: &Ledger,
+    ledger: &EventedCatalogue,
     artifacts: &Arc<dyn Artifacts>,
     scan_id: &str,
     from_block: u32,

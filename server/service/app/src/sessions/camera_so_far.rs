@@ -13,7 +13,7 @@ use remedy::with_remedy;
 use crate::sessions::body::{BoardPicture, CameraSoFar, SessionBody};
 use crate::sessions::found::COVERAGE;
 
-/// Fits the camera to all readable boards at rest and tells every one its tilt, distance and residual.
+/// Fits the camera to all readable boards at rest and gives each its tilt, distance and residual.
 pub fn learn_camera(body: &mut SessionBody) {
     let (width_px, height_px) = (body.width_px, body.height_px);
     let geometry = board_geometry(&body.target);

@@ -26,7 +26,7 @@ use store::{Artifacts, Change, FinishedFile, Listed, Page, SessionRecord, StoreE
 use crate::access::principal::Principal;
 use crate::config::AppConfig;
 use crate::error::{AppError, ErrorKind};
-use crate::ledger::Ledger;
+use crate::evented_catalogue::EventedCatalogue;
 use crate::resources::scan_run::stage_kind;
 use crate::resources::stored_scan::{disk_problem, new_id};
 use crate::sessions::photographer::{Exposures, Photographer};
@@ -88,7 +88,7 @@ pub enum VirtualBoard {
 #[derive(Clone)]
 pub struct Sessions {
     config: Arc<AppConfig>,
-    ledger: Ledger,
+    ledger: EventedCatalogue,
     artifacts: Arc<dyn Artifacts>,
     station: StationHandle,
     /// One change at a time: pictures take longer than a version check can bridge.
@@ -102,7 +102,7 @@ impl Sessions {
     /// Over the store, with this station.
     pub fn new(
         config: Arc<AppConfig>,
-        ledger: Ledger,
+        ledger: EventedCatalogue,
         artifacts: Arc<dyn Artifacts>,
         station: StationHandle,
     ) -> Self {
@@ -389,7 +389,7 @@ fn record(session: &Session) -> SessionRecord {
 }
 
 /// Target and projector must be ones that a manifest may state; the manifest's own rules decide when it is solved,
-/// the plain mistakes are told at once.
+/// plain mistakes are reported at once.
 fn check_new(body: &SessionBody) -> Result<(), AppError> {
     let impossible = |what: &str, remedy: &str, place: &str| {
         Err(AppError::new(ErrorKind::Impossible, what.to_owned()).remedy(remedy).at(place))

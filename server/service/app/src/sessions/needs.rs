@@ -9,7 +9,7 @@ const BOARDS: f64 = 8.0;
 /// Cells of the coverage map, of 48: in the others the distortion is extrapolated.
 const CELLS: f64 = 36.0;
 
-/// Boards tilted enough to tell the focal length from the distance.
+/// Boards tilted enough to separate the focal length from the distance.
 const TILTED_BOARDS: f64 = 3.0;
 
 /// Tilt from which a board counts as tilted, degrees.
@@ -18,10 +18,10 @@ const TILTED_DEG: f64 = 15.0;
 /// Range of the boards' distances as a share of their mean: depth is calibrated where boards were.
 const DISTANCE_SPREAD: f64 = 0.1;
 
-/// Boards with laser lines: two determine a light sheet, the third tells whether they fit.
+/// Boards with laser lines: two determine a light sheet, the third shows whether they fit.
 const LIT_BOARDS: f64 = 3.0;
 
-/// Positions of the stage: two fit a line whatever they are, the third tells whether it is one.
+/// Positions of the stage: two fit a line whatever they are, the third shows whether it is one.
 const STAGE_VIEWS: f64 = 3.0;
 
 /// One thing a calibration wants.

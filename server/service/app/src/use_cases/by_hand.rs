@@ -47,7 +47,7 @@ pub async fn auto_expose(app: &App, by: &Principal) -> Result<(), AppError> {
     configured(app, by, &wanted).await
 }
 
-/// Keeps and tells how a person set the camera.
+/// Stores and publishes the settings a person gave the camera.
 async fn configured(app: &App, by: &Principal, wanted: &CameraRequest) -> Result<(), AppError> {
     memory::remember(&app.ledger, wanted, &app.station.status().camera_settings).await?;
     let kept = memory::KeptSettings::all(&app.station.status().camera_settings);

@@ -61,7 +61,7 @@ pub fn stop(app: &App, by: &Principal) -> impl Future<Output = StopOutcome> + Se
     control::stop(app, by)
 }
 
-/// Resets the station; nothing moves or shines by it.
+/// Resets the station; motion and laser stay off.
 ///
 /// # Errors
 /// Why it may not be, or a device that is not reached.

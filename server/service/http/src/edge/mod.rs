@@ -1,7 +1,7 @@
 //! The outermost edge: an own accept loop, because slow, silent and too many clients must not cost the others.
 //!
 //! Every connection has ten seconds for each request header and takes bytes at least every twelve seconds; there are
-//! at most [`CONNECTION_LIMIT`] of them. Beyond that a few are heard for one thing only: Stop. Why not the framework's
+//! at most [`CONNECTION_LIMIT`] of them. Beyond that a few are accepted for Stop alone. Why not the framework's
 //! own server: ADR 0010.
 
 mod stalled;
@@ -35,7 +35,7 @@ use stalled::NeverStalled;
 use stop_places::StopPlaces;
 use tokio_util::sync::CancellationToken;
 
-/// The only path that a connection beyond the limit is heard for.
+/// The only path that a connection beyond the limit may call.
 pub const STOP_PATH: &str = "/api/v1/station/stop";
 
 /// Most bytes of a request's header.
@@ -57,7 +57,7 @@ pub fn source(peer: Option<&Peer>) -> String {
     peer.map_or_else(|| "server".to_owned(), |peer| peer.0.ip().to_string())
 }
 
-/// What a connection is heard for.
+/// What a connection may ask for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Admission {
     /// Everything.
@@ -69,7 +69,7 @@ enum Admission {
 /// Accepts connections until `closing`, then gives those at work [`DRAIN_TIMEOUT`] to end.
 ///
 /// A request that changes something runs on `tasks` from the moment its header is read, to its end, whether or not the
-/// client stays: half of a change is worse than one that nobody heard of, and a Stop must not need its client.
+/// client stays: half of a change is worse than one that nobody waits for, and a Stop must not need its client.
 pub async fn serve(listener: TcpListener, router: Router, closing: CancellationToken, tasks: TaskTracker) {
     let places = Arc::new(Semaphore::new(CONNECTION_LIMIT));
     let stop_places = StopPlaces::new(STOP_CONNECTION_LIMIT);
@@ -90,8 +90,14 @@ pub async fn serve(listener: TcpListener, router: Router, closing: CancellationT
         };
         match places.clone().try_acquire_owned() {
             Ok(place) => {
-                let connection =
-                    converse(stream, peer, router.clone(), Admission::Full, closing.clone(), tasks.clone());
+                let connection = serve_connection(
+                    stream,
+                    peer,
+                    router.clone(),
+                    Admission::Full,
+                    closing.clone(),
+                    tasks.clone(),
+                );
                 connections.spawn(async move {
                     connection.await;
                     drop(place);
@@ -99,8 +105,14 @@ pub async fn serve(listener: TcpListener, router: Router, closing: CancellationT
             }
             Err(_) => {
                 metrics::counter!("sheaf_connections_refused_total").increment(1);
-                let connection =
-                    converse(stream, peer, router.clone(), Admission::StopOnly, closing.clone(), tasks.clone());
+                let connection = serve_connection(
+                    stream,
+                    peer,
+                    router.clone(),
+                    Admission::StopOnly,
+                    closing.clone(),
+                    tasks.clone(),
+                );
                 let place = stop_places.take(peer.ip());
                 connections.spawn(async move { place.hold(connection).await });
             }
@@ -113,7 +125,7 @@ pub async fn serve(listener: TcpListener, router: Router, closing: CancellationT
     }
 }
 
-async fn converse(
+async fn serve_connection(
     stream: TcpStream,
     peer: SocketAddr,
     router: Router,

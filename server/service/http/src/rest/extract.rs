@@ -15,7 +15,7 @@ use crate::rest::around::objects_only::objects_only;
 use crate::rest::idempotency::fingerprint;
 use app::hash_hex;
 
-/// A JSON body, with the hash that tells it from another one.
+/// A JSON body with its hash.
 pub struct ApiJson<T> {
     /// The body.
     pub value: T,

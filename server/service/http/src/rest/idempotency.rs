@@ -77,7 +77,7 @@ pub async fn begin(app: &App, headers: &HeaderMap, route: &str, body_sha256: &st
     look_up(app, enter(app, headers, route)?, body_sha256).await
 }
 
-/// What tells a request from another one with the same key: its body and its query.
+/// What distinguishes two requests with the same key: body and query.
 pub fn fingerprint(body_sha256: String, query: Option<&str>) -> String {
     match query {
         None | Some("") => body_sha256,

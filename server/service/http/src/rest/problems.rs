@@ -16,7 +16,7 @@ pub async fn no_such_method(method: axum::http::Method, uri: axum::http::Uri) ->
         .remedy("the header Allow names the methods that do")
 }
 
-/// A handler panicked: a defect, told without its inside.
+/// A handler panicked: a defect, reported without internals.
 pub fn panicked(panic: Box<dyn std::any::Any + Send + 'static>) -> Response {
     let text = panic.downcast_ref::<String>().cloned();
     let text = text.or_else(|| panic.downcast_ref::<&str>().map(|text| (*text).to_owned())).unwrap_or_default();

@@ -33,7 +33,7 @@ mod tests {
     use crate::wire::scan::captures::CaptureSummaryDto;
     use crate::wire::scan::scan_reports::ScanReportDto;
 
-    /// Figures as version 0.1 stored them are told with every one of them.
+    /// Figures as version 0.1 stored them are returned whole.
     fn told_whole<T: DeserializeOwned + Serialize>(stored: Value) {
         let told: T = figures("record", "7", stored.clone()).unwrap();
         assert_eq!(serde_json::to_value(told).unwrap(), stored);

@@ -19,7 +19,7 @@ use crate::ws::streams::Streams;
 
 /// Time between two pings: a viewer who is gone is to be noticed well within the 4 s after which live light goes out.
 const PING_EVERY: Duration = Duration::from_secs(1);
-/// A client that was not heard, or took nothing, for so long is gone: many pings, and together with a full send
+/// A client that sent nothing, or took nothing, for so long is gone: many pings, and together with a full send
 /// buffer less than the 30 s promised.
 const SILENCE_LIMIT: Duration = Duration::from_secs(15);
 /// How long a farewell may take.
@@ -127,7 +127,7 @@ impl Speaker<'_> {
                     Command::Unsubscribe(streams) => {
                         streams.into_iter().for_each(|stream| self.feeds.unsubscribe(stream));
                     }
-                    // Stop is obeyed where it is heard.
+                    // Stop is executed where it is read.
                     Command::Ping | Command::Stop { .. } => {}
                 }
                 ServerText::Subscribed { id, streams: self.feeds.subscriptions() }.to_json()

@@ -14,7 +14,7 @@ use live::protocol::header::{FrameStamp, PixelGrid};
 use live::protocol::image::{Brightness, ImageMessage, shrink};
 use live::protocol::profile::{ProfileMessage, calibration_mark};
 use live::worker::Worker;
-use live::{LiveBus, LiveFrame, Sight};
+use live::{LiveBus, LiveFrame, StreamKind};
 
 /// Sizes of pictures: divisors of the frame's size.
 pub const SCALES: [u8; 3] = [1, 2, 4];
@@ -48,16 +48,16 @@ impl Default for Slots {
 
 impl Slots {
     /// Where messages of that kind are found.
-    pub fn of(&self, sight: Sight) -> &watch::Sender<Published> {
+    pub fn of(&self, sight: StreamKind) -> &watch::Sender<Published> {
         match sight {
-            Sight::Profile => &self.profiles,
-            Sight::Image { scale } => {
+            StreamKind::Profile => &self.profiles,
+            StreamKind::Image { scale } => {
                 &self.images[SCALES.iter().position(|known| *known == scale).unwrap_or_default()]
             }
         }
     }
 
-    fn publish(&self, sight: Sight, encode: impl FnOnce(u32) -> Option<Bytes>) {
+    fn publish(&self, sight: StreamKind, encode: impl FnOnce(u32) -> Option<Bytes>) {
         let slot = self.of(sight);
         let number = slot.borrow().number + 1;
         if let Some(bytes) = encode(number as u32) {
@@ -73,7 +73,7 @@ pub fn start(bus: LiveBus, slots: Slots, line_direction: LineDirection) -> io::R
 
 /// What one kind of message is encoded from and when.
 struct Line {
-    sight: Sight,
+    sight: StreamKind,
     pace: Pace,
     /// The frame encoded last.
     done: u64,
@@ -81,14 +81,14 @@ struct Line {
 
 async fn encode_frames(bus: LiveBus, slots: Slots, line_direction: LineDirection) {
     let mut frames = bus.watch_frames();
-    let mut wishes = bus.watch_wishes();
+    let mut demands = bus.watch_demands();
     let mut encoding = Encoding { line_direction, grey: Vec::new() };
     let start = Instant::now();
-    let sights = SCALES.map(|scale| Sight::Image { scale }).into_iter().chain([Sight::Profile]);
+    let sights = SCALES.map(|scale| StreamKind::Image { scale }).into_iter().chain([StreamKind::Profile]);
     let mut lines: Vec<Line> = sights.map(|sight| Line { sight, pace: Pace::new(1.0, start), done: 0 }).collect();
     loop {
         let newest = frames.borrow_and_update().clone();
-        let wanted = wishes.borrow_and_update().clone();
+        let wanted = demands.borrow_and_update().clone();
         let mut next: Option<Instant> = None;
         for line in &mut lines {
             let (Some(frame), Some(rate_hz)) = (&newest, wanted.rate_hz(line.sight)) else { continue };
@@ -114,7 +114,7 @@ async fn encode_frames(bus: LiveBus, slots: Slots, line_direction: LineDirection
         };
         tokio::select! {
             changed = frames.changed() => if changed.is_err() { return },
-            changed = wishes.changed() => if changed.is_err() { return },
+            changed = demands.changed() => if changed.is_err() { return },
             () = due => {}
         }
     }
@@ -128,18 +128,18 @@ struct Encoding {
 
 impl Encoding {
     /// The message; `None` for a profile without calibration, or a picture that cannot be a JPEG.
-    fn encode(&mut self, sight: Sight, live: &Arc<LiveFrame>, number: u32) -> Option<Bytes> {
+    fn encode(&mut self, sight: StreamKind, live: &Arc<LiveFrame>, number: u32) -> Option<Bytes> {
         let image = &live.frame.image;
         let stamp = FrameStamp::of(&live.frame, live.profile.is_some());
         let grid = PixelGrid::of(image.width(), image.height());
         match sight {
-            Sight::Profile => {
+            StreamKind::Profile => {
                 let (profile, id) = (live.profile.as_ref()?, live.calibration_id.as_deref()?);
                 let calibration = calibration_mark(id);
                 let line_direction = self.line_direction;
                 Some(ProfileMessage { stamp, grid, calibration, line_direction, profile }.encode(number))
             }
-            Sight::Image { scale } => {
+            StreamKind::Image { scale } => {
                 let jpeg_px = shrink(image, usize::from(scale), &mut self.grey);
                 let jpeg = self.jpeg(jpeg_px)?;
                 let message = ImageMessage {

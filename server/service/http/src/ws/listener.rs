@@ -1,4 +1,4 @@
-//! The half of a connection that hears the client.
+//! The half of a connection that reads from the client.
 
 use parking_lot::Mutex;
 
@@ -27,7 +27,7 @@ pub enum End {
     },
 }
 
-/// When the client was heard last.
+/// When the client last sent something.
 pub struct LastHeard(Mutex<Instant>);
 
 impl LastHeard {
@@ -105,7 +105,7 @@ pub async fn listen(
     }
 }
 
-/// What a client did that cannot be heard.
+/// A client's message that cannot be read.
 fn end_by(error: axum::Error) -> End {
     use tungstenite::Error;
     use tungstenite::error::ProtocolError;

@@ -1,4 +1,4 @@
-//! What a connection may do at the station: tell it that a viewer is there, and stop it.
+//! What a connection may do at the station: note its viewer, and stop it.
 
 use std::time::Instant;
 

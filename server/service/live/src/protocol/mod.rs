@@ -38,6 +38,6 @@ pub mod close {
     pub const POLICY: u16 = 1008;
     /// A message above the limit.
     pub const TOO_BIG: u16 = 1009;
-    /// Nothing was heard of the client, or it took nothing.
+    /// The client sent nothing, or took nothing.
     pub const SILENT: u16 = 4000;
 }

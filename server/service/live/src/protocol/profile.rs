@@ -66,7 +66,7 @@ impl ProfileMessage<'_> {
     }
 }
 
-/// The first eight bytes of the SHA-256 of the calibration's id: tells one calibration from another.
+/// The first eight bytes of the SHA-256 of the calibration's id, to distinguish calibrations.
 pub fn calibration_mark(calibration_id: &str) -> [u8; 8] {
     let digest = Sha256::digest(calibration_id.as_bytes());
     std::array::from_fn(|idx| digest[idx])

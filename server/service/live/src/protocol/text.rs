@@ -143,12 +143,12 @@ pub enum ServerText<'a> {
     State {
         /// Changes, oldest first, numbered without gaps.
         changes: Vec<StateChange>,
-        /// As `GET /api/v1/station` tells it.
+        /// As `GET /api/v1/station` returns it.
         station: &'a Value,
     },
     /// A job now.
     Job {
-        /// As `GET /api/v1/jobs/{id}` tells it.
+        /// As `GET /api/v1/jobs/{id}` returns it.
         job: &'a Value,
     },
     /// There are durable events up to this one.

@@ -1,4 +1,4 @@
-//! The covariance as a picture: which parameters the data can tell apart.
+//! The covariance as a picture: which parameters the data can separate.
 
 use std::fmt::Write as _;
 
@@ -14,7 +14,7 @@ const CELL: f64 = 17.0;
 /// Room for names.
 const NAMES: f64 = 172.0;
 
-/// Correlation from which two parameters are hardly told apart.
+/// Correlation from which two parameters are hardly separable.
 const STRONG: f64 = 0.98;
 
 /// The correlation matrix, coloured by sign and strength.

@@ -1,4 +1,4 @@
-//! One colour per diffraction order, the same everywhere: Okabe and Ito's colours, told apart by colour-blind eyes.
+//! One colour per diffraction order, the same everywhere: Okabe and Ito's colours, distinguishable to colour-blind eyes.
 
 /// Orders −2 … 2.
 const INNER: [[u8; 3]; 5] =

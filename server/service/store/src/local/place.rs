@@ -132,7 +132,7 @@ impl Place {
         synced.map_err(|cause| self.health.fail(format!("cannot sync {}: {cause}", folder.display())))
     }
 
-    /// A full disk is told and forgotten, as the file in the making is given up; any other failure is final.
+    /// A full disk is reported once, as the file in the making is given up; any other failure is final.
     pub fn write_failed(&self, what: &'static str, path: &Path, cause: io::Error) -> StoreError {
         if is_full(&cause) {
             return StoreError::Full;

@@ -70,7 +70,7 @@ pub async fn apply_all(
 }
 
 /// By hand, because SQLite ends a transaction by itself when the disk is full: then there is nothing to roll back, and
-/// a wrapper that counts transactions would believe in it for ever.
+/// a wrapper that counts transactions would keep counting it.
 async fn transaction(connection: &mut SqliteConnection, changes: Vec<Change>) -> Written<Committed> {
     sqlx::raw_sql("BEGIN IMMEDIATE").execute(&mut *connection).await?;
     let written = write(connection, changes).await;
@@ -137,7 +137,7 @@ async fn touched_by(to: &mut SqliteConnection, change: &Change) -> Written<Vec<T
     Ok(vec![Touched { table, key: key.clone(), named_before }])
 }
 
-/// Rows that forget the id of another record.
+/// Rows whose reference to another record is cleared.
 fn still_naming(rows: Vec<(Table, String)>) -> Vec<Touched> {
     rows.into_iter().map(|(table, key)| Touched { table, key, named_before: None }).collect()
 }

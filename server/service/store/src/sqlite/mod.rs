@@ -123,7 +123,7 @@ impl SqliteCatalogue {
         Ok(events)
     }
 
-    /// Moves the log's pages into the database and empties it. SQLite would do so by itself, but would not tell that
+    /// Moves the log's pages into the database and empties it. SQLite would do so automatically, but would not report that
     /// the database could not be synced. What was committed is in the log whatever happens here.
     async fn fold_wal(&self, writer: &mut SqliteConnection) {
         let folded = sqlx::raw_sql("PRAGMA wal_checkpoint(TRUNCATE)").execute(&mut *writer).await;

@@ -2,7 +2,7 @@
 
 use std::fs;
 
-/// Resident memory now, bytes; `None` where the system does not tell.
+/// Resident memory now, bytes; `None` where the system does not report it.
 pub fn resident_bytes() -> Option<u64> {
     status_bytes("VmRSS:")
 }

@@ -63,7 +63,7 @@ pub fn cloud(args: &BenchCloudArgs, reporter: &dyn Reporter) -> Result<Answer, F
 struct Computed {
     n_points: usize,
     seconds: f64,
-    /// The most that was resident beyond what was before; `None` where the system does not tell.
+    /// The most that was resident beyond what was before; `None` where the system does not report it.
     peak_bytes: Option<u64>,
 }
 

@@ -20,7 +20,7 @@ use pipeline::{Failure, FailureKind};
 
 /// The part of a sweep in which threads are looked at: after the first frames, which ask for memory, and before the end.
 const LOOKED_AT: [f64; 2] = [0.25, 0.9];
-/// Time between two looks at how far it is: as often as the station tells.
+/// Time between two looks at how far it is: as often as the station reports.
 const LOOK_EVERY: Duration = Duration::from_millis(50);
 /// Time between two questions after its end, which read the database.
 const ASK_EVERY: Duration = Duration::from_millis(500);

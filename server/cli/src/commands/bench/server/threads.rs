@@ -13,7 +13,7 @@ pub struct Work {
 }
 
 /// What every thread that lives has done so far; threads that differ by a number count as one. Empty where the system
-/// does not tell.
+/// does not report it.
 pub fn by_name() -> BTreeMap<String, Work> {
     let mut work: BTreeMap<String, Work> = BTreeMap::new();
     let allocations = crate::heap::allocations::by_thread();

@@ -70,7 +70,7 @@ impl Viewer {
     }
 
     /// The next message: whether it is binary, and its bytes. Whether it is there is answered on the way: who is not
-    /// heard is dropped.
+    /// received is dropped.
     pub fn next(&mut self) -> std::io::Result<(bool, &[u8])> {
         loop {
             let opcode = self.receive()?;

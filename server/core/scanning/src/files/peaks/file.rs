@@ -87,7 +87,7 @@ impl PeaksFile {
         Ok(Self { header, file: Mutex::new(Box::new(file)), places })
     }
 
-    /// When a frame was taken, by the station's clock; `None` if a recording does not tell.
+    /// When a frame was taken, by the station's clock; `None` if a recording does not state it.
     pub fn captured_at_ns(&self, frame: usize) -> Option<u64> {
         self.places[frame].captured_at_ns
     }

@@ -56,7 +56,7 @@ pub struct Peaks {
     pub header: PeaksHeader,
     /// In order of capture, as [`crate::scan_cloud`] takes them.
     pub frames: Vec<ScanFrame>,
-    /// Per frame: nanoseconds by the station's monotonic clock; `None` where a recording does not tell.
+    /// Per frame: nanoseconds by the station's monotonic clock; `None` where a recording does not state it.
     pub captured_at_ns: Vec<Option<u64>>,
 }
 

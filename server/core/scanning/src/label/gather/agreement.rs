@@ -158,7 +158,7 @@ impl Scene<'_> {
         terms
     }
 
-    /// Above 0, to +1: the patch agrees; 0: it tells nothing; −1: it contradicts.
+    /// Above 0, to +1: the patch agrees; 0: no evidence; −1: it contradicts.
     fn agreement_score(
         &self,
         piece: usize,

@@ -1,6 +1,6 @@
 //! The extraction at the speed of the camera: the whole image is read once, everything else only where light is.
 //!
-//! Noise from some rows → sums of small cells, which tell where lines can be → candidates there (a box
+//! Noise from some rows → sums of small cells, which show where lines can be → candidates there (a box
 //! brighter than both flanks) → traces → every crossing straightened into a window, sixteen columns at a time, and measured by
 //! derivatives across the line → averaging along the line. All arithmetic runs in lanes that do not mix and without
 //! fused multiply-add, so that every instruction set gives the same bits.
@@ -42,7 +42,7 @@ use statistics::median;
 /// Smallest side, in pixels, that the tiles and strips of a search fit into.
 pub const MIN_SIDE_PX: usize = 64;
 
-/// Segments kept for images with more of them: those of usual scenes, so that a picture full of noise is forgotten.
+/// Segments kept for images with more of them: those of usual scenes, so that the memory of a picture full of noise is freed.
 const SPARE_SEGMENTS: usize = 64;
 
 /// Whether an image is large enough; see [`super::small`].

@@ -262,7 +262,7 @@ fn third_difference_gain(lag: usize, neighbours: f64) -> f64 {
 
 /// The correlation of neighbours, from `least` on, at which the short lag shows `ratio` of the long lag's variance.
 fn neighbours_of_ratio(ratio: f64, least: f64) -> f64 {
-    /// Wider grain is not believed.
+    /// Wider grain is not accepted.
     const MOST_GRAIN_PX: f64 = 3.0;
     let (mut low, mut high) = (least, neighbours_of_grain(MOST_GRAIN_PX));
     let predicted = |neighbours: f64| {

@@ -2,7 +2,7 @@
 //!
 //! A part is numbered by where the board's other corners would be: those that are not seen must lie outside the picture,
 //! or be few. Of all ways to lay the part into the board (the square beyond corner (0, 0) dark) one must explain clearly
-//! more than every other; a part that fits at several places, as one cut off on both sides does, is told by none.
+//! more than every other; a part that fits at several places, as one cut off on both sides does, cannot be numbered.
 //! Boards that look the same after half a turn are numbered only whole: their parts are known up to that turn at best.
 
 use std::collections::BTreeMap;
@@ -16,7 +16,7 @@ use crate::corners::params::{
     PART_RUNNER_UP_LINES,
 };
 
-/// What a part of a board tells.
+/// What a part of a board determines.
 pub enum Part {
     /// Corners with their (column, row), row by row.
     Numbered(Vec<([usize; 2], CornerFit)>),

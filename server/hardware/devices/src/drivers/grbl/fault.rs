@@ -11,7 +11,7 @@ pub enum Device {
     Laser,
 }
 
-/// A fault; told at every poll.
+/// A fault; reported at every poll.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Fault {
     Alarm { code: u32, dialect: Dialect },

@@ -85,7 +85,7 @@ impl Playback {
         (self.playing, self.begun) = (true, false);
     }
 
-    /// The sweep that the next frame begins, told once.
+    /// The sweep that the next frame begins, reported once.
     pub fn take_sweep(&mut self) -> Option<Sweep> {
         self.sweep.take()
     }

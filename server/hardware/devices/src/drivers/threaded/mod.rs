@@ -1,7 +1,7 @@
 //! A camera whose driver blocks, on a thread of its own: whoever holds it is never kept longer than a call may take.
 //!
 //! Libraries of vendors and pictures on a disk answer when they like, if at all. [`ThreadedCamera`] hands every call to a
-//! thread and waits for the answer as long as the rules of [`Camera`] allow; what comes later is told later. A call that
+//! thread and waits for the answer as long as the rules of [`Camera`] allow; what comes later is reported later. A call that
 //! has not come back after [`HANG_LIMIT`] means that the camera is gone, until it came back and was reconnected.
 //!
 //! Nothing piles up: at most [`ORDERS`] calls and one frame are under way. What the camera exposes while no frame is asked
@@ -77,7 +77,7 @@ struct Desk {
     /// The answer that somebody waits for.
     awaited: Option<u64>,
     answer: Option<Result<(), CameraError>>,
-    /// An error of a call whose caller had gone on; the next wish is told.
+    /// An error of a call whose caller had gone on; the next frame request gets it.
     late: Option<CameraError>,
     wish: Option<Wish>,
     /// Whether a wish was taken and its frame is not there yet.
@@ -87,7 +87,7 @@ struct Desk {
     acquisition: u64,
     /// The call that the thread is in.
     busy: Option<(&'static str, Instant)>,
-    /// Settings as the camera told them last, or as it is expected to take them.
+    /// Settings as the camera last reported them, or as it is expected to take them.
     settings: CameraSettings,
     /// Hung, and not reconnected since.
     gone: Option<String>,
@@ -170,7 +170,7 @@ impl ThreadedCamera {
             desk = self.shared.wait(&self.shared.done, desk, left);
         }
         desk.awaited = None;
-        // A call that takes longer tells its error with the next frame.
+        // The error of a call that takes longer comes with the next frame.
         desk.answer.take().unwrap_or(Ok(()))
     }
 }

@@ -32,7 +32,7 @@ impl Bench {
         bench
     }
 
-    /// In this state, at rest where it can be; what was said on the way is forgotten.
+    /// In this state, at rest where it can be; what was said on the way is discarded.
     fn in_state(dialect: Dialect, state: &str) -> Self {
         Self::configured(SimulatorConfig::of(dialect), state)
     }

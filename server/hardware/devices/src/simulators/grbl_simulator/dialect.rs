@@ -1,4 +1,4 @@
-//! What tells the three firmwares apart: GRBL 1.1h, grblHAL, FluidNC.
+//! Differences of the three firmwares: GRBL 1.1h, grblHAL, FluidNC.
 //!
 //! Read in the sources of gnea/grbl (bfb67f0), grblHAL/core (f80fc34) and bdring/FluidNC (e952f33f); the table of
 //! states and commands is in `server/docs/devices/grbl.md`.

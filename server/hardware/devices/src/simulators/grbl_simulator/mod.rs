@@ -1,7 +1,7 @@
 //! A controller with GRBL, grblHAL or FluidNC, one axis and a laser, simulated in real time behind a pseudo-terminal.
 //!
 //! For tests of the driver and of the service: it speaks the firmware's dialogue, its axis takes time, it fails on
-//! request, and its [`Witness`] tells what light and motion there really was and when each byte came. It can outlive
+//! request, and its [`Witness`] records what light and motion there really was and when each byte came. It can outlive
 //! the process under test, with its record in a file and its terminal at a known place.
 
 #[cfg(test)]
@@ -120,11 +120,11 @@ pub enum Event {
     NoAcknowledgement,
     /// Until it is repaired the axis stands on its way, and the firmware waits for it.
     Stall,
-    /// Until it is repaired the emergency stop is pressed: no reset is heard.
+    /// Until it is repaired the emergency stop is pressed: no reset has effect.
     EmergencyStop,
     /// It raises an alarm.
     Alarm(u32),
-    /// The laser shines though nobody asked for it.
+    /// The laser is on though nobody asked for it.
     StrayLight,
     /// Somebody turns an override at the machine: a real-time byte that did not come over this line.
     Override(u8),

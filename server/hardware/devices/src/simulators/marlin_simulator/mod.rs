@@ -140,7 +140,7 @@ pub struct MarlinFirmware {
     /// Ends and speeds of planned moves.
     blocks: VecDeque<(f64, f64)>,
     first_block_at: Option<Instant>,
-    /// Where the last planned move ends: what `X:` of M114 tells.
+    /// Where the last planned move ends: the `X:` of M114.
     planned_mm: f64,
     /// Where its zero really is.
     origin_mm: f64,

@@ -333,7 +333,7 @@ impl ZaberFirmware {
             "pos" => self.axis.at_mm * per_mm,
             _ => return None,
         };
-        // Asked of the device it is told for every axis.
+        // Asked of the device it is answered for every axis.
         let times = if axis == 0 { usize::from(self.config.n_axes) } else { 1 };
         Some(vec![format!("{number:.0}"); times].join(" "))
     }

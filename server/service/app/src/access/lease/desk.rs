@@ -34,7 +34,7 @@ pub struct Lease {
     pub ends_at: Instant,
     /// When something was commanded with it last.
     commanded_at: Instant,
-    /// Whether its end was told; it stays on the desk so that its holder hears "expired".
+    /// Whether its end was published; it is kept so that its holder is answered "expired".
     collected: bool,
 }
 

@@ -1,12 +1,12 @@
-//! How fast this machine works, as its last scans tell.
+//! How fast this machine works, from its last scans.
 
 use statistics::median;
 use store::{Page, ScanFilter, ScanRecord, ScanState};
 
 use super::params::{EVALUATION_S_PER_FRAME, MEASURING_S, PACE_SCANS, PASSES, ROW_OVERHEAD_S};
+use crate::evented_catalogue::EventedCatalogue;
 use crate::jobs::ScanMode;
 use crate::jobs::plan::ScanRun;
-use crate::ledger::Ledger;
 
 /// Key of a scan's report under which its times stand.
 pub const TIMING: &str = "timing";
@@ -40,8 +40,8 @@ impl Pace {
         }
     }
 
-    /// As the newest scans of that kind went; what none of them tells is as on an unknown machine.
-    pub async fn learned(ledger: &Ledger, mode: ScanMode) -> Self {
+    /// From the newest scans of that kind; what none of them recorded is as on an unknown machine.
+    pub async fn learned(ledger: &EventedCatalogue, mode: ScanMode) -> Self {
         let filter = ScanFilter { state: Some(ScanState::Complete), ..ScanFilter::default() };
         let page = Page { before: None, limit: PACE_SCANS };
         match ledger.read().scans(&filter, &page).await {

@@ -54,7 +54,7 @@ pub const EVALUATION_S_PER_FRAME: f64 = 0.03;
 /// Time of a measurement on a machine that has not measured yet, s.
 pub const MEASURING_S: f64 = 1.5;
 
-/// How often the evaluation reads every frame where no scan has told: labels, surfaces, points.
+/// How often the evaluation reads every frame where no scan has recorded it: labels, surfaces, points.
 pub const PASSES: f64 = 3.0;
 
 /// Scans whose times are learned from: enough that one odd one does not matter, few enough to follow a change.

@@ -66,7 +66,7 @@ impl Board {
         Self { began: Instant::now(), state: Mutex::new(state) }
     }
 
-    /// What the last jobs of its kind tell.
+    /// Forecast from the last jobs of its kind.
     pub fn expect(&self, forecast: Option<Forecast>) {
         self.state().forecast = forecast;
     }

@@ -54,7 +54,7 @@ impl Timeline {
     }
 }
 
-/// What the last jobs of a kind tell of the next one.
+/// A forecast from the last jobs of a kind.
 #[derive(Debug, Clone, PartialEq)]
 pub(in crate::jobs) struct Forecast {
     /// How long it will take, s.
@@ -82,7 +82,7 @@ impl Forecast {
         Some(Self { expected_s, knots })
     }
 
-    /// Shares of the time at which a fraction is reached, and until which nothing more needs to be told.
+    /// Shares of the time at which a fraction is reached, and until which no update is needed.
     fn shares(&self, fraction: f64) -> (f64, f64) {
         let same = |knot: f64| (knot - fraction).abs() <= SAME_KNOT;
         let Some(first) = self.knots.iter().position(|(knot, _)| *knot >= fraction - SAME_KNOT) else {
@@ -105,7 +105,7 @@ impl Forecast {
         let held = reached + HELD_SHARE * (left - reached);
         let share = (reached + (now_s - reached_s).max(0.0) / expected_s).min(held);
         let prior_s = PRIOR_SHARE * expected_s;
-        // How much slower this job is than those before, as far as it can be told by now.
+        // How much slower this job is than those before, as far as is known by now.
         let slowness = (now_s + prior_s) / (share * expected_s + prior_s);
         (share, (1.0 - share) * expected_s * slowness)
     }

@@ -40,7 +40,7 @@ pub(in crate::jobs) struct Queue {
     /// Held while jobs enter or leave the lanes from outside, so that queue and catalogue agree.
     pub turn: tokio::sync::Mutex<()>,
     lanes: Mutex<[Lane; 2]>,
-    /// Jobs whose end could not be stored: told until the restart, which will call them interrupted.
+    /// Jobs whose end could not be stored: reported until the restart, which marks them interrupted.
     unsaved: Mutex<Vec<Running>>,
     closing: AtomicBool,
     idle: Notify,
@@ -170,7 +170,7 @@ impl Queue {
         self.unsaved.lock().push(running.clone());
     }
 
-    /// Tells where a job is. What is late, and of a job whose end was told, is not told any more.
+    /// Publishes the progress of a job. Late progress of a job whose end was published is dropped.
     pub fn publish(&self, view: JobView) {
         self.progress.send_if_modified(|news| news.tell(view));
     }

@@ -1,11 +1,11 @@
-//! What was told of jobs: of each the newest word, so that one job's progress never hides another's.
+//! The newest progress of every job, so that one job's progress never hides another's.
 
 use crate::jobs::JobView;
 
-/// Ended jobs that are still told to who looks late: more than can end within the time between two looks.
+/// Ended jobs still kept for slow readers: more than can end between two reads.
 const ENDED_KEPT: usize = 32;
 
-/// The newest word of every job that is at work, waits or ended a short while ago, in the order they were told.
+/// The newest progress of every job that runs, waits or ended recently, in the order of publication.
 #[derive(Debug, Clone, Default)]
 pub struct JobNews {
     told: Vec<(u64, JobView)>,
@@ -13,7 +13,7 @@ pub struct JobNews {
 }
 
 impl JobNews {
-    /// Tells where a job is. What is late, of a job whose end was told, is not told any more: false.
+    /// Publishes the progress of a job. Late progress of a job whose end was published is dropped: false.
     pub fn tell(&mut self, view: JobView) -> bool {
         let known = self.told.iter().position(|(_, told)| told.record.id == view.record.id);
         if let Some(at) = known {
@@ -33,7 +33,7 @@ impl JobNews {
         true
     }
 
-    /// What was told first after the word `seen`, with its own number; who asks on with that misses no job.
+    /// The first progress after number `seen`, with its own number; a caller that continues from it misses no job.
     pub fn after(&self, seen: u64) -> Option<(u64, &JobView)> {
         self.told.iter().find(|(number, _)| *number > seen).map(|(number, view)| (*number, view))
     }

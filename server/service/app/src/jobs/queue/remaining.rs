@@ -1,4 +1,4 @@
-//! How long a job will still take, as far as its own fractions tell.
+//! How long a job will still take, from its own progress.
 
 use crate::jobs::queue::params::{GUESS_AFTER_FRACTION, GUESS_AFTER_S, GUESS_MEMORY_S};
 
@@ -27,7 +27,7 @@ impl Remaining {
         self.guess = Some((left_s, elapsed_s));
     }
 
-    /// Seconds left, `elapsed_s` after the beginning; `None` while nothing can be told.
+    /// Seconds left, `elapsed_s` after the beginning; `None` while it is unknown.
     pub fn left_s(&self, elapsed_s: f64) -> Option<f64> {
         self.guess.map(|(left_s, at_s)| (left_s - (elapsed_s - at_s)).max(0.0))
     }

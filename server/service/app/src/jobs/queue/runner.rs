@@ -17,7 +17,7 @@ use crate::jobs::{ComputeContext, Done, JobEnd, Queue, StationContext, Waiting, 
 /// Key of a job's checkpoint under which stands when it was where, for the next of its kind.
 const TIMELINE: &str = "timeline";
 
-/// How a job ended, as it is stored and told.
+/// How a job ended, as it is stored and published.
 pub(in crate::jobs) struct End {
     outcome: JobOutcome,
     message: String,
@@ -150,7 +150,7 @@ impl Queue {
         self.end(running, kind, end);
     }
 
-    /// What the newest jobs like this one tell of how long it takes.
+    /// How long this job will take, from the newest jobs like it.
     fn forecast(&self, likeness: &str, size: f64) -> Option<Forecast> {
         let newest = Page { before: None, limit: FORECAST_JOBS };
         let ended =

@@ -7,7 +7,7 @@ use optics::StagePosition;
 use scanning::{ContentError, Frames};
 use vision::Centrelines;
 
-/// Frames, and what is told after every reading of one.
+/// Frames, and a callback after every read of one.
 pub struct CountedFrames<'a> {
     frames: &'a dyn Frames,
     read: AtomicUsize,
@@ -15,7 +15,7 @@ pub struct CountedFrames<'a> {
 }
 
 impl<'a> CountedFrames<'a> {
-    /// `told` gets the number of readings so far.
+    /// `on_read` gets the number of reads so far.
     pub fn new(frames: &'a dyn Frames, told: &'a (dyn Fn(usize) + Sync)) -> Self {
         Self { frames, read: AtomicUsize::new(0), told }
     }

@@ -22,7 +22,7 @@ pub use result::{Evaluating, MadeScan, ScanStory, check_camera_of, made_scan, sc
 pub use work::{clear_work, forget_orphans, recover};
 
 /// Share of a job's own fraction after its frames. The shares are fixed, so that jobs can be compared: what they are in
-/// time, the last jobs tell.
+/// time, is taken from the last jobs.
 pub const TAKEN: f64 = 0.5;
 
 /// Share after its cloud, where it is measured; else the cloud is the end.

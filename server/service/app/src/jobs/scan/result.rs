@@ -76,11 +76,11 @@ pub struct MadeScan {
     pub work_of: Option<String>,
 }
 
-/// How the evaluation of a scan is told.
+/// How the evaluation of a scan reports its progress.
 pub struct Evaluating {
     /// Which part of the job's fraction it fills.
     pub part: Range<f64>,
-    /// How often every frame will be read, as the last scans tell.
+    /// How often every frame will be read, from the last scans.
     pub passes: f64,
 }
 

@@ -348,7 +348,7 @@ impl Stopped<'_> {
         Ok(Stored { peaks, display })
     }
 
-    /// Stores what there is as a partial scan, and tells how to go on.
+    /// Stores the rows taken as a partial scan, and says how to resume.
     fn as_partial(&self, end: JobEnd, stored: Stored) -> JobEnd {
         let why = match &end {
             JobEnd::Cancelled | JobEnd::CancelledAfter(_) => "stopped by a person".to_owned(),

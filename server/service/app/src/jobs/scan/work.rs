@@ -13,9 +13,9 @@ use station::wall_clock::now_ms;
 use store::{ArtifactId, Artifacts, FinishedFile, ScanRecord, ScanState, StoreError};
 
 use crate::error::{AppError, ErrorKind};
+use crate::evented_catalogue::EventedCatalogue;
 use crate::jobs::scan::taking::writing::NewPeaks;
 use crate::jobs::scan::{pictures, scan_changes};
-use crate::ledger::Ledger;
 use crate::resources::stored_scan::disk_problem;
 
 const FOLDER: &str = "work";
@@ -186,7 +186,7 @@ fn removed(result: std::io::Result<()>) {
 }
 
 /// Turns what a dead process left of its scans into partial scans. Called at the start, before anybody can see them.
-pub async fn recover(ledger: &Ledger, artifacts: &dyn Artifacts) {
+pub async fn recover(ledger: &EventedCatalogue, artifacts: &dyn Artifacts) {
     let Ok(folders) = std::fs::read_dir(home(artifacts)) else { return };
     for folder in folders.flatten().map(|entry| entry.path()) {
         if let Err(problem) = recover_one(ledger, artifacts, &folder).await {
@@ -196,7 +196,7 @@ pub async fn recover(ledger: &Ledger, artifacts: &dyn Artifacts) {
     }
 }
 
-async fn recover_one(ledger: &Ledger, artifacts: &dyn Artifacts, folder: &Path) -> Result<(), AppError> {
+async fn recover_one(ledger: &EventedCatalogue, artifacts: &dyn Artifacts, folder: &Path) -> Result<(), AppError> {
     if is_made(ledger, folder).await? {
         removed(std::fs::remove_dir_all(folder));
         return Ok(());
@@ -222,7 +222,7 @@ async fn recover_one(ledger: &Ledger, artifacts: &dyn Artifacts, folder: &Path) 
 }
 
 /// Deletes the pictures of stopped scans that are gone. A scan under way has its note and stays.
-pub async fn forget_orphans(ledger: &Ledger, artifacts: &dyn Artifacts) {
+pub async fn forget_orphans(ledger: &EventedCatalogue, artifacts: &dyn Artifacts) {
     let Ok(folders) = std::fs::read_dir(home(artifacts)) else { return };
     for folder in folders.flatten().map(|entry| entry.path()).filter(|folder| !folder.join(NOTE).exists()) {
         if let Err(problem) = forget_orphan(ledger, &folder).await {
@@ -232,7 +232,7 @@ pub async fn forget_orphans(ledger: &Ledger, artifacts: &dyn Artifacts) {
 }
 
 /// Whether the scan was stored to its end, and only its folder not cleared any more.
-async fn is_made(ledger: &Ledger, folder: &Path) -> Result<bool, AppError> {
+async fn is_made(ledger: &EventedCatalogue, folder: &Path) -> Result<bool, AppError> {
     let id = folder.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
     match ledger.read().scan(&id).await {
         Ok(scan) => Ok(scan.state != ScanState::Partial),
@@ -242,7 +242,7 @@ async fn is_made(ledger: &Ledger, folder: &Path) -> Result<bool, AppError> {
 }
 
 /// Pictures whose scan is not partial any more belong to nobody.
-async fn forget_orphan(ledger: &Ledger, folder: &Path) -> Result<(), AppError> {
+async fn forget_orphan(ledger: &EventedCatalogue, folder: &Path) -> Result<(), AppError> {
     let id = folder.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
     match ledger.read().scan(&id).await {
         Ok(scan) if scan.state == ScanState::Partial => Ok(()),

@@ -18,8 +18,8 @@ use twin::{StationModel, StationShape, TwinOptions, TwinStation};
 
 use crate::access::lease::ControlDesk;
 use crate::config::AppConfig;
+use crate::evented_catalogue::EventedCatalogue;
 use crate::jobs::{Done, Job, JobEnd, JobInput, JobParts, JobView, Jobs, StationContext};
-use crate::ledger::Ledger;
 use crate::recordings::{RecordingParts, Recordings};
 use crate::resources::captures::Captures;
 
@@ -51,7 +51,7 @@ impl Bench {
         configure(&mut config);
         let config = Arc::new(config);
         let store = Store::open(&config.data).await.unwrap();
-        let ledger = Ledger::open(store.catalogue.clone()).await.unwrap();
+        let ledger = EventedCatalogue::open(store.catalogue.clone()).await.unwrap();
         let cache = folder.path().join("unpacked");
         let model = StationModel::seeded(7, shape).unwrap();
         let free_bytes = Arc::new(AtomicU64::new(u64::MAX));

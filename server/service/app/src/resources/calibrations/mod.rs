@@ -19,7 +19,7 @@ use store::{ActivationRecord, Artifacts, Change, ExpectedActive, Page, StoreErro
 use tokio::sync::Mutex;
 
 use crate::error::{AppError, ErrorKind};
-use crate::ledger::Ledger;
+use crate::evented_catalogue::EventedCatalogue;
 use crate::resources::calibrations::stored::stored_document;
 
 /// Acts read at a time while looking for what to roll back to.
@@ -28,7 +28,7 @@ const ACTS_AT_A_TIME: u32 = 100;
 /// The calibrations of the service.
 #[derive(Clone)]
 pub struct Calibrations {
-    ledger: Ledger,
+    ledger: EventedCatalogue,
     artifacts: Arc<dyn Artifacts>,
     live: LiveBus,
     station: StationHandle,
@@ -38,7 +38,12 @@ pub struct Calibrations {
 
 impl Calibrations {
     /// Over the store, for this live view and station.
-    pub fn new(ledger: Ledger, artifacts: Arc<dyn Artifacts>, live: LiveBus, station: StationHandle) -> Self {
+    pub fn new(
+        ledger: EventedCatalogue,
+        artifacts: Arc<dyn Artifacts>,
+        live: LiveBus,
+        station: StationHandle,
+    ) -> Self {
         Self { ledger, artifacts, live, station, turn: Arc::default() }
     }
 

@@ -4,14 +4,14 @@ use calibration::CalibrationDocument;
 use store::Artifacts;
 
 use crate::error::{AppError, ErrorKind};
-use crate::ledger::Ledger;
+use crate::evented_catalogue::EventedCatalogue;
 
 /// The document of the calibration `id`; of the active one for `None`.
 ///
 /// # Errors
 /// A problem: no such calibration, none active, or a damaged document.
 pub async fn stored_document(
-    ledger: &Ledger,
+    ledger: &EventedCatalogue,
     artifacts: &dyn Artifacts,
     id: Option<&str>,
 ) -> Result<CalibrationDocument, AppError> {
@@ -26,7 +26,7 @@ pub async fn stored_document(
     CalibrationDocument::parse(&text).map_err(|error| AppError::damaged(&what, error.to_string()))
 }
 
-async fn active_id(ledger: &Ledger) -> Result<String, AppError> {
+async fn active_id(ledger: &EventedCatalogue) -> Result<String, AppError> {
     ledger.read().active().await?.and_then(|act| act.calibration_id).ok_or_else(|| {
         AppError::new(ErrorKind::Conflict, "no calibration is active")
             .remedy("calibrate and activate the result, or name a calibration_id")

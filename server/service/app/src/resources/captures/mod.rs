@@ -27,7 +27,7 @@ use store::{ArtifactId, Artifacts, CaptureRecord, Change, FinishedFile, StoreErr
 use tokio::runtime::Handle;
 
 use crate::error::AppError;
-use crate::ledger::Ledger;
+use crate::evented_catalogue::EventedCatalogue;
 use crate::resources::captures::cache::{Cache, InUse};
 use crate::resources::captures::limits::CACHE_LIMIT_BYTES;
 
@@ -82,7 +82,7 @@ impl CaptureOrigin {
 /// Takes captures in and hands them out as folders.
 #[derive(Clone)]
 pub struct Captures {
-    ledger: Ledger,
+    ledger: EventedCatalogue,
     artifacts: Arc<dyn Artifacts>,
     runtime: Handle,
     cache: Cache,
@@ -103,7 +103,7 @@ impl Captures {
     ///
     /// # Errors
     /// If the folder cannot be emptied and made.
-    pub fn new(ledger: Ledger, artifacts: Arc<dyn Artifacts>, cache: &Path) -> std::io::Result<Self> {
+    pub fn new(ledger: EventedCatalogue, artifacts: Arc<dyn Artifacts>, cache: &Path) -> std::io::Result<Self> {
         let cache = Cache::new(cache, CACHE_LIMIT_BYTES)?;
         Ok(Self { ledger, artifacts, runtime: Handle::current(), cache, turn: Arc::default() })
     }
@@ -215,7 +215,7 @@ async fn copy(artifacts: &dyn Artifacts, id: &ArtifactId, target: &Path) -> Resu
     file.sync_data().await.map_err(|cause| unpack::unwritable(&cause))
 }
 
-/// Bytes free under `folder`, as far as the system tells.
+/// Bytes free under `folder`, as far as the system reports it.
 pub fn free_bytes(folder: &Path) -> u64 {
     match nix::sys::statvfs::statvfs(folder) {
         Ok(disk) => disk.blocks_available().saturating_mul(disk.fragment_size()),

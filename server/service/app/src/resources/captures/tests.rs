@@ -28,7 +28,7 @@ struct Bench {
     folder: tempfile::TempDir,
     runtime: tokio::runtime::Runtime,
     captures: Captures,
-    ledger: Ledger,
+    ledger: EventedCatalogue,
     _store: Store,
 }
 
@@ -37,7 +37,7 @@ impl Bench {
         let folder = tempfile::tempdir().unwrap();
         let runtime = tokio::runtime::Runtime::new().unwrap();
         let store = runtime.block_on(Store::open(&folder.path().join("data"))).unwrap();
-        let ledger = runtime.block_on(Ledger::open(store.catalogue.clone())).unwrap();
+        let ledger = runtime.block_on(EventedCatalogue::open(store.catalogue.clone())).unwrap();
         let _guard = runtime.enter();
         let cache = folder.path().join("cache");
         let captures = Captures::new(ledger.clone(), store.artifacts.clone(), &cache).unwrap();

@@ -7,7 +7,7 @@ use serde_json::Value;
 use store::{DamagedRow, Listed, MeasurementFilter, MeasurementRecord, Page, ScanFilter, ScanRecord, ScanState};
 
 use crate::error::AppError;
-use crate::ledger::Ledger;
+use crate::evented_catalogue::EventedCatalogue;
 use crate::resources::measurements::{MeasureInput, ScanPurpose};
 use crate::resources::scan_run::ScanRun;
 
@@ -69,7 +69,7 @@ fn key_of(record: &MeasurementRecord) -> CharacteristicKey<'_> {
 
 /// A scan with its verdict, and rows of its measurements that are damaged: nobody knows what they said, so the part
 /// is at best invalid.
-pub async fn part(ledger: &Ledger, scan: ScanRecord) -> Result<(Part, Vec<DamagedRow>), AppError> {
+pub async fn part(ledger: &EventedCatalogue, scan: ScanRecord) -> Result<(Part, Vec<DamagedRow>), AppError> {
     let filter = MeasurementFilter { scan_id: Some(scan.id.clone()), ..MeasurementFilter::default() };
     let all = Page { before: None, limit: u32::MAX };
     let Listed { records, damaged, .. } = ledger.read().measurements(&filter, &all).await?;
@@ -92,7 +92,7 @@ fn standing(newest_first: Vec<MeasurementRecord>) -> Vec<MeasurementRecord> {
 }
 
 /// Parts, newest first. A verdict is made from what is stored, so that a list never says other than its parts do.
-pub async fn parts(ledger: &Ledger, filter: &PartFilter, page: &Page) -> Result<Listed<Part>, AppError> {
+pub async fn parts(ledger: &EventedCatalogue, filter: &PartFilter, page: &Page) -> Result<Listed<Part>, AppError> {
     let mut list = Listed { records: Vec::new(), damaged: Vec::new(), next: None };
     let mut from = page.clone();
     loop {
@@ -121,7 +121,10 @@ pub async fn parts(ledger: &Ledger, filter: &PartFilter, page: &Page) -> Result<
 }
 
 /// The newest comparison of a calibration with a known part; `None` if there was none.
-pub async fn newest_verification(ledger: &Ledger, calibration_id: &str) -> Result<Option<Part>, AppError> {
+pub async fn newest_verification(
+    ledger: &EventedCatalogue,
+    calibration_id: &str,
+) -> Result<Option<Part>, AppError> {
     let filter = PartFilter {
         scan: ScanFilter { calibration_id: Some(calibration_id.to_owned()), ..ScanFilter::default() },
         purpose: Some(ScanPurpose::Verification),

@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 /// Cells along the longest side of the box around the points: more show no other picture on a screen.
 const CELLS_ALONG: f64 = 48.0;
 
-/// Most cells that are told: some 10 kB in a measurement.
+/// Most cells that are returned: some 10 kB in a measurement.
 const CELLS_LIMIT: usize = 2_000;
 
 /// Smallest cell, mm: displayed points lie some hundredths of a millimetre from those of the cloud.

@@ -34,7 +34,7 @@ pub enum ScanPurpose {
     /// A part is inspected.
     #[default]
     Production,
-    /// A known part tells whether the calibration still holds: no part of the production.
+    /// Verifies the calibration on a known part; not a production part.
     Verification,
 }
 

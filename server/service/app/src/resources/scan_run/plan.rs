@@ -47,7 +47,7 @@ pub struct ScanPlan {
     pub predicted_sigma_mm: Option<f64>,
     /// Depths (z of the camera) in which the part may lie, mm: nearest and farthest.
     pub depth_mm: [f64; 2],
-    /// Depths in which a line's place in the image alone tells its order, mm; beyond, a second look is needed.
+    /// Depths in which a line's image position alone determines its order, mm; beyond, a second look is needed.
     pub unambiguous_depth_mm: [f64; 2],
     /// Room on the disk that it needs, bytes.
     pub disk_bytes: u64,

@@ -10,8 +10,8 @@ use serde_json::{Value, json};
 use station::wall_clock::now_ms;
 use store::{Change, ScanRecord, SettingRecord, StoreError};
 
+use crate::evented_catalogue::EventedCatalogue;
 use crate::events::{Event, WatchWarned, event};
-use crate::ledger::Ledger;
 use stored::StoredHistory;
 
 /// The name of the setting.
@@ -55,7 +55,7 @@ impl WatchHistory {
     ///
     /// # Errors
     /// If the catalogue cannot be used.
-    pub async fn read(ledger: &Ledger) -> Result<Self, StoreError> {
+    pub async fn read(ledger: &EventedCatalogue) -> Result<Self, StoreError> {
         let Some(setting) = ledger.read().setting(SETTING).await? else { return Ok(Self::default()) };
         match serde_json::from_value::<StoredHistory>(setting.value) {
             Ok(stored) => Ok(stored.into()),

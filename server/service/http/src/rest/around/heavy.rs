@@ -31,7 +31,7 @@ impl Default for Places {
     }
 }
 
-/// Lets a heavy request wait a moment for a place; then it is told to come back.
+/// Lets a heavy request wait a moment for a place; then it is asked to retry.
 pub async fn limit(State(places): State<Places>, request: Request, next: Next) -> Response {
     let path = request.extensions().get::<MatchedPath>().map(|path| path.as_str().to_owned()).unwrap_or_default();
     if !HEAVY.iter().any(|(method, heavy)| request.method() == method && path == *heavy) {

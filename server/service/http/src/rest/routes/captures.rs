@@ -96,7 +96,7 @@ async fn upload_capture(
         Err(problem) => {
             drop(archive);
             if problem.status != StatusCode::REQUEST_TIMEOUT.as_u16() {
-                forget_rest(body).await;
+                drain_body(body).await;
             }
             return Err(problem);
         }
@@ -152,7 +152,7 @@ fn refuse_without_room(folder: &Path, coming_bytes: u64) -> Result<(), Problem> 
 
 /// Takes what a client still sends of a refused upload, so that it reads the answer instead of a broken pipe. Who was
 /// too slow has nothing under way, and had its time.
-async fn forget_rest(mut body: BodyDataStream) {
+async fn drain_body(mut body: BodyDataStream) {
     let rest = async { while let Some(Ok(_)) = body.next().await {} };
     // Whoever sends for longer finds the connection closed.
     let _ = timeout(REFUSED_UPLOAD_PATIENCE, rest).await;

@@ -102,12 +102,12 @@ struct Follower {
     app: App,
     seen: i64,
     waiting: VecDeque<EventRecord>,
-    /// Damaged events: those to be told, and those that were.
+    /// Damaged events: those to be sent, and those that were.
     damaged: VecDeque<DamagedRow>,
     named: HashSet<String>,
     newest: watch::Receiver<i64>,
     progress: watch::Receiver<JobNews>,
-    /// Number of the last progress that was told.
+    /// Number of the last progress sent.
     told: u64,
     next_progress: Instant,
 }
@@ -120,7 +120,7 @@ impl Follower {
         Self { app, seen, waiting, damaged, named, newest, progress, told, next_progress: Instant::now() }
     }
 
-    /// The next thing to tell; `None` ends the stream.
+    /// The next message; `None` ends the stream.
     async fn next(&mut self) -> Option<Event> {
         loop {
             if let Some(row) = self.damaged.pop_front() {

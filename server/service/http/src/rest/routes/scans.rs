@@ -1,4 +1,4 @@
-//! Scans: start, look, download, compute again, forget.
+//! Scans: start, read, download, recompute, delete.
 
 use crate::Http;
 use axum::Json;

@@ -150,7 +150,7 @@ pub struct RotaryAxisDto {
     pub angle_sigma_deg: Option<f64>,
 }
 
-/// The word that tells a turntable from a stage that travels.
+/// The word that distinguishes a turntable from a linear stage.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum RotaryWordDto {

@@ -40,7 +40,7 @@ pub enum LightModelDto {
 #[derive(Debug, Clone, Copy, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum K3Dto {
-    /// Only if the pictures tell it apart from zero.
+    /// Only if the pictures distinguish it from zero.
     Auto,
     /// Always.
     On,

@@ -65,12 +65,12 @@ pub struct FramesDto {
 /// What Stop did.
 #[derive(Debug, Serialize, ToSchema)]
 pub struct StoppedDto {
-    /// Whether the devices were told; `false`: there is no station thread any more, which leaves everything dark and
+    /// Whether the devices received it; `false`: the station thread has ended, which leaves the laser off and
     /// at rest.
     pub acknowledged: bool,
     /// Name of the state after it.
     pub state: &'static str,
-    /// What kept the devices from being told, or the Stop from being stored.
+    /// What kept the Stop from the devices or from being stored.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub detail: Option<String>,
 }

@@ -285,7 +285,7 @@ mod tests {
 
     use super::*;
 
-    /// Every kind of job as stored by version 0.1 is told with every word of it.
+    /// Every kind of job as stored by version 0.1 is returned whole.
     #[test]
     fn what_was_stored_is_told_whole() {
         let scan = json!({

@@ -117,7 +117,7 @@ pub struct JobDto {
     /// What it does at this moment, by name; missing unless it is at work.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub step: Option<StepDto>,
-    /// Seconds to its end; missing if it cannot be told.
+    /// Seconds to its end; missing if unknown.
     pub remaining_s: Option<f64>,
     /// What it made.
     pub result: Option<ResultDto>,

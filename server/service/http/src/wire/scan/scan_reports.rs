@@ -120,7 +120,7 @@ pub struct EnvelopeDto {
     /// In which points are taken.
     #[schema(min_items = 2, max_items = 2)]
     pub stated_mm: [f64; 2],
-    /// In which a line's place in the image alone tells its order.
+    /// In which a line's image position alone determines its order.
     #[schema(min_items = 2, max_items = 2)]
     pub unambiguous_mm: [f64; 2],
 }

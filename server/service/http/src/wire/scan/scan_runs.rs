@@ -15,7 +15,7 @@ use optics::StageKind;
 pub enum ScanPurposeDto {
     /// A part is inspected.
     Production,
-    /// A known part tells whether the calibration still holds: no part of the production.
+    /// Verifies the calibration on a known part; not a production part.
     Verification,
 }
 
@@ -116,7 +116,7 @@ pub struct ScanPlanDto {
     /// Depths (z of the camera) in which the part may lie, mm: nearest and farthest.
     #[schema(min_items = 2, max_items = 2)]
     pub depth_mm: [f64; 2],
-    /// Depths in which a line's place in the image alone tells its order, mm; beyond, a second look is needed.
+    /// Depths in which a line's image position alone determines its order, mm; beyond, a second look is needed.
     #[schema(min_items = 2, max_items = 2)]
     pub unambiguous_depth_mm: [f64; 2],
     /// Room on the disk that it needs, bytes.
@@ -218,7 +218,7 @@ pub struct ScanRunDto {
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schema(min_items = 2, max_items = 2)]
     pub depth_mm: Option<[f64; 2]>,
-    /// Depths in which a line's place in the image alone tells its order, mm; beyond, a second look is needed.
+    /// Depths in which a line's image position alone determines its order, mm; beyond, a second look is needed.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schema(min_items = 2, max_items = 2)]
     pub unambiguous_depth_mm: Option<[f64; 2]>,

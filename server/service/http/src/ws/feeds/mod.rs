@@ -128,7 +128,7 @@ impl Feeds {
         soonest.map_or(Next::Nothing, Next::At)
     }
 
-    /// What was left out, if more was than told before.
+    /// What was left out, if more than was reported before.
     fn report(&mut self, now: Instant) -> Next {
         let counts: Vec<DropCount> =
             [&self.image, &self.profile].into_iter().flatten().map(SlotFeed::count).collect();

@@ -72,7 +72,7 @@ impl EventsFeed {
     }
 }
 
-/// A job as `GET /api/v1/jobs/{id}` tells it.
+/// A job as `GET /api/v1/jobs/{id}` returns it.
 fn job_json(view: &JobView) -> Value {
     serde_json::to_value(JobDto::from(view.clone())).unwrap_or_default()
 }

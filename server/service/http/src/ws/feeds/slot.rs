@@ -3,7 +3,7 @@
 use axum::extract::ws::Message;
 use live::protocol::DEFAULT_RATE_HZ;
 use live::protocol::text::{DropCount, Stream, Subscription};
-use live::{Sight, Wish};
+use live::{Demand, StreamKind};
 use tokio::sync::watch;
 use tokio::time::Instant;
 
@@ -17,21 +17,21 @@ pub struct SlotFeed {
     stream: Stream,
     slot: watch::Receiver<Published>,
     meter: Meter,
-    _wish: Wish,
+    _demand: Demand,
 }
 
 impl SlotFeed {
     /// As subscribed.
     pub fn new(wanted: &Subscription, streams: &Streams) -> Self {
         let sight = match wanted.stream {
-            Stream::Image => Sight::Image { scale: wanted.scale.unwrap_or(1) },
-            _ => Sight::Profile,
+            Stream::Image => StreamKind::Image { scale: wanted.scale.unwrap_or(1) },
+            _ => StreamKind::Profile,
         };
         let rate_hz = wanted.max_rate_hz.unwrap_or(DEFAULT_RATE_HZ);
         let slot = streams.slots.of(sight).subscribe();
         let newest = slot.borrow().number;
-        let wish = streams.sources.live.want(sight, rate_hz);
-        Self { stream: wanted.stream, slot, meter: Meter::new(rate_hz, Instant::now(), newest), _wish: wish }
+        let demand = streams.sources.live.subscribe(sight, rate_hz);
+        Self { stream: wanted.stream, slot, meter: Meter::new(rate_hz, Instant::now(), newest), _demand: demand }
     }
 
     /// The newest message, if the client has not got it and the rate allows.

@@ -65,7 +65,7 @@ impl StateFeed {
     }
 }
 
-/// The station as `GET /api/v1/station` tells it, still without who commands.
+/// The station as `GET /api/v1/station` returns it, still without who commands.
 pub fn station_json(status: &StationStatus) -> Value {
     serde_json::to_value(StationDto::new(status, None)).unwrap_or_default()
 }

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use live::Sight;
+use live::StreamKind;
 use serde_json::{Value, json};
 use station::{MachineState, OperationalState};
 use tokio_tungstenite::tungstenite::Message;
@@ -34,15 +34,17 @@ async fn nothing_is_encoded_for_nobody() {
     client.subscribe(json!({ "stream": "profile" })).await;
     bench.show(1, 64);
     client.binary_of(2).await;
-    assert_eq!(bench.streams.slots.of(Sight::Image { scale: 1 }).borrow().number, 0);
-    assert_eq!(bench.streams.slots.of(Sight::Profile).borrow().number, 1);
+    assert_eq!(bench.streams.slots.of(StreamKind::Image { scale: 1 }).borrow().number, 0);
+    assert_eq!(bench.streams.slots.of(StreamKind::Profile).borrow().number, 1);
 }
 
 #[tokio::test]
 async fn a_frame_is_encoded_once_whatever_the_number_of_viewers() {
     const VIEWERS: usize = 10;
     const FRAMES: u64 = 5;
-    for (stream, opcode, sight) in [("image", 1, Sight::Image { scale: 1 }), ("profile", 2, Sight::Profile)] {
+    for (stream, opcode, sight) in
+        [("image", 1, StreamKind::Image { scale: 1 }), ("profile", 2, StreamKind::Profile)]
+    {
         let bench = Bench::start().await;
         let mut clients = Vec::new();
         for _ in 0..VIEWERS {

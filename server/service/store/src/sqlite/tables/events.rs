@@ -39,7 +39,7 @@ pub async fn after(readers: &SqlitePool, seq: i64, limit: u32) -> Result<Listed<
     listed(rows, limit, "read events", from_row, every, |event| event.seq.to_string()).await
 }
 
-/// From the counter, which also knows of events that are forgotten.
+/// From the counter, which includes pruned events.
 pub async fn last_seq(readers: &SqlitePool) -> Result<i64, StoreError> {
     let row = sqlx::query("SELECT * FROM sequences WHERE name = 'event'")
         .fetch_one(readers)

@@ -51,7 +51,7 @@ fn nearest_row(v: f32) -> u32 {
 }
 
 /// Lets some columns be looked at about the same row if theirs are next to it: their pixels are then copied together.
-/// `idx` tells one such group of a trace from the next.
+/// `idx` numbers the groups of a trace.
 #[inline(always)]
 fn share_row(rows: &mut [u32; SHARING], idx: usize) {
     let n = SHARING as u32;

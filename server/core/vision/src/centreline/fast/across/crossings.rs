@@ -19,7 +19,7 @@ pub struct Measurer<T> {
 }
 
 impl<T: Level> Measurer<T> {
-    /// Measures every step of a trace, adds it to `crossings`, and tells where among them it begins.
+    /// Measures every step of a trace, adds it to `crossings`, and returns where among them it begins.
     #[inline(always)]
     pub fn measure(&mut self, image: &Image<T>, trace: &Trace, crossings: &mut Crossings) -> usize {
         let last = (image.view.height - 1) as u32;

@@ -127,7 +127,7 @@ impl Crossings {
         self.n = 0;
     }
 
-    /// Makes room for `n` more, none of them found, and tells where they begin.
+    /// Makes room for `n` more, none of them found, and returns where they begin.
     pub fn extend(&mut self, n: usize) -> usize {
         let start = self.n;
         self.n += n;

@@ -85,7 +85,7 @@ impl Averager {
             let mut cross_variance_px2 = [0.0f32; LANES];
             cross_variance_px2[..places.len()].copy_from_slice(&crossings.cross_variance_px2[places.clone()]);
             let told = chosen.described(&cross_variance_px2);
-            // One of every group tells, and one of a short piece.
+            // One of every group is evaluated, and one of a short piece.
             if start % GROUP == GROUP / 2 || n <= GROUP / 2 && start == 0 {
                 gains.push(self.variances[self.longest + start] / chosen.mean.variance.0[0]);
             }

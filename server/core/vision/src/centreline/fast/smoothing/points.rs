@@ -1,4 +1,4 @@
-//! What is told of the points of a line by the parabolas chosen for them.
+//! Points of a line from the parabolas chosen for them.
 
 use std::ops::Range;
 
@@ -19,7 +19,7 @@ pub struct Chosen {
 /// No window.
 pub const NONE: f32 = -1.0;
 
-/// What is told of some points.
+/// Results for some points.
 pub struct Described {
     /// Rows above the block's first.
     pub shift: Lanes,

@@ -1,6 +1,6 @@
-//! Which reported positions are believed: reports have no checksum, and a bit that is turned in a digit makes another.
+//! Which reported positions are accepted: reports have no checksum, and a bit that is turned in a digit makes another.
 //!
-//! At rest a position is believed when it is told twice. Under way it is believed if it is where the move is by then, and
+//! At rest a position is accepted when it is reported twice. In motion it is accepted if it is where the move is by then, and
 //! else if the next report, which is asked for at once, agrees with it. What can be wrong all the same is less than the
 //! way between question and answer.
 
@@ -31,7 +31,7 @@ impl Way {
         (least_mm - rounding_mm..=most_mm + rounding_mm).contains(&step_mm)
     }
 
-    /// Whether both can be told of one motion along the way, at whatever speed.
+    /// Whether both can belong to one motion along the way, at whatever speed.
     fn agrees(&self, told: &Seen, before: &Seen, rounding_mm: f64) -> bool {
         let step_mm = self.step_mm(before.machine_mm, told.machine_mm);
         let longest = told.heard_at.saturating_duration_since(before.asked_at) + GRBL_REPORT_AGE;
@@ -67,7 +67,7 @@ impl Session {
             (Activity::Travel(_) | Activity::Stopping(_), Some(way)) => {
                 way.leads_to(told, seen, self.rounding_mm())
             }
-            // No position is told before its end; and none stops that never moved.
+            // No position is reported before its end; and none stops that never moved.
             (Activity::Homing { .. } | Activity::Travel(_) | Activity::Stopping(_), _) => true,
         }
     }

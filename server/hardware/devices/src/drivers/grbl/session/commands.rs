@@ -140,7 +140,7 @@ impl StageDialogue for Session {
             None => Ok(()),
             Some(fault) if fault.needs_reconnect() => Err(fault.for_stage()),
             Some(fault) => {
-                // A reset that was not heard, as with the emergency stop pressed, is tried again.
+                // A reset without effect, as with the emergency stop pressed, is tried again.
                 if matches!(fault, Fault::Alarm { .. }) && self.reset.is_none() {
                     self.soft_reset(now);
                 }
@@ -197,7 +197,7 @@ impl LaserDialogue for Session {
             LaserMode::Dynamic => "M4",
         };
         self.lit = Some(Lit { power, until: now + lease.min(LASER_LEASE_LIMIT) });
-        // The laser shines in G1 only (`laser_mode.md`); no axis is named, so that nothing moves.
+        // The laser is on in G1 only (`laser_mode.md`); no axis is named, so that nothing moves.
         let line = format!("G1F{LASER_FEED_MM_MIN}{word}S{:.1}", power * full);
         Ok(self.send_line(line, LineKind::LaserOn, now, now + GRBL_ANSWER_LIMIT))
     }
@@ -309,7 +309,7 @@ impl Session {
         2 * Duration::from_secs_f64(braking_s) + GRBL_BRAKING_SLACK
     }
 
-    /// Faults of the stage alone do not concern a laser that is known to be dark, except that it cannot shine.
+    /// Faults of the stage alone do not concern a laser that is known to be off, except that it cannot be turned on.
     fn laser_sound(&self) -> Result<(), LaserError> {
         match self.fault_of(Device::Laser) {
             Some(fault) => Err(fault.for_laser()),

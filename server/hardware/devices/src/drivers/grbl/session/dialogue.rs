@@ -67,7 +67,7 @@ impl Dialogue for Session {
         Session::stop_sent(self, code, now);
     }
 
-    /// A reset answers by its banner whenever it is told of; a hold does not answer.
+    /// A reset answers by its banner; a hold does not answer.
     fn retells(&self, code: u8) -> bool {
         code == HOLD
     }

@@ -21,7 +21,7 @@ const ALARM_HARD_LIMIT: u32 = 1;
 const ALARM_SOFT_LIMIT: u32 = 2;
 /// `error:46`: only homing unlocks it.
 const ERROR_HOME_FIRST: u32 = 46;
-/// What is said after a limit alarm, when a reset is heard again.
+/// What is said after a limit alarm, when a reset has effect again.
 const RESET_TO_CONTINUE: &str = "Reset to continue";
 
 impl Session {
@@ -93,7 +93,7 @@ impl Session {
             reset.awaited = false;
         }
         if ours || told {
-            // What stood before the reset may stand no more: the next report tells.
+            // What stood before the reset may stand no more: the next report decides.
             self.query(now);
         } else {
             self.homed = false;
@@ -126,7 +126,7 @@ impl Session {
         self.fault = self.fault.take().filter(|fault| !matches!(fault, Fault::Alarm { .. }));
     }
 
-    /// A line was refused: told to the caller if it still waits, else a fault of the device whose line it was.
+    /// A line was refused: reported to the caller if it still waits, else a fault of the device whose line it was.
     fn refused(&mut self, pending: Pending, code: u32, now: Instant) {
         if pending.kind == LineKind::Unlock && code == ERROR_HOME_FIRST {
             // No fault: it can be homed, and that is all it can.
@@ -220,7 +220,7 @@ impl Session {
     /// Machine position of the axis; `None` as long as the work offset is not known, which comes with some reports.
     pub(super) fn machine_mm(&mut self, report: &Report) -> Option<f64> {
         if let Some(offset_mm) = report.offset_mm {
-            // It stays for many reports: one that is new is believed when it is told twice.
+            // It stays for many reports: one that is new is accepted when it is reported twice.
             if self.doubted_offset_mm == Some(offset_mm) {
                 (self.offset_mm, self.offset_known) = (offset_mm, true);
             }
@@ -248,8 +248,8 @@ impl Session {
         }
     }
 
-    /// At rest the stop is made final by a reset, which forgets a held move, unread lines and the light. A jog that
-    /// was all there was leaves nothing to forget.
+    /// At rest the stop is made final by a reset, which clears a held move, unread lines and the light. A jog that
+    /// was all there was leaves nothing to clear.
     fn follow_stop(&mut self, stopping: Stopping, state: MachineState, now: Instant) {
         match state {
             _ if state.in_motion() => {
@@ -324,7 +324,7 @@ impl Session {
         match &self.link {
             Link::Down => return,
             Link::Opening(_) => return self.opening_message(Message::Garbage(received), now, now),
-            // After a fault the answers to forgotten lines may still come.
+            // After a fault the answers to discarded lines may still come.
             Link::Up if self.fault.is_some() || self.reset_awaited() => return,
             Link::Up => {}
         }

@@ -2,7 +2,7 @@
 //!
 //! Bytes come in by [`Session::received`], time by [`Session::tick`], wishes by the methods of `commands`; what is
 //! to be written collects in `outgoing`. Parts: `opening` (from the reset to the first report), `messages` (what
-//! comes when it is up), `belief` (which positions are believed), `timers`, `commands`.
+//! comes when it is up), `belief` (which positions are accepted), `timers`, `commands`.
 
 mod belief;
 mod commands;
@@ -39,7 +39,7 @@ enum Link {
 enum Activity {
     Rest,
     Travel(Travel),
-    /// Since the acknowledgement of `$H`, which comes at its end: the position is told by the next report.
+    /// Since the acknowledgement of `$H`, which comes at its end: the next report has the position.
     Homing {
         done_at: Option<Instant>,
     },
@@ -164,12 +164,12 @@ pub struct Session {
     machine: Option<Machine>,
     offset_mm: [f64; 3],
     offset_known: bool,
-    /// An offset that was told once.
+    /// An offset that was reported once.
     doubted_offset_mm: Option<[f64; 3]>,
     seen: Option<Seen>,
-    /// Whether the position at rest was told twice, or is where a move was to end.
+    /// Whether the position at rest was reported twice, or is where a move was to end.
     is_confirmed: bool,
-    /// A position that was told once and is not where it was to be.
+    /// A position that was reported once and is not where it was to be.
     doubted: Option<Seen>,
     /// The way of the last move or jog.
     way: Option<Way>,
@@ -187,7 +187,7 @@ pub struct Session {
     homed: bool,
     zero_at_machine_mm: f64,
     lit: Option<Lit>,
-    /// When a soft reset darkens what `M5` did not.
+    /// When a soft reset turns off what `M5` did not.
     dark_by: Option<Instant>,
     stray_reports: usize,
     garbage_at: VecDeque<Instant>,
@@ -300,7 +300,7 @@ impl Session {
         self.clearing = false;
     }
 
-    /// A fault over a sound link; what moves is stopped and what shines is darkened by a reset.
+    /// A fault over a sound link; a reset stops the motion and turns the laser off.
     fn raise(&mut self, fault: Fault, now: Instant) {
         tracing::warn!(place = self.place, "{}", fault.for_stage());
         self.fault = Some(fault);

@@ -16,7 +16,7 @@ pub struct Opening {
     since: Instant,
     reset_at: Instant,
     step: Step,
-    /// The first position that was told: it is believed when it is told twice.
+    /// The first position reported: it is accepted when it is reported twice.
     first_mm: Option<f64>,
     /// The first line that is not GRBL's.
     foreign: Option<(Instant, String)>,
@@ -35,7 +35,7 @@ enum Step {
 }
 
 impl Session {
-    /// The line was opened: a soft reset darkens and stops whatever a dead owner left behind.
+    /// The line was opened: a soft reset turns off and stops whatever a dead owner left behind.
     pub fn line_opened(&mut self, now: Instant) {
         self.wants_open = false;
         self.forget_dialogue();
@@ -73,7 +73,7 @@ impl Session {
             Message::Error(code) => self.opening_refused(code),
             // While it starts it is not there yet: it is asked again.
             Message::Report(report) if opening.step == Step::Report && report.state != MachineState::Starting => {
-                // grblHAL tells the work offset in every tenth report or so: it is not up before that.
+                // grblHAL reports the work offset in every tenth report or so: it is not up before that.
                 let machine_mm = self.machine_mm(&report);
                 let Link::Opening(opening) = &mut self.link else { return };
                 if machine_mm.is_none() || opening.first_mm != machine_mm {
@@ -184,7 +184,7 @@ impl Session {
         }
     }
 
-    /// The lock of a start or of a reset on the way keeps the laser off too. It is taken away where no fault is told:
+    /// The lock of a start or of a reset on the way keeps the laser off too. It is taken away where no fault is reported:
     /// that moves nothing, and moves are refused here until the stage is homed.
     pub(super) fn unlock_where_sound(&mut self, state: MachineState, now: Instant) {
         let at_rest = self.activity == Activity::Rest && self.pending.is_empty() && !self.reset_awaited();

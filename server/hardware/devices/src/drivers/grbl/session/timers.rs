@@ -13,7 +13,7 @@ use crate::params::{
 /// Longest sleep of the thread at rest and in the dark; its queries are slower.
 const RESTING_WAIT: Duration = Duration::from_millis(40);
 
-/// Longest sleep while something moves, shines or is waited for.
+/// Longest sleep while something moves, the laser is on or an answer is awaited.
 const BUSY_WAIT: Duration = Duration::from_millis(5);
 
 /// A query is asked again so long after it was not answered; GRBL ignores doubled ones, so that none piles up.
@@ -150,8 +150,8 @@ impl Session {
 
     fn miss_answers(&mut self, now: Instant) {
         if matches!(self.fault, Some(Fault::Alarm { .. })) && self.reset_unanswered(now).is_some() {
-            // It speaks, or the next query finds out, and hears no reset: its emergency stop is pressed. The alarm
-            // stands until the reset is heard.
+            // It speaks, or the next query finds out, and no reset has effect: its emergency stop is pressed. The alarm
+            // stands until the reset has effect.
             (self.reset, self.clearing) = (None, false);
             self.query(now);
         }

@@ -9,13 +9,13 @@ use crate::lines::serial_controller::{Dialogue, StopBytes};
 /// Longest sleep of the thread at rest and in the dark; its queries are slower.
 const RESTING_WAIT: Duration = Duration::from_millis(40);
 
-/// Longest sleep while something moves, shines or is waited for.
+/// Longest sleep while something moves, the laser is on or an answer is awaited.
 const BUSY_WAIT: Duration = Duration::from_millis(5);
 
 /// A stop by sending no more.
 const RUN_OUT: u8 = 0;
 
-/// A stop by halting for good: homing hears nothing else.
+/// A stop by halting for good: homing takes nothing else.
 const HALTED: u8 = 1;
 
 impl Dialogue for Session {
@@ -97,7 +97,7 @@ impl Dialogue for Session {
         self.begin_stop(None, now);
     }
 
-    /// What the thread has told of a stop holds: nothing is sent after it.
+    /// A stop that the thread has announced holds: nothing is sent after it.
     fn retells(&self, _code: u8) -> bool {
         false
     }

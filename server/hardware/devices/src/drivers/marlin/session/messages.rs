@@ -135,7 +135,7 @@ impl Session {
         }
     }
 
-    /// A position is believed where its two halves agree with each other and with what was sent: nothing else guards a
+    /// A position is accepted where its two halves agree with each other and with what was sent: nothing else guards a
     /// line of Marlin against a damaged digit.
     fn position(&mut self, position: Position, began_at: Instant, now: Instant) {
         let Some(asked_at) =

@@ -146,7 +146,7 @@ pub struct Session {
     activity: Activity,
     homed: bool,
     lit: Option<Lit>,
-    /// When `M112` darkens what `M5` did not.
+    /// When `M112` turns off what `M5` did not.
     dark_by: Option<Instant>,
     light_kept_at: Option<Instant>,
 }
@@ -186,7 +186,7 @@ impl Session {
         self.machine.as_ref()
     }
 
-    /// The link is lost. What may shine or homes is halted for good if the line still takes it; pieces of a move run out.
+    /// The link is lost. A laser that may be on and homing are halted for good if the line still takes it; pieces of a move run out.
     fn down(&mut self, fault: StageError) {
         tracing::warn!(place = self.place, "{fault}");
         let must_halt = self.lit.is_some() || matches!(self.activity, Activity::Homing { .. });
@@ -207,7 +207,7 @@ impl Session {
         (self.lit, self.dark_by, self.light_kept_at) = (None, None, None);
     }
 
-    /// A fault over a sound link: what moves runs out, what shines goes dark, and no position is believed.
+    /// A fault over a sound link: what moves runs out, the laser goes off, and no position is trusted.
     fn raise(&mut self, fault: StageError, now: Instant) {
         if self.fault.is_some() {
             return;
@@ -274,7 +274,7 @@ fn halted(why: &str) -> StageError {
     StageError::Gone { reason: format!("{why}; press its reset button") }
 }
 
-/// What the laser is told of a fault of the line.
+/// The laser's error for a fault of the line.
 fn for_laser(fault: &StageError) -> LaserError {
     match fault {
         StageError::Rejected { .. } | StageError::Stalled { .. } | StageError::Warned { .. } => {

@@ -8,7 +8,7 @@ use crate::params::{MARLIN_KEEPALIVE_S, MARLIN_OPENING_PERIOD, MARLIN_QUIET, MAR
 use crate::{DeviceIdentity, Homing, StageCapabilities, StageError};
 
 /// Sent first, and again until an answer comes: drops what moves, goes dark, begins line numbers anew, asks who it is.
-/// `M410` is heard by the emergency parser at once; the others wait until it has taken effect.
+/// `M410` reaches the emergency parser at once; the others wait until it has taken effect.
 const WAKE: &[u8] = b"\nM410\nM5\nN0 M110 N0*125\nM115\n";
 
 /// How far an opening is.

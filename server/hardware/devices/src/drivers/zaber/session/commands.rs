@@ -154,7 +154,7 @@ impl Session {
         Ok(())
     }
 
-    /// A stop went out past this session. It goes out once more behind whatever the session wrote before it heard of
+    /// A stop went out past this session. It goes out once more behind whatever the session wrote before it knew of
     /// the stop, so that no move comes after the last stop.
     pub(super) fn stop_begun(&mut self, now: Instant) {
         if !matches!(self.link, Link::Up) {

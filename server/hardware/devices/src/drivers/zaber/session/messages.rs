@@ -55,7 +55,7 @@ impl Session {
     fn message(&mut self, message: &Message, began_at: Instant, now: Instant) {
         match &message.kind {
             Kind::Info { .. } => {}
-            // Nothing is believed of what nobody asked for; it is asked for at once.
+            // Unsolicited values are not used; the value is asked for at once.
             Kind::Alert(_) => {
                 if message.axis == self.config.axis || message.axis == 0 {
                     self.pending.retain(|pending| pending.what != Asked::Position);

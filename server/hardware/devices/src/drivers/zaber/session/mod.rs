@@ -186,7 +186,7 @@ impl Session {
         self.clearing = false;
     }
 
-    /// A fault over a sound link: what moves is stopped, and no position is believed.
+    /// A fault over a sound link: what moves is stopped, and no position is trusted.
     fn raise(&mut self, fault: StageError, now: Instant) {
         if self.fault.is_some() {
             return;

@@ -57,7 +57,7 @@ impl Session {
         self.send(self.config.axis, "get pos", Asked::Position, now);
     }
 
-    /// A command that was not answered, or nothing heard at all.
+    /// A command that was not answered, or silence.
     fn silence(&self, now: Instant) -> Option<StageError> {
         let matters = |what: Asked| !matches!(what, Asked::Position | Asked::Serial);
         let unanswered = self.pending.iter().find(|pending| {

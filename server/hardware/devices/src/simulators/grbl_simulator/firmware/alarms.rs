@@ -32,7 +32,7 @@ const GRBL_HAL_MUST_HOME: u32 = 11;
 impl Firmware {
     pub(super) fn reset_heard(&mut self, now: Instant) {
         self.advance(now);
-        // grblHAL does not hear it while its emergency stop is pressed.
+        // grblHAL ignores it while its emergency stop is pressed.
         if self.lasting == Some(Event::EmergencyStop) {
             return;
         }
@@ -84,7 +84,7 @@ impl Firmware {
         }
     }
 
-    /// The main program begins again: dark, everything forgotten but position and lock.
+    /// The main program begins again: laser off, everything cleared but position and lock.
     fn restart(&mut self, now: Instant) {
         self.halt(now);
         self.dark(now);

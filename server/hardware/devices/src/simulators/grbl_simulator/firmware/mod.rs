@@ -1,6 +1,6 @@
 //! The firmware's side of the dialogue, in its own words and order, for three dialects.
 //!
-//! `realtime` hears single bytes, `alarms` resets and alarms with their pauses, `lines` executes what comes in lines,
+//! `realtime` takes single bytes, `alarms` resets and alarms with their pauses, `lines` executes what comes in lines,
 //! `texts` says who and how it is. The sources are named in [`super::dialect`].
 //! Simplified: one axis, every planned move from rest to rest, no overrides, no parking.
 
@@ -87,7 +87,7 @@ pub struct Firmware {
     lit: Option<f64>,
     /// Feed, rapid and spindle override, percent.
     overrides: [u32; 3],
-    /// Whether the next report tells them.
+    /// Whether the next report states them.
     tells_overrides: bool,
     reports: usize,
     report_mask: u32,
@@ -146,7 +146,7 @@ impl SimulatedFirmware for Firmware {
         self.boot(now);
     }
 
-    /// Nothing moves or shines, wherever it was.
+    /// Motion and laser off, wherever it was.
     fn power_off(&mut self, now: Instant) {
         self.halt(now);
         self.dark(now);
@@ -288,7 +288,7 @@ impl Firmware {
         self.motion = Some(Motion::travel(self.at_mm, to_mm, speed_mm_s, self.config.acceleration_mm_s2, now));
     }
 
-    /// Stops dead, and forgets what was planned and received.
+    /// Stops dead, and discards what was planned and received.
     fn halt(&mut self, now: Instant) {
         if let Some(motion) = self.motion.take() {
             if self.lasting != Some(Event::Stall) {

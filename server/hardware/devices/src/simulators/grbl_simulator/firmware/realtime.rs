@@ -75,7 +75,7 @@ impl Firmware {
         if self.after_jog.is_none() {
             self.brake(now);
         }
-        // A door that opens meanwhile is not forgotten.
+        // A door that opens meanwhile is kept in mind.
         self.after_jog = Some(if self.after_jog == Some(State::Door) { State::Door } else { then });
     }
 

@@ -84,7 +84,7 @@ struct Run<'a> {
     log: &'a BackgroundLog,
     /// Rows that are taken.
     done: usize,
-    /// When that was told last.
+    /// When that was last reported.
     told_at: Option<Instant>,
     ambient: AmbientLight,
     /// What is taken away from the frames that come.

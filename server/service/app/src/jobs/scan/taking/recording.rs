@@ -290,7 +290,7 @@ fn joined<T>(thread: ScopedJoinHandle<'_, T>) -> T {
     thread.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))
 }
 
-/// Hands results on in the order of their frames; after a failure it takes and forgets, so that nobody waits for ever.
+/// Hands results on in the order of their frames; after a failure it accepts and discards, so that no sender blocks.
 fn in_order(
     seen: Receiver<Seen>,
     first: usize,

@@ -58,7 +58,7 @@ impl FreeRecords {
 }
 
 impl Kept<'_> {
-    /// Writes records as they come. After a failure it takes and forgets, so that nobody waits for ever.
+    /// Writes records as they come. After a failure it accepts and discards, so that no sender blocks.
     pub fn write(
         &mut self,
         records: &Receiver<Record>,

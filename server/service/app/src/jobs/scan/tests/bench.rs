@@ -19,10 +19,10 @@ use twin::{StationModel, StationShape, TwinControl, TwinOptions, TwinStation};
 
 use crate::access::lease::Authority;
 use crate::config::AppConfig;
+use crate::evented_catalogue::EventedCatalogue;
 use crate::jobs::scan::clear_work;
 use crate::jobs::tests::as_if_elsewhere;
 use crate::jobs::{ComputeContext, Done, JobEnd, JobInput, ScanInput, ScanSource, StationContext, VerifyInput};
-use crate::ledger::Ledger;
 use crate::recordings::{RecordingParts, Recordings};
 use crate::resources::captures::Captures;
 use crate::resources::measurements::ScanPurpose;
@@ -32,7 +32,7 @@ pub type Kept<T> = Arc<Mutex<Vec<T>>>;
 
 /// Everything a job works with. Ends the station with the value.
 pub struct Bench {
-    pub ledger: Ledger,
+    pub ledger: EventedCatalogue,
     pub store: Store,
     pub station: StationHandle,
     pub operator: TwinControl,
@@ -73,7 +73,7 @@ impl Bench {
         let operator = twin.control();
         let station = StationHandle::over_twin(twin);
         let store = runtime.block_on(Store::open(&folder.path().join("data"))).unwrap();
-        let ledger = runtime.block_on(Ledger::open(store.catalogue.clone())).unwrap();
+        let ledger = runtime.block_on(EventedCatalogue::open(store.catalogue.clone())).unwrap();
         let document = true_document(&model, "true0000");
         let captures = {
             let _inside = runtime.enter();

@@ -51,8 +51,8 @@ fn station(app: &App) -> StationDto {
 
 /// Stops motion, turns the laser off, ends what runs and empties the station's queue.
 ///
-/// Works for everybody at any time, needs no control, no body, no key; answers once the devices were told. It latches:
-/// nothing moves or shines again before a reset, over restarts too.
+/// Works for everybody at any time, needs no control, no body, no key; answers once the devices received it. It latches:
+/// motion and laser stay off until a reset, over restarts too.
 #[utoipa::path(post, path = "/station/stop", tag = "station", responses((status = 200, body = StoppedDto)))]
 async fn stop_station(
     State(app): State<App>,
@@ -75,7 +75,7 @@ fn stopped_by(app: &App, headers: &HeaderMap, peer: Option<&Peer>) -> Principal 
     }
 }
 
-/// Acknowledges faults, reaches devices again, leaves Halted. Nothing moves or shines by it.
+/// Acknowledges faults, reaches devices again, leaves Halted. Motion and laser stay off.
 #[utoipa::path(
     post, path = "/station/reset", tag = "station",
     params(("Sheaf-Control" = String, Header, description = "Id of the control lease")),

@@ -12,13 +12,13 @@ use crate::wire::hardware::devices::{IdentityDto, RangeDto};
 pub enum LightDto {
     /// Dark.
     Off,
-    /// It may shine at any moment.
+    /// It may be turned on at any moment.
     Armed,
     /// Shining.
     On,
     /// It cannot be reached: treat it as shining.
     Unknown,
-    /// This program does not switch it: it shines as long as it has power, also after Stop and after a fault.
+    /// This program does not switch it: it is on as long as it has power, also after Stop and after a fault.
     NotControlled,
 }
 
@@ -31,7 +31,7 @@ pub struct LaserDto {
     pub identity: IdentityDto,
     /// Powers as shares of full power; missing: on and off only.
     pub powers: Option<RangeDto>,
-    /// Whether it shines.
+    /// Whether it is on.
     pub light: LightDto,
     /// Share of full power.
     pub power: f64,
@@ -39,11 +39,11 @@ pub struct LaserDto {
     pub interlock_closed: Option<bool>,
 }
 
-/// How brightly the laser shall shine.
+/// The laser power to set.
 #[derive(Debug, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SetLaserDto {
-    /// Share of full power; 0 is dark. It shines only while frames arrive.
+    /// Share of full power; 0 is off. It is on only while frames arrive.
     #[schema(minimum = 0.0, maximum = 1.0)]
     pub power: f64,
 }

@@ -8,13 +8,13 @@ use tokio::sync::{Notify, watch};
 
 /// The catalogue and the bell that rings when events were added.
 #[derive(Clone)]
-pub struct Ledger {
+pub struct EventedCatalogue {
     catalogue: Arc<dyn Catalogue>,
     newest_event: watch::Sender<i64>,
     artifacts_left: Arc<Notify>,
 }
 
-impl Ledger {
+impl EventedCatalogue {
     /// Over a catalogue.
     pub async fn open(catalogue: Arc<dyn Catalogue>) -> Result<Self, StoreError> {
         let seq = catalogue.last_event_seq().await?;
