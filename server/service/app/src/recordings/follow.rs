@@ -17,20 +17,22 @@ const EVENTS: u32 = 100;
 /// Time between two notes about a stage that moves: what lies between is in the frames.
 const STAGE_EVERY: Duration = Duration::from_millis(20);
 
-/// Notes every event from now on.
-pub async fn events(ledger: EventedCatalogue, notes: Notes) {
+/// Notes every event that comes after this call.
+pub fn events(ledger: EventedCatalogue, notes: Notes) -> impl Future<Output = ()> + Send + 'static {
     let mut newest = ledger.watch_events();
     let mut seen = *newest.borrow_and_update();
-    while newest.changed().await.is_ok() {
-        match ledger.read().events_after(seen, EVENTS).await {
-            Ok(listed) => {
-                for event in listed.records {
-                    seen = seen.max(event.seq);
-                    let (at_ns, note) = event_note(&event);
-                    notes.add_at(at_ns, note);
+    async move {
+        while newest.changed().await.is_ok() {
+            match ledger.read().events_after(seen, EVENTS).await {
+                Ok(listed) => {
+                    for event in listed.records {
+                        seen = seen.max(event.seq);
+                        let (at_ns, note) = event_note(&event);
+                        notes.add_at(at_ns, note);
+                    }
                 }
+                Err(error) => tracing::warn!(%error, "events could not be read for the recording"),
             }
-            Err(error) => tracing::warn!(%error, "events could not be read for the recording"),
         }
     }
 }

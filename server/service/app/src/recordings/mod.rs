@@ -164,6 +164,8 @@ impl Recordings {
             let made = tokio::task::spawn_blocking(move || made_file(&path, &header, calibration, progress)).await;
             made.map_err(disk_problem).and_then(|made| made)?
         };
+        // From before it begins, which is an event of its own.
+        let events = follow::events(parts.ledger.clone(), notes.clone());
         let mut changes = and(&record).inspect_err(|_| keeping::removed(&path))?;
         changes.push(Change::InsertRecording(record.clone()));
         let scan_id = record.scan_id.clone();
@@ -180,11 +182,11 @@ impl Recordings {
             notes: receiver,
             queue: notes.clone(),
             stage,
-            progress: progress.clone(),
+            progress,
             free_bytes: parts.free_bytes.clone(),
             floor_bytes,
         };
-        self.run(record.clone(), path, writing, notes, progress, of);
+        self.run(record.clone(), path, writing, notes, events, of);
         Ok(record)
     }
 
@@ -195,15 +197,17 @@ impl Recordings {
         path: PathBuf,
         writing: Writing,
         notes: Notes,
-        progress: Arc<Progress>,
+        events: impl Future<Output = ()> + Send + 'static,
         of: RecordingOf,
     ) {
         let (keep, kept) = watch::channel(None);
         let ending: Arc<Mutex<Option<Ended>>> = Arc::default();
+        let progress = writing.progress.clone();
         let current =
             Current { record: record.clone(), progress, notes: notes.clone(), ending: ending.clone(), kept };
         *self.0.current.lock() = Some(current);
-        let followers = self.followers(&notes, &of);
+        let mut followers = self.followers(&notes, &of);
+        followers.push(tokio::spawn(events));
         drop(notes);
         let this = self.clone();
         tokio::spawn(async move {
@@ -221,7 +225,6 @@ impl Recordings {
     fn followers(&self, notes: &Notes, of: &RecordingOf) -> Vec<JoinHandle<()>> {
         let parts = &self.0.parts;
         let mut all = vec![
-            tokio::spawn(follow::events(parts.ledger.clone(), notes.clone())),
             tokio::spawn(follow::devices(parts.station.clone(), notes.clone())),
             tokio::spawn(follow::profiles(parts.live.clone(), notes.clone())),
         ];
