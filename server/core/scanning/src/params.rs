@@ -275,6 +275,8 @@ pub mod watches {
 
 /// Of the watch over lost steps.
 pub mod lost_steps {
+    /// A watch that would notice only losses larger than this is blind, mm: four times the 50 µm that must be noticed.
+    pub const BLIND_MM: f64 = 0.2;
     /// Fewest bins that give a line of differences over slopes.
     pub const FEWEST_DIFFERENCES: usize = 12;
     /// Differences so far off their line, in its own scatter, are left out.

@@ -264,7 +264,8 @@ mod tests {
         let (fused, counts) = fused_of(vec![line(10.0, 0.05, false)], vec![line(10.6, 0.1, false)]);
         assert_eq!((counts.n_points, counts.n_disagreeing), (30, 30));
         let point = fused.segments[0].points[3];
-        assert_eq!((point.v_px, point.sigma_px), (10.0, 0.05f64.hypot(0.3)));
+        // But for the last digit, which hangs on the order of the sums.
+        assert!(point.v_px == 10.0 && (point.sigma_px - 0.05f64.hypot(0.3)).abs() < 1e-12, "{point:?}");
     }
 
     #[test]

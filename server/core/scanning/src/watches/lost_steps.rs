@@ -18,8 +18,8 @@ use optics::{Calibration, Stage, StagePosition};
 use statistics::median;
 
 use crate::params::lost_steps::{
-    ALARM_MM, ALARM_SIGMAS, BASELINE_FRAMES, FEWEST_DIFFERENCES, FEWEST_FRAMES, FEWEST_USUAL, LEAST_SLOPE_SPREAD,
-    NOISE_INFLATION, OUTLIER_SIGMAS, REACH_FRAMES,
+    ALARM_MM, ALARM_SIGMAS, BASELINE_FRAMES, BLIND_MM, FEWEST_DIFFERENCES, FEWEST_FRAMES, FEWEST_USUAL,
+    LEAST_SLOPE_SPREAD, NOISE_INFLATION, OUTLIER_SIGMAS, REACH_FRAMES,
 };
 use crate::points::profile::Profile;
 use crate::watches::strips::{Condenser, FrameSamples, Sample, line_through, surface_at};
@@ -203,12 +203,14 @@ impl LostStepsWatch {
     }
 
     /// The smallest loss that would have been noticed in most frames in which one could be, mm; `None` where that is hardly
-    /// any frame: no slopes, or orders that have not seen the same places for long enough.
+    /// any frame, or large: no slopes, or orders that have not seen the same places for long enough.
     pub fn smallest_noticed_mm(&self) -> Option<f64> {
         if self.sigmas_mm.len() < REACH_FRAMES {
             return None;
         }
-        median(&mut self.sigmas_mm.clone()).map(|sigma_mm| ALARM_MM.max(ALARM_SIGMAS * sigma_mm))
+        let smallest_mm =
+            median(&mut self.sigmas_mm.clone()).map(|sigma_mm| ALARM_MM.max(ALARM_SIGMAS * sigma_mm));
+        smallest_mm.filter(|smallest_mm| *smallest_mm <= BLIND_MM)
     }
 
     /// The jump that explains the last frames best, if it is beyond doubt.

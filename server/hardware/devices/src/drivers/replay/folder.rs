@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use capture::{Capture, LaserPicture};
 use vision::GreyImage;
 
-use super::sequence::{Picture, Source};
+use super::sequence::{Picture, Source, copy};
 use super::{Pictures, ReplayError};
 use crate::StageKind;
 
@@ -46,7 +46,7 @@ impl Source for Folder {
     }
 
     fn read_into(&self, idx: usize, target: &mut GreyImage) -> Result<(), ReplayError> {
-        *target = self.capture.laser_image(&self.files[idx])?;
+        copy(&self.capture.laser_image(&self.files[idx])?, target);
         Ok(())
     }
 

@@ -142,7 +142,8 @@ fn blank() -> GreyImage {
     GreyImage::new(1, 1, Pixels::Eight(vec![0])).expect("one pixel is an image")
 }
 
-fn copy(source: &GreyImage, target: &mut GreyImage) {
+/// Writes an image into `target`, in `target`'s own memory.
+pub fn copy(source: &GreyImage, target: &mut GreyImage) {
     const NOT_EMPTY: &str = "an image has at least one pixel";
     let (width, height) = (source.width(), source.height());
     match source.pixels() {
