@@ -43,6 +43,18 @@ fn wait_for(server: &Server, href: &str, what: &str, seen: impl Fn(&Value) -> bo
     }
 }
 
+/// The id of a recording of some frames of a live view.
+pub fn recorded_live_view(server: &Server) -> Value {
+    live(server, true);
+    let (status, begun) = send(server, "POST", "/api/v1/recordings", &json!({}));
+    assert_eq!(status, 201, "{begun:#}");
+    let href = format!("/api/v1/recordings/{}", begun["id"].as_str().unwrap());
+    wait_for(server, &href, "frames", |recording| recording["n_frames"].as_u64().unwrap() >= 1);
+    assert_eq!(send(server, "POST", &format!("{href}/stop"), &json!({})).0, 200);
+    live(server, false);
+    begun["id"].clone()
+}
+
 /// The file of a recording, fetched.
 fn fetched(server: &Server, recording: &Value, folder: &Path) -> PathBuf {
     let file = server.get(recording["file"].as_str().expect("a file"));

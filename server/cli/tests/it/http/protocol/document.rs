@@ -8,6 +8,7 @@ use serde_json::{Value, json};
 use crate::common::server::Server;
 use crate::common::{out, sheaf_ok, small_capture};
 use crate::http::fresh;
+use crate::http::recordings::recorded_live_view;
 
 #[test]
 fn the_document_checked_in_is_the_one_the_routes_make() {
@@ -44,6 +45,7 @@ fn things_that_exist(server: &Server) -> Value {
     let export = json!({ "what": "cloud", "format": "csv" });
     server.result_of(&format!("/api/v1/scans/{scan_id}/exports"), &export);
     let (session_id, picture) = session_with_a_picture(server);
+    let recording_id = recorded_live_view(server);
     let jobs = server.get("/api/v1/jobs").expect(200);
     let job_ids: Vec<&Value> = jobs["items"].as_array().unwrap().iter().map(|job| &job["id"]).collect();
     json!({
@@ -51,6 +53,7 @@ fn things_that_exist(server: &Server) -> Value {
         "calibrations": { "id": [calibration_id], "with": [calibration_id] },
         "calibration-sessions": { "id": [session_id], "artifact": [picture] },
         "jobs": { "id": job_ids },
+        "recordings": { "id": [recording_id] },
         "scans": {
             "id": [scan_id],
             "measurement_id": [measured.expect(201)["id"]],
