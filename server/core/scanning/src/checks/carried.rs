@@ -2,11 +2,11 @@
 
 use std::ops::Range;
 
+use crate::input::line_widths::Width;
 use crate::params::{
     OPEN_SHARE, STEP_BLUR_WIDTHS, STEP_LEAST_POINTS, STEP_LEAST_WIDTHS, STEP_SEEN_SHARE, STEP_SIGMAS,
     STEP_WINDOW_WIDTHS, WIDTH_WINDOW_WIDTHS,
 };
-use crate::points::line_widths::Width;
 
 /// A point of a run: a line's neighbouring points of one label.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -8,8 +8,8 @@ use crate::checks::columns::{FrameColumns, LineColumns};
 use crate::checks::compare::Surfaces;
 use crate::checks::rivals::{Look, Rivals, neighbours};
 use crate::checks::widths::Widths;
+use crate::input::line_widths::{LineWidths, Width};
 use crate::params::{COMPARE_STRIDE_PX, KINK_STEP_PX, RUN_DENIED_SHARE, STUB_POINTS, WIDTH_WINDOW_WIDTHS};
-use crate::points::line_widths::{LineWidths, Width};
 use crate::points::profile::{Profile, ProfilePoint};
 use crate::points::profiles::Profiles;
 

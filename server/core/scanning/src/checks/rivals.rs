@@ -2,8 +2,8 @@
 //! (`docs/maths/labelling.md`, "Rivals").
 
 use crate::checks::compare::Surfaces;
+use crate::input::line_widths::Label;
 use crate::params::{CLOSE_TOLERANCES, COMPARE_STRIDE_PX, CONTRADICTION_TOLERANCES, END_WIDTHS, KINK_STEP_PX};
-use crate::points::line_widths::Label;
 use crate::points::profile::ProfilePoint;
 use crate::points::profiles::Profiles;
 

@@ -4,10 +4,10 @@ use crate::checks::compare::Surfaces;
 use crate::checks::rivals::Rivals;
 use crate::error::ScanError;
 use crate::input::frames::in_order;
+use crate::input::line_widths::{Label, LineWidths, Sample, Width};
 use crate::params::{
     CLOSE_TOLERANCES, WIDTH_DENIED_SEEN_SIGMAS, WIDTH_DENIED_SIGMAS, WIDTH_STRIDE_POINTS, WIDTH_WINDOW_WIDTHS,
 };
-use crate::points::line_widths::{Label, LineWidths, Sample, Width};
 use crate::points::profile::ProfilePoint;
 use crate::points::profiles::Profiles;
 use statistics::median;

@@ -19,12 +19,12 @@ use vision::LineDirection;
 
 use crate::error::ScanError;
 use crate::input::frames::{Frames, lines_of};
+use crate::input::line_widths::LineWidths;
 use crate::input::motions::{Chart, FrameMotion};
 use crate::params::{
     AGREEMENT_FLOOR_GRATING, AGREEMENT_FLOOR_PLANES, CONFIRMATION, OUTSIDE_COST, SAMPLE_STRIDE_PX, STUB_POINTS,
     SYSTEMATIC_SIGMAS, UNLABELLED_COST,
 };
-use crate::points::line_widths::LineWidths;
 use gather::evidence::Evidence;
 use gather::hypotheses::Samples;
 

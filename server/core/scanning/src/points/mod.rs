@@ -3,7 +3,6 @@
 pub mod cloud;
 pub mod dropped;
 pub mod envelope;
-pub mod line_widths;
 pub mod profile;
 pub mod profiles;
 pub mod sigma_table;

@@ -4,10 +4,10 @@ use optics::DepthRangeMm;
 
 use super::evidence::Evidence;
 use super::hypotheses::Samples;
+use crate::input::line_widths::{Label, LineWidths, Sample};
 use crate::label::pieces::Piece;
 use crate::label::sample_weight;
 use crate::params::{WIDTH_COST, WIDTH_FITS_SIGMAS};
-use crate::points::line_widths::{Label, LineWidths, Sample};
 
 /// The widths of a scan's lines, from all samples under the labels of their pieces.
 pub fn learned(samples: &Samples, labels: &[usize], orders: &[i8], depths: DepthRangeMm) -> LineWidths {

@@ -28,12 +28,12 @@ use crate::params::GRBL_MOVING_QUERY_HZ;
 use crate::{StageError, StageKind};
 use session::Session;
 
-/// One axis of a GRBL controller, see [`ControllerStage`]. A stop is feed hold and jog cancel at once, and a soft reset as
+/// One axis of a GRBL controller, see `ControllerStage`. A stop is feed hold and jog cancel at once, and a soft reset as
 /// soon as it rests, which is left out where there was nothing but a jog: the position is kept and the laser dark. Homing
 /// is reset at once.
 pub type GrblStage = ControllerStage<Session>;
 
-/// The spindle output of a GRBL controller in laser mode, see [`ControllerLaser`].
+/// The spindle output of a GRBL controller in laser mode, see `ControllerLaser`.
 pub type GrblLaser = ControllerLaser<Session>;
 
 /// An axis of the controller.

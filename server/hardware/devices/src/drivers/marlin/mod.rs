@@ -23,12 +23,12 @@ use crate::params::MARLIN_MOVING_QUERY_HZ;
 use crate::{StageError, StageKind};
 use session::Session;
 
-/// One axis of a Marlin controller, see [`ControllerStage`]. A stop sends no more, so that it brakes at the end of what was
+/// One axis of a Marlin controller, see `ControllerStage`. A stop sends no more, so that it brakes at the end of what was
 /// sent, and asks when it rests; the position is kept. What has not run out in time is dropped (`M410`), at the price of the
 /// position. Homing is halted for good (`M112`).
 pub type MarlinStage = ControllerStage<Session>;
 
-/// The cutter output of a Marlin controller built with `LASER_FEATURE`, see [`ControllerLaser`].
+/// The cutter output of a Marlin controller built with `LASER_FEATURE`, see `ControllerLaser`.
 pub type MarlinLaser = ControllerLaser<Session>;
 
 /// What is known of the controller; checked against what it says when it is opened.

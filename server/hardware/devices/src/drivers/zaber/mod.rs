@@ -22,7 +22,7 @@ use crate::params::ZABER_MOVING_QUERY_HZ;
 use crate::{StageError, StageKind};
 use session::Session;
 
-/// One axis of a Zaber device, see [`ControllerStage`]. A stop brakes by the device's own ramp, and nothing is queued in the
+/// One axis of a Zaber device, see `ControllerStage`. A stop brakes by the device's own ramp, and nothing is queued in the
 /// device that could go on; the position is kept.
 pub type ZaberStage = ControllerStage<Session>;
 
