@@ -292,7 +292,7 @@ mod tests {
             "source": { "kind": "capture", "capture_id": "c", "scan": "gauge" }, "name": "n", "from_mm": -1.0,
             "to_mm": 1.0, "step_mm": 0.5, "speed_mm_s": null, "mode": "stop_and_go", "exposure_us": 800.0,
             "exposures_us": [],
-            "laser_power": 1.0, "keep_frames": true, "calibration_id": "k", "resume_scan_id": null,
+            "laser_power": 1.0, "keep_frames": true, "record": false, "calibration_id": "k", "resume_scan_id": null,
             "measure": [{ "tool": "sphere", "name": "ball", "nominal_mm": 18.9, "tolerance_mm": 0.1,
                 "region_mm": [0.0, 0.0, 0.0, 1.0, 1.0, 1.0], "seed": 3 }],
             "purpose": "production",

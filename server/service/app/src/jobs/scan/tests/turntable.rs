@@ -84,12 +84,13 @@ fn a_ball_is_turned_whole_measured_and_scanned_again_from_its_pictures() {
 #[test]
 fn a_sweep_turns_at_constant_speed_and_a_stopped_turn_goes_on() {
     let bench = bench();
-    let mut sweep = turn(0.0, 30.0, 6.0);
-    (sweep.mode, sweep.speed_deg_s) = (Some(ScanMode::Continuous), Some(60.0));
+    // Rows close enough that orders see the same places, whatever a busy machine does to their distances.
+    let mut sweep = turn(0.0, 60.0, 3.0);
+    (sweep.mode, sweep.speed_deg_s) = (Some(ScanMode::Continuous), Some(30.0));
     let swept = bench.scan(sweep);
     assert_eq!(swept.state, ScanState::Complete, "{}", swept.report);
     let angles: Vec<f64> = positions(&bench, &swept).iter().map(|at| at.deg().unwrap()).collect();
-    assert!(angles.windows(2).all(|pair| (3.0..9.0).contains(&(pair[1] - pair[0]))), "{angles:?}");
+    assert!(angles.windows(2).all(|pair| (1.5..4.5).contains(&(pair[1] - pair[0]))), "{angles:?}");
 
     let job = bench.job_cancelled_at(|words| words == "row 4 of 11");
     assert!(matches!(run(turn(0.0, 30.0, 3.0), &job.ctx), Err(JobEnd::Cancelled)));
