@@ -172,10 +172,18 @@ mod stations {
         let fastest_hz = camera["capabilities"]["frame_rate_hz"]["max"].as_f64().unwrap();
         // So slow that the recording begins before the first frame.
         rig.set_camera(&json!({ "roi": roi, "frame_rate_hz": 1.0, "exposure_us": 500.0 }));
-        let (link_before, before) = (rig.link(), rig.station());
-        rig.live(true);
-        let begun = rig.send("POST", "/api/v1/recordings", &[], &json!({ "name": "full rate" }));
-        let href = format!("/api/v1/recordings/{}", begun["id"].as_str().unwrap());
+        let (link_before, before, href) = loop {
+            let (link, station) = (rig.link(), rig.station());
+            rig.live(true);
+            let begun = rig.send("POST", "/api/v1/recordings", &[], &json!({ "name": "full rate" }));
+            let href = format!("/api/v1/recordings/{}", begun["id"].as_str().unwrap());
+            if arrived(&rig.station()) == arrived(&station) {
+                break (link, station, href);
+            }
+            // A frame may have come before it: once more.
+            rig.live(false);
+            rig.wait_for("the end", |_| rig.server.get(&href).expect(200)["state"] == "complete");
+        };
         rig.set_camera(&json!({ "frame_rate_hz": fastest_hz }));
         let recording = || rig.server.get(&href).expect(200);
         rig.wait_for("frames", |_| recording()["n_frames"].as_u64().unwrap() >= RECORDED);
