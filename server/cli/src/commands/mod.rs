@@ -2,6 +2,7 @@
 
 mod bench;
 mod calibrate;
+mod compare;
 pub mod demo;
 mod doctor;
 pub mod images;
@@ -90,6 +91,7 @@ pub fn run(command: Command, json: bool, reporter: &dyn Reporter) -> Result<Answ
         Command::Centrelines(args) => images::centrelines::run(&args, reporter),
         Command::Corners(args) => images::corners::run(&args, reporter),
         Command::Measure(args) => measure::run(&args, reporter),
+        Command::Compare(args) => compare::run(&args, reporter),
         Command::Bench(args) => bench::run(&args, reporter),
         Command::Study(args) => study::run(&args, reporter),
         Command::Target(args) => images::target::run(&args, reporter),
