@@ -51,10 +51,12 @@ pub fn debug_program() -> PathBuf {
 }
 
 /// The tests of labelling on scores of random scenes, each against the rate of wrong labels stated beside it, stations of
-/// all sizes from pictures to a measured ball, and a thousand serial faults for each controller.
+/// all sizes from pictures to a measured ball, all characteristics of a plan on two hundred seeds, and a thousand serial faults
+/// for each controller.
 pub fn campaign() -> Outcome {
     let filter = ["--", "campaign", "--ignored", "--nocapture", "--test-threads", "1"];
     run("serial faults", cargo(&["test", "--package", "sheaf-devices", "--lib"]).args(filter))?;
+    run("characteristics of plans", cargo(&["test", "--package", "sheaf-metrology", "--lib"]).args(filter))?;
     run("stations of all sizes", cargo(&["test", "--package", "sheaf-pipeline", "--test", "it"]).args(filter))?;
     run("campaign", cargo(&["test", "--package", "sheaf-scanning", "--test", "it"]).args(filter))
 }

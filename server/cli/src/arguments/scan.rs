@@ -102,7 +102,14 @@ pub struct CompareArgs {
     pub best_fit: bool,
     /// Where the part's origin lies in the scan, x, y, z in mm, and how it is turned, as turns about x, y, z in degrees, one
     /// after the other.
-    #[arg(long, value_name = "X,Y,Z,RX,RY,RZ", value_delimiter = ',', num_args = 6, allow_negative_numbers = true, conflicts_with = "plan")]
+    #[arg(
+        long,
+        value_name = "X,Y,Z,RX,RY,RZ",
+        value_delimiter = ',',
+        num_args = 6,
+        allow_negative_numbers = true,
+        conflicts_with = "plan"
+    )]
     pub start: Option<Vec<f64>>,
     /// Largest permitted deviation to either side; asks for a verdict by ISO 14253-1.
     #[arg(long, value_name = "MM")]

@@ -21,7 +21,8 @@ use crate::commands::measure::{calibration_of, exit_of_part, read_plan, region_b
 /// Compares; the exit code is the verdict's.
 pub fn run(args: &CompareArgs, reporter: &dyn Reporter) -> Result<Answer, Failure> {
     let cloud = read_cloud(&args.cloud)?;
-    let nominal = Nominal::new(&read_mesh(&args.part)?).map_err(|error| Failure::from(error).in_file(&args.part))?;
+    let nominal =
+        Nominal::new(&read_mesh(&args.part)?).map_err(|error| Failure::from(error).in_file(&args.part))?;
     let calibration = calibration_of(&cloud, args.calibration.as_deref())?;
     if calibration.is_none() {
         reporter.warn(

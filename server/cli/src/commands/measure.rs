@@ -61,8 +61,7 @@ fn run_plan(
     calibration: Option<&Calibration>,
     args: &MeasureArgs,
 ) -> Result<Answer, Failure> {
-    let result =
-        evaluate(plan, cloud, calibration).map_err(|error| Failure::from(error).in_file(&args.cloud))?;
+    let result = evaluate(plan, cloud, calibration).map_err(|error| Failure::from(error).in_file(&args.cloud))?;
     let mut json = plan_json(&result);
     json["cloud"] = json!(args.cloud);
     json["plan"] = json!(plan.name);

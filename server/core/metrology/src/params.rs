@@ -176,10 +176,6 @@ pub const RIM_MIN_RUN_POINTS: usize = 5;
 /// Points of a line, counted from its end, that show its full light: beyond the blur and near enough to be as bright.
 pub const RIM_FULL_LIGHT_POINTS: std::ops::Range<usize> = 8..24;
 
-/// Light where the next point was lost, as a share of the full light: the middle of nothing and the share at which the
-/// extraction cuts a line (0.3).
-pub const LOST_LIGHT_SHARE: f64 = 0.15;
-
 /// Lines that cross a rim at less than this angle to it say nothing of it (sine, 40°).
 pub const RIM_MIN_SINE: f64 = 0.64;
 

@@ -38,7 +38,8 @@ impl Cells {
             let [a, b, c] = facet.corners;
             for k in 0..n as usize {
                 // A sequence that fills the square evenly, folded onto the triangle.
-                let (mut s, mut t) = ((0.5 + 0.754_877_67 * k as f64).fract(), (0.5 + 0.569_840_29 * k as f64).fract());
+                let (mut s, mut t) =
+                    ((0.5 + 0.754_877_67 * k as f64).fract(), (0.5 + 0.569_840_29 * k as f64).fract());
                 if s + t > 1.0 {
                     (s, t) = (1.0 - s, 1.0 - t);
                 }

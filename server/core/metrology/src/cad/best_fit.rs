@@ -44,20 +44,22 @@ pub(crate) struct Row {
 /// A fitted pose.
 pub(crate) struct BestFit {
     pub(crate) pose: Rigid<DatumFrame, PartFrame>,
-    pub(crate) middle: Vector3<f64>,
-    pub(crate) lever_mm: f64,
     /// H⁻¹ without what is locked.
     pub(crate) inverse: Matrix6<f64>,
     /// Residuals over predicted noise.
     pub(crate) ratio: f64,
     pub(crate) rms_mm: f64,
-    pub(crate) n_points: usize,
     /// Freedoms that the points do not hold, in words.
     pub(crate) locked: Vec<String>,
 }
 
 /// Slopes of a distance along `normal` at a place, for a motion about `middle`.
-pub(crate) fn slopes(at: &Vector3<f64>, normal: &Vector3<f64>, middle: &Vector3<f64>, lever_mm: f64) -> Vector6<f64> {
+pub(crate) fn slopes(
+    at: &Vector3<f64>,
+    normal: &Vector3<f64>,
+    middle: &Vector3<f64>,
+    lever_mm: f64,
+) -> Vector6<f64> {
     let turn = (at - middle).cross(normal) / lever_mm;
     Vector6::new(normal.x, normal.y, normal.z, turn.x, turn.y, turn.z)
 }
@@ -95,7 +97,8 @@ pub(crate) fn rows(
 
 /// Robust ratio of residuals to predicted noise, at least 1.
 fn scale(rows: &[Option<Row>]) -> f64 {
-    let mut normalised: Vec<f64> = rows.iter().flatten().map(|row| (row.residual_mm / row.sigma_mm).abs()).collect();
+    let mut normalised: Vec<f64> =
+        rows.iter().flatten().map(|row| (row.residual_mm / row.sigma_mm).abs()).collect();
     (SIGMA_PER_MAD * median(&mut normalised).unwrap_or(1.0)).max(1.0)
 }
 
@@ -130,12 +133,9 @@ pub(crate) fn best_fit(
             let square: f64 = rows.iter().flatten().map(|row| row.residual_mm * row.residual_mm).sum();
             return Ok(BestFit {
                 pose,
-                middle,
-                lever_mm,
                 inverse: held.inverse,
                 ratio: scale(&rows),
                 rms_mm: (square / n_points as f64).sqrt(),
-                n_points,
                 locked: held.locked,
             });
         }

@@ -27,8 +27,9 @@ use crate::measuring::noise::redundancy;
 use crate::measuring::systematic::Retriangulation;
 use crate::measuring::temperature::wavelength_drift;
 use crate::params::{
-    BEST_FIT_POINTS, CELLS_PER_DIAGONAL, COMPARED_SYSTEMATIC_POINTS, COVERAGE_FACTOR, FOOTPRINT_SHARE, MIN_CELL_POINTS,
-    MIN_COSINE, MIN_FEATURE_POINTS, USUAL_CAPTURE_SHARE, USUAL_REACH_SHARE, WORST_PLACE_CELLS, WORST_PLACES,
+    BEST_FIT_POINTS, CELLS_PER_DIAGONAL, COMPARED_SYSTEMATIC_POINTS, COVERAGE_FACTOR, FOOTPRINT_SHARE,
+    MIN_CELL_POINTS, MIN_COSINE, MIN_FEATURE_POINTS, USUAL_CAPTURE_SHARE, USUAL_REACH_SHARE, WORST_PLACE_CELLS,
+    WORST_PLACES,
 };
 use crate::plan::document::Plan;
 
@@ -195,7 +196,9 @@ pub fn compare(
     let verdict = request.tolerance_mm.map(|tolerance_mm| verdict(&places, tolerance_mm, missing.is_empty()));
     let mut notes = Vec::new();
     if fit.is_some() {
-        notes.push("aligned by all points: what a best fit has taken up does not show in the deviations".to_owned());
+        notes.push(
+            "aligned by all points: what a best fit has taken up does not show in the deviations".to_owned(),
+        );
     }
     let locked = fit.as_ref().map_or_else(Vec::new, |fit| fit.locked.clone());
     notes.extend(locked.iter().map(|freedom| format!("the points do not hold {freedom}; it was left as it was")));
@@ -399,13 +402,17 @@ fn budget(
 ) -> Budget {
     let (along_mm, of_sigma_mm) = shared.at(samples, point.sample);
     let total = samples.at(point.sample).sigma_mm as f32;
-    let own = (total * total - of_sigma_mm * of_sigma_mm).max(0.0).sqrt().max(crate::params::MIN_NOISE_SHARE as f32 * total);
+    let own = (total * total - of_sigma_mm * of_sigma_mm)
+        .max(0.0)
+        .sqrt()
+        .max(crate::params::MIN_NOISE_SHARE as f32 * total);
     let facet = point.facet as usize;
     let slopes = slopes(&point.at.cast(), &nominal.facets[facet].normal, &motion.middle, motion.lever_mm);
     let pose = (slopes.transpose() * of_pose * slopes)[(0, 0)].max(0.0);
     let line_sigma_mm = samples.line_sigma_mm.unwrap_or(0.0);
     let thickness = FOOTPRINT_SHARE * line_sigma_mm * line_sigma_mm * f64::from(nominal.curvature[facet]) / 2.0;
-    let square = f64::from(along_mm).powi(2) + pose + thickness * thickness + f64::from(nominal.sag_mm[facet]).powi(2);
+    let square =
+        f64::from(along_mm).powi(2) + pose + thickness * thickness + f64::from(nominal.sag_mm[facet]).powi(2);
     Budget { noise_mm: own * point.cosine, shared_mm: square.sqrt() as f32 }
 }
 
@@ -422,7 +429,8 @@ struct Place {
 
 /// The means of all cells that points were seen in; counts the points of every cell.
 fn places(cells: &mut Cells, compared: &[Compared], budgets: &[Budget], redundancy: f64) -> Vec<Place> {
-    let mut sums: Vec<(Vector3<f64>, f64, f64, f64, usize)> = vec![(Vector3::zeros(), 0.0, 0.0, 0.0, 0); cells.cells.len()];
+    let mut sums: Vec<(Vector3<f64>, f64, f64, f64, usize)> =
+        vec![(Vector3::zeros(), 0.0, 0.0, 0.0, 0); cells.cells.len()];
     for (point, budget) in compared.iter().zip(budgets) {
         let Some(cell) = point.cell else { continue };
         let sum = &mut sums[cell as usize];
@@ -467,7 +475,9 @@ fn statistics(
     };
     let mut deviations: Vec<(f32, f32)> = compared.par_iter().filter_map(weight).collect();
     let ([mean_mm, rms_mm, std_mm], percentiles_mm) = weighted(&mut deviations);
-    let ends = |pick: fn(&[(f32, f32)]) -> Option<&(f32, f32)>| pick(&deviations).map_or(f64::NAN, |(d, _)| f64::from(*d));
+    let ends = |pick: fn(&[(f32, f32)]) -> Option<&(f32, f32)>| {
+        pick(&deviations).map_or(f64::NAN, |(d, _)| f64::from(*d))
+    };
     let beyond = |by: &dyn Fn(&Place, f64) -> bool| {
         tolerance_mm.map(|tolerance_mm| {
             let out = places.iter().filter(|place| place.n_points >= MIN_CELL_POINTS && by(place, tolerance_mm));
@@ -502,9 +512,8 @@ fn verdict(places: &[Place], tolerance_mm: f64, is_proven: bool) -> PartVerdict 
 /// The cells that are furthest off, some way apart.
 fn worst(places: &[Place], side_mm: f64) -> Vec<WorstPlace> {
     let mut sorted: Vec<&Place> = places.iter().filter(|place| place.n_points >= MIN_CELL_POINTS).collect();
-    sorted.sort_unstable_by(|a, b| {
-        b.deviation_mm.abs().total_cmp(&a.deviation_mm.abs()).then(a.cell.cmp(&b.cell))
-    });
+    sorted
+        .sort_unstable_by(|a, b| b.deviation_mm.abs().total_cmp(&a.deviation_mm.abs()).then(a.cell.cmp(&b.cell)));
     let mut worst: Vec<&Place> = Vec::new();
     for place in sorted {
         if worst.len() == WORST_PLACES {

@@ -80,7 +80,6 @@ pub(crate) struct Nearest {
     pub(crate) facet: u32,
     pub(crate) at: Vector3<f64>,
     pub(crate) spot: Spot,
-    pub(crate) square: f64,
 }
 
 impl Nominal {
@@ -117,13 +116,16 @@ impl Nominal {
             }
         }
         let edges = triangles.iter().enumerate().map(|(idx, t)| {
-            [0, 1, 2].map(|k| beyond(t, k).map_or(Vector3::zeros(), |other| (facets[idx].normal + facets[other].normal).cast()))
+            [0, 1, 2].map(|k| {
+                beyond(t, k).map_or(Vector3::zeros(), |other| (facets[idx].normal + facets[other].normal).cast())
+            })
         });
         let edges: Vec<[Vector3<f32>; 3]> = edges.collect();
         let corner = |v: u32| if is_free[v as usize] { Vector3::zeros() } else { of_vertices[v as usize].cast() };
         let corners: Vec<[Vector3<f32>; 3]> = triangles.iter().map(|t| t.map(corner)).collect();
         let bend = |idx: usize, t: &[u32; 3]| {
-            let of_edge = |k: usize| beyond(t, k).map_or((0.0, 0.0), |other| bend(&facets[idx], &facets[other], k));
+            let of_edge =
+                |k: usize| beyond(t, k).map_or((0.0, 0.0), |other| bend(&facets[idx], &facets[other], k));
             let most = |(sag, curved): (f64, f64), (other, too): (f64, f64)| (sag.max(other), curved.max(too));
             (0..3).map(of_edge).fold((0.0, 0.0), most)
         };
@@ -148,7 +150,13 @@ impl Nominal {
 
     /// The nearest place of a facet that faces against `ray`, within the square of a distance; `guess`: the facet that was
     /// nearest to a point close by.
-    pub(crate) fn nearest(&self, at: &Vector3<f64>, ray: &Vector3<f64>, square: f64, guess: Option<u32>) -> Option<Nearest> {
+    pub(crate) fn nearest(
+        &self,
+        at: &Vector3<f64>,
+        ray: &Vector3<f64>,
+        square: f64,
+        guess: Option<u32>,
+    ) -> Option<Nearest> {
         self.tree.nearest(&self.facets, at, ray, square, guess)
     }
 

@@ -42,7 +42,8 @@ pub struct WorstPlace {
 
 /// Mean, RMS and percentiles of deviations with weights.
 pub(crate) fn weighted(deviations: &mut [(f32, f32)]) -> ([f64; 3], [f64; 3]) {
-    let sum = |of: &dyn Fn(f64) -> f64| deviations.iter().map(|(d, w)| f64::from(*w) * of(f64::from(*d))).sum::<f64>();
+    let sum =
+        |of: &dyn Fn(f64) -> f64| deviations.iter().map(|(d, w)| f64::from(*w) * of(f64::from(*d))).sum::<f64>();
     let total = sum(&|_| 1.0);
     let (mean, square) = (sum(&|d| d) / total, sum(&|d| d * d) / total);
     let std = (square - mean * mean).max(0.0).sqrt();

@@ -33,7 +33,8 @@ pub(crate) struct Tree {
 impl Tree {
     pub(crate) fn new(facets: &[Facet]) -> Self {
         let mut order: Vec<u32> = (0..facets.len() as u32).collect();
-        let middles: Vec<Vector3<f64>> = facets.iter().map(|f| f.corners.iter().sum::<Vector3<f64>>() / 3.0).collect();
+        let middles: Vec<Vector3<f64>> =
+            facets.iter().map(|f| f.corners.iter().sum::<Vector3<f64>>() / 3.0).collect();
         let mut nodes = Vec::with_capacity(facets.len());
         build(facets, &middles, &mut order, 0, &mut nodes);
         Self { nodes, order }
@@ -63,7 +64,7 @@ impl Tree {
             let square = (at - place).norm_squared();
             if square < *least {
                 *least = square;
-                best = Some(Nearest { facet: idx, at: place, spot, square });
+                best = Some(Nearest { facet: idx, at: place, spot });
             }
         };
         if let Some(guess) = guess {
@@ -83,7 +84,8 @@ impl Tree {
                 (node.first..node.first + node.n_facets).for_each(|idx| consider(idx, &mut least));
                 continue;
             }
-            let children = [node_idx + 1, node.first].map(|child| (child, self.nodes[child as usize].square_to(at)));
+            let children =
+                [node_idx + 1, node.first].map(|child| (child, self.nodes[child as usize].square_to(at)));
             let (near, far) = if children[0].1 <= children[1].1 { (0, 1) } else { (1, 0) };
             stack[depth] = children[far];
             stack[depth + 1] = children[near];

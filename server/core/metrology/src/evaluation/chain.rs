@@ -42,7 +42,11 @@ pub(crate) struct Chain<'a> {
 }
 
 impl<'a> Chain<'a> {
-    pub(crate) fn new(plan: &'a Plan, samples: &'a Samples<'a>, fitted: Vec<Result<Fitted, MeasureError>>) -> Self {
+    pub(crate) fn new(
+        plan: &'a Plan,
+        samples: &'a Samples<'a>,
+        fitted: Vec<Result<Fitted, MeasureError>>,
+    ) -> Self {
         let closures = plan.characteristics.iter().map(|characteristic| {
             let measure = &characteristic.measure;
             let mut ids = measure.features();
@@ -83,7 +87,11 @@ impl<'a> Chain<'a> {
     }
 
     /// The components of the characteristics that are wanted.
-    pub(crate) fn components(&self, state: &State, is_wanted: impl Fn(usize) -> bool) -> Vec<Option<Vector3<f64>>> {
+    pub(crate) fn components(
+        &self,
+        state: &State,
+        is_wanted: impl Fn(usize) -> bool,
+    ) -> Vec<Option<Vector3<f64>>> {
         let of = |(idx, angle): (usize, &Option<AngleAxes>)| {
             let measure = &self.plan.characteristics[idx].measure;
             is_wanted(idx).then(|| components(self.plan, measure, state, angle.as_ref())).flatten()

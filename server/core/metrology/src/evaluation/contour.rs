@@ -1,5 +1,6 @@
 //! Lines, circles and slots in a plane, fitted to places on their rim by geometric least squares.
 
+use least_squares::Damping;
 use nalgebra::{DMatrix, DVector, SMatrix, SVector, Vector2};
 use rand::Rng;
 use rand_pcg::Pcg64Mcg;
@@ -14,10 +15,16 @@ pub(crate) type Covariance = SMatrix<f64, MAX_PARAMETERS, MAX_PARAMETERS>;
 const HYPOTHESES: usize = 120;
 
 /// Steps of the fit; a good start needs 4–8.
-const MAX_STEPS: usize = 40;
+const MAX_STEPS: usize = 60;
 
-/// A step that moves nothing by more than this (mm, rad) ends a fit.
+/// A step that moves nothing by more than this (mm, rad) ends a fit; one that would not move more than the other is solved.
 const STEP_TOLERANCE: f64 = 1e-10;
+const SOLVED_TOLERANCE: f64 = 1e-6;
+
+/// Damping at the start, in squares of each parameter's own unit, and its range.
+const FIRST_DAMPING: f64 = 1e-6;
+const MIN_DAMPING: f64 = 1e-12;
+const MAX_DAMPING: f64 = 1e8;
 
 /// Step of the numerical derivatives, mm and rad.
 const DERIVATIVE_STEP: f64 = 1e-6;
@@ -115,16 +122,23 @@ fn away(from: &Vector2<f64>, radius_mm: f64) -> (f64, Vector2<f64>) {
     (reach - radius_mm, if reach > 0.0 { from / reach } else { Vector2::x() })
 }
 
-/// Σ of squared distances is least: all places count alike. `None` if they do not hold the contour.
+/// Σ of squared distances is least: all places count alike. `None` if they do not hold the contour, or the fit is stuck.
 pub(crate) fn fit(start: &Contour, places: &[Vector2<f64>]) -> Option<Contour> {
     let mut contour = start.anchored(places);
+    let mut damping = Damping::new(FIRST_DAMPING, MIN_DAMPING, MAX_DAMPING);
+    let mut cost = cost_of(&contour, places);
     for _ in 0..MAX_STEPS {
-        let (jacobian, residuals) = linearised(&contour, places);
-        let step = jacobian.svd(true, true).solve(&-residuals, 1e-9).ok()?;
-        let mut full = [0.0; MAX_PARAMETERS];
-        full[..step.len()].copy_from_slice(step.as_slice());
-        contour = contour.stepped(&full);
-        if step.amax() <= STEP_TOLERANCE {
+        let step = damped_step(&contour, places, damping.value())?;
+        let candidate = contour.stepped(&step);
+        let next = cost_of(&candidate, places);
+        let is_small = step.iter().all(|part| part.abs() <= STEP_TOLERANCE);
+        if next < cost {
+            (contour, cost) = (candidate, next);
+            damping.ease();
+        } else if !is_small && !damping.raise() {
+            break;
+        }
+        if is_small {
             break;
         }
     }
@@ -133,8 +147,26 @@ pub(crate) fn fit(start: &Contour, places: &[Vector2<f64>]) -> Option<Contour> {
         Contour::Circle { radius_mm, .. } => radius_mm > 0.0,
         Contour::Slot { half_mm, radius_mm, .. } => radius_mm > 0.0 && half_mm > 0.0,
     };
-    let is_finite = places.iter().all(|place| contour.distance_and_normal(place).0.is_finite());
-    (is_good && is_finite).then(|| contour.anchored(places))
+    // Whatever ended it: the undamped equations hold.
+    let rest = damped_step(&contour, places, 0.0)?;
+    let is_solved = rest.iter().all(|part| part.abs() <= SOLVED_TOLERANCE);
+    (is_good && is_solved).then(|| contour.anchored(places))
+}
+
+fn cost_of(contour: &Contour, places: &[Vector2<f64>]) -> f64 {
+    places.iter().map(|place| contour.distance_and_normal(place).0.powi(2)).sum()
+}
+
+fn damped_step(contour: &Contour, places: &[Vector2<f64>], damping: f64) -> Option<Step> {
+    let (jacobian, residuals) = linearised(contour, places);
+    let mut normal = jacobian.tr_mul(&jacobian);
+    for k in 0..normal.nrows() {
+        normal[(k, k)] *= 1.0 + damping;
+    }
+    let step = normal.cholesky()?.solve(&jacobian.tr_mul(&residuals));
+    let mut full = [0.0; MAX_PARAMETERS];
+    full.iter_mut().zip(step.iter()).for_each(|(slot, part)| *slot = -part);
+    full.iter().all(|part| part.is_finite()).then_some(full)
 }
 
 fn linearised(contour: &Contour, places: &[Vector2<f64>]) -> (DMatrix<f64>, DVector<f64>) {
@@ -193,9 +225,13 @@ pub(crate) fn first_circle(places: &[Vector2<f64>], rng: &mut Pcg64Mcg) -> Optio
     let through = |drawn: &[Vector2<f64>]| {
         let (a, b) = (drawn[1] - drawn[0], drawn[2] - drawn[0]);
         let double = 2.0 * a.perp(&b);
-        let from = Vector2::new(b.y * a.norm_squared() - a.y * b.norm_squared(), a.x * b.norm_squared() - b.x * a.norm_squared())
-            / double;
-        from.iter().all(|x| x.is_finite()).then(|| Contour::Circle { centre: drawn[0] + from, radius_mm: from.norm() })
+        let from = Vector2::new(
+            b.y * a.norm_squared() - a.y * b.norm_squared(),
+            a.x * b.norm_squared() - b.x * a.norm_squared(),
+        ) / double;
+        from.iter()
+            .all(|x| x.is_finite())
+            .then(|| Contour::Circle { centre: drawn[0] + from, radius_mm: from.norm() })
     };
     hypothesis(places, 3, through, rng)
 }

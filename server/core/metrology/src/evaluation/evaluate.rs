@@ -42,7 +42,11 @@ use crate::plan::feature::FeatureShape;
 ///
 /// # Errors
 /// [`MeasureError::CalibrationMismatch`], and [`MeasureError::TooFewPoints`] for a cloud of next to nothing.
-pub fn evaluate(plan: &Plan, cloud: &Cloud, calibration: Option<&Calibration>) -> Result<PlanResult, MeasureError> {
+pub fn evaluate(
+    plan: &Plan,
+    cloud: &Cloud,
+    calibration: Option<&Calibration>,
+) -> Result<PlanResult, MeasureError> {
     let samples = Samples::from_cloud(cloud, None, calibration.and_then(light_in_camera));
     if samples.len() < MIN_FEATURE_POINTS {
         return Err(MeasureError::TooFewPoints { needed: MIN_FEATURE_POINTS, got: samples.len() });
@@ -92,7 +96,13 @@ pub(crate) struct DatumPose {
 
 impl DatumPose {
     /// What a mode does to the pose, as a motion about `middle`; `None` if it gave none.
-    pub(crate) fn step(&self, mode: usize, side: usize, middle: &Vector3<f64>, lever_mm: f64) -> Option<Vector6<f64>> {
+    pub(crate) fn step(
+        &self,
+        mode: usize,
+        side: usize,
+        middle: &Vector3<f64>,
+        lever_mm: f64,
+    ) -> Option<Vector6<f64>> {
         motion(&self.as_seen?, &(*self.variants.get(mode)?.get(side)?)?, middle, lever_mm)
     }
 
@@ -104,11 +114,17 @@ impl DatumPose {
 }
 
 /// The motion that takes what a pose puts at `middle` to where another puts it: shift, and turn at `lever_mm`.
-fn motion<T>(from: &Rigid<T, PartFrame>, to: &Rigid<T, PartFrame>, middle: &Vector3<f64>, lever_mm: f64) -> Option<Vector6<f64>> {
+fn motion<T>(
+    from: &Rigid<T, PartFrame>,
+    to: &Rigid<T, PartFrame>,
+    middle: &Vector3<f64>,
+    lever_mm: f64,
+) -> Option<Vector6<f64>> {
     let in_part = from.rotation.inverse() * (middle - from.translation_mm);
     let shift = to.rotation * in_part + to.translation_mm - middle;
     let turn = (to.rotation * from.rotation.inverse()).scaled_axis() * lever_mm;
-    Some(Vector6::new(shift.x, shift.y, shift.z, turn.x, turn.y, turn.z)).filter(|step| step.iter().all(|x| x.is_finite()))
+    Some(Vector6::new(shift.x, shift.y, shift.z, turn.x, turn.y, turn.z))
+        .filter(|step| step.iter().all(|x| x.is_finite()))
 }
 
 /// The datum frame of a plan on a cloud.
@@ -120,7 +136,8 @@ pub(crate) fn datum_pose(
     cloud: &Cloud,
     calibration: Option<&Calibration>,
 ) -> Result<DatumPose, MeasureError> {
-    let of_alignment = closure(plan, &plan.alignment.as_ref().map_or(Vec::new(), |alignment| alignment.datums().into()));
+    let of_alignment =
+        closure(plan, &plan.alignment.as_ref().map_or(Vec::new(), |alignment| alignment.datums().into()));
     let mut features = plan.features.clone();
     let mut keep = of_alignment.iter();
     features.retain(|_| keep.next().copied().unwrap_or(false));
@@ -162,7 +179,8 @@ fn fit_features(plan: &Plan, samples: &Samples) -> (Vec<Result<Fitted, MeasureEr
     let mut fitted: Vec<Option<Result<Fitted, MeasureError>>> = plan.features.iter().map(|_| None).collect();
     fit_some(plan, &lines, &mut fitted, is_first, None);
     let alignment = of_alignment.is_some().then(|| {
-        let so_far: Vec<Result<Fitted, MeasureError>> = fitted.iter_mut().map(|f| f.take().unwrap_or(Ok(Fitted::Derived))).collect();
+        let so_far: Vec<Result<Fitted, MeasureError>> =
+            fitted.iter_mut().map(|f| f.take().unwrap_or(Ok(Fitted::Derived))).collect();
         let primitives: Vec<Primitive> = so_far
             .iter()
             .map(|fitted| match fitted {
@@ -242,7 +260,9 @@ fn fit_some(
                         let near = candidates(lines, select, pose);
                         fitted::rim(lines.samples(), &mut rng(idx), &feature.shape, (plane_idx, found), &near)
                     }
-                    Some(Err(error)) => Err(MeasureError::Missing { id: plane.clone(), reason: error.to_string() }),
+                    Some(Err(error)) => {
+                        Err(MeasureError::Missing { id: plane.clone(), reason: error.to_string() })
+                    }
                     _ => Err(MeasureError::Missing { id: plane.clone(), reason: "it is no plane".into() }),
                 }
             })
@@ -278,8 +298,12 @@ fn forms(chain: &Chain) -> (Vec<Form>, Vec<Vec<Vector3<f64>>>) {
         let form = match &chain.fitted[feature] {
             Ok(Fitted::Surface(found)) => {
                 let mut plane: Found = found.clone();
-                keep_form(chain.samples, &mut plane)
-                    .map(|()| Form { characteristic: idx, feature, inliers: plane.inliers, shape: plane.shape })
+                keep_form(chain.samples, &mut plane).map(|()| Form {
+                    characteristic: idx,
+                    feature,
+                    inliers: plane.inliers,
+                    shape: plane.shape,
+                })
             }
             Ok(Fitted::Section(indices)) => section(chain, measure, &state, indices)
                 .map(|(inliers, shape)| Form { characteristic: idx, feature, inliers, shape }),
@@ -307,7 +331,9 @@ fn section(chain: &Chain, measure: &Measure, state: &State, indices: &[u32]) -> 
     let kept = indices.iter().zip(&residuals).filter(|(_, r)| **r != 0.0 && r.abs() <= trim).map(|(idx, _)| *idx);
     let kept: Vec<u32> = kept.collect();
     let middle = kept.iter().map(|idx| samples.position(*idx)).sum::<Vector3<f64>>() / kept.len().max(1) as f64;
-    let FeatureShape::Section { y, .. } = &chain.plan.features[chain.plan.feature_idx(measure.features()[0])?].shape else {
+    let FeatureShape::Section { y, .. } =
+        &chain.plan.features[chain.plan.feature_idx(measure.features()[0])?].shape
+    else {
         return None;
     };
     let normal = state.datum_from_part?.rotation.inverse() * Vector3::from(*y).normalize();
@@ -395,7 +421,10 @@ fn feature_result(chain: &Chain, base: &State, noise: &Noise, idx: usize) -> Fea
             result.cloud_indices = indices.iter().map(|idx| samples.cloud_idx(*idx)).collect();
         }
         Ok(Fitted::Derived) if result.geometry.is_none() => {
-            result.failure = Some(missing_below(chain, feature.shape.rests_on()).unwrap_or(MeasureError::NotDetermined { what: result.kind }));
+            result.failure = Some(
+                missing_below(chain, feature.shape.rests_on())
+                    .unwrap_or(MeasureError::NotDetermined { what: result.kind }),
+            );
         }
         Ok(Fitted::Derived) => {}
         Err(error) => result.failure = Some(error.clone()),
@@ -485,9 +514,8 @@ impl Judge<'_> {
 
     fn failure(&self, idx: usize) -> MeasureError {
         let measure = &self.chain.plan.characteristics[idx].measure;
-        let of_features = (0..self.features.len())
-            .filter(|feature| self.chain.rests_on(idx, *feature))
-            .find_map(|feature| {
+        let of_features =
+            (0..self.features.len()).filter(|feature| self.chain.rests_on(idx, *feature)).find_map(|feature| {
                 let reason = self.features[feature].failure.as_ref()?.to_string();
                 Some(MeasureError::Missing { id: self.features[feature].id.clone(), reason })
             });
@@ -503,7 +531,8 @@ impl Judge<'_> {
     fn missing(&self, idx: usize, modes: Option<&Systematic>) -> Vec<Missing> {
         let (chain, calibration) = (self.chain, self.calibration);
         let measure = &chain.plan.characteristics[idx].measure;
-        let of = |feature: usize| chain.rests_on(idx, feature).then(|| chain.fitted[feature].as_ref().ok()).flatten();
+        let of =
+            |feature: usize| chain.rests_on(idx, feature).then(|| chain.fitted[feature].as_ref().ok()).flatten();
         let resting = || (0..chain.fitted.len()).filter_map(of);
         let stage = calibration.and_then(|calibration| calibration.stage);
         let turntable = stage.and_then(|stage| stage.rotary());
@@ -516,7 +545,10 @@ impl Judge<'_> {
             (calibration.is_some_and(|c| wavelength_drift(c).is_none()), Missing::Wavelength),
             (modes.is_some_and(|modes| modes.has_failed[idx]), Missing::CalibrationModes),
             (
-                measure.is_between_places() && turntable.is_none() && straightness.is_none() && calibration.is_some(),
+                measure.is_between_places()
+                    && turntable.is_none()
+                    && straightness.is_none()
+                    && calibration.is_some(),
                 Missing::StageStraightness,
             ),
             (turntable.is_some_and(|axis| axis.angle_error.is_none()), Missing::StageAngle),

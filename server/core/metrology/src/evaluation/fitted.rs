@@ -14,13 +14,16 @@ use crate::interface::doubts::Finding;
 use crate::interface::request::MeasureError;
 use crate::interface::shape::{MAX_PARAMETERS, Shape, across};
 use crate::params::{
-    FORM_RMS_RELATIVE, MIN_FEATURE_POINTS, RIM_BLUR_SHARE, RIM_MAX_GAP_DEG, RIM_MIN_CROSSINGS_PER_PARAMETER, RIM_MIN_FADED_SHARE,
-    RIM_MIN_SINE, TRIM_SIGMAS,
+    FORM_RMS_RELATIVE, MIN_FEATURE_POINTS, RIM_BLUR_SHARE, RIM_MAX_GAP_DEG, RIM_MIN_CROSSINGS_PER_PARAMETER,
+    RIM_MIN_FADED_SHARE, RIM_MIN_SINE, TRIM_SIGMAS,
 };
 use crate::plan::feature::FeatureShape;
 
 /// Rounds in which places that are off or crossed too obliquely leave a rim.
 const TRIM_ROUNDS: usize = 8;
+
+/// Variance of a contour's parameter (mm², rad²) that is none: the crossings do not hold it.
+const MAX_RIM_VARIANCE: f64 = 1.0;
 
 /// Distances below this are rounding, mm: the trim never closes further.
 const MIN_TRIM_MM: f64 = 1e-6;
@@ -155,7 +158,11 @@ impl PlaneAxes {
 }
 
 /// Fits a surface to some of the points.
-pub(crate) fn surface(search: &mut Search, shape: &FeatureShape, candidates: &[u32]) -> Result<Fitted, MeasureError> {
+pub(crate) fn surface(
+    search: &mut Search,
+    shape: &FeatureShape,
+    candidates: &[u32],
+) -> Result<Fitted, MeasureError> {
     let missing = |feature| MeasureError::FeatureNotFound { feature, n_points: candidates.len() };
     enough(candidates)?;
     let found = match shape {
@@ -218,6 +225,9 @@ pub(crate) fn rim(
         }
     };
     let mut contour = first.ok_or_else(missing)?;
+    let mut blurs: Vec<f64> = crossings.iter().filter_map(|crossing| crossing.blur_mm).collect();
+    // Nobody knows the rim better than to this; a straight side that fits better must not drive out a round end.
+    let least_mm = RIM_BLUR_SHARE * median(&mut blurs).unwrap_or(0.0);
     let mut trim_mm = f64::INFINITY;
     for round in 0..TRIM_ROUNDS {
         let is_good = |crossing: &Crossing| {
@@ -231,7 +241,8 @@ pub(crate) fn rim(
         }
         contour = contour::fit(&contour, &kept).ok_or_else(missing)?;
         let mut distances: Vec<f64> = kept.iter().map(|p| contour.distance_and_normal(p).0.abs()).collect();
-        trim_mm = (TRIM_SIGMAS * SIGMA_PER_MAD * median(&mut distances).unwrap_or(0.0)).max(MIN_TRIM_MM);
+        trim_mm =
+            (TRIM_SIGMAS * SIGMA_PER_MAD * median(&mut distances).unwrap_or(0.0)).max(least_mm).max(MIN_TRIM_MM);
     }
     crossings.retain(|crossing| {
         let (distance, normal) = contour.distance_and_normal(&flat(crossing));
@@ -253,7 +264,7 @@ pub(crate) fn rim(
     let square: f64 = places.iter().map(|p| contour.distance_and_normal(p).0.powi(2)).sum();
     let mut blurs: Vec<f64> = crossings.iter().filter_map(|crossing| crossing.blur_mm).collect();
     let has_faded = blurs.len() as f64 >= RIM_MIN_FADED_SHARE * crossings.len() as f64;
-    Ok(Fitted::Rim(Rim {
+    let rim = Rim {
         plane_idx,
         contour,
         axes,
@@ -261,7 +272,12 @@ pub(crate) fn rim(
         rms_mm: (square / places.len() as f64).sqrt(),
         threshold_mm: median(&mut blurs).filter(|_| has_faded).map(|blur_mm| RIM_BLUR_SHARE * blur_mm),
         crossings,
-    }))
+    };
+    let places: Vec<Vector3<f64>> =
+        rim.crossings.iter().map(|crossing| samples.position(crossing.sample_idx) + crossing.offset).collect();
+    let is_held =
+        rim.covariance(&places, 1.0).is_some_and(|covariance| covariance.diagonal().max() < MAX_RIM_VARIANCE);
+    if is_held { Ok(Fitted::Rim(rim)) } else { Err(MeasureError::NotDetermined { what: name }) }
 }
 
 /// The largest part of a circle that no line crosses, degrees; `None` for other contours.

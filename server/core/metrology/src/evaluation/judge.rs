@@ -94,7 +94,8 @@ pub(crate) fn value(
                 },
                 None => {
                     let is_length = measure.unit() == crate::interface::measurement::Unit::Mm;
-                    let grown = if is_length { components.x.abs() * EXPANSION_PER_K * TEMPERATURE_SIGMA_K } else { 0.0 };
+                    let grown =
+                        if is_length { components.x.abs() * EXPANSION_PER_K * TEMPERATURE_SIGMA_K } else { 0.0 };
                     let u_systematic = u_systematic.map(|u| u.hypot(grown));
                     Judged { value: components.x, u_noise, u_systematic, notes: Vec::new() }
                 }

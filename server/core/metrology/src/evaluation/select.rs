@@ -34,7 +34,10 @@ impl<'a> Lines<'a> {
             let mut lines: HashMap<(u32, i8), Range<u32>> = HashMap::new();
             for idx in 0..self.samples.len() as u32 {
                 let point = self.samples.point(idx);
-                lines.entry((point.frame, point.order)).and_modify(|line| line.end = idx + 1).or_insert(idx..idx + 1);
+                lines
+                    .entry((point.frame, point.order))
+                    .and_modify(|line| line.end = idx + 1)
+                    .or_insert(idx..idx + 1);
             }
             lines
         });
@@ -111,7 +114,8 @@ pub(crate) fn candidates(
     if let Some(facing) = selection.facing {
         let towards = Vector3::from(facing.normal).normalize();
         let towards = datum_from_part.map_or(towards, |pose| pose.rotation.inverse() * towards);
-        let (least, base_mm) = (facing.within_deg.to_radians().cos(), NORMAL_BASE_SIGMAS / 3.0 * samples.border_margin_mm());
+        let (least, base_mm) =
+            (facing.within_deg.to_radians().cos(), NORMAL_BASE_SIGMAS / 3.0 * samples.border_margin_mm());
         let faces = |idx: &u32| lines.normal(*idx, base_mm).is_some_and(|normal| normal.dot(&towards) >= least);
         inside = inside.into_par_iter().filter(faces).collect();
     }

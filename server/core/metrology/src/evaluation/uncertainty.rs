@@ -17,10 +17,10 @@ use crate::evaluation::fitted::{Fitted, MAX_FEATURE_PARAMETERS};
 use crate::evaluation::values::{Primitive, State};
 use crate::fitting::fit::{Matrix, Weighted, fit};
 use crate::fitting::footprint::footprint_mm;
+use crate::fitting::sample::thinned;
 use crate::interface::shape::Shape;
 use crate::measuring::noise::{FeatureNoise, along_travel, shape_covariance};
 use crate::measuring::systematic::{Pixel, Retriangulation};
-use crate::fitting::sample::thinned;
 use crate::params::NOISE_POINTS;
 
 /// Step of the numerical derivatives by a feature's parameters (mm or rad).
@@ -32,8 +32,6 @@ pub(crate) struct Noise {
     pub(crate) covariances: Vec<Option<Matrix>>,
     /// RMS along the normal that the noise predicts, of every surface, mm.
     pub(crate) expected_mm: Vec<f64>,
-    /// Ratio of residuals to predicted noise.
-    pub(crate) ratios: Vec<f64>,
 }
 
 /// Covariances of all features from the noise of their points.
@@ -47,23 +45,22 @@ pub(crate) fn noise(chain: &Chain, retriangulation: Option<&Retriangulation>) ->
                 Some((retriangulation, set)) => retriangulation.noise_of(samples, set, &few),
                 None => FeatureNoise { sigma_mm: few.iter().map(|&idx| samples.at(idx).sigma_mm).collect() },
             };
-            let (covariance, ratio, expected_mm) =
+            let (covariance, _, expected_mm) =
                 shape_covariance(samples, (&found.inliers, &few), &found.shape, &noise);
-            (covariance, expected_mm, ratio)
+            (covariance, expected_mm)
         }
         Ok(Fitted::Rim(rim)) => {
             let inliers: Vec<u32> = rim.crossings.iter().map(|crossing| crossing.sample_idx).collect();
             let places: Vec<Vector3<f64>> =
                 rim.crossings.iter().map(|c| samples.position(c.sample_idx) + c.offset).collect();
-            (rim.covariance(&places, along_travel(samples, &inliers)), 0.0, 1.0)
+            (rim.covariance(&places, along_travel(samples, &inliers)), 0.0)
         }
-        _ => (None, 0.0, 1.0),
+        _ => (None, 0.0),
     };
     let all: Vec<_> = chain.fitted.par_iter().enumerate().map(of_feature).collect();
     Noise {
-        covariances: all.iter().map(|(covariance, ..)| *covariance).collect(),
-        expected_mm: all.iter().map(|(_, expected_mm, _)| *expected_mm).collect(),
-        ratios: all.iter().map(|(.., ratio)| *ratio).collect(),
+        covariances: all.iter().map(|(covariance, _)| *covariance).collect(),
+        expected_mm: all.iter().map(|(_, expected_mm)| *expected_mm).collect(),
     }
 }
 
@@ -177,7 +174,10 @@ pub(crate) fn by_modes(chain: &Chain, retriangulation: &Retriangulation) -> Syst
 type Pose = Rigid<DatumFrame, PartFrame>;
 
 /// The datum frame as the pixels say, and as they say with every mode.
-pub(crate) fn pose_by_modes(chain: &Chain, retriangulation: &Retriangulation) -> (Option<Pose>, Vec<[Option<Pose>; 2]>) {
+pub(crate) fn pose_by_modes(
+    chain: &Chain,
+    retriangulation: &Retriangulation,
+) -> (Option<Pose>, Vec<[Option<Pose>; 2]>) {
     let pose = |calibration: &Calibration| {
         let (primitives, points) = refitted(chain, retriangulation, &Seen::With(calibration));
         chain.state(&primitives, points).datum_from_part
@@ -205,7 +205,11 @@ pub(crate) fn pose_by_noise(chain: &Chain, noise: &Noise) -> Vec<Pose> {
 }
 
 /// All features fitted anew to what is seen of their pixels, and the points of those whose form is asked for.
-fn refitted(chain: &Chain, retriangulation: &Retriangulation, seen: &Seen) -> (Vec<Primitive>, Vec<Vec<Vector3<f64>>>) {
+fn refitted(
+    chain: &Chain,
+    retriangulation: &Retriangulation,
+    seen: &Seen,
+) -> (Vec<Primitive>, Vec<Vec<Vector3<f64>>>) {
     let calibration = match seen {
         Seen::With(calibration) => calibration,
         _ => retriangulation.calibration(),
@@ -234,7 +238,13 @@ fn refitted(chain: &Chain, retriangulation: &Retriangulation, seen: &Seen) -> (V
                 primitives[set.feature] = fit(&found.shape, &weighted).map_or(Primitive::None, Primitive::Shape);
             }
             (SetUse::Fit, Ok(Fitted::Rim(rim))) => {
-                let contour = refitted_rim(rim, set, pixels, |pixel| place(pixel, &set.shape), matches!(seen, Seen::Shifted));
+                let contour = refitted_rim(
+                    rim,
+                    set,
+                    pixels,
+                    |pixel| place(pixel, &set.shape),
+                    matches!(seen, Seen::Shifted),
+                );
                 primitives[set.feature] = contour.map_or(Primitive::None, Primitive::Contour);
             }
             _ => {}

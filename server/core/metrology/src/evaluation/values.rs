@@ -132,7 +132,9 @@ pub(crate) fn components(
                 Some(axis) => turn.dot(&axis_in_part(*axis)?).to_degrees(),
                 None => {
                     let axes = angle?;
-                    return Some(Vector3::new(turn.dot(&axes.turn), turn.dot(&axes.across), 0.0).map(f64::to_degrees));
+                    return Some(
+                        Vector3::new(turn.dot(&axes.turn), turn.dot(&axes.across), 0.0).map(f64::to_degrees),
+                    );
                 }
             }
         }
@@ -143,7 +145,10 @@ pub(crate) fn components(
             let at = in_datums(&of(id)?.point()?)?;
             return Some(Vector3::from_fn(|axis, _| at_mm[axis].map_or(0.0, |nominal| at[axis] - nominal)));
         }
-        Measure::Flatness { .. } | Measure::Parallelism { .. } | Measure::Perpendicularity { .. } | Measure::Profile { .. } => {
+        Measure::Flatness { .. }
+        | Measure::Parallelism { .. }
+        | Measure::Perpendicularity { .. }
+        | Measure::Profile { .. } => {
             let id = measure.features()[0];
             band(measure, &mut form_residuals(plan, measure, state, points(id)?)?)
         }
@@ -227,7 +232,9 @@ pub(crate) fn form_residuals(
         Measure::Parallelism { to, .. } => along(of(to)?.plane()?.1),
         Measure::Perpendicularity { to, .. } => along(least_spread(points, &of(to)?.plane()?.1)?),
         Measure::Profile { of: id } => {
-            let FeatureShape::Section { origin_mm, x, y, contour_mm, .. } = &plan.features[plan.feature_idx(id)?].shape else {
+            let FeatureShape::Section { origin_mm, x, y, contour_mm, .. } =
+                &plan.features[plan.feature_idx(id)?].shape
+            else {
                 return None;
             };
             let (pose, origin) = (state.datum_from_part?, Vector3::from(*origin_mm));
@@ -279,7 +286,9 @@ pub(crate) fn beside(contour_mm: &[[f64; 2]], at: &Vector2<f64>) -> Option<f64> 
         let reach = way.norm();
         // At a corner the two sides may disagree: the one it stands more squarely beside decides.
         let squareness = side.abs() / along.norm();
-        if nearest.is_none_or(|(least, square, _)| reach < least - 1e-12 || (reach < least + 1e-12 && squareness > square.abs())) {
+        if nearest.is_none_or(|(least, square, _)| {
+            reach < least - 1e-12 || (reach < least + 1e-12 && squareness > square.abs())
+        }) {
             nearest = Some((reach, side.signum() * squareness, is_end));
         }
     }

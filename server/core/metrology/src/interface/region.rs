@@ -64,17 +64,22 @@ impl Region {
     pub(crate) fn fault(&self) -> Option<&'static str> {
         let finite = |numbers: &[f64]| numbers.iter().all(|number| number.is_finite());
         match self {
-            Self::Box { min_mm, max_mm } => (!(finite(min_mm) && finite(max_mm) && (0..3).all(|k| min_mm[k] < max_mm[k])))
-                .then_some("a box needs finite corners, min_mm below max_mm along every axis"),
-            Self::Sphere { centre_mm, radius_mm } => (!(finite(centre_mm) && radius_mm.is_finite() && *radius_mm > 0.0))
-                .then_some("a sphere needs a finite centre and a radius above 0"),
+            Self::Box { min_mm, max_mm } => {
+                (!(finite(min_mm) && finite(max_mm) && (0..3).all(|k| min_mm[k] < max_mm[k])))
+                    .then_some("a box needs finite corners, min_mm below max_mm along every axis")
+            }
+            Self::Sphere { centre_mm, radius_mm } => {
+                (!(finite(centre_mm) && radius_mm.is_finite() && *radius_mm > 0.0))
+                    .then_some("a sphere needs a finite centre and a radius above 0")
+            }
             Self::Cylinder { centre_mm, axis, radius_mm, half_length_mm } => {
                 let sizes = [*radius_mm, *half_length_mm];
                 let is_good = finite(centre_mm)
                     && finite(axis)
                     && Vector3::from(*axis).norm() > 0.0
                     && sizes.iter().all(|size| size.is_finite() && *size > 0.0);
-                (!is_good).then_some("a cylinder needs a finite centre, an axis, and radius and half length above 0")
+                (!is_good)
+                    .then_some("a cylinder needs a finite centre, an axis, and radius and half length above 0")
             }
         }
     }
@@ -89,7 +94,12 @@ mod tests {
         let regions = [
             Region::between([1.0, -1.0, 5.0], [-1.0, 1.0, 3.0]),
             Region::Sphere { centre_mm: [0.0, 0.0, 4.0], radius_mm: 1.0 },
-            Region::Cylinder { centre_mm: [0.0, 0.0, 4.0], axis: [0.0, 0.0, -7.0], radius_mm: 1.0, half_length_mm: 1.0 },
+            Region::Cylinder {
+                centre_mm: [0.0, 0.0, 4.0],
+                axis: [0.0, 0.0, -7.0],
+                radius_mm: 1.0,
+                half_length_mm: 1.0,
+            },
         ];
         for (region, in_corner) in regions.iter().zip([true, false, false]) {
             assert_eq!(region.fault(), None);

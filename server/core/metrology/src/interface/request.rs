@@ -172,7 +172,8 @@ impl Remedy for MeasureError {
             Self::TooFewPoints { .. } => "check the region and the cloud".into(),
             Self::FeatureNotFound { .. } => "check the tool, or give a region around the feature".into(),
             Self::TooFewCrossings { .. } => {
-                "give a region with the whole rim and a strip of its plane; lines must cross it, not run along it".into()
+                "give a region with the whole rim and a strip of its plane; lines must cross it, not run along it"
+                    .into()
             }
             Self::OpenRim { .. } => "scan all around, or give a larger region".into(),
             Self::FreeDatum { .. } => "choose datums that hold all six freedoms".into(),

@@ -95,7 +95,8 @@ pub fn measure(
     let error = nominal.map(|nominal| measured - nominal);
     let (errors, per_order) = orders::table(&samples, request.tool, &features, nominal.unwrap_or(measured));
     let is_proven = budget.missing.is_empty() && findings.is_empty();
-    let judged = |(error, tolerance)| judged(error, &Limits::symmetric(tolerance), expanded_uncertainty, is_proven);
+    let judged =
+        |(error, tolerance)| judged(error, &Limits::symmetric(tolerance), expanded_uncertainty, is_proven);
     Ok(Measurement {
         tool: request.tool,
         features: fitted,

@@ -130,12 +130,7 @@ pub(crate) fn shape_covariance(
     (covariance(shape, &Near { samples, indices: few, shape }, &variances), birge, expected_mm)
 }
 
-fn value_gradient(
-    samples: &Samples,
-    question: &Question,
-    features: &[Found],
-    moved: usize,
-) -> Option<Vector> {
+fn value_gradient(samples: &Samples, question: &Question, features: &[Found], moved: usize) -> Option<Vector> {
     let first = FirstPoints { positions: Vec::new(), camera: samples.mean_camera(&features[0].inliers) };
     let mut shapes: Vec<Shape> = features.iter().map(|f| f.shape).collect();
     let mut gradient = Vector::zeros();

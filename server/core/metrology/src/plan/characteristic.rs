@@ -239,7 +239,11 @@ impl Measure {
     pub fn is_between_places(&self) -> bool {
         matches!(
             self,
-            Self::Distance { .. } | Self::Coordinate { .. } | Self::Position { .. } | Self::Gap { .. } | Self::Length { .. }
+            Self::Distance { .. }
+                | Self::Coordinate { .. }
+                | Self::Position { .. }
+                | Self::Gap { .. }
+                | Self::Length { .. }
         )
     }
 

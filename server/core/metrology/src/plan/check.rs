@@ -59,10 +59,19 @@ impl Plan {
         if let Some(alignment) = &self.alignment {
             let [a, b, c] = alignment.datums();
             for (name, id) in ["primary", "secondary", "tertiary"].into_iter().zip([a, b, c]) {
-                self.kind_of(id, self.features.len(), || format!("/alignment/{name}"), &[Kind::Plane, Kind::Line, Kind::Point])?;
+                self.kind_of(
+                    id,
+                    self.features.len(),
+                    || format!("/alignment/{name}"),
+                    &[Kind::Plane, Kind::Line, Kind::Point],
+                )?;
             }
             if a == b || b == c || a == c {
-                return Err(error("/alignment".into(), "three different features are needed".into(), "name three"));
+                return Err(error(
+                    "/alignment".into(),
+                    "three different features are needed".into(),
+                    "name three",
+                ));
             }
         }
         for (idx, characteristic) in self.characteristics.iter().enumerate() {
@@ -90,13 +99,21 @@ impl Plan {
         if allowed.contains(&kind(shape)) {
             return Ok(());
         }
-        Err(error(pointer(), format!("\"{id}\" is a {}, which does not serve here", shape.name()), "name another feature"))
+        Err(error(
+            pointer(),
+            format!("\"{id}\" is a {}, which does not serve here", shape.name()),
+            "name another feature",
+        ))
     }
 
     fn check_feature(&self, idx: usize, id: &str, shape: &FeatureShape) -> Result<(), PlanError> {
         let at = |rest: &str| format!("/features/{idx}{rest}");
         if id.is_empty() || self.feature_idx(id) != Some(idx) {
-            return Err(error(at("/id"), format!("\"{id}\" is empty or taken"), "give every feature a name of its own"));
+            return Err(error(
+                at("/id"),
+                format!("\"{id}\" is empty or taken"),
+                "give every feature a name of its own",
+            ));
         }
         if let Some(fault) = shape.selection().and_then(fault_of) {
             return Err(error(at("/shape/select"), fault.into(), "correct the numbers"));
@@ -105,14 +122,16 @@ impl Plan {
         match shape {
             FeatureShape::Plane { .. } => Ok(()),
             FeatureShape::Sphere { radius_mm, .. } | FeatureShape::Cylinder { radius_mm, .. } => match radius_mm {
-                Some(radius_mm) if !(radius_mm.is_finite() && *radius_mm > 0.0) => {
-                    Err(error(at("/shape/radius_mm"), format!("{radius_mm} is no radius"), "give a number above 0"))
-                }
+                Some(radius_mm) if !(radius_mm.is_finite() && *radius_mm > 0.0) => Err(error(
+                    at("/shape/radius_mm"),
+                    format!("{radius_mm} is no radius"),
+                    "give a number above 0",
+                )),
                 _ => Ok(()),
             },
-            FeatureShape::Circle { plane, .. } | FeatureShape::Slot { plane, .. } | FeatureShape::Edge { plane, .. } => {
-                needs(plane, &[Kind::Plane])
-            }
+            FeatureShape::Circle { plane, .. }
+            | FeatureShape::Slot { plane, .. }
+            | FeatureShape::Edge { plane, .. } => needs(plane, &[Kind::Plane]),
             FeatureShape::Section { x, y, contour_mm, origin_mm, .. } => {
                 let numbers = || contour_mm.iter().flatten().chain(x).chain(y).chain(origin_mm);
                 let [x, y] = [x, y].map(|v| nalgebra::Vector3::from(*v));
@@ -130,12 +149,18 @@ impl Plan {
                     let has_axis = |idx: usize| {
                         matches!(
                             self.features[idx].shape,
-                            FeatureShape::Cylinder { .. } | FeatureShape::Circle { .. } | FeatureShape::Slot { .. }
+                            FeatureShape::Cylinder { .. }
+                                | FeatureShape::Circle { .. }
+                                | FeatureShape::Slot { .. }
                         )
                     };
                     match self.feature_idx(id).filter(|idx| has_axis(*idx)) {
                         Some(_) => Ok(()),
-                        None => Err(error(at("/shape"), format!("\"{id}\" has no axis"), "name a cylinder, circle or slot")),
+                        None => Err(error(
+                            at("/shape"),
+                            format!("\"{id}\" has no axis"),
+                            "name a cylinder, circle or slot",
+                        )),
                     }
                 }
                 LineOf::Points(ids) => ids.iter().try_for_each(|id| needs(id, &[Kind::Point])),
@@ -156,7 +181,11 @@ impl Plan {
         let at = |rest: &str| format!("/characteristics/{idx}{rest}");
         let (id, measure) = (&characteristic.id, &characteristic.measure);
         if id.is_empty() || self.characteristics.iter().position(|other| other.id == *id) != Some(idx) {
-            return Err(error(at("/id"), format!("\"{id}\" is empty or taken"), "give every characteristic a name of its own"));
+            return Err(error(
+                at("/id"),
+                format!("\"{id}\" is empty or taken"),
+                "give every characteristic a name of its own",
+            ));
         }
         let needs = |id: &str, allowed: &[Kind]| self.kind_of(id, self.features.len(), || at("/measure"), allowed);
         let any = [Kind::Plane, Kind::Line, Kind::Point];
@@ -228,7 +257,10 @@ fn check_limits(characteristic: &Characteristic, at: impl Fn(&str) -> String) ->
     }
     let has_limits = lower.is_some() || upper.is_some();
     if measure.is_deviation() {
-        if nominal_mm.is_some_and(|nominal| nominal != 0.0) || lower.is_some() || upper.is_some_and(|upper| upper <= 0.0) {
+        if nominal_mm.is_some_and(|nominal| nominal != 0.0)
+            || lower.is_some()
+            || upper.is_some_and(|upper| upper <= 0.0)
+        {
             let detail = format!("a {} is never below 0, which is its nominal", measure.name());
             return Err(error(at(""), detail, "give an upper limit above 0 alone"));
         }

@@ -152,7 +152,9 @@ impl FeatureShape {
             Self::Circle { plane, .. } | Self::Slot { plane, .. } | Self::Edge { plane, .. } => vec![plane],
             Self::Line { of: LineOf::Axis(id) } | Self::Point { of: PointOf::Centre(id) } => vec![id],
             Self::Line { of: LineOf::Planes(ids) | LineOf::Points(ids) }
-            | Self::Point { of: PointOf::LineAndPlane(ids) | PointOf::Lines(ids) } => ids.iter().map(|id| &**id).collect(),
+            | Self::Point { of: PointOf::LineAndPlane(ids) | PointOf::Lines(ids) } => {
+                ids.iter().map(|id| &**id).collect()
+            }
             Self::Point { of: PointOf::Planes(ids) } => ids.iter().map(|id| &**id).collect(),
         }
     }

@@ -112,7 +112,7 @@ pub(super) fn characteristics() -> Vec<(Value, f64)> {
         (json!({ "type": "width", "of": "slot" }), 5.0),
         (json!({ "type": "length", "of": "slot" }), 15.0),
         (json!({ "type": "coordinate", "of": "hole", "axis": "x" }), hx),
-        (json!({ "type": "coordinate", "of": "through", "axis": "z" }), 0.0),
+        (json!({ "type": "coordinate", "of": "through", "axis": "y" }), hy),
         (json!({ "type": "position", "of": "hole", "at_mm": [hx, hy, null] }), 0.0),
         (json!({ "type": "position", "of": "slot", "at_mm": [sx - 0.3, sy + 0.4, null] }), 1.0),
         (json!({ "type": "flatness", "of": "top" }), 0.0),
@@ -153,17 +153,20 @@ pub(super) fn hold(characteristics: &[(Value, f64)], errors: &[Errors], least: f
     let n = errors.len() as f64;
     let mut n_inside = 0.0;
     let mut broken = Vec::new();
-    for (idx, (measure, _)) in characteristics.iter().enumerate() {
+    for (idx, (measure, truth)) in characteristics.iter().enumerate() {
         let of: Vec<(f64, f64)> = errors.iter().map(|errors| errors[idx]).collect();
         let inside = of.iter().filter(|(error, u)| error.abs() <= *u).count() as f64;
         let (bias, u) = (of.iter().map(|e| e.0).sum::<f64>() / n, of.iter().map(|e| e.1).sum::<f64>() / n);
         let rms = (of.iter().map(|e| (2.0 * e.0 / e.1).powi(2)).sum::<f64>() / n).sqrt();
-        eprintln!("{:>5.1} % inside, bias {bias:+.5}, U {u:.5}, normalised RMS {rms:.2}: {measure}", 100.0 * inside / n);
+        eprintln!(
+            "{:>5.1} % inside, bias {bias:+.5}, U {u:.5}, normalised RMS {rms:.2}: {measure}",
+            100.0 * inside / n
+        );
         n_inside += inside;
-        // What cannot be below zero has a mean above it: with truth 0 the value is half a normal distribution.
-        let is_deviation = ["position", "flatness", "parallelism", "perpendicularity", "profile"];
-        let is_folded = measure["type"] == "angle" || is_deviation.contains(&measure["type"].as_str().unwrap());
-        let is_biased = bias.abs() >= u / 4.0 && !(is_folded && bias.abs() < u / 2.0);
+        // What cannot be below zero has a mean above it where the truth is 0: known limit in `docs/maths/metrology.md`.
+        let deviations = ["angle", "position", "flatness", "parallelism", "perpendicularity", "profile"];
+        let is_folded = *truth == 0.0 && deviations.contains(&measure["type"].as_str().unwrap());
+        let is_biased = bias.abs() >= u / 4.0 && !is_folded;
         if inside < least * n || is_biased {
             broken.push(measure.to_string());
         }
@@ -193,4 +196,50 @@ fn campaign_of_all_characteristics_on_two_hundred_seeds() {
     let errors = errors_of(&TestPart, &characteristics, plan, &ShapedScan::FINE, 200);
     // 95.4 % of 200: fewer than 182 has a probability of 1 %.
     hold(&characteristics, &errors, 0.91);
+}
+
+#[test]
+fn centres_lie_where_they_were_made() {
+    let scans = [
+        ShapedScan { noise_px: 0.0, is_drawn: false, ..ShapedScan::FINE },
+        ShapedScan { is_drawn: false, ..ShapedScan::FINE },
+    ];
+    // Without noise what is left is the fit; with it, a mean of twenty.
+    for (scan, tolerance_mm) in scans.into_iter().zip([0.002, 0.004]) {
+        let errors: Vec<[Vector3<f64>; 3]> = (0..20u64)
+            .into_par_iter()
+            .map(|seed| {
+                let pose = part_from_datum(seed);
+                let (cloud, calibration) = shaped_scan(&TestPart, &pose, seed, &scan);
+                let result = evaluate(&test_plan(&pose, &[]), &cloud, Some(&calibration)).unwrap();
+                // From the datum frame that was found to the one that was made.
+                let made_from_found = pose.inverse() * result.datum_from_part.unwrap().inverse();
+                let centre = |id: &str| {
+                    let feature = result.features.iter().find(|feature| feature.id == id).unwrap();
+                    let at = match feature.geometry.unwrap() {
+                        Geometry::Surface(Shape::Sphere { centre_mm, .. })
+                        | Geometry::Circle { centre_mm, .. }
+                        | Geometry::Slot { centre_mm, .. } => centre_mm,
+                        other => panic!("{other:?}"),
+                    };
+                    made_from_found.rotation * at + made_from_found.translation_mm
+                };
+                [
+                    centre("ball") - Vector3::from(BALL.0),
+                    centre("hole") - Vector3::new(HOLE.0[0], HOLE.0[1], 8.0),
+                    centre("slot") - Vector3::new(SLOT.0[0], SLOT.0[1], 6.0),
+                ]
+            })
+            .collect();
+        for (idx, name) in ["ball", "hole", "slot"].into_iter().enumerate() {
+            let mean = errors.iter().map(|errors| errors[idx]).sum::<Vector3<f64>>() / 20.0;
+            let spread =
+                (errors.iter().map(|errors| (errors[idx] - mean).norm_squared()).sum::<f64>() / 20.0).sqrt();
+            eprintln!(
+                "{} px, {name}: mean {:+.4} {:+.4} {:+.4} mm, spread {spread:.4}",
+                scan.noise_px, mean.x, mean.y, mean.z
+            );
+            assert!(mean.norm() < tolerance_mm, "{name}: {mean}");
+        }
+    }
 }

@@ -41,10 +41,21 @@ pub(super) struct ShapedScan {
     pub(super) step_mm: f64,
     pub(super) pitch_mm: f64,
     pub(super) half_width_mm: f64,
+    /// Whether the calibration is drawn from its covariance or exact.
+    pub(super) is_drawn: bool,
+    /// Image noise across the line, px.
+    pub(super) noise_px: f64,
 }
 
 impl ShapedScan {
-    pub(super) const FINE: Self = Self { n_frames: 80, step_mm: 0.4, pitch_mm: 0.15, half_width_mm: 28.0 };
+    pub(super) const FINE: Self = Self {
+        n_frames: 80,
+        step_mm: 0.4,
+        pitch_mm: 0.15,
+        half_width_mm: 28.0,
+        is_drawn: true,
+        noise_px: NOISE_PX,
+    };
 }
 
 /// The datum frame lies under the camera, its y along the lines, its x along the travel, turned by up to two degrees.
@@ -77,7 +88,7 @@ pub(super) fn shaped_scan(
     let modes = truth.sigma_modes();
     let mut drawn = vec![0.0; modes.first().map_or(0, Vec::len)];
     for mode in &modes {
-        let size: f64 = rng.sample(StandardNormal);
+        let size = if scan.is_drawn { rng.sample::<f64, _>(StandardNormal) } else { 0.0 };
         drawn.iter_mut().zip(mode).for_each(|(sum, step)| *sum += size * step);
     }
     let believed = truth.stepped(&drawn);
@@ -90,7 +101,7 @@ pub(super) fn shaped_scan(
         for order in [-1, 0, 1] {
             for column in -half_columns..=half_columns {
                 let x_mm = f64::from(column) * scan.pitch_mm;
-                let noise = Vector2::new(0.0, NOISE_PX * rng.sample::<f64, _>(StandardNormal));
+                let noise = Vector2::new(0.0, scan.noise_px * rng.sample::<f64, _>(StandardNormal));
                 let lit = lit(surface, &truth, &datum_from_part, order, x_mm, position_mm);
                 points.extend(lit.and_then(|(pixel, share)| {
                     cloud_point(&believed, order, &(pixel + noise), (frame, position_mm), share)
@@ -125,7 +136,7 @@ fn lit(
         let (height, inside) = surface.top(datum.x, datum.y, CUT_QUANTILE * BLUR_MM);
         (datum.z - height, inside)
     };
-    let mut above = 404.0 - CEILING_MM - 3.0;
+    let mut above = 400.0 - CEILING_MM - 5.0;
     while above < 406.0 && over(above + 0.5).0 > 0.0 {
         above += 0.5;
     }
@@ -164,7 +175,8 @@ fn cloud_point(
     let (u_px, v_px) = (pixel.x as f32, pixel.y as f32);
     let hit = believed.triangulate(order, &Vector2::new(u_px.into(), v_px.into()), None)?;
     let part = believed.stage?.part_from_camera(&hit.hit_in_camera, StagePosition::LinearMm(position_mm))?.xyz;
-    let sigma_mm = hit.noise_sigma_mm(&[0.0, 1.0], NOISE_PX).hypot(believed.systematic_sigma_mm(order, &hit)?) as f32;
+    let sigma_mm =
+        hit.noise_sigma_mm(&[0.0, 1.0], NOISE_PX).hypot(believed.systematic_sigma_mm(order, &hit)?) as f32;
     let [x_mm, y_mm, z_mm] = part.into();
     Some(CloudPoint { x_mm, y_mm, z_mm, order, frame, u_px, v_px, intensity: 100.0 * share as f32, sigma_mm })
 }
