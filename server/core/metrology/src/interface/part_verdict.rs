@@ -61,7 +61,7 @@ impl From<Verdict> for PartVerdict {
     }
 }
 
-/// What is judged by itself: a tool, and the name that distinguishes two uses of one tool.
+/// What is judged separately: a tool, and the name that distinguishes two uses of one tool.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct CharacteristicKey<'a> {
     /// The tool's name.

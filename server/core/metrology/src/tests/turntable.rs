@@ -1,7 +1,7 @@
 //! U on a turntable: does it hold the truth as often as it says, with an axis and angles that are not exactly known?
 //!
 //! Two sheets of light that hold the axis, a cylinder that stands off it, a bit more than a turn. What this does not show:
-//! labels, and surfaces that a scan finds by itself (`scanning`, `tests/it/turntable.rs`).
+//! labels, and surfaces that a scan finds alone (`scanning`, `tests/it/turntable.rs`).
 
 use nalgebra::{DMatrix, DVector, Vector2, Vector3};
 use optics::rotation::completing_frame;
@@ -78,7 +78,7 @@ fn lit(truth: &RotaryAxis, laser: &Vector3<f64>, height_mm: f64, angle_rad: f64)
 }
 
 /// What a turn with the true station gives when it is triangulated with a calibration drawn from what is known of it; `axis`
-/// tells whether the axis and the angles are drawn, too.
+/// says whether the axis and the angles are drawn, too.
 fn scan(seed: u64, axis_drawn: bool) -> (Cloud, Calibration) {
     let truth = station();
     let mut rng = Pcg64Mcg::seed_from_u64(seed);
