@@ -251,9 +251,11 @@ test(
     const rms_mm = Number(await rms.first().getAttribute("data-rms-mm"));
     expect(rms_mm).toBeGreaterThan(0);
     expect(rms_mm).toBeLessThan(1);
-    const ink = await inkOf(last.page.locator(".comparison canvas"));
-    expect(ink.length).toBe(5);
-    for (const inked of ink) expect(inked).toBeGreaterThan(1000);
+    // The table stands a moment before its maps are drawn.
+    await until("five maps with points", async () => {
+      const inked = await inkOf(last.page.locator(".comparison canvas"));
+      return inked.length === 5 && inked.every((n) => n > 1000);
+    });
     await expectAccessible(last.page);
     await picture(last.page, "calibration-finish");
     // Until somebody activates it, the active calibration stays.
