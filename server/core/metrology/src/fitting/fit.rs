@@ -71,7 +71,7 @@ struct Normal {
 /// the surface is curved. Every step reduces the squared distance to the solution, gᵀH⁻¹g, in σ.
 pub(crate) fn fit(start: &Shape, points: &impl Points) -> Option<Shape> {
     let (shape, termination) = solve(start, points, MAX_STEPS)?;
-    (termination != Termination::Stuck && are_determined(&normal_equations(&shape, points)?.hessian))
+    (termination != Termination::NotConverged && are_determined(&normal_equations(&shape, points)?.hessian))
         .then_some(shape)
 }
 
@@ -120,7 +120,7 @@ fn solve(start: &Shape, points: &impl Points, max_steps: usize) -> Option<(Shape
             None => {}
         }
     }
-    Some((shape, Termination::Stuck))
+    Some((shape, Termination::NotConverged))
 }
 
 /// gᵀH⁻¹g.
@@ -256,7 +256,7 @@ mod tests {
     fn a_solver_whose_steps_run_out_is_stuck_and_not_converged() {
         // From 8 to 20 mm takes more than one step, and a long step is not convergence.
         let (_, end) = solve(&ball(8.0), &cap(0.03, 1e3), 1).unwrap();
-        assert_eq!(end, Termination::Stuck);
+        assert_eq!(end, Termination::NotConverged);
     }
 
     #[test]
@@ -276,7 +276,7 @@ mod tests {
         // From half the radius to the right one: every step reduces the distance to the solution.
         for start_mm in [8.0, 15.0, 19.0, 30.0] {
             let (shape, end) = solve(&ball(start_mm), &cap(0.03, 1e3), MAX_STEPS).unwrap();
-            assert_ne!(end, Termination::Stuck, "{start_mm}");
+            assert_ne!(end, Termination::NotConverged, "{start_mm}");
             let Shape::Sphere { radius_mm, .. } = shape else { panic!("no sphere") };
             assert!((radius_mm - 20.0).abs() < 0.05, "{start_mm}: {radius_mm}");
         }

@@ -49,8 +49,8 @@ pub fn pairs(surfels: &[Surfel], axis: &RotaryAxis) -> Vec<Pair> {
         })
         .collect();
     let placed: Vec<Placed> = surfels.par_iter().map(|surfel| placed(surfel, axis, &moved)).collect();
-    let mut reaches: Vec<f64> = surfels.iter().map(|surfel| surfel.reach_mm).collect();
-    let Some(cell_mm) = median(&mut reaches).map(|reach_mm| 2.0 * reach_mm) else { return Vec::new() };
+    let mut reaches: Vec<f64> = surfels.iter().map(|surfel| surfel.radius_mm).collect();
+    let Some(cell_mm) = median(&mut reaches).map(|radius_mm| 2.0 * radius_mm) else { return Vec::new() };
     let cell = |at: &Vector3<f64>| [at.x, at.y, at.z].map(|x| (x / cell_mm).floor() as i64);
     let mut cells: HashMap<[i64; 3], Vec<usize>> = HashMap::new();
     for (idx, place) in placed.iter().enumerate() {

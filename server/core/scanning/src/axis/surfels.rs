@@ -40,7 +40,7 @@ pub struct Surfel {
     /// Covariance of the normal.
     pub normal_covariance: Matrix3<f64>,
     /// Its radius.
-    pub reach_mm: f64,
+    pub radius_mm: f64,
 }
 
 /// The frames of every line. `profiles`: for every frame its points, their correlation along the line and the line
@@ -84,8 +84,8 @@ fn looks_of(line: usize, window: &[LineFrame], focal_px: f64, axis: &RotaryAxis)
             continue;
         }
         let centre = &point.hit_in_camera.xyz;
-        let reach_mm = (axis.radius_mm(centre) * step_rad).max(2.0 * centre.z / focal_px);
-        let reach_px = reach_mm * focal_px / centre.z;
+        let radius_mm = (axis.radius_mm(centre) * step_rad).max(2.0 * centre.z / focal_px);
+        let reach_px = radius_mm * focal_px / centre.z;
         // Surfels of one frame have no point in common.
         next_px = along + 2.0 * reach_px;
         let near = window.iter().flat_map(|frame| {
@@ -96,14 +96,14 @@ fn looks_of(line: usize, window: &[LineFrame], focal_px: f64, axis: &RotaryAxis)
                 own_motion.camera_from_part(&motion.part_from_camera(&point.hit_in_camera)).xyz
             })
         });
-        let near: Vec<Vector3<f64>> = near.filter(|at| (at - centre).norm() < 2.0 * reach_mm).collect();
-        surfels.extend(surfel(line, own, &near, point.noise_sigma_mm, reach_mm));
+        let near: Vec<Vector3<f64>> = near.filter(|at| (at - centre).norm() < 2.0 * radius_mm).collect();
+        surfels.extend(surfel(line, own, &near, point.noise_sigma_mm, radius_mm));
     }
     surfels
 }
 
 /// The plane through the points, if they are smooth.
-fn surfel(line: usize, own: &LineFrame, near: &[Vector3<f64>], noise_mm: f64, reach_mm: f64) -> Option<Surfel> {
+fn surfel(line: usize, own: &LineFrame, near: &[Vector3<f64>], noise_mm: f64, radius_mm: f64) -> Option<Surfel> {
     let n = near.len() as f64;
     if near.len() < POINTS_MIN {
         return None;
@@ -131,6 +131,6 @@ fn surfel(line: usize, own: &LineFrame, near: &[Vector3<f64>], noise_mm: f64, re
         normal,
         sigma_mm: (variance / n).sqrt(),
         normal_covariance: lean(short) + lean(long),
-        reach_mm,
+        radius_mm,
     })
 }

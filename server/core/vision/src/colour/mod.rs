@@ -40,7 +40,7 @@ impl Channel {
     ];
 
     /// Its name on the command line and in `camera.channel` of a capture.
-    pub fn word(self) -> &'static str {
+    pub fn name(self) -> &'static str {
         match self {
             Self::Red => "red",
             Self::Green => "green",

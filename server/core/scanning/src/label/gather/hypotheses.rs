@@ -162,8 +162,8 @@ pub fn pitch_px(by_order: impl Iterator<Item = RayHit>, direction: LineDirection
     for hit in by_order {
         if let Some(before) = before.replace(hit) {
             let by_px = match direction {
-                LineDirection::Rows => before.reach_by_pixel.y,
-                LineDirection::Columns => before.reach_by_pixel.x,
+                LineDirection::Rows => before.range_by_pixel.y,
+                LineDirection::Columns => before.range_by_pixel.x,
             };
             let pitch = ((hit.in_camera.xyz.norm() - before.in_camera.xyz.norm()) / by_px).abs();
             least = if pitch.is_finite() { least.min(pitch) } else { least };

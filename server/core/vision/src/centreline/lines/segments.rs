@@ -32,8 +32,8 @@ impl Linker {
     /// changes and the result is false.
     #[inline(always)]
     pub fn add_stretches(&mut self, first_u: usize, stretches: &[Stretch]) -> bool {
-        let go_on = self.open.iter().all(|open| open.next_u == first_u);
-        if !go_on || stretches.len() != self.open.len() || !are_apart(stretches, 6.0 * self.gate) {
+        let are_continued = self.open.iter().all(|open| open.next_u == first_u);
+        if !are_continued || stretches.len() != self.open.len() || !are_apart(stretches, 6.0 * self.gate) {
             return false;
         }
         self.headings.clear();
