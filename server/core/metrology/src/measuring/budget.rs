@@ -77,7 +77,7 @@ pub(crate) fn budget(
 /// The noise of every feature's points, without what the calibration adds to their σ.
 fn noises(samples: &Samples, features: &[Found], retriangulation: Option<&Retriangulation>) -> Vec<FeatureNoise> {
     let own = |(idx, feature): (usize, &Found)| match retriangulation.filter(|_| samples.sigma_known) {
-        Some(retriangulation) => retriangulation.noise_of(samples, idx, feature),
+        Some(retriangulation) => retriangulation.noise_of(samples, idx, &feature.inliers),
         None => FeatureNoise { sigma_mm: feature.inliers.iter().map(|&idx| samples.at(idx).sigma_mm).collect() },
     };
     features.iter().enumerate().map(own).collect()

@@ -1,0 +1,8 @@
+//! How far a scanned surface is from the one it should be.
+
+pub(crate) mod areas;
+pub(crate) mod best_fit;
+pub(crate) mod compare;
+pub(crate) mod nominal;
+pub(crate) mod statistics;
+pub(crate) mod tree;
