@@ -1,6 +1,6 @@
 //! Lines, circles and slots in a plane, fitted to places on their rim by geometric least squares.
 
-use least_squares::Damping;
+use least_squares::{Damping, Termination};
 use nalgebra::{DMatrix, DVector, SMatrix, SVector, Vector2};
 use rand::Rng;
 use rand_pcg::Pcg64Mcg;
@@ -14,12 +14,18 @@ pub(crate) type Covariance = SMatrix<f64, MAX_PARAMETERS, MAX_PARAMETERS>;
 /// Hypotheses tried: 99.9 % sure to hit three good places among four of ten that are good.
 const HYPOTHESES: usize = 120;
 
-/// Steps of the fit; a good start needs 4–8.
+/// Steps before a fit is called stuck; a good start needs 4–8.
 const MAX_STEPS: usize = 60;
 
-/// A step that moves nothing by more than this (mm, rad) ends a fit; one that would not move more than the other is solved.
+/// Solved when the whole step would move the distances of the places by less than this, RMS, mm.
+const GRADIENT_TOLERANCE_MM: f64 = 1e-9;
+
+/// A step that moves no parameter by more than this (mm, rad) changes nothing that can be measured.
 const STEP_TOLERANCE: f64 = 1e-10;
-const SOLVED_TOLERANCE: f64 = 1e-6;
+
+/// A cost that rounding keeps from falling is good enough when the whole step would move the distances by less than this,
+/// RMS, mm.
+const COST_TOLERANCE_MM: f64 = 1e-6;
 
 /// Damping at the start, in squares of each parameter's own unit, and its range.
 const FIRST_DAMPING: f64 = 1e-6;
@@ -124,56 +130,83 @@ fn away(from: &Vector2<f64>, radius_mm: f64) -> (f64, Vector2<f64>) {
 
 /// Σ of squared distances is least: all places count alike. `None` if they do not hold the contour, or the fit is stuck.
 pub(crate) fn fit(start: &Contour, places: &[Vector2<f64>]) -> Option<Contour> {
-    let mut contour = start.anchored(places);
-    let mut damping = Damping::new(FIRST_DAMPING, MIN_DAMPING, MAX_DAMPING);
-    let mut cost = cost_of(&contour, places);
-    for _ in 0..MAX_STEPS {
-        let step = damped_step(&contour, places, damping.value())?;
-        let candidate = contour.stepped(&step);
-        let next = cost_of(&candidate, places);
-        let is_small = step.iter().all(|part| part.abs() <= STEP_TOLERANCE);
-        if next < cost {
-            (contour, cost) = (candidate, next);
-            damping.ease();
-        } else if !is_small && !damping.raise() {
-            break;
-        }
-        if is_small {
-            break;
-        }
-    }
-    let is_good = match contour {
+    let (contour, termination) = solve(start, places, MAX_STEPS)?;
+    let has_size = match contour {
         Contour::Line { .. } => true,
         Contour::Circle { radius_mm, .. } => radius_mm > 0.0,
         Contour::Slot { half_mm, radius_mm, .. } => radius_mm > 0.0 && half_mm > 0.0,
     };
-    // Whatever ended it: the undamped equations hold.
-    let rest = damped_step(&contour, places, 0.0)?;
-    let is_solved = rest.iter().all(|part| part.abs() <= SOLVED_TOLERANCE);
-    (is_good && is_solved).then(|| contour.anchored(places))
+    (termination != Termination::Stuck && has_size).then_some(contour)
 }
 
-fn cost_of(contour: &Contour, places: &[Vector2<f64>]) -> f64 {
-    places.iter().map(|place| contour.distance_and_normal(place).0.powi(2)).sum()
-}
-
-fn damped_step(contour: &Contour, places: &[Vector2<f64>], damping: f64) -> Option<Step> {
-    let (jacobian, residuals) = linearised(contour, places);
-    let mut normal = jacobian.tr_mul(&jacobian);
-    for k in 0..normal.nrows() {
-        normal[(k, k)] *= 1.0 + damping;
+/// [`fit`] with the reason of its end.
+fn solve(start: &Contour, places: &[Vector2<f64>], max_steps: usize) -> Option<(Contour, Termination)> {
+    let mut contour = start.anchored(places);
+    let mut equations = Equations::at(&contour, places);
+    let mut damping = Damping::new(FIRST_DAMPING, MIN_DAMPING, MAX_DAMPING);
+    for _ in 0..max_steps {
+        let whole_step_mm = equations.whole_step_mm(places.len())?;
+        if whole_step_mm <= GRADIENT_TOLERANCE_MM {
+            return Some((contour.anchored(places), Termination::Gradient));
+        }
+        let step = equations.damped_step(damping.value())?;
+        let candidate = contour.stepped(&step);
+        let next = Equations::at(&candidate, places);
+        let is_free = damping.is_light();
+        if next.cost < equations.cost {
+            (contour, equations) = (candidate, next);
+            damping.ease();
+            if is_free && step.iter().all(|part| part.abs() <= STEP_TOLERANCE) {
+                return Some((contour.anchored(places), Termination::Step));
+            }
+        } else if is_free && whole_step_mm <= COST_TOLERANCE_MM {
+            return Some((contour.anchored(places), Termination::Cost));
+        } else if !damping.raise() {
+            break;
+        }
     }
-    let step = normal.cholesky()?.solve(&jacobian.tr_mul(&residuals));
-    let mut full = [0.0; MAX_PARAMETERS];
-    full.iter_mut().zip(step.iter()).for_each(|(slot, part)| *slot = -part);
-    full.iter().all(|part| part.is_finite()).then_some(full)
+    Some((contour, Termination::Stuck))
 }
 
-fn linearised(contour: &Contour, places: &[Vector2<f64>]) -> (DMatrix<f64>, DVector<f64>) {
-    let slopes: Vec<[f64; MAX_PARAMETERS]> = places.iter().map(|place| contour.slopes(place)).collect();
-    let jacobian = DMatrix::from_fn(places.len(), contour.parameters(), |row, column| slopes[row][column]);
-    let residuals = DVector::from_iterator(places.len(), places.iter().map(|p| contour.distance_and_normal(p).0));
-    (jacobian, residuals)
+/// Normal equations of the distances at a contour.
+struct Equations {
+    hessian: DMatrix<f64>,
+    gradient: DVector<f64>,
+    /// Σ of squared distances, mm².
+    cost: f64,
+}
+
+impl Equations {
+    fn at(contour: &Contour, places: &[Vector2<f64>]) -> Self {
+        let n = contour.parameters();
+        let mut equations = Self { hessian: DMatrix::zeros(n, n), gradient: DVector::zeros(n), cost: 0.0 };
+        for place in places {
+            let (distance, _) = contour.distance_and_normal(place);
+            let slopes = DVector::from_row_slice(&contour.slopes(place)[..n]);
+            equations.hessian.ger(1.0, &slopes, &slopes, 1.0);
+            equations.gradient.axpy(distance, &slopes, 1.0);
+            equations.cost += distance * distance;
+        }
+        equations
+    }
+
+    /// By how much the undamped step would move the distances, RMS, mm; `None` if the places do not hold the contour.
+    fn whole_step_mm(&self, n_places: usize) -> Option<f64> {
+        let step = self.hessian.clone().cholesky()?.solve(&self.gradient);
+        let square = self.gradient.dot(&step) / n_places as f64;
+        square.is_finite().then(|| square.max(0.0).sqrt())
+    }
+
+    fn damped_step(&self, damping: f64) -> Option<Step> {
+        let mut damped = self.hessian.clone();
+        for k in 0..damped.nrows() {
+            damped[(k, k)] *= 1.0 + damping;
+        }
+        let step = damped.cholesky()?.solve(&self.gradient);
+        let mut full = [0.0; MAX_PARAMETERS];
+        full.iter_mut().zip(step.iter()).for_each(|(slot, part)| *slot = -part);
+        full.iter().all(|part| part.is_finite()).then_some(full)
+    }
 }
 
 /// Covariance of the parameters when every place has the same `variance_mm2` across the rim.
@@ -291,6 +324,23 @@ mod tests {
         places.extend((0..20).map(|k| Vector2::new(f64::from(k), 9.0)));
         let Some(Contour::Circle { radius_mm, .. }) = first_circle(&places, &mut rng) else { panic!("no circle") };
         assert!((radius_mm - 4.5).abs() < 1e-6, "{radius_mm}");
+    }
+
+    #[test]
+    fn a_fit_ends_for_a_reason_and_not_where_its_steps_run_out() {
+        let circle = Contour::Circle { centre: Vector2::new(3.0, -2.0), radius_mm: 4.5 };
+        let off = |k: usize| Vector2::new(0.01 * (k % 3) as f64, 0.02 * (k % 5) as f64);
+        let places: Vec<Vector2<f64>> = around(&circle, 40).iter().enumerate().map(|(k, p)| p + off(k)).collect();
+        let start = Contour::Circle { centre: Vector2::new(1.0, 0.0), radius_mm: 9.0 };
+        let (found, end) = solve(&start, &places, MAX_STEPS).unwrap();
+        assert_ne!(end, Termination::Stuck);
+        assert_eq!(solve(&start, &places, 1).unwrap().1, Termination::Stuck);
+        // Again from its own answer: nothing moves.
+        let again = fit(&found, &places).unwrap();
+        let rim = Vector2::new(7.5, -2.0);
+        assert!((again.distance_and_normal(&rim).0 - found.distance_and_normal(&rim).0).abs() < 1e-8);
+        // All places at one: no circle.
+        assert_eq!(fit(&start, &vec![places[0]; 40]), None);
     }
 
     #[test]

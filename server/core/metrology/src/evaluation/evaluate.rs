@@ -1,6 +1,6 @@
 //! A whole plan on a cloud.
 
-use nalgebra::{Matrix6, Vector3, Vector6};
+use nalgebra::{Matrix6, UnitQuaternion, Vector3, Vector6};
 use optics::{Calibration, PartFrame, Rigid};
 use rand::SeedableRng;
 use rand_pcg::Pcg64Mcg;
@@ -122,7 +122,9 @@ fn motion<T>(
 ) -> Option<Vector6<f64>> {
     let in_part = from.rotation.inverse() * (middle - from.translation_mm);
     let shift = to.rotation * in_part + to.translation_mm - middle;
-    let turn = (to.rotation * from.rotation.inverse()).scaled_axis() * lever_mm;
+    // By the quaternion: the angle of a matrix is the arc cosine of its trace, which rounding puts beyond one.
+    let turn = UnitQuaternion::from_rotation_matrix(&(to.rotation * from.rotation.inverse()));
+    let turn = turn.scaled_axis() * lever_mm;
     Some(Vector6::new(shift.x, shift.y, shift.z, turn.x, turn.y, turn.z))
         .filter(|step| step.iter().all(|x| x.is_finite()))
 }
