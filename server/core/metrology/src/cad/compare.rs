@@ -13,7 +13,7 @@ use crate::cad::best_fit::{self, BestFit, FitPoint, Row, best_fit, slopes};
 use crate::cad::nominal::Nominal;
 use crate::cad::statistics::{DeviationStatistics, WorstPlace, weighted};
 use crate::evaluation::alignment::DatumFrame;
-use crate::evaluation::evaluate::{DatumPose, datum_pose};
+use crate::evaluation::datum_pose::{DatumPose, datum_pose};
 use crate::fitting::features::light_in_camera;
 use crate::fitting::sample::{Samples, thinned};
 use crate::interface::doubts::Missing;

@@ -1,32 +1,23 @@
 //! Features fitted to the points of a cloud.
 
-use nalgebra::{Vector2, Vector3};
+use optics::{PartFrame, Rigid};
+use rand::SeedableRng;
 use rand_pcg::Pcg64Mcg;
-use statistics::median;
+use rayon::prelude::*;
 
-use crate::evaluation::contour::{self, Contour, MAX_PARAMETERS as CONTOUR_PARAMETERS};
-use crate::evaluation::crossings::{Crossing, crossings};
-use crate::evaluation::geometry::Geometry;
+use crate::evaluation::alignment::DatumFrame;
+use crate::evaluation::chain::closure;
+use crate::evaluation::rims::contour::MAX_PARAMETERS as CONTOUR_PARAMETERS;
+use crate::evaluation::rims::rim::{self, Rim};
+use crate::evaluation::select::{Lines, candidates};
+use crate::evaluation::values::{Primitive, align, geometries};
 use crate::fitting::features::{Found, Search};
-use crate::fitting::robust::SIGMA_PER_MAD;
 use crate::fitting::sample::Samples;
-use crate::interface::doubts::Finding;
 use crate::interface::request::MeasureError;
-use crate::interface::shape::{MAX_PARAMETERS, Shape, across};
-use crate::params::{
-    FORM_RMS_RELATIVE, MIN_FEATURE_POINTS, RIM_BLUR_SHARE, RIM_MAX_GAP_DEG, RIM_MIN_CROSSINGS_PER_PARAMETER,
-    RIM_MIN_FADED_SHARE, RIM_MIN_SINE, TRIM_SIGMAS,
-};
+use crate::interface::shape::{MAX_PARAMETERS, Shape};
+use crate::params::MIN_FEATURE_POINTS;
+use crate::plan::document::Plan;
 use crate::plan::feature::FeatureShape;
-
-/// Rounds in which places that are off or crossed too obliquely leave a rim.
-const TRIM_ROUNDS: usize = 8;
-
-/// Variance of a contour's parameter (mm², rad²) that is none: the crossings do not hold it.
-const MAX_RIM_VARIANCE: f64 = 1.0;
-
-/// Distances below this are rounding, mm: the trim never closes further.
-const MIN_TRIM_MM: f64 = 1e-6;
 
 /// Parameters of the largest feature.
 pub(crate) const MAX_FEATURE_PARAMETERS: usize = 5;
@@ -42,127 +33,115 @@ pub(crate) enum Fitted {
     Derived,
 }
 
-/// A contour in a plane.
-pub(crate) struct Rim {
-    /// Place of the plane among the features.
-    pub(crate) plane_idx: usize,
-    pub(crate) contour: Contour,
-    pub(crate) axes: PlaneAxes,
-    /// The crossings it rests on.
-    pub(crate) crossings: Vec<Crossing>,
-    pub(crate) n_left_out: usize,
-    /// RMS of the crossings across the rim, mm.
-    pub(crate) rms_mm: f64,
-    /// Standard uncertainty of where the rim is, the same for all crossings, mm; `None` if nobody knows.
-    pub(crate) threshold_mm: Option<f64>,
-}
+/// The datum frame, or why there is none; `None` without an alignment.
+pub(crate) type Alignment = Option<Result<Rigid<DatumFrame, PartFrame>, MeasureError>>;
 
-/// Coordinates in a plane: axes that do not move with it.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct PlaneAxes {
-    origin: Vector3<f64>,
-    axes: [Vector3<f64>; 2],
-}
-
-impl PlaneAxes {
-    fn of(plane: &Shape) -> Option<Self> {
-        match plane {
-            Shape::Plane { point_mm, normal } => Some(Self { origin: *point_mm, axes: across(normal) }),
-            _ => None,
-        }
-    }
-
-    fn flat(&self, position: &Vector3<f64>) -> Vector2<f64> {
-        let from = position - self.origin;
-        Vector2::new(self.axes[0].dot(&from), self.axes[1].dot(&from))
-    }
-
-    fn direction(&self, flat: &Vector2<f64>) -> Vector3<f64> {
-        self.axes[0] * flat.x + self.axes[1] * flat.y
-    }
-
-    /// A place of the plane, on the plane where it is now.
-    fn on(&self, flat: &Vector2<f64>, plane: &Shape) -> Vector3<f64> {
-        let at = self.origin + self.direction(flat);
-        at - plane.normal_at(&at) * plane.distance_mm(&at)
-    }
-}
-
-impl Rim {
-    /// The contour on its plane, part frame.
-    pub(crate) fn geometry(&self, contour: &Contour, plane: &Shape) -> Option<Geometry> {
-        let Shape::Plane { normal, .. } = *plane else { return None };
-        let direction = |angle_rad: f64| {
-            let along = self.axes.direction(&Vector2::new(angle_rad.cos(), angle_rad.sin()));
-            (along - normal * normal.dot(&along)).normalize()
-        };
-        Some(match contour {
-            Contour::Line { at, angle_rad } => {
-                Geometry::Line { point_mm: self.axes.on(at, plane), direction: direction(*angle_rad) }
-            }
-            Contour::Circle { centre, radius_mm } => {
-                Geometry::Circle { centre_mm: self.axes.on(centre, plane), normal, radius_mm: *radius_mm }
-            }
-            Contour::Slot { centre, angle_rad, half_mm, radius_mm } => Geometry::Slot {
-                centre_mm: self.axes.on(centre, plane),
-                normal,
-                direction: direction(*angle_rad),
-                length_mm: 2.0 * (half_mm + radius_mm),
-                width_mm: 2.0 * radius_mm,
-            },
-        })
-    }
-
-    /// The contour fitted anew to its crossings where they are now, `shift_mm` further off the plane.
-    pub(crate) fn refit(&self, seen: &[(Vector3<f64>, &Crossing)], shift_mm: f64) -> Option<Contour> {
-        let flat: Vec<Vector2<f64>> = seen.iter().map(|(place, _)| self.axes.flat(place)).collect();
-        let fitted = contour::fit(&self.contour, &flat)?;
-        if shift_mm == 0.0 {
-            return Some(fitted);
-        }
-        // Crossings leave the plane across the rim: inside a hole, outside of a plate.
-        let shifted: Vec<Vector2<f64>> = flat
+/// Fits the features the alignment rests on, aligns, and fits the others where the datum frame says.
+pub(crate) fn fit_features(plan: &Plan, samples: &Samples) -> (Vec<Result<Fitted, MeasureError>>, Alignment) {
+    let lines = Lines::new(samples);
+    let of_alignment = plan.alignment.as_ref().map(|alignment| closure(plan, &alignment.datums()));
+    let is_first = |idx: usize| of_alignment.as_ref().is_none_or(|closure| closure[idx]);
+    let mut fitted: Vec<Option<Result<Fitted, MeasureError>>> = plan.features.iter().map(|_| None).collect();
+    fit_some(plan, &lines, &mut fitted, is_first, None);
+    let alignment = of_alignment.is_some().then(|| {
+        let so_far: Vec<Result<Fitted, MeasureError>> =
+            fitted.iter_mut().map(|f| f.take().unwrap_or(Ok(Fitted::Derived))).collect();
+        let primitives: Vec<Primitive> = so_far
             .iter()
-            .zip(seen)
-            .map(|(place, (_, crossing))| {
-                let (_, normal) = fitted.distance_and_normal(place);
-                let outwards = normal.dot(&self.axes.flat_direction(&crossing.outwards)).signum();
-                place + normal * (outwards * shift_mm)
+            .map(|fitted| match fitted {
+                Ok(Fitted::Surface(found)) => Primitive::Shape(found.shape),
+                Ok(Fitted::Rim(rim)) => Primitive::Contour(rim.contour),
+                _ => Primitive::None,
             })
             .collect();
-        contour::fit(&fitted, &shifted)
+        let pose = align(plan, &geometries(plan, &so_far, &primitives));
+        for (idx, result) in so_far.into_iter().enumerate() {
+            if is_first(idx) {
+                fitted[idx] = Some(result);
+            }
+        }
+        pose
+    });
+    let alignment = alignment.flatten();
+    match &alignment {
+        Some(Ok(pose)) => fit_some(plan, &lines, &mut fitted, |idx| !is_first(idx), Some(pose)),
+        Some(Err(error)) => {
+            let failure = || MeasureError::Missing { id: "alignment".into(), reason: error.to_string() };
+            fitted.iter_mut().filter(|fitted| fitted.is_none()).for_each(|fitted| *fitted = Some(Err(failure())));
+        }
+        None => {}
     }
-
-    /// What speaks against it: crossings further off than the blur and a usual form error explain.
-    pub(crate) fn misfit(&self, samples: &Samples, role: &'static str) -> Option<Finding> {
-        let inliers: Vec<u32> = self.crossings.iter().map(|crossing| crossing.sample_idx).collect();
-        let form_mm = FORM_RMS_RELATIVE * samples.mean_distance_mm(&inliers);
-        let allowed_mm = form_mm.hypot(self.threshold_mm.unwrap_or(0.0));
-        (self.rms_mm > allowed_mm).then_some(Finding::ModelMisfit { role, rms_mm: self.rms_mm, allowed_mm })
-    }
-
-    /// Covariance of the contour's parameters from the scatter of `n_all` crossings, of which `places` are some.
-    pub(crate) fn covariance(&self, places: &[Vector3<f64>], redundancy: f64) -> Option<contour::Covariance> {
-        let flat: Vec<Vector2<f64>> = places.iter().map(|place| self.axes.flat(place)).collect();
-        let freedom = flat.len().saturating_sub(self.contour.parameters()).max(1) as f64;
-        let square: f64 = flat.iter().map(|place| self.contour.distance_and_normal(place).0.powi(2)).sum();
-        contour::covariance(&self.contour, &flat, square / freedom * redundancy)
-    }
+    (fitted.into_iter().map(|fitted| fitted.unwrap_or(Ok(Fitted::Derived))).collect(), alignment)
 }
 
-impl PlaneAxes {
-    /// A direction in the plane's coordinates.
-    fn flat_direction(&self, direction: &Vector3<f64>) -> Vector2<f64> {
-        Vector2::new(self.axes[0].dot(direction), self.axes[1].dot(direction))
+/// Fits surfaces, each by a task of its own, then the rims of planes.
+fn fit_some(
+    plan: &Plan,
+    lines: &Lines,
+    fitted: &mut [Option<Result<Fitted, MeasureError>>],
+    is_wanted: impl Fn(usize) -> bool + Sync,
+    pose: Option<&Rigid<DatumFrame, PartFrame>>,
+) {
+    let rng = |idx: usize| Pcg64Mcg::seed_from_u64(plan.seed.wrapping_add(idx as u64));
+    let surfaces: Vec<Option<Result<Fitted, MeasureError>>> = plan
+        .features
+        .par_iter()
+        .enumerate()
+        .map(|(idx, feature)| {
+            let is_rim = matches!(
+                feature.shape,
+                FeatureShape::Circle { .. } | FeatureShape::Slot { .. } | FeatureShape::Edge { .. }
+            );
+            (is_wanted(idx) && !is_rim).then(|| match feature.shape.selection() {
+                Some(selection) => {
+                    let mut search = Search { samples: lines.samples(), rng: rng(idx) };
+                    surface(&mut search, &feature.shape, &candidates(lines, selection, pose))
+                }
+                None => Ok(Fitted::Derived),
+            })
+        })
+        .collect();
+    for (slot, surface) in fitted.iter_mut().zip(surfaces) {
+        if surface.is_some() {
+            *slot = surface;
+        }
+    }
+    let planes = &*fitted;
+    let rims: Vec<Option<Result<Fitted, MeasureError>>> = plan
+        .features
+        .par_iter()
+        .enumerate()
+        .map(|(idx, feature)| {
+            let (FeatureShape::Circle { plane, select }
+            | FeatureShape::Slot { plane, select }
+            | FeatureShape::Edge { plane, select }) = &feature.shape
+            else {
+                return None;
+            };
+            is_wanted(idx).then(|| {
+                let plane_idx = plan.feature_idx(plane).unwrap_or(idx);
+                match &planes[plane_idx] {
+                    Some(Ok(Fitted::Surface(found))) => {
+                        let near = candidates(lines, select, pose);
+                        rim::fit(lines.samples(), &mut rng(idx), &feature.shape, (plane_idx, found), &near)
+                    }
+                    Some(Err(error)) => {
+                        Err(MeasureError::Missing { id: plane.clone(), reason: error.to_string() })
+                    }
+                    _ => Err(MeasureError::Missing { id: plane.clone(), reason: "it is no plane".into() }),
+                }
+            })
+        })
+        .collect();
+    for (slot, rim) in fitted.iter_mut().zip(rims) {
+        if rim.is_some() {
+            *slot = rim;
+        }
     }
 }
 
 /// Fits a surface to some of the points.
-pub(crate) fn surface(
-    search: &mut Search,
-    shape: &FeatureShape,
-    candidates: &[u32],
-) -> Result<Fitted, MeasureError> {
+fn surface(search: &mut Search, shape: &FeatureShape, candidates: &[u32]) -> Result<Fitted, MeasureError> {
     let missing = |feature| MeasureError::FeatureNotFound { feature, n_points: candidates.len() };
     enough(candidates)?;
     let found = match shape {
@@ -189,103 +168,4 @@ fn enough(candidates: &[u32]) -> Result<(), MeasureError> {
         return Err(MeasureError::TooFewPoints { needed: MIN_FEATURE_POINTS, got: candidates.len() });
     }
     Ok(())
-}
-
-/// Fits a circle, slot or edge to where lines leave a plane among the candidates.
-pub(crate) fn rim(
-    samples: &Samples,
-    rng: &mut Pcg64Mcg,
-    shape: &FeatureShape,
-    (plane_idx, plane): (usize, &Found),
-    candidates: &[u32],
-) -> Result<Fitted, MeasureError> {
-    let name = shape.name();
-    let missing = || MeasureError::FeatureNotFound { feature: name, n_points: candidates.len() };
-    let axes = PlaneAxes::of(&plane.shape).ok_or_else(missing)?;
-    let mut crossings = crossings(samples, plane, candidates);
-    let n_all = crossings.len();
-    let flat = |crossing: &Crossing| axes.flat(&(samples.position(crossing.sample_idx) + crossing.offset));
-    let parameters = match shape {
-        FeatureShape::Edge { .. } => 2,
-        FeatureShape::Circle { .. } => 3,
-        _ => 5,
-    };
-    let needed = RIM_MIN_CROSSINGS_PER_PARAMETER * parameters;
-    let too_few = |got: usize| MeasureError::TooFewCrossings { feature: name, needed, got };
-    if crossings.len() < needed {
-        return Err(too_few(crossings.len()));
-    }
-    let places: Vec<Vector2<f64>> = crossings.iter().map(flat).collect();
-    let first = match shape {
-        FeatureShape::Circle { .. } => contour::first_circle(&places, rng),
-        FeatureShape::Slot { .. } => contour::first_slot(&places),
-        _ => {
-            let outwards: Vector2<f64> = crossings.iter().map(|c| axes.flat_direction(&c.outwards)).sum();
-            contour::first_line(&places, &outwards, rng)
-        }
-    };
-    let mut contour = first.ok_or_else(missing)?;
-    let mut blurs: Vec<f64> = crossings.iter().filter_map(|crossing| crossing.blur_mm).collect();
-    // Nobody knows the rim better than to this; a straight side that fits better must not drive out a round end.
-    let least_mm = RIM_BLUR_SHARE * median(&mut blurs).unwrap_or(0.0);
-    let mut trim_mm = f64::INFINITY;
-    for round in 0..TRIM_ROUNDS {
-        let is_good = |crossing: &Crossing| {
-            let (distance, normal) = contour.distance_and_normal(&flat(crossing));
-            let sine = normal.dot(&axes.flat_direction(&crossing.outwards)).abs();
-            distance.abs() <= trim_mm && (sine >= RIM_MIN_SINE || round == 0)
-        };
-        let kept: Vec<Vector2<f64>> = crossings.iter().filter(|c| is_good(c)).map(flat).collect();
-        if kept.len() < needed {
-            return Err(too_few(kept.len()));
-        }
-        contour = contour::fit(&contour, &kept).ok_or_else(missing)?;
-        let mut distances: Vec<f64> = kept.iter().map(|p| contour.distance_and_normal(p).0.abs()).collect();
-        trim_mm =
-            (TRIM_SIGMAS * SIGMA_PER_MAD * median(&mut distances).unwrap_or(0.0)).max(least_mm).max(MIN_TRIM_MM);
-    }
-    crossings.retain(|crossing| {
-        let (distance, normal) = contour.distance_and_normal(&flat(crossing));
-        distance.abs() <= trim_mm && normal.dot(&axes.flat_direction(&crossing.outwards)).abs() >= RIM_MIN_SINE
-    });
-    let places: Vec<Vector2<f64>> = crossings.iter().map(flat).collect();
-    if places.len() < needed {
-        return Err(too_few(places.len()));
-    }
-    if let Some(gap_deg) = gap_deg(&contour, &places).filter(|gap_deg| *gap_deg > RIM_MAX_GAP_DEG) {
-        return Err(MeasureError::OpenRim { feature: name, gap_deg });
-    }
-    let outwards: Vector2<f64> = crossings.iter().map(|c| axes.flat_direction(&c.outwards)).sum();
-    if let Contour::Line { at, angle_rad } = contour
-        && contour.distance_and_normal(&at).1.dot(&outwards) < 0.0
-    {
-        contour = Contour::Line { at, angle_rad: angle_rad + std::f64::consts::PI };
-    }
-    let square: f64 = places.iter().map(|p| contour.distance_and_normal(p).0.powi(2)).sum();
-    let mut blurs: Vec<f64> = crossings.iter().filter_map(|crossing| crossing.blur_mm).collect();
-    let has_faded = blurs.len() as f64 >= RIM_MIN_FADED_SHARE * crossings.len() as f64;
-    let rim = Rim {
-        plane_idx,
-        contour,
-        axes,
-        n_left_out: n_all - crossings.len(),
-        rms_mm: (square / places.len() as f64).sqrt(),
-        threshold_mm: median(&mut blurs).filter(|_| has_faded).map(|blur_mm| RIM_BLUR_SHARE * blur_mm),
-        crossings,
-    };
-    let places: Vec<Vector3<f64>> =
-        rim.crossings.iter().map(|crossing| samples.position(crossing.sample_idx) + crossing.offset).collect();
-    let is_held =
-        rim.covariance(&places, 1.0).is_some_and(|covariance| covariance.diagonal().max() < MAX_RIM_VARIANCE);
-    if is_held { Ok(Fitted::Rim(rim)) } else { Err(MeasureError::NotDetermined { what: name }) }
-}
-
-/// The largest part of a circle that no line crosses, degrees; `None` for other contours.
-fn gap_deg(contour: &Contour, places: &[Vector2<f64>]) -> Option<f64> {
-    let Contour::Circle { centre, .. } = contour else { return None };
-    let mut angles: Vec<f64> = places.iter().map(|p| (p.y - centre.y).atan2(p.x - centre.x)).collect();
-    angles.sort_unstable_by(f64::total_cmp);
-    let around = angles.first()? + std::f64::consts::TAU;
-    angles.push(around);
-    angles.windows(2).map(|pair| (pair[1] - pair[0]).to_degrees()).reduce(f64::max)
 }

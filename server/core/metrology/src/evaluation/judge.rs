@@ -1,14 +1,146 @@
-//! From the components of a characteristic and how they vary to value, uncertainty and verdict.
+//! From the components of a characteristic and how they vary to value, uncertainty and verdict: what U lacks, what speaks
+//! against the features, and what is said of it.
 
 use nalgebra::{Matrix3, Vector3};
+use optics::Calibration;
 
-use crate::evaluation::values::AngleAxes;
+use crate::evaluation::chain::Chain;
+use crate::evaluation::fitted::Fitted;
+use crate::evaluation::forms::Form;
+use crate::evaluation::result::{CharacteristicResult, FeatureResult};
+use crate::evaluation::uncertainty::Systematic;
+use crate::evaluation::values::{AngleAxes, State, band, form_residuals};
+use crate::interface::doubts::{Finding, Missing};
 use crate::interface::part_verdict::PartVerdict;
+use crate::interface::request::MeasureError;
 use crate::interface::verdict::Limits;
-use crate::measuring::form::Flatness;
+use crate::measuring::form::{Flatness, without_noise};
 use crate::measuring::measure::judged;
+use crate::measuring::temperature::wavelength_drift;
 use crate::params::{COVERAGE_FACTOR, EXPANSION_PER_K, FOLD_SIGMAS, TEMPERATURE_SIGMA_K};
-use crate::plan::characteristic::Measure;
+use crate::plan::characteristic::{Characteristic, Measure};
+
+/// From what was found and how it varies to results.
+pub(crate) struct Judge<'a> {
+    pub(crate) chain: &'a Chain<'a>,
+    pub(crate) base: &'a State,
+    pub(crate) forms: &'a [Form],
+    pub(crate) features: &'a [FeatureResult],
+    pub(crate) calibration: Option<&'a Calibration>,
+}
+
+impl Judge<'_> {
+    pub(crate) fn characteristic(
+        &self,
+        idx: usize,
+        components: Option<&Vector3<f64>>,
+        noise: &Matrix3<f64>,
+        modes: Option<&Systematic>,
+    ) -> CharacteristicResult {
+        let Characteristic { id, measure, nominal_mm, nominal_deg, lower, upper, attributes } =
+            &self.chain.plan.characteristics[idx];
+        let form = self.form(idx);
+        let has_form = !measure.is_deviation() || matches!(measure, Measure::Position { .. }) || form.is_some();
+        let angle = self.chain.angles[idx].as_ref();
+        let systematic = modes.map(|modes| &modes.covariances[idx]);
+        let judged = components
+            .filter(|_| has_form)
+            .map(|components| value(measure, components, (noise, systematic), angle, form.as_ref()));
+        let nominal = nominal_mm.or(*nominal_deg).or(measure.is_deviation().then_some(0.0));
+        let error = judged.as_ref().zip(nominal).map(|(judged, nominal)| judged.value - nominal);
+        let limits = Limits { lower: *lower, upper: *upper };
+        let missing = self.missing(idx, modes);
+        let findings = self.findings(idx);
+        let is_proven = missing.is_empty() && findings.is_empty();
+        let u = judged.as_ref().map(Judged::expanded_uncertainty);
+        let mut notes = judged.as_ref().map_or_else(Vec::new, |judged| judged.notes.clone());
+        notes.extend(missing.iter().map(|missing| format!("U is incomplete: it lacks {missing}")));
+        notes.extend(findings.iter().map(|(id, finding)| format!("{id}: {finding}")));
+        CharacteristicResult {
+            id: id.clone(),
+            measure: measure.name(),
+            unit: measure.unit(),
+            value: judged.as_ref().map(|judged| judged.value),
+            components: components
+                .filter(|_| matches!(measure, Measure::Position { .. } | Measure::Angle { about: None, .. }))
+                .map(|components| (*components).into()),
+            nominal,
+            limits,
+            error,
+            u_noise: judged.as_ref().map(|judged| judged.u_noise),
+            u_systematic: judged.as_ref().and_then(|judged| judged.u_systematic),
+            expanded_uncertainty: u,
+            verdict: verdict(error.zip(u), &limits, is_proven),
+            failure: judged.is_none().then(|| self.failure(idx)),
+            missing,
+            findings,
+            notes,
+            attributes: attributes.clone(),
+        }
+    }
+
+    /// The form of a characteristic without the noise.
+    fn form(&self, idx: usize) -> Option<Flatness> {
+        let form = self.forms.iter().find(|form| form.characteristic == idx)?;
+        let measure = &self.chain.plan.characteristics[idx].measure;
+        let samples = self.chain.samples;
+        let positions: Vec<Vector3<f64>> = form.inliers.iter().map(|idx| samples.position(*idx)).collect();
+        let residuals = match measure {
+            // About the least-squares plane of all of them.
+            Measure::Flatness { .. } => positions.iter().map(|at| form.shape.distance_mm(at)).collect(),
+            _ => form_residuals(self.chain.plan, measure, self.base, &positions)?,
+        };
+        Some(without_noise(samples, &form.inliers, &residuals, |residuals| band(measure, residuals)))
+    }
+
+    fn failure(&self, idx: usize) -> MeasureError {
+        let measure = &self.chain.plan.characteristics[idx].measure;
+        let of_features =
+            (0..self.features.len()).filter(|feature| self.chain.rests_on(idx, *feature)).find_map(|feature| {
+                let reason = self.features[feature].failure.as_ref()?.to_string();
+                Some(MeasureError::Missing { id: self.features[feature].id.clone(), reason })
+            });
+        of_features.unwrap_or(MeasureError::NotDetermined { what: measure.name() })
+    }
+
+    fn findings(&self, idx: usize) -> Vec<(String, Finding)> {
+        let resting = self.features.iter().enumerate().filter(|(feature, _)| self.chain.rests_on(idx, *feature));
+        resting.flat_map(|(_, feature)| feature.findings.iter().map(|f| (feature.id.clone(), f.clone()))).collect()
+    }
+
+    /// What U should hold and does not (table of parts in `docs/maths/metrology.md`).
+    fn missing(&self, idx: usize, modes: Option<&Systematic>) -> Vec<Missing> {
+        let (chain, calibration) = (self.chain, self.calibration);
+        let measure = &chain.plan.characteristics[idx].measure;
+        let of =
+            |feature: usize| chain.rests_on(idx, feature).then(|| chain.fitted[feature].as_ref().ok()).flatten();
+        let resting = || (0..chain.fitted.len()).filter_map(of);
+        let stage = calibration.and_then(|calibration| calibration.stage);
+        let turntable = stage.and_then(|stage| stage.rotary());
+        let straightness = stage.and_then(|stage| stage.linear()?.straightness);
+        let parts = [
+            (!chain.samples.sigma_known, Missing::PointNoise),
+            (calibration.is_none(), Missing::Calibration),
+            (chain.samples.stage.is_none(), Missing::StagePositions),
+            (chain.samples.line_sigma_mm.is_none(), Missing::LineThickness),
+            (calibration.is_some_and(|c| wavelength_drift(c).is_none()), Missing::Wavelength),
+            (modes.is_some_and(|modes| modes.has_failed[idx]), Missing::CalibrationModes),
+            (
+                measure.is_between_places()
+                    && turntable.is_none()
+                    && straightness.is_none()
+                    && calibration.is_some(),
+                Missing::StageStraightness,
+            ),
+            (turntable.is_some_and(|axis| axis.angle_error.is_none()), Missing::StageAngle),
+            (
+                resting().any(|fitted| matches!(fitted, Fitted::Rim(rim) if rim.threshold_mm.is_none())),
+                Missing::EdgeThreshold,
+            ),
+        ];
+        parts.into_iter().filter(|(is_missing, _)| *is_missing).map(|(_, part)| part).collect()
+    }
+}
 
 /// A value with its standard uncertainties, in its unit.
 #[derive(Debug, Clone, PartialEq)]

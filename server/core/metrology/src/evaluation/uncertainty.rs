@@ -11,9 +11,9 @@ use rayon::prelude::*;
 
 use crate::evaluation::alignment::DatumFrame;
 use crate::evaluation::chain::{Chain, Set, SetUse};
-use crate::evaluation::contour::Contour;
-use crate::evaluation::crossings::Crossing;
 use crate::evaluation::fitted::{Fitted, MAX_FEATURE_PARAMETERS};
+use crate::evaluation::rims::contour::Contour;
+use crate::evaluation::rims::crossings::Crossing;
 use crate::evaluation::values::{Primitive, State};
 use crate::fitting::fit::{Matrix, Weighted, fit};
 use crate::fitting::footprint::footprint_mm;
@@ -257,7 +257,7 @@ fn refitted(
 }
 
 fn refitted_rim(
-    rim: &crate::evaluation::fitted::Rim,
+    rim: &crate::evaluation::rims::rim::Rim,
     set: &Set,
     pixels: &[Pixel],
     place: impl Fn(&Pixel) -> Option<Vector3<f64>>,

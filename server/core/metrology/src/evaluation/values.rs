@@ -4,9 +4,9 @@ use nalgebra::{Vector2, Vector3};
 use optics::{PartFrame, Rigid};
 
 use crate::evaluation::alignment::{DatumFrame, datum_from_part};
-use crate::evaluation::contour::Contour;
 use crate::evaluation::fitted::Fitted;
 use crate::evaluation::geometry::{Geometry, line_of, point_of};
+use crate::evaluation::rims::contour::Contour;
 use crate::interface::request::MeasureError;
 use crate::interface::shape::{Shape, across};
 use crate::measuring::value::{band_width, turn_rad};

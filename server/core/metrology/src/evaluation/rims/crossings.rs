@@ -1,9 +1,9 @@
 //! Where lines of light cross the rim of a plane.
 //!
-//! A line that ends at a rim fades over its blur: it has half of its light where it crosses the rim (eq. 12 of
-//! `docs/maths/metrology.md`), whatever share of it the extraction still takes for a line. The point after the last one is
-//! lost below that share. A rim that lines cross at a small angle cuts the sheet along its thickness, where neither
-//! height nor light say where the rim is; such crossings are left out later.
+//! A line that ends at a rim fades over its blur: a point of it has the share Φ(a/σ) of the full light where the rim is a
+//! away, across the rim (eq. 12 of `docs/maths/metrology.md`), whatever share the extraction still takes for a line. The
+//! point after the last one is lost below that share. A rim that lines cross at a small angle cuts the sheet along its
+//! thickness, where neither height nor light say where the rim is; such crossings are left out later.
 
 use nalgebra::Vector3;
 use statistics::median;
@@ -26,8 +26,33 @@ pub(crate) struct Crossing {
     pub(crate) offset: Vector3<f64>,
     /// Unit vector along the line, off the plane.
     pub(crate) outwards: Vector3<f64>,
-    /// Blur of the end (one σ, mm); `None` if the light did not fall by half before the point was lost.
-    pub(crate) blur_mm: Option<f64>,
+    /// Blur of this end along its line (one σ, mm), if two neighbours show it.
+    pub(crate) blur_along_mm: Option<f64>,
+    /// The point with the light nearest to half; `None` if the light did not fall before the point was lost.
+    fading: Option<Fading>,
+}
+
+/// A point that has lost some of its light.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Fading {
+    /// From the last point back to it, mm.
+    back_mm: f64,
+    /// How far inside of the rim it is, in blurs.
+    inside_blurs: f64,
+}
+
+impl Crossing {
+    /// Whether the light says where the rim is.
+    pub(crate) fn has_faded(&self) -> bool {
+        self.fading.is_some()
+    }
+
+    /// The crossing of a rim with the unit normal `across` (in the plane, away from the material) whose blur across is
+    /// `blur_mm`.
+    pub(crate) fn of_rim(&self, across: &Vector3<f64>, blur_mm: f64) -> Self {
+        let Some(Fading { back_mm, inside_blurs }) = self.fading else { return *self };
+        Self { offset: across * (inside_blurs * blur_mm) - self.outwards * back_mm, ..*self }
+    }
 }
 
 /// The ends of lines on a plane, among the candidates. A line that goes on outside of them has no end there.
@@ -47,9 +72,7 @@ pub(crate) fn crossings(samples: &Samples, plane: &Found, candidates: &[u32]) ->
     let walk = Walk { samples, is_on_plane: &is_on_plane, gap_px: RIM_GAP_SPACINGS * spacing_px };
     let on_plane = candidates.iter().filter(|idx| is_on_plane(**idx));
     let ends: Vec<End> = on_plane.flat_map(|idx| [1, -1].map(|step| walk.end(*idx, step))).flatten().collect();
-    // All ends are blurred alike.
-    let blur_mm = median(&mut ends.iter().filter_map(End::blur_mm).collect::<Vec<f64>>());
-    ends.iter().map(|end| end.crossing(blur_mm)).collect()
+    ends.iter().map(End::crossing).collect()
 }
 
 /// The end of a line.
@@ -62,29 +85,25 @@ struct End {
 }
 
 impl End {
-    /// Blur of this end (one σ, mm), from neighbours that both have a part of the light.
+    /// Blur of this end along the line (one σ, mm), from neighbours that both have a part of the light.
     fn blur_mm(&self) -> Option<f64> {
         let pair =
             self.shares.windows(2).find(|pair| is_fading(pair[0]) && is_fading(pair[1]) && pair[0] < pair[1])?;
         Some(self.spacing_mm / (quantile(pair[1]) - quantile(pair[0])))
     }
 
-    fn crossing(&self, blur_mm: Option<f64>) -> Crossing {
-        // The point with the light nearest to half; the light fades as Φ(a/σ) with the distance a from the rim.
+    /// The crossing as far as the rim's direction is not known yet: half a spacing on, before the point that was lost.
+    fn crossing(&self) -> Crossing {
         let fading =
             self.shares.iter().enumerate().take(RIM_MIN_RUN_POINTS).filter(|(_, share)| is_fading(**share));
         let middle = fading.min_by(|a, b| (a.1 - 0.5).abs().total_cmp(&(b.1 - 0.5).abs()));
-        let faded = middle.zip(blur_mm).map(|((k, share), blur_mm)| (k, blur_mm * quantile(*share), blur_mm));
-        let from_last_mm = match faded {
-            Some((k, inside_mm, _)) => inside_mm - k as f64 * self.spacing_mm,
-            // Somewhere before the next point, which was lost.
-            None => self.spacing_mm / 2.0,
-        };
         Crossing {
             sample_idx: self.last,
-            offset: self.outwards * from_last_mm,
+            offset: self.outwards * (self.spacing_mm / 2.0),
             outwards: self.outwards,
-            blur_mm: faded.map(|(.., blur_mm)| blur_mm),
+            blur_along_mm: self.blur_mm(),
+            fading: middle
+                .map(|(k, share)| Fading { back_mm: k as f64 * self.spacing_mm, inside_blurs: quantile(*share) }),
         }
     }
 }
