@@ -1,5 +1,5 @@
-//! A plan on a synthetic station: every characteristic against the geometry it was made from, on twenty seeds, each with a
-//! pose of its own, a calibration drawn from its covariance, noise, and rims that fade over a blur.
+//! A plan on a synthetic station: every characteristic against the geometry it was made from, on seeds that each have a
+//! pose of their own, a calibration drawn from its covariance, noise, and rims that fade over a blur.
 //! What this does not show: how real centrelines err at rims and on shiny metal.
 
 use nalgebra::Vector3;
@@ -148,9 +148,21 @@ pub(super) fn errors_of(
         .collect()
 }
 
-/// Holds every characteristic to its uncertainty: `least` of the seeds inside of U, bias below U/4.
-pub(super) fn hold(characteristics: &[(Value, f64)], errors: &[Errors], least: f64) {
+/// Seeds of a default run, and of `cargo xtask campaign`.
+pub(super) const FEW: u64 = 4;
+pub(super) const MANY: u64 = 20;
+
+/// Of twenty, fewer than 17 inside at 95 % has a probability of 0.3 %.
+const LEAST_OF_MANY: f64 = 17.0 / 20.0;
+
+/// Of 20 or more values on a few seeds; a seed's errors hang together by its calibration.
+const LEAST_SHARE_OF_FEW: f64 = 0.85;
+
+/// Holds every characteristic to its uncertainty. On many seeds: 93 % of all and 17 of 20 of each inside of U, bias below
+/// U/4. On few: none further off than 2 U (four standard uncertainties), 85 % of all inside.
+pub(super) fn hold(characteristics: &[(Value, f64)], errors: &[Errors]) {
     let n = errors.len() as f64;
+    let is_many = errors.len() as u64 >= MANY;
     let mut n_inside = 0.0;
     let mut broken = Vec::new();
     for (idx, (measure, truth)) in characteristics.iter().enumerate() {
@@ -166,36 +178,33 @@ pub(super) fn hold(characteristics: &[(Value, f64)], errors: &[Errors], least: f
         // What cannot be below zero has a mean above it where the truth is 0: known limit in `docs/maths/metrology.md`.
         let deviations = ["angle", "position", "flatness", "parallelism", "perpendicularity", "profile"];
         let is_folded = *truth == 0.0 && deviations.contains(&measure["type"].as_str().unwrap());
-        let is_biased = bias.abs() >= u / 4.0 && !is_folded;
-        if inside < least * n || is_biased {
+        let is_biased = is_many && bias.abs() >= u / 4.0 && !is_folded;
+        let is_far_off = of.iter().any(|(error, u)| error.abs() > 2.0 * u);
+        if (is_many && inside < LEAST_OF_MANY * n) || is_biased || is_far_off {
             broken.push(measure.to_string());
         }
     }
     let share = n_inside / n / characteristics.len() as f64;
     eprintln!("{:.1} % of all inside", 100.0 * share);
     assert!(broken.is_empty(), "{broken:?}");
-    assert!(share >= 0.93, "{share}");
+    assert!(share >= if is_many { 0.93 } else { LEAST_SHARE_OF_FEW }, "{share}");
 }
 
-/// Of twenty, fewer than 17 inside at 95 % has a probability of 0.3 %.
-pub(super) const LEAST_OF_TWENTY: f64 = 17.0 / 20.0;
+fn hold_all(seeds: u64) {
+    let characteristics = characteristics();
+    let plan = |pose: &Rigid<PartFrame, DatumFrame>| test_plan(pose, &characteristics);
+    hold(&characteristics, &errors_of(&TestPart, &characteristics, plan, &ShapedScan::FINE, seeds));
+}
 
 #[test]
 fn every_characteristic_lies_inside_its_uncertainty() {
-    let characteristics = characteristics();
-    let plan = |pose: &Rigid<PartFrame, DatumFrame>| test_plan(pose, &characteristics);
-    let errors = errors_of(&TestPart, &characteristics, plan, &ShapedScan::FINE, 20);
-    hold(&characteristics, &errors, LEAST_OF_TWENTY);
+    hold_all(FEW);
 }
 
 #[test]
-#[ignore = "minutes: cargo xtask campaign"]
-fn campaign_of_all_characteristics_on_two_hundred_seeds() {
-    let characteristics = characteristics();
-    let plan = |pose: &Rigid<PartFrame, DatumFrame>| test_plan(pose, &characteristics);
-    let errors = errors_of(&TestPart, &characteristics, plan, &ShapedScan::FINE, 200);
-    // 95.4 % of 200: fewer than 182 has a probability of 1 %.
-    hold(&characteristics, &errors, 0.91);
+#[ignore = "half a minute: cargo xtask campaign"]
+fn campaign_of_all_characteristics() {
+    hold_all(MANY);
 }
 
 #[test]
@@ -204,9 +213,9 @@ fn centres_lie_where_they_were_made() {
         ShapedScan { noise_px: 0.0, is_drawn: false, ..ShapedScan::FINE },
         ShapedScan { is_drawn: false, ..ShapedScan::FINE },
     ];
-    // Without noise what is left is the fit; with it, a mean of twenty.
+    // Without noise what is left is the fit; with it, a mean of four.
     for (scan, tolerance_mm) in scans.into_iter().zip([0.002, 0.004]) {
-        let errors: Vec<[Vector3<f64>; 3]> = (0..20u64)
+        let errors: Vec<[Vector3<f64>; 3]> = (0..FEW)
             .into_par_iter()
             .map(|seed| {
                 let pose = part_from_datum(seed);
@@ -232,9 +241,9 @@ fn centres_lie_where_they_were_made() {
             })
             .collect();
         for (idx, name) in ["ball", "hole", "slot"].into_iter().enumerate() {
-            let mean = errors.iter().map(|errors| errors[idx]).sum::<Vector3<f64>>() / 20.0;
+            let mean = errors.iter().map(|errors| errors[idx]).sum::<Vector3<f64>>() / FEW as f64;
             let spread =
-                (errors.iter().map(|errors| (errors[idx] - mean).norm_squared()).sum::<f64>() / 20.0).sqrt();
+                (errors.iter().map(|errors| (errors[idx] - mean).norm_squared()).sum::<f64>() / FEW as f64).sqrt();
             eprintln!(
                 "{} px, {name}: mean {:+.4} {:+.4} {:+.4} mm, spread {spread:.4}",
                 scan.noise_px, mean.x, mean.y, mean.z

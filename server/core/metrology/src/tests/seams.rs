@@ -1,9 +1,9 @@
-//! Gap, flush and groove across a seam of two plates with rolled edges; forms of a wavy plate and a roof; twenty seeds.
+//! Gap, flush and groove across a seam of two plates with rolled edges; forms of a wavy plate and a roof.
 
 use optics::{PartFrame, Rigid};
 use serde_json::{Value, json};
 
-use super::plan::{LEAST_OF_TWENTY, boxed, boxed_in_part, errors_of, hold};
+use super::plan::{FEW, MANY, boxed, boxed_in_part, errors_of, hold};
 use super::shaped_scan::{ShapedScan, Surface};
 use crate::evaluation::alignment::DatumFrame;
 use crate::*;
@@ -71,6 +71,16 @@ fn plan(pose: &Rigid<PartFrame, DatumFrame>, characteristics: &[(Value, f64)]) -
 
 #[test]
 fn gap_flush_groove_and_section_lie_inside_their_uncertainty() {
+    hold_seam(FEW);
+}
+
+#[test]
+#[ignore = "half a minute: cargo xtask campaign"]
+fn campaign_of_gap_flush_groove_and_section() {
+    hold_seam(MANY);
+}
+
+fn hold_seam(seeds: u64) {
     let characteristics = [
         (json!({ "type": "gap", "from": "edge", "to": "low edge", "surface": "plate" }), 4.0),
         (json!({ "type": "flush", "reference": "plate", "surface": "low plate", "at": "low edge" }), LOW_MM - 8.0),
@@ -83,8 +93,8 @@ fn gap_flush_groove_and_section_lie_inside_their_uncertainty() {
         (json!({ "type": "profile", "of": "cut" }), 0.0),
     ];
     let plan = |pose: &Rigid<PartFrame, DatumFrame>| plan(pose, &characteristics);
-    let errors = errors_of(&Seam, &characteristics, plan, &ShapedScan::FINE, 20);
-    hold(&characteristics, &errors, LEAST_OF_TWENTY);
+    let errors = errors_of(&Seam, &characteristics, plan, &ShapedScan::FINE, seeds);
+    hold(&characteristics, &errors);
 }
 
 /// Half of the waves' height, mm, and their length.
@@ -115,6 +125,16 @@ impl Surface for Wavy {
 
 #[test]
 fn forms_of_wavy_faces_lie_inside_their_uncertainty() {
+    hold_wavy(FEW);
+}
+
+#[test]
+#[ignore = "half a minute: cargo xtask campaign"]
+fn campaign_of_forms_of_wavy_faces() {
+    hold_wavy(MANY);
+}
+
+fn hold_wavy(seeds: u64) {
     let characteristics = [
         (json!({ "type": "flatness", "of": "plate" }), 2.0 * WAVE_MM),
         (json!({ "type": "parallelism", "of": "plate", "to": "table" }), 2.0 * WAVE_MM),
@@ -147,6 +167,6 @@ fn forms_of_wavy_faces_lie_inside_their_uncertainty() {
         });
         Plan::from_json(&plan.to_string()).unwrap()
     };
-    let errors = errors_of(&Wavy, &characteristics, plan, &ShapedScan::FINE, 20);
-    hold(&characteristics, &errors, LEAST_OF_TWENTY);
+    let errors = errors_of(&Wavy, &characteristics, plan, &ShapedScan::FINE, seeds);
+    hold(&characteristics, &errors);
 }
