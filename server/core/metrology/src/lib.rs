@@ -21,7 +21,8 @@ pub use interface::shape::Shape;
 pub use interface::verdict::{Limits, Verdict, verdict};
 pub use measuring::measure::measure;
 
-pub use cad::compare::{AlignTo, CompareError, CompareRequest, Comparison, compare};
+pub use cad::compare::compare;
+pub use cad::comparison::{AlignTo, CompareError, CompareRequest, Comparison};
 pub use cad::nominal::{Nominal, NominalError};
 pub use cad::statistics::{DeviationStatistics, WorstPlace};
 pub use evaluation::alignment::DatumFrame;

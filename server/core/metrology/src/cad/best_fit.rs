@@ -8,7 +8,7 @@ use optics::{PartFrame, Rigid};
 use rayon::prelude::*;
 use statistics::median;
 
-use crate::cad::compare::CompareError;
+use crate::cad::comparison::CompareError;
 use crate::cad::nominal::Nominal;
 use crate::evaluation::alignment::DatumFrame;
 use crate::fitting::robust::SIGMA_PER_MAD;

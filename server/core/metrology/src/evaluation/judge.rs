@@ -16,7 +16,7 @@ use crate::interface::request::MeasureError;
 use crate::interface::verdict::Limits;
 use crate::measuring::form::{Flatness, without_noise};
 use crate::measuring::measure::judged;
-use crate::measuring::temperature::wavelength_drift;
+use crate::measuring::missing::missing;
 use crate::params::{COVERAGE_FACTOR, EXPANSION_PER_K, FOLD_SIGMAS, TEMPERATURE_SIGMA_K};
 use crate::plan::characteristic::{Characteristic, Measure};
 
@@ -108,37 +108,22 @@ impl Judge<'_> {
         resting.flat_map(|(_, feature)| feature.findings.iter().map(|f| (feature.id.clone(), f.clone()))).collect()
     }
 
-    /// What U should hold and does not (table of parts in `docs/maths/metrology.md`).
+    /// What U should hold and does not.
     fn missing(&self, idx: usize, modes: Option<&Systematic>) -> Vec<Missing> {
-        let (chain, calibration) = (self.chain, self.calibration);
+        let chain = self.chain;
+        let is_blind_rim = |(feature, fitted): (usize, &Result<Fitted, MeasureError>)| {
+            let has_no_threshold = matches!(fitted, Ok(Fitted::Rim(rim)) if rim.threshold_mm.is_none());
+            chain.rests_on(idx, feature) && has_no_threshold
+        };
         let measure = &chain.plan.characteristics[idx].measure;
-        let of =
-            |feature: usize| chain.rests_on(idx, feature).then(|| chain.fitted[feature].as_ref().ok()).flatten();
-        let resting = || (0..chain.fitted.len()).filter_map(of);
-        let stage = calibration.and_then(|calibration| calibration.stage);
-        let turntable = stage.and_then(|stage| stage.rotary());
-        let straightness = stage.and_then(|stage| stage.linear()?.straightness);
-        let parts = [
-            (!chain.samples.sigma_known, Missing::PointNoise),
-            (calibration.is_none(), Missing::Calibration),
-            (chain.samples.stage.is_none(), Missing::StagePositions),
-            (chain.samples.line_sigma_mm.is_none(), Missing::LineThickness),
-            (calibration.is_some_and(|c| wavelength_drift(c).is_none()), Missing::Wavelength),
-            (modes.is_some_and(|modes| modes.has_failed[idx]), Missing::CalibrationModes),
-            (
-                measure.is_between_places()
-                    && turntable.is_none()
-                    && straightness.is_none()
-                    && calibration.is_some(),
-                Missing::StageStraightness,
-            ),
-            (turntable.is_some_and(|axis| axis.angle_error.is_none()), Missing::StageAngle),
-            (
-                resting().any(|fitted| matches!(fitted, Fitted::Rim(rim) if rim.threshold_mm.is_none())),
-                Missing::EdgeThreshold,
-            ),
-        ];
-        parts.into_iter().filter(|(is_missing, _)| *is_missing).map(|(_, part)| part).collect()
+        let mut missing = missing(chain.samples, self.calibration, measure.is_between_places());
+        if modes.is_some_and(|modes| modes.has_failed[idx]) {
+            missing.push(Missing::CalibrationModes);
+        }
+        if chain.fitted.iter().enumerate().any(is_blind_rim) {
+            missing.push(Missing::EdgeThreshold);
+        }
+        missing
     }
 }
 

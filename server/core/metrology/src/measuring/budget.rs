@@ -8,9 +8,9 @@ use crate::interface::doubts::Missing;
 use crate::interface::request::Tool;
 use crate::interface::shape::Shape;
 use crate::measuring::measure::Question;
+use crate::measuring::missing::missing;
 use crate::measuring::noise::{self, FeatureNoise};
 use crate::measuring::systematic::Retriangulation;
-use crate::measuring::temperature::wavelength_drift;
 use crate::params::{EXPANSION_PER_K, TEMPERATURE_SIGMA_K};
 
 /// Residuals this much larger than the predicted noise are worth a note.
@@ -45,23 +45,12 @@ pub(crate) fn budget(
             noise.ratio
         ));
     }
-    let mut missing = Vec::new();
+    let mut missing = missing(samples, calibration, is_length_along_travel(question, features));
     let mut lacks = |is_missing: bool, part: Missing| {
         if is_missing {
             missing.push(part);
         }
     };
-    lacks(!samples.sigma_known, Missing::PointNoise);
-    lacks(calibration.is_none(), Missing::Calibration);
-    lacks(samples.stage.is_none(), Missing::StagePositions);
-    lacks(samples.line_sigma_mm.is_none(), Missing::LineThickness);
-    lacks(calibration.is_some_and(|calibration| wavelength_drift(calibration).is_none()), Missing::Wavelength);
-    let stage = calibration.and_then(|calibration| calibration.stage);
-    let turntable = stage.and_then(|stage| stage.rotary());
-    let straightness = stage.and_then(|stage| stage.linear()?.straightness);
-    let is_along_travel = turntable.is_none() && is_length_along_travel(question, features);
-    lacks(is_along_travel && straightness.is_none(), Missing::StageStraightness);
-    lacks(turntable.is_some_and(|axis| axis.angle_error.is_none()), Missing::StageAngle);
     let modes = retriangulation.and_then(|pixels| pixels.standard_uncertainty(question, features));
     let failed = modes.map_or(retriangulation.is_some(), |(_, failed)| failed > 0);
     lacks(failed, Missing::CalibrationModes);
