@@ -84,9 +84,7 @@ pub(crate) fn statistics(
     };
     let mut deviations: Vec<(f32, f32)> = compared.par_iter().filter_map(weight).collect();
     let ([mean_mm, rms_mm, std_mm], percentiles_mm) = weighted(&mut deviations);
-    let ends = |pick: fn(&[(f32, f32)]) -> Option<&(f32, f32)>| {
-        pick(&deviations).map_or(f64::NAN, |(d, _)| f64::from(*d))
-    };
+    let end = |of: Option<&(f32, f32)>| of.map_or(f64::NAN, |(d, _)| f64::from(*d));
     let beyond = |by: &dyn Fn(&Place, f64) -> bool| {
         tolerance_mm.map(|tolerance_mm| {
             let out = places.iter().filter(|place| place.n_points >= MIN_CELL_POINTS && by(place, tolerance_mm));
@@ -99,7 +97,7 @@ pub(crate) fn statistics(
         mean_mm,
         rms_mm,
         std_mm,
-        range_mm: [ends(<[_]>::first), ends(<[_]>::last)],
+        range_mm: [end(deviations.first()), end(deviations.last())],
         percentiles_mm,
         area_mm2: nominal.area_mm2,
         covered_mm2: places.iter().map(|place| place.area_mm2).sum(),

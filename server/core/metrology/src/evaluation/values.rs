@@ -109,7 +109,7 @@ pub(crate) fn components(
     angle: Option<&AngleAxes>,
 ) -> Option<Vector3<f64>> {
     let of = |id: &str| state.geometries.get(plan.feature_idx(id)?)?.as_ref();
-    let points = |id: &str| Some(&*state.points.get(plan.feature_idx(id)?)?).filter(|points| !points.is_empty());
+    let points = |id: &str| state.points.get(plan.feature_idx(id)?).filter(|points| !points.is_empty());
     let pose = state.datum_from_part.as_ref();
     let in_datums = |at: &Vector3<f64>| pose.map(|pose| pose.rotation * at + pose.translation_mm);
     let axis_in_part = |axis: Axis| {

@@ -143,7 +143,7 @@ struct Faultless {
 fn faultless(nominal: &Nominal, seed: u64) -> Faultless {
     let pose = part_from_datum(seed);
     // Half of the seeds with an exact calibration: there all that is left is the algorithm's.
-    let scan = ShapedScan { is_drawn: seed % 2 == 0, ..ShapedScan::FINE };
+    let scan = ShapedScan { is_drawn: seed.is_multiple_of(2), ..ShapedScan::FINE };
     let (cloud, calibration) = shaped_scan(&Freeform { dent_mm: 0.0 }, &pose, seed, &scan);
     let request = request(AlignTo::Surface { start: near(&pose, seed) }, 0.1);
     let result = compare(&cloud, Some(&calibration), nominal, &request).unwrap();
