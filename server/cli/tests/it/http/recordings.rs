@@ -284,5 +284,5 @@ fn what_is_in_a_recording_is_told_and_a_broken_one_is_made_whole() {
     assert_eq!(refused.status.code(), Some(3), "an existing file is never written over");
     let no_file = sheaf(&["recording", "info", small_calibration().to_str().unwrap()]);
     assert_eq!(no_file.status.code(), Some(3));
-    assert!(err(&no_file).contains("no MCAP file"), "{}", err(&no_file));
+    assert!(err(&no_file).contains("not an MCAP file"), "{}", err(&no_file));
 }
