@@ -78,7 +78,7 @@ pub fn calibration_sections(
     }
     page.section(
         "Covariance",
-        "What the data cannot tell apart. It goes on into every point's and every measurement's uncertainty.",
+        "What the data cannot separate. It goes on into every point's and every measurement's uncertainty.",
         correlation::content(&result.calibration),
     );
     Ok(())

@@ -94,7 +94,7 @@ fn answer(checks: &[Check]) -> Answer {
 /// Asks the person; anything but a yes is a no.
 fn is_agreed(wanted: &Wanted) -> bool {
     eprint!(
-        "\nThe laser will shine with {:.0} % of its power, and the stage will home and move by {MOVE_MM} mm.\n\
+        "\nThe laser will be on with {:.0} % of its power, and the stage will home and move by {MOVE_MM} mm.\n\
          Check that the area is clear and that eyes are safe. Go on? [y/N] ",
         100.0 * wanted.power
     );

@@ -24,7 +24,7 @@ const RECORD_WAIT: Duration = Duration::from_secs(1);
 #[derive(Debug)]
 pub struct StopOutcome {
     /// Whether the devices received it.
-    pub told: Result<(), StationRefusal>,
+    pub acknowledged: Result<(), StationRefusal>,
     /// Whether it is on the disk, so that it survives a restart.
     pub recorded: bool,
 }
@@ -42,7 +42,7 @@ pub fn stop(app: &App, by: &Principal) -> impl Future<Output = StopOutcome> + Se
         let recorded = match tokio::time::timeout(RECORD_WAIT, record).await {
             Ok(Ok(Ok(()))) => true,
             Ok(Ok(Err(error))) => {
-                tracing::error!(%error, "Stop cannot be stored: a restart forgets it");
+                tracing::error!(%error, "Stop cannot be stored: it will not outlast a restart");
                 false
             }
             Ok(Err(_)) | Err(_) => {
@@ -53,7 +53,7 @@ pub fn stop(app: &App, by: &Principal) -> impl Future<Output = StopOutcome> + Se
         // A caller that has gone needs no answer.
         let _ = to_caller.send(StopOutcome { told, recorded });
     });
-    async move { outcome.await.unwrap_or(StopOutcome { told: Err(StationRefusal::ShuttingDown), recorded: false }) }
+    async move { outcome.await.unwrap_or(StopOutcome { acknowledged: Err(StationRefusal::ShuttingDown), recorded: false }) }
 }
 
 /// Stores in one transaction that the station is stopped and that the jobs which waited for it have ended.

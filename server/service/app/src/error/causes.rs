@@ -55,31 +55,31 @@ impl From<StoreError> for AppError {
             | StoreError::Broken { .. }
             | StoreError::File { .. } => ErrorKind::Internal,
         };
-        told(kind, &error)
+        app_error(kind, &error)
     }
 }
 
 impl From<DifferenceError> for AppError {
     fn from(error: DifferenceError) -> Self {
-        told(ErrorKind::Impossible, &error)
+        app_error(ErrorKind::Impossible, &error)
     }
 }
 
 impl From<FaultNameError> for AppError {
     fn from(error: FaultNameError) -> Self {
-        told(ErrorKind::Impossible, &error)
+        app_error(ErrorKind::Impossible, &error)
     }
 }
 
 impl From<TargetError> for AppError {
     fn from(error: TargetError) -> Self {
-        told(ErrorKind::Impossible, &error)
+        app_error(ErrorKind::Impossible, &error)
     }
 }
 
 impl From<StlError> for AppError {
     fn from(error: StlError) -> Self {
-        told(ErrorKind::Impossible, &error)
+        app_error(ErrorKind::Impossible, &error)
     }
 }
 
@@ -110,11 +110,11 @@ impl From<StationRefusal> for AppError {
             | StationRefusal::Laser(_)
             | StationRefusal::NoFrame { .. } => ErrorKind::DeviceFault,
         };
-        told(kind, &refusal)
+        app_error(kind, &refusal)
     }
 }
 
-fn told(kind: ErrorKind, error: &dyn Remedy) -> AppError {
+fn app_error(kind: ErrorKind, error: &dyn Remedy) -> AppError {
     let mut problem = AppError::new(kind, without_folders(&error.to_string()));
     problem.remedy = error.remedy().map(|remedy| without_folders(&remedy));
     let mut causes = Vec::new();

@@ -191,7 +191,7 @@ pub fn remembered_of(artifacts: &dyn Artifacts, named: &HashSet<ArtifactId>) -> 
         if cloud.is_some_and(|cloud| named.contains(&cloud)) {
             kept.extend(read_note(&note));
         } else if let Err(cause) = std::fs::remove_file(&note) {
-            tracing::warn!(%cause, "cannot forget an export");
+            tracing::warn!(%cause, "cannot delete the record of an export");
         }
     }
     kept

@@ -19,7 +19,7 @@ pub async fn keep_house(app: App) {
         tokio::select! {
             _ = period.tick() => {
                 if let Err(error) = forget_old(&app).await {
-                    tracing::warn!(%error, "old records were not forgotten");
+                    tracing::warn!(%error, "old records were not pruned");
                 }
                 if let Err(error) = app.store.back_up().await {
                     tracing::warn!(%error, "the catalogue was not copied");

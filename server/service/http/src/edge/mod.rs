@@ -194,6 +194,6 @@ async fn answer(
 
 fn too_many() -> Problem {
     Problem::new(ProblemKind::Unavailable, format!("{CONNECTION_LIMIT} connections are open"))
-        .remedy("close some, or try again; Stop is still heard")
+        .remedy("close some, or try again; Stop still works")
         .retry_after_s(5)
 }

@@ -24,7 +24,7 @@ use crate::wire::scan::scans::{CloudFormatDto, MeshFormatDto, ScanStateDto};
         description = "The scanner's interface: station, captures, calibrations, scans, measurements, jobs, events.\n\n\
             Every error is a problem (RFC 9457) with cause and remedy. What takes seconds is a job: the answer is 202 \
             with its address in `Location`. What changes settings that people share takes `If-Match`. Commands that \
-            move, shine or set something need the control lease in the header `Sheaf-Control`; Stop needs nothing."
+            move, turn the laser on or change settings need the control lease in the header `Sheaf-Control`; Stop needs nothing."
     ),
     tags(
         (name = "service", description = "Whether the service lives and can work"),

@@ -44,7 +44,7 @@ pub fn cloud(args: &BenchCloudArgs, reporter: &dyn Reporter) -> Result<Answer, F
     );
     match bytes_per_point {
         Some(bytes) => drop(writeln!(text, ", {bytes:.1} bytes of memory a point at peak")),
-        None => text.push_str("; this system does not tell the memory\n"),
+        None => text.push_str("; this system does not report the memory\n"),
     }
     let _ = writeln!(
         text,

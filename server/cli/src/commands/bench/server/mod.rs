@@ -168,7 +168,7 @@ fn answer(args: &BenchServerArgs, n_pictures: usize, swept: &[Swept]) -> Answer 
         "replay at {} Hz → peaks on the disk, profiles to {} viewers at 60 Hz; sweeps of {} frames, {n_pictures} pictures",
         args.rate_hz, args.viewers, args.frames
     );
-    swept.iter().for_each(|swept| swept.tell(&mut text));
+    swept.iter().for_each(|swept| swept.write_to(&mut text));
     if !crate::heap::allocations::COUNTED {
         text.push_str("requests for memory are counted by a program built with --features count-allocations\n");
     }

@@ -146,7 +146,7 @@ async fn ended(app: &App, job: &str) -> Result<ScanRecord, Failure> {
 
 impl Swept {
     /// In lines for a person.
-    pub fn tell(&self, text: &mut String) {
+    pub fn write_to(&self, text: &mut String) {
         let ms = |which: &str, what: &str| self.timing[which][what].as_f64().unwrap_or(f64::NAN);
         let _ = writeln!(
             text,

@@ -226,7 +226,7 @@ mod tests {
         let refused = desk.command(Some(&anna), later).unwrap_err();
         assert_eq!(refused.kind, ErrorKind::ControlExpired);
         assert_eq!(desk.collect_expired(later).map(|lease| lease.holder).as_deref(), Some("Anna"));
-        assert_eq!(desk.collect_expired(later), None, "its end is told once");
+        assert_eq!(desk.collect_expired(later), None, "its end is published once");
         assert_eq!(desk.asker(Some(&anna), later), Asker::WhileNobodyIs);
         desk.take("Ben", false, later).unwrap();
         let refused = desk.command(Some(&anna), later).unwrap_err();

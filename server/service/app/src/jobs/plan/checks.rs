@@ -283,7 +283,7 @@ pub fn laser_power(input: &ScanInput, status: &StationStatus) -> Result<f64, App
         return Ok(power);
     }
     let remedy = format!("give a share of full power from {min} to {max}");
-    Err(refused("laser_power", format!("the laser cannot shine with power {power}"), remedy))
+    Err(refused("laser_power", format!("the laser cannot be set to power {power}"), remedy))
 }
 
 /// Pictures with the laser off can be taken as asked.
@@ -353,7 +353,7 @@ pub fn notes(rows: &Rows, exposure_us: f64, status: &StationStatus, prediction: 
         || prediction.unambiguous_depth_mm[1] < prediction.depth_mm[1]
     {
         let [near, far] = prediction.unambiguous_depth_mm;
-        notes.push(format!("parts that reach out of {near:.1}–{far:.1} mm are told apart by a second line only; scan far enough that two lines see them"));
+        notes.push(format!("parts that reach out of {near:.1}–{far:.1} mm are resolved by a second line only; scan far enough that two lines see them"));
     }
     notes
 }

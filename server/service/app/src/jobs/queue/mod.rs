@@ -172,7 +172,7 @@ impl Queue {
 
     /// Publishes the progress of a job. Late progress of a job whose end was published is dropped.
     pub fn publish(&self, view: JobView) {
-        self.progress.send_if_modified(|news| news.tell(view));
+        self.progress.send_if_modified(|news| news.publish(view));
     }
 
     pub fn is_closing(&self) -> bool {

@@ -14,7 +14,7 @@ pub struct JobNews {
 
 impl JobNews {
     /// Publishes the progress of a job. Late progress of a job whose end was published is dropped: false.
-    pub fn tell(&mut self, view: JobView) -> bool {
+    pub fn publish(&mut self, view: JobView) -> bool {
         let known = self.told.iter().position(|(_, told)| told.record.id == view.record.id);
         if let Some(at) = known {
             if self.told[at].1.record.state.is_terminal() && !view.record.state.is_terminal() {

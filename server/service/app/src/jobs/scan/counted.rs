@@ -11,13 +11,13 @@ use vision::Centrelines;
 pub struct CountedFrames<'a> {
     frames: &'a dyn Frames,
     read: AtomicUsize,
-    told: &'a (dyn Fn(usize) + Sync),
+    on_read: &'a (dyn Fn(usize) + Sync),
 }
 
 impl<'a> CountedFrames<'a> {
     /// `on_read` gets the number of reads so far.
-    pub fn new(frames: &'a dyn Frames, told: &'a (dyn Fn(usize) + Sync)) -> Self {
-        Self { frames, read: AtomicUsize::new(0), told }
+    pub fn new(frames: &'a dyn Frames, on_read: &'a (dyn Fn(usize) + Sync)) -> Self {
+        Self { frames, read: AtomicUsize::new(0), on_read }
     }
 
     /// Readings so far.
@@ -41,7 +41,7 @@ impl Frames for CountedFrames<'_> {
 
     fn centrelines(&self, frame: usize) -> Result<Cow<'_, Centrelines>, ContentError> {
         let lines = self.frames.centrelines(frame);
-        (self.told)(self.read.fetch_add(1, Ordering::Relaxed) + 1);
+        (self.on_read)(self.read.fetch_add(1, Ordering::Relaxed) + 1);
         lines
     }
 }

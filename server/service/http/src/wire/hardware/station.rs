@@ -79,11 +79,11 @@ impl StoppedDto {
     /// What became of a Stop, with the state after it.
     pub fn new(outcome: StopOutcome, state: MachineState) -> Self {
         let unrecorded =
-            (!outcome.recorded).then(|| "the Stop could not be stored: a restart forgets it".to_owned());
+            (!outcome.recorded).then(|| "the Stop could not be stored: it will not outlast a restart".to_owned());
         Self {
-            acknowledged: outcome.told.is_ok(),
+            acknowledged: outcome.acknowledged.is_ok(),
             state: state_names(state).0,
-            detail: outcome.told.err().map(|refusal| refusal.to_string()).or(unrecorded),
+            detail: outcome.acknowledged.err().map(|refusal| refusal.to_string()).or(unrecorded),
         }
     }
 }
