@@ -1,4 +1,4 @@
-//! The live stream without a station behind it, for measuring what it carries.
+//! The live stream without a station, for load tests.
 
 use std::io;
 use std::sync::Arc;
@@ -21,7 +21,7 @@ use crate::wire::hardware::station::StoppedDto;
 use crate::ws::station::Station;
 use crate::ws::{Sources, Streams};
 
-/// Serves what is on the bus to whoever connects, through the service's own accept loop, handshake and connections.
+/// Serves the bus to every client through the service's own accept loop, handshake and connections.
 ///
 /// # Errors
 /// If a thread cannot be started.

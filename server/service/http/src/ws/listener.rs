@@ -16,13 +16,13 @@ use crate::ws::station::Station;
 /// Why a connection ends.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum End {
-    /// The client went, or cannot be reached any more.
+    /// The client has gone or cannot be reached.
     Gone,
     /// The server closes it.
     Close {
         /// Close code.
         code: u16,
-        /// Words for the client's log.
+        /// Reason text for the client's log.
         reason: &'static str,
     },
 }
@@ -46,16 +46,16 @@ impl LastHeard {
     }
 }
 
-/// What the other half of the connection is to answer.
+/// What the sending half has to reply.
 pub enum Heard {
-    /// What was asked, or why it was not understood.
+    /// The request, or why it was not understood.
     Asked(Result<Request, Misunderstanding>),
-    /// An answer that is ready.
+    /// A finished reply.
     Answer(String),
 }
 
-/// Hears the client until it goes or breaks a rule; what it asks goes to `answers`. Stop is obeyed here and at once,
-/// whatever the client has not yet taken and however much it has said before.
+/// Reads from the client until it disconnects or breaks a rule; its requests go to `answers`. Stop is carried out here
+/// immediately, regardless of unread data and message limits.
 pub async fn listen(
     mut from_client: SplitStream<WebSocket>,
     answers: mpsc::Sender<Heard>,
@@ -79,7 +79,7 @@ pub async fn listen(
             tokio::spawn(async move {
                 let stopped = json!(stopping.await);
                 let answer = ServerText::Stopped { id, stopped: &stopped }.to_json();
-                // The client may be gone; the station is stopped all the same.
+                // The client may be gone; the station is stopped in any case.
                 let _ = answers.send(Heard::Answer(answer)).await;
             });
             continue;
@@ -96,7 +96,7 @@ pub async fn listen(
             (Message::Close(_), None) => return End::Gone,
             (Message::Ping(_) | Message::Pong(_), None) => {}
             (Message::Binary(_), None) => {
-                return End::Close { code: close::UNSUPPORTED, reason: "a client sends text only" };
+                return End::Close { code: close::UNSUPPORTED, reason: "binary messages are not supported" };
             }
             (Message::Text(_), None) => {
                 return End::Close { code: close::TOO_BIG, reason: "the message is too long" };
@@ -112,7 +112,7 @@ fn end_by(error: axum::Error) -> End {
     match error.into_inner().downcast_ref() {
         Some(Error::Protocol(ProtocolError::ResetWithoutClosingHandshake)) => End::Gone,
         Some(Error::Protocol(_)) => {
-            End::Close { code: close::PROTOCOL, reason: "this is not the WebSocket protocol" }
+            End::Close { code: close::PROTOCOL, reason: "WebSocket protocol violation" }
         }
         Some(Error::Utf8(_)) => End::Close { code: close::NOT_UTF8, reason: "the text is not UTF-8" },
         Some(Error::Capacity(_)) => End::Close { code: close::TOO_BIG, reason: "the message is too long" },
@@ -120,7 +120,7 @@ fn end_by(error: axum::Error) -> End {
     }
 }
 
-/// How many messages the client may still send.
+/// Rate limit of client messages (token bucket).
 struct Allowance {
     left: f64,
     at: Instant,

@@ -1,4 +1,4 @@
-//! What a connection may do at the station: note its viewer, and stop it.
+//! What a connection may do with the station: register a viewer, and stop it.
 
 use std::time::Instant;
 
@@ -10,12 +10,12 @@ use app::labels::label;
 use app::principal::Principal;
 use app::use_cases::stop;
 
-/// The station as a connection reaches it.
+/// The station, as a connection may use it.
 pub trait Station: Send + Sync {
-    /// Somebody who is shown frames was there at that moment.
+    /// Registers that a viewer was connected at that time.
     fn note_viewer(&self, at: Instant);
 
-    /// Stops it; when this returns the stop is under way. `actor`: who, for the log.
+    /// Stops the station; the stop is in progress when this returns. `actor`: name for the log.
     fn stop(&self, actor: Option<&str>) -> BoxFuture<'static, StoppedDto>;
 }
 
@@ -26,7 +26,7 @@ pub struct Client {
 }
 
 impl Client {
-    /// One that connected from `address`.
+    /// A client at `address`.
     pub fn new(app: App, address: String) -> Self {
         Self { app, address }
     }

@@ -1,4 +1,4 @@
-//! Events: as a list, and as a stream that goes on where the client left it.
+//! Events: as a list, and as a stream that resumes where the client left off.
 
 use crate::Http;
 use std::collections::{HashSet, VecDeque};
@@ -30,7 +30,7 @@ use app::jobs::JobNews;
 
 const LAST_EVENT_ID: HeaderName = HeaderName::from_static("last-event-id");
 
-/// Events read from the store at once while a client catches up.
+/// Number of events read from the store at a time while a client catches up.
 const CATCH_UP: u32 = 200;
 
 /// The routes.
@@ -38,27 +38,27 @@ pub fn routes() -> OpenApiRouter<Http> {
     OpenApiRouter::new().routes(routes!(list_events))
 }
 
-/// Which events.
+/// Selects events.
 #[derive(Debug, Deserialize, IntoParams)]
 #[serde(deny_unknown_fields)]
 #[into_params(parameter_in = Query)]
 struct EventsQuery {
-    /// Only those after this one; a list begins with the oldest otherwise, a stream with what happens from now on.
+    /// Only events after this one. Default: a list starts with the oldest event, a stream with the next one.
     #[param(minimum = 0)]
     after: Option<i64>,
-    /// Events of a list, 1 to 200; 50 if not said.
+    /// Maximum number of events, 1 to 200; default 50.
     #[param(minimum = 1, maximum = 200)]
     limit: Option<u32>,
 }
 
-/// What happened, oldest first.
+/// Lists or streams events, oldest first.
 ///
-/// With `Accept: text/event-stream` a stream that does not end: durable events with their `id`, which a client that
-/// comes back sends as `Last-Event-ID` and misses none; the progress of jobs as `job.progress` without `id`; an event
-/// that is damaged in the database as `event.damaged` without `id`.
+/// With `Accept: text/event-stream` the response is an endless stream. Durable events have an `id`; a client that
+/// reconnects sends the last one as `Last-Event-ID` and misses none. Job progress is sent as `job.progress` without
+/// `id`; an event that is damaged in the database as `event.damaged` without `id`.
 #[utoipa::path(
     get, path = "/events", tag = "events",
-    params(EventsQuery, ("Last-Event-ID" = Option<String>, Header, description = "Last id seen of the stream")),
+    params(EventsQuery, ("Last-Event-ID" = Option<String>, Header, description = "Id of the last event received")),
     responses((status = 200, content((EventListDto = "application/json"), (String = "text/event-stream"))))
 )]
 async fn list_events(
@@ -91,23 +91,23 @@ async fn list_events(
 
 fn sequence(text: &str) -> Result<i64, Problem> {
     text.trim().parse().ok().filter(|seq| *seq >= 0).ok_or_else(|| {
-        Problem::new(ProblemKind::BadRequest, "Last-Event-ID is not an id of this stream")
+        Problem::new(ProblemKind::BadRequest, "Last-Event-ID is not the id of an event")
             .at("Last-Event-ID")
-            .remedy("send the id of the last event seen, or none")
+            .remedy("send the id of the last event received, or omit the header")
     })
 }
 
-/// A client that follows the events.
+/// A client of the event stream.
 struct Follower {
     app: App,
     seen: i64,
     waiting: VecDeque<EventRecord>,
-    /// Damaged events: those to be sent, and those that were.
+    /// Damaged events: still to be sent, and already sent.
     damaged: VecDeque<DamagedRow>,
     named: HashSet<String>,
     newest: watch::Receiver<i64>,
     progress: watch::Receiver<JobNews>,
-    /// Number of the last progress sent.
+    /// Number of the last progress message sent.
     told: u64,
     next_progress: Instant,
 }
@@ -131,7 +131,7 @@ impl Follower {
                 return durable(record);
             }
             self.newest.mark_unchanged();
-            // A store that fails ends the stream; the client comes back and goes on where it was.
+            // A store error ends the stream; the client reconnects and resumes where it was.
             let Listed { records, damaged, .. } =
                 self.app.ledger.read().events_after(self.seen, CATCH_UP).await.ok()?;
             self.waiting = records.into();

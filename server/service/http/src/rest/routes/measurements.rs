@@ -30,7 +30,7 @@ pub fn routes() -> OpenApiRouter<Http> {
         .routes(routes!(get_measurement))
 }
 
-/// Measurements on all scans, newest first.
+/// Lists measurements on all scans, newest first.
 #[utoipa::path(
     get, path = "/measurements", tag = "measurements", params(MeasurementsQuery),
     responses((status = 200, body = ListDto<MeasurementDto>))
@@ -49,7 +49,7 @@ async fn list_all_measurements(
     Ok(Json(ListDto::whole_of(&path, &page, listed, MeasurementDto::try_from)))
 }
 
-/// A verdict's word, and the one that records of earlier versions have.
+/// A verdict's code, and the one in records of earlier versions.
 fn words_of(verdict: Option<VerdictDto>) -> Vec<String> {
     let Some(verdict) = verdict else { return Vec::new() };
     let known = ["pass", "fail", verdict.word()];
@@ -57,7 +57,7 @@ fn words_of(verdict: Option<VerdictDto>) -> Vec<String> {
     same.map(str::to_owned).collect()
 }
 
-/// The measurements of a scan, newest first.
+/// Lists the measurements of a scan, newest first.
 #[utoipa::path(
     get, path = "/scans/{id}/measurements", tag = "measurements", params(("id" = String, Path), PageQuery),
     responses((status = 200, body = ListDto<MeasurementDto>))
@@ -75,7 +75,7 @@ async fn list_measurements(
     Ok(Json(ListDto::whole_of(&path, &page, listed, MeasurementDto::try_from)))
 }
 
-/// A measurement.
+/// Returns a measurement.
 #[utoipa::path(
     get, path = "/scans/{id}/measurements/{measurement_id}", tag = "measurements",
     params(("id" = String, Path), ("measurement_id" = String, Path)),
@@ -92,8 +92,8 @@ async fn get_measurement(
     Ok(Json(record.try_into()?))
 }
 
-/// Measures on a scan; answers when it is done, which takes up to some seconds. What was to be judged and cannot be
-/// measured is recorded with the verdict `invalid`.
+/// Measures on a scan; responds when done, which can take some seconds. A characteristic with a tolerance that cannot be
+/// measured is stored with the verdict `invalid`.
 #[utoipa::path(
     post, path = "/scans/{id}/measurements", tag = "measurements", params(("id" = String, Path)),
     request_body = MeasureDto,

@@ -1,4 +1,4 @@
-//! Whether the service lives and can work, its figures, its document.
+//! Liveness, readiness, metrics and the API document.
 
 use crate::Http;
 use axum::Json;
@@ -25,28 +25,28 @@ pub fn routes() -> OpenApiRouter<Http> {
         .routes(routes!(document))
 }
 
-/// Whether the process answers.
+/// Liveness: responds while the process runs.
 #[utoipa::path(get, path = "/health", tag = "service", responses((status = 200, body = HealthDto)))]
 async fn health(State(http): State<Http>) -> Json<HealthDto> {
     let trusted_proxy = http.config.trusted_proxy;
     Json(HealthDto { status: "alive", version: env!("CARGO_PKG_VERSION"), trusted_proxy })
 }
 
-/// Whether jobs can run; if not, the problem says why.
+/// Readiness: whether jobs can run; if not, the problem says why.
 #[utoipa::path(get, path = "/ready", tag = "service", responses((status = 200, body = ReadyDto)))]
 async fn ready(State(app): State<App>) -> Result<Json<ReadyDto>, Problem> {
     if app.closing.is_cancelled() {
         return Err(Problem::new(ProblemKind::Unavailable, "the service is shutting down").retry_after_s(5));
     }
     if app.store.is_read_only() {
-        return Err(Problem::new(ProblemKind::Unavailable, "the store is read-only since a write failed")
+        return Err(Problem::new(ProblemKind::Unavailable, "the store has been read-only since a write failed")
             .remedy("check the disk, then restart"));
     }
     let (_, words) = state_names(app.station.status().state);
     Ok(Json(ReadyDto { status: "ready", station: words.to_owned(), free_bytes: app.store.free_bytes().ok() }))
 }
 
-/// Figures for Prometheus.
+/// Returns metrics in Prometheus format.
 #[utoipa::path(
     get, path = "/metrics", tag = "service",
     responses((status = 200, body = String, content_type = "text/plain"))
@@ -77,7 +77,7 @@ fn tell_station(app: &App) {
 
 async fn tell_jobs(app: &App) -> Result<(), Problem> {
     for (state, word) in [(JobState::Queued, "queued"), (JobState::Running, "running")] {
-        /// More than the queue and the lanes can hold.
+        /// More than queue and workers can hold.
         const MANY: u32 = 1_000;
         let jobs = app.ledger.read().jobs(Some(state), &store::Page { before: None, limit: MANY }).await?;
         metrics::gauge!("sheaf_jobs", "state" => word).set(jobs.records.len() as f64);
@@ -85,7 +85,7 @@ async fn tell_jobs(app: &App) -> Result<(), Problem> {
     Ok(())
 }
 
-/// This document.
+/// Returns this document.
 #[utoipa::path(
     get, path = "/openapi.json", tag = "service",
     responses((status = 200, body = serde_json::Value))

@@ -1,4 +1,4 @@
-//! The hands at the simulated station: what lies on the stage, which faults it has. Only there.
+//! Control of the simulated station: what is on the stage and which faults are active. Simulated stations only.
 
 use crate::Http;
 
@@ -28,7 +28,7 @@ pub fn routes() -> OpenApiRouter<Http> {
         .routes(routes!(switch_fault_off))
 }
 
-/// What lies on the simulated stage.
+/// Returns what is on the simulated stage.
 #[utoipa::path(get, path = "/simulation/scene", tag = "simulation", responses((status = 200, body = SceneDto)))]
 async fn get_scene(State(app): State<App>) -> Result<Json<SceneDto>, Problem> {
     let scene = match &*use_cases::simulation(&app)?.scene() {
@@ -42,7 +42,7 @@ async fn get_scene(State(app): State<App>) -> Result<Json<SceneDto>, Problem> {
     Ok(Json(SceneDto { scene: scene.to_owned() }))
 }
 
-/// Puts something on the simulated stage, as a person would with hands; the real part of a real station stays real.
+/// Places an object on the simulated stage. Refused on a real station.
 #[utoipa::path(
     put, path = "/simulation/scene", tag = "simulation", request_body = PlaceSceneDto,
     responses((status = 200, body = SceneDto))
@@ -56,7 +56,7 @@ async fn place_scene(
     get_scene(State(app)).await
 }
 
-/// Puts a part from an STL file (binary or text, mm) on the simulated stage's plate.
+/// Places a part from an STL file (binary or ASCII, mm) on the plate of the simulated stage.
 #[utoipa::path(
     put, path = "/simulation/scene/part", tag = "simulation",
     request_body(content = Vec<u8>, content_type = "model/stl"),
@@ -68,10 +68,10 @@ async fn place_solid(
     headers: HeaderMap,
     body: Body,
 ) -> Result<Json<SceneDto>, Problem> {
-    // Before a long body is read in vain.
+    // Checked before a long body is read.
     use_cases::idle_simulation(&app)?;
     if media_type(&headers).as_deref() != Some("model/stl") {
-        return Err(Problem::new(ProblemKind::UnsupportedMediaType, "the body is not said to be an STL file")
+        return Err(Problem::new(ProblemKind::UnsupportedMediaType, "the body has no STL content type")
             .remedy("send Content-Type: model/stl"));
     }
     let bytes = whole_body(body, STL_BODY_LIMIT_BYTES, STL_BODY_TIMEOUT).await?;
@@ -89,7 +89,7 @@ fn scene_kind(name: SceneNameDto, config: &AppConfig) -> SceneKind {
     }
 }
 
-/// The faults that are switched on.
+/// Lists the active simulated faults.
 #[utoipa::path(
     get, path = "/simulation/faults", tag = "simulation",
     responses((status = 200, body = FaultListDto))
@@ -99,7 +99,7 @@ async fn list_faults(State(app): State<App>) -> Result<Json<FaultListDto>, Probl
     Ok(Json(FaultListDto { items }))
 }
 
-/// Switches a fault on.
+/// Activates a simulated fault.
 #[utoipa::path(
     put, path = "/simulation/faults", tag = "simulation", request_body = FaultSwitchDto,
     responses((status = 200, body = FaultListDto))
@@ -114,10 +114,10 @@ async fn switch_fault_on(
     list_faults(State(app)).await
 }
 
-/// Switches a fault off; what it did to a device may need a reset of the station.
+/// Deactivates a simulated fault; the station may need a reset afterwards.
 #[utoipa::path(
     delete, path = "/simulation/faults/{name}", tag = "simulation", params(("name" = String, Path)),
-    responses((status = 204, description = "It is off"))
+    responses((status = 204, description = "Deactivated"))
 )]
 async fn switch_fault_off(
     State(app): State<App>,
