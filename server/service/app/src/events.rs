@@ -154,10 +154,10 @@ pub struct JobEvent {
     /// Last words to the operator.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub message: Option<String>,
-    /// What it made.
+    /// The result.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub result: Option<JobResult>,
-    /// Why it failed.
+    /// Why the job failed.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub problem: Option<AppError>,
     /// Who ended it.
@@ -165,7 +165,7 @@ pub struct JobEvent {
     pub actor: Option<String>,
 }
 
-/// What a job made.
+/// Result of a job.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct JobResult {
     /// Which collection.

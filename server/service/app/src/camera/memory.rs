@@ -26,35 +26,35 @@ pub struct KeptSettings {
     /// Gain.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub gain_db: Option<f64>,
-    /// Frame rate of the free trigger.
+    /// Frame rate in free-running mode.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub frame_rate_hz: Option<f64>,
-    /// When it exposes.
+    /// Trigger mode.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub trigger: Option<KeptTrigger>,
-    /// How pixels come.
+    /// Pixel format.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub pixel_format: Option<KeptFormat>,
-    /// Which part of the sensor is read.
+    /// Region of interest.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub roi: Option<KeptRoi>,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
-/// When the camera exposes.
+/// Trigger mode of the camera.
 pub enum KeptTrigger {
     /// At its own rate.
     Free,
-    /// On command.
+    /// Software trigger.
     Software,
-    /// On its electrical input.
+    /// Hardware trigger input.
     Hardware,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
-/// How pixels come.
+/// Pixel format.
 pub enum KeptFormat {
     /// 8 bits.
     Mono8,
@@ -63,7 +63,7 @@ pub enum KeptFormat {
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, ToSchema)]
-/// A part of the sensor.
+/// Region of interest of the sensor.
 pub struct KeptRoi {
     /// First column.
     pub left_px: usize,

@@ -13,7 +13,7 @@ pub enum Source {
     Station,
     /// A capture that was uploaded or recorded.
     Capture {
-        /// Which.
+        /// The watch.
         capture_id: String,
     },
 }
@@ -29,24 +29,24 @@ pub struct CalibrateInput {
     pub k3: Option<String>,
     /// Go on without pictures that show no board or line even if they are the most.
     pub leave_out_unreadable: bool,
-    /// Board poses to take at the station.
+    /// Number of board poses to capture at the station.
     pub n_poses: Option<usize>,
     /// The session whose pictures are used; with it `source` is the station.
     pub session_id: Option<String>,
 }
 
-/// Scan a part.
+/// Request to scan a part.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ScanInput {
-    /// Where frames come from.
+    /// Source of the frames.
     pub source: ScanSource,
-    /// What a person calls it.
+    /// Its name.
     pub name: Option<String>,
-    /// First stage position.
+    /// First position of a linear stage.
     pub from_mm: Option<f64>,
-    /// Last stage position.
+    /// Last position of a linear stage.
     pub to_mm: Option<f64>,
-    /// Distance between frames.
+    /// Distance between rows.
     pub step_mm: Option<f64>,
     /// Speed of a continuous scan; with it the step follows from the frame rate.
     pub speed_mm_s: Option<f64>,
@@ -56,42 +56,42 @@ pub struct ScanInput {
     /// Last angle of a turntable; more than a turn shows how well it closes.
     #[serde(default)]
     pub to_deg: Option<f64>,
-    /// Angle between frames.
+    /// Angle between rows.
     #[serde(default)]
     pub step_deg: Option<f64>,
-    /// Speed of a continuous scan on a turntable.
+    /// Speed of a continuous scan on a turntable; the step follows from the frame rate.
     #[serde(default)]
     pub speed_deg_s: Option<f64>,
-    /// How the stage moves.
+    /// Motion of the stage.
     pub mode: Option<ScanMode>,
     /// Exposure of the laser frames.
     pub exposure_us: Option<f64>,
     /// Two to four exposures of every row in place of one, for parts with dark and bright places.
     #[serde(default)]
     pub exposures_us: Vec<f64>,
-    /// Share of full laser power.
+    /// Laser power, share of full power.
     pub laser_power: Option<f64>,
     /// Keep the frames as a capture.
     pub keep_frames: bool,
     /// When pictures with the laser off are taken; `None`: never.
     #[serde(default)]
     pub background: Option<BackgroundInput>,
-    /// Record everything that the camera delivers meanwhile, as an MCAP file.
+    /// Record everything that the camera delivers during the scan as an MCAP file.
     #[serde(default)]
     pub record: bool,
     /// Which calibration; `None`: the active one.
     pub calibration_id: Option<String>,
-    /// The partial scan that is continued.
+    /// The partial scan to resume.
     pub resume_scan_id: Option<String>,
     /// What is measured on it, in the same job; a continued scan measures what it was begun for.
     #[serde(default)]
     pub measure: Vec<MeasureInput>,
-    /// What it is made for.
+    /// Purpose of the scan.
     #[serde(default)]
     pub purpose: ScanPurpose,
 }
 
-/// Compute a scan again from its peaks.
+/// Recompute a scan from its peaks.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct RecomputeInput {
     /// The scan.
@@ -100,20 +100,20 @@ pub struct RecomputeInput {
     pub calibration_id: Option<String>,
 }
 
-/// Scan a known part and compare.
+/// Scan a reference part and compare.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct VerifyInput {
     /// `gauge` or `sphere`.
     pub artefact: String,
-    /// Its height or radius.
+    /// Nominal height or radius.
     pub nominal_mm: f64,
-    /// Largest deviation allowed.
+    /// Symmetric tolerance of the deviation.
     pub tolerance_mm: Option<f64>,
     /// How to scan it; its source may also be a capture.
     pub scan: ScanInput,
 }
 
-/// Write a scan in another format.
+/// Request to write a scan in another format.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ExportInput {
     /// The scan.

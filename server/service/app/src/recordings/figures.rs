@@ -19,11 +19,11 @@ pub enum Ended {
     DiskFloor,
     /// The disk is full.
     DiskFull,
-    /// The disk did not take it.
+    /// Writing failed.
     WriteFailed,
     /// The service has ended.
     ServiceEnded,
-    /// The process died.
+    /// The process crashed.
     Crashed,
 }
 
@@ -47,11 +47,11 @@ impl Ended {
 /// A recording in figures.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct RecordingFigures {
-    /// Frames in it.
+    /// Recorded frames.
     pub n_frames: u64,
     /// Exposures that are not in it, by reason.
     pub lost: FrameLosses,
-    /// Places where they are missing.
+    /// Number of gaps.
     pub n_gaps: u64,
     /// Rows of a scan.
     pub n_rows: u64,
@@ -61,7 +61,7 @@ pub struct RecordingFigures {
     pub duration_s: f64,
     /// Why it ended; `None` while it goes on.
     pub ended: Option<Ended>,
-    /// What went wrong at its end.
+    /// What went wrong at the end.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub problem: Option<String>,
 }

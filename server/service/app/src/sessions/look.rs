@@ -7,32 +7,32 @@ use crate::sessions::body::{BoardPicture, Picture, SessionBody, SessionPose};
 use crate::sessions::camera_so_far::learn_camera;
 use crate::sessions::found;
 
-/// What one frame shows of the board. Nothing of it is kept.
+/// The board as detected in one frame. Nothing is stored.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Look {
-    /// The station's count of the frame, as in the live stream.
+    /// Sequence number of the frame, as in the live stream.
     pub sequence: u64,
-    /// Middle of its exposure on the station's clock, ms.
+    /// Middle of the exposure on the station's monotonic clock, ms.
     pub captured_ms: f64,
-    /// Columns of the frame.
+    /// Frame width.
     pub width_px: usize,
-    /// Rows of the frame.
+    /// Frame height.
     pub height_px: usize,
-    /// Corners: column and row on the board, u and v in the frame (px), standard deviation (px).
+    /// Detected corners: column and row on the board, u and v in the frame (px), standard deviation (px).
     pub corners: Vec<[f64; 5]>,
-    /// Cells of the coverage map (8 × 6, row by row from the top left) that hold corners.
+    /// Cells of the coverage map (8 × 6, row by row from the top left) that contain corners.
     pub coverage_cells: Vec<u32>,
-    /// Typical standard deviation of a corner: grows with blur, darkness and noise.
+    /// Typical standard deviation of a corner; grows with blur, underexposure and noise.
     pub corner_sigma_px: Option<f64>,
-    /// Share of pixels at the sensor's limit.
+    /// Share of saturated pixels.
     pub saturated_share: f64,
-    /// Angle between the board and the picture plane; once the camera is known, from three pictures on.
+    /// Angle between the board and the image plane; available from three images on.
     pub tilt_deg: Option<f64>,
-    /// Distance of the board's middle; once the camera is known.
+    /// Distance of the board centre; available from three images on.
     pub distance_mm: Option<f64>,
-    /// RMS distance of the corners from where the camera, fitted with this frame too, expects them.
+    /// RMS reprojection error of the corners, with the camera fitted to this frame as well.
     pub rms_px: Option<f64>,
-    /// What is wrong with it, and what to do.
+    /// What is wrong and what to do.
     pub problem: Option<String>,
 }
 

@@ -46,41 +46,41 @@ const PICTURE_LIMIT: usize = 120;
 /// Fewest readable boards that a calibration can begin with.
 const FEWEST_BOARDS: usize = 3;
 
-/// What a new session is to be.
+/// Request to create a session.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct NewSession {
-    /// What a person calls it.
+    /// Its name.
     pub name: Option<String>,
-    /// The board; the configured one if left out.
+    /// The calibration board; default: the configured one.
     pub target: Option<Target>,
-    /// The projector; the configured one if left out.
+    /// Laser and grating; default: the configured ones.
     pub projector: Option<ProjectorSheet>,
-    /// How pictures are exposed.
+    /// Exposure settings.
     pub exposures: Option<Exposures>,
 }
 
-/// What a new session has where nothing else is said.
+/// Defaults of a new session.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SessionDefaults {
     /// The configured board.
     pub target: Target,
-    /// The configured projector.
+    /// The configured laser and grating.
     pub projector: ProjectorSheet,
-    /// How pictures are exposed.
+    /// Exposure settings.
     pub exposures: Exposures,
 }
 
-/// Where the virtual operator of a simulated station is to hold the board.
+/// Where the virtual operator of the simulated station holds the board.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum VirtualBoard {
-    /// In a pose, counted from 0.
+    /// In one of the predefined poses.
     Pose {
-        /// Which.
+        /// Index of the pose, from 0.
         pose: usize,
     },
     /// On the stage, for stage views.
     Stage,
-    /// Out of the way; what lay on the stage before comes back.
+    /// Removed; the previous scene returns to the stage.
     Away,
 }
 

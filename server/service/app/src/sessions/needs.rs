@@ -24,35 +24,35 @@ const LIT_BOARDS: f64 = 3.0;
 /// Positions of the stage: two fit a line whatever they are, the third shows whether it is one.
 const STAGE_VIEWS: f64 = 3.0;
 
-/// One thing a calibration wants.
+/// One requirement of a calibration.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Need {
-    /// What is there.
+    /// Current value.
     pub have: f64,
-    /// What is wanted.
+    /// Required value.
     pub want: f64,
-    /// Whether that is enough.
+    /// Whether the requirement is met.
     pub met: bool,
 }
 
-/// What the steps of a session have and want.
+/// What the steps of a session have and need.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct SessionNeeds {
-    /// Boards with corners.
+    /// Boards with detected corners.
     pub boards: Need,
-    /// Cells of the coverage map with corners.
+    /// Covered cells of the coverage map.
     pub cells: Need,
     /// Boards tilted by `tilted_deg` or more.
     pub tilted_boards: Need,
     /// Tilt from which a board counts as tilted, degrees.
     pub tilted_deg: f64,
-    /// Range of the boards' distances, mm.
+    /// Spread of the board distances, mm.
     pub distance_mm: Need,
-    /// Whether the camera's step has all of these.
+    /// Whether all requirements of the camera step are met.
     pub camera_met: bool,
-    /// Boards with laser lines.
+    /// Boards with detected laser lines.
     pub lit_boards: Need,
-    /// Positions of the stage with a readable board.
+    /// Stage positions with a detected board.
     pub stage_views: Need,
 }
 

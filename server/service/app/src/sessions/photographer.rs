@@ -7,12 +7,12 @@ use optics::StagePosition;
 use station::cancel::CancelFlag;
 use station::{SharedFrame, StationLease, StationRefusal};
 
-/// How long the camera looks, and how bright the laser is.
+/// Exposure times and laser power.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Exposures {
-    /// For the board, with the laser off.
+    /// Exposure time for the board, laser off.
     pub board_exposure_us: f64,
-    /// For the laser lines.
+    /// Exposure time for the laser lines.
     pub laser_exposure_us: f64,
     /// Share of full laser power, above 0 and at most 1.
     pub laser_power: f64,

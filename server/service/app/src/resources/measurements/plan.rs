@@ -64,7 +64,7 @@ pub enum PlannedRange {
     Rotary {
         /// First angle.
         from_deg: f64,
-        /// Last angle.
+        /// Last angle of a turntable.
         to_deg: f64,
         /// Angle between rows.
         step_deg: f64,

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-/// Where a scan's frames come from.
+/// Source of the frames of a scan.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "kind", rename_all = "snake_case")]
 pub enum ScanSource {
@@ -10,7 +10,7 @@ pub enum ScanSource {
     Station,
     /// A scan of a capture.
     Capture {
-        /// Which capture.
+        /// Id of the capture.
         capture_id: String,
         /// Which of its scans; `None`: the only one.
         scan: Option<String>,
@@ -21,24 +21,24 @@ pub enum ScanSource {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum ScanMode {
-    /// Stands still for every frame.
+    /// Stops for every frame.
     StopAndGo,
     /// Moves at constant speed.
     Continuous,
 }
 
-/// What a scan is made for.
+/// Purpose of a scan.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum ScanPurpose {
-    /// A part is inspected.
+    /// Inspection of a part.
     #[default]
     Production,
-    /// Verifies the calibration on a known part; not a production part.
+    /// Verification of the calibration on a reference part.
     Verification,
 }
 
-/// When pictures with the laser off are taken during a scan, to be taken away from its frames.
+/// When laser-off images are captured during a scan, for ambient light subtraction.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct BackgroundInput {
     /// Stop-and-go: one at least every so many rows, 1 if not said; one that no longer shows what the frame shows is taken
@@ -56,14 +56,14 @@ pub struct MeasureInput {
     /// Tells two uses of one tool apart.
     #[serde(default)]
     pub name: Option<String>,
-    /// What it should be, mm (degrees for an angle).
+    /// Nominal value, mm (degrees for an angle).
     pub nominal_mm: Option<f64>,
     /// Symmetric limits around the nominal, mm (degrees for an angle); asks for a verdict.
     pub tolerance_mm: Option<f64>,
-    /// Look only inside this box of the part frame: x, y, z of one corner, x, y, z of the other.
+    /// Only use points in this box of the part frame: x, y, z of one corner, x, y, z of the other.
     #[serde(default)]
     pub region_mm: Option<[f64; 6]>,
-    /// Seed of the search; 1 if not said.
+    /// Random seed of the search; default 1.
     #[serde(default)]
     pub seed: Option<u64>,
 }

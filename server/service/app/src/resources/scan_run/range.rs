@@ -12,9 +12,9 @@ pub struct ScanRange {
     pub stage: StageKind,
     /// Position of the first row.
     pub from: f64,
-    /// No row lies beyond this position.
+    /// Position of the last row at most, linear stage.
     pub to: f64,
-    /// Distance between rows, positive in both directions.
+    /// Distance between rows, always positive.
     pub step: f64,
     /// Speed during a continuous scan, per second.
     pub speed: Option<f64>,

@@ -12,11 +12,11 @@ use crate::resources::scan_run::{
 /// How a scan was made.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ScanRun {
-    /// Where its frames come from.
+    /// Source of its frames.
     pub source: ScanSource,
-    /// What the header of its cloud calls it.
+    /// Name of the scan in the header of its cloud.
     pub cloud_name: String,
-    /// Rows it has, or would have if it had not been stopped.
+    /// Number of planned rows.
     pub n_rows: usize,
     /// What is measured on it in the same job.
     pub measure: Vec<MeasureInput>,

@@ -1,4 +1,4 @@
-//! What a job was asked to do, on the wire.
+//! Job inputs on the wire.
 
 use metrology::Tool;
 use optics::LightModelKind;
@@ -14,7 +14,7 @@ use app::jobs::{
 };
 use app::measurements::MeasureInput;
 
-/// What a job was asked to do.
+/// Input of a job.
 #[derive(Debug, Serialize, ToSchema)]
 #[serde(tag = "kind", rename_all = "snake_case")]
 pub enum JobInputDto {
@@ -22,9 +22,9 @@ pub enum JobInputDto {
     Calibration(CalibrationJobDto),
     /// Scan a part.
     Scan(ScanJobDto),
-    /// Compute a scan again from its peaks.
+    /// Recompute a scan from its peaks.
     Recomputation(RecomputationJobDto),
-    /// Scan a known part and compare.
+    /// Scan a reference part and compare.
     Verification(VerificationJobDto),
     /// Write a scan in another format.
     Export(ExportJobDto),
@@ -33,91 +33,91 @@ pub enum JobInputDto {
 /// Calibrate camera, light and stage.
 #[derive(Debug, Serialize, ToSchema)]
 pub struct CalibrationJobDto {
-    /// Where pictures come from.
+    /// Source of the images.
     pub source: SourceDto,
-    /// Model of the light sheets; `auto` if missing.
+    /// Model of the light sheets; default `auto`.
     pub light_model: Option<LightModelDto>,
-    /// Whether the sixth-power distortion is estimated; `auto` if missing.
+    /// Whether k3 is estimated; default `auto`.
     pub k3: Option<K3Dto>,
-    /// Go on without pictures that show no board or no line.
+    /// Ignore images without a readable board or line.
     pub leave_out_unreadable: bool,
-    /// Board poses to take at the station.
+    /// Number of board poses to capture at the station.
     pub n_poses: Option<usize>,
-    /// The session whose pictures are used.
+    /// The session whose images are used.
     pub session_id: Option<String>,
 }
 
-/// Scan a part: as it was asked for, field by field, since the request itself admits no other.
+/// Scan a part: the fields of the request.
 #[derive(Debug, Serialize, ToSchema)]
 pub struct ScanJobDto {
-    /// Where frames come from.
+    /// Source of the frames.
     pub source: ScanSourceDto,
-    /// What a person calls it.
+    /// Its name.
     pub name: Option<String>,
-    /// First stage position.
+    /// First position of a linear stage.
     pub from_mm: Option<f64>,
-    /// Last stage position.
+    /// Last position of a linear stage.
     pub to_mm: Option<f64>,
-    /// Distance between frames.
+    /// Distance between rows.
     pub step_mm: Option<f64>,
-    /// Speed of a continuous scan; the step follows from the frame rate.
+    /// Speed of a continuous scan on a linear stage; the step follows from the frame rate.
     pub speed_mm_s: Option<f64>,
-    /// First angle, of a turntable.
+    /// First angle of a turntable.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub from_deg: Option<f64>,
-    /// Last angle.
+    /// Last angle of a turntable.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub to_deg: Option<f64>,
-    /// Angle between frames.
+    /// Angle between rows.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub step_deg: Option<f64>,
-    /// Speed of a continuous scan on a turntable.
+    /// Speed of a continuous scan on a turntable; the step follows from the frame rate.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub speed_deg_s: Option<f64>,
-    /// How the stage moves; continuous if a speed is given, else stop and go.
+    /// Motion of the stage; default: continuous if a speed is given, else stop-and-go.
     pub mode: Option<ScanModeDto>,
-    /// Exposure of the frames.
+    /// Exposure time of the frames.
     pub exposure_us: Option<f64>,
-    /// Exposures of every row in place of one.
+    /// Two to four exposure times per row instead of one (HDR).
     pub exposures_us: Vec<f64>,
-    /// Share of full laser power.
+    /// Laser power, share of full power.
     pub laser_power: Option<f64>,
     /// Keep the frames as a capture.
     pub keep_frames: bool,
-    /// When pictures with the laser off are taken.
+    /// When laser-off images are captured for ambient light subtraction.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub background: Option<BackgroundDto>,
-    /// Record everything that the camera delivers meanwhile, as an MCAP file.
+    /// Record everything that the camera delivers during the scan as an MCAP file.
     pub record: bool,
-    /// With which calibration; missing: the active one.
+    /// The calibration; default: the active one.
     pub calibration_id: Option<String>,
-    /// The partial scan that is continued.
+    /// The partial scan to resume.
     pub resume_scan_id: Option<String>,
-    /// What is measured on it in the same job.
+    /// What is measured in the same job.
     pub measure: Vec<MeasureDto>,
-    /// What it is made for.
+    /// Purpose of the scan.
     pub purpose: ScanPurposeDto,
 }
 
-/// Compute a scan again from its peaks.
+/// Recompute a scan from its peaks.
 #[derive(Debug, Serialize, ToSchema)]
 pub struct RecomputationJobDto {
     /// The scan.
     pub scan_id: String,
-    /// With which calibration; missing: the active one.
+    /// The calibration; default: the active one.
     pub calibration_id: Option<String>,
 }
 
-/// Scan a known part and compare.
+/// Scan a reference part and compare.
 #[derive(Debug, Serialize, ToSchema)]
 pub struct VerificationJobDto {
-    /// What it is.
+    /// Kind of the reference part.
     pub artefact: ArtefactDto,
-    /// Its height or radius.
+    /// Nominal height or radius.
     pub nominal_mm: f64,
-    /// Largest deviation allowed.
+    /// Symmetric tolerance of the deviation.
     pub tolerance_mm: Option<f64>,
-    /// How it is scanned.
+    /// The scan.
     pub scan: ScanJobDto,
 }
 
@@ -126,13 +126,13 @@ pub struct VerificationJobDto {
 pub struct ExportJobDto {
     /// The scan.
     pub scan_id: String,
-    /// What is written.
+    /// Point cloud or mesh.
     pub what: ExportWhatDto,
-    /// `ply`, `csv`, `pcd`, `e57` of a cloud; `stl`, `glb`, `ply` of a mesh.
+    /// `ply`, `csv`, `pcd` or `e57` for a cloud; `stl`, `glb` or `ply` for a mesh.
     pub format: String,
 }
 
-/// A word of a stored input that this version has no meaning for.
+/// A code in a stored input that this version does not know.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct UnknownWord(pub String);
 
@@ -240,7 +240,7 @@ impl TryFrom<ScanInput> for ScanJobDto {
     }
 }
 
-/// What is to be measured, as it was asked for.
+/// A requested measurement.
 pub fn measure_dtos(inputs: Vec<MeasureInput>) -> Result<Vec<MeasureDto>, UnknownWord> {
     let dto = |input: MeasureInput| {
         let MeasureInput { tool, name, nominal_mm, tolerance_mm, region_mm, seed } = input;
@@ -285,9 +285,9 @@ mod tests {
 
     use super::*;
 
-    /// Every kind of job as stored by version 0.1 is returned whole.
+    /// Every kind of job stored by version 0.1 is returned in full.
     #[test]
-    fn what_was_stored_is_told_whole() {
+    fn stored_inputs_are_returned_in_full() {
         let scan = json!({
             "source": { "kind": "capture", "capture_id": "c", "scan": "gauge" }, "name": "n", "from_mm": -1.0,
             "to_mm": 1.0, "step_mm": 0.5, "speed_mm_s": null, "mode": "stop_and_go", "exposure_us": 800.0,
@@ -318,7 +318,7 @@ mod tests {
     }
 
     #[test]
-    fn a_word_of_another_version_is_not_guessed() {
+    fn an_unknown_code_of_another_version_is_not_guessed() {
         let input = ExportInput { scan_id: "s".into(), what: "voxels".into(), format: "x".into() };
         assert_eq!(ExportJobDto::try_from(input).unwrap_err(), UnknownWord("voxels".to_owned()));
     }

@@ -7,19 +7,19 @@ use utoipa::{IntoParams, ToSchema};
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum CloudFormatDto {
-    /// Binary PLY with σ, order and calibration; as `sheaf scan` writes it.
+    /// Binary PLY with σ, order and calibration, as written by `sheaf scan`.
     #[default]
     Ply,
-    /// Text.
+    /// Comma-separated text.
     Csv,
-    /// Point Cloud Library.
+    /// PCD of the Point Cloud Library.
     Pcd,
     /// ASTM E2807.
     E57,
 }
 
 impl CloudFormatDto {
-    /// Its word.
+    /// Its code.
     pub fn word(self) -> &'static str {
         match self {
             Self::Ply => "ply",
@@ -44,7 +44,7 @@ pub enum MeshFormatDto {
 }
 
 impl MeshFormatDto {
-    /// Its word.
+    /// Its code.
     pub fn word(self) -> &'static str {
         match self {
             Self::Stl => "stl",
@@ -54,20 +54,20 @@ impl MeshFormatDto {
     }
 }
 
-/// Which format of the cloud.
+/// Selects the format of the cloud.
 #[derive(Debug, Deserialize, IntoParams)]
 #[serde(deny_unknown_fields)]
 #[into_params(parameter_in = Query)]
 pub struct CloudQuery {
-    /// `ply` if not said.
+    /// Default `ply`.
     pub format: Option<CloudFormatDto>,
 }
 
-/// Which format of the mesh.
+/// Selects the format of the mesh.
 #[derive(Debug, Deserialize, IntoParams)]
 #[serde(deny_unknown_fields)]
 #[into_params(parameter_in = Query)]
 pub struct MeshQuery {
-    /// `stl` if not said.
+    /// Default `stl`.
     pub format: Option<MeshFormatDto>,
 }
