@@ -1,7 +1,7 @@
-//! How people set the camera, kept over restarts and lost cables.
+//! The user's camera settings, kept across restarts and disconnections.
 //!
-//! Only what somebody asked for is kept, with the value that the camera accepted; jobs set the camera for themselves and
-//! give it back as it was.
+//! Only settings that a user changed are kept, with the value that the camera accepted; jobs change settings
+//! temporarily and restore them.
 
 use devices::{CameraRequest, CameraSettings, PixelFormat, Roi, Trigger};
 use serde::{Deserialize, Serialize};
@@ -16,7 +16,7 @@ use crate::evented_catalogue::EventedCatalogue;
 /// The name of the setting.
 const SETTING: &str = "camera.settings";
 
-/// How the camera is set, as it is stored and published: what nobody asked for is missing.
+/// The user's camera settings as stored and published; settings that no user changed are absent.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(default)]
 pub struct KeptSettings {
@@ -44,7 +44,7 @@ pub struct KeptSettings {
 #[serde(rename_all = "snake_case")]
 /// Trigger mode of the camera.
 pub enum KeptTrigger {
-    /// At its own rate.
+    /// Free-running.
     Free,
     /// Software trigger.
     Software,
@@ -76,7 +76,7 @@ pub struct KeptRoi {
 }
 
 impl KeptSettings {
-    /// All of them, as the camera `accepted` them.
+    /// All settings, as the camera `accepted` them.
     pub fn all(accepted: &CameraSettings) -> Self {
         let every = CameraRequest {
             exposure_us: Some(accepted.exposure_us),
@@ -91,7 +91,7 @@ impl KeptSettings {
         settings
     }
 
-    /// Takes over what was `asked` for, as it was `accepted`.
+    /// Merges the settings in `asked`, with the `accepted` values.
     fn note(&mut self, asked: &CameraRequest, accepted: &CameraSettings) {
         self.exposure_us = asked.exposure_us.map(|_| accepted.exposure_us).or(self.exposure_us);
         self.gain_db = asked.gain_db.map(|_| accepted.gain_db).or(self.gain_db);
@@ -135,7 +135,7 @@ impl KeptSettings {
     }
 }
 
-/// Keeps what was `asked` for, as it was `accepted`.
+/// Stores the settings in `asked`, with the `accepted` values.
 ///
 /// # Errors
 /// If the catalogue cannot be used.
@@ -151,26 +151,26 @@ pub async fn remember(
     Ok(())
 }
 
-/// What is kept; what cannot be understood counts as nothing, and is said.
+/// The stored settings; unreadable ones count as none and are logged.
 async fn read(ledger: &EventedCatalogue) -> Result<Option<KeptSettings>, StoreError> {
     let Some(setting) = ledger.read().setting(SETTING).await? else { return Ok(None) };
     let kept = serde_json::from_value(setting.value);
-    Ok(kept.inspect_err(|error| tracing::error!(%error, "how the camera was set cannot be used")).ok())
+    Ok(kept.inspect_err(|error| tracing::error!(%error, "stored camera settings are invalid")).ok())
 }
 
-/// Sets the camera as it was kept; one that is not there is set once it is.
+/// Applies the stored settings; for a disconnected camera, once it is connected.
 pub async fn restore(ledger: &EventedCatalogue, station: &StationHandle) {
     let wanted = match read(ledger).await {
         Ok(Some(kept)) => kept.request(),
         Ok(None) => return,
-        Err(error) => return tracing::error!(%error, "how the camera was set cannot be read"),
+        Err(error) => return tracing::error!(%error, "stored camera settings cannot be read"),
     };
     if let Err(refusal) = station.manual(Manual::Configure(wanted)).await {
-        tracing::warn!(%refusal, "the camera is not set as it was");
+        tracing::warn!(%refusal, "stored camera settings were not applied");
     }
 }
 
-/// Sets the camera anew whenever it comes back; ends with the station.
+/// Reapplies the settings whenever the camera reconnects; ends with the station.
 pub async fn follow(ledger: EventedCatalogue, station: StationHandle) {
     let mut status = station.watch_status();
     loop {

@@ -1,5 +1,5 @@
-//! Why a use case ended without its result: what happened, why, what to do about it. Every door has its own words for
-//! the kinds; HTTP has its table of them.
+//! The error of a use case: detail, cause and remedy. Every interface maps the kinds to its own codes; HTTP has its table
+//! of them.
 
 mod causes;
 
@@ -10,7 +10,7 @@ use utoipa::ToSchema;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum ErrorKind {
-    /// The input is not what is expected.
+    /// The input is malformed.
     BadRequest,
     /// The resource does not exist.
     NotFound,
@@ -24,7 +24,7 @@ pub enum ErrorKind {
     StationBusy,
     /// The state of the resource does not allow it.
     Conflict,
-    /// Somebody changed it meanwhile.
+    /// The resource was changed in the meantime.
     Changed,
     /// The body is too large.
     TooLarge,
@@ -46,7 +46,7 @@ pub enum ErrorKind {
     Stopped,
 }
 
-/// What went wrong; as JSON it is stored with jobs that failed.
+/// An error; stored as JSON with failed jobs.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct AppError {
     /// Its kind.
@@ -68,7 +68,7 @@ pub struct AppError {
 }
 
 impl AppError {
-    /// An error of that kind.
+    /// An error of this kind.
     pub fn new(kind: ErrorKind, detail: impl Into<String>) -> Self {
         Self { kind, detail: detail.into(), cause: None, remedy: None, pointer: None, retry_after_s: None }
     }
@@ -97,14 +97,14 @@ impl AppError {
         self
     }
 
-    /// A stored thing is not what was written, or not there: both are lost alike, and a backup has both.
+    /// A stored file or record is damaged or missing; the remedy is the same.
     pub fn damaged(what: &str, cause: impl Into<String>) -> Self {
         Self::new(ErrorKind::Damaged, format!("{what} is damaged or missing in the store"))
             .because(cause)
-            .remedy("restore the data directory from a backup, or make it again")
+            .remedy("restore the data directory from a backup, or create it again")
     }
 
-    /// The same error of a stored thing, called what people call it; any other stays as it is.
+    /// Replaces the name of a damaged artifact with a display name; other errors are returned unchanged.
     pub fn of_stored(self, what: &str) -> Self {
         match self.kind {
             ErrorKind::Damaged => Self::damaged(what, self.cause.unwrap_or_default()),
