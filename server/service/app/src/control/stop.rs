@@ -32,12 +32,12 @@ pub struct StopOutcome {
 /// Stops the station. When this returns the stop line is pulled and the station's queue is empty, so that a client that
 /// disconnects changes nothing; the rest completes whether or not the outcome is awaited.
 pub fn stop(app: &App, by: &Principal) -> impl Future<Output = StopOutcome> + Send + use<> {
-    let told = app.station.pull_stop(&by.actor);
+    let acknowledged = app.station.pull_stop(&by.actor);
     let cleared = app.jobs.clear_station_jobs();
     let (app, by) = (app.clone(), by.clone());
     let (to_caller, outcome) = tokio::sync::oneshot::channel();
     app.tasks.clone().spawn(async move {
-        let told = told.done().await;
+        let acknowledged = acknowledged.done().await;
         let record = app.tasks.spawn(record_stop(app.clone(), cleared, by));
         let recorded = match tokio::time::timeout(RECORD_WAIT, record).await {
             Ok(Ok(Ok(()))) => true,
@@ -51,7 +51,7 @@ pub fn stop(app: &App, by: &Principal) -> impl Future<Output = StopOutcome> + Se
             }
         };
         // A caller that has gone needs no answer.
-        let _ = to_caller.send(StopOutcome { told, recorded });
+        let _ = to_caller.send(StopOutcome { acknowledged, recorded });
     });
     async move { outcome.await.unwrap_or(StopOutcome { acknowledged: Err(StationRefusal::ShuttingDown), recorded: false }) }
 }

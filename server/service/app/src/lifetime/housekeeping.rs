@@ -1,5 +1,5 @@
-//! What is done beside everything else, so that months of work stay small: old records are pruned, and files that no
-//! record names are deleted, soon after a record went and once an hour.
+//! Background housekeeping: old records are pruned, and unreferenced files are deleted, shortly after a record was
+//! deleted and once an hour.
 
 use std::collections::HashSet;
 
@@ -12,7 +12,7 @@ use crate::config::limits::{
 };
 use crate::jobs::{export, scan};
 
-/// Keeps house until it is aborted. The first round, at the start, deletes what a dead process left.
+/// Runs until it is aborted. The first round, at start-up, deletes leftovers of a crashed process.
 pub async fn keep_house(app: App) {
     let mut period = tokio::time::interval(HOUSEKEEPING_PERIOD);
     loop {
@@ -29,8 +29,8 @@ pub async fn keep_house(app: App) {
         }
         match sweep(&app).await {
             Ok(0) => {}
-            Ok(freed_bytes) => tracing::info!(freed_bytes, "files that no record names were deleted"),
-            Err(error) => tracing::warn!(%error, "files that no record names were not deleted"),
+            Ok(freed_bytes) => tracing::info!(freed_bytes, "unreferenced files were deleted"),
+            Err(error) => tracing::warn!(%error, "unreferenced files were not deleted"),
         }
         tokio::time::sleep(SWEEP_PAUSE).await;
     }
@@ -49,7 +49,7 @@ async fn forget_old(app: &App) -> Result<(), StoreError> {
     Ok(())
 }
 
-/// Artifacts, exports, unpacked captures and pictures of stopped scans whose records are gone.
+/// Deletes artifacts, exports, unpacked captures and images of stopped scans without records.
 async fn sweep(app: &App) -> Result<u64, StoreError> {
     scan::forget_orphans(&app.ledger, &*app.artifacts).await;
     let also_named = |named: &HashSet<ArtifactId>| {

@@ -1,4 +1,4 @@
-//! What a job does at this moment, by names that programs and other languages can hold on to.
+//! The current step of a job, by stable names for programs and translations.
 
 /// Phase of a job.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -45,17 +45,17 @@ pub enum Phase {
     Exporting,
 }
 
-/// Where a job is.
+/// The step of a job.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Step {
     /// The phase.
     pub phase: Phase,
-    /// The how-manieth of how many, where it counts.
+    /// Number of the item and number of items, if counted.
     pub count: Option<(usize, usize)>,
 }
 
 impl Phase {
-    /// The `number`th of `of`.
+    /// Item `number` of `of`.
     pub fn counted(self, number: usize, of: usize) -> Step {
         Step { phase: self, count: Some((number, of)) }
     }

@@ -1,4 +1,4 @@
-//! What a calibration session knows: target, projector, pictures and what was found in each.
+//! The content of a calibration session: target, projector, images and their detections.
 
 use capture::{GratingProjector, Target};
 use optics::StagePosition;
@@ -148,14 +148,14 @@ pub struct CameraSoFar {
 }
 
 impl BoardPicture {
-    /// Whether a calibration can use it.
+    /// Whether it is usable for a calibration.
     pub fn is_readable(&self) -> bool {
         !self.corners.is_empty()
     }
 }
 
 impl LaserPicture {
-    /// Whether a calibration can use it.
+    /// Whether it is usable for a calibration.
     pub fn is_readable(&self) -> bool {
         self.n_segments > 0
     }
@@ -190,7 +190,7 @@ impl TryFrom<SessionRecord> for Session {
         let body = from_stored(record.body).map_err(|cause| {
             AppError::new(ErrorKind::Internal, format!("session {} cannot be read", record.id))
                 .because(cause.to_string())
-                .remedy("begin a new session")
+                .remedy("start a new session")
         })?;
         let SessionRecord { id, version, created_at_ms, changed_at_ms, .. } = record;
         Ok(Self { id, version, body, created_at_ms, changed_at_ms })

@@ -1,4 +1,4 @@
-//! A look at the board as it is held now, before any picture is taken.
+//! Detection of the board in the current frame, before an image is captured.
 
 use station::StampedFrame;
 
@@ -36,10 +36,10 @@ pub struct Look {
     pub problem: Option<String>,
 }
 
-/// What `frame` would add to the session `body`.
+/// The detection in `frame`, as part of the session `body`.
 ///
 /// # Errors
-/// A problem if the frame has another size than the session's pictures.
+/// A problem if the frame size differs from that of the session's images.
 pub fn look_at(frame: &StampedFrame, mut body: SessionBody) -> Result<Look, AppError> {
     let (width_px, height_px) = (frame.image.width(), frame.image.height());
     check_size(&body, (width_px, height_px))?;
@@ -48,7 +48,7 @@ pub fn look_at(frame: &StampedFrame, mut body: SessionBody) -> Result<Look, AppE
     let mut board = found::board_in(&frame.image, unkept, &body.target);
     if frame.laser_on {
         board.problem =
-            Some("the laser shines; switch it off, so that the board is seen by ordinary light".to_owned());
+            Some("the laser is on; turn it off for images of the board".to_owned());
     }
     if board.is_readable() {
         body.poses.push(SessionPose { id: String::new(), board, laser: None });
@@ -72,14 +72,14 @@ pub fn look_at(frame: &StampedFrame, mut body: SessionBody) -> Result<Look, AppE
     })
 }
 
-/// All pictures of a session have one size.
+/// All images of a session have the same size.
 ///
 /// # Errors
-/// A problem if this one has another.
+/// A problem if this one differs.
 pub fn check_size(body: &SessionBody, size_px: (usize, usize)) -> Result<(), AppError> {
     if body.width_px == 0 || size_px == (body.width_px, body.height_px) {
         return Ok(());
     }
-    Err(AppError::new(ErrorKind::Conflict, "the camera's picture size changed during the session")
-        .remedy("set it back, or begin a new session"))
+    Err(AppError::new(ErrorKind::Conflict, "the image size of the camera changed during the session")
+        .remedy("restore the setting, or start a new session"))
 }

@@ -1,4 +1,4 @@
-//! The devices by hand: camera, stage, laser, live view.
+//! Manual control of the devices: camera, stage, laser, live view.
 
 use std::time::Instant;
 
@@ -13,15 +13,15 @@ use crate::control::{Ask, admit};
 use crate::error::AppError;
 use crate::events::{CameraConfigured, Event, LaserSwitched, LiveView, Motion, event};
 
-/// What only turns something off is refused to nobody in control, whatever the station does.
+/// The holder of control may always turn things off, whatever the station does.
 fn in_control(app: &App, by: &Principal) -> Result<(), AppError> {
     app.control.command(by.control_id.as_deref(), Instant::now()).map(drop)
 }
 
-/// Sets the camera if `may` agrees, once it is known that who asks is in control.
+/// Changes camera settings if the caller is in control and `may` agrees.
 ///
 /// # Errors
-/// Who is not in control, what `may` says, a camera that refuses.
+/// The caller is not in control, `may` refuses, or the camera refuses.
 pub async fn configure_camera<E: From<AppError>>(
     app: &App,
     by: &Principal,
@@ -34,10 +34,10 @@ pub async fn configure_camera<E: From<AppError>>(
     Ok(configured(app, by, &wanted).await?)
 }
 
-/// Sets the exposure so that the lines are bright and not flattened; needs a live view with light.
+/// Adjusts the exposure so that the laser lines are bright but not saturated; needs a live view with the laser on.
 ///
 /// # Errors
-/// Who may not command the station; no live view with light; a camera that refuses.
+/// The caller may not use the station, there is no live view with the laser on, or the camera refuses.
 pub async fn auto_expose(app: &App, by: &Principal) -> Result<(), AppError> {
     let may_go_on = || admit(app, by, Ask::Command).map(drop);
     may_go_on()?;
@@ -47,7 +47,7 @@ pub async fn auto_expose(app: &App, by: &Principal) -> Result<(), AppError> {
     configured(app, by, &wanted).await
 }
 
-/// Stores and publishes the settings a person gave the camera.
+/// Stores and publishes the user's camera settings.
 async fn configured(app: &App, by: &Principal, wanted: &CameraRequest) -> Result<(), AppError> {
     memory::remember(&app.ledger, wanted, &app.station.status().camera_settings).await?;
     let kept = memory::KeptSettings::all(&app.station.status().camera_settings);
@@ -56,15 +56,15 @@ async fn configured(app: &App, by: &Principal, wanted: &CameraRequest) -> Result
     Ok(())
 }
 
-/// Homes, moves or jogs the stage; goes on after the answer, which says what the stage accepted.
+/// Homes, moves or jogs the stage; returns what the stage accepted before the motion ends.
 ///
 /// # Errors
-/// Who may not command the station, a stage that refuses.
+/// The caller may not use the station, or the stage refuses.
 pub async fn move_stage(app: &App, by: &Principal, command: Manual) -> Result<Option<AcceptedMove>, AppError> {
     admit(app, by, Ask::Command)?;
     let (told, jog) = (motion_event(&command), matches!(command, Manual::Jog { .. }));
     let accepted = app.station.manual(command).await?;
-    // A jog is repeated many times a second: its beginning is what happened.
+    // A jog is repeated many times a second: only its start is an event.
     if accepted.is_some() || !jog {
         let (target_mm, speed_mm_s) = (accepted.map(|to| to.target_mm), accepted.map(|to| to.speed_mm_s));
         let body = Motion { act: by.act(), target_mm, speed_mm_s };
@@ -81,10 +81,10 @@ fn motion_event(command: &Manual) -> fn(Motion) -> Event {
     }
 }
 
-/// Shines with a share of full power while frames arrive; 0 goes dark.
+/// Sets the laser power as a share of full power; 0 turns it off. The laser is on only while frames arrive.
 ///
 /// # Errors
-/// Who may not command the station, a laser that refuses.
+/// The caller may not use the station, or the laser refuses.
 pub async fn switch_laser(app: &App, by: &Principal, power: f64) -> Result<(), AppError> {
     if power > 0.0 {
         admit(app, by, Ask::Command)?;
@@ -100,7 +100,7 @@ pub async fn switch_laser(app: &App, by: &Principal, power: f64) -> Result<(), A
 /// Starts or ends the live view.
 ///
 /// # Errors
-/// Who may not command the station, a device that refuses.
+/// The caller may not use the station, or a device refuses.
 pub async fn set_live_view(app: &App, by: &Principal, wanted: LiveRequest) -> Result<(), AppError> {
     let LiveRequest { running, laser_power } = wanted;
     if running {

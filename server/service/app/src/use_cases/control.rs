@@ -10,19 +10,19 @@ use crate::error::AppError;
 use crate::events::{Act, Event, TakenOver, event};
 use crate::resources::labels::label;
 
-/// Who shall be in control.
+/// A request to take control.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct TakeControl {
     /// Their name.
     pub holder: String,
-    /// Also from somebody who is in control.
+    /// Also take over from another holder.
     pub take_over: bool,
 }
 
 /// Takes control for five seconds.
 ///
 /// # Errors
-/// `control-required` while somebody else is in control and it is not taken over; a holder that is no name.
+/// `control-required` while someone else is in control and `take_over` is not set; an invalid name.
 pub async fn take_control(app: &App, by: &Principal, input: TakeControl) -> Result<Lease, AppError> {
     let TakeControl { holder, take_over } = input;
     label(&holder, "/holder")?;
@@ -36,15 +36,15 @@ pub async fn take_control(app: &App, by: &Principal, input: TakeControl) -> Resu
     Ok(taken.lease)
 }
 
-/// Keeps control for five more seconds.
+/// Renews control for five seconds.
 ///
 /// # Errors
-/// `control-required` or `control-expired` for who does not have it.
+/// `control-required` or `control-expired` if the caller does not hold it.
 pub fn renew_control(app: &App, by: &Principal) -> Result<Lease, AppError> {
     app.control.renew(by.control_id.as_deref(), Instant::now())
 }
 
-/// Gives control back; giving back what one does not have is no error.
+/// Releases control; releasing a lease that is not held is not an error.
 ///
 /// # Errors
 /// If the log cannot be written.
@@ -56,7 +56,7 @@ pub async fn give_control_back(app: &App, by: &Principal) -> Result<(), AppError
     Ok(())
 }
 
-/// Stops the station for anybody at any time; see [`control::stop`].
+/// Stops the station for anyone at any time; see [`control::stop`].
 pub fn stop(app: &App, by: &Principal) -> impl Future<Output = StopOutcome> + Send + use<> {
     control::stop(app, by)
 }
@@ -64,7 +64,7 @@ pub fn stop(app: &App, by: &Principal) -> impl Future<Output = StopOutcome> + Se
 /// Resets the station; motion and laser stay off.
 ///
 /// # Errors
-/// Why it may not be, or a device that is not reached.
+/// The reset is refused, or a device cannot be reached.
 pub async fn reset(app: &App, by: &Principal) -> Result<(), AppError> {
     admit(app, by, Ask::Reset)?;
     control::reset(app, by).await

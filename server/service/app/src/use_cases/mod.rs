@@ -1,7 +1,7 @@
-//! What can be asked of the service and changes something: functions of who asks and what for.
+//! Use cases that change something, as functions of `(Principal, Input)`.
 //!
-//! Doors call these and nothing below them to change anything. Each decides whether it may be, does it, and stores it
-//! together with the event that names who asked.
+//! Interfaces change state only through these functions. Each checks the permission, carries out the action, and stores
+//! it together with the event that names the caller.
 
 mod by_hand;
 mod calibrations;

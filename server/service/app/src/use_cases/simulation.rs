@@ -1,6 +1,6 @@
-//! What a person's hands do at the simulated station: what lies on the stage, which faults it has. Only there.
+//! Control of the simulated station: what is on the stage and which faults are active. Simulated stations only.
 //!
-//! They need no control: at a real station nobody asks the service before laying down a part.
+//! These actions need no control lease: at a real station, placing a part needs none either.
 
 use std::sync::Arc;
 
@@ -12,7 +12,7 @@ use crate::error::{AppError, ErrorKind};
 use crate::events::{Event, NoBody, SimulatedFault, event};
 use crate::sessions::VirtualBoard;
 
-/// The hands at the simulated station.
+/// The control of the simulated station.
 ///
 /// # Errors
 /// If the station is not simulated.
@@ -23,10 +23,10 @@ pub fn simulation(app: &App) -> Result<TwinControl, AppError> {
     })
 }
 
-/// The hands while no job has the station: what it scans must not change under it.
+/// The same, only while no job uses the station: the scene must not change during a scan.
 ///
 /// # Errors
-/// If the station is not simulated, or a job has it.
+/// If the station is not simulated, or a job uses it.
 pub fn idle_simulation(app: &App) -> Result<TwinControl, AppError> {
     let hands = simulation(app)?;
     let status = app.station.status();
@@ -38,7 +38,7 @@ pub fn idle_simulation(app: &App) -> Result<TwinControl, AppError> {
         .retry_after_s(1))
 }
 
-/// Lets the virtual operator hold the board somewhere.
+/// Sets where the virtual operator holds the board.
 ///
 /// # Errors
 /// If the station is not simulated, or there is no such pose.
@@ -46,33 +46,33 @@ pub fn place_board(app: &App, _by: &Principal, place: VirtualBoard) -> Result<()
     app.sessions.place_virtual_board(place)
 }
 
-/// Puts a known part on the stage.
+/// Places a scene on the stage.
 ///
 /// # Errors
-/// If the station is not simulated, or a job has it.
+/// If the station is not simulated, or a job uses it.
 pub fn place_part(app: &App, _by: &Principal, part: &SceneKind) -> Result<(), AppError> {
     idle_simulation(app)?.place_part(part);
     Ok(())
 }
 
-/// Puts a part from the bytes of an STL file (binary or text, mm) on the stage's plate.
+/// Places a part from the bytes of an STL file (binary or ASCII, mm) on the plate of the stage.
 ///
 /// # Errors
-/// If the station is not simulated, a job has it, or the bytes are no part.
+/// If the station is not simulated, a job uses it, or the bytes are not a valid STL file.
 pub async fn place_solid(app: &App, _by: &Principal, stl: Vec<u8>) -> Result<(), AppError> {
     let hands = idle_simulation(app)?;
     let read = tokio::task::spawn_blocking(move || read_stl(&stl)).await;
     let solid = read.map_err(|cause| {
-        AppError::new(ErrorKind::Internal, "reading the part ended by a defect").because(cause.to_string())
+        AppError::new(ErrorKind::Internal, "reading the part failed with an internal error").because(cause.to_string())
     })??;
     hands.place_solid(Arc::new(solid));
     Ok(())
 }
 
-/// Switches the fault of that name on.
+/// Activates a simulated fault by name.
 ///
 /// # Errors
-/// If the station is not simulated, or there is no such fault or value.
+/// If the station is not simulated, or the fault or value is unknown.
 pub async fn switch_fault_on(app: &App, _by: &Principal, name: &str, value: Option<f64>) -> Result<(), AppError> {
     let hands = simulation(app)?;
     let fault = TwinFault::named(name, value).map_err(|error| AppError::from(error).at("/name"))?;
@@ -82,14 +82,14 @@ pub async fn switch_fault_on(app: &App, _by: &Principal, name: &str, value: Opti
     Ok(())
 }
 
-/// Switches the fault of that name off; what it did to a device may need a reset of the station.
+/// Deactivates a simulated fault by name; the station may need a reset afterwards.
 ///
 /// # Errors
-/// If the station is not simulated, or no such fault is on.
+/// If the station is not simulated, or the fault is not active.
 pub async fn switch_fault_off(app: &App, _by: &Principal, name: &str) -> Result<(), AppError> {
     if !simulation(app)?.clear_fault(name) {
-        return Err(AppError::new(ErrorKind::NotFound, format!("no fault \"{name}\" is switched on"))
-            .remedy("GET /api/v1/simulation/faults lists those that are"));
+        return Err(AppError::new(ErrorKind::NotFound, format!("fault \"{name}\" is not active"))
+            .remedy("GET /api/v1/simulation/faults lists the active ones"));
     }
     app.ledger.commit(vec![event(name, Event::SimulationFaultOff(NoBody {}))]).await?;
     Ok(())

@@ -1,4 +1,4 @@
-//! Calibration pictures from the simulated station, where a virtual operator moves the board.
+//! Calibration images from the simulated station, where a virtual operator moves the board.
 
 use std::path::{Path, PathBuf};
 
@@ -18,10 +18,10 @@ use crate::resources::stored_scan::disk_problem;
 use crate::sessions::photographer::{Exposures, Photographer};
 use crate::sessions::virtual_operator::VirtualOperator;
 
-/// Folders of a calibration's pictures.
+/// Folders of the images of a calibration.
 pub(super) const FOLDERS: [&str; 3] = ["board", "laser", "stage"];
 
-/// Takes all pictures of a calibration into the capture folder `folder`; `share` is the part of the job this is.
+/// Captures all images of a calibration into the capture folder `folder`; `share` is its part of the job.
 pub(super) fn take_pictures(
     input: &CalibrateInput,
     ctx: &StationContext,
@@ -67,11 +67,11 @@ pub(super) fn take_pictures(
 }
 
 fn nobody_moves_the_board() -> AppError {
-    AppError::new(ErrorKind::Impossible, "nobody moves the board on this station")
-        .remedy("begin a calibration session and take the board in several poses")
+    AppError::new(ErrorKind::Impossible, "this station has no virtual operator to move the board")
+        .remedy("start a calibration session and capture the board in several poses")
 }
 
-/// Pictures on their way into a capture folder.
+/// Images being written to a capture folder.
 struct Album<'a> {
     ctx: &'a StationContext,
     folder: &'a Path,
@@ -116,7 +116,7 @@ impl<'a> Album<'a> {
     }
 }
 
-/// The folders for the pictures.
+/// Creates the image folders.
 pub(super) fn make_folders(folder: &Path) -> Result<(), JobEnd> {
     FOLDERS
         .iter()

@@ -38,7 +38,7 @@ impl JobNews {
         self.told.iter().find(|(number, _)| *number > seen).map(|(number, view)| (*number, view))
     }
 
-    /// The number of the newest word.
+    /// The number of the newest progress.
     pub fn last(&self) -> u64 {
         self.last
     }

@@ -1,4 +1,4 @@
-//! Frames that count how often they are read: how far the evaluation of a scan is.
+//! Counts frame reads as the progress of the evaluation.
 
 use std::borrow::Cow;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -7,7 +7,7 @@ use optics::StagePosition;
 use scanning::{ContentError, Frames};
 use vision::Centrelines;
 
-/// Frames, and a callback after every read of one.
+/// Frames with a callback after every read.
 pub struct CountedFrames<'a> {
     frames: &'a dyn Frames,
     read: AtomicUsize,
@@ -20,7 +20,7 @@ impl<'a> CountedFrames<'a> {
         Self { frames, read: AtomicUsize::new(0), on_read }
     }
 
-    /// Readings so far.
+    /// Number of reads so far.
     pub fn n_read(&self) -> usize {
         self.read.load(Ordering::Relaxed)
     }

@@ -1,4 +1,4 @@
-//! Where a scan's frames come from, how the stage moves, what is measured on it, what it is made for; as stored.
+//! Source, motion, measurements and purpose of a scan, as stored.
 
 use serde::{Deserialize, Serialize};
 
@@ -12,12 +12,12 @@ pub enum ScanSource {
     Capture {
         /// Id of the capture.
         capture_id: String,
-        /// Which of its scans; `None`: the only one.
+        /// Name of the scan in the capture; `None`: the only one.
         scan: Option<String>,
     },
 }
 
-/// How the stage moves during a scan.
+/// Motion of the stage during a scan.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum ScanMode {
@@ -48,17 +48,17 @@ pub struct BackgroundInput {
     pub above_levels: Option<f64>,
 }
 
-/// A characteristic to be measured on a scan.
+/// A characteristic to measure on a scan.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct MeasureInput {
     /// The tool's name.
     pub tool: String,
-    /// Tells two uses of one tool apart.
+    /// Name of the characteristic; distinguishes several uses of one tool.
     #[serde(default)]
     pub name: Option<String>,
     /// Nominal value, mm (degrees for an angle).
     pub nominal_mm: Option<f64>,
-    /// Symmetric limits around the nominal, mm (degrees for an angle); asks for a verdict.
+    /// Symmetric tolerance around the nominal, mm (degrees for an angle); required for a verdict.
     pub tolerance_mm: Option<f64>,
     /// Only use points in this box of the part frame: x, y, z of one corner, x, y, z of the other.
     #[serde(default)]

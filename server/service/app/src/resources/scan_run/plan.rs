@@ -1,4 +1,4 @@
-//! What a scan from the station will be.
+//! The plan of a scan on the station.
 
 use crate::resources::scan_run::{BackgroundInput, ScanMode, ScanRange};
 
@@ -7,7 +7,7 @@ use crate::resources::scan_run::{BackgroundInput, ScanMode, ScanRange};
 pub struct ScanPlan {
     /// Motion of the stage.
     pub mode: ScanMode,
-    /// Its rows along the way of the stage.
+    /// Its rows along the stage motion.
     pub range: ScanRange,
     /// Number of rows; each row is one frame.
     pub n_rows: usize,
@@ -57,7 +57,7 @@ pub struct ScanPlan {
 }
 
 impl ScanPlan {
-    /// Whether frames taken by `other` and by this one belong to one scan.
+    /// Whether frames captured with `other` and with this plan can belong to one scan.
     pub fn continues(&self, other: &Self) -> bool {
         /// Step and rate follow from each other by a division: they agree to the last digits.
         const ROUNDING: f64 = 1e-9;
