@@ -65,7 +65,7 @@ const DEVICES = {
     position_mm: 0,
     travel_mm: [-100, 100],
   },
-  laser: { connected: true, light: "off", power: 0, interlock_closed: true },
+  laser: { connected: true, state: "off", power: 0, interlock_closed: true },
   frames: { arrived: 0, dropped: {} },
 };
 
@@ -142,7 +142,7 @@ export class FakeStation {
         return HALTED;
       case "POST /api/v1/station/control":
       case "PUT /api/v1/station/control":
-        return { id: "lease", holder: "Test", ends_in_s: 5 };
+        return { id: "lease", holder: "Test", expires_in_s: 5 };
       case "POST /api/v1/station/reset":
         this.enter("Operational.Ready");
         return this.station();

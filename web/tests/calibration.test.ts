@@ -210,7 +210,7 @@ test("verifications belong to the calibration they were made with", () => {
     ({
       id,
       kind,
-      input: { kind, artefact: "sphere", nominal_mm: 18.9, scan: { calibration_id } },
+      input: { kind, reference_part: "sphere", nominal_mm: 18.9, scan: { calibration_id } },
     }) as unknown as Job;
   const jobs = [job("1", "verification", "c"), job("2", "verification", "d"), job("3", "scan", "c")];
   expect(verificationsOf(jobs, "c").map((one) => one.job.id)).toEqual(["1"]);

@@ -21,16 +21,16 @@ export function Bar() {
         </span>
       )}
       <span class={`item state ${status?.state === "Error" ? "abnormal" : ""}`} title={status?.state}>
-        <strong>{status ? (words.states[status.state] ?? status.words) : words.loading}</strong>
+        <strong>{status ? (words.states[status.state] ?? status.state_label) : words.loading}</strong>
         <small>{working ? activityOf(status, jobs.get(status.job_id ?? "")) : (status?.state ?? "–")}</small>
       </span>
       <span class="lights">
         <span class="item laser">
           <small>{words.laser}</small>
           <strong
-            class={status?.laser.light === "on" || status?.laser.light === "not_controlled" ? "lit" : undefined}
+            class={status?.laser.state === "on" || status?.laser.state === "not_controlled" ? "lit" : undefined}
           >
-            {words.light[status?.laser.light ?? "unknown"]}
+            {words.light[status?.laser.state ?? "unknown"]}
           </strong>
         </span>
         <span class={`item interlock ${interlock === false ? "abnormal" : ""}`}>

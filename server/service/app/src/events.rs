@@ -8,7 +8,7 @@ use station::wall_clock::now_ms;
 use store::{CaptureRecord, Change, EventRecord};
 use utoipa::ToSchema;
 
-use crate::camera::memory::KeptSettings;
+use crate::camera::memory::StoredCameraSettings;
 use crate::error::AppError;
 
 /// An event.
@@ -38,7 +38,7 @@ pub enum Event {
     CaptureCreated(CaptureCreated),
     /// A capture was deleted.
     #[serde(rename = "capture.deleted")]
-    CaptureDeleted(Act),
+    CaptureDeleted(Initiator),
     /// A recording was started.
     #[serde(rename = "recording.started")]
     RecordingStarted(RecordingStarted),
@@ -47,7 +47,7 @@ pub enum Event {
     RecordingEnded(RecordingEnded),
     /// A recording was deleted.
     #[serde(rename = "recording.deleted")]
-    RecordingDeleted(Act),
+    RecordingDeleted(Initiator),
     /// A calibration was computed.
     #[serde(rename = "calibration.created")]
     CalibrationCreated(CalibrationCreated),
@@ -68,13 +68,13 @@ pub enum Event {
     ScanExported(ScanExported),
     /// A scan was deleted with its measurements.
     #[serde(rename = "scan.deleted")]
-    ScanDeleted(Act),
+    ScanDeleted(Initiator),
     /// A characteristic was measured.
     #[serde(rename = "measurement.created")]
     MeasurementCreated(MeasurementCreated),
     /// The measurement plan was changed.
     #[serde(rename = "measurement_plan.changed")]
-    MeasurementPlanChanged(PlanChanged),
+    MeasurementPlanChanged(MeasurementPlanChanged),
     /// A calibration session was created.
     #[serde(rename = "session.created")]
     SessionCreated(SessionVersion),
@@ -83,25 +83,25 @@ pub enum Event {
     SessionChanged(SessionVersion),
     /// A calibration session was deleted.
     #[serde(rename = "session.deleted")]
-    SessionDeleted(Act),
+    SessionDeleted(Initiator),
     /// Control of the station was taken.
     #[serde(rename = "control.taken")]
-    ControlTaken(Act),
+    ControlTaken(Initiator),
     /// Control was taken over from another holder.
     #[serde(rename = "control.taken_over")]
-    ControlTakenOver(TakenOver),
+    ControlTakenOver(ControlTakenOver),
     /// Control was released.
-    #[serde(rename = "control.given_back")]
-    ControlGivenBack(Act),
+    #[serde(rename = "control.released")]
+    ControlReleased(Initiator),
     /// Control expired.
     #[serde(rename = "control.expired")]
-    ControlExpired(Act),
+    ControlExpired(Initiator),
     /// The station was stopped.
     #[serde(rename = "station.stopped")]
-    StationStopped(Act),
+    StationStopped(Initiator),
     /// The station was reset.
     #[serde(rename = "station.reset")]
-    StationReset(Act),
+    StationReset(Initiator),
     /// The live view was started.
     #[serde(rename = "live.started")]
     LiveStarted(LiveView),
@@ -110,13 +110,13 @@ pub enum Event {
     LiveEnded(LiveView),
     /// Homing of the stage was started.
     #[serde(rename = "stage.homed")]
-    StageHomed(Motion),
+    StageHomed(StageMotion),
     /// The stage was jogged.
     #[serde(rename = "stage.jogged")]
-    StageJogged(Motion),
+    StageJogged(StageMotion),
     /// A move of the stage was started.
     #[serde(rename = "stage.moved")]
-    StageMoved(Motion),
+    StageMoved(StageMotion),
     /// The laser power was set manually.
     #[serde(rename = "laser.switched")]
     LaserSwitched(LaserSwitched),
@@ -127,17 +127,17 @@ pub enum Event {
     #[serde(rename = "camera.features_set")]
     CameraFeaturesSet(CameraFeaturesSet),
     /// A simulated fault was activated.
-    #[serde(rename = "simulation.fault_on")]
+    #[serde(rename = "simulation.fault_enabled")]
     SimulationFaultOn(SimulatedFault),
     /// A simulated fault was deactivated.
-    #[serde(rename = "simulation.fault_off")]
-    SimulationFaultOff(NoBody),
+    #[serde(rename = "simulation.fault_disabled")]
+    SimulationFaultOff(EmptyBody),
 }
 
 /// An empty body.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
-pub struct NoBody {}
+pub struct EmptyBody {}
 
 /// A job in an event.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, ToSchema)]
@@ -306,7 +306,7 @@ pub struct MeasurementCreated {
 
 /// A new version of the measurement plan.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
-pub struct PlanChanged {
+pub struct MeasurementPlanChanged {
     /// Version after the change.
     pub version: u64,
     /// Who did it.
@@ -324,7 +324,7 @@ pub struct SessionVersion {
 
 /// Who initiated an action, and from where.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
-pub struct Act {
+pub struct Initiator {
     /// Kind of principal: `local`, a user of this station.
     pub principal: String,
     /// Name: the holder of the control lease, else the name in the request.
@@ -335,10 +335,10 @@ pub struct Act {
 
 /// A takeover of control.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
-pub struct TakenOver {
+pub struct ControlTakenOver {
     /// Who initiated it.
     #[serde(flatten)]
-    pub act: Act,
+    pub initiator: Initiator,
     /// Previous holder.
     pub from: String,
     /// New holder.
@@ -350,17 +350,17 @@ pub struct TakenOver {
 pub struct LiveView {
     /// Who initiated it.
     #[serde(flatten)]
-    pub act: Act,
+    pub initiator: Initiator,
     /// Share of full laser power, 0 to 1.
     pub laser_power: f64,
 }
 
 /// A manual motion of the stage.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
-pub struct Motion {
+pub struct StageMotion {
     /// Who initiated it.
     #[serde(flatten)]
-    pub act: Act,
+    pub initiator: Initiator,
     /// Where to, mm; missing where the command has no target.
     pub target_mm: Option<f64>,
     /// How fast, mm/s.
@@ -372,7 +372,7 @@ pub struct Motion {
 pub struct LaserSwitched {
     /// Who initiated it.
     #[serde(flatten)]
-    pub act: Act,
+    pub initiator: Initiator,
     /// Share of full power, 0 to 1.
     pub power: f64,
 }
@@ -382,9 +382,9 @@ pub struct LaserSwitched {
 pub struct CameraConfigured {
     /// Who initiated it.
     #[serde(flatten)]
-    pub act: Act,
+    pub initiator: Initiator,
     /// The accepted settings.
-    pub settings: KeptSettings,
+    pub settings: StoredCameraSettings,
 }
 
 /// Camera features set by name.
@@ -392,7 +392,7 @@ pub struct CameraConfigured {
 pub struct CameraFeaturesSet {
     /// Who initiated it.
     #[serde(flatten)]
-    pub act: Act,
+    pub initiator: Initiator,
     /// The features, in the order of the request.
     pub features: Vec<FeatureSet>,
 }
@@ -430,8 +430,9 @@ mod tests {
     #[test]
     fn an_event_is_stored_by_kind_and_body() {
         let [principal, actor, source] = ["local", "Anna", "127.0.0.1"].map(str::to_owned);
-        let act = Act { principal, actor, source };
-        let Change::AppendEvent(record) = event("laser", Event::LaserSwitched(LaserSwitched { act, power: 0.5 }))
+        let initiator = Initiator { principal, actor, source };
+        let Change::AppendEvent(record) =
+            event("laser", Event::LaserSwitched(LaserSwitched { initiator, power: 0.5 }))
         else {
             panic!("an event is appended")
         };
@@ -439,9 +440,9 @@ mod tests {
         let body =
             serde_json::json!({ "principal": "local", "actor": "Anna", "source": "127.0.0.1", "power": 0.5 });
         assert_eq!(record.body, body);
-        let Change::AppendEvent(gone) = event("7", Event::SimulationFaultOff(NoBody {})) else {
+        let Change::AppendEvent(gone) = event("7", Event::SimulationFaultOff(EmptyBody {})) else {
             panic!("appended")
         };
-        assert_eq!((gone.kind.as_str(), gone.body), ("simulation.fault_off", serde_json::json!({})));
+        assert_eq!((gone.kind.as_str(), gone.body), ("simulation.fault_disabled", serde_json::json!({})));
     }
 }

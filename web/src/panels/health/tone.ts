@@ -23,7 +23,7 @@ export function deviceTone(connected: boolean, faults: Station["faults"], device
 }
 
 /** Losses inside of the service are its own; those at the camera happen when its trigger changes, too. */
-export function framesTone(frames: Schemas["FramesDto"]): Tone {
+export function framesTone(frames: Schemas["FrameCountsDto"]): Tone {
   const { camera: at_camera = 0, ...inside } = frames.dropped;
   if (Object.values(inside).some((count) => count > 0)) return "caution";
   return at_camera > 0.05 * Math.max(frames.arrived, 100) ? "caution" : "calm";

@@ -98,7 +98,7 @@ export class Control {
   private note(lease: Schemas["ControlLeaseDto"]): void {
     this.lease.value = lease;
     // A lease that nobody commands with is renewed for ever shorter times.
-    this.length_ms = Math.max(this.length_ms, 1000 * lease.ends_in_s);
+    this.length_ms = Math.max(this.length_ms, 1000 * lease.expires_in_s);
     this.renewed_at_ms = performance.now();
   }
 

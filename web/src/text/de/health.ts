@@ -125,7 +125,7 @@ export const health = {
     "measurement.created": "Messung erstellt",
     "control.taken": "Bedienhoheit übernommen",
     "control.taken_over": "Bedienhoheit von anderen übernommen",
-    "control.given_back": "Bedienhoheit abgegeben",
+    "control.released": "Bedienhoheit abgegeben",
     "control.expired": "Bedienhoheit abgelaufen",
     "station.stopped": "Station gestoppt",
     "station.reset": "Station zurückgesetzt",
@@ -139,7 +139,7 @@ export const health = {
     "session.created": "Kalibriersitzung gestartet",
     "session.changed": "Kalibriersitzung geändert",
     "session.deleted": "Kalibriersitzung gelöscht",
-    "simulation.fault_on": "simulierte Störung an",
-    "simulation.fault_off": "simulierte Störung aus",
+    "simulation.fault_enabled": "simulierte Störung an",
+    "simulation.fault_disabled": "simulierte Störung aus",
   } as Record<string, string>,
 };

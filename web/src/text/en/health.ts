@@ -124,7 +124,7 @@ export const health = {
     "measurement.created": "measurement created",
     "control.taken": "control taken",
     "control.taken_over": "control taken over",
-    "control.given_back": "control released",
+    "control.released": "control released",
     "control.expired": "control expired",
     "station.stopped": "station stopped",
     "station.reset": "station reset",
@@ -138,7 +138,7 @@ export const health = {
     "session.created": "calibration session started",
     "session.changed": "calibration session changed",
     "session.deleted": "calibration session deleted",
-    "simulation.fault_on": "simulated fault on",
-    "simulation.fault_off": "simulated fault off",
+    "simulation.fault_enabled": "simulated fault on",
+    "simulation.fault_disabled": "simulated fault off",
   } as Record<string, string>,
 };

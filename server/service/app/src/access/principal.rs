@@ -1,6 +1,6 @@
 //! On whose behalf something is done.
 
-use crate::events::Act;
+use crate::events::Initiator;
 
 /// The caller of a use case. Every use case that changes something takes one, and the event log names it.
 ///
@@ -26,7 +26,7 @@ impl Principal {
     }
 
     /// The initiator fields of an event.
-    pub fn act(&self) -> Act {
-        Act { principal: Self::LOCAL.to_owned(), actor: self.actor.clone(), source: self.source.clone() }
+    pub fn initiator(&self) -> Initiator {
+        Initiator { principal: Self::LOCAL.to_owned(), actor: self.actor.clone(), source: self.source.clone() }
     }
 }

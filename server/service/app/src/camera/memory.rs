@@ -19,7 +19,7 @@ const SETTING: &str = "camera.settings";
 /// The user's camera settings as stored and published; settings that no user changed are absent.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(default)]
-pub struct KeptSettings {
+pub struct StoredCameraSettings {
     /// Exposure time.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub exposure_us: Option<f64>,
@@ -31,19 +31,19 @@ pub struct KeptSettings {
     pub frame_rate_hz: Option<f64>,
     /// Trigger mode.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub trigger: Option<KeptTrigger>,
+    pub trigger: Option<StoredTrigger>,
     /// Pixel format.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub pixel_format: Option<KeptFormat>,
+    pub pixel_format: Option<StoredPixelFormat>,
     /// Region of interest.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub roi: Option<KeptRoi>,
+    pub roi: Option<StoredRoi>,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 /// Trigger mode of the camera.
-pub enum KeptTrigger {
+pub enum StoredTrigger {
     /// Free-running.
     Free,
     /// Software trigger.
@@ -55,7 +55,7 @@ pub enum KeptTrigger {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 /// Pixel format.
-pub enum KeptFormat {
+pub enum StoredPixelFormat {
     /// 8 bits.
     Mono8,
     /// 16 bits.
@@ -64,7 +64,7 @@ pub enum KeptFormat {
 
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, ToSchema)]
 /// Region of interest of the sensor.
-pub struct KeptRoi {
+pub struct StoredRoi {
     /// First column.
     pub left_px: usize,
     /// First row.
@@ -75,7 +75,7 @@ pub struct KeptRoi {
     pub height_px: usize,
 }
 
-impl KeptSettings {
+impl StoredCameraSettings {
     /// All settings, as the camera `accepted` them.
     pub fn all(accepted: &CameraSettings) -> Self {
         let every = CameraRequest {
@@ -97,18 +97,18 @@ impl KeptSettings {
         self.gain_db = asked.gain_db.map(|_| accepted.gain_db).or(self.gain_db);
         self.frame_rate_hz = asked.frame_rate_hz.map(|_| accepted.frame_rate_hz).or(self.frame_rate_hz);
         let trigger = match accepted.trigger {
-            Trigger::Free => KeptTrigger::Free,
-            Trigger::Software => KeptTrigger::Software,
-            Trigger::Hardware => KeptTrigger::Hardware,
+            Trigger::Free => StoredTrigger::Free,
+            Trigger::Software => StoredTrigger::Software,
+            Trigger::Hardware => StoredTrigger::Hardware,
         };
         self.trigger = asked.trigger.map(|_| trigger).or(self.trigger);
         let format = match accepted.pixel_format {
-            PixelFormat::Mono8 => KeptFormat::Mono8,
-            PixelFormat::Mono16 => KeptFormat::Mono16,
+            PixelFormat::Mono8 => StoredPixelFormat::Mono8,
+            PixelFormat::Mono16 => StoredPixelFormat::Mono16,
         };
         self.pixel_format = asked.pixel_format.map(|_| format).or(self.pixel_format);
         let Roi { left_px, top_px, width_px, height_px } = accepted.roi;
-        self.roi = asked.roi.map(|_| KeptRoi { left_px, top_px, width_px, height_px }).or(self.roi);
+        self.roi = asked.roi.map(|_| StoredRoi { left_px, top_px, width_px, height_px }).or(self.roi);
     }
 
     fn request(&self) -> CameraRequest {
@@ -117,15 +117,15 @@ impl KeptSettings {
             gain_db: self.gain_db,
             frame_rate_hz: self.frame_rate_hz,
             trigger: self.trigger.map(|trigger| match trigger {
-                KeptTrigger::Free => Trigger::Free,
-                KeptTrigger::Software => Trigger::Software,
-                KeptTrigger::Hardware => Trigger::Hardware,
+                StoredTrigger::Free => Trigger::Free,
+                StoredTrigger::Software => Trigger::Software,
+                StoredTrigger::Hardware => Trigger::Hardware,
             }),
             pixel_format: self.pixel_format.map(|format| match format {
-                KeptFormat::Mono8 => PixelFormat::Mono8,
-                KeptFormat::Mono16 => PixelFormat::Mono16,
+                StoredPixelFormat::Mono8 => PixelFormat::Mono8,
+                StoredPixelFormat::Mono16 => PixelFormat::Mono16,
             }),
-            roi: self.roi.map(|KeptRoi { left_px, top_px, width_px, height_px }| Roi {
+            roi: self.roi.map(|StoredRoi { left_px, top_px, width_px, height_px }| Roi {
                 left_px,
                 top_px,
                 width_px,
@@ -152,7 +152,7 @@ pub async fn remember(
 }
 
 /// The stored settings; unreadable ones count as none and are logged.
-async fn read(ledger: &EventedCatalogue) -> Result<Option<KeptSettings>, StoreError> {
+async fn read(ledger: &EventedCatalogue) -> Result<Option<StoredCameraSettings>, StoreError> {
     let Some(setting) = ledger.read().setting(SETTING).await? else { return Ok(None) };
     let kept = serde_json::from_value(setting.value);
     Ok(kept.inspect_err(|error| tracing::error!(%error, "stored camera settings are invalid")).ok())

@@ -53,7 +53,9 @@ pub fn stop(app: &App, by: &Principal) -> impl Future<Output = StopOutcome> + Se
         // A caller that has gone needs no answer.
         let _ = to_caller.send(StopOutcome { acknowledged, recorded });
     });
-    async move { outcome.await.unwrap_or(StopOutcome { acknowledged: Err(StationRefusal::ShuttingDown), recorded: false }) }
+    async move {
+        outcome.await.unwrap_or(StopOutcome { acknowledged: Err(StationRefusal::ShuttingDown), recorded: false })
+    }
 }
 
 /// Stores in one transaction that the station is stopped and that its waiting jobs have ended.
@@ -62,7 +64,7 @@ async fn record_stop(app: App, cleared: Vec<Waiting>, by: Principal) -> Result<(
     let also = vec![
         // A faster reset has already ended the Stop.
         Change::PutSetting(halted(app.station.is_halted())),
-        event("station", Event::StationStopped(by.act())),
+        event("station", Event::StationStopped(by.initiator())),
     ];
     app.jobs.end_cleared_jobs(cleared, &by.actor, also).await
 }
@@ -78,7 +80,7 @@ pub async fn reset(app: &App, by: &Principal) -> Result<(), AppError> {
     }
     app.station.manual(Manual::Reset).await?;
     let _turn = app.halt_turn.lock().await;
-    let mut changes = vec![event("station", Event::StationReset(by.act()))];
+    let mut changes = vec![event("station", Event::StationReset(by.initiator()))];
     // A Stop received in the meantime has its own record.
     if !app.station.is_halted() {
         changes.push(Change::PutSetting(halted(false)));

@@ -45,9 +45,12 @@ async fn check_calibration(input: &CalibrateInput, parts: &JobParts) -> Result<(
         word(matches!(k3.as_str(), "auto" | "on" | "off"), "/k3", k3, "auto, on or off")?;
     }
     if let Some(n_poses) = input.n_poses.filter(|n_poses| !N_POSES.contains(n_poses)) {
-        return Err(AppError::new(ErrorKind::Impossible, format!("a calibration with {n_poses} poses is not possible"))
-            .remedy(format!("give a number from {} to {}; 12 is usual", N_POSES.start(), N_POSES.end()))
-            .at("/n_poses"));
+        return Err(AppError::new(
+            ErrorKind::Impossible,
+            format!("a calibration with {n_poses} poses is not possible"),
+        )
+        .remedy(format!("give a number from {} to {}; 12 is usual", N_POSES.start(), N_POSES.end()))
+        .at("/n_poses"));
     }
     if let Some(id) = &input.session_id {
         return exists(parts.ledger.read().session(id).await, "/session_id").map(drop);
@@ -103,9 +106,7 @@ fn exists<T>(found: Result<T, store::StoreError>, place: &str) -> Result<T, AppE
     match found {
         Ok(found) => Ok(found),
         Err(error @ store::StoreError::NotFound { .. }) => {
-            Err(AppError::new(ErrorKind::Impossible, error.to_string())
-                .remedy("use an existing id")
-                .at(place))
+            Err(AppError::new(ErrorKind::Impossible, error.to_string()).remedy("use an existing id").at(place))
         }
         Err(error) => Err(error.into()),
     }

@@ -104,7 +104,7 @@ pub struct RecomputeInput {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct VerifyInput {
     /// `gauge` or `sphere`.
-    pub artefact: String,
+    pub reference_part: String,
     /// Nominal height or radius.
     pub nominal_mm: f64,
     /// Symmetric tolerance of the deviation.

@@ -276,8 +276,8 @@ impl Jobs {
 
 /// The current state of a stored job: its end as stored, before that as its thread reports.
 fn now(record: JobRecord, running: &[JobView]) -> JobView {
-    let told = running.iter().find(|view| view.record.id == record.id);
-    match told.filter(|_| !record.state.is_terminal()) {
+    let current = running.iter().find(|view| view.record.id == record.id);
+    match current.filter(|_| !record.state.is_terminal()) {
         Some(view) => view.clone(),
         None => record.into(),
     }
@@ -329,7 +329,11 @@ impl Queue {
         if free_bytes < needed_bytes {
             return Err(AppError::new(
                 ErrorKind::StorageFull,
-                format!("the job needs {} MiB of disk space, {} MiB are free", needed_bytes >> 20, free_bytes >> 20),
+                format!(
+                    "the job needs {} MiB of disk space, {} MiB are free",
+                    needed_bytes >> 20,
+                    free_bytes >> 20
+                ),
             )
             .remedy("delete captures or scans that are no longer needed"));
         }

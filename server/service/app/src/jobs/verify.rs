@@ -35,7 +35,7 @@ const TURN_STEP_DEG: f64 = 1.5;
 
 /// Scans and compares; on the simulated station the virtual operator places the part.
 pub fn at_station(input: &VerifyInput, ctx: &StationContext) -> Result<Done, JobEnd> {
-    let part = artefact(input, &ctx.config)?;
+    let part = reference_part(input, &ctx.config)?;
     let at_work = ctx.station.simulation().map(|operator| Exchanged::new(operator, &part, ctx));
     let stage = stage_kind(&ctx.station.status());
     let measured = at_station_measured(&filled(input, stage), ctx)?;
@@ -66,7 +66,7 @@ pub fn checked(input: &VerifyInput, stage: StageKind) -> Result<ScanInput, AppEr
 }
 
 /// The simulated part with its true size, regardless of the nominal value.
-fn artefact(input: &VerifyInput, config: &AppConfig) -> Result<SceneKind, AppError> {
+fn reference_part(input: &VerifyInput, config: &AppConfig) -> Result<SceneKind, AppError> {
     let (height_mm, radius_mm) = config.known_sizes_mm();
     Ok(match tool(input)? {
         Tool::Step => SceneKind::Gauge { height_mm },
@@ -88,17 +88,17 @@ fn tool(input: &VerifyInput) -> Result<Tool, AppError> {
     {
         return refused("tolerance_mm", format!("tolerance_mm is {tolerance_mm}"), "give a number above 0");
     }
-    match input.artefact.as_str() {
+    match input.reference_part.as_str() {
         "gauge" => Ok(Tool::Step),
         "sphere" => Ok(Tool::Sphere),
-        other => refused("artefact", format!("unknown reference part \"{other}\""), "use gauge or sphere"),
+        other => refused("reference_part", format!("unknown reference part \"{other}\""), "use gauge or sphere"),
     }
 }
 
 /// The scan with its measurement, and with a default range if none was given.
 fn filled(input: &VerifyInput, stage: StageKind) -> ScanInput {
     let known = MeasureInput {
-        tool: if input.artefact == "gauge" { Tool::Step } else { Tool::Sphere }.name().to_owned(),
+        tool: if input.reference_part == "gauge" { Tool::Step } else { Tool::Sphere }.name().to_owned(),
         name: None,
         nominal_mm: Some(input.nominal_mm),
         tolerance_mm: input.tolerance_mm,
@@ -124,7 +124,7 @@ fn filled(input: &VerifyInput, stage: StageKind) -> ScanInput {
         step: if free { Some(usual_step) } else { asked.step },
         ..asked
     };
-    let name = scan.name.clone().or_else(|| Some(input.artefact.clone()));
+    let name = scan.name.clone().or_else(|| Some(input.reference_part.clone()));
     ScanInput { name, ..range.filled_into(&scan) }
 }
 
@@ -156,7 +156,7 @@ fn in_words(input: &VerifyInput, record: &MeasurementRecord) -> String {
     let verdict = verdict_in(record).map_or_else(String::new, |verdict| format!(", {}", verdict.label()));
     format!(
         "{}: nominal {:.4} mm, measured {}, U = {} (k = 2){verdict}",
-        input.artefact,
+        input.reference_part,
         input.nominal_mm,
         number("value"),
         number("expanded_uncertainty")

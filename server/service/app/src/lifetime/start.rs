@@ -161,8 +161,10 @@ async fn watch_control(app: App) {
         // A lease expires without a request.
         let _ = tokio::time::timeout(CONTROL_WATCH, changes.changed()).await;
         if let Some(lease) = app.control.collect_expired(Instant::now()) {
-            let lapsed =
-                event(&lease.holder, Event::ControlExpired(Principal::local(&lease.holder, "server", None).act()));
+            let lapsed = event(
+                &lease.holder,
+                Event::ControlExpired(Principal::local(&lease.holder, "server", None).initiator()),
+            );
             if let Err(error) = app.ledger.commit(vec![lapsed]).await {
                 tracing::warn!(%error, "the end of control is not stored");
             }

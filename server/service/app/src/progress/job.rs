@@ -106,7 +106,7 @@ mod tests {
         let progress = Arc::new(move |fraction: f64, step: Step, words: &str| {
             heard.lock().push((fraction, step, words.to_owned()));
         });
-        let phase = Phase::ReadingPictures;
+        let phase = Phase::ReadingImages;
         let reporter = JobReporter { cancel: cancel.clone(), progress, phase, part: 0.5..0.9 };
         let task = reporter.count("reading", "pictures", 2);
         task.step();

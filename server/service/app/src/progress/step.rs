@@ -12,13 +12,13 @@ pub enum Phase {
     /// Capturing the board on the stage, at several positions.
     ExposingStage,
     /// Collecting the images of a session.
-    GatheringPictures,
+    CollectingImages,
     /// Storing the images as a capture.
-    StoringPictures,
+    StoringImages,
     /// Unpacking a capture.
     UnpackingCapture,
     /// Detecting corners and lines in calibration images.
-    ReadingPictures,
+    ReadingImages,
     /// Fitting camera, light sheets and stage.
     Calibrating,
     /// Writing the report.
@@ -28,9 +28,9 @@ pub enum Phase {
     /// Reading the rows of a stopped scan.
     ReadingRows,
     /// Capturing the rows of a scan.
-    TakingRows,
+    CapturingRows,
     /// Packing the images of a scan into a capture.
-    PackingPictures,
+    PackingImages,
     /// Detecting lines in the frames of a scan.
     ReadingFrames,
     /// Reading the lines of an earlier scan.

@@ -47,8 +47,7 @@ pub fn look_at(frame: &StampedFrame, mut body: SessionBody) -> Result<Look, AppE
     let unkept = Picture { artifact: String::new(), exposure_us: frame.exposure_us, taken_at_ms: 0 };
     let mut board = found::board_in(&frame.image, unkept, &body.target);
     if frame.laser_on {
-        board.problem =
-            Some("the laser is on; turn it off for images of the board".to_owned());
+        board.problem = Some("the laser is on; turn it off for images of the board".to_owned());
     }
     if board.is_readable() {
         body.poses.push(SessionPose { id: String::new(), board, laser: None });

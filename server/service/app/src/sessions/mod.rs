@@ -320,7 +320,7 @@ impl Sessions {
     pub async fn delete(&self, by: &Principal, id: &str) -> Result<(), AppError> {
         let _turn = self.turn.lock().await;
         self.ledger.read().session(id).await?;
-        let told = event(id, Event::SessionDeleted(by.act()));
+        let told = event(id, Event::SessionDeleted(by.initiator()));
         self.ledger.commit(vec![Change::DeleteSession(id.to_owned()), told]).await?;
         Ok(())
     }
@@ -405,7 +405,11 @@ fn check_new(body: &SessionBody) -> Result<(), AppError> {
         );
     }
     if !matches!(sheet.line_direction.as_str(), "rows" | "columns") {
-        return impossible("lines must run along rows or columns", "give rows or columns", "/projector/line_direction");
+        return impossible(
+            "lines must run along rows or columns",
+            "give rows or columns",
+            "/projector/line_direction",
+        );
     }
     let Exposures { board_exposure_us, laser_exposure_us, laser_power } = body.exposures;
     if !(board_exposure_us > 0.0 && laser_exposure_us > 0.0 && laser_power > 0.0 && laser_power <= 1.0) {

@@ -11,7 +11,7 @@ use crate::camera::auto_exposure::auto_exposure;
 use crate::camera::memory;
 use crate::control::{Ask, admit};
 use crate::error::AppError;
-use crate::events::{CameraConfigured, Event, LaserSwitched, LiveView, Motion, event};
+use crate::events::{CameraConfigured, Event, LaserSwitched, LiveView, StageMotion, event};
 
 /// The holder of control may always turn things off, whatever the station does.
 fn in_control(app: &App, by: &Principal) -> Result<(), AppError> {
@@ -50,8 +50,8 @@ pub async fn auto_expose(app: &App, by: &Principal) -> Result<(), AppError> {
 /// Stores and publishes the user's camera settings.
 async fn configured(app: &App, by: &Principal, wanted: &CameraRequest) -> Result<(), AppError> {
     memory::remember(&app.ledger, wanted, &app.station.status().camera_settings).await?;
-    let kept = memory::KeptSettings::all(&app.station.status().camera_settings);
-    let body = CameraConfigured { act: by.act(), settings: kept };
+    let kept = memory::StoredCameraSettings::all(&app.station.status().camera_settings);
+    let body = CameraConfigured { initiator: by.initiator(), settings: kept };
     app.ledger.commit(vec![event("camera", Event::CameraConfigured(body))]).await?;
     Ok(())
 }
@@ -67,13 +67,13 @@ pub async fn move_stage(app: &App, by: &Principal, command: Manual) -> Result<Op
     // A jog is repeated many times a second: only its start is an event.
     if accepted.is_some() || !jog {
         let (target_mm, speed_mm_s) = (accepted.map(|to| to.target_mm), accepted.map(|to| to.speed_mm_s));
-        let body = Motion { act: by.act(), target_mm, speed_mm_s };
+        let body = StageMotion { initiator: by.initiator(), target_mm, speed_mm_s };
         app.ledger.commit(vec![event("stage", told(body))]).await?;
     }
     Ok(accepted)
 }
 
-fn motion_event(command: &Manual) -> fn(Motion) -> Event {
+fn motion_event(command: &Manual) -> fn(StageMotion) -> Event {
     match command {
         Manual::Home => Event::StageHomed,
         Manual::Jog { .. } => Event::StageJogged,
@@ -92,7 +92,7 @@ pub async fn switch_laser(app: &App, by: &Principal, power: f64) -> Result<(), A
         in_control(app, by)?;
     }
     app.station.manual(Manual::Laser { power }).await?;
-    let body = LaserSwitched { act: by.act(), power };
+    let body = LaserSwitched { initiator: by.initiator(), power };
     app.ledger.commit(vec![event("laser", Event::LaserSwitched(body))]).await?;
     Ok(())
 }
@@ -109,7 +109,7 @@ pub async fn set_live_view(app: &App, by: &Principal, wanted: LiveRequest) -> Re
         in_control(app, by)?;
     }
     app.station.live(wanted).await?;
-    let body = LiveView { act: by.act(), laser_power };
+    let body = LiveView { initiator: by.initiator(), laser_power };
     let told = if running { Event::LiveStarted(body) } else { Event::LiveEnded(body) };
     app.ledger.commit(vec![event("station", told)]).await?;
     Ok(())

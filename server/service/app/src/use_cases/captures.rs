@@ -51,7 +51,7 @@ pub async fn upload<E: From<AppError>>(
 /// # Errors
 /// If it does not exist, or a record refers to it.
 pub async fn delete_capture(app: &App, by: &Principal, id: String) -> Result<(), AppError> {
-    let gone = event(&id, Event::CaptureDeleted(by.act()));
+    let gone = event(&id, Event::CaptureDeleted(by.initiator()));
     app.ledger.commit(vec![Change::DeleteCapture(id), gone]).await?;
     Ok(())
 }

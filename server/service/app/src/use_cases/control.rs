@@ -7,7 +7,7 @@ use crate::access::lease::Lease;
 use crate::access::principal::Principal;
 use crate::control::{self, Ask, StopOutcome, admit};
 use crate::error::AppError;
-use crate::events::{Act, Event, TakenOver, event};
+use crate::events::{ControlTakenOver, Event, Initiator, event};
 use crate::resources::labels::label;
 
 /// A request to take control.
@@ -27,10 +27,10 @@ pub async fn take_control(app: &App, by: &Principal, input: TakeControl) -> Resu
     let TakeControl { holder, take_over } = input;
     label(&holder, "/holder")?;
     let taken = app.control.take(&holder, take_over, Instant::now())?;
-    let act = Act { actor: holder.clone(), ..by.act() };
+    let initiator = Initiator { actor: holder.clone(), ..by.initiator() };
     let told = match taken.from {
-        Some(from) => Event::ControlTakenOver(TakenOver { act, from, to: holder.clone() }),
-        None => Event::ControlTaken(act),
+        Some(from) => Event::ControlTakenOver(ControlTakenOver { initiator, from, to: holder.clone() }),
+        None => Event::ControlTaken(initiator),
     };
     app.ledger.commit(vec![event(&holder, told)]).await?;
     Ok(taken.lease)
@@ -48,10 +48,10 @@ pub fn renew_control(app: &App, by: &Principal) -> Result<Lease, AppError> {
 ///
 /// # Errors
 /// If the log cannot be written.
-pub async fn give_control_back(app: &App, by: &Principal) -> Result<(), AppError> {
+pub async fn release_control(app: &App, by: &Principal) -> Result<(), AppError> {
     if let Some(lease) = app.control.give_back(by.control_id.as_deref()) {
-        let act = Act { actor: lease.holder.clone(), ..by.act() };
-        app.ledger.commit(vec![event(&lease.holder, Event::ControlGivenBack(act))]).await?;
+        let initiator = Initiator { actor: lease.holder.clone(), ..by.initiator() };
+        app.ledger.commit(vec![event(&lease.holder, Event::ControlReleased(initiator))]).await?;
     }
     Ok(())
 }

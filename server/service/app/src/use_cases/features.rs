@@ -49,8 +49,9 @@ pub async fn set_camera_features(
     let (set, refused) = outcome.await?;
     if !set.is_empty() {
         app.station.manual(Manual::Configure(CameraRequest::default())).await?;
-        let told = |feature: &Feature| FeatureSet { name: feature.name.clone(), value: feature.value.clone() };
-        let body = CameraFeaturesSet { act: by.act(), features: set.iter().map(told).collect() };
+        let read_back =
+            |feature: &Feature| FeatureSet { name: feature.name.clone(), value: feature.value.clone() };
+        let body = CameraFeaturesSet { initiator: by.initiator(), features: set.iter().map(read_back).collect() };
         app.ledger.commit(vec![event("camera", Event::CameraFeaturesSet(body))]).await?;
     }
     refused.map_or(Ok(set), Err)

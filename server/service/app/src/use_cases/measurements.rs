@@ -5,7 +5,7 @@ use store::{Change, MeasurementRecord};
 use crate::App;
 use crate::access::principal::Principal;
 use crate::error::{AppError, ErrorKind};
-use crate::events::{Event, PlanChanged, event};
+use crate::events::{Event, MeasurementPlanChanged, event};
 use crate::resources::calibrations::stored::stored_document;
 use crate::resources::measurements::plan::{KeptPlan, MeasurementPlan};
 use crate::resources::measurements::{MeasureInput, changes_by, measurement};
@@ -28,7 +28,8 @@ pub async fn measure<E: From<AppError>>(
     let cloud = stored_cloud(&*app.artifacts, &scan).await?;
     let work = move || measurement(&scan, &cloud, &document.calibration(), &input);
     let record = tokio::task::spawn_blocking(work).await.map_err(|cause| {
-        AppError::new(ErrorKind::Internal, "the measurement failed with an internal error").because(cause.to_string())
+        AppError::new(ErrorKind::Internal, "the measurement failed with an internal error")
+            .because(cause.to_string())
     })??;
     let mut all = changes_by(&record, Some(&by.actor));
     all.extend(and(&record)?);
@@ -47,7 +48,8 @@ pub async fn change_measurement_plan<E: From<AppError>>(
     may: impl FnOnce(Option<u64>) -> Result<(), E>,
 ) -> Result<KeptPlan, E> {
     let kept = app.measurement_plans.put(plan, may).await?;
-    let told = Event::MeasurementPlanChanged(PlanChanged { version: kept.version, actor: by.actor.clone() });
+    let told =
+        Event::MeasurementPlanChanged(MeasurementPlanChanged { version: kept.version, actor: by.actor.clone() });
     // The plan is stored already; followers of events read it again at the next event.
     if let Err(error) = app.ledger.commit(vec![event("", told)]).await {
         tracing::warn!(%error, "a change of the measurement plan is not in the log");

@@ -58,7 +58,7 @@ pub async fn delete_recording(app: &App, by: &Principal, id: String) -> Result<(
         return Err(AppError::new(ErrorKind::Conflict, format!("recording {id} is not finished"))
             .remedy("stop it first, and wait until its file is complete"));
     }
-    let gone = event(&id, Event::RecordingDeleted(by.act()));
+    let gone = event(&id, Event::RecordingDeleted(by.initiator()));
     app.ledger.commit(vec![Change::DeleteRecording(id), gone]).await?;
     Ok(())
 }

@@ -12,7 +12,7 @@ use crate::events::{Event, event};
 /// # Errors
 /// If it does not exist.
 pub async fn delete_scan(app: &App, by: &Principal, id: String) -> Result<(), AppError> {
-    let gone = event(&id, Event::ScanDeleted(by.act()));
+    let gone = event(&id, Event::ScanDeleted(by.initiator()));
     app.ledger.commit(vec![Change::DeleteScan(id), gone]).await?;
     Ok(())
 }

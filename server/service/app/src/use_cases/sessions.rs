@@ -15,7 +15,7 @@ use crate::use_cases::jobs::start_job;
 ///
 /// # Errors
 /// An invalid board, projector or exposure.
-pub async fn begin_session(
+pub async fn create_session(
     app: &App,
     by: &Principal,
     new: NewSession,
@@ -28,7 +28,12 @@ pub async fn begin_session(
 ///
 /// # Errors
 /// The caller may not use the station, the session is full, or a device refuses.
-pub async fn take_pose(app: &App, by: &Principal, id: &str, expected: Option<i64>) -> Result<Session, AppError> {
+pub async fn capture_pose(
+    app: &App,
+    by: &Principal,
+    id: &str,
+    expected: Option<i64>,
+) -> Result<Session, AppError> {
     app.sessions.get(id).await?;
     admit(app, by, Ask::Photograph)?;
     app.sessions.add_pose(by, id, expected).await
@@ -37,8 +42,8 @@ pub async fn take_pose(app: &App, by: &Principal, id: &str, expected: Option<i64
 /// Moves the stage to a position and captures the board on it.
 ///
 /// # Errors
-/// As [`take_pose`].
-pub async fn take_stage_view(
+/// As [`capture_pose`].
+pub async fn capture_stage_view(
     app: &App,
     by: &Principal,
     id: &str,

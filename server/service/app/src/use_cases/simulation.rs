@@ -9,7 +9,7 @@ use twin::{SceneKind, TwinControl, TwinFault, read_stl};
 use crate::App;
 use crate::access::principal::Principal;
 use crate::error::{AppError, ErrorKind};
-use crate::events::{Event, NoBody, SimulatedFault, event};
+use crate::events::{EmptyBody, Event, SimulatedFault, event};
 use crate::sessions::VirtualBoard;
 
 /// The control of the simulated station.
@@ -50,7 +50,7 @@ pub fn place_board(app: &App, _by: &Principal, place: VirtualBoard) -> Result<()
 ///
 /// # Errors
 /// If the station is not simulated, or a job uses it.
-pub fn place_part(app: &App, _by: &Principal, part: &SceneKind) -> Result<(), AppError> {
+pub fn place_scene(app: &App, _by: &Principal, part: &SceneKind) -> Result<(), AppError> {
     idle_simulation(app)?.place_part(part);
     Ok(())
 }
@@ -59,11 +59,12 @@ pub fn place_part(app: &App, _by: &Principal, part: &SceneKind) -> Result<(), Ap
 ///
 /// # Errors
 /// If the station is not simulated, a job uses it, or the bytes are not a valid STL file.
-pub async fn place_solid(app: &App, _by: &Principal, stl: Vec<u8>) -> Result<(), AppError> {
+pub async fn place_part(app: &App, _by: &Principal, stl: Vec<u8>) -> Result<(), AppError> {
     let hands = idle_simulation(app)?;
     let read = tokio::task::spawn_blocking(move || read_stl(&stl)).await;
     let solid = read.map_err(|cause| {
-        AppError::new(ErrorKind::Internal, "reading the part failed with an internal error").because(cause.to_string())
+        AppError::new(ErrorKind::Internal, "reading the part failed with an internal error")
+            .because(cause.to_string())
     })??;
     hands.place_solid(Arc::new(solid));
     Ok(())
@@ -73,7 +74,7 @@ pub async fn place_solid(app: &App, _by: &Principal, stl: Vec<u8>) -> Result<(),
 ///
 /// # Errors
 /// If the station is not simulated, or the fault or value is unknown.
-pub async fn switch_fault_on(app: &App, _by: &Principal, name: &str, value: Option<f64>) -> Result<(), AppError> {
+pub async fn enable_fault(app: &App, _by: &Principal, name: &str, value: Option<f64>) -> Result<(), AppError> {
     let hands = simulation(app)?;
     let fault = TwinFault::named(name, value).map_err(|error| AppError::from(error).at("/name"))?;
     hands.set_fault(fault);
@@ -86,11 +87,11 @@ pub async fn switch_fault_on(app: &App, _by: &Principal, name: &str, value: Opti
 ///
 /// # Errors
 /// If the station is not simulated, or the fault is not active.
-pub async fn switch_fault_off(app: &App, _by: &Principal, name: &str) -> Result<(), AppError> {
+pub async fn disable_fault(app: &App, _by: &Principal, name: &str) -> Result<(), AppError> {
     if !simulation(app)?.clear_fault(name) {
         return Err(AppError::new(ErrorKind::NotFound, format!("fault \"{name}\" is not active"))
             .remedy("GET /api/v1/simulation/faults lists the active ones"));
     }
-    app.ledger.commit(vec![event(name, Event::SimulationFaultOff(NoBody {}))]).await?;
+    app.ledger.commit(vec![event(name, Event::SimulationFaultOff(EmptyBody {}))]).await?;
     Ok(())
 }

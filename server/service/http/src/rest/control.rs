@@ -92,7 +92,7 @@ mod tests {
         let peer = Peer("10.0.0.9:4000".parse().unwrap());
         assert_eq!(principal(&desk, &headers, Some(&peer)), Principal::local("Ben", "10.0.0.9", Some("7")));
         assert_eq!(principal(&desk, &HeaderMap::new(), None), Principal::local(NAMELESS, "server", None));
-        let act = Principal::local("Ben", "10.0.0.9", None).act();
-        assert_eq!((act.principal.as_str(), act.actor.as_str()), ("local", "Ben"));
+        let initiator = Principal::local("Ben", "10.0.0.9", None).initiator();
+        assert_eq!((initiator.principal.as_str(), initiator.actor.as_str()), ("local", "Ben"));
     }
 }

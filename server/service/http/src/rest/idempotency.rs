@@ -57,8 +57,11 @@ pub async fn look_up(app: &App, flight: Option<InFlight>, body_sha256: &str) -> 
     let Some(entered) = &flight else { return Ok(fresh(flight)) };
     let Some(kept) = app.ledger.read().idempotency(entered.key()).await? else { return Ok(fresh(flight)) };
     if kept.body_sha256 != body_sha256 {
-        return Err(Problem::new(ProblemKind::KeyReused, "the Idempotency-Key was already used for another request")
-            .remedy("use a new key for a new request"));
+        return Err(Problem::new(
+            ProblemKind::KeyReused,
+            "the Idempotency-Key was already used for another request",
+        )
+        .remedy("use a new key for a new request"));
     }
     if kept.answer.is_null() {
         return Err(Problem::new(
@@ -68,7 +71,8 @@ pub async fn look_up(app: &App, flight: Option<InFlight>, body_sha256: &str) -> 
         .remedy("check what was done, then use a new key for the rest"));
     }
     Reply::from_json(&kept.answer).map(Begun::Answered).ok_or_else(|| {
-        Problem::new(ProblemKind::Internal, "the response stored for this key cannot be read").remedy("use a new key")
+        Problem::new(ProblemKind::Internal, "the response stored for this key cannot be read")
+            .remedy("use a new key")
     })
 }
 

@@ -123,7 +123,7 @@ fn complete(document: &mut utoipa::openapi::OpenApi) {
 }
 
 /// Operations that return 200 and still honour `Idempotency-Key`. Jog does not: it is repeated on purpose.
-const ONCE: &[&str] = &["take_pose", "take_stage_view", "home_stage", "move_stage", "roll_back_activation"];
+const ONCE: &[&str] = &["capture_pose", "capture_stage_view", "home_stage", "move_stage", "roll_back_activation"];
 
 /// Whether an operation creates or moves something: such requests may carry an `Idempotency-Key`.
 fn creates(operation: &Operation) -> bool {

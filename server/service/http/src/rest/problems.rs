@@ -6,8 +6,7 @@ use crate::problem::{Problem, ProblemKind};
 
 /// No route has this path.
 pub async fn no_such_path(uri: axum::http::Uri) -> Problem {
-    Problem::new(ProblemKind::NotFound, format!("{} does not exist", uri.path()))
-        .remedy("see /docs for all paths")
+    Problem::new(ProblemKind::NotFound, format!("{} does not exist", uri.path())).remedy("see /docs for all paths")
 }
 
 /// The route exists but not for this method.

@@ -6,7 +6,7 @@ use serde_json::Value;
 use store::EventRecord;
 use utoipa::ToSchema;
 
-use crate::wire::paging::DamagedDto;
+use crate::wire::paging::DamagedRecordDto;
 
 /// An event.
 #[derive(Debug, Serialize, ToSchema)]
@@ -40,7 +40,7 @@ pub struct EventListDto {
     /// Damaged events in this range; absent if there are none.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     #[schema(required = false)]
-    pub damaged: Vec<DamagedDto>,
+    pub damaged: Vec<DamagedRecordDto>,
     /// URL of the next events.
     pub next: String,
 }

@@ -35,8 +35,8 @@ mod tests {
 
     /// Records stored by version 0.1 are returned in full.
     fn told_whole<T: DeserializeOwned + Serialize>(stored: Value) {
-        let told: T = figures("record", "7", stored.clone()).unwrap();
-        assert_eq!(serde_json::to_value(told).unwrap(), stored);
+        let parsed: T = figures("record", "7", stored.clone()).unwrap();
+        assert_eq!(serde_json::to_value(parsed).unwrap(), stored);
     }
 
     fn errors() -> Value {
@@ -82,8 +82,8 @@ mod tests {
             "verdict": "invalid", "errors": null, "per_order": [], "features": [],
             "notes": ["not measurable: no plane"], "calibration_id": "c", "scan_state": "invalid",
         });
-        let told: MeasurementResultDto = figures("measurement", "7", stored).unwrap();
-        assert_eq!((told.value, told.uncertainty_complete, told.notes.len()), (None, None, 1));
+        let parsed: MeasurementResultDto = figures("measurement", "7", stored).unwrap();
+        assert_eq!((parsed.value, parsed.uncertainty_complete, parsed.notes.len()), (None, None, 1));
     }
 
     #[test]
@@ -99,8 +99,8 @@ mod tests {
                 "arrival_to_file_ms": delays, "measuring_s": 0.3, "n_measured": 1 },
         }));
         let stopped = json!({ "scan": "part", "n_frames": 3, "losses": [], "stopped": "stopped by a person" });
-        let told: ScanReportDto = figures("scan", "7", stopped).unwrap();
-        assert_eq!((told.n_frames, told.n_points, told.stopped.is_some()), (3, None, true));
+        let parsed: ScanReportDto = figures("scan", "7", stopped).unwrap();
+        assert_eq!((parsed.n_frames, parsed.n_points, parsed.stopped.is_some()), (3, None, true));
     }
 
     #[test]

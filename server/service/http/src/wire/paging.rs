@@ -46,7 +46,7 @@ pub struct ListDto<T> {
     /// there are none.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     #[schema(required = false)]
-    pub damaged: Vec<DamagedDto>,
+    pub damaged: Vec<DamagedRecordDto>,
     /// URL of the next page; absent on the last page.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub next: Option<String>,
@@ -54,7 +54,7 @@ pub struct ListDto<T> {
 
 /// A damaged record.
 #[derive(Debug, Serialize, ToSchema)]
-pub struct DamagedDto {
+pub struct DamagedRecordDto {
     /// Kind of record.
     #[schema(example = "scan")]
     pub kind: &'static str,
@@ -66,7 +66,7 @@ pub struct DamagedDto {
     pub remedy: String,
 }
 
-impl From<DamagedRow> for DamagedDto {
+impl From<DamagedRow> for DamagedRecordDto {
     fn from(row: DamagedRow) -> Self {
         let (kind, id) = (row.kind, row.id.clone());
         let problem = Problem::from(store::StoreError::from(row));
@@ -98,7 +98,7 @@ impl<T> ListDto<T> {
             let joint = if path.contains('?') { '&' } else { '?' };
             format!("{path}{joint}before={before}&limit={}", page.limit)
         });
-        let damaged = listed.damaged.into_iter().map(DamagedDto::from).collect();
+        let damaged = listed.damaged.into_iter().map(DamagedRecordDto::from).collect();
         Self { items: listed.records.into_iter().map(dto).collect(), damaged, next }
     }
 }

@@ -17,7 +17,7 @@ use tokio_util::sync::CancellationToken;
 use tokio_util::task::TaskTracker;
 use vision::LineDirection;
 
-use crate::wire::hardware::station::StoppedDto;
+use crate::wire::hardware::station::StopResultDto;
 use crate::ws::station::Station;
 use crate::ws::{Sources, Streams};
 
@@ -49,8 +49,8 @@ pub(super) struct NoStation;
 impl Station for NoStation {
     fn note_viewer(&self, _at: Instant) {}
 
-    fn stop(&self, _actor: Option<&str>) -> BoxFuture<'static, StoppedDto> {
-        let nothing = StoppedDto { acknowledged: false, state: "Preoperational", detail: None };
+    fn stop(&self, _actor: Option<&str>) -> BoxFuture<'static, StopResultDto> {
+        let nothing = StopResultDto { acknowledged: false, state: "Preoperational", detail: None };
         Box::pin(std::future::ready(nothing))
     }
 }

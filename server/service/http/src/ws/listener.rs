@@ -111,9 +111,7 @@ fn end_by(error: axum::Error) -> End {
     use tungstenite::error::ProtocolError;
     match error.into_inner().downcast_ref() {
         Some(Error::Protocol(ProtocolError::ResetWithoutClosingHandshake)) => End::Gone,
-        Some(Error::Protocol(_)) => {
-            End::Close { code: close::PROTOCOL, reason: "WebSocket protocol violation" }
-        }
+        Some(Error::Protocol(_)) => End::Close { code: close::PROTOCOL, reason: "WebSocket protocol violation" },
         Some(Error::Utf8(_)) => End::Close { code: close::NOT_UTF8, reason: "the text is not UTF-8" },
         Some(Error::Capacity(_)) => End::Close { code: close::TOO_BIG, reason: "the message is too long" },
         _ => End::Gone,

@@ -4,7 +4,7 @@ use std::time::Instant;
 
 use futures_util::future::BoxFuture;
 
-use crate::wire::hardware::station::StoppedDto;
+use crate::wire::hardware::station::StopResultDto;
 use app::App;
 use app::labels::label;
 use app::principal::Principal;
@@ -16,7 +16,7 @@ pub trait Station: Send + Sync {
     fn note_viewer(&self, at: Instant);
 
     /// Stops the station; the stop is in progress when this returns. `actor`: name for the log.
-    fn stop(&self, actor: Option<&str>) -> BoxFuture<'static, StoppedDto>;
+    fn stop(&self, actor: Option<&str>) -> BoxFuture<'static, StopResultDto>;
 }
 
 /// A client of the running service.
@@ -37,11 +37,11 @@ impl Station for Client {
         self.app.station.note_viewer(at);
     }
 
-    fn stop(&self, actor: Option<&str>) -> BoxFuture<'static, StoppedDto> {
+    fn stop(&self, actor: Option<&str>) -> BoxFuture<'static, StopResultDto> {
         let named = actor.filter(|name| label(name, "/actor").is_ok());
         let actor = named.map_or_else(|| format!("stream {}", self.address), |name| name.trim().to_owned());
         let by = Principal::local(&actor, &self.address, None);
         let (stopping, station) = (stop(&self.app, &by), self.app.station.clone());
-        Box::pin(async move { StoppedDto::new(stopping.await, station.status().state) })
+        Box::pin(async move { StopResultDto::new(stopping.await, station.status().state) })
     }
 }

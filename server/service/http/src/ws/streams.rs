@@ -119,9 +119,12 @@ impl Streams {
         }
         let closing = self.closing.is_cancelled();
         let place = self.sockets.clone().try_acquire_owned().ok().filter(|_| !closing).ok_or_else(|| {
-            Problem::new(ProblemKind::Unavailable, format!("the limit of {MAX_SOCKETS} live connections is reached"))
-                .remedy("close unused pages")
-                .retry_after_s(5)
+            Problem::new(
+                ProblemKind::Unavailable,
+                format!("the limit of {MAX_SOCKETS} live connections is reached"),
+            )
+            .remedy("close unused pages")
+            .retry_after_s(5)
         })?;
         // Twice the limit: a message above the limit is closed with its own code, one far above it is not even read.
         let limit = 2 * MAX_CLIENT_MESSAGE_BYTES;

@@ -103,7 +103,7 @@ export class LiveBoard {
 }
 
 async function lookAt(api: Api, id: string): Promise<Look> {
-  return await data(api.POST("/api/v1/calibration-sessions/{id}/look", { params: { path: { id } } }));
+  return await data(api.POST("/api/v1/calibration-sessions/{id}/detect-board", { params: { path: { id } } }));
 }
 
 /** Sets the exposure; answers what it was before. */

@@ -4,7 +4,7 @@ import type { Job, Schemas } from "../../../api/client";
 import { hasEnded } from "../../../state/records/jobs";
 
 export type Session = Schemas["SessionDto"];
-export type Look = Schemas["LookDto"];
+export type Look = Schemas["BoardDetectionDto"];
 export type Corner = Look["corners"][number];
 
 export const STEPS = ["check", "camera", "light", "stage", "verify", "finish"] as const;
@@ -16,7 +16,7 @@ export const COVERAGE = { columns: 8, rows: 6 } as const;
 /** Fewest readable boards that the server takes. */
 export const FEWEST_BOARDS = 3;
 
-export type Need = Schemas["NeedDto"];
+export type Need = Schemas["RequirementDto"];
 
 export interface Needs {
   boards: Need;

@@ -82,7 +82,7 @@ export function CameraStep({ session, change }: StepProperties) {
           {board.runs || take.running ? (
             <>
               <CommandButton command={take} kind="primary" blocked={blocked}>
-                {words.take_pose}
+                {words.capture_pose}
               </CommandButton>
               <label class="check">
                 <input

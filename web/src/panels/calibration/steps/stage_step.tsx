@@ -179,7 +179,7 @@ function View({ view, session, change }: Properties & { view: Schemas["SessionSt
     <li class="pose" data-view={view.id}>
       <SessionPicture
         session={session}
-        artifact={view.board.picture.artifact}
+        artifact={view.board.image.artifact}
         label={at}
         dots={view.board.corners.map(([, , u = 0, v = 0]) => [u, v, undefined] as const)}
       />

@@ -66,10 +66,10 @@ fn made_from(
     let folder = folder.map_err(disk_problem)?;
     take(folder.path())?;
     ctx.go_on()?;
-    ctx.report(taken, Phase::StoringPictures, "storing the images");
+    ctx.report(taken, Phase::StoringImages, "storing the images");
     let (record, change) = ctx.captures.take_in_folder(folder.path(), CaptureOrigin::Calibration, name)?;
-    let told = event(&record.id, Event::CaptureCreated((&record).into()));
-    ctx.wait(ctx.ledger.commit(vec![change, told]))?;
+    let created = event(&record.id, Event::CaptureCreated((&record).into()));
+    ctx.wait(ctx.ledger.commit(vec![change, created]))?;
     compute(folder.path(), name, &record.id, input, ctx, taken + STORING)
 }
 
@@ -82,7 +82,7 @@ fn compute(
     begun: f64,
 ) -> Result<Done, JobEnd> {
     let calibrate = |ctx: &ComputeContext| {
-        let capture = open_capture(folder, &ctx.reporter(Phase::ReadingPictures, begun..begun))?;
+        let capture = open_capture(folder, &ctx.reporter(Phase::ReadingImages, begun..begun))?;
         calibrated(&capture, name, capture_id, input, ctx, begun..1.0)
     };
     calibrate(ctx).map_err(|end| match end {

@@ -35,7 +35,7 @@ pub(super) fn calibrated(
     part: Range<f64>,
 ) -> Result<Done, JobEnd> {
     let at = |share: f64| part.start + (part.end - part.start) * share;
-    let reading = ctx.reporter(Phase::ReadingPictures, at(0.0)..at(READING));
+    let reading = ctx.reporter(Phase::ReadingImages, at(0.0)..at(READING));
     let features = read_features(capture, input.leave_out_unreadable, &reading)?;
     let fitting = ctx.reporter(Phase::Calibrating, at(READING)..at(FITTING));
     let Calibrated { result, document } = calibrate_features(capture, &features, &options(input), &fitting)?;
@@ -61,11 +61,11 @@ pub(super) fn calibrated(
         corner_rms_px: result.report.camera.rms_px,
         systematic_sigma_mm: light.map(|light| light.systematic_sigma_mm),
     };
-    let told = event(&id, Event::CalibrationCreated(body));
+    let created = event(&id, Event::CalibrationCreated(body));
     Ok(Done {
         result: ResultRef { kind: CALIBRATION.to_owned(), id },
         message: message(&result),
-        changes: vec![Change::InsertCalibration(record), told],
+        changes: vec![Change::InsertCalibration(record), created],
         finished_work: None,
     })
 }

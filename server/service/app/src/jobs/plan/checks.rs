@@ -123,7 +123,8 @@ fn sweep(rows: &mut Rows, asked: &AskedRange, status: &StationStatus) -> Result<
         let recorded = stage.resolution_mm;
         if asked.step.is_some_and(|step| (step / recorded - 1.0).abs() > 1.0 - RESOLUTION_SHARE) {
             let recorded = range.amount(recorded);
-            let detail = format!("the recorded frames are {recorded} apart, which a continuous scan cannot change");
+            let detail =
+                format!("the recorded frames are {recorded} apart, which a continuous scan cannot change");
             return Err(refused(names.step, detail, "omit it, or scan stop-and-go"));
         }
         range.step = recorded;
@@ -168,9 +169,7 @@ pub fn travel(rows: &Rows, calibration: &Calibration, status: &StationStatus) ->
     let range = &rows.range;
     if calibration.stage.is_none() && range.from != range.to {
         let (detail, remedy) = match range.stage {
-            StageKind::Linear => {
-                ("has no stage direction", "calibrate with at least two stage views")
-            }
+            StageKind::Linear => ("has no stage direction", "calibrate with at least two stage views"),
             StageKind::Rotary => {
                 ("has no turntable axis", "calibrate with at least three stage views at different angles")
             }
@@ -216,7 +215,10 @@ pub fn exposure_us(input: &ScanInput, rows: &Rows, status: &StationStatus) -> Re
     if let (Some(range), Some(_)) = (status.camera.capabilities.exposure_us, input.exposure_us)
         && !(range.min..=range.max).contains(&exposure_us)
     {
-        let detail = format!("the exposure range of the camera is {} to {} µs, requested {exposure_us}", range.min, range.max);
+        let detail = format!(
+            "the exposure range of the camera is {} to {} µs, requested {exposure_us}",
+            range.min, range.max
+        );
         return Err(refused("exposure_us", detail, "choose an exposure within the range"));
     }
     if let Some(frame_rate_hz) = rows.frame_rate_hz
@@ -262,15 +264,13 @@ pub fn exposures_us(input: &ScanInput, rows: &Rows, status: &StationStatus) -> R
         return refused("this camera's exposure cannot be set".to_owned(), "scan with one exposure");
     };
     if let Some(beyond) = exposures_us.iter().find(|us| !(range.min..=range.max).contains(*us)) {
-        let detail = format!("the exposure range of the camera is {} to {} µs, requested {beyond}", range.min, range.max);
+        let detail =
+            format!("the exposure range of the camera is {} to {} µs, requested {beyond}", range.min, range.max);
         return refused(detail, "choose exposures within the range");
     }
     if exposures_us.windows(2).any(|pair| pair[1] < LEAST_EXPOSURE_RATIO * pair[0]) {
         let detail = format!("exposures of {exposures_us:?} µs are too similar");
-        return refused(
-            detail,
-            "make each at least 1.5 times the previous one; four to eight times is usual",
-        );
+        return refused(detail, "make each at least 1.5 times the previous one; four to eight times is usual");
     }
     Ok(exposures_us)
 }
@@ -343,7 +343,9 @@ pub fn notes(rows: &Rows, exposure_us: f64, status: &StationStatus, prediction: 
     if let Some(speed) = rows.range.speed {
         let (smear, unit) = (speed * exposure_us * 1e-6, rows.range.stage.unit());
         if smear > SMEAR_SHARE * rows.range.step {
-            notes.push(format!("the part moves {smear:.3} {unit} during an exposure; use a shorter exposure or a lower speed"));
+            notes.push(format!(
+                "the part moves {smear:.3} {unit} during an exposure; use a shorter exposure or a lower speed"
+            ));
         }
     }
     if rows.range.stage == StageKind::Rotary && rows.range.length() < CLOSING_TURN_DEG {

@@ -52,7 +52,7 @@ impl Pace {
 
     fn of(newest: &[ScanRecord], mode: ScanMode) -> Self {
         let unknown = Self::unknown(mode);
-        let told = |key: &str, per: &str, of_mode: bool| {
+        let recorded = |key: &str, per: &str, of_mode: bool| {
             let same = |scan: &&ScanRecord| !of_mode || mode_of(scan) == Some(mode);
             let values = newest.iter().filter(same).filter_map(|scan| {
                 let timing = &scan.report[TIMING];
@@ -61,11 +61,12 @@ impl Pace {
             median(&mut values.filter(|value| value.is_finite()).collect::<Vec<f64>>())
         };
         Self {
-            row_overhead_s: told("waiting_s", "rows_taken", true).map_or(unknown.row_overhead_s, |s| s.max(0.0)),
-            evaluation_s_per_frame: told("evaluation_s", "n_frames", false)
+            row_overhead_s: recorded("waiting_s", "rows_taken", true)
+                .map_or(unknown.row_overhead_s, |s| s.max(0.0)),
+            evaluation_s_per_frame: recorded("evaluation_s", "n_frames", false)
                 .unwrap_or(unknown.evaluation_s_per_frame),
-            measuring_s: told("measuring_s", "n_measured", false).unwrap_or(unknown.measuring_s),
-            passes: told("frames_read", "n_frames", false).unwrap_or(unknown.passes),
+            measuring_s: recorded("measuring_s", "n_measured", false).unwrap_or(unknown.measuring_s),
+            passes: recorded("frames_read", "n_frames", false).unwrap_or(unknown.passes),
         }
     }
 }

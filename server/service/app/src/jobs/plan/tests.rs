@@ -218,7 +218,11 @@ fn invalid_input_is_refused_with_its_place_and_a_remedy() {
         "/speed_mm_s",
         "stop-and-go",
     );
-    check(&|input| (input.mode, input.to_mm) = (Some(ScanMode::Continuous), Some(-20.0)), "/to_mm", "needs a range");
+    check(
+        &|input| (input.mode, input.to_mm) = (Some(ScanMode::Continuous), Some(-20.0)),
+        "/to_mm",
+        "needs a range",
+    );
     check(&|input| input.exposure_us = Some(1.0), "/exposure_us", "10 to 1000000");
     check(
         &|input| (input.exposure_us, input.speed_mm_s) = (Some(50_000.0), Some(3.0)),
@@ -372,7 +376,11 @@ fn a_laser_that_is_always_on_is_noted_in_the_plan() {
     status.laser.capabilities.switched = false;
     let input = input(-20.0, 20.0);
     let planned = plan(&input, &calibration(), &status, &pace(&input)).unwrap();
-    assert!(planned.notes.iter().any(|note| note.contains("not controlled by this station")), "{:?}", planned.notes);
+    assert!(
+        planned.notes.iter().any(|note| note.contains("not controlled by this station")),
+        "{:?}",
+        planned.notes
+    );
 }
 
 #[test]

@@ -72,9 +72,9 @@ impl Forecast {
         let expected_s = median(&mut per_size)? * size;
         let newest = kept.iter().find(|one| number(&one["took_s"]).is_some())?;
         let took_s = number(&newest["took_s"])?;
-        let told: Vec<(f64, f64)> = serde_json::from_value(newest["knots"].clone()).ok()?;
+        let stored: Vec<(f64, f64)> = serde_json::from_value(newest["knots"].clone()).ok()?;
         let mut knots = vec![(0.0, 0.0)];
-        for (fraction, at_s) in told {
+        for (fraction, at_s) in stored {
             let (before, share) = knots.last().copied().unwrap_or_default();
             knots.push((fraction.clamp(before, 1.0), (at_s / took_s).clamp(share, 1.0)));
         }

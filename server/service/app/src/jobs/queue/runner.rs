@@ -90,13 +90,13 @@ impl End {
             actor: actor.map(str::to_owned),
             ..job_event(id, kind, self.state())
         };
-        let told = match self.outcome {
+        let ended = match self.outcome {
             JobOutcome::Succeeded(_) => Event::JobSucceeded(body),
             JobOutcome::Failed(_) => Event::JobFailed(body),
             JobOutcome::Cancelled => Event::JobCancelled(body),
             JobOutcome::Interrupted => Event::JobInterrupted(body),
         };
-        changes.push(event(id, told));
+        changes.push(event(id, ended));
         changes
     }
 }
@@ -163,8 +163,8 @@ impl Queue {
     fn begin(&self, running: &Running, kind: &str) -> Result<(), StoreError> {
         let at_ms = now_ms();
         let start = Change::StartJob { id: running.id.clone(), at_ms };
-        let told = event(&running.id, Event::JobRunning(job_event(&running.id, kind, JobState::Running)));
-        self.runtime.block_on(self.parts.ledger.commit(vec![start, told]))?;
+        let started = event(&running.id, Event::JobRunning(job_event(&running.id, kind, JobState::Running)));
+        self.runtime.block_on(self.parts.ledger.commit(vec![start, started]))?;
         running.board.change(|record| {
             record.state = JobState::Running;
             record.started_at_ms = Some(at_ms);

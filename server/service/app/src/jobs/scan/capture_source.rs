@@ -77,12 +77,11 @@ fn refuse_station_fields(input: &ScanInput) -> Result<(), AppError> {
     ];
     match given.chain(others).find(|(_, given)| *given) {
         None => Ok(()),
-        Some((field, _)) => Err(AppError::new(
-            ErrorKind::Impossible,
-            format!("{field} does not apply to a capture"),
-        )
-        .at(format!("/{field}"))
-        .remedy("omit it, or scan on the station")),
+        Some((field, _)) => {
+            Err(AppError::new(ErrorKind::Impossible, format!("{field} does not apply to a capture"))
+                .at(format!("/{field}"))
+                .remedy("omit it, or scan on the station"))
+        }
     }
 }
 

@@ -100,7 +100,7 @@ pub fn made_scan(
     let calibration = document.calibration();
     let to_read = (passes * n_frames as f64).max(1.0);
     let stage = AtomicU8::new(0);
-    let told = |n_read: usize| {
+    let on_read = |n_read: usize| {
         let fraction = part.start + (part.end - part.start) * (n_read as f64 / to_read).min(1.0);
         let (phase, words) = match stage.load(Ordering::Relaxed) {
             0 => (Phase::ComputingCloud, "computing the cloud"),
@@ -108,7 +108,7 @@ pub fn made_scan(
         };
         ctx.report(fraction, phase, words);
     };
-    let counted = CountedFrames::new(frames, &told);
+    let counted = CountedFrames::new(frames, &on_read);
     let mut evaluation = evaluated_scan(&counted, document, &calibration, &story.cloud_name, &reporter)?;
     let mut watched = Watched::over(&evaluation, &calibration)?;
     let corrected = watched.corrected(&calibration);
@@ -117,7 +117,7 @@ pub fn made_scan(
         evaluation.comments.extend(watched.comment());
     }
     stage.store(1, Ordering::Relaxed);
-    told(counted.n_read());
+    on_read(counted.n_read());
     ctx.go_on()?;
     let kept = KeptCloud::new(ctx, &story, &evaluation, frames)?;
     ctx.report(part.end, Phase::StoringCloud, "storing the cloud");
@@ -265,7 +265,7 @@ pub fn scan_changes(record: &ScanRecord, replaces: bool) -> Vec<Change> {
     };
     let n_points = record.report["n_points"].as_u64();
     let body = ScanCreated { name: record.name.clone(), state: state.to_owned(), n_points };
-    let told = event(&record.id, Event::ScanCreated(body));
+    let created = event(&record.id, Event::ScanCreated(body));
     let record = record.clone();
-    vec![if replaces { Change::ReplaceScan(record) } else { Change::InsertScan(record) }, told]
+    vec![if replaces { Change::ReplaceScan(record) } else { Change::InsertScan(record) }, created]
 }

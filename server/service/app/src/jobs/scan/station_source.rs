@@ -69,7 +69,7 @@ pub fn run(input: &ScanInput, ctx: &StationContext) -> Result<MadeScan, JobEnd> 
     // Before anything moves: later it would delay frames.
     triangulator.fill();
     let mut positions = show_earlier(ctx, &work.note.scan_id, earlier, &triangulator)?;
-    let recording = begin_recording(ctx, &input, &work.note, planned.disk_bytes).inspect_err(|_| {
+    let recording = start_recording(ctx, &input, &work.note, planned.disk_bytes).inspect_err(|_| {
         // Nothing was captured: remove what was prepared.
         ctx.live.end_scan(&work.note.scan_id);
         if work.note.replaces { work.clear_but_pictures() } else { work.clear() }
@@ -172,7 +172,7 @@ fn show_earlier(
 }
 
 /// Starts a recording if requested; returns its id. A disk that fills up later ends the recording, not the scan.
-fn begin_recording(
+fn start_recording(
     ctx: &StationContext,
     input: &ScanInput,
     note: &WorkNote,
@@ -238,7 +238,7 @@ fn complete(
     let mut also = Vec::new();
     let mut capture_id = None;
     if planned.keep_frames {
-        ctx.report(TAKEN, Phase::PackingPictures, "packing the images");
+        ctx.report(TAKEN, Phase::PackingImages, "packing the images");
         let (id, change) =
             take_in(ctx, &work.pictures(), &note.name, &note.name, &frames, &noted(&work.backgrounds()))?;
         capture_id = Some(id);

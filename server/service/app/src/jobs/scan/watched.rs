@@ -30,9 +30,9 @@ impl LiveWatch {
         let Some(lost) = watch.as_mut().and_then(|watch| watch.note(profile, position_mm)) else { return };
         drop(watch);
         let of_scan = WatchReport { lost_steps: vec![lost], ..WatchReport::default() };
-        let told = verdicts(&of_scan, f64::INFINITY, None).into_iter().find(|one| one.watch == Watch::LostSteps);
-        let named: Vec<Change> = told.iter().map(|verdict| warning(scan_id, verdict)).collect();
-        if let Err(error) = ctx.wait(ctx.ledger.commit(told)) {
+        let result = verdicts(&of_scan, f64::INFINITY, None).into_iter().find(|one| one.watch == Watch::LostSteps);
+        let warnings: Vec<Change> = result.iter().map(|verdict| warning(scan_id, verdict)).collect();
+        if let Err(error) = ctx.wait(ctx.ledger.commit(warnings)) {
             tracing::error!(%error, "lost steps were detected, but the event cannot be stored");
         }
     }

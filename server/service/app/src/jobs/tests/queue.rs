@@ -1,6 +1,6 @@
 //! Order, ends, limits and restarts, with a procedure that acts according to the job's name.
 
-use crate::events::{Event, NoBody, event};
+use crate::events::{EmptyBody, Event, event};
 use parking_lot::Mutex;
 use std::sync::atomic::AtomicBool;
 
@@ -36,7 +36,7 @@ impl Script {
             "fail" => return Err(AppError::new(ErrorKind::Impossible, "it cannot be").into()),
             "reports" => {
                 for (fraction, words) in [(0.5, "half"), (0.2, "back"), (f64::NAN, "lost"), (0.7, "on")] {
-                    ctx.report(fraction, Phase::TakingRows.counted(3, 4), words);
+                    ctx.report(fraction, Phase::CapturingRows.counted(3, 4), words);
                 }
             }
             _ => {}
@@ -46,7 +46,8 @@ impl Script {
             std::thread::sleep(Duration::from_millis(2));
         }
         let id = if name == "twice" { "a".to_owned() } else { format!("made by {name}") };
-        let changes = vec![event(&id, Event::SimulationFaultOff(NoBody {})), Change::InsertCapture(capture(&id))];
+        let changes =
+            vec![event(&id, Event::SimulationFaultOff(EmptyBody {})), Change::InsertCapture(capture(&id))];
         let result = ResultRef { kind: "capture".to_owned(), id };
         let done = Done { result, message: "made".to_owned(), changes, finished_work: None };
         if name == "half" { Err(JobEnd::CancelledAfter(Box::new(done))) } else { Ok(done) }
@@ -165,8 +166,8 @@ fn the_progress_of_one_job_never_hides_that_of_another() {
     };
     let mut news = JobNews::default();
     for progress in [0.1, 0.2, 0.3] {
-        assert!(news.tell(view("scan", progress, JobState::Running)));
-        assert!(news.tell(view("export", progress, JobState::Running)));
+        assert!(news.publish(view("scan", progress, JobState::Running)));
+        assert!(news.publish(view("export", progress, JobState::Running)));
     }
     let (first, of_scan) = news.after(0).unwrap();
     assert_eq!((of_scan.record.id.as_str(), of_scan.record.progress), ("scan", 0.3));
@@ -174,12 +175,12 @@ fn the_progress_of_one_job_never_hides_that_of_another() {
     assert_eq!((of_export.record.id.as_str(), of_export.record.progress), ("export", 0.3));
     assert!(news.after(second).is_none());
     // An end stays final.
-    assert!(news.tell(view("scan", 1.0, JobState::Succeeded)));
-    assert!(!news.tell(view("scan", 0.4, JobState::Running)));
+    assert!(news.publish(view("scan", 1.0, JobState::Succeeded)));
+    assert!(!news.publish(view("scan", 0.4, JobState::Running)));
     assert_eq!(news.after(second).unwrap().1.record.state, JobState::Succeeded);
     // The running job is kept however many others end.
     for ended in 0..100 {
-        news.tell(view(&format!("ended {ended}"), 1.0, JobState::Succeeded));
+        news.publish(view(&format!("ended {ended}"), 1.0, JobState::Succeeded));
     }
     assert_eq!(news.after(0).unwrap().1.record.id, "export");
 }
@@ -339,7 +340,7 @@ async fn progress_never_decreases_and_a_running_job_names_its_step() {
         if view.record.message == "on" {
             assert_eq!(view.record.progress, 0.7);
             assert_eq!(view.step.is_some(), view.record.state == JobState::Running);
-            assert!(view.step.is_none_or(|step| step == Phase::TakingRows.counted(3, 4)));
+            assert!(view.step.is_none_or(|step| step == Phase::CapturingRows.counted(3, 4)));
             script.release();
         }
     }

@@ -111,7 +111,8 @@ impl Calibrations {
         let other = self.document(other).await?;
         let compared = tokio::task::spawn_blocking(move || difference(&one, &other)).await;
         let compared = compared.map_err(|cause| {
-            AppError::new(ErrorKind::Internal, "the comparison failed with an internal error").because(cause.to_string())
+            AppError::new(ErrorKind::Internal, "the comparison failed with an internal error")
+                .because(cause.to_string())
         })?;
         Ok(compared?)
     }

@@ -49,9 +49,7 @@ impl Places {
             }
             Some((taken, Place::Folder)) if taken == path && place == Place::Folder => Ok(()),
             Some((taken, _)) if taken == path => Err(refused(name, "occurs twice")),
-            Some((taken, _)) => {
-                Err(refused(name, &format!("differs from {taken:?} only in letter case")))
-            }
+            Some((taken, _)) => Err(refused(name, &format!("differs from {taken:?} only in letter case"))),
         }
     }
 }

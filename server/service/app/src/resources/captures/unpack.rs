@@ -25,9 +25,7 @@ const FINDER_FOLDER: &str = "__MACOSX/";
 pub(super) fn unpack(archive: &Path, format: ArchiveFormat, target: &Path) -> Result<u64, AppError> {
     let size_bytes = std::fs::metadata(archive).map_err(|cause| unreadable(&cause))?.len();
     if size_bytes > ARCHIVE_LIMIT_BYTES {
-        return Err(too_large(format!(
-            "the archive has {size_bytes} bytes, the limit is {ARCHIVE_LIMIT_BYTES}"
-        )));
+        return Err(too_large(format!("the archive has {size_bytes} bytes, the limit is {ARCHIVE_LIMIT_BYTES}")));
     }
     std::fs::create_dir(target).map_err(|cause| unwritable(&cause))?;
     let mut sink = Sink::new(target, size_bytes);
@@ -109,8 +107,11 @@ impl Sink {
             return Err(too_large(format!("the archive unpacks to more than {limit_bytes} bytes")));
         }
         if self.written_bytes > self.room_bytes {
-            return Err(AppError::new(ErrorKind::StorageFull, "there is not enough disk space to unpack the archive")
-                .remedy("delete captures or scans that are no longer needed"));
+            return Err(AppError::new(
+                ErrorKind::StorageFull,
+                "there is not enough disk space to unpack the archive",
+            )
+            .remedy("delete captures or scans that are no longer needed"));
         }
         Ok(())
     }

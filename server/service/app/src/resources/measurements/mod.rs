@@ -38,7 +38,11 @@ impl MeasureInput {
         let zero = (tool == Tool::Flatness && self.tolerance_mm.is_some()).then_some(0.0);
         let nominal_mm = self.nominal_mm.or(zero);
         if self.tolerance_mm.is_some() && nominal_mm.is_none() {
-            return Err(refused("tolerance_mm", "a tolerance needs a nominal value".to_owned(), "also give nominal_mm"));
+            return Err(refused(
+                "tolerance_mm",
+                "a tolerance needs a nominal value".to_owned(),
+                "also give nominal_mm",
+            ));
         }
         if let Some(value) = self.nominal_mm.filter(|value| !value.is_finite()) {
             return Err(refused("nominal_mm", format!("nominal_mm is {value}"), "give a number"));
@@ -110,15 +114,10 @@ pub fn planned_measurement(
 fn judged(scan: &ScanRecord, mut result: Value) -> Value {
     let doubt = match scan.state {
         ScanState::Complete => None,
-        ScanState::Partial => {
-            Some("the scan was stopped early: parts of the surface are missing".to_owned())
-        }
+        ScanState::Partial => Some("the scan was stopped early: parts of the surface are missing".to_owned()),
         ScanState::Invalid => {
             result["verdict"] = json!(PartVerdict::Invalid.name());
-            Some(format!(
-                "the scan is invalid ({}): no verdict possible; scan again",
-                why_invalid(scan)
-            ))
+            Some(format!("the scan is invalid ({}): no verdict possible; scan again", why_invalid(scan)))
         }
     };
     if let (Some(doubt), Some(notes)) = (doubt, result["notes"].as_array_mut()) {

@@ -53,8 +53,11 @@ impl Guard {
         let at_home = reached.is_none_or(|address| address.to_canonical().is_loopback());
         let known = self.hosts.contains(&name) || at_home && self.own_names.contains(&name.as_str());
         if !known {
-            return Err(Problem::new(ProblemKind::Forbidden, format!("this server does not accept the host name \"{host}\""))
-                .remedy("add the name to http.allowed_hosts of the configuration"));
+            return Err(Problem::new(
+                ProblemKind::Forbidden,
+                format!("this server does not accept the host name \"{host}\""),
+            )
+            .remedy("add the name to http.allowed_hosts of the configuration"));
         }
         let upgrade = headers.contains_key(header::UPGRADE);
         if method.is_safe() && !upgrade {

@@ -145,7 +145,8 @@ fn refuse_without_room(folder: &Path, coming_bytes: u64) -> Result<(), Problem> 
     if free_bytes >= needed_bytes {
         return Ok(());
     }
-    let detail = format!("the upload needs {} MiB of disk space, {} MiB are free", needed_bytes >> 20, free_bytes >> 20);
+    let detail =
+        format!("the upload needs {} MiB of disk space, {} MiB are free", needed_bytes >> 20, free_bytes >> 20);
     Err(Problem::new(ProblemKind::StorageFull, detail)
         .remedy("delete captures or scans that are no longer needed"))
 }

@@ -24,7 +24,7 @@ use crate::rest::answers::header_text;
 use crate::rest::extract::ApiQuery;
 use crate::wire::events::{EventDto, EventListDto};
 use crate::wire::job::jobs::JobDto;
-use crate::wire::paging::{DamagedDto, page};
+use crate::wire::paging::{DamagedRecordDto, page};
 use app::App;
 use app::jobs::JobNews;
 
@@ -84,7 +84,7 @@ async fn list_events(
     let Listed { records, damaged, .. } = app.ledger.read().events_after(after, limit).await?;
     let last = records.last().map_or(after, |record| record.seq);
     let next = format!("/api/v1/events?after={last}&limit={limit}");
-    let damaged = damaged.into_iter().map(DamagedDto::from).collect();
+    let damaged = damaged.into_iter().map(DamagedRecordDto::from).collect();
     let items = records.into_iter().map(EventDto::from).collect();
     Ok(Json(EventListDto { items, damaged, next }).into_response())
 }
@@ -108,23 +108,23 @@ struct Follower {
     newest: watch::Receiver<i64>,
     progress: watch::Receiver<JobNews>,
     /// Number of the last progress message sent.
-    told: u64,
+    last_progress: u64,
     next_progress: Instant,
 }
 
 impl Follower {
     fn new(app: App, seen: i64) -> Self {
         let (newest, progress) = (app.ledger.watch_events(), app.jobs.watch_progress());
-        let told = progress.borrow().last();
+        let last_progress = progress.borrow().last();
         let (waiting, damaged, named) = (VecDeque::new(), VecDeque::new(), HashSet::new());
-        Self { app, seen, waiting, damaged, named, newest, progress, told, next_progress: Instant::now() }
+        Self { app, seen, waiting, damaged, named, newest, progress, last_progress, next_progress: Instant::now() }
     }
 
     /// The next message; `None` ends the stream.
     async fn next(&mut self) -> Option<Event> {
         loop {
             if let Some(row) = self.damaged.pop_front() {
-                return Event::default().event("event.damaged").json_data(DamagedDto::from(row)).ok();
+                return Event::default().event("event.damaged").json_data(DamagedRecordDto::from(row)).ok();
             }
             if let Some(record) = self.waiting.pop_front() {
                 self.seen = record.seq;
@@ -142,7 +142,7 @@ impl Follower {
             tokio::select! {
                 () = self.app.closing.cancelled() => return None,
                 changed = self.newest.changed() => changed.ok()?,
-                event = progress(&mut self.progress, &mut self.told, self.next_progress) => {
+                event = progress(&mut self.progress, &mut self.last_progress, self.next_progress) => {
                     self.next_progress = Instant::now() + SSE_PROGRESS_PERIOD;
                     return event;
                 }
@@ -151,12 +151,16 @@ impl Follower {
     }
 }
 
-async fn progress(jobs: &mut watch::Receiver<JobNews>, told: &mut u64, not_before: Instant) -> Option<Event> {
+async fn progress(
+    jobs: &mut watch::Receiver<JobNews>,
+    last_progress: &mut u64,
+    not_before: Instant,
+) -> Option<Event> {
     tokio::time::sleep_until(not_before).await;
-    let seen = *told;
+    let seen = *last_progress;
     let news = jobs.wait_for(|news| news.after(seen).is_some()).await.ok()?;
     let (number, view) = news.after(seen)?;
-    *told = number;
+    *last_progress = number;
     Event::default().event("job.progress").json_data(JobDto::from(view.clone())).ok()
 }
 

@@ -19,7 +19,7 @@ use app::use_cases::change_measurement_plan;
 
 /// The routes.
 pub fn routes() -> OpenApiRouter<Http> {
-    OpenApiRouter::new().routes(routes!(get_measurement_plan, put_measurement_plan))
+    OpenApiRouter::new().routes(routes!(get_measurement_plan, set_measurement_plan))
 }
 
 fn versioned(kept: KeptPlan) -> Versioned<Json<MeasurementPlanDto>> {
@@ -41,7 +41,7 @@ async fn get_measurement_plan(State(app): State<App>) -> Result<Versioned<Json<M
     params(("If-Match" = String, Header, description = "ETag of the current plan, or `*`")),
     responses((status = 200, body = MeasurementPlanDto, headers(("ETag" = String, description = "Its version"))))
 )]
-async fn put_measurement_plan(
+async fn set_measurement_plan(
     State(app): State<App>,
     By(by): By,
     headers: HeaderMap,

@@ -25,8 +25,8 @@ use app::use_cases;
 /// The routes.
 pub fn routes() -> OpenApiRouter<Http> {
     OpenApiRouter::new()
-        .routes(routes!(list_all_measurements))
-        .routes(routes!(list_measurements, measure))
+        .routes(routes!(list_measurements))
+        .routes(routes!(list_scan_measurements, create_measurement))
         .routes(routes!(get_measurement))
 }
 
@@ -35,7 +35,7 @@ pub fn routes() -> OpenApiRouter<Http> {
     get, path = "/measurements", tag = "measurements", params(MeasurementsQuery),
     responses((status = 200, body = ListDto<MeasurementDto>))
 )]
-async fn list_all_measurements(
+async fn list_measurements(
     State(app): State<App>,
     ApiQuery(query): ApiQuery<MeasurementsQuery>,
 ) -> Result<Json<ListDto<MeasurementDto>>, Problem> {
@@ -62,7 +62,7 @@ fn words_of(verdict: Option<VerdictDto>) -> Vec<String> {
     get, path = "/scans/{id}/measurements", tag = "measurements", params(("id" = String, Path), PageQuery),
     responses((status = 200, body = ListDto<MeasurementDto>))
 )]
-async fn list_measurements(
+async fn list_scan_measurements(
     State(app): State<App>,
     ApiPath(id): ApiPath<String>,
     ApiQuery(query): ApiQuery<PageQuery>,
@@ -99,7 +99,7 @@ async fn get_measurement(
     request_body = MeasureDto,
     responses((status = 201, body = MeasurementDto))
 )]
-async fn measure(
+async fn create_measurement(
     State(app): State<App>,
     ApiPath(id): ApiPath<String>,
     By(by): By,

@@ -11,7 +11,7 @@ use utoipa_axum::routes;
 use crate::problem::{Problem, ProblemKind};
 use crate::rest::conversions::blocking;
 use crate::rest::extract::ApiPath;
-use crate::wire::scan::profiles::{ProfileDto, ProfileListDto, ProfilePlaceDto};
+use crate::wire::scan::profiles::{ProfileDto, ProfileItemDto, ProfileListDto};
 use app::App;
 use app::calibrations::stored::stored_document;
 use app::stored_scan::{stored_frame, stored_positions};
@@ -32,7 +32,7 @@ async fn list_profiles(
 ) -> Result<Json<ProfileListDto>, Problem> {
     let scan = app.ledger.read().scan(&id).await?;
     let positions = stored_positions(&*app.artifacts, &scan).await?;
-    let place = |(sequence, position): (u32, StagePosition)| ProfilePlaceDto {
+    let place = |(sequence, position): (u32, StagePosition)| ProfileItemDto {
         sequence,
         position_mm: position.mm(),
         angle_deg: position.deg(),

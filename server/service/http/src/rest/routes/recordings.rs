@@ -18,7 +18,7 @@ use crate::rest::ranges::ranged_artifact;
 use crate::wire::paging::{ListDto, PageQuery};
 use crate::wire::scan::recordings::{RecordingDto, StartRecordingDto, recording_href};
 use app::App;
-use app::use_cases::{self, start_recording};
+use app::use_cases;
 
 /// The media type of MCAP files.
 const MCAP: &str = "application/octet-stream";
@@ -26,7 +26,7 @@ const MCAP: &str = "application/octet-stream";
 /// The routes.
 pub fn routes() -> OpenApiRouter<Http> {
     OpenApiRouter::new()
-        .routes(routes!(list_recordings, begin_recording))
+        .routes(routes!(list_recordings, start_recording))
         .routes(routes!(get_recording, delete_recording))
         .routes(routes!(stop_recording))
         .routes(routes!(download_recording))
@@ -54,7 +54,7 @@ async fn list_recordings(
     params(("Sheaf-Control" = String, Header, description = "Id of the control lease")),
     responses((status = 201, body = RecordingDto))
 )]
-async fn begin_recording(
+async fn start_recording(
     State(app): State<App>,
     By(by): By,
     headers: HeaderMap,
@@ -70,7 +70,7 @@ async fn begin_recording(
         Ok::<_, Problem>(Reply::created(recording_href(&record.id), &dto))
     };
     let and = |record: &RecordingRecord| Ok::<_, Problem>(once.changes(&made(record)?));
-    made(&start_recording(&app, &by, &name, and).await?)
+    made(&use_cases::start_recording(&app, &by, &name, and).await?)
 }
 
 /// Returns a recording; while it runs, with the figures so far.

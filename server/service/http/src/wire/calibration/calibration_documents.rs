@@ -138,7 +138,7 @@ pub enum CalibratedStageDto {
 #[serde(deny_unknown_fields)]
 pub struct RotaryAxisDto {
     /// Always `rotary`.
-    pub kind: RotaryWordDto,
+    pub kind: RotaryKindDto,
     /// A point of the axis, camera frame.
     #[schema(min_items = 3, max_items = 3)]
     pub point_mm: [f64; 3],
@@ -153,7 +153,7 @@ pub struct RotaryAxisDto {
 /// The kind that distinguishes a rotary from a linear stage.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
-pub enum RotaryWordDto {
+pub enum RotaryKindDto {
     /// A rotary stage.
     Rotary,
 }

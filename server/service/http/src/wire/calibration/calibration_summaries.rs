@@ -17,7 +17,7 @@ pub struct CalibrationSummaryDto {
     /// Camera parameters by name: `fx`, `fy`, `cx`, `cy`, `k1`, …
     pub camera: BTreeMap<String, EstimateDto>,
     /// The board images.
-    pub pictures: Vec<PictureFitDto>,
+    pub pictures: Vec<BoardImageFitDto>,
     /// Model of the light sheets; absent without laser images: such a calibration cannot be used for scanning.
     pub model: Option<LightModelNameDto>,
     /// RMS distance of the laser points from their predicted curves.
@@ -37,10 +37,10 @@ pub struct CalibrationSummaryDto {
     /// Farthest depth (z of the camera frame) at which the board was seen.
     pub depth_far_mm: f64,
     /// The linear stage; absent if it was not calibrated.
-    pub stage: Option<StageFiguresDto>,
+    pub stage: Option<StageSummaryDto>,
     /// The turntable axis; absent without a turntable.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub axis: Option<AxisFiguresDto>,
+    pub axis: Option<AxisSummaryDto>,
     /// Warnings, in sentences.
     pub warnings: Vec<String>,
     /// Images that were left out and why, in sentences.
@@ -58,7 +58,7 @@ pub struct EstimateDto {
 
 /// The fit of one board image.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
-pub struct PictureFitDto {
+pub struct BoardImageFitDto {
     /// The image.
     pub picture: String,
     /// RMS reprojection error of its corners.
@@ -109,7 +109,7 @@ pub struct ModelScoreDto {
 
 /// Summary of a calibrated turntable axis.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
-pub struct AxisFiguresDto {
+pub struct AxisSummaryDto {
     /// A point of the axis, camera frame.
     #[schema(min_items = 3, max_items = 3)]
     pub point_mm: [f64; 3],
@@ -134,7 +134,7 @@ pub struct AxisFiguresDto {
 
 /// Summary of a calibrated linear stage.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
-pub struct StageFiguresDto {
+pub struct StageSummaryDto {
     /// Travel per commanded millimetre, camera frame.
     #[schema(min_items = 3, max_items = 3)]
     pub direction: [f64; 3],

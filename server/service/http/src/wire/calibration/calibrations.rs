@@ -12,7 +12,7 @@ use app::jobs::{CalibrateInput, Source};
 /// Source of the images.
 #[derive(Debug, Clone, Serialize, Deserialize, ToSchema)]
 #[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
-pub enum SourceDto {
+pub enum CalibrationSourceDto {
     /// The station itself.
     Station {},
     /// A capture.
@@ -54,7 +54,7 @@ pub enum K3Dto {
 #[schema(example = json!({ "source": { "kind": "station" } }))]
 pub struct StartCalibrationDto {
     /// Source of the images; on the simulated station a virtual operator moves the board.
-    pub source: SourceDto,
+    pub source: CalibrationSourceDto,
     /// Model of the light sheets; default `auto`.
     pub light_model: Option<LightModelDto>,
     /// Whether k3 is estimated; default `auto`.
@@ -98,7 +98,7 @@ pub struct CalibrationDto {
 
 /// The active calibration.
 #[derive(Debug, Serialize, ToSchema)]
-pub struct ActiveDto {
+pub struct ActiveCalibrationDto {
     /// Id of the active calibration; absent if none is active.
     pub calibration_id: Option<String>,
     /// The calibration that was active before.
@@ -112,7 +112,7 @@ pub struct ActiveDto {
 /// Request to activate a calibration.
 #[derive(Debug, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
-pub struct ActivateDto {
+pub struct ActivateCalibrationDto {
     /// Id of the calibration.
     pub calibration_id: String,
     /// Activate even if its latest verification is not `ok`; otherwise refused with 409. Logged.
@@ -130,7 +130,7 @@ pub struct ActivationDto {
     /// The calibration active before.
     pub previous_id: Option<String>,
     /// `activate` or `roll_back`.
-    pub act: String,
+    pub action: String,
     /// Who activated or rolled back.
     pub actor: String,
     /// Time of the activation, ms since 1970 (UTC).
@@ -161,7 +161,7 @@ impl CalibrationItemDto {
     }
 }
 
-impl From<Option<ActivationRecord>> for ActiveDto {
+impl From<Option<ActivationRecord>> for ActiveCalibrationDto {
     fn from(record: Option<ActivationRecord>) -> Self {
         match record {
             Some(record) => Self {
@@ -178,15 +178,15 @@ impl From<Option<ActivationRecord>> for ActiveDto {
 impl From<ActivationRecord> for ActivationDto {
     fn from(record: ActivationRecord) -> Self {
         let ActivationRecord { seq, calibration_id, previous_id, act, actor, at_ms } = record;
-        Self { seq, calibration_id, previous_id, act, actor, at_ms }
+        Self { seq, calibration_id, previous_id, action: act, actor, at_ms }
     }
 }
 
-impl From<SourceDto> for Source {
-    fn from(dto: SourceDto) -> Self {
+impl From<CalibrationSourceDto> for Source {
+    fn from(dto: CalibrationSourceDto) -> Self {
         match dto {
-            SourceDto::Station {} => Self::Station,
-            SourceDto::Capture { capture_id } => Self::Capture { capture_id },
+            CalibrationSourceDto::Station {} => Self::Station,
+            CalibrationSourceDto::Capture { capture_id } => Self::Capture { capture_id },
         }
     }
 }

@@ -15,11 +15,11 @@ pub struct DiffQuery {
 
 /// Depth difference of two calibrations over the working volume of the first.
 #[derive(Debug, Serialize, ToSchema)]
-pub struct DifferenceDto {
+pub struct CalibrationDifferenceDto {
     /// The first calibration.
     pub calibration_id: String,
     /// The second calibration; differences are second minus first.
-    pub with: String,
+    pub other_calibration_id: String,
     /// Number of grid columns.
     pub columns: usize,
     /// Number of grid rows.
@@ -74,9 +74,9 @@ impl From<&DepthDifference> for DepthDifferenceDto {
     }
 }
 
-impl DifferenceDto {
+impl CalibrationDifferenceDto {
     /// The difference of the two.
-    pub fn new(calibration_id: String, with: String, difference: CalibrationDifference) -> Self {
+    pub fn new(calibration_id: String, other_calibration_id: String, difference: CalibrationDifference) -> Self {
         let order = |order: OrderDifference| OrderDifferenceDto {
             order: order.order,
             total: (&order.total).into(),
@@ -84,7 +84,7 @@ impl DifferenceDto {
         };
         Self {
             calibration_id,
-            with,
+            other_calibration_id,
             columns: difference.columns,
             rows: difference.rows,
             total: (&difference.total).into(),

@@ -4,7 +4,7 @@ use optics::StagePosition;
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-use crate::wire::calibration::session_bodies::{ExposuresDto, ProjectorSheetDto, SessionBodyDto, SessionNeedsDto};
+use crate::wire::calibration::session_bodies::{ExposuresDto, ProjectorDto, SessionBodyDto, SessionNeedsDto};
 use crate::wire::calibration::target::TargetDto;
 use app::error::{AppError, ErrorKind};
 use app::jobs::calibrate::SolveSession;
@@ -44,7 +44,7 @@ pub struct NewSessionDto {
     /// The calibration board; default: the configured one.
     pub target: Option<TargetDto>,
     /// Laser and grating; default: the configured ones.
-    pub projector: Option<ProjectorSheetDto>,
+    pub projector: Option<ProjectorDto>,
     /// Exposure settings.
     pub exposures: Option<ExposuresDto>,
 }
@@ -67,7 +67,7 @@ pub struct SessionDefaultsDto {
     /// The configured board.
     pub target: TargetDto,
     /// The configured laser and grating.
-    pub projector: ProjectorSheetDto,
+    pub projector: ProjectorDto,
     /// Exposure settings.
     pub exposures: ExposuresDto,
 }
@@ -82,7 +82,7 @@ impl From<SessionDefaults> for SessionDefaultsDto {
 /// Stage position for the image; exactly one of the two.
 #[derive(Debug, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
-pub struct TakeStageViewDto {
+pub struct CaptureStageViewDto {
     /// Position of a linear stage.
     #[schema(example = 5.0)]
     pub position_mm: Option<f64>,
@@ -90,10 +90,10 @@ pub struct TakeStageViewDto {
     pub angle_deg: Option<f64>,
 }
 
-impl TryFrom<TakeStageViewDto> for StagePosition {
+impl TryFrom<CaptureStageViewDto> for StagePosition {
     type Error = AppError;
 
-    fn try_from(dto: TakeStageViewDto) -> Result<Self, AppError> {
+    fn try_from(dto: CaptureStageViewDto) -> Result<Self, AppError> {
         match (dto.position_mm, dto.angle_deg) {
             (Some(position_mm), None) => Ok(Self::LinearMm(position_mm)),
             (None, Some(angle_deg)) => Ok(Self::RotaryDeg(angle_deg)),

@@ -25,7 +25,7 @@ pub struct ControlDto {
     /// Name of the holder.
     pub holder: String,
     /// Seconds until the lease expires unless it is renewed.
-    pub ends_in_s: f64,
+    pub expires_in_s: f64,
 }
 
 /// The control lease, returned only to its holder.
@@ -36,18 +36,18 @@ pub struct ControlLeaseDto {
     /// Name of the holder.
     pub holder: String,
     /// Seconds until the lease expires; renew it earlier.
-    pub ends_in_s: f64,
+    pub expires_in_s: f64,
 }
 
 impl From<&Lease> for ControlDto {
     fn from(lease: &Lease) -> Self {
-        Self { holder: lease.holder.clone(), ends_in_s: left_s(lease) }
+        Self { holder: lease.holder.clone(), expires_in_s: left_s(lease) }
     }
 }
 
 impl From<&Lease> for ControlLeaseDto {
     fn from(lease: &Lease) -> Self {
-        Self { id: lease.id.clone(), holder: lease.holder.clone(), ends_in_s: left_s(lease) }
+        Self { id: lease.id.clone(), holder: lease.holder.clone(), expires_in_s: left_s(lease) }
     }
 }
 

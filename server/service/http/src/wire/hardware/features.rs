@@ -25,7 +25,7 @@ pub enum CameraFeatureKindDto {
 /// Current access mode of a feature.
 #[derive(Debug, Clone, Copy, Serialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
-pub enum AccessDto {
+pub enum FeatureAccessDto {
     /// Readable.
     ReadOnly,
     /// Writable.
@@ -44,7 +44,7 @@ pub struct CameraFeatureDto {
     /// Type of the value.
     pub kind: CameraFeatureKindDto,
     /// Current access mode.
-    pub access: AccessDto,
+    pub access: FeatureAccessDto,
     /// Value as text; absent if it cannot be read.
     pub value: Option<String>,
     /// Minimum of a number.
@@ -130,7 +130,7 @@ impl From<FeatureKind> for CameraFeatureKindDto {
     }
 }
 
-impl From<Access> for AccessDto {
+impl From<Access> for FeatureAccessDto {
     fn from(access: Access) -> Self {
         match access {
             Access::ReadOnly => Self::ReadOnly,

@@ -39,7 +39,7 @@ pub struct SceneDto {
 #[derive(Debug, Clone, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 #[schema(example = json!({ "name": "lost_frames", "value": 10.0 }))]
-pub struct FaultSwitchDto {
+pub struct SimulatedFaultDto {
     /// Name, such as `camera_unplugged`; the error for an unknown name lists all names.
     pub name: String,
     /// Magnitude, if the fault has one: every n-th frame, mm, a relative change or a share.
@@ -51,10 +51,10 @@ pub struct FaultSwitchDto {
 #[derive(Debug, Serialize, ToSchema)]
 pub struct FaultListDto {
     /// The faults.
-    pub items: Vec<FaultSwitchDto>,
+    pub items: Vec<SimulatedFaultDto>,
 }
 
-impl From<&TwinFault> for FaultSwitchDto {
+impl From<&TwinFault> for SimulatedFaultDto {
     fn from(fault: &TwinFault) -> Self {
         Self { name: fault.name().to_owned(), value: fault.value() }
     }

@@ -16,7 +16,7 @@ pub struct StationDto {
     pub state: &'static str,
     /// The state in plain words.
     #[schema(example = "ready")]
-    pub words: &'static str,
+    pub state_label: &'static str,
     /// Current activity.
     pub activity: String,
     /// `twin` or `replay` if the data are simulated or replayed.
@@ -34,7 +34,7 @@ pub struct StationDto {
     /// Active faults.
     pub faults: Vec<FaultDto>,
     /// Frame counts since the service started.
-    pub frames: FramesDto,
+    pub frames: FrameCountsDto,
 }
 
 /// A fault that must be acknowledged.
@@ -55,7 +55,7 @@ pub struct FaultDto {
 
 /// Frame counts since the service started: exposed = arrived + dropped.
 #[derive(Debug, Serialize, ToSchema)]
-pub struct FramesDto {
+pub struct FrameCountsDto {
     /// Frames that arrived.
     pub arrived: u64,
     /// Lost frames by reason.
@@ -64,7 +64,7 @@ pub struct FramesDto {
 
 /// Result of a Stop.
 #[derive(Debug, Serialize, ToSchema)]
-pub struct StoppedDto {
+pub struct StopResultDto {
     /// Whether the devices received the Stop; `false`: the station thread has ended, with the laser off and the
     /// stage at rest.
     pub acknowledged: bool,
@@ -75,7 +75,7 @@ pub struct StoppedDto {
     pub detail: Option<String>,
 }
 
-impl StoppedDto {
+impl StopResultDto {
     /// The result of a Stop, with the state after it.
     pub fn new(outcome: StopOutcome, state: MachineState) -> Self {
         let unrecorded =
@@ -120,10 +120,10 @@ pub fn state_names(state: MachineState) -> (&'static str, &'static str) {
 impl StationDto {
     /// The station with the holder of control.
     pub fn new(status: &StationStatus, control: Option<ControlDto>) -> Self {
-        let (state, words) = state_names(status.state);
+        let (state, state_label) = state_names(status.state);
         Self {
             state,
-            words,
+            state_label,
             activity: status.activity.clone(),
             simulated: status.simulated,
             camera: status.into(),
@@ -132,7 +132,7 @@ impl StationDto {
             job_id: status.job_id.clone(),
             control,
             faults: status.faults.iter().map(FaultDto::from).collect(),
-            frames: FramesDto {
+            frames: FrameCountsDto {
                 arrived: status.frames_arrived,
                 dropped: status.frames_dropped.iter().copied().collect(),
             },

@@ -5,10 +5,10 @@ use optics::LightModelKind;
 use serde::Serialize;
 use utoipa::ToSchema;
 
-use crate::wire::calibration::calibrations::{K3Dto, LightModelDto, SourceDto};
+use crate::wire::calibration::calibrations::{CalibrationSourceDto, K3Dto, LightModelDto};
 use crate::wire::measurement::measurements::MeasureDto;
 use crate::wire::scan::scan_runs::ScanPurposeDto;
-use crate::wire::scan::scans::{ArtefactDto, BackgroundDto, ExportWhatDto, ScanModeDto, ScanSourceDto};
+use crate::wire::scan::scans::{BackgroundDto, ExportWhatDto, ReferencePartDto, ScanModeDto, ScanSourceDto};
 use app::jobs::{
     CalibrateInput, ExportInput, JobInput, RecomputeInput, ScanInput, ScanMode, ScanSource, Source, VerifyInput,
 };
@@ -34,7 +34,7 @@ pub enum JobInputDto {
 #[derive(Debug, Serialize, ToSchema)]
 pub struct CalibrationJobDto {
     /// Source of the images.
-    pub source: SourceDto,
+    pub source: CalibrationSourceDto,
     /// Model of the light sheets; default `auto`.
     pub light_model: Option<LightModelDto>,
     /// Whether k3 is estimated; default `auto`.
@@ -112,7 +112,7 @@ pub struct RecomputationJobDto {
 #[derive(Debug, Serialize, ToSchema)]
 pub struct VerificationJobDto {
     /// Kind of the reference part.
-    pub artefact: ArtefactDto,
+    pub reference_part: ReferencePartDto,
     /// Nominal height or radius.
     pub nominal_mm: f64,
     /// Symmetric tolerance of the deviation.
@@ -162,8 +162,8 @@ impl TryFrom<CalibrateInput> for CalibrationJobDto {
     fn try_from(input: CalibrateInput) -> Result<Self, UnknownWord> {
         let CalibrateInput { source, light_model, k3, leave_out_unreadable, n_poses, session_id } = input;
         let source = match source {
-            Source::Station => SourceDto::Station {},
-            Source::Capture { capture_id } => SourceDto::Capture { capture_id },
+            Source::Station => CalibrationSourceDto::Station {},
+            Source::Capture { capture_id } => CalibrationSourceDto::Capture { capture_id },
         };
         let light_model = light_model.map(|word| known(light_model_of(&word), &word)).transpose()?;
         let k3 = k3.map(|word| known(k3_of(&word), &word)).transpose()?;
@@ -254,13 +254,18 @@ impl TryFrom<VerifyInput> for VerificationJobDto {
     type Error = UnknownWord;
 
     fn try_from(input: VerifyInput) -> Result<Self, UnknownWord> {
-        let VerifyInput { artefact, nominal_mm, tolerance_mm, scan } = input;
-        let found = match artefact.as_str() {
-            "gauge" => Some(ArtefactDto::Gauge),
-            "sphere" => Some(ArtefactDto::Sphere),
+        let VerifyInput { reference_part, nominal_mm, tolerance_mm, scan } = input;
+        let found = match reference_part.as_str() {
+            "gauge" => Some(ReferencePartDto::Gauge),
+            "sphere" => Some(ReferencePartDto::Sphere),
             _ => None,
         };
-        Ok(Self { artefact: known(found, &artefact)?, nominal_mm, tolerance_mm, scan: scan.try_into()? })
+        Ok(Self {
+            reference_part: known(found, &reference_part)?,
+            nominal_mm,
+            tolerance_mm,
+            scan: scan.try_into()?,
+        })
     }
 }
 
@@ -303,7 +308,7 @@ mod tests {
         };
         let stored = [
             with("scan", scan.clone()),
-            json!({ "kind": "verification", "artefact": "gauge", "nominal_mm": 10.0, "tolerance_mm": null,
+            json!({ "kind": "verification", "reference_part": "gauge", "nominal_mm": 10.0, "tolerance_mm": null,
                 "scan": scan }),
             json!({ "kind": "calibration", "source": { "kind": "station" }, "light_model": "pencil", "k3": "on",
                 "leave_out_unreadable": true, "n_poses": 12, "session_id": null }),
@@ -312,8 +317,8 @@ mod tests {
         ];
         for stored in stored {
             let input: JobInput = serde_json::from_value(stored.clone()).unwrap();
-            let told = serde_json::to_value(JobInputDto::try_from(input).unwrap()).unwrap();
-            assert_eq!(told, stored);
+            let returned = serde_json::to_value(JobInputDto::try_from(input).unwrap()).unwrap();
+            assert_eq!(returned, stored);
         }
     }
 

@@ -43,13 +43,13 @@ pub enum PhaseDto {
     /// Capturing the board on the stage, at several positions.
     ExposingStage,
     /// Collecting the images of a session.
-    GatheringPictures,
+    CollectingImages,
     /// Storing the images as a capture.
-    StoringPictures,
+    StoringImages,
     /// Unpacking a capture.
     UnpackingCapture,
     /// Detecting corners and lines in calibration images.
-    ReadingPictures,
+    ReadingImages,
     /// Fitting camera, light sheets and stage.
     Calibrating,
     /// Writing the report.
@@ -59,9 +59,9 @@ pub enum PhaseDto {
     /// Reading the rows of a stopped scan.
     ReadingRows,
     /// Capturing the rows of a scan.
-    TakingRows,
+    CapturingRows,
     /// Packing the images of a scan into a capture.
-    PackingPictures,
+    PackingImages,
     /// Detecting lines in the frames of a scan.
     ReadingFrames,
     /// Reading the lines of an earlier scan.
@@ -78,7 +78,7 @@ pub enum PhaseDto {
 
 /// Current step of a job: `message` in machine-readable form. Phases may be added.
 #[derive(Debug, Serialize, ToSchema)]
-pub struct StepDto {
+pub struct JobStepDto {
     /// The phase.
     pub phase: PhaseDto,
     /// Number of the current item, from 1; absent if the phase has no items.
@@ -86,13 +86,13 @@ pub struct StepDto {
     pub number: Option<usize>,
     /// Number of items.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub of: Option<usize>,
+    pub total: Option<usize>,
 }
 
 /// Result of a job.
 #[derive(Debug, Serialize, ToSchema)]
-pub struct ResultDto {
-    /// Kind of the reference part.
+pub struct JobResultDto {
+    /// Kind of resource.
     #[schema(example = "scan")]
     pub kind: String,
     /// Its id.
@@ -116,11 +116,11 @@ pub struct JobDto {
     pub message: String,
     /// Current step; absent unless the job is running.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub step: Option<StepDto>,
+    pub step: Option<JobStepDto>,
     /// Seconds remaining; absent if unknown.
     pub remaining_s: Option<f64>,
     /// The result.
-    pub result: Option<ResultDto>,
+    pub result: Option<JobResultDto>,
     /// Why the job failed.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub problem: Option<Problem>,
@@ -141,7 +141,7 @@ pub fn job_href(id: &str) -> String {
     format!("/api/v1/jobs/{id}")
 }
 
-impl From<&ResultRef> for ResultDto {
+impl From<&ResultRef> for JobResultDto {
     fn from(result: &ResultRef) -> Self {
         let ResultRef { kind, id } = result.clone();
         let href = match id.split_once('/') {
@@ -153,10 +153,10 @@ impl From<&ResultRef> for ResultDto {
     }
 }
 
-impl From<Step> for StepDto {
+impl From<Step> for JobStepDto {
     fn from(step: Step) -> Self {
         let (number, of) = step.count.unzip();
-        Self { phase: step.phase.into(), number, of }
+        Self { phase: step.phase.into(), number, total: of }
     }
 }
 
@@ -167,16 +167,16 @@ impl From<Phase> for PhaseDto {
             Phase::ExposingBoard => Self::ExposingBoard,
             Phase::ExposingLaser => Self::ExposingLaser,
             Phase::ExposingStage => Self::ExposingStage,
-            Phase::GatheringPictures => Self::GatheringPictures,
-            Phase::StoringPictures => Self::StoringPictures,
+            Phase::CollectingImages => Self::CollectingImages,
+            Phase::StoringImages => Self::StoringImages,
             Phase::UnpackingCapture => Self::UnpackingCapture,
-            Phase::ReadingPictures => Self::ReadingPictures,
+            Phase::ReadingImages => Self::ReadingImages,
             Phase::Calibrating => Self::Calibrating,
             Phase::WritingReport => Self::WritingReport,
             Phase::PlacingPart => Self::PlacingPart,
             Phase::ReadingRows => Self::ReadingRows,
-            Phase::TakingRows => Self::TakingRows,
-            Phase::PackingPictures => Self::PackingPictures,
+            Phase::CapturingRows => Self::CapturingRows,
+            Phase::PackingImages => Self::PackingImages,
             Phase::ReadingFrames => Self::ReadingFrames,
             Phase::ReadingPeaks => Self::ReadingPeaks,
             Phase::ComputingCloud => Self::ComputingCloud,
@@ -217,13 +217,13 @@ impl From<JobView> for JobDto {
     fn from(view: JobView) -> Self {
         let JobView { record, step, remaining_s } = view;
         Self {
-            result: record.result.as_ref().map(ResultDto::from),
+            result: record.result.as_ref().map(JobResultDto::from),
             state: record.state.into(),
             id: record.id,
             kind: record.kind,
             progress: record.progress,
             message: record.message,
-            step: step.map(StepDto::from),
+            step: step.map(JobStepDto::from),
             remaining_s,
             problem: record.problem.map(stored_problem),
             source: record.source,
@@ -258,9 +258,9 @@ mod tests {
 
     #[test]
     fn a_step_has_a_phase_and_counts_only_if_the_phase_has_items() {
-        let told = |step: Step| serde_json::to_value(StepDto::from(step)).unwrap();
+        let json_of = |step: Step| serde_json::to_value(JobStepDto::from(step)).unwrap();
         let counted = Phase::ExposingBoard.counted(3, 12);
-        assert_eq!(told(counted), json!({ "phase": "exposing_board", "number": 3, "of": 12 }));
-        assert_eq!(told(Phase::Homing.into()), json!({ "phase": "homing" }));
+        assert_eq!(json_of(counted), json!({ "phase": "exposing_board", "number": 3, "total": 12 }));
+        assert_eq!(json_of(Phase::Homing.into()), json!({ "phase": "homing" }));
     }
 }

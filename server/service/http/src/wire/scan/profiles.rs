@@ -9,12 +9,12 @@ use utoipa::ToSchema;
 #[derive(Debug, Serialize, ToSchema)]
 pub struct ProfileListDto {
     /// In order of capture.
-    pub items: Vec<ProfilePlaceDto>,
+    pub items: Vec<ProfileItemDto>,
 }
 
 /// A frame of a scan.
 #[derive(Debug, Serialize, ToSchema)]
-pub struct ProfilePlaceDto {
+pub struct ProfileItemDto {
     /// Index of the frame, from 0.
     pub sequence: u32,
     /// Position of a linear stage.

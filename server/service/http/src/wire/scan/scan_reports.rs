@@ -165,10 +165,10 @@ pub struct ScanTimingDto {
     pub frames_per_s: Option<f64>,
     /// Latency from the arrival of a frame to its profile.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub arrival_to_profile_ms: Option<DelaysDto>,
+    pub arrival_to_profile_ms: Option<LatencyDto>,
     /// Latency from the arrival of a frame until it is written to the file.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub arrival_to_file_ms: Option<DelaysDto>,
+    pub arrival_to_file_ms: Option<LatencyDto>,
     /// Duration of the measurements.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub measuring_s: Option<f64>,
@@ -179,7 +179,7 @@ pub struct ScanTimingDto {
 
 /// Latency of frames, ms.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
-pub struct DelaysDto {
+pub struct LatencyDto {
     /// Median.
     pub p50: f64,
     /// 99th percentile.

@@ -135,7 +135,7 @@ impl Feeds {
         let lost = |counts: &[DropCount]| -> Vec<_> {
             counts.iter().map(|count| (count.stream, count.by_rate, count.too_slow)).collect()
         };
-        let known = self.reported.as_ref().map_or(Vec::new(), |(_, told)| lost(told));
+        let known = self.reported.as_ref().map_or(Vec::new(), |(_, reported)| lost(reported));
         let nothing_lost = counts.iter().all(|count| count.by_rate + count.too_slow == 0);
         if nothing_lost || lost(&counts) == known {
             return Next::Nothing;

@@ -38,13 +38,13 @@ impl StateFeed {
         let status = self.status.borrow_and_update().clone();
         let control = self.control.borrow_and_update().clone().filter(|lease| lease.ends_at > now.into_std());
         let holder = control.as_ref().map(|lease| lease.holder.clone());
-        let same = |(sent, told): &(Arc<StationStatus>, _)| Arc::ptr_eq(sent, &status) && *told == holder;
+        let same = |(sent, reported): &(Arc<StationStatus>, _)| Arc::ptr_eq(sent, &status) && *reported == holder;
         if self.sent.as_ref().is_some_and(same) {
             // A lease that is not renewed expires without an event on the channel.
             return control.map_or(Next::Nothing, |lease| Next::At(lease.ends_at.into()));
         }
         let changes: Vec<_> = status.state_history.after(self.seen).map(Into::into).collect();
-        let urgent = !changes.is_empty() || self.sent.as_ref().is_some_and(|(_, told)| *told != holder);
+        let urgent = !changes.is_empty() || self.sent.as_ref().is_some_and(|(_, reported)| *reported != holder);
         if !urgent && now < self.pace.opens() {
             return Next::At(self.pace.opens());
         }

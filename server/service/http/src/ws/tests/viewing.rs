@@ -208,8 +208,8 @@ async fn a_change_of_control_and_the_end_of_a_lease_are_sent_at_once() {
     client.subscribe(json!({ "stream": "state", "max_rate_hz": 0.001 })).await;
     assert_eq!(client.text_of("state").await["station"]["control"], Value::Null);
     let taken = bench.control.take("Anna", false, std::time::Instant::now()).unwrap();
-    let told = client.text_of("state").await;
-    assert_eq!((&told["station"]["control"]["holder"], &told["changes"]), (&json!("Anna"), &json!([])));
+    let state = client.text_of("state").await;
+    assert_eq!((&state["station"]["control"]["holder"], &state["changes"]), (&json!("Anna"), &json!([])));
     bench.control.give_back(Some(&taken.lease.id));
     assert_eq!(client.text_of("state").await["station"]["control"], Value::Null);
     // A lease that was taken almost five seconds ago and is not renewed.

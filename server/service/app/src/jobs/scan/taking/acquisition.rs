@@ -231,7 +231,7 @@ impl Run<'_> {
         let n_rows = self.plan.n_rows.max(self.done);
         let words = format!("row {} of {n_rows}", self.done);
         self.lease.activity(&format!("scanning, {words}"));
-        let step = Phase::TakingRows.counted(self.done, n_rows);
+        let step = Phase::CapturingRows.counted(self.done, n_rows);
         self.ctx.report(TAKEN * self.done as f64 / n_rows as f64, step, &words);
         Ok(())
     }

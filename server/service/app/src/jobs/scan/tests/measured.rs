@@ -36,16 +36,16 @@ impl Bench {
 fn the_verdict_is_made_in_the_job_and_the_next_plan_uses_its_durations() {
     let bench = Bench::new();
     let mut job = bench.job();
-    let (told, fractions) = bench.following(&mut job);
+    let (reports, fractions) = bench.following(&mut job);
     let done = run(ball(vec![sphere(18.9)]), &job.ctx).unwrap_or_else(|end| panic!("{end:?}"));
     assert!(done.message.ends_with("; OK"), "{}", done.message);
     let id = bench.finish(Ok(done));
     let part = bench.part(&id);
     assert_eq!((part.verdict, part.measured.len()), (Some(PartVerdict::Ok), 1));
     // Every phase reported.
-    let told = told.lock();
+    let reports = reports.lock();
     for words in ["row 33 of 33", "computing the cloud", "storing the cloud", "measuring: 1 of 1"] {
-        assert!(told.iter().any(|said| said == words), "{words}: {told:?}");
+        assert!(reports.iter().any(|said| said == words), "{words}: {reports:?}");
     }
     let fractions = fractions.lock();
     assert!(fractions.iter().filter(|at| **at > 0.0 && **at < 1.0).count() > 66, "{}", fractions.len());

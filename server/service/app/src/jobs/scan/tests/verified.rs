@@ -13,7 +13,7 @@ const WITHIN_MM: f64 = 0.02;
 
 fn gauge(tolerance_mm: f64) -> VerifyInput {
     let scan = ScanInput { from_mm: None, to_mm: None, step_mm: None, ..from_station(0.0, 0.0, 1.0) };
-    VerifyInput { artefact: "gauge".into(), nominal_mm: 8.9, tolerance_mm: Some(tolerance_mm), scan }
+    VerifyInput { reference_part: "gauge".into(), nominal_mm: 8.9, tolerance_mm: Some(tolerance_mm), scan }
 }
 
 #[test]
@@ -61,7 +61,7 @@ fn a_cancelled_verification_restores_the_sphere() {
 fn an_unknown_part_is_refused() {
     let bench = Bench::new();
     let mut input = gauge(0.2);
-    input.artefact = "cube".into();
+    input.reference_part = "cube".into();
     let Err(JobEnd::Failed(problem)) = verify(input, &bench.job().ctx) else { panic!("verified a cube") };
-    assert_eq!((problem.kind, problem.pointer.as_deref()), (ErrorKind::Impossible, Some("/artefact")));
+    assert_eq!((problem.kind, problem.pointer.as_deref()), (ErrorKind::Impossible, Some("/reference_part")));
 }

@@ -18,9 +18,10 @@ use crate::rest::etag::{Versioned, check_if_given};
 use crate::rest::extract::{ApiJson, ApiPath, ApiQuery};
 use crate::rest::idempotency::at_most_once;
 use crate::wire::calibration::calibrations::{
-    ActivateDto, ActivationDto, ActiveDto, CalibrationDto, CalibrationItemDto, StartCalibrationDto,
+    ActivateCalibrationDto, ActivationDto, ActiveCalibrationDto, CalibrationDto, CalibrationItemDto,
+    StartCalibrationDto,
 };
-use crate::wire::calibration::differences::{DiffQuery, DifferenceDto};
+use crate::wire::calibration::differences::{CalibrationDifferenceDto, DiffQuery};
 use crate::wire::calibration::residuals::ResidualsDto;
 use crate::wire::job::jobs::JobDto;
 use crate::wire::paging::{ListDto, PageQuery};
@@ -132,9 +133,9 @@ async fn get_residuals(
 /// Returns the active calibration. Its `ETag` may be sent as `If-Match` when another one is activated.
 #[utoipa::path(
     get, path = "/calibrations/active", tag = "calibrations",
-    responses((status = 200, body = ActiveDto, headers(("ETag" = String, description = "Its version"))))
+    responses((status = 200, body = ActiveCalibrationDto, headers(("ETag" = String, description = "Its version"))))
 )]
-async fn get_active_calibration(State(app): State<App>) -> Result<Versioned<Json<ActiveDto>>, Problem> {
+async fn get_active_calibration(State(app): State<App>) -> Result<Versioned<Json<ActiveCalibrationDto>>, Problem> {
     let active = app.ledger.read().active().await?;
     Ok(Versioned(active_version(active.as_ref()), Json(active.into())))
 }
@@ -160,24 +161,24 @@ async fn list_activations(
 /// Activates a calibration; the activation is logged. Refused with 409 if its latest verification is not `ok`, unless the
 /// request says `despite_verification`.
 #[utoipa::path(
-    put, path = "/calibrations/active", tag = "calibrations", request_body = ActivateDto,
+    put, path = "/calibrations/active", tag = "calibrations", request_body = ActivateCalibrationDto,
     params(
         ("If-Match" = Option<String>, Header, description = "ETag of the active calibration"),
         ("Sheaf-Actor" = Option<String>, Header, description = "Name for the log; not needed with a control lease"),
     ),
-    responses((status = 200, body = ActiveDto, headers(("ETag" = String, description = "Its version"))))
+    responses((status = 200, body = ActiveCalibrationDto, headers(("ETag" = String, description = "Its version"))))
 )]
 async fn activate_calibration(
     State(app): State<App>,
     By(by): By,
     headers: HeaderMap,
-    body: ApiJson<ActivateDto>,
-) -> Result<Versioned<Json<ActiveDto>>, Problem> {
+    body: ApiJson<ActivateCalibrationDto>,
+) -> Result<Versioned<Json<ActiveCalibrationDto>>, Problem> {
     let active = app.ledger.read().active().await?;
     check_if_given(&headers, &active_version(active.as_ref()))?;
     let sure = headers.contains_key(header::IF_MATCH);
     let expected = sure.then(|| active.and_then(|activation| activation.calibration_id));
-    let ActivateDto { calibration_id, despite_verification } = body.value;
+    let ActivateCalibrationDto { calibration_id, despite_verification } = body.value;
     let act = activate(&app, &by, Activate { calibration_id, expected, despite_verification }).await?;
     Ok(Versioned(active_version(Some(&act)), Json(Some(act).into())))
 }
@@ -188,12 +189,12 @@ async fn activate_calibration(
     params((
         "Sheaf-Actor" = Option<String>, Header, description = "Name for the log; not needed with a control lease"
     )),
-    responses((status = 200, body = ActiveDto, headers(("ETag" = String, description = "Its version"))))
+    responses((status = 200, body = ActiveCalibrationDto, headers(("ETag" = String, description = "Its version"))))
 )]
 async fn roll_back_activation(State(app): State<App>, By(by): By, headers: HeaderMap) -> Result<Reply, Problem> {
     at_most_once(&app, &headers, "POST calibrations/active/roll-back", &hash_hex(&[]), async {
         let act = roll_back(&app, &by).await?;
-        Ok(Reply::done(Some(active_version(Some(&act))), &ActiveDto::from(Some(act))))
+        Ok(Reply::done(Some(active_version(Some(&act))), &ActiveCalibrationDto::from(Some(act))))
     })
     .await
 }
@@ -201,13 +202,13 @@ async fn roll_back_activation(State(app): State<App>, By(by): By, headers: Heade
 /// Compares two calibrations: depth difference in mm over the working volume.
 #[utoipa::path(
     get, path = "/calibrations/{id}/diff", tag = "calibrations", params(("id" = String, Path), DiffQuery),
-    responses((status = 200, body = DifferenceDto))
+    responses((status = 200, body = CalibrationDifferenceDto))
 )]
 async fn diff_calibrations(
     State(app): State<App>,
     ApiPath(id): ApiPath<String>,
     ApiQuery(query): ApiQuery<DiffQuery>,
-) -> Result<Json<DifferenceDto>, Problem> {
+) -> Result<Json<CalibrationDifferenceDto>, Problem> {
     let difference = app.calibrations.difference(&id, &query.with).await?;
-    Ok(Json(DifferenceDto::new(id, query.with, difference)))
+    Ok(Json(CalibrationDifferenceDto::new(id, query.with, difference)))
 }

@@ -15,9 +15,9 @@ use crate::rest::conversions::{accepted, label};
 use crate::rest::etag::Versioned;
 use crate::rest::extract::{ApiJson, ApiPath, ApiQuery};
 use crate::rest::idempotency::{Begun, at_most_once, begin};
-use crate::wire::calibration::session_bodies::LookDto;
+use crate::wire::calibration::session_bodies::BoardDetectionDto;
 use crate::wire::calibration::sessions::{
-    NewSessionDto, SessionDefaultsDto, SessionDto, SolveSessionDto, TakeStageViewDto, VirtualBoardDto,
+    CaptureStageViewDto, NewSessionDto, SessionDefaultsDto, SessionDto, SolveSessionDto, VirtualBoardDto,
 };
 use crate::wire::job::jobs::JobDto;
 use crate::wire::paging::{ListDto, PageQuery};
@@ -29,15 +29,15 @@ use app::use_cases;
 /// The routes.
 pub fn routes() -> OpenApiRouter<Http> {
     OpenApiRouter::new()
-        .routes(routes!(list_sessions, begin_session))
+        .routes(routes!(list_sessions, create_session))
         .routes(routes!(get_session_defaults))
         .routes(routes!(get_session, delete_session))
-        .routes(routes!(look_at_board))
-        .routes(routes!(take_pose))
+        .routes(routes!(detect_board))
+        .routes(routes!(capture_pose))
         .routes(routes!(delete_pose))
-        .routes(routes!(take_stage_view))
+        .routes(routes!(capture_stage_view))
         .routes(routes!(delete_stage_view))
-        .routes(routes!(get_session_picture))
+        .routes(routes!(get_session_image))
         .routes(routes!(solve_session))
         .routes(routes!(place_board))
 }
@@ -85,7 +85,7 @@ async fn list_sessions(
     post, path = "/calibration-sessions", tag = "calibration sessions", request_body = NewSessionDto,
     responses((status = 201, body = SessionDto))
 )]
-async fn begin_session(
+async fn create_session(
     State(app): State<App>,
     By(by): By,
     headers: HeaderMap,
@@ -100,7 +100,7 @@ async fn begin_session(
     };
     let made = |session: &Session| Reply::created(session_href(&session.id), &SessionDto::from(session.clone()));
     let session =
-        use_cases::begin_session(&app, &by, body.value.into(), |session| once.changes(&made(session))).await?;
+        use_cases::create_session(&app, &by, body.value.into(), |session| once.changes(&made(session))).await?;
     Ok(made(&session))
 }
 
@@ -143,10 +143,13 @@ async fn delete_session(
 ///
 /// Uses the newest frame of a running live view; otherwise the camera captures one frame with its current settings.
 #[utoipa::path(
-    post, path = "/calibration-sessions/{id}/look", tag = "calibration sessions", params(("id" = String, Path)),
-    responses((status = 200, body = LookDto))
+    post, path = "/calibration-sessions/{id}/detect-board", tag = "calibration sessions", params(("id" = String, Path)),
+    responses((status = 200, body = BoardDetectionDto))
 )]
-async fn look_at_board(State(app): State<App>, ApiPath(id): ApiPath<String>) -> Result<Json<LookDto>, Problem> {
+async fn detect_board(
+    State(app): State<App>,
+    ApiPath(id): ApiPath<String>,
+) -> Result<Json<BoardDetectionDto>, Problem> {
     Ok(Json(app.sessions.look(&id).await?.into()))
 }
 
@@ -159,7 +162,7 @@ async fn look_at_board(State(app): State<App>, ApiPath(id): ApiPath<String>) -> 
     ),
     responses((status = 200, body = SessionDto, headers(("ETag" = String, description = "Its version"))))
 )]
-async fn take_pose(
+async fn capture_pose(
     State(app): State<App>,
     ApiPath(id): ApiPath<String>,
     By(by): By,
@@ -167,7 +170,7 @@ async fn take_pose(
 ) -> Result<Reply, Problem> {
     let route = format!("POST calibration-sessions/{id}/poses");
     at_most_once(&app, &headers, &route, &hash_hex(&[]), async {
-        Ok(changed(use_cases::take_pose(&app, &by, &id, expected(&headers)?).await?))
+        Ok(changed(use_cases::capture_pose(&app, &by, &id, expected(&headers)?).await?))
     })
     .await
 }
@@ -193,7 +196,7 @@ async fn delete_pose(
 /// Moves the stage to a position and captures the board on it.
 #[utoipa::path(
     post, path = "/calibration-sessions/{id}/stage-views", tag = "calibration sessions",
-    request_body = TakeStageViewDto,
+    request_body = CaptureStageViewDto,
     params(
         ("id" = String, Path),
         ("Sheaf-Control" = String, Header, description = "Id of the control lease"),
@@ -201,18 +204,18 @@ async fn delete_pose(
     ),
     responses((status = 200, body = SessionDto, headers(("ETag" = String, description = "Its version"))))
 )]
-async fn take_stage_view(
+async fn capture_stage_view(
     State(app): State<App>,
     ApiPath(id): ApiPath<String>,
     By(by): By,
     headers: HeaderMap,
-    body: ApiJson<TakeStageViewDto>,
+    body: ApiJson<CaptureStageViewDto>,
 ) -> Result<Reply, Problem> {
     let route = format!("POST calibration-sessions/{id}/stage-views");
     at_most_once(&app, &headers, &route, &body.sha256, async {
         let expected = expected(&headers)?;
         let position = body.value.try_into()?;
-        Ok(changed(use_cases::take_stage_view(&app, &by, &id, position, expected).await?))
+        Ok(changed(use_cases::capture_stage_view(&app, &by, &id, position, expected).await?))
     })
     .await
 }
@@ -237,13 +240,13 @@ async fn delete_stage_view(
 
 /// Returns an image of a session, by the artifact id from the session.
 #[utoipa::path(
-    get, path = "/calibration-sessions/{id}/pictures/{artifact}", tag = "calibration sessions",
+    get, path = "/calibration-sessions/{id}/images/{artifact}", tag = "calibration sessions",
     params(("id" = String, Path), ("artifact" = String, Path)),
     responses((status = 200, body = Vec<u8>, content_type = "image/png"))
 )]
-async fn get_session_picture(
+async fn get_session_image(
     State(app): State<App>,
-    ApiPath((id, picture)): ApiPath<(String, String)>,
+    ApiPath((id, image)): ApiPath<(String, String)>,
 ) -> Result<Response, Problem> {
     let session = app.sessions.get(&id).await?;
     let poses = session.body.poses.iter();
@@ -251,9 +254,9 @@ async fn get_session_picture(
         [Some(&pose.board.picture), pose.laser.as_ref().map(|laser| &laser.picture)].into_iter().flatten()
     });
     let of_views = session.body.stage_views.iter().map(|view| &view.board.picture);
-    let named = of_poses.chain(of_views).find(|known| known.artifact == picture);
+    let named = of_poses.chain(of_views).find(|known| known.artifact == image);
     let artifact_id = named.and_then(|known| store::ArtifactId::parse(&known.artifact)).ok_or_else(|| {
-        Problem::new(ProblemKind::NotFound, format!("the session has no image {picture}"))
+        Problem::new(ProblemKind::NotFound, format!("the session has no image {image}"))
             .remedy("use an id from the session")
     })?;
     Ok(artifact(&app, &artifact_id, &format!("an image of session {id}"), "image/png", None)

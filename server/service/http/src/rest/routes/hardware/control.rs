@@ -19,7 +19,7 @@ use app::use_cases::{self, TakeControl};
 
 /// The routes.
 pub fn routes() -> OpenApiRouter<Http> {
-    OpenApiRouter::new().routes(routes!(get_control, take_control, renew_control, give_control_back))
+    OpenApiRouter::new().routes(routes!(get_control, take_control, renew_control, release_control))
 }
 
 /// Returns who is in control of the station.
@@ -65,7 +65,7 @@ async fn renew_control(State(app): State<App>, By(by): By) -> Result<Json<Contro
     params(("Sheaf-Control" = String, Header, description = "Id of the control lease")),
     responses((status = 204, description = "Released, or not held"))
 )]
-async fn give_control_back(State(app): State<App>, By(by): By) -> Result<StatusCode, Problem> {
-    use_cases::give_control_back(&app, &by).await?;
+async fn release_control(State(app): State<App>, By(by): By) -> Result<StatusCode, Problem> {
+    use_cases::release_control(&app, &by).await?;
     Ok(StatusCode::NO_CONTENT)
 }

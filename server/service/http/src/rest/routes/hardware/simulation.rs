@@ -14,7 +14,7 @@ use crate::limits::{STL_BODY_LIMIT_BYTES, STL_BODY_TIMEOUT};
 use crate::problem::{Problem, ProblemKind};
 use crate::rest::control::By;
 use crate::rest::extract::{ApiJson, ApiPath, media_type, whole_body};
-use crate::wire::hardware::simulation::{FaultListDto, FaultSwitchDto, PlaceSceneDto, SceneDto, SceneNameDto};
+use crate::wire::hardware::simulation::{FaultListDto, PlaceSceneDto, SceneDto, SceneNameDto, SimulatedFaultDto};
 use app::App;
 use app::config::AppConfig;
 use app::use_cases;
@@ -23,9 +23,9 @@ use app::use_cases;
 pub fn routes() -> OpenApiRouter<Http> {
     OpenApiRouter::new()
         .routes(routes!(get_scene, place_scene))
-        .routes(routes!(place_solid))
-        .routes(routes!(list_faults, switch_fault_on))
-        .routes(routes!(switch_fault_off))
+        .routes(routes!(place_part))
+        .routes(routes!(list_faults, enable_fault))
+        .routes(routes!(disable_fault))
 }
 
 /// Returns what is on the simulated stage.
@@ -52,7 +52,7 @@ async fn place_scene(
     By(by): By,
     body: ApiJson<PlaceSceneDto>,
 ) -> Result<Json<SceneDto>, Problem> {
-    use_cases::place_part(&app, &by, &scene_kind(body.value.scene, &app.config))?;
+    use_cases::place_scene(&app, &by, &scene_kind(body.value.scene, &app.config))?;
     get_scene(State(app)).await
 }
 
@@ -62,7 +62,7 @@ async fn place_scene(
     request_body(content = Vec<u8>, content_type = "model/stl"),
     responses((status = 200, body = SceneDto))
 )]
-async fn place_solid(
+async fn place_part(
     State(app): State<App>,
     By(by): By,
     headers: HeaderMap,
@@ -75,7 +75,7 @@ async fn place_solid(
             .remedy("send Content-Type: model/stl"));
     }
     let bytes = whole_body(body, STL_BODY_LIMIT_BYTES, STL_BODY_TIMEOUT).await?;
-    use_cases::place_solid(&app, &by, bytes).await?;
+    use_cases::place_part(&app, &by, bytes).await?;
     get_scene(State(app)).await
 }
 
@@ -95,22 +95,22 @@ fn scene_kind(name: SceneNameDto, config: &AppConfig) -> SceneKind {
     responses((status = 200, body = FaultListDto))
 )]
 async fn list_faults(State(app): State<App>) -> Result<Json<FaultListDto>, Problem> {
-    let items = use_cases::simulation(&app)?.faults().iter().map(FaultSwitchDto::from).collect();
+    let items = use_cases::simulation(&app)?.faults().iter().map(SimulatedFaultDto::from).collect();
     Ok(Json(FaultListDto { items }))
 }
 
 /// Activates a simulated fault.
 #[utoipa::path(
-    put, path = "/simulation/faults", tag = "simulation", request_body = FaultSwitchDto,
+    put, path = "/simulation/faults", tag = "simulation", request_body = SimulatedFaultDto,
     responses((status = 200, body = FaultListDto))
 )]
-async fn switch_fault_on(
+async fn enable_fault(
     State(app): State<App>,
     By(by): By,
-    body: ApiJson<FaultSwitchDto>,
+    body: ApiJson<SimulatedFaultDto>,
 ) -> Result<Json<FaultListDto>, Problem> {
-    let FaultSwitchDto { name, value } = body.value;
-    use_cases::switch_fault_on(&app, &by, &name, value).await?;
+    let SimulatedFaultDto { name, value } = body.value;
+    use_cases::enable_fault(&app, &by, &name, value).await?;
     list_faults(State(app)).await
 }
 
@@ -119,11 +119,11 @@ async fn switch_fault_on(
     delete, path = "/simulation/faults/{name}", tag = "simulation", params(("name" = String, Path)),
     responses((status = 204, description = "Deactivated"))
 )]
-async fn switch_fault_off(
+async fn disable_fault(
     State(app): State<App>,
     By(by): By,
     ApiPath(name): ApiPath<String>,
 ) -> Result<StatusCode, Problem> {
-    use_cases::switch_fault_off(&app, &by, &name).await?;
+    use_cases::disable_fault(&app, &by, &name).await?;
     Ok(StatusCode::NO_CONTENT)
 }

@@ -18,7 +18,7 @@ use crate::rest::control::{By, NAMELESS, principal};
 use crate::rest::conversions::check_laser_power;
 use crate::rest::extract::ApiJson;
 use crate::wire::hardware::control::ControlDto;
-use crate::wire::hardware::station::{SetLiveDto, StationDto, StoppedDto};
+use crate::wire::hardware::station::{SetLiveDto, StationDto, StopResultDto};
 use crate::wire::scan::watches::WatchHistoryDto;
 use app::App;
 use app::principal::Principal;
@@ -53,17 +53,17 @@ fn station(app: &App) -> StationDto {
 ///
 /// Available to everyone at any time, without control, body or key. Responds once the devices have received it. Stop
 /// latches: motion and laser stay off until a reset, across restarts too.
-#[utoipa::path(post, path = "/station/stop", tag = "station", responses((status = 200, body = StoppedDto)))]
+#[utoipa::path(post, path = "/station/stop", tag = "station", responses((status = 200, body = StopResultDto)))]
 async fn stop_station(
     State(app): State<App>,
     peer: Option<Extension<Peer>>,
     headers: HeaderMap,
     body: Body,
-) -> Json<StoppedDto> {
+) -> Json<StopResultDto> {
     let outcome = stop(&app, &stopped_by(&app, &headers, peer.as_deref())).await;
     // Unread bytes would corrupt the client's next request on this connection; they are drained only after the Stop.
     let _ = tokio::time::timeout(STOP_BODY_TIMEOUT, axum::body::to_bytes(body, JSON_BODY_LIMIT_BYTES)).await;
-    Json(StoppedDto::new(outcome, app.station.status().state))
+    Json(StopResultDto::new(outcome, app.station.status().state))
 }
 
 /// Who stopped: the lease holder, else the name in the request, else the address.

@@ -10,7 +10,7 @@ use crate::wire::calibration::target::TargetDto;
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-pub use needs::{CameraSoFarDto, LookDto, SessionNeedsDto};
+pub use needs::{BoardDetectionDto, CameraEstimateDto, SessionNeedsDto};
 pub use pictures::{SessionPoseDto, SessionStageViewDto};
 
 /// The content of a calibration session.
@@ -21,7 +21,7 @@ pub struct SessionBodyDto {
     /// The calibration board.
     pub target: TargetDto,
     /// Laser and grating.
-    pub projector: ProjectorSheetDto,
+    pub projector: ProjectorDto,
     /// Exposure settings.
     pub exposures: ExposuresDto,
     /// Image width; 0 before the first image.
@@ -33,14 +33,14 @@ pub struct SessionBodyDto {
     /// The board on the stage, at several positions.
     pub stage_views: Vec<SessionStageViewDto>,
     /// Camera estimate from the boards so far.
-    pub camera: CameraSoFarDto,
+    pub camera: CameraEstimateDto,
     /// The calibration job started from this session.
     pub job_id: Option<String>,
 }
 
 /// Nominal values of laser and grating.
 #[derive(Debug, Clone, Serialize, Deserialize, ToSchema)]
-pub struct ProjectorSheetDto {
+pub struct ProjectorDto {
     /// Wavelength of the laser.
     pub wavelength_nm: f64,
     /// Groove density of the grating.
@@ -91,16 +91,16 @@ impl From<SessionBody> for SessionBodyDto {
     }
 }
 
-impl From<ProjectorSheet> for ProjectorSheetDto {
+impl From<ProjectorSheet> for ProjectorDto {
     fn from(of: ProjectorSheet) -> Self {
         let ProjectorSheet { wavelength_nm, grating_lines_per_mm, orders, line_direction } = of;
         Self { wavelength_nm, grating_lines_per_mm, orders, line_direction }
     }
 }
 
-impl From<ProjectorSheetDto> for ProjectorSheet {
-    fn from(of: ProjectorSheetDto) -> Self {
-        let ProjectorSheetDto { wavelength_nm, grating_lines_per_mm, orders, line_direction } = of;
+impl From<ProjectorDto> for ProjectorSheet {
+    fn from(of: ProjectorDto) -> Self {
+        let ProjectorDto { wavelength_nm, grating_lines_per_mm, orders, line_direction } = of;
         Self { wavelength_nm, grating_lines_per_mm, orders, line_direction }
     }
 }

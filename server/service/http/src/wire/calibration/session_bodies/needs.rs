@@ -6,7 +6,7 @@ use utoipa::ToSchema;
 
 /// Camera estimate from the boards so far.
 #[derive(Debug, Clone, Serialize, ToSchema)]
-pub struct CameraSoFarDto {
+pub struct CameraEstimateDto {
     /// Focal length along u.
     pub focal_px: Option<f64>,
     /// RMS reprojection error of all corners.
@@ -21,26 +21,26 @@ pub struct CameraSoFarDto {
 #[derive(Debug, Clone, Serialize, ToSchema)]
 pub struct SessionNeedsDto {
     /// Boards with detected corners.
-    pub boards: NeedDto,
+    pub boards: RequirementDto,
     /// Covered cells of the coverage map.
-    pub cells: NeedDto,
+    pub cells: RequirementDto,
     /// Boards tilted by `tilted_deg` or more.
-    pub tilted_boards: NeedDto,
+    pub tilted_boards: RequirementDto,
     /// Tilt from which a board counts as tilted, degrees.
     pub tilted_deg: f64,
     /// Spread of the board distances, mm.
-    pub distance_mm: NeedDto,
+    pub distance_mm: RequirementDto,
     /// Whether all requirements of the camera step are met.
     pub camera_met: bool,
     /// Boards with detected laser lines.
-    pub lit_boards: NeedDto,
+    pub lit_boards: RequirementDto,
     /// Stage positions with a detected board.
-    pub stage_views: NeedDto,
+    pub stage_views: RequirementDto,
 }
 
 /// One requirement of a calibration.
 #[derive(Debug, Clone, Serialize, ToSchema)]
-pub struct NeedDto {
+pub struct RequirementDto {
     /// Current value.
     pub have: f64,
     /// Required value.
@@ -51,7 +51,7 @@ pub struct NeedDto {
 
 /// The board as detected in one frame. Nothing is stored.
 #[derive(Debug, Clone, Serialize, ToSchema)]
-pub struct LookDto {
+pub struct BoardDetectionDto {
     /// Sequence number of the frame, as in the live stream.
     pub sequence: u64,
     /// Middle of the exposure on the station's monotonic clock, ms.
@@ -78,7 +78,7 @@ pub struct LookDto {
     pub problem: Option<String>,
 }
 
-impl From<CameraSoFar> for CameraSoFarDto {
+impl From<CameraSoFar> for CameraEstimateDto {
     fn from(of: CameraSoFar) -> Self {
         let CameraSoFar { focal_px, rms_px, uncovered_cells, problem } = of;
         Self { focal_px, rms_px, uncovered_cells, problem }
@@ -110,14 +110,14 @@ impl From<SessionNeeds> for SessionNeedsDto {
     }
 }
 
-impl From<Need> for NeedDto {
+impl From<Need> for RequirementDto {
     fn from(of: Need) -> Self {
         let Need { have, want, met } = of;
         Self { have, want, met }
     }
 }
 
-impl From<Look> for LookDto {
+impl From<Look> for BoardDetectionDto {
     fn from(of: Look) -> Self {
         let Look {
             sequence,

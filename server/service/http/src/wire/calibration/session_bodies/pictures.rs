@@ -6,7 +6,7 @@ use utoipa::ToSchema;
 
 /// A stored image.
 #[derive(Debug, Clone, Serialize, ToSchema)]
-pub struct PictureDto {
+pub struct ImageDto {
     /// SHA-256 of the PNG file.
     pub artifact: String,
     /// Exposure time.
@@ -17,9 +17,9 @@ pub struct PictureDto {
 
 /// A board image and its detections.
 #[derive(Debug, Clone, Serialize, ToSchema)]
-pub struct BoardPictureDto {
+pub struct BoardImageDto {
     /// The image.
-    pub picture: PictureDto,
+    pub image: ImageDto,
     /// Detected corners: column and row on the board, u and v in the image (px), standard deviation (px).
     pub corners: Vec<[f64; 5]>,
     /// Cells of the coverage map (8 × 6, row by row from the top left) that contain corners.
@@ -40,9 +40,9 @@ pub struct BoardPictureDto {
 
 /// A laser image and its detections.
 #[derive(Debug, Clone, Serialize, ToSchema)]
-pub struct LaserPictureDto {
+pub struct LaserImageDto {
     /// The image.
-    pub picture: PictureDto,
+    pub image: ImageDto,
     /// Number of line segments.
     pub n_segments: usize,
     /// Number of line points.
@@ -61,9 +61,9 @@ pub struct SessionPoseDto {
     /// UUID v7.
     pub id: String,
     /// Image with the laser off.
-    pub board: BoardPictureDto,
+    pub board: BoardImageDto,
     /// Image with the laser on; without it the pose is used for the camera only.
-    pub laser: Option<LaserPictureDto>,
+    pub laser: Option<LaserImageDto>,
 }
 
 /// The board at a stage position.
@@ -78,17 +78,17 @@ pub struct SessionStageViewDto {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub angle_deg: Option<f64>,
     /// Image with the laser off.
-    pub board: BoardPictureDto,
+    pub board: BoardImageDto,
 }
 
-impl From<Picture> for PictureDto {
+impl From<Picture> for ImageDto {
     fn from(of: Picture) -> Self {
         let Picture { artifact, exposure_us, taken_at_ms } = of;
         Self { artifact, exposure_us, taken_at_ms }
     }
 }
 
-impl From<BoardPicture> for BoardPictureDto {
+impl From<BoardPicture> for BoardImageDto {
     fn from(of: BoardPicture) -> Self {
         let BoardPicture {
             picture,
@@ -102,7 +102,7 @@ impl From<BoardPicture> for BoardPictureDto {
             problem,
         } = of;
         Self {
-            picture: picture.into(),
+            image: picture.into(),
             corners,
             coverage_cells,
             corner_sigma_px,
@@ -115,10 +115,10 @@ impl From<BoardPicture> for BoardPictureDto {
     }
 }
 
-impl From<LaserPicture> for LaserPictureDto {
+impl From<LaserPicture> for LaserImageDto {
     fn from(of: LaserPicture) -> Self {
         let LaserPicture { picture, n_segments, n_points, lines_px, saturated_share, problem } = of;
-        Self { picture: picture.into(), n_segments, n_points, lines_px, saturated_share, problem }
+        Self { image: picture.into(), n_segments, n_points, lines_px, saturated_share, problem }
     }
 }
 

@@ -9,7 +9,7 @@ use crate::wire::hardware::devices::{IdentityDto, RangeDto};
 /// State of the laser.
 #[derive(Debug, Clone, Copy, Serialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
-pub enum LightDto {
+pub enum LaserStateDto {
     /// Off.
     Off,
     /// Armed: it may be turned on at any moment.
@@ -32,7 +32,7 @@ pub struct LaserDto {
     /// Range of power as a share of full power; absent if the laser can only be on or off.
     pub powers: Option<RangeDto>,
     /// State of the laser.
-    pub light: LightDto,
+    pub state: LaserStateDto,
     /// Current power, share of full power.
     pub power: f64,
     /// Whether the interlock is closed; absent if it is not read back.
@@ -54,12 +54,12 @@ impl From<&StationStatus> for LaserDto {
             connected: status.laser.connected,
             identity: (&status.laser.identity).into(),
             powers: status.laser.capabilities.power.map(RangeDto::from),
-            light: match status.laser_light {
-                LaserLight::Off => LightDto::Off,
-                LaserLight::Armed => LightDto::Armed,
-                LaserLight::On => LightDto::On,
-                LaserLight::Unknown => LightDto::Unknown,
-                LaserLight::NotControlled => LightDto::NotControlled,
+            state: match status.laser_light {
+                LaserLight::Off => LaserStateDto::Off,
+                LaserLight::Armed => LaserStateDto::Armed,
+                LaserLight::On => LaserStateDto::On,
+                LaserLight::Unknown => LaserStateDto::Unknown,
+                LaserLight::NotControlled => LaserStateDto::NotControlled,
             },
             power: status.laser_power,
             interlock_closed: status.interlock_closed,

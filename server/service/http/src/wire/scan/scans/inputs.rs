@@ -136,7 +136,7 @@ pub struct RecomputeDto {
 /// A reference part.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
-pub enum ArtefactDto {
+pub enum ReferencePartDto {
     /// A gauge block; its nominal is its height.
     Gauge,
     /// A sphere; its nominal is its radius.
@@ -146,10 +146,10 @@ pub enum ArtefactDto {
 /// Request to scan a reference part and compare it with its nominal value.
 #[derive(Debug, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
-#[schema(example = json!({ "artefact": "sphere", "nominal_mm": 18.9, "scan": { "source": { "kind": "station" } } }))]
+#[schema(example = json!({ "reference_part": "sphere", "nominal_mm": 18.9, "scan": { "source": { "kind": "station" } } }))]
 pub struct StartVerificationDto {
     /// Kind of the reference part.
-    pub artefact: ArtefactDto,
+    pub reference_part: ReferencePartDto,
     /// Nominal height or radius.
     #[schema(exclusive_minimum = 0.0)]
     pub nominal_mm: f64,
@@ -223,12 +223,12 @@ impl From<StartScanDto> for ScanInput {
 
 impl From<StartVerificationDto> for VerifyInput {
     fn from(dto: StartVerificationDto) -> Self {
-        let artefact = match dto.artefact {
-            ArtefactDto::Gauge => "gauge",
-            ArtefactDto::Sphere => "sphere",
+        let reference_part = match dto.reference_part {
+            ReferencePartDto::Gauge => "gauge",
+            ReferencePartDto::Sphere => "sphere",
         };
         Self {
-            artefact: artefact.to_owned(),
+            reference_part: reference_part.to_owned(),
             nominal_mm: dto.nominal_mm,
             tolerance_mm: dto.tolerance_mm,
             scan: dto.scan.into(),

@@ -16,7 +16,7 @@ use crate::wire::scan::scan_runs::{ScanPurposeDto, ScanRunDto};
 
 pub use formats::{CloudFormatDto, CloudQuery, MeshFormatDto, MeshQuery};
 pub use inputs::{
-    ArtefactDto, BackgroundDto, ExportWhatDto, RecomputeDto, ScanModeDto, ScanSourceDto, StartExportDto,
+    BackgroundDto, ExportWhatDto, RecomputeDto, ReferencePartDto, ScanModeDto, ScanSourceDto, StartExportDto,
     StartScanDto, StartVerificationDto,
 };
 
