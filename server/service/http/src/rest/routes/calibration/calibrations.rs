@@ -40,7 +40,7 @@ pub fn routes() -> OpenApiRouter<Http> {
         .routes(routes!(list_activations))
         .routes(routes!(get_calibration))
         .routes(routes!(get_calibration_report))
-        .routes(routes!(get_residuals))
+        .routes(routes!(get_calibration_residuals))
         .routes(routes!(diff_calibrations))
 }
 
@@ -122,7 +122,7 @@ async fn get_calibration_report(
     get, path = "/calibrations/{id}/residuals", tag = "calibrations", params(("id" = String, Path)),
     responses((status = 200, body = ResidualsDto))
 )]
-async fn get_residuals(
+async fn get_calibration_residuals(
     State(app): State<App>,
     ApiPath(id): ApiPath<String>,
 ) -> Result<Json<ResidualsDto>, Problem> {
