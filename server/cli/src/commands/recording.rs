@@ -1,4 +1,4 @@
-//! `sheaf recording`: what is in a recording, and what can be made of it.
+//! Arguments of `sheaf recording`.
 
 use std::fmt::Write as _;
 

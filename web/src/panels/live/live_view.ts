@@ -35,7 +35,7 @@ export interface Figures {
   position_mm: number;
   exposure_us: number;
   calibrated: boolean;
-  laser_shone: boolean;
+  laser_on: boolean;
   n_lines: number;
   n_saturated: number;
   advice: Advice | undefined;
@@ -247,7 +247,7 @@ export class LiveView {
       position_mm: image.position_mm,
       exposure_us: image.exposure_us,
       calibrated: image.calibrated,
-      laser_shone: image.laser_shone,
+      laser_on: image.laser_on,
       n_lines: image.lines.length,
       n_saturated: image.n_saturated,
       advice: adviceOf(image.histogram, image.n_saturated),

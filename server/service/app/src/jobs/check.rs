@@ -39,10 +39,10 @@ pub(super) async fn check(input: &JobInput, parts: &JobParts) -> Result<u64, App
 async fn check_calibration(input: &CalibrateInput, parts: &JobParts) -> Result<(), AppError> {
     if let Some(model) = &input.light_model {
         let known = LightModelKind::ALL.iter().any(|kind| kind.name() == model) || model == "auto";
-        word(known, "/light_model", model, "auto, planes, pencil or grating")?;
+        check_code(known, "/light_model", model, "auto, planes, pencil or grating")?;
     }
     if let Some(k3) = &input.k3 {
-        word(matches!(k3.as_str(), "auto" | "on" | "off"), "/k3", k3, "auto, on or off")?;
+        check_code(matches!(k3.as_str(), "auto" | "on" | "off"), "/k3", k3, "auto, on or off")?;
     }
     if let Some(n_poses) = input.n_poses.filter(|n_poses| !N_POSES.contains(n_poses)) {
         return Err(AppError::new(
@@ -112,7 +112,7 @@ fn exists<T>(found: Result<T, store::StoreError>, place: &str) -> Result<T, AppE
     }
 }
 
-fn word(known: bool, place: &str, found: &str, allowed: &str) -> Result<(), AppError> {
+fn check_code(known: bool, place: &str, found: &str, allowed: &str) -> Result<(), AppError> {
     if known {
         return Ok(());
     }

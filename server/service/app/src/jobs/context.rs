@@ -73,7 +73,7 @@ impl ComputeContext {
     }
 
     /// Ends the job if cancellation was requested.
-    pub fn go_on(&self) -> Result<(), JobEnd> {
+    pub fn check_cancelled(&self) -> Result<(), JobEnd> {
         if self.cancel.is_cancelled() { Err(JobEnd::Cancelled) } else { Ok(()) }
     }
 
@@ -90,7 +90,7 @@ impl StationContext {
     /// [`JobEnd::Cancelled`] after a Stop or a cancellation, else why the station cannot be taken.
     pub fn take_station(&self, activity: &str) -> Result<StationLease, JobEnd> {
         loop {
-            self.go_on()?;
+            self.check_cancelled()?;
             let purpose =
                 Purpose { job_id: self.id.clone(), activity: activity.to_owned(), epoch: self.authority.epoch };
             match self.station.lease(purpose) {

@@ -98,7 +98,7 @@ pub fn run(input: ExportInput, ctx: &ComputeContext) -> Result<Done, JobEnd> {
     let words = format!("writing the {} as {}", format.what(), format.extension());
     ctx.report(0.0, Phase::Exporting, &words);
     ctx.wait(bytes_to_artifact(&ctx.artifacts, &scan, format))?;
-    ctx.go_on()?;
+    ctx.check_cancelled()?;
     let body = ScanExported {
         scan_id: scan.id.clone(),
         what: format.what().to_owned(),

@@ -259,7 +259,7 @@ impl Jobs {
     }
 
     /// Starts a job that waited for control to be released, if it may start now.
-    pub fn look_again(&self) {
+    pub fn recheck_control(&self) {
         self.0.advance();
     }
 

@@ -29,7 +29,7 @@ fn computed(scan: &ScanRecord, input: &RecomputeInput, ctx: &ComputeContext) -> 
     let document = ctx.wait(stored_document(&ctx.ledger, &*ctx.artifacts, input.calibration_id.as_deref()))?;
     ctx.report(0.0, Phase::ReadingPeaks, "reading the peaks of the scan");
     let frames = ctx.wait(stored_peaks(&*ctx.artifacts, &scan.peaks, &scan.id))?;
-    ctx.go_on()?;
+    ctx.check_cancelled()?;
     check_camera_of(&frames, &document)?;
     let losses = serde_json::from_value(scan.report["losses"].clone()).unwrap_or_default();
     let story = ScanStory {

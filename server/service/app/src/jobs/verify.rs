@@ -53,7 +53,7 @@ fn compared(input: &VerifyInput, measured: Measured) -> Result<Done, JobEnd> {
         AppError::new(ErrorKind::Internal, "the reference part was not measured").remedy("verify again")
     })?;
     let result = ResultRef { kind: MEASUREMENT.to_owned(), id: format!("{}/{}", record.scan_id, record.id) };
-    let message = in_words(input, record);
+    let message = message(input, record);
     Ok(measured.done_with(result, Some(message)))
 }
 
@@ -150,7 +150,7 @@ impl Drop for Exchanged {
     }
 }
 
-fn in_words(input: &VerifyInput, record: &MeasurementRecord) -> String {
+fn message(input: &VerifyInput, record: &MeasurementRecord) -> String {
     let number =
         |key: &str| record.result[key].as_f64().map_or_else(|| "–".to_owned(), |mm| format!("{mm:.4} mm"));
     let verdict = verdict_in(record).map_or_else(String::new, |verdict| format!(", {}", verdict.label()));

@@ -13,12 +13,12 @@ use crate::config::limits::{
 use crate::jobs::{export, scan};
 
 /// Runs until it is aborted. The first round, at start-up, deletes leftovers of a crashed process.
-pub async fn keep_house(app: App) {
+pub async fn run_housekeeping(app: App) {
     let mut period = tokio::time::interval(HOUSEKEEPING_PERIOD);
     loop {
         tokio::select! {
             _ = period.tick() => {
-                if let Err(error) = forget_old(&app).await {
+                if let Err(error) = prune_old(&app).await {
                     tracing::warn!(%error, "old records were not pruned");
                 }
                 if let Err(error) = app.store.back_up().await {
@@ -36,14 +36,14 @@ pub async fn keep_house(app: App) {
     }
 }
 
-async fn forget_old(app: &App) -> Result<(), StoreError> {
+async fn prune_old(app: &App) -> Result<(), StoreError> {
     let (last, now) = (app.ledger.read().last_event_seq().await?, now_ms());
     let mut changes = vec![
-        Change::ForgetIdempotencyBefore { at_ms: now - IDEMPOTENCY_KEPT_MS },
-        Change::ForgetEndedJobs { before_ms: now - JOBS_KEPT_MS, keep_newest: JOBS_KEPT },
+        Change::PruneIdempotencyKeys { at_ms: now - IDEMPOTENCY_KEPT_MS },
+        Change::PruneEndedJobs { before_ms: now - JOBS_KEPT_MS, keep_newest: JOBS_KEPT },
     ];
     if last > EVENTS_KEPT {
-        changes.push(Change::ForgetEventsThrough { seq: last - EVENTS_KEPT });
+        changes.push(Change::PruneEventsThrough { seq: last - EVENTS_KEPT });
     }
     app.ledger.commit(changes).await?;
     Ok(())
@@ -51,10 +51,10 @@ async fn forget_old(app: &App) -> Result<(), StoreError> {
 
 /// Deletes artifacts, exports, unpacked captures and images of stopped scans without records.
 async fn sweep(app: &App) -> Result<u64, StoreError> {
-    scan::forget_orphans(&app.ledger, &*app.artifacts).await;
+    scan::remove_orphans(&app.ledger, &*app.artifacts).await;
     let also_named = |named: &HashSet<ArtifactId>| {
         tokio::task::block_in_place(|| {
-            app.captures.forget_others(named);
+            app.captures.evict_others(named);
             export::remembered_of(&*app.artifacts, named)
         })
     };

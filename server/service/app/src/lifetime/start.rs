@@ -22,7 +22,7 @@ use crate::config::limits::{CONTROL_WATCH, DRAIN_TIMEOUT};
 use crate::control::was_halted;
 use crate::evented_catalogue::EventedCatalogue;
 use crate::jobs::{JobParts, Jobs};
-use crate::lifetime::housekeeping::keep_house;
+use crate::lifetime::housekeeping::run_housekeeping;
 use crate::recordings::figures::Ended;
 use crate::recordings::{RecordingParts, Recordings};
 use crate::resources::calibrations::Calibrations;
@@ -113,7 +113,7 @@ impl App {
     /// Background tasks, until they are aborted.
     pub fn watch(&self) -> [JoinHandle<()>; 3] {
         [
-            tokio::spawn(keep_house(self.clone())),
+            tokio::spawn(run_housekeeping(self.clone())),
             tokio::spawn(watch_control(self.clone())),
             tokio::spawn(watch_store(self.clone())),
         ]
@@ -169,7 +169,7 @@ async fn watch_control(app: App) {
                 tracing::warn!(%error, "the end of control is not stored");
             }
         }
-        app.jobs.look_again();
+        app.jobs.recheck_control();
     }
 }
 

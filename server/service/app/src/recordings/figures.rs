@@ -29,7 +29,7 @@ pub enum Ended {
 
 impl Ended {
     /// The reason as written to the file.
-    pub fn words(self) -> &'static str {
+    pub fn text(self) -> &'static str {
         match self {
             Self::Stopped => "stopped by a user",
             Self::LiveEnded => "the live view ended",

@@ -12,7 +12,7 @@ use crate::error::AppError;
 use crate::events::{Event, RecordingEnded, event};
 use crate::recordings::figures::{Ended, RecordingFigures};
 use crate::recordings::writing::Written;
-use crate::recordings::{RecordingParts, stored, word};
+use crate::recordings::{RecordingParts, code, stored};
 
 /// Folder of running recordings, beside the artifacts.
 const FOLDER: &str = "recordings";
@@ -183,8 +183,8 @@ async fn commit_end(parts: &RecordingParts, record: &RecordingRecord, figures: &
     let ended = figures.ended.unwrap_or(Ended::Crashed);
     let body = RecordingEnded {
         name: record.name.clone(),
-        state: word(record.state),
-        ended: word(ended),
+        state: code(record.state),
+        ended: code(ended),
         n_frames: figures.n_frames,
         n_lost: figures.lost.total(),
         size_bytes: record.size_bytes,

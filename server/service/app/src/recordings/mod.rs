@@ -231,7 +231,7 @@ impl Recordings {
             let (this, station) = (self.clone(), parts.station.clone());
             all.push(tokio::spawn(async move {
                 follow::end_of_live_view(station).await;
-                this.tell(None, Ended::LiveEnded).await;
+                this.publish(None, Ended::LiveEnded).await;
             }));
         }
         all
@@ -239,13 +239,13 @@ impl Recordings {
 
     /// Ends the recording `id`, or the running one, and returns its final record; `None` if there is none.
     pub async fn end(&self, id: Option<&str>, why: Ended) -> Option<RecordingRecord> {
-        let mut kept = self.tell(id, why).await?;
+        let mut kept = self.publish(id, why).await?;
         let ended = tokio::time::timeout(END_WAIT, kept.wait_for(Option::is_some)).await;
         ended.ok()?.ok()?.clone()
     }
 
     /// The same without waiting; returns a receiver of the final record.
-    async fn tell(&self, id: Option<&str>, why: Ended) -> Option<watch::Receiver<Option<RecordingRecord>>> {
+    async fn publish(&self, id: Option<&str>, why: Ended) -> Option<watch::Receiver<Option<RecordingRecord>>> {
         let current = self.current().filter(|current| id.is_none_or(|id| current.record.id == id))?;
         current.ending.lock().get_or_insert(why);
         self.close_tap().await;
@@ -379,7 +379,7 @@ fn made_file(
 }
 
 /// The code of a state or a reason in events and responses.
-fn word(value: impl serde::Serialize) -> String {
+fn code(value: impl serde::Serialize) -> String {
     let word = serde_json::to_value(value).ok().and_then(|value| value.as_str().map(str::to_owned));
     word.expect("states and reasons are enums without fields, which serde writes as words")
 }

@@ -113,7 +113,7 @@ impl Writing {
             account.lost.recorder = self.tap.dropped.recorder.load(Ordering::Relaxed);
         }
         let n_notes_lost = self.queue.n_lost();
-        let reason = ended.words().to_owned();
+        let reason = ended.text().to_owned();
         let end = RecordingEnd { reason, n_frames: account.n_frames, lost: account.lost, n_notes_lost };
         let finished = match failure {
             Some(error) => Err(error),

@@ -5,8 +5,8 @@
 
 mod body;
 mod camera_so_far;
+mod detection;
 mod found;
-mod look;
 mod needs;
 pub mod photographer;
 mod stored;
@@ -37,7 +37,7 @@ pub use body::{
     BoardPicture, CameraSoFar, LaserPicture, Picture, ProjectorSheet, Session, SessionBody, SessionPose,
     SessionStageView,
 };
-pub use look::Look;
+pub use detection::BoardDetection;
 pub use needs::{Need, SessionNeeds};
 
 /// Maximum number of images in a session: five times what any calibration needs.
@@ -178,11 +178,11 @@ impl Sessions {
     }
 
     /// Detects the board in the newest frame of a running live view, else in a single frame; the session is not changed.
-    pub async fn look(&self, id: &str) -> Result<Look, AppError> {
+    pub async fn detect_board(&self, id: &str) -> Result<BoardDetection, AppError> {
         let _eye = self.eye.lock().await;
         let body = self.get(id).await?.body;
         let frame = self.station.snapshot().await?;
-        tokio::task::block_in_place(|| look::look_at(&frame, body))
+        tokio::task::block_in_place(|| detection::detect_in_frame(&frame, body))
     }
 
     /// Captures the board as held now, with the laser off and on. `expected`: refused unless the session has this version.
@@ -259,7 +259,7 @@ impl Sessions {
 
     /// Sets where the virtual operator of a simulated station holds the board.
     pub fn place_virtual_board(&self, place: VirtualBoard) -> Result<(), AppError> {
-        let hands = self.station.simulation().ok_or_else(|| {
+        let twin = self.station.simulation().ok_or_else(|| {
             AppError::new(ErrorKind::Conflict, "this station is not simulated").remedy("move the board by hand")
         })?;
         let mut operator = self.operator.lock();
@@ -267,7 +267,7 @@ impl Sessions {
             *operator = None;
             return Ok(());
         }
-        let operator = operator.get_or_insert_with(|| VirtualOperator::new(hands, self.config.target.clone()));
+        let operator = operator.get_or_insert_with(|| VirtualOperator::new(twin, self.config.target.clone()));
         match place {
             VirtualBoard::Pose { pose } if pose >= PICTURE_LIMIT => {
                 return Err(AppError::new(ErrorKind::Impossible, format!("pose {pose} does not exist"))
@@ -359,7 +359,7 @@ impl Sessions {
 
     fn keep_board(&self, frame: &StampedFrame, body: &mut SessionBody) -> Result<BoardPicture, AppError> {
         let size_px = (frame.image.width(), frame.image.height());
-        look::check_size(body, size_px)?;
+        detection::check_size(body, size_px)?;
         (body.width_px, body.height_px) = size_px;
         Ok(found::board_in(&frame.image, self.keep(frame)?, &body.target))
     }

@@ -67,7 +67,7 @@ impl Photographer {
     }
 
     /// Sets the activity in the station status.
-    pub fn say(&self, words: &str) {
+    pub fn report_activity(&self, words: &str) {
         self.lease.activity(words);
     }
 

@@ -28,10 +28,10 @@ pub fn simulation(app: &App) -> Result<TwinControl, AppError> {
 /// # Errors
 /// If the station is not simulated, or a job uses it.
 pub fn idle_simulation(app: &App) -> Result<TwinControl, AppError> {
-    let hands = simulation(app)?;
+    let twin = simulation(app)?;
     let status = app.station.status();
     if status.job_id.is_none() {
-        return Ok(hands);
+        return Ok(twin);
     }
     Err(AppError::new(ErrorKind::StationBusy, format!("the station is busy: {}", status.activity))
         .remedy("wait for the job, or cancel it")
@@ -60,13 +60,13 @@ pub fn place_scene(app: &App, _by: &Principal, part: &SceneKind) -> Result<(), A
 /// # Errors
 /// If the station is not simulated, a job uses it, or the bytes are not a valid STL file.
 pub async fn place_part(app: &App, _by: &Principal, stl: Vec<u8>) -> Result<(), AppError> {
-    let hands = idle_simulation(app)?;
+    let twin = idle_simulation(app)?;
     let read = tokio::task::spawn_blocking(move || read_stl(&stl)).await;
     let solid = read.map_err(|cause| {
         AppError::new(ErrorKind::Internal, "reading the part failed with an internal error")
             .because(cause.to_string())
     })??;
-    hands.place_solid(Arc::new(solid));
+    twin.place_solid(Arc::new(solid));
     Ok(())
 }
 
@@ -75,9 +75,9 @@ pub async fn place_part(app: &App, _by: &Principal, stl: Vec<u8>) -> Result<(), 
 /// # Errors
 /// If the station is not simulated, or the fault or value is unknown.
 pub async fn enable_fault(app: &App, _by: &Principal, name: &str, value: Option<f64>) -> Result<(), AppError> {
-    let hands = simulation(app)?;
+    let twin = simulation(app)?;
     let fault = TwinFault::named(name, value).map_err(|error| AppError::from(error).at("/name"))?;
-    hands.set_fault(fault);
+    twin.set_fault(fault);
     let body = SimulatedFault { value: fault.value() };
     app.ledger.commit(vec![event(fault.name(), Event::SimulationFaultOn(body))]).await?;
     Ok(())

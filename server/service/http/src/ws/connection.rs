@@ -13,7 +13,7 @@ use tokio::sync::mpsc;
 use tokio::time::{Duration, Instant, sleep_until, timeout};
 
 use crate::ws::feeds::{Feeds, Next};
-use crate::ws::listener::{End, Heard, LastHeard, listen};
+use crate::ws::listener::{End, LastReceived, Received, listen};
 use crate::ws::station::Station;
 use crate::ws::streams::Streams;
 
@@ -31,7 +31,7 @@ const WAITING_REQUESTS: usize = 8;
 pub async fn serve(socket: WebSocket, streams: Streams, station: &dyn Station) {
     let (to_client, from_client) = socket.split();
     let (requests, asked) = mpsc::channel(WAITING_REQUESTS);
-    let heard = LastHeard::now();
+    let heard = LastReceived::now();
     let mut speaker = Speaker { to_client, asked, feeds: Feeds::default(), streams, heard: &heard, station };
     let end = tokio::select! {
         end = listen(from_client, requests, &heard, station) => end,
@@ -47,10 +47,10 @@ pub async fn serve(socket: WebSocket, streams: Streams, station: &dyn Station) {
 /// The sending half of a connection.
 struct Speaker<'a> {
     to_client: SplitSink<WebSocket, Message>,
-    asked: mpsc::Receiver<Heard>,
+    asked: mpsc::Receiver<Received>,
     feeds: Feeds,
     streams: Streams,
-    heard: &'a LastHeard,
+    heard: &'a LastReceived,
     station: &'a dyn Station,
 }
 
@@ -109,10 +109,10 @@ impl Speaker<'_> {
     }
 
     /// Handles a request and replies.
-    fn answer(&mut self, heard: Heard) -> Message {
+    fn answer(&mut self, heard: Received) -> Message {
         let request = match heard {
-            Heard::Answer(text) => return Message::text(text),
-            Heard::Asked(request) => request,
+            Received::Answer(text) => return Message::text(text),
+            Received::Asked(request) => request,
         };
         let text = match request {
             Err(misunderstanding) => ServerText::Error(&misunderstanding).to_json(),

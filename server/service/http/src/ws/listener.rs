@@ -28,9 +28,9 @@ pub enum End {
 }
 
 /// When the client last sent something.
-pub struct LastHeard(Mutex<Instant>);
+pub struct LastReceived(Mutex<Instant>);
 
-impl LastHeard {
+impl LastReceived {
     /// Now.
     pub fn now() -> Self {
         Self(Mutex::new(Instant::now()))
@@ -47,7 +47,7 @@ impl LastHeard {
 }
 
 /// What the sending half has to reply.
-pub enum Heard {
+pub enum Received {
     /// The request, or why it was not understood.
     Asked(Result<Request, Misunderstanding>),
     /// A finished reply.
@@ -58,8 +58,8 @@ pub enum Heard {
 /// immediately, regardless of unread data and message limits.
 pub async fn listen(
     mut from_client: SplitStream<WebSocket>,
-    answers: mpsc::Sender<Heard>,
-    heard: &LastHeard,
+    answers: mpsc::Sender<Received>,
+    heard: &LastReceived,
     station: &dyn Station,
 ) -> End {
     let mut allowance = Allowance { left: CLIENT_MESSAGE_BURST, at: Instant::now() };
@@ -80,7 +80,7 @@ pub async fn listen(
                 let stopped = json!(stopping.await);
                 let answer = ServerText::Stopped { id, stopped: &stopped }.to_json();
                 // The client may be gone; the station is stopped in any case.
-                let _ = answers.send(Heard::Answer(answer)).await;
+                let _ = answers.send(Received::Answer(answer)).await;
             });
             continue;
         }
@@ -89,7 +89,7 @@ pub async fn listen(
         }
         match (message, asked) {
             (_, Some(asked)) => {
-                if answers.send(Heard::Asked(asked)).await.is_err() {
+                if answers.send(Received::Asked(asked)).await.is_err() {
                     return End::Gone;
                 }
             }

@@ -170,7 +170,7 @@ fn answer(args: &BenchServerArgs, n_pictures: usize, swept: &[Swept]) -> Answer 
     );
     swept.iter().for_each(|swept| swept.write_to(&mut text));
     if !crate::heap::allocations::COUNTED {
-        text.push_str("requests for memory are counted by a program built with --features count-allocations\n");
+        text.push_str("allocations are counted in a build with --features count-allocations\n");
     }
     let sweeps: Vec<_> = swept.iter().map(Swept::to_json).collect();
     let json = json!({

@@ -50,7 +50,7 @@ pub fn from_capture(input: &CalibrateInput, capture_id: &str, ctx: &ComputeConte
     ctx.report(0.0, Phase::UnpackingCapture, "unpacking the capture");
     let name = ctx.wait(ctx.ledger.read().capture(capture_id))?.name;
     let checked_out = ctx.captures.check_out(capture_id)?;
-    ctx.go_on()?;
+    ctx.check_cancelled()?;
     compute(&checked_out.folder, &name, capture_id, input, ctx, 0.0)
 }
 
@@ -65,7 +65,7 @@ fn made_from(
     let folder = tempfile::Builder::new().prefix("calibration-").tempdir_in(ctx.artifacts.workbench().scratch());
     let folder = folder.map_err(disk_problem)?;
     take(folder.path())?;
-    ctx.go_on()?;
+    ctx.check_cancelled()?;
     ctx.report(taken, Phase::StoringImages, "storing the images");
     let (record, change) = ctx.captures.take_in_folder(folder.path(), CaptureOrigin::Calibration, name)?;
     let created = event(&record.id, Event::CaptureCreated((&record).into()));

@@ -41,7 +41,7 @@ pub(super) fn calibrated(
     let Calibrated { result, document } = calibrate_features(capture, &features, &options(input), &fitting)?;
     ctx.report(at(FITTING), Phase::WritingReport, "writing the report");
     let page = calibration_page(capture, name, &features, &result, &document)?;
-    ctx.go_on()?;
+    ctx.check_cancelled()?;
     let id = document.calibration.id.clone();
     let mut summary = summary(&result, &features, &id);
     summary[RESIDUALS] = json!(keep_residuals(&result, ctx)?.as_str());

@@ -21,7 +21,7 @@ pub(super) fn gather_pictures(session_id: &str, ctx: &ComputeContext, folder: &P
     let session = Session::try_from(ctx.wait(ctx.ledger.read().session(session_id))?)?;
     make_folders(folder)?;
     let put = |kind: &str, idx: usize, picture: &Picture| -> Result<PathBuf, JobEnd> {
-        ctx.go_on()?;
+        ctx.check_cancelled()?;
         let path = PathBuf::from(format!("{kind}/{idx:03}.png"));
         let bytes = ctx.wait(ctx.artifacts.read(&artifact(picture)?))?;
         std::fs::write(folder.join(&path), bytes).map_err(disk_problem)?;

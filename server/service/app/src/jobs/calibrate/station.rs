@@ -28,15 +28,15 @@ pub(super) fn take_pictures(
     folder: &Path,
     share: f64,
 ) -> Result<(), JobEnd> {
-    let hands = ctx.station.simulation().ok_or_else(nobody_moves_the_board)?;
-    let operator = VirtualOperator::new(hands, ctx.config.target.clone());
+    let twin = ctx.station.simulation().ok_or_else(nobody_moves_the_board)?;
+    let operator = VirtualOperator::new(twin, ctx.config.target.clone());
     let lease = ctx.take_station("calibrating")?;
     let camera = Photographer::new(lease, ctx.cancel.clone(), Exposures::default());
     let n_poses = input.n_poses.unwrap_or(N_POSES);
     let positions = operator.stage_positions();
     let mut album = Album::new(folder, 2 * n_poses + positions.len(), ctx, share)?;
     if !ctx.station.status().homed {
-        album.say(&camera, Phase::Homing, "homing the stage");
+        album.report_activity(&camera, Phase::Homing, "homing the stage");
         camera.home()?;
     }
     camera.go_to(operator.zero())?;
@@ -44,9 +44,13 @@ pub(super) fn take_pictures(
         let number = pose_idx + 1;
         let pose = format!("pose {number} of {n_poses}");
         operator.hold_board(pose_idx, n_poses);
-        album.say(&camera, Phase::ExposingBoard.counted(number, n_poses), &format!("{pose}: exposing the board"));
+        album.report_activity(
+            &camera,
+            Phase::ExposingBoard.counted(number, n_poses),
+            &format!("{pose}: exposing the board"),
+        );
         let board = album.add("board", &*camera.board()?)?;
-        album.say(
+        album.report_activity(
             &camera,
             Phase::ExposingLaser.counted(number, n_poses),
             &format!("{pose}: exposing the laser lines"),
@@ -58,7 +62,7 @@ pub(super) fn take_pictures(
     for (idx, position) in positions.iter().enumerate() {
         let (number, of) = (idx + 1, positions.len());
         let words = format!("stage position {number} of {of}: exposing the board");
-        album.say(&camera, Phase::ExposingStage.counted(number, of), &words);
+        album.report_activity(&camera, Phase::ExposingStage.counted(number, of), &words);
         let position = camera.go_to(*position)?;
         let board = album.add("stage", &*camera.board()?)?;
         album.stage_views.push(StageView::new(board, capture_place(position)));
@@ -90,13 +94,13 @@ impl<'a> Album<'a> {
         Ok(Self { ctx, folder, share, n_pictures, n_taken: 0, size_px: None, poses, stage_views })
     }
 
-    fn say(&self, camera: &Photographer, step: impl Into<Step>, words: &str) {
-        camera.say(words);
+    fn report_activity(&self, camera: &Photographer, step: impl Into<Step>, words: &str) {
+        camera.report_activity(words);
         self.ctx.report(self.share * self.n_taken as f64 / self.n_pictures as f64, step, words);
     }
 
     fn add(&mut self, folder: &str, frame: &StampedFrame) -> Result<PathBuf, JobEnd> {
-        self.ctx.go_on()?;
+        self.ctx.check_cancelled()?;
         let n_before = match folder {
             "stage" => self.stage_views.len(),
             _ => self.poses.len(),

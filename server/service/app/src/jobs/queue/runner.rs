@@ -132,7 +132,7 @@ impl Queue {
         running.board.expect(self.forecast(&likeness, size));
         let result = self.begin(running, kind).map_err(JobEnd::from).and_then(|()| {
             let context = self.context(running);
-            context.go_on()?;
+            context.check_cancelled()?;
             run::run(&self.procedure, waiting.input, &context)
         });
         ticker.abort();

@@ -24,7 +24,7 @@ pub fn run(input: &ScanInput, frames: &RecordedFrames, ctx: &ComputeContext) -> 
     let document = ctx.wait(stored_document(&ctx.ledger, &*ctx.artifacts, input.calibration_id.as_deref()))?;
     ctx.report(0.0, Phase::UnpackingCapture, "unpacking the capture");
     let checked_out = ctx.captures.check_out(capture_id)?;
-    ctx.go_on()?;
+    ctx.check_cancelled()?;
     let reporter = ctx.reporter(Phase::ReadingFrames, 0.0..READING);
     let capture = open_capture(&checked_out.folder, &reporter)?;
     let cloud_name = chosen_scan(&capture, scan.as_deref())?;

@@ -19,7 +19,7 @@ use crate::jobs::{ComputeContext, Done, JobEnd, RecordedFrames, ScanInput, Stati
 
 pub use measuring::{Measured, measured};
 pub use result::{Evaluating, MadeScan, ScanStory, check_camera_of, made_scan, scan_changes};
-pub use work::{clear_work, forget_orphans, recover};
+pub use work::{clear_work, recover, remove_orphans};
 
 /// Progress of a job after its frames. The shares are fixed so that jobs can be compared; their durations are taken from
 /// recent jobs.

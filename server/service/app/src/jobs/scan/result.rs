@@ -118,14 +118,14 @@ pub fn made_scan(
     }
     stage.store(1, Ordering::Relaxed);
     on_read(counted.n_read());
-    ctx.go_on()?;
+    ctx.check_cancelled()?;
     let kept = KeptCloud::new(ctx, &story, &evaluation, frames)?;
     ctx.report(part.end, Phase::StoringCloud, "storing the cloud");
     let n_points = evaluation.report.n_points;
     let (replaces, mut also) = (story.replaces, story.also.clone());
     let mut story = story;
     let mut report = scan_json(&story.cloud_name, &evaluation.report, kept.median_sigma_mm);
-    also.extend(watched.judge(
+    also.extend(watched.apply_watches(
         ctx,
         &mut story,
         &mut report,

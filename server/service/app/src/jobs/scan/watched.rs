@@ -68,7 +68,7 @@ impl Watched {
 
     /// Puts the verdicts into the scan's `report`, and makes it invalid if one says so. Returns events of those that warn.
     /// `calibration_id` and `median_sigma_mm` are those of its cloud.
-    pub fn judge(
+    pub fn apply_watches(
         &mut self,
         ctx: &ComputeContext,
         story: &mut ScanStory,

@@ -201,12 +201,12 @@ async fn recover_one(ledger: &EventedCatalogue, artifacts: &dyn Artifacts, folde
         removed(std::fs::remove_dir_all(folder));
         return Ok(());
     }
-    let Ok(text) = std::fs::read(folder.join(NOTE)) else { return forget_orphan(ledger, folder).await };
+    let Ok(text) = std::fs::read(folder.join(NOTE)) else { return remove_orphan(ledger, folder).await };
     let note: WorkNote = serde_json::from_slice(&text).map_err(disk_problem)?;
     let work = Work { note, folder: folder.to_owned() };
     let Ok((peaks, prefix)) = PeaksWriter::resume(&work.peaks()) else {
         work.clear_but_pictures();
-        return forget_orphan(ledger, folder).await;
+        return remove_orphan(ledger, folder).await;
     };
     let n_frames = prefix.peaks.frames.len();
     if n_frames == 0 {
@@ -222,10 +222,10 @@ async fn recover_one(ledger: &EventedCatalogue, artifacts: &dyn Artifacts, folde
 }
 
 /// Deletes the images of deleted partial scans. The folder of a running scan has its metadata and is kept.
-pub async fn forget_orphans(ledger: &EventedCatalogue, artifacts: &dyn Artifacts) {
+pub async fn remove_orphans(ledger: &EventedCatalogue, artifacts: &dyn Artifacts) {
     let Ok(folders) = std::fs::read_dir(home(artifacts)) else { return };
     for folder in folders.flatten().map(|entry| entry.path()).filter(|folder| !folder.join(NOTE).exists()) {
-        if let Err(problem) = forget_orphan(ledger, &folder).await {
+        if let Err(problem) = remove_orphan(ledger, &folder).await {
             tracing::warn!(detail = problem.detail, "the work folder of a scan cannot be deleted");
         }
     }
@@ -242,7 +242,7 @@ async fn is_made(ledger: &EventedCatalogue, folder: &Path) -> Result<bool, AppEr
 }
 
 /// Images are unreferenced unless their scan is partial.
-async fn forget_orphan(ledger: &EventedCatalogue, folder: &Path) -> Result<(), AppError> {
+async fn remove_orphan(ledger: &EventedCatalogue, folder: &Path) -> Result<(), AppError> {
     let id = folder.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
     match ledger.read().scan(&id).await {
         Ok(scan) if scan.state == ScanState::Partial => Ok(()),

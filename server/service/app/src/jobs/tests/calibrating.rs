@@ -48,8 +48,8 @@ async fn document(bench: &Bench, id: &str) -> (Vec<u8>, CalibrationDocument) {
 
 /// Depth error on noise-free pixels of sphere and gauge, whose true positions the twin provides.
 fn systematic_rmse_mm(bench: &Bench, calibration: &Calibration) -> f64 {
-    let hands = bench.parts.station.simulation().unwrap();
-    let (model, renderer) = (hands.model(), hands.renderer());
+    let twin = bench.parts.station.simulation().unwrap();
+    let (model, renderer) = (twin.model(), twin.renderer());
     let parts = [twin::SceneKind::Sphere { radius_mm: 18.9 }, twin::SceneKind::Gauge { height_mm: 8.9 }];
     let mut squares = Vec::new();
     for (part, position_mm) in parts.iter().flat_map(|part| [-8.0, 0.0, 8.0].map(|at| (part, at))) {

@@ -42,7 +42,7 @@ impl Script {
             _ => {}
         }
         while !self.released.load(Ordering::SeqCst) {
-            ctx.go_on()?;
+            ctx.check_cancelled()?;
             std::thread::sleep(Duration::from_millis(2));
         }
         let id = if name == "twice" { "a".to_owned() } else { format!("made by {name}") };
@@ -279,7 +279,7 @@ async fn a_job_waits_while_someone_else_is_in_control() {
     assert_eq!(jobs.view(&unattended).await.unwrap().record.state, JobState::Queued);
     assert!(script.began().is_empty());
     control.give_back(Some(&anna));
-    jobs.look_again();
+    jobs.recheck_control();
     assert_eq!(ended(&jobs, &unattended).await.record.state, JobState::Succeeded);
     let anna = control.take("Anna", false, Instant::now()).unwrap().lease.id;
     let epoch = bench.parts.station.stop_epoch();

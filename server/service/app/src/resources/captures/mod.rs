@@ -169,7 +169,7 @@ impl Captures {
     }
 
     /// Removes unpacked captures that are not in `named` and not in use.
-    pub fn forget_others(&self, named: &HashSet<ArtifactId>) {
+    pub fn evict_others(&self, named: &HashSet<ArtifactId>) {
         self.cache.retain(|key| ArtifactId::parse(key).is_some_and(|id| named.contains(&id)));
     }
 

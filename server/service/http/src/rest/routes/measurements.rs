@@ -41,18 +41,18 @@ async fn list_measurements(
 ) -> Result<Json<ListDto<MeasurementDto>>, Problem> {
     let page = page(query.before, query.limit)?;
     let tool = query.tool.map(|tool| Tool::from(tool).name());
-    let verdict = query.verdict.map(VerdictDto::word);
+    let verdict = query.verdict.map(VerdictDto::code);
     let path = path_with("/api/v1/measurements", &[("tool", tool), ("verdict", verdict)]);
     let filter =
-        MeasurementFilter { scan_id: None, tool: tool.map(str::to_owned), verdicts: words_of(query.verdict) };
+        MeasurementFilter { scan_id: None, tool: tool.map(str::to_owned), verdicts: codes_of(query.verdict) };
     let listed = app.ledger.read().measurements(&filter, &page).await?;
     Ok(Json(ListDto::whole_of(&path, &page, listed, MeasurementDto::try_from)))
 }
 
 /// A verdict's code, and the one in records of earlier versions.
-fn words_of(verdict: Option<VerdictDto>) -> Vec<String> {
+fn codes_of(verdict: Option<VerdictDto>) -> Vec<String> {
     let Some(verdict) = verdict else { return Vec::new() };
-    let known = ["pass", "fail", verdict.word()];
+    let known = ["pass", "fail", verdict.code()];
     let same = known.into_iter().filter(|word| PartVerdict::from_name(word) == Some(verdict.into()));
     same.map(str::to_owned).collect()
 }

@@ -58,12 +58,12 @@ async fn list_scans(
     ApiQuery(query): ApiQuery<ScansQuery>,
 ) -> Result<Json<ListDto<ScanDto>>, Problem> {
     let page = page(query.before, query.limit)?;
-    let state = query.state.map(ScanStateDto::word);
-    let purpose = query.purpose.map(ScanPurposeDto::word);
+    let state = query.state.map(ScanStateDto::code);
+    let purpose = query.purpose.map(ScanPurposeDto::code);
     let asked = [
         ("state", state),
         ("calibration_id", query.calibration_id.as_deref()),
-        ("verdict", query.verdict.map(VerdictDto::word)),
+        ("verdict", query.verdict.map(VerdictDto::code)),
         ("purpose", purpose),
     ];
     let path = path_with("/api/v1/scans", &asked);
@@ -163,7 +163,7 @@ async fn get_cloud(
     ApiQuery(query): ApiQuery<CloudQuery>,
 ) -> Result<Response, Problem> {
     let format = query.format.unwrap_or_default();
-    download(&app, &id, "cloud", format.word()).await
+    download(&app, &id, "cloud", format.code()).await
 }
 
 /// Downloads the mesh of a scan.
@@ -179,7 +179,7 @@ async fn get_mesh(
     ApiQuery(query): ApiQuery<MeshQuery>,
 ) -> Result<Response, Problem> {
     let format = query.format.unwrap_or_default();
-    download(&app, &id, "mesh", format.word()).await
+    download(&app, &id, "mesh", format.code()).await
 }
 
 async fn download(app: &App, id: &str, what: &str, format: &str) -> Result<Response, Problem> {

@@ -134,16 +134,16 @@ pub struct ExportJobDto {
 
 /// A code in a stored input that this version does not know.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct UnknownWord(pub String);
+pub struct UnknownCode(pub String);
 
-fn known<T>(found: Option<T>, word: &str) -> Result<T, UnknownWord> {
-    found.ok_or_else(|| UnknownWord(word.to_owned()))
+fn known<T>(found: Option<T>, word: &str) -> Result<T, UnknownCode> {
+    found.ok_or_else(|| UnknownCode(word.to_owned()))
 }
 
 impl TryFrom<JobInput> for JobInputDto {
-    type Error = UnknownWord;
+    type Error = UnknownCode;
 
-    fn try_from(input: JobInput) -> Result<Self, UnknownWord> {
+    fn try_from(input: JobInput) -> Result<Self, UnknownCode> {
         Ok(match input {
             JobInput::Calibration(input) => Self::Calibration(input.try_into()?),
             JobInput::Scan(input) => Self::Scan(input.try_into()?),
@@ -157,9 +157,9 @@ impl TryFrom<JobInput> for JobInputDto {
 }
 
 impl TryFrom<CalibrateInput> for CalibrationJobDto {
-    type Error = UnknownWord;
+    type Error = UnknownCode;
 
-    fn try_from(input: CalibrateInput) -> Result<Self, UnknownWord> {
+    fn try_from(input: CalibrateInput) -> Result<Self, UnknownCode> {
         let CalibrateInput { source, light_model, k3, leave_out_unreadable, n_poses, session_id } = input;
         let source = match source {
             Source::Station => CalibrationSourceDto::Station {},
@@ -211,9 +211,9 @@ impl From<ScanMode> for ScanModeDto {
 }
 
 impl TryFrom<ScanInput> for ScanJobDto {
-    type Error = UnknownWord;
+    type Error = UnknownCode;
 
-    fn try_from(input: ScanInput) -> Result<Self, UnknownWord> {
+    fn try_from(input: ScanInput) -> Result<Self, UnknownCode> {
         Ok(Self {
             purpose: input.purpose.into(),
             source: input.source.into(),
@@ -241,7 +241,7 @@ impl TryFrom<ScanInput> for ScanJobDto {
 }
 
 /// A requested measurement.
-pub fn measure_dtos(inputs: Vec<MeasureInput>) -> Result<Vec<MeasureDto>, UnknownWord> {
+pub fn measure_dtos(inputs: Vec<MeasureInput>) -> Result<Vec<MeasureDto>, UnknownCode> {
     let dto = |input: MeasureInput| {
         let MeasureInput { tool, name, nominal_mm, tolerance_mm, region_mm, seed } = input;
         let tool = known(Tool::from_name(&tool), &tool)?.into();
@@ -251,9 +251,9 @@ pub fn measure_dtos(inputs: Vec<MeasureInput>) -> Result<Vec<MeasureDto>, Unknow
 }
 
 impl TryFrom<VerifyInput> for VerificationJobDto {
-    type Error = UnknownWord;
+    type Error = UnknownCode;
 
-    fn try_from(input: VerifyInput) -> Result<Self, UnknownWord> {
+    fn try_from(input: VerifyInput) -> Result<Self, UnknownCode> {
         let VerifyInput { reference_part, nominal_mm, tolerance_mm, scan } = input;
         let found = match reference_part.as_str() {
             "gauge" => Some(ReferencePartDto::Gauge),
@@ -270,9 +270,9 @@ impl TryFrom<VerifyInput> for VerificationJobDto {
 }
 
 impl TryFrom<ExportInput> for ExportJobDto {
-    type Error = UnknownWord;
+    type Error = UnknownCode;
 
-    fn try_from(input: ExportInput) -> Result<Self, UnknownWord> {
+    fn try_from(input: ExportInput) -> Result<Self, UnknownCode> {
         let ExportInput { scan_id, what, format } = input;
         let found = match what.as_str() {
             "cloud" => Some(ExportWhatDto::Cloud),
@@ -325,6 +325,6 @@ mod tests {
     #[test]
     fn an_unknown_code_of_another_version_is_not_guessed() {
         let input = ExportInput { scan_id: "s".into(), what: "voxels".into(), format: "x".into() };
-        assert_eq!(ExportJobDto::try_from(input).unwrap_err(), UnknownWord("voxels".to_owned()));
+        assert_eq!(ExportJobDto::try_from(input).unwrap_err(), UnknownCode("voxels".to_owned()));
     }
 }

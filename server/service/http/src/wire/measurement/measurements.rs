@@ -47,7 +47,7 @@ pub enum VerdictDto {
 
 impl VerdictDto {
     /// Its code.
-    pub fn word(self) -> &'static str {
+    pub fn code(self) -> &'static str {
         PartVerdict::from(self).name()
     }
 }

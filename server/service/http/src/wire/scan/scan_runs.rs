@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-use crate::wire::job::job_inputs::{UnknownWord, measure_dtos};
+use crate::wire::job::job_inputs::{UnknownCode, measure_dtos};
 use crate::wire::measurement::measurements::MeasureDto;
 use crate::wire::scan::scans::{BackgroundDto, ScanModeDto, ScanSourceDto};
 use app::scan_run::{ScanPlan, ScanPurpose, ScanRange, ScanRun};
@@ -21,7 +21,7 @@ pub enum ScanPurposeDto {
 
 impl ScanPurposeDto {
     /// Its code.
-    pub fn word(self) -> &'static str {
+    pub fn code(self) -> &'static str {
         match self {
             Self::Production => "production",
             Self::Verification => "verification",
@@ -277,9 +277,9 @@ impl From<ScanPlan> for ScanPlanDto {
 }
 
 impl TryFrom<ScanRun> for ScanRunDto {
-    type Error = UnknownWord;
+    type Error = UnknownCode;
 
-    fn try_from(run: ScanRun) -> Result<Self, UnknownWord> {
+    fn try_from(run: ScanRun) -> Result<Self, UnknownCode> {
         let plan = run.plan.as_ref();
         let [travel, turn] = by_unit(plan);
         Ok(Self {

@@ -10,7 +10,7 @@ use crate::error::{AppError, ErrorKind};
 use crate::jobs::plan::ScanPlan;
 use crate::jobs::scan::TAKEN;
 use crate::jobs::scan::taking::backgrounds::{Background, BackgroundLog};
-use crate::jobs::scan::taking::recording::Hand;
+use crate::jobs::scan::taking::recording::FrameSink;
 use crate::jobs::{JobEnd, ScanMode, StationContext};
 use crate::progress::Phase;
 use crate::resources::scan_run::ScanRange;
@@ -44,7 +44,7 @@ pub fn take_frames(
     positions: &[f64],
     losses: &mut Vec<String>,
     log: &BackgroundLog,
-    hand: &Hand,
+    hand: &FrameSink,
 ) -> Result<AmbientLight, JobEnd> {
     let lease = ctx.take_station("scanning")?;
     let capabilities = ctx.station.status().camera.capabilities.clone();
@@ -79,7 +79,7 @@ struct Run<'a> {
     ctx: &'a StationContext,
     plan: &'a ScanPlan,
     lease: StationLease,
-    hand: &'a Hand,
+    hand: &'a FrameSink,
     losses: &'a mut Vec<String>,
     log: &'a BackgroundLog,
     /// Rows captured.
@@ -97,11 +97,11 @@ impl Run<'_> {
     fn row_by_row(&mut self) -> Result<(), JobEnd> {
         let (mut lost, first) = (0, self.done);
         for row in self.done..self.plan.n_rows {
-            self.ctx.go_on()?;
+            self.ctx.check_cancelled()?;
             let wanted = self.plan.range.position(row).value();
             let at = self.lease.move_to(wanted, None, &self.ctx.cancel)?;
-            if self.is_look_due(row) {
-                lost += self.look_without_laser(row)?;
+            if self.is_background_due(row) {
+                lost += self.capture_background(row)?;
             }
             if row == first || self.looked_at == Some(row) {
                 self.lease.laser_on(self.plan.laser_power)?;
@@ -112,7 +112,7 @@ impl Run<'_> {
                 return Err(dark(row).into());
             }
             if self.background.as_ref().is_some_and(|known| known.row != row && !known.suits(&frames[0].image)) {
-                lost += self.look_without_laser(row)?;
+                lost += self.capture_background(row)?;
                 self.lease.laser_on(self.plan.laser_power)?;
             }
             self.give(frames, at)?;
@@ -148,7 +148,7 @@ impl Run<'_> {
     }
 
     /// Whether a laser-off image is due before this row.
-    fn is_look_due(&self, row: usize) -> bool {
+    fn is_background_due(&self, row: usize) -> bool {
         let Some(asked) = self.plan.background else { return false };
         let every = match &self.background {
             Some(_) => asked.every_rows.unwrap_or(1),
@@ -160,7 +160,7 @@ impl Run<'_> {
 
     /// Takes a picture with the laser off where the stage stands, to be taken away from frames if the room is that bright;
     /// the laser stays off. Returns how many frames were lost on their way.
-    fn look_without_laser(&mut self, row: usize) -> Result<u64, JobEnd> {
+    fn capture_background(&mut self, row: usize) -> Result<u64, JobEnd> {
         let Some(asked) = self.plan.background else { return Ok(0) };
         self.lease.laser_off()?;
         let frame = self.lease.grab(&self.ctx.cancel)?;
@@ -191,7 +191,7 @@ impl Run<'_> {
         };
         if plan.background.is_some() {
             self.lease.move_to(from, None, &self.ctx.cancel)?;
-            self.look_without_laser(self.done)?;
+            self.capture_background(self.done)?;
         }
         self.lease.laser_on(plan.laser_power)?;
         // The station uses the unit of its stage.
@@ -215,7 +215,7 @@ impl Run<'_> {
             None => self.lease.laser_off()?,
         }
         if plan.background.is_some() {
-            self.look_without_laser(self.done)?;
+            self.capture_background(self.done)?;
         }
         Ok(())
     }

@@ -59,7 +59,7 @@ pub struct Recorder<'a> {
 }
 
 /// The input queue for acquired frames.
-pub struct Hand {
+pub struct FrameSink {
     queue: SyncSender<Taken>,
     next: Cell<usize>,
     failed: Arc<AtomicBool>,
@@ -95,7 +95,7 @@ struct Memory {
     records: FreeRecords,
 }
 
-impl Hand {
+impl FrameSink {
     /// Submits a row (one frame per exposure) with its background; blocks if the threads are behind.
     ///
     /// # Errors
@@ -126,7 +126,7 @@ impl Recorder<'_> {
     pub fn record<T>(
         &self,
         kept: &mut Kept<'_>,
-        take: impl FnOnce(&Hand) -> Result<T, JobEnd>,
+        take: impl FnOnce(&FrameSink) -> Result<T, JobEnd>,
     ) -> Result<T, JobEnd> {
         let (queue, taken) = sync_channel(QUEUE_FRAMES);
         let (sender, seen) = sync_channel(QUEUE_FRAMES);
@@ -134,12 +134,12 @@ impl Recorder<'_> {
         let (taken, memory) = (Mutex::new(taken), Memory::default());
         let failed = Arc::new(AtomicBool::new(false));
         let first = kept.positions.len();
-        let hand = Hand { queue, next: Cell::new(first), failed: failed.clone(), notes: self.notes.clone() };
+        let hand = FrameSink { queue, next: Cell::new(first), failed: failed.clone(), notes: self.notes.clone() };
         let (taken, memory, failed) = (&taken, &memory, &*failed);
         std::thread::scope(|scope| {
             for number in 0..n_threads() {
                 let sender = sender.clone();
-                let look = move || self.look_at_frames(taken, memory, &sender);
+                let look = move || self.extract_lines(taken, memory, &sender);
                 spawned(scope, format!("scan-lines-{number}"), look)?;
             }
             drop(sender);
@@ -155,7 +155,7 @@ impl Recorder<'_> {
         })
     }
 
-    fn look_at_frames(&self, taken: &Mutex<Receiver<Taken>>, memory: &Memory, sender: &SyncSender<Seen>) {
+    fn extract_lines(&self, taken: &Mutex<Receiver<Taken>>, memory: &Memory, sender: &SyncSender<Seen>) {
         let params = CentrelineParams {
             line_direction: self.ctx.config.projector.direction(),
             ..CentrelineParams::default()

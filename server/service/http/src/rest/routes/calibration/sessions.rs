@@ -150,7 +150,7 @@ async fn detect_board(
     State(app): State<App>,
     ApiPath(id): ApiPath<String>,
 ) -> Result<Json<BoardDetectionDto>, Problem> {
-    Ok(Json(app.sessions.look(&id).await?.into()))
+    Ok(Json(app.sessions.detect_board(&id).await?.into()))
 }
 
 /// Captures the board as held now, with the laser off and with the laser on, and returns the detections.

@@ -1,6 +1,6 @@
 //! What a session still needs, and the board as detected in one frame, on the wire.
 
-use app::sessions::{CameraSoFar, Look, Need, SessionNeeds};
+use app::sessions::{BoardDetection, CameraSoFar, Need, SessionNeeds};
 use serde::Serialize;
 use utoipa::ToSchema;
 
@@ -117,9 +117,9 @@ impl From<Need> for RequirementDto {
     }
 }
 
-impl From<Look> for BoardDetectionDto {
-    fn from(of: Look) -> Self {
-        let Look {
+impl From<BoardDetection> for BoardDetectionDto {
+    fn from(of: BoardDetection) -> Self {
+        let BoardDetection {
             sequence,
             captured_ms,
             width_px,

@@ -20,7 +20,7 @@ pub enum CloudFormatDto {
 
 impl CloudFormatDto {
     /// Its code.
-    pub fn word(self) -> &'static str {
+    pub fn code(self) -> &'static str {
         match self {
             Self::Ply => "ply",
             Self::Csv => "csv",
@@ -45,7 +45,7 @@ pub enum MeshFormatDto {
 
 impl MeshFormatDto {
     /// Its code.
-    pub fn word(self) -> &'static str {
+    pub fn code(self) -> &'static str {
         match self {
             Self::Stl => "stl",
             Self::Glb => "glb",

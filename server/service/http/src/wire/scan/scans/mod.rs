@@ -34,7 +34,7 @@ pub enum ScanStateDto {
 
 impl ScanStateDto {
     /// Its code.
-    pub fn word(self) -> &'static str {
+    pub fn code(self) -> &'static str {
         match self {
             Self::Complete => "complete",
             Self::Partial => "partial",

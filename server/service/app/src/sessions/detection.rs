@@ -9,7 +9,7 @@ use crate::sessions::found;
 
 /// The board as detected in one frame. Nothing is stored.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Look {
+pub struct BoardDetection {
     /// Sequence number of the frame, as in the live stream.
     pub sequence: u64,
     /// Middle of the exposure on the station's monotonic clock, ms.
@@ -40,7 +40,7 @@ pub struct Look {
 ///
 /// # Errors
 /// A problem if the frame size differs from that of the session's images.
-pub fn look_at(frame: &StampedFrame, mut body: SessionBody) -> Result<Look, AppError> {
+pub fn detect_in_frame(frame: &StampedFrame, mut body: SessionBody) -> Result<BoardDetection, AppError> {
     let (width_px, height_px) = (frame.image.width(), frame.image.height());
     check_size(&body, (width_px, height_px))?;
     (body.width_px, body.height_px) = (width_px, height_px);
@@ -55,7 +55,7 @@ pub fn look_at(frame: &StampedFrame, mut body: SessionBody) -> Result<Look, AppE
         board = body.poses.swap_remove(body.poses.len() - 1).board;
     }
     let BoardPicture { corners, coverage_cells, corner_sigma_px, saturated_share, .. } = board;
-    Ok(Look {
+    Ok(BoardDetection {
         sequence: frame.sequence,
         captured_ms: frame.captured_at_ns as f64 / 1e6,
         width_px,
