@@ -32,7 +32,7 @@ export const AT_WORK: Job = {
   state: "running",
   progress: 0.2,
   message: "pose 3 of 12: exposing the board",
-  step: { phase: "exposing_board", number: 3, of: 12 },
+  step: { phase: "exposing_board", number: 3, total: 12 },
   remaining_s: 21,
   source: "rest",
   input: { kind: "calibration", source: { kind: "station" }, leave_out_unreadable: false },

@@ -70,5 +70,5 @@ export const jobs: Catalogue["jobs"] = {
     measuring: "Messung",
     exporting: "Datei wird geschrieben",
   } satisfies Record<Schemas["PhaseDto"], string>,
-  counted: (doing, number, of) => `${doing}: ${number} von ${of}`,
+  counted: (phase, number, total) => `${phase}: ${number} von ${total}`,
 };
