@@ -59,6 +59,7 @@ const DEVICES = {
   },
   stage: {
     connected: true,
+    kind: "linear",
     homed: true,
     needs_homing: true,
     moving: false,

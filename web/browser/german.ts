@@ -56,7 +56,7 @@ export const ENDED: readonly Job[] = [
     message: "the stage is not there",
     problem: {
       type: "urn:sheaf:problem:device-fault",
-      title: "A device does not do what it should",
+      title: "Device fault",
       status: 503,
       detail: "the stage is not there",
       remedy: "see to the cable of the stage",

@@ -2,6 +2,7 @@
 //!
 //! `openapi/events.md` lists them; it is generated from the types below.
 
+use devices::StageKind;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use station::wall_clock::now_ms;
@@ -361,10 +362,22 @@ pub struct StageMotion {
     /// Who initiated it.
     #[serde(flatten)]
     pub initiator: Initiator,
-    /// Where to, mm; missing where the command has no target.
+    /// Target position of a linear stage, if the motion has one.
     pub target_mm: Option<f64>,
-    /// How fast, mm/s.
+    /// Target angle of a rotary stage, if the motion has one.
+    pub target_deg: Option<f64>,
+    /// Speed of a linear stage.
     pub speed_mm_s: Option<f64>,
+    /// Speed of a rotary stage.
+    pub speed_deg_s: Option<f64>,
+}
+
+/// A value in the unit of the stage as two fields: millimetres of a linear stage, degrees of a rotary one.
+pub fn by_kind<T>(kind: StageKind, value: Option<T>) -> (Option<T>, Option<T>) {
+    match kind {
+        StageKind::Linear => (value, None),
+        StageKind::Rotary => (None, value),
+    }
 }
 
 /// A manual change of the laser power.

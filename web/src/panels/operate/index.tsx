@@ -65,7 +65,7 @@ export default function Operate() {
       {problem && <ProblemCard problem={problem} />}
       <DamagedRecords rows={shown?.damaged ?? []} />
       <LastParts parts={shown?.parts ?? []} />
-      <SetUp plan={plan} form={form} travel_mm={station.status.value?.stage.travel_mm ?? []} />
+      <SetUp plan={plan} form={form} travel={station.travel.value} />
     </div>
   );
 }

@@ -19,7 +19,7 @@ fn hold_board(server: &Server, pose: usize) {
 
 #[track_caller]
 fn look(server: &Server, session: &str) -> Value {
-    server.post(&format!("/api/v1/calibration-sessions/{session}/look"), &json!(null)).expect(200)
+    server.post(&format!("/api/v1/calibration-sessions/{session}/detect-board"), &json!(null)).expect(200)
 }
 
 #[test]
@@ -58,7 +58,7 @@ fn a_look_says_what_a_picture_would_show_and_keeps_nothing() {
     assert!(seen["rms_px"].as_f64().unwrap() < RMS_PX, "{seen}");
     let after = server.get(&format!("/api/v1/calibration-sessions/{id}")).expect(200);
     assert_eq!(after, kept);
-    server.post("/api/v1/calibration-sessions/nowhere/look", &json!(null)).expect(404);
+    server.post("/api/v1/calibration-sessions/nowhere/detect-board", &json!(null)).expect(404);
 }
 
 #[test]

@@ -11,7 +11,7 @@ use crate::camera::auto_exposure::auto_exposure;
 use crate::camera::memory;
 use crate::control::{Ask, admit};
 use crate::error::AppError;
-use crate::events::{CameraConfigured, Event, LaserSwitched, LiveView, StageMotion, event};
+use crate::events::{CameraConfigured, Event, LaserSwitched, LiveView, StageMotion, by_kind, event};
 
 /// The holder of control may always turn things off, whatever the station does.
 fn in_control(app: &App, by: &Principal) -> Result<(), AppError> {
@@ -62,13 +62,15 @@ async fn configured(app: &App, by: &Principal, wanted: &CameraRequest) -> Result
 /// The caller may not use the station, or the stage refuses.
 pub async fn move_stage(app: &App, by: &Principal, command: Manual) -> Result<Option<AcceptedMove>, AppError> {
     admit(app, by, Ask::Command)?;
-    let (told, jog) = (motion_event(&command), matches!(command, Manual::Jog { .. }));
+    let (variant, jog) = (motion_event(&command), matches!(command, Manual::Jog { .. }));
     let accepted = app.station.manual(command).await?;
     // A jog is repeated many times a second: only its start is an event.
     if accepted.is_some() || !jog {
-        let (target_mm, speed_mm_s) = (accepted.map(|to| to.target_mm), accepted.map(|to| to.speed_mm_s));
-        let body = StageMotion { initiator: by.initiator(), target_mm, speed_mm_s };
-        app.ledger.commit(vec![event("stage", told(body))]).await?;
+        let kind = app.station.status().stage.capabilities.kind;
+        let (target_mm, target_deg) = by_kind(kind, accepted.map(|to| to.target_mm));
+        let (speed_mm_s, speed_deg_s) = by_kind(kind, accepted.map(|to| to.speed_mm_s));
+        let body = StageMotion { initiator: by.initiator(), target_mm, target_deg, speed_mm_s, speed_deg_s };
+        app.ledger.commit(vec![event("stage", variant(body))]).await?;
     }
     Ok(accepted)
 }

@@ -96,7 +96,7 @@ fn a_disk_near_its_floor_ends_the_recording_and_not_the_scan() {
     let (record, figures, file) = only_recording(&bench);
     assert_eq!((record.state, figures.ended), (RecordingState::Complete, Some(Ended::DiskFloor)));
     assert_eq!((figures.n_rows, file.frames.len(), file.is_whole), (3, 3, true), "{figures:?}");
-    assert_eq!(file.end.as_ref().unwrap().reason, "the disk has no more room than must stay free");
+    assert_eq!(file.end.as_ref().unwrap().reason, "free disk space reached its lower limit");
     let events = bench.runtime.block_on(bench.ledger.read().events_after(0, 100)).unwrap().records;
     let ended = events.iter().find(|event| event.kind == "recording.ended").unwrap();
     assert_eq!((&ended.body["ended"], &ended.body["n_frames"]), (&"disk_floor".into(), &3.into()));

@@ -5,7 +5,7 @@ use axum::Json;
 use axum::extract::State;
 use axum::http::HeaderMap;
 use axum::response::Response;
-use devices::CameraRequest;
+use devices::{CameraRequest, StageKind};
 use station::{Manual, SharedFrame};
 use utoipa_axum::router::OpenApiRouter;
 use utoipa_axum::routes;
@@ -18,6 +18,7 @@ use crate::rest::conversions::{blocking, check_laser_power};
 use crate::rest::etag::{Versioned, check};
 use crate::rest::extract::ApiJson;
 use crate::rest::idempotency::at_most_once;
+use crate::wire::hardware::devices::stage::{in_stage_unit, required_in_stage_unit};
 use crate::wire::hardware::devices::{
     CameraDto, CameraSettingsDto, ChangeCameraDto, JogDto, LaserDto, MotionDto, MoveDto, SetLaserDto, StageDto,
 };
@@ -136,8 +137,11 @@ async fn get_stage(State(app): State<App>) -> Json<StageDto> {
 
 async fn motion(app: &App, by: &Principal, command: Manual) -> Result<Reply, Problem> {
     let accepted = use_cases::move_stage(app, by, command).await?;
-    let (target_mm, speed_mm_s) = (accepted.map(|to| to.target_mm), accepted.map(|to| to.speed_mm_s));
-    Ok(Reply::done(None, &MotionDto { target_mm, speed_mm_s }))
+    Ok(Reply::done(None, &MotionDto::new(stage_kind(app), accepted)))
+}
+
+fn stage_kind(app: &App) -> StageKind {
+    app.station.status().stage.capabilities.kind
 }
 
 /// Starts homing the stage; returns before the motion ends.
@@ -163,7 +167,10 @@ async fn move_stage(
     headers: HeaderMap,
     body: ApiJson<MoveDto>,
 ) -> Result<Reply, Problem> {
-    let MoveDto { target_mm, speed_mm_s } = body.value;
+    let MoveDto { target_mm, target_deg, speed_mm_s, speed_deg_s } = body.value;
+    let kind = stage_kind(&app);
+    let target_mm = required_in_stage_unit(kind, ("target_mm", target_mm), ("target_deg", target_deg))?;
+    let speed_mm_s = in_stage_unit(kind, ("speed_mm_s", speed_mm_s), ("speed_deg_s", speed_deg_s))?;
     let go = motion(&app, &by, Manual::Move { target_mm, speed_mm_s });
     at_most_once(&app, &headers, "POST devices/stage/move", &body.sha256, go).await
 }
@@ -175,7 +182,10 @@ async fn move_stage(
     responses((status = 200, body = MotionDto))
 )]
 async fn jog_stage(State(app): State<App>, By(by): By, body: ApiJson<JogDto>) -> Result<Reply, Problem> {
-    motion(&app, &by, Manual::Jog { velocity_mm_s: body.value.velocity_mm_s }).await
+    let JogDto { velocity_mm_s, velocity_deg_s } = body.value;
+    let (linear, rotary) = (("velocity_mm_s", velocity_mm_s), ("velocity_deg_s", velocity_deg_s));
+    let velocity_mm_s = required_in_stage_unit(stage_kind(&app), linear, rotary)?;
+    motion(&app, &by, Manual::Jog { velocity_mm_s }).await
 }
 
 /// Returns the laser: state, power, interlock.

@@ -2,7 +2,7 @@
 
 mod camera;
 mod laser;
-mod stage;
+pub mod stage;
 
 use devices::{DeviceIdentity, ValueRange};
 use serde::Serialize;
