@@ -174,7 +174,7 @@ test(
     await page.waitForSelector('.wizard[data-step="camera"]');
     expect(await covered(page)).toBe(0);
     await press(page, "Start live view");
-    await page.locator(".look, .told").first().waitFor();
+    await page.locator(".look, .board-facts").first().waitFor();
     // The board is held still: the picture is taken by itself.
     await press(page, "Next pose");
     await taken(page, 1);

@@ -2761,14 +2761,23 @@ export interface components {
             /** @description Number of items. */
             total?: number | null;
         };
-        /** @description Move while this is repeated; it stops 300 ms after the last one. */
+        /**
+         * @description Request to jog the stage, in the unit of its kind; the motion stops 300 ms after the last request.
+         * @example {
+         *       "velocity_mm_s": 2
+         *     }
+         */
         JogDto: {
             /**
              * Format: double
-             * @description Signed speed; 0 stops.
-             * @example 2
+             * @description Signed velocity of a rotary stage; 0 stops.
              */
-            velocity_mm_s: number;
+            velocity_deg_s?: number | null;
+            /**
+             * Format: double
+             * @description Signed velocity of a linear stage; 0 stops.
+             */
+            velocity_mm_s?: number | null;
         };
         /**
          * @description Whether the sixth-power radial distortion k3 is estimated.
@@ -3574,32 +3583,56 @@ export interface components {
             /** @description The model. */
             model: components["schemas"]["LightModelNameDto"];
         };
-        /** @description A motion as accepted; it goes on. */
+        /** @description An accepted motion; it continues after the response. */
         MotionDto: {
             /**
              * Format: double
-             * @description How fast, at most.
+             * @description Speed of a rotary stage, at most.
+             */
+            speed_deg_s?: number | null;
+            /**
+             * Format: double
+             * @description Speed of a linear stage, at most.
              */
             speed_mm_s?: number | null;
             /**
              * Format: double
-             * @description Where it goes, if that is fixed.
+             * @description Target angle of a rotary stage, if the motion has one.
+             */
+            target_deg?: number | null;
+            /**
+             * Format: double
+             * @description Target position of a linear stage, if the motion has one.
              */
             target_mm?: number | null;
         };
-        /** @description Where to. */
+        /**
+         * @description Request to move the stage, in the unit of its kind.
+         * @example {
+         *       "target_mm": 5
+         *     }
+         */
         MoveDto: {
             /**
              * Format: double
-             * @description At most so fast; missing: as fast as the stage can.
+             * @description Maximum speed of a rotary stage; default: that of the stage.
+             */
+            speed_deg_s?: number | null;
+            /**
+             * Format: double
+             * @description Maximum speed of a linear stage; default: that of the stage.
              */
             speed_mm_s?: number | null;
             /**
              * Format: double
-             * @description Position.
-             * @example 5
+             * @description Target angle of a rotary stage.
              */
-            target_mm: number;
+            target_deg?: number | null;
+            /**
+             * Format: double
+             * @description Target position of a linear stage.
+             */
+            target_mm?: number | null;
         };
         /** @description Request to create a session. */
         NewSessionDto: {
@@ -4846,41 +4879,57 @@ export interface components {
         };
         /** @description The stage. */
         StageDto: {
+            /**
+             * Format: double
+             * @description Angle of a rotary stage as read back; absent if unknown.
+             */
+            angle_deg?: number | null;
             /** @description Whether it answers. */
             connected: boolean;
             /**
-             * @description Whether nobody commands it and it is where the frame last delivered was taken, as that of a recording or a
-             *     conveyor whose encoder triggers the camera: continuous scans then take the frames that come, `resolution_mm`
-             *     apart.
+             * @description Whether it cannot be commanded and its position is that of the latest frame, as for a recording, or a conveyor
+             *     whose encoder triggers the camera: continuous scans then take the frames as they arrive, one resolution apart.
              */
             follows_frames: boolean;
             /** @description Whether its zero is established. */
             homed: boolean;
             /** @description Which one. */
             identity: components["schemas"]["IdentityDto"];
-            /** @description How it moves the part. Positions and speeds of a rotary stage are degrees and °/s. */
+            /** @description Whether it is linear or rotary; fields in the unit of the other kind are absent. */
             kind: components["schemas"]["StageKindDto"];
             /**
              * Format: double
-             * @description Fastest move.
+             * @description Maximum speed of a rotary stage.
              */
-            max_speed_mm_s: number;
+            max_speed_deg_s?: number | null;
+            /**
+             * Format: double
+             * @description Maximum speed of a linear stage.
+             */
+            max_speed_mm_s?: number | null;
             /** @description Whether it moves. */
             moving: boolean;
             /** @description Whether it must be homed before it moves. */
             needs_homing: boolean;
             /**
              * Format: double
-             * @description Position as read back; missing if unknown.
+             * @description Position of a linear stage as read back; absent if unknown.
              */
             position_mm?: number | null;
             /**
              * Format: double
-             * @description The smallest step; 0 if unknown.
+             * @description Resolution of a rotary stage; 0 if unknown.
              */
-            resolution_mm: number;
-            /** @description Lowest and highest position. */
-            travel_mm: number[];
+            resolution_deg?: number | null;
+            /**
+             * Format: double
+             * @description Resolution of a linear stage; 0 if unknown.
+             */
+            resolution_mm?: number | null;
+            /** @description Lowest and highest angle of a rotary stage. */
+            travel_deg?: number[] | null;
+            /** @description Lowest and highest position of a linear stage. */
+            travel_mm?: number[] | null;
         };
         /** @description The fit of the stage. */
         StageFitDto: {
@@ -4905,7 +4954,7 @@ export interface components {
             straightness_rms_um: number;
         };
         /**
-         * @description How a stage moves the part.
+         * @description Kind of a stage.
          * @enum {string}
          */
         StageKindDto: "linear" | "rotary";
@@ -4913,12 +4962,22 @@ export interface components {
         StageMotion: components["schemas"]["Initiator"] & {
             /**
              * Format: double
-             * @description How fast, mm/s.
+             * @description Speed of a rotary stage.
+             */
+            speed_deg_s?: number | null;
+            /**
+             * Format: double
+             * @description Speed of a linear stage.
              */
             speed_mm_s?: number | null;
             /**
              * Format: double
-             * @description Where to, mm; missing where the command has no target.
+             * @description Target angle of a rotary stage, if the motion has one.
+             */
+            target_deg?: number | null;
+            /**
+             * Format: double
+             * @description Target position of a linear stage, if the motion has one.
              */
             target_mm?: number | null;
         };

@@ -1,4 +1,4 @@
-/** What a person must know before anything else: a Stop that failed, old data, faults, a stopped station, lost control. */
+/** Banners: a failed Stop, stale data, faults, a stopped station, lost control. */
 
 import type { Station } from "../api/client";
 import { useApp } from "../app";

@@ -48,7 +48,7 @@ export function Bar() {
         <small>{words.link}</small>
         <strong>
           {station.stale.value ? words.link_stale : words.link_live}
-          {/* Counted for the eye alone: who listens would hear it every second. */}
+          {/* Hidden from screen readers, which would announce it every second. */}
           {station.stale.value && <span aria-hidden="true"> {station.stale_s.value} s</span>}
         </strong>
       </span>

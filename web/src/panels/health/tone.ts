@@ -1,4 +1,4 @@
-/** When a card speaks up. `caution`: look at it soon; `alarm`: it does not work now. */
+/** Severity of a card. `caution`: needs attention soon; `alarm`: not working now. */
 
 import type { Schemas, Station } from "../../api/client";
 import type { DropCount } from "../../stream/text_messages";

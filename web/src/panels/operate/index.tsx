@@ -70,7 +70,7 @@ export default function Operate() {
   );
 }
 
-/** A job that waits for the station, or works on it before the status says so. */
+/** A job that waits for the station, or uses it before the status shows it. */
 function waiting<J extends { kind: string }>(open: readonly J[]): J | undefined {
   return open.find((job) => job.kind === "scan");
 }

@@ -32,7 +32,7 @@ export function JobText({ job }: { job: Job }) {
   );
 }
 
-/** What the station does, as far as it can be said in the chosen language; `job`: the one that has the station. */
+/** Current activity of the station, in the chosen language if available; `job`: the one that uses the station. */
 export function activityOf(status: Station, job: Job | undefined): string {
   if (language.value === "en") return status.activity;
   return job ? jobText(job) : text.value.frame.by_job;

@@ -31,7 +31,9 @@ export class StationState {
   /** Position in that unit, if known. */
   readonly position = computed(() => positionOf(this.status.value?.stage));
   /** Lowest and highest position in that unit. */
-  readonly travel = computed(() => this.status.value?.stage.travel_mm ?? this.status.value?.stage.travel_deg ?? []);
+  readonly travel = computed(
+    () => this.status.value?.stage.travel_mm ?? this.status.value?.stage.travel_deg ?? [],
+  );
   /** Whether the station carries something out. */
   readonly busy = computed(() => this.status.value?.job_id != null);
 

@@ -10,7 +10,7 @@ import { Command } from "../../../state/station/command";
 import { positionOf } from "../../../state/station/station";
 import { text } from "../../../text";
 
-/** Poses that the virtual operator knows; enough for any calibration. */
+/** Number of poses of the virtual operator; enough for any calibration. */
 const N_POSES = 12;
 
 /** The stage must have come to rest before the board is held over it. */
@@ -101,7 +101,12 @@ async function toZero({ api, control, station }: App): Promise<void> {
   if (station.position.peek() === 0) return;
   await control.ensure();
   const params = { header: { "Sheaf-Control": control.id() ?? "" } };
-  await data(api.POST("/api/v1/devices/stage/move", { params, body: station.rotary.peek() ? { target_deg: 0 } : { target_mm: 0 } }));
+  await data(
+    api.POST("/api/v1/devices/stage/move", {
+      params,
+      body: station.rotary.peek() ? { target_deg: 0 } : { target_mm: 0 },
+    }),
+  );
   const begun = performance.now();
   while (performance.now() - begun < STAGE_REST_MS) {
     const stage = await data(api.GET("/api/v1/devices/stage"));

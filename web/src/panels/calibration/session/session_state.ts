@@ -27,7 +27,7 @@ export interface Needs {
   all: boolean;
 }
 
-/** What the server says the session's boards have and a good calibration wants, with the values to draw. */
+/** The requirements of the session from the server, with the values to draw. */
 export function needsOf({ needs, body }: Session): Needs {
   const boards = body.poses.map((pose) => pose.board).filter((board) => board.corners.length > 0);
   const values_deg = boards.map((board) => board.tilt_deg ?? undefined).filter((value) => value !== undefined);

@@ -70,7 +70,7 @@ function VerifyForm({ session_id, calibration_id, reload }: FormProperties) {
   const verify = useMemo(
     () =>
       new Command(async (steps) => {
-        // The session goes on to its last step once this has succeeded; the outcome is to be seen first.
+        // The session continues with its last step once this has succeeded; the outcome is shown first.
         goToStep(session_id, "verify");
         const job = await data(
           api.POST("/api/v1/verifications", {

@@ -81,7 +81,7 @@ function Settings({ view }: { view: LiveView | undefined }) {
       class="stack camera-settings"
       aria-label={words.exposure}
       onKeyDown={(event) => {
-        // The field has taken what was typed before this is heard.
+        // The field has applied its input before this event.
         const applicable = settings.changed.peek() && !blocked && !form.blocked.peek();
         if (event.key === "Enter" && event.target instanceof HTMLInputElement && applicable) {
           void settings.apply.start();

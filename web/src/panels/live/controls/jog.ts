@@ -8,7 +8,7 @@ export class Jog {
   private running = false;
   private wake: (() => void) | undefined;
 
-  /** `say` tells the stage a velocity; 0 stops. `failed` is told why it did not obey. */
+  /** `say` sends a velocity to the stage; 0 stops. `failed` gets the reason of a failure. */
   constructor(
     private readonly say: (velocity: number) => Promise<void>,
     private readonly failed: (cause: unknown) => void,

@@ -1,4 +1,4 @@
-/** The stage by hand: while a button is held, to a position, home. */
+/** Manual control of the stage: jog, move, home. */
 
 import { useSignal } from "@preact/signals";
 import { useEffect, useMemo } from "preact/hooks";
