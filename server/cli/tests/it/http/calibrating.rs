@@ -23,7 +23,7 @@ fn look(server: &Server, session: &str) -> Value {
 }
 
 #[test]
-fn a_look_says_what_a_picture_would_show_and_keeps_nothing() {
+fn board_detection_returns_what_an_image_would_show_and_stores_nothing() {
     let (_folder, server) = fresh();
     let defaults = server.get("/api/v1/calibration-sessions/defaults").expect(200);
     let session = server.post("/api/v1/calibration-sessions", &json!({})).expect(201);
@@ -33,7 +33,7 @@ fn a_look_says_what_a_picture_would_show_and_keeps_nothing() {
     let id = session["id"].as_str().unwrap();
     let nothing = look(&server, id);
     assert_eq!(nothing["corners"], json!([]));
-    assert!(nothing["problem"].as_str().unwrap().contains("hold the whole board in the picture"), "{nothing}");
+    assert!(nothing["problem"].as_str().unwrap().contains("hold the whole board in the image"), "{nothing}");
     hold_board(&server, 0);
     let seen = look(&server, id);
     assert_eq!(seen["corners"].as_array().unwrap().len(), CORNERS, "{}", seen["problem"]);

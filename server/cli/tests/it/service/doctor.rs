@@ -59,7 +59,7 @@ fn a_script_gets_every_check_as_json_and_an_exit_code() {
 }
 
 #[test]
-fn without_an_answer_nothing_moves_or_shines() {
+fn without_consent_motion_and_laser_stay_off() {
     let output = ended(doctor(&[]));
     let (table, shown) = (String::from_utf8(output.stdout).unwrap(), String::from_utf8(output.stderr).unwrap());
     assert!(shown.contains("Go on? [y/N]"), "{shown}");

@@ -12,9 +12,9 @@ use crate::wire::hardware::devices::IdentityDto;
 /// The stage.
 #[derive(Debug, Serialize, ToSchema)]
 pub struct StageDto {
-    /// Whether it answers.
+    /// Whether the device is connected.
     pub connected: bool,
-    /// Which one.
+    /// Vendor, model and serial number.
     pub identity: IdentityDto,
     /// Whether it is linear or rotary; fields in the unit of the other kind are absent.
     pub kind: StageKindDto,
@@ -33,15 +33,15 @@ pub struct StageDto {
     /// Whether it cannot be commanded and its position is that of the latest frame, as for a recording, or a conveyor
     /// whose encoder triggers the camera: continuous scans then take the frames as they arrive, one resolution apart.
     pub follows_frames: bool,
-    /// Whether it must be homed before it moves.
+    /// Whether it must be homed before it can move.
     pub needs_homing: bool,
-    /// Whether its zero is established.
+    /// Whether it is homed.
     pub homed: bool,
     /// Position of a linear stage as read back; absent if unknown.
     pub position_mm: Option<f64>,
     /// Angle of a rotary stage as read back; absent if unknown.
     pub angle_deg: Option<f64>,
-    /// Whether it moves.
+    /// Whether it is moving.
     pub moving: bool,
 }
 
