@@ -51,7 +51,8 @@ pub fn debug_program() -> PathBuf {
 }
 
 /// The tests of labelling on scores of random scenes, each against the rate of wrong labels stated beside it, stations of
-/// all sizes from pictures to a measured ball, a thousand serial faults for each controller, and 500 faults of cameras.
+/// all sizes from pictures to a measured ball, a thousand serial faults for each controller, 500 faults of cameras, and
+/// thirty kills of the server.
 pub fn campaign() -> Outcome {
     let filter = ["--", "campaign", "--ignored", "--nocapture", "--test-threads", "1"];
     run("serial faults", cargo(&["test", "--package", "sheaf-devices", "--lib"]).args(filter))?;
@@ -59,6 +60,7 @@ pub fn campaign() -> Outcome {
     let features: &[&str] = if has_aravis() { &["--features", "sheaf-genicam/aravis"] } else { &[] };
     cameras.args(features);
     run("camera faults", cameras.args(filter))?;
+    run("kills", cargo(&["test", "--package", "sheaf", "--test", "it"]).args(filter))?;
     run("stations of all sizes", cargo(&["test", "--package", "sheaf-pipeline", "--test", "it"]).args(filter))?;
     run("campaign", cargo(&["test", "--package", "sheaf-scanning", "--test", "it"]).args(filter))
 }

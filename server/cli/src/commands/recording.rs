@@ -149,11 +149,11 @@ fn export(args: &RecordingExportArgs, reporter: &dyn Reporter) -> Result<Answer,
         task.at(&format!("picture {} of {n_rows}", row + 1), row as f64 / n_rows.max(1) as f64);
     };
     let exported = recording::export(&file, &args.output, told).map_err(failed)?;
-    let is_lossy = exported.n_rows_missing > 0 || exported.n_nowhere > 0 || file.is_lossy();
+    let is_lossy = exported.n_rows_missing > 0 || exported.n_without_position > 0 || file.is_lossy();
     let mut text =
         format!("{} frames as scan {:?} → {}\n", exported.n_frames, exported.scan, args.output.display());
-    if exported.n_nowhere > 0 {
-        let _ = writeln!(text, "{} frames without a stage position were skipped", exported.n_nowhere);
+    if exported.n_without_position > 0 {
+        let _ = writeln!(text, "{} frames without a stage position were skipped", exported.n_without_position);
     }
     if exported.n_rows_missing > 0 {
         let _ = writeln!(text, "{} rows of the scan are missing from the recording", exported.n_rows_missing);
@@ -168,7 +168,7 @@ fn export(args: &RecordingExportArgs, reporter: &dyn Reporter) -> Result<Answer,
         "output": args.output,
         "scan": exported.scan,
         "n_frames": exported.n_frames,
-        "n_nowhere": exported.n_nowhere,
+        "n_without_position": exported.n_without_position,
         "n_rows_missing": exported.n_rows_missing,
         "calibration": exported.calibration,
         "lossy": is_lossy,

@@ -1,4 +1,4 @@
-//! Values against known truth. What these tests do not show: how real centrelines err at edges and on shiny metal.
+//! Values compared with known truth. Not covered: errors of real centrelines at edges and on shiny metal.
 
 mod coverage;
 mod doubts;

@@ -1,4 +1,4 @@
-//! The core's errors as failures: kind, place and remedy.
+//! Conversion of the core's errors to failures: kind, place and remedy.
 
 use std::path::Path;
 
@@ -74,12 +74,12 @@ pub fn unusable_document(path: &Path, error: &DocumentError) -> Failure {
     explained(Failure::bad_input(what), error).in_file(path)
 }
 
-/// A failure of that kind: what the error says, its remedy and the chain behind it.
+/// A failure of a kind from an error: its text, remedy and chain of causes.
 pub fn failure_of(kind: FailureKind, error: &dyn Remedy) -> Failure {
     explained(Failure::new(kind, error.to_string()), error)
 }
 
-/// With the chain behind an error, and what to do about it.
+/// Adds the chain of causes of an error, and its remedy.
 fn explained(mut failure: Failure, error: &dyn Remedy) -> Failure {
     if let Some(cause) = error.source() {
         failure = failure.because(cause);

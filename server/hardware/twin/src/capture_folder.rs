@@ -114,7 +114,7 @@ impl Remedy for TwinCaptureError {
         Some(match self {
             Self::FolderNotEmpty { .. } => "name a new folder".into(),
             Self::ScanName { .. } => "use letters, digits, - and _, each name once".into(),
-            Self::Unwritable { .. } => "check that the disk has room and that its permissions allow it".into(),
+            Self::Unwritable { .. } => "check that the disk is not full and that its permissions allow it".into(),
             Self::Image { cause } => return cause.remedy(),
             Self::Manifest { cause } => return cause.remedy(),
             Self::Cancelled { .. } => return None,
@@ -248,7 +248,7 @@ fn manifest(model: &StationModel, request: &CaptureRequest) -> Manifest {
             wavelength_nm: shape.wavelength_nm,
             grating_lines_per_mm: shape.lines_per_mm,
             orders: model.orders.clone(),
-            line_direction: GratingProjector::word_for(shape.line_direction),
+            line_direction: GratingProjector::name_of(shape.line_direction),
         }
         .into(),
         poses: (0..request.n_poses)

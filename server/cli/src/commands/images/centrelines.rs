@@ -214,12 +214,12 @@ pub fn channel_json(laser: &LaserChannel) -> Value {
     };
     let views: Option<Vec<Value>> = views.map(|views| {
         let view = |view: &ChannelView| {
-            json!({ "channel": view.channel.word(), "n_laser_points": view.n_laser_points,
+            json!({ "channel": view.channel.name(), "n_laser_points": view.n_laser_points,
                 "n_other_points": view.n_other_points })
         };
         views.iter().map(view).collect()
     });
-    json!({ "name": laser.channel.word(), "basis": basis, "views": views })
+    json!({ "name": laser.channel.name(), "basis": basis, "views": views })
 }
 
 fn paths_in(folder: &Path, images: &[PathBuf], ending: &str) -> Vec<PathBuf> {

@@ -91,7 +91,7 @@ fn triangulate(calibration: &Calibration, row: &PixelRow, pixel_sigma_px: f64) -
     let point = calibration.triangulate(row.order, &Vector2::new(row.u_px, row.v_px), None)?;
     let systematic_mm = calibration.systematic_sigma_mm(row.order, &point)?;
     // The line's direction in the image is not known here: noise is taken as equal along both axes.
-    let noise_mm = point.reach_by_pixel.norm() * pixel_sigma_px;
+    let noise_mm = point.range_by_pixel.norm() * pixel_sigma_px;
     Some(Point { xyz_mm: point.hit_in_camera.xyz.into(), sigma_mm: systematic_mm.hypot(noise_mm) })
 }
 

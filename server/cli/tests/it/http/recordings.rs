@@ -284,5 +284,5 @@ fn a_recording_is_inspected_and_a_broken_one_is_repaired() {
     assert_eq!(refused.status.code(), Some(3), "an existing file is never written over");
     let no_file = sheaf(&["recording", "info", small_calibration().to_str().unwrap()]);
     assert_eq!(no_file.status.code(), Some(3));
-    assert!(err(&no_file).contains("no MCAP file"), "{}", err(&no_file));
+    assert!(err(&no_file).contains("not an MCAP file"), "{}", err(&no_file));
 }

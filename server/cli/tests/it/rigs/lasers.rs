@@ -189,7 +189,7 @@ fn lasers_switched_on_one_at_a_time_are_identified_by_their_images() {
     let refused = sheaf(&["scan", &capture, "-c", &calibration, "--scan", "gauge", "-o", &cloud, "-q"]);
     let message = crate::common::err(&refused);
     assert!(!refused.status.success());
-    for words in ["scans[0].frames[3].line is missing", "state which line was lit"] {
+    for words in ["scans[0].frames[3].line is missing", "state which line was on"] {
         assert!(message.contains(words), "`{words}` is not in:\n{message}");
     }
 }
@@ -201,7 +201,7 @@ fn lasers_without_a_grating_have_no_model_of_one() {
     let output = path(folder.path(), "cal.json");
     let refused = sheaf(&["calibrate", &capture, "-o", &output, "--light-model", "grating", "-q"]);
     let message = crate::common::err(&refused);
-    assert!(!refused.status.success() && message.contains("no grating"), "{message}");
+    assert!(!refused.status.success() && message.contains("without a grating"), "{message}");
 }
 
 #[test]

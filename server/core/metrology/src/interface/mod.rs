@@ -1,4 +1,4 @@
-//! What is asked, and what is answered.
+//! Requests and results of measurements.
 
 pub(crate) mod doubts;
 pub(crate) mod measurement;

@@ -1,18 +1,18 @@
-//! Conformity by ISO 14253-1: a verdict only where the uncertainty leaves no doubt.
+//! Conformity by ISO 14253-1: the uncertainty is taken into account.
 
-/// Does the part conform?
+/// Conformity of a part.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Verdict {
-    /// |error| ≤ T − U: conforming beyond doubt.
+    /// |error| ≤ T − U: conformity is proved.
     Pass,
-    /// |error| > T + U: not conforming beyond doubt.
+    /// |error| > T + U: non-conformity is proved.
     Fail,
-    /// Neither could be proved.
+    /// Neither is proved.
     Undecided,
 }
 
 impl Verdict {
-    /// The word for it.
+    /// Its name.
     pub fn name(self) -> &'static str {
         match self {
             Self::Pass => "ok",
@@ -54,7 +54,7 @@ mod tests {
             (0.1199, 0.10, 0.02, Verdict::Undecided),
             (0.1201, 0.10, 0.02, Verdict::Fail),
             (-0.5, 0.10, 0.02, Verdict::Fail),
-            // An uncertainty above the tolerance proves no part good.
+            // With an uncertainty above the tolerance, conformity cannot be proved.
             (0.0, 0.10, 0.11, Verdict::Undecided),
             (f64::NAN, 0.10, 0.02, Verdict::Undecided),
         ];

@@ -1,8 +1,9 @@
 //! Uncertainty from the noise of the points.
 //!
 //! Points of one line share their noise over several columns, and frames their speckle over several steps, so their
-//! information is divided by (correlation length) / (spacing) along both. Residuals larger than predicted widen the uncertainty, smaller ones do not
-//! narrow it (Birge's ratio, one-sided); if the cloud carries no σ, the residuals alone set it.
+//! information is divided by (correlation length) / (spacing) along both. Residuals larger than predicted increase the
+//! uncertainty, smaller ones do not reduce it (Birge's ratio, one-sided); if the cloud has no σ, the residuals alone
+//! determine it.
 
 use optics::{RotaryAxis, Stage};
 use scanning::Cloud;
@@ -17,7 +18,7 @@ use crate::measuring::measure::Question;
 use crate::measuring::value::{FirstPoints, value};
 use crate::params::{NOISE_CORRELATION_KEY, NOISE_CORRELATION_PX, SPECKLE_SUM};
 
-/// Step of the numerical derivatives of a value by a shape's parameters (mm or rad).
+/// Step of the numerical derivatives of a value with respect to a shape's parameters (mm or rad).
 const DERIVATIVE_STEP: f64 = 1e-6;
 
 /// Noise of the points of one feature.
@@ -26,12 +27,12 @@ pub(crate) struct FeatureNoise {
     pub(crate) sigma_mm: Vec<f64>,
 }
 
-/// What the noise does to a value.
+/// Effect of the noise on a value.
 pub(crate) struct NoiseResult {
     pub(crate) standard_uncertainty: f64,
     /// Largest ratio of residuals to predicted noise over the features.
     pub(crate) ratio: f64,
-    /// RMS along the normal that the noise predicts, of every feature, mm.
+    /// RMS along the normal predicted from the noise, of every feature, mm.
     pub(crate) expected_mm: Vec<f64>,
 }
 
@@ -45,8 +46,8 @@ pub(crate) fn correlation_px(cloud: &Cloud) -> f64 {
         .unwrap_or(NOISE_CORRELATION_PX)
 }
 
-/// How many points carry the information of one: neighbours on a line share the image's noise, and frames less than the
-/// light sheet's thickness apart show nearly the same speckle (eq. 4, 5).
+/// Number of points with the information of one independent point: neighbours on a line share the image's noise, and
+/// frames closer together than the light sheet's thickness show nearly the same speckle (eq. 4, 5).
 pub(crate) fn redundancy(samples: &Samples, inliers: &[u32]) -> f64 {
     let mut spacings: Vec<f64> = inliers
         .windows(2)
@@ -63,7 +64,7 @@ pub(crate) fn spacing_px(samples: &Samples, first: u32, second: u32) -> Option<f
     same_line.then(|| f64::from((a.u_px - b.u_px).abs().max((a.v_px - b.v_px).abs())))
 }
 
-/// How many frames show the same speckle; 1 where the stage's steps or the sheet's thickness are not known.
+/// Number of frames with the same speckle; 1 if the stage's steps or the sheet's thickness are unknown.
 fn along_travel(samples: &Samples, inliers: &[u32]) -> f64 {
     let (Some(stage), Some(line_sigma_mm)) = (&samples.stage, samples.line_sigma_mm) else { return 1.0 };
     let positions = stage.positions.iter().map(|position| position.value());
@@ -78,8 +79,8 @@ fn along_travel(samples: &Samples, inliers: &[u32]) -> f64 {
     if n_frames < 2.0 { 1.0 } else { of_one.clamp(1.0, n_frames) }
 }
 
-/// Median distance of the points from the axis that they turn about: it goes through the part where it goes through the camera
-/// frame.
+/// Median distance of the points from the rotation axis, which passes through the part frame where it passes through
+/// the camera frame.
 fn radius_mm(axis: &RotaryAxis, samples: &Samples, inliers: &[u32]) -> f64 {
     let mut radii: Vec<f64> = inliers.iter().map(|&idx| axis.radius_mm(&samples.position(idx))).collect();
     median(&mut radii).unwrap_or(0.0)

@@ -1,4 +1,4 @@
-//! A simulated station with planes of light: clouds with the errors a drawn calibration makes.
+//! A simulated station with light planes: clouds with the errors of a random calibration.
 
 use nalgebra::{DMatrix, Matrix3, Vector2, Vector3};
 use optics::{Calibration, Camera, DepthRangeMm, LightSurfaces, Plane, StageAxis, StagePosition};
@@ -51,27 +51,27 @@ pub(crate) fn station() -> Calibration {
     }
 }
 
-/// How a scan is made.
+/// Parameters of a scan.
 pub(super) struct Plan {
     pub(super) n_frames: usize,
     pub(super) step_mm: f64,
     /// Distance of neighbouring points on a line.
     pub(super) pitch_mm: f64,
-    /// Thickness of the light sheets, one σ: frames nearer than that share their noise as they share speckle.
+    /// Thickness of the light sheets, one σ: frames closer together share their noise as they share speckle.
     pub(super) sheet_sigma_mm: f64,
     /// Whether the calibration is drawn from its covariance or exact.
     pub(super) drawn: bool,
 }
 
-/// Frames so far apart that each has a noise of its own.
+/// Frames so far apart that each has independent noise.
 const COARSE: Plan = Plan { n_frames: 40, step_mm: 0.8, pitch_mm: 0.5, sheet_sigma_mm: 0.2, drawn: true };
 
-/// What a scan with the true station gives when it is triangulated with a calibration drawn from its covariance.
+/// A scan by the true station, triangulated with a calibration drawn from its covariance.
 pub(super) fn gauge_scan(height_mm: f64, seed: u64) -> (Cloud, Calibration) {
     planned_scan(height_mm, seed, &COARSE)
 }
 
-/// Noise of one place of a line in every frame: of unit variance, with the correlation exp(−Δ²/4s²) of speckle.
+/// Noise of one point of a line in every frame: unit variance, with the correlation exp(−Δ²/4s²) of speckle.
 fn noise_over_frames(rng: &mut Pcg64Mcg, plan: &Plan) -> Vec<f64> {
     let reach = (4.0 * plan.sheet_sigma_mm / plan.step_mm).ceil() as i32;
     let taps: Vec<f64> = (-reach..=reach)
@@ -83,7 +83,7 @@ fn noise_over_frames(rng: &mut Pcg64Mcg, plan: &Plan) -> Vec<f64> {
     white.windows(taps.len()).map(|near| near.iter().zip(&taps).map(|(n, t)| n * t).sum::<f64>() / norm).collect()
 }
 
-/// [`gauge_scan`] by a plan.
+/// [`gauge_scan`] with other parameters.
 pub(super) fn planned_scan(height_mm: f64, seed: u64, plan: &Plan) -> (Cloud, Calibration) {
     let truth = station();
     let mut rng = Pcg64Mcg::seed_from_u64(seed);
@@ -119,7 +119,7 @@ pub(super) fn planned_scan(height_mm: f64, seed: u64, plan: &Plan) -> (Cloud, Ca
     (Cloud { points, comments }, believed)
 }
 
-/// The pixel that sees the line of `order` at `x_mm`, on the block's top if that is where it falls.
+/// The pixel that sees the line of `order` at `x_mm`, on the block's top if the light falls there.
 fn lit_pixel(truth: &Calibration, order: i8, x_mm: f64, position_mm: f64, height_mm: f64) -> Option<Vector2<f64>> {
     let LightSurfaces::Planes(planes) = &truth.light else { return None };
     let sheet = planes.iter().find(|(candidate, _)| *candidate == order)?.1;

@@ -13,7 +13,7 @@ use crate::pictures::board::{board_geometry, board_remedy, find_board};
 use crate::pictures::findings::{Finding, room_finding};
 use crate::progress::{Reporter, Task};
 
-/// What a calibration is computed from, and which pictures were left out of it.
+/// The features for a calibration, and the pictures left out.
 #[derive(Debug)]
 pub struct Features {
     /// The input of the calibration.
@@ -28,14 +28,14 @@ struct Picture<'a> {
     path: &'a Path,
 }
 
-/// What a picture shows, or why it cannot be used.
+/// The result for a picture, or why it cannot be used.
 type Found<T> = Result<T, Failure>;
 
 /// Reads every board and laser picture of the calibration part of `capture`.
 ///
-/// A picture that shows no whole board, or no laser line, is left out and named, as long as at least
-/// `MIN_READABLE_SHARE` of its kind can be read: else what is wrong with it is wrong with the others too, and refuses
-/// the calibration. `leave_out_unreadable` goes on with however few there are. A damaged file always refuses.
+/// A picture without a whole board, or without a laser line, is left out and reported, as long as at least
+/// `MIN_READABLE_SHARE` of its kind can be read: otherwise the cause probably affects all pictures, and the calibration
+/// is refused. With `leave_out_unreadable` it continues with however few there are. A damaged file is always an error.
 pub fn calibration_features(
     capture: &Capture,
     leave_out_unreadable: bool,
@@ -49,7 +49,7 @@ pub fn calibration_features(
         || all(&lasers, reporter, &*task, |picture| centrelines_of(capture, picture)),
     );
     drop(task);
-    reporter.go_on()?;
+    reporter.check_cancelled()?;
     let mut left_out = Vec::new();
     let boards = readable(boards, leave_out_unreadable, &mut left_out)?;
     let lasers = readable(lasers, leave_out_unreadable, &mut left_out)?;
@@ -74,7 +74,7 @@ pub fn calibration_features(
     Ok(Features { input: input(capture, poses, stage_views), left_out })
 }
 
-/// Takes the centrelines of every frame of a scan, in the order of the frames; few frames are in memory at a time.
+/// Extracts the centrelines of every frame of a scan, in the order of the frames; few frames are in memory at a time.
 pub fn scan_centrelines(
     capture: &Capture,
     name: &str,
@@ -90,11 +90,11 @@ pub fn scan_centrelines(
         let found: Result<Vec<Centrelines>, Failure> = some
             .par_iter()
             .map_init(CentrelineExtractor::default, |extractor, picture| {
-                reporter.go_on()?;
+                reporter.check_cancelled()?;
                 let mut lines = Centrelines { direction: params.line_direction, ..Centrelines::default() };
                 match laser_light(capture, picture)? {
                     LaserLight::Image(image) => extractor.find(&image, &params, &mut lines),
-                    // Its edges would be taken for lines: such a frame shows nothing, and is named.
+                    // Its edges would be taken for lines: such a frame is treated as empty, and reported.
                     LaserLight::Unknown(finding) => {
                         reporter.warn(&format!(
                             "{} ({}): {finding}; left out",
@@ -113,10 +113,10 @@ pub fn scan_centrelines(
     Ok(())
 }
 
-/// Pictures of a scan that are read before their lines are taken over: enough for many cores.
+/// Pictures of a scan read at a time: enough for many cores.
 const PICTURES_AT_ONCE: usize = 64;
 
-/// How lines are looked for in this capture.
+/// Settings of the line extraction for this capture.
 fn centreline_params(capture: &Capture) -> CentrelineParams {
     CentrelineParams { line_direction: capture.manifest.line_direction(), ..CentrelineParams::default() }
 }
@@ -131,7 +131,7 @@ fn all<P: Sync, T: Send>(
     pictures
         .par_iter()
         .map(|picture| {
-            reporter.go_on()?;
+            reporter.check_cancelled()?;
             let found = find(picture);
             task.step();
             found
@@ -139,7 +139,7 @@ fn all<P: Sync, T: Send>(
         .collect()
 }
 
-/// What the pictures of one kind show; `None` where one is left out, which is added to `left_out` with the reason.
+/// The features of the pictures of one kind; `None` for one left out, which is added to `left_out` with the reason.
 fn readable<T>(
     found: Vec<Found<T>>,
     leave_out_unreadable: bool,
@@ -147,10 +147,10 @@ fn readable<T>(
 ) -> Result<Vec<Option<T>>, Failure> {
     let n_needed = (MIN_READABLE_SHARE * found.len() as f64).ceil() as usize;
     let n_readable = found.iter().filter(|found| found.is_ok()).count();
-    let go_on = leave_out_unreadable || n_readable >= n_needed;
+    let check_cancelled = leave_out_unreadable || n_readable >= n_needed;
     let keep = |found: Found<T>| match found {
         Ok(found) => Ok(Some(found)),
-        Err(failure) if go_on && failure.is_about_content() => {
+        Err(failure) if check_cancelled && failure.is_about_content() => {
             left_out.push(failure.what().to_owned());
             Ok(None)
         }
@@ -159,8 +159,8 @@ fn readable<T>(
     found.into_iter().map(keep).collect()
 }
 
-/// Share of the board pictures, and of the laser pictures, that must be readable: single pictures go wrong, but what most
-/// of them do not show is not there, or is described wrongly.
+/// Fraction of the board pictures, and of the laser pictures, that must be readable: single pictures may be bad, but if
+/// most are, the content is missing or described wrongly.
 const MIN_READABLE_SHARE: f64 = 0.5;
 
 fn board_pictures(capture: &Capture) -> Vec<Picture<'_>> {
@@ -172,16 +172,16 @@ fn board_pictures(capture: &Capture) -> Vec<Picture<'_>> {
         .collect()
 }
 
-/// The pictures with the laser on whose entries begin so.
+/// The pictures with the laser on whose entries have this prefix.
 fn pictures_of(capture: &Capture, beginning: &str) -> Vec<LaserPicture> {
     capture.laser_pictures().into_iter().filter(|picture| picture.entry.starts_with(beginning)).collect()
 }
 
-/// What the laser adds to a picture.
+/// The light added by the laser in a picture.
 enum LaserLight {
-    /// The laser's channel, without what the laser is not needed for.
+    /// The laser's channel, minus the background.
     Image(GreyImage),
-    /// Not measurable: the picture with the laser off shows something else, or other light.
+    /// Not measurable: the background shows something else, or other light.
     Unknown(Finding),
 }
 
@@ -209,16 +209,15 @@ fn centrelines_of(capture: &Capture, laser: &LaserPicture) -> Found<Centrelines>
     let image = match laser_light(capture, laser)? {
         LaserLight::Image(image) => image,
         LaserLight::Unknown(finding) => {
-            let remedy = "name the picture of the same pose with the laser off as its \"background\", or none";
+            let remedy = "use the picture of the same pose with the laser off as its \"background\", or none";
             return Err(unreadable(capture, picture, &finding.to_string(), remedy));
         }
     };
     let mut lines = find_centrelines(&image, &centreline_params(capture));
     lines.lit_line = laser.line;
-    // A line that is lit alone need not meet every board.
+    // A line that is on alone need not meet every board.
     if lines.segments.is_empty() && laser.line.is_none() {
-        let remedy = "check that the laser was on and exposed long enough, or remove this \"laser\" from the pose: \
-                      it then serves the camera alone";
+        let remedy = "check that the laser was on and exposed long enough, or remove this \"laser\" from the pose: it is then used for the camera alone";
         return Err(unreadable(capture, picture, "no laser line was found", remedy));
     }
     Ok(lines)
@@ -255,7 +254,7 @@ fn input(capture: &Capture, poses: Vec<PoseInput>, stage_views: Vec<StageViewInp
     }
 }
 
-/// Where the manifest says that the stage stood.
+/// The stage position stated by the manifest.
 pub fn stage_position(place: StagePlace) -> StagePosition {
     match place {
         StagePlace::PositionMm(position_mm) => StagePosition::LinearMm(position_mm),

@@ -6,7 +6,7 @@ use std::io::{BufRead, Write};
 use super::{ContentError, trusted_capacity};
 use crate::mesh::Mesh;
 
-/// Text in front; must not begin with `solid`, which would announce ASCII.
+/// Leading text; must not begin with `solid`, which would indicate ASCII.
 const BANNER: &[u8] = b"binary STL, units mm, made by sheaf";
 
 const HEADER_BYTES: usize = 80;

@@ -1,4 +1,4 @@
-//! Segments cut at kinks into pieces that surely belong to one line, and the samples that speak for them.
+//! Segments cut at kinks into pieces that certainly belong to one line, and the samples that represent them.
 
 use multiversion::multiversion;
 use vision::{CentrelinePoint, Centrelines, LineDirection, Segment};
@@ -8,10 +8,10 @@ use crate::params::{
     KINK_SLOPE, KINK_SPAN_PX, KINK_STEP_PX, MIN_PIECE_POINTS, MIN_SAMPLES, SAMPLE_STRIDE_PX, STEP_LIMITS,
 };
 
-/// A piece of a segment: the unit that carries one label.
+/// A piece of a segment: the unit that has one label.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Piece {
-    /// Frame the piece was seen in.
+    /// Frame of the piece.
     pub frame: usize,
     /// Segment within the frame.
     pub segment: usize,
@@ -19,11 +19,11 @@ pub struct Piece {
     pub first: usize,
     /// One past the last point.
     pub end: usize,
-    /// Scan column (row) of the first point; the others follow one by one.
+    /// Scan column (row) of the first point; the others are consecutive.
     pub along: i64,
     /// Scan columns (rows) between samples.
     pub stride: usize,
-    /// Whether it goes on where the piece before it ends, without any sign of a joint.
+    /// Whether it continues where the previous piece ends, without any sign of a joint.
     pub continues: bool,
 }
 
@@ -38,7 +38,7 @@ impl Piece {
         self.along + self.n_points() as i64
     }
 
-    /// What of its segment lies in scan columns (rows) from `from` to before `to`.
+    /// The part of its segment in scan columns (rows) from `from` to before `to`.
     pub fn part(&self, from: i64, to: i64) -> Self {
         let n_points = (to - from) as usize;
         let first = (self.first as i64 + from - self.along) as usize;
@@ -56,7 +56,7 @@ impl Piece {
         self.points(lines).get(idx)
     }
 
-    /// Scan columns (rows) of the samples: multiples of the stride, so that frames sample alike.
+    /// Scan columns (rows) of the samples: multiples of the stride, so that all frames are sampled alike.
     pub fn samples(&self) -> impl Iterator<Item = i64> + use<> {
         let stride = self.stride as i64;
         let start = (self.along + stride - 1).div_euclid(stride) * stride;
@@ -113,8 +113,8 @@ pub fn joints_nearby(joints: &[Vec<Joint>], travel_order: &[usize]) -> Vec<Vec<J
     nearby
 }
 
-/// Cuts the pieces of a frame where the same line was seen to end or to be cut in one of the frames before and after: a
-/// joint that hides in one frame shows in its neighbours.
+/// Cuts the pieces of a frame where the same line ends or is cut in one of the frames before and after: a joint hidden
+/// in one frame is visible in its neighbours.
 pub fn cut_at_joints(
     pieces: &[Piece],
     lines: &Centrelines,
@@ -137,8 +137,8 @@ pub struct Joint {
     segment: usize,
 }
 
-/// Takes away ends that face each other over a point or two, or over a dark speckle: what was lost there is no joint.
-/// Where a segment was cut nothing was lost.
+/// Removes ends that face each other across a point or two, or across a dark speckle: such a gap is not a joint. Cuts
+/// within a segment leave no gap and are kept.
 fn drop_small_gaps(joints: &mut Vec<Joint>, correlation_px: f64) {
     joints.sort_by(|a, b| a.along.cmp(&b.along).then(a.across_px.total_cmp(&b.across_px)));
     let gap = (correlation_px.ceil() as i64).max(2);
@@ -177,7 +177,7 @@ fn cut_piece(piece: Piece, lines: &Centrelines, direction: LineDirection, joints
     parts.filter(|part| part.n_points() >= MIN_PIECE_POINTS).collect()
 }
 
-/// The largest of 16, 8, 4, … that still gives enough samples: strides nest, so that pieces of neighbouring
+/// The largest of 16, 8, 4, … that still gives enough samples: strides are nested, so that pieces of neighbouring
 /// frames share their samples.
 pub fn stride_for(n_points: usize) -> usize {
     let mut stride = SAMPLE_STRIDE_PX;
@@ -187,11 +187,11 @@ pub fn stride_for(n_points: usize) -> usize {
     stride
 }
 
-/// Index ranges between jumps, kinks and small steps; what lies right at a cut belongs to neither side.
+/// Index ranges between jumps, kinks and small steps; points right at a cut belong to neither side.
 fn cut_at_kinks(segment: &Segment, direction: LineDirection, correlation_px: f64) -> Vec<(usize, usize)> {
     let across: Vec<f64> = segment.points.iter().map(|point| point.along_across(direction).1).collect();
     let bends = bends(&across);
-    // A mean over n correlated points is as good as one over n / correlation length.
+    // A mean over n correlated points is as precise as one over n / correlation length.
     let correlation = correlation_px.max(1.0).sqrt();
     let noise_px: Vec<f64> = segment.points.iter().map(|point| point.sigma_px * correlation).collect();
     let steps = steps(&across, &noise_px);
@@ -226,9 +226,10 @@ fn bends(across: &[f64]) -> Vec<f64> {
     bends
 }
 
-/// Per point: how far the line through the points before it misses the line through those from it on, in limits.
+/// Per point: distance between the line through the points before it and the line through the points from it on, in
+/// limits.
 ///
-/// Lines through neighbouring points follow from running sums; `noise_px` holds the σ of every point.
+/// The lines are computed from running sums; `noise_px` holds the σ of every point.
 #[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl+avx2", "x86_64+avx2", "aarch64+neon"))]
 fn steps(across: &[f64], noise_px: &[f64]) -> Vec<f64> {
     let (mut sum, mut moment) = (0.0, 0.0);

@@ -117,8 +117,8 @@ mod tests {
             (0.9, phase.counted(2, 2), "reading: 2 of 2 pictures".to_owned()),
         ];
         assert_eq!(*told.lock(), expected);
-        assert!(reporter.go_on().is_ok());
+        assert!(reporter.check_cancelled().is_ok());
         cancel.cancel();
-        assert!(reporter.go_on().unwrap_err().is_cancelled());
+        assert!(reporter.check_cancelled().unwrap_err().is_cancelled());
     }
 }

@@ -4,13 +4,14 @@ use app::error::AppError;
 use axum::Json;
 use axum::http::{HeaderName, HeaderValue, StatusCode, header};
 use axum::response::{IntoResponse, Response};
+use headers::HeaderMapExt as _;
 use percent_encoding::{NON_ALPHANUMERIC, utf8_percent_encode};
 use serde::Serialize;
 use serde_json::{Value, json};
 
 use crate::problem::PROBLEM_TYPE;
 use crate::problem::{Problem, ProblemKind};
-use crate::rest::etag::quoted;
+use crate::rest::etag::tag;
 
 /// A response that can be stored and replayed: status, `Location`, JSON.
 #[derive(Debug, Clone, PartialEq)]
@@ -71,12 +72,14 @@ impl IntoResponse for Reply {
         let status = StatusCode::from_u16(self.status).unwrap_or(StatusCode::OK);
         let mut response = (status, Json(self.body)).into_response();
         let location = self.location.map(|location| (header::LOCATION, location));
-        let version = self.version.map(|version| (header::ETAG, quoted(&version)));
         let problem = (self.status >= 400).then(|| (header::CONTENT_TYPE, PROBLEM_TYPE.to_owned()));
-        for (name, text) in [location, version, problem].into_iter().flatten() {
+        for (name, text) in [location, problem].into_iter().flatten() {
             if let Ok(value) = HeaderValue::from_str(&text) {
                 response.headers_mut().insert(name, value);
             }
+        }
+        if let Some(tag) = self.version.as_deref().and_then(tag) {
+            response.headers_mut().typed_insert(tag);
         }
         response
     }
@@ -116,8 +119,8 @@ pub async fn artifact(
     let mut response = bytes(media_type, file_name, axum::body::Body::from_stream(stream));
     response.headers_mut().insert(header::CONTENT_LENGTH, HeaderValue::from(reader.size_bytes));
     // An artifact's id is the hash of its content.
-    if let Ok(tag) = HeaderValue::from_str(&format!("\"{}\"", id.as_str())) {
-        response.headers_mut().insert(header::ETAG, tag);
+    if let Some(tag) = tag(id.as_str()) {
+        response.headers_mut().typed_insert(tag);
     }
     Ok(response)
 }

@@ -1,4 +1,4 @@
-//! The second look: does another order, from another frame, see the same surface at the same place?
+//! The second look: whether another order, in another frame, observes the same surface at the same place.
 
 use nalgebra::{Vector2, Vector3};
 use rayon::prelude::*;
@@ -15,7 +15,7 @@ use crate::params::{
     PATCH_RADIUS_SPACINGS, SAME_ORDER_MIN_FRAMES, SAMPLE_STRIDE_PX, SMOOTH_SIGMAS,
 };
 
-/// What the second look needs.
+/// Inputs of the second look.
 pub struct Scene<'a> {
     /// Samples of all pieces.
     pub samples: &'a Samples,
@@ -23,9 +23,9 @@ pub struct Scene<'a> {
     pub pieces: &'a [Piece],
     /// The same line in neighbouring frames.
     pub partners: &'a Partners,
-    /// Per frame: its place along the travel.
+    /// Per frame: its rank along the travel.
     pub travel_rank: &'a [usize],
-    /// Per frame: what the stage has done to the part.
+    /// Per frame: the motion of the part.
     pub motions: &'a [FrameMotion],
     /// The common view.
     pub reference_view: &'a ReferenceView,
@@ -39,9 +39,9 @@ struct Patch {
     sigma_mm: f64,
     piece: u32,
     label: u32,
-    /// Place of its frame along the travel.
+    /// Rank of its frame along the travel.
     place: u32,
-    /// Whether the surface goes on smoothly on all four sides: only then may it contradict.
+    /// Whether the surface continues smoothly on all four sides: only then may it contradict.
     interior: bool,
 }
 
@@ -57,7 +57,8 @@ pub fn add_second_looks(evidence: &mut Evidence, scene: &Scene) {
     }
     let patches = scene.patches();
     let stride_mm = reference_view.column_mm * SAMPLE_STRIDE_PX as f64;
-    // Samples share their columns, so that patches along the line need not reach as far as along the travel.
+    // Samples of one line share their columns, so that the search radius along the line may be smaller than along the
+    // travel.
     let radii = [stride_mm * PATCH_RADIUS_SPACINGS * 0.75, step * PATCH_RADIUS_SPACINGS];
     let grid = PatchGrid::new(patches.iter().map(|patch| patch.view.xy_mm), reference_view.step_mm, radii);
     let density = std::f64::consts::PI * radii[0] * radii[1] / (stride_mm * step);
@@ -81,7 +82,7 @@ impl Scene<'_> {
         self.travel_rank[self.pieces[piece].frame]
     }
 
-    /// Patches of all hypotheses whose surroundings are known along the line and along the travel.
+    /// Patches of all hypotheses with known surroundings along the line and along the travel.
     fn patches(&self) -> Vec<Patch> {
         let stride = self.reference_view.frame_stride();
         let of_piece = |piece: usize| -> Vec<Patch> {
@@ -94,11 +95,12 @@ impl Scene<'_> {
         per_piece.into_iter().flatten().collect()
     }
 
-    /// Samples of a piece and of those that it goes on in.
+    /// Samples of a piece and of those that continue it.
     fn line(&self, piece: usize) -> std::ops::Range<usize> {
-        let goes_on = |piece: &Piece| piece.continues;
-        let first = piece - self.pieces[..=piece].iter().rev().take_while(|piece| goes_on(piece)).count();
-        let last = piece + self.pieces[piece + 1..].iter().take_while(|piece| goes_on(piece)).count();
+        let continues_smoothly = |piece: &Piece| piece.continues;
+        let first =
+            piece - self.pieces[..=piece].iter().rev().take_while(|piece| continues_smoothly(piece)).count();
+        let last = piece + self.pieces[piece + 1..].iter().take_while(|piece| continues_smoothly(piece)).count();
         self.samples.range(first).start..self.samples.range(last).end
     }
 
@@ -114,7 +116,7 @@ impl Scene<'_> {
             let view = self.reference_view.view_of(&hypothesis.in_part_mm);
             let (line, travel) = (line.map(at), travel.map(at));
             let gradient = gradient(&difference(&view, &line)?, &difference(&view, &travel)?)?;
-            let interior = [line, travel].iter().all(|ends| goes_on(&view, ends, hypothesis.sigma_mm));
+            let interior = [line, travel].iter().all(|ends| continues_smoothly(&view, ends, hypothesis.sigma_mm));
             Some(Patch {
                 in_part_mm: hypothesis.in_part_mm,
                 view,
@@ -158,7 +160,7 @@ impl Scene<'_> {
         terms
     }
 
-    /// Above 0, to +1: the patch agrees; 0: no evidence; −1: it contradicts.
+    /// In (0, 1]: the patch agrees; 0: no evidence; −1: it contradicts.
     fn agreement_score(
         &self,
         piece: usize,
@@ -183,7 +185,7 @@ impl Scene<'_> {
         if contradicted && self.hides(piece, hypothesis, view, patch, grid) { -1.0 } else { 0.0 }
     }
 
-    /// Whether the nearer of the two would have hidden the other when that was seen.
+    /// Whether the nearer of the two would have occluded the other when that was observed.
     fn hides(
         &self,
         piece: usize,
@@ -199,7 +201,7 @@ impl Scene<'_> {
     }
 }
 
-/// Distance in depth between a hypothesis and a patch, in tolerances.
+/// Difference in depth between a hypothesis and a patch, in tolerances.
 fn apart_in_tolerances(hypothesis: &Hypothesis, view: &ViewPoint, patch: &Patch, floor_mm: f64) -> f64 {
     let offset = view.xy_mm - patch.view.xy_mm;
     let apart = (view.depth_mm - patch.view.depth_mm - patch.gradient.dot(&offset)).abs();
@@ -227,8 +229,8 @@ pub fn gradient(along: &Vector3<f64>, travel: &Vector3<f64>) -> Option<Vector2<f
     (normal.z.abs() > 0.1 * spread && gradient.norm() <= PATCH_MAX_GRADIENT).then_some(gradient)
 }
 
-/// Whether both neighbours exist and the surface passes them without a bend beyond noise and curvature.
-fn goes_on(at: &ViewPoint, ends: &[Option<ViewPoint>; 2], sigma_mm: f64) -> bool {
+/// Whether both neighbours exist and the surface continues through the point without a bend beyond noise and curvature.
+fn continues_smoothly(at: &ViewPoint, ends: &[Option<ViewPoint>; 2], sigma_mm: f64) -> bool {
     let [Some(from), Some(to)] = ends else { return false };
     let bend = (from.depth_mm + to.depth_mm - 2.0 * at.depth_mm).abs();
     let reach = 0.25 * (to.xy_mm - from.xy_mm).norm_squared();

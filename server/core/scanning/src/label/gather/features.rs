@@ -1,4 +1,4 @@
-//! The features of every frame that labelling needs, extracted in a few passes: a scan's points need not be in memory
+//! The features of every frame needed for labelling, extracted in a few passes: a scan's points need not be in memory
 //! together.
 
 use vision::{Centrelines, LineDirection};
@@ -24,7 +24,7 @@ pub struct FrameFeatures {
     pub joined: Vec<bool>,
     /// Per piece: full width of the line at half its height.
     pub widths_px: Vec<f64>,
-    /// Per frame: what its pieces share.
+    /// Per frame: the columns that its pieces share.
     pub shared_columns: Vec<SharedColumns>,
 }
 
@@ -57,8 +57,8 @@ pub fn extract_features(
     Ok(features)
 }
 
-/// The pieces of all frames, cut at their own kinks and at the joints of their neighbours. `travel_order`: the frames in
-/// the sequence of their stage positions.
+/// The pieces of all frames, cut at their own kinks and at the joints of their neighbours. `travel_order`: the frames
+/// in the sequence of their stage positions.
 pub fn cut_pieces(
     frames: &dyn Frames,
     travel_order: &[usize],
@@ -77,7 +77,7 @@ pub fn cut_pieces(
     Ok(cut.into_iter().flatten().collect())
 }
 
-/// What one frame shows.
+/// The features of one frame.
 struct OneFrameFeatures {
     samples: Samples,
     ends: Vec<(End, End)>,
@@ -103,7 +103,7 @@ impl OneFrameFeatures {
     }
 }
 
-/// Mean over the points of a piece.
+/// Mean line width over the points of a piece.
 fn width_px(piece: &Piece, lines: &Centrelines) -> f64 {
     let widths = piece.points(lines).iter().map(|point| f64::from(point.width_px));
     widths.sum::<f64>() / piece.n_points() as f64

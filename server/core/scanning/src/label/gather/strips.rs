@@ -1,4 +1,4 @@
-//! Pieces of one surface strip: the same line, followed from frame to frame without a weak joint.
+//! Surface strips: pieces of the same line, tracked from frame to frame without a weak joint.
 
 use std::collections::BTreeMap;
 
@@ -13,9 +13,9 @@ use crate::params::{
 
 /// Per piece: its strip, numbered by first piece.
 ///
-/// Pieces of one label hang together if the samples they share pass from one frame to the next as a smooth surface
-/// would: on the mean no bend beyond noise and curvature. Joints at kinks and continuations beyond gaps do not count: a
-/// part that rises by just a wrap looks like that.
+/// Pieces of one label are linked if their shared samples continue from one frame to the next like a smooth surface: on
+/// average no bend beyond noise and curvature. Joints at kinks and continuations across gaps do not count: a part that
+/// rises by exactly one wrap looks the same.
 pub fn strips(labels: &[usize], samples: &Samples, pieces: &[Piece], partners: &Partners) -> Vec<usize> {
     let mut links: BTreeMap<(usize, usize), Link> = BTreeMap::new();
     for (idx, sample) in samples.all.iter().enumerate() {
@@ -51,7 +51,7 @@ pub fn strips(labels: &[usize], samples: &Samples, pieces: &[Piece], partners: &
         .collect()
 }
 
-/// What the samples of two pieces say about the surface between them.
+/// What the samples of two pieces show about the surface between them.
 #[derive(Debug, Clone, Copy, Default)]
 struct Link {
     /// Bends at the first and at the second piece.
@@ -65,7 +65,7 @@ struct Bend {
     n: f64,
     sum_mm: f64,
     sigma_mm: f64,
-    /// What curvature may explain.
+    /// Bend explained by curvature.
     allowed_mm: f64,
 }
 
@@ -85,7 +85,7 @@ impl Link {
             return self.moved_pitches <= STRIP_LINK_PITCHES;
         }
         known.into_iter().all(|bend| {
-            // Samples are independent of each other.
+            // Samples are statistically independent.
             let noise = SMOOTH_SIGMAS * bend.sigma_mm / bend.n / bend.n.sqrt();
             bend.sum_mm.abs() / bend.n <= noise + bend.allowed_mm / bend.n + STRIP_LINK_FLOOR_MM
         })

@@ -24,7 +24,7 @@ impl Folder {
         }
         let found = pictures_of(&capture, wanted)?;
         if found.is_empty() {
-            return Err(ReplayError::NoPictures { place: folder.to_owned(), pictures: word_for(wanted) });
+            return Err(ReplayError::NoPictures { place: folder.to_owned(), pictures: name_of(wanted) });
         }
         let places =
             found.iter().map(|(_, position_mm)| Picture { position_mm: *position_mm, ..Picture::default() });
@@ -89,7 +89,7 @@ fn pictures_of(capture: &Capture, wanted: &Pictures) -> Result<Vec<(LaserPicture
     })
 }
 
-fn word_for(pictures: &Pictures) -> &'static str {
+fn name_of(pictures: &Pictures) -> &'static str {
     match pictures {
         Pictures::Scan(_) => "frames of that scan",
         Pictures::Boards => "board pictures",

@@ -157,7 +157,7 @@ fn comparable(source: &dyn Source, idx: usize) -> Result<Option<GreyImage>, Repl
     let mut image = blank();
     match source.read_into(idx, &mut image) {
         Ok(()) => Ok(Some(image)),
-        Err(ReplayError::Capture(CaptureError::OtherRoom { .. })) => Ok(None),
+        Err(ReplayError::Capture(CaptureError::BackgroundMismatch { .. })) => Ok(None),
         Err(error) => Err(error),
     }
 }

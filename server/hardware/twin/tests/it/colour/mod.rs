@@ -56,7 +56,7 @@ impl Pose {
         let points: Vec<_> = lines.segments.iter().flat_map(|segment| segment.points.clone()).collect();
         let truth = self.renderer.truth_points(&self.scene, 0.0);
         let found = agreement(&points, &truth, Vector2::new(WIDTH as f64, HEIGHT as f64));
-        println!("{}: {found:.3?}", channel.word());
+        println!("{}: {found:.3?}", channel.name());
         found
     }
 }
