@@ -1,34 +1,39 @@
 //! Constants of labelling, triangulation and statistics, each with its unit and its reason.
 
 /// Distance between the points of a piece that speak for its label, scan columns (rows). Neighbours share their
-/// noise over a few columns anyway; 16 keeps forty frames of a megapixel below 20 000 samples.
+/// noise over a few columns anyway; 16 keeps forty frames of a megapixel below 20 000 samples. How densely is looked, no
+/// limit of a decision: a sample counts by the length that it stands for.
 pub const SAMPLE_STRIDE_PX: usize = 16;
 /// Fewest samples of a piece; shorter pieces are sampled more densely.
 pub const MIN_SAMPLES: usize = 4;
 
-/// Columns on either side over which the slope of a line is taken when looking for kinks.
-pub const KINK_SPAN_PX: usize = 5;
+/// Length on either side over which the slope of a line is taken when looking for kinks, in line widths: the extraction
+/// smooths over about as much.
+pub const KINK_SPAN_WIDTHS: f64 = 1.0;
 /// Change of slope (across per along, px/px) at which a segment is cut in two: two lines may have been joined
 /// there. Cutting a line that merely bends costs nothing, its pieces are labelled alike.
 pub const KINK_SLOPE: f64 = 0.3;
 /// The same in standard deviations of the change of slope: speckle must not cut lines into crumbs.
 pub const KINK_SIGMAS: f64 = 5.0;
-/// Largest step between neighbouring points that stays one line, px.
-pub const KINK_STEP_PX: f64 = 2.5;
-/// Steps at which a segment is cut: lines of two orders that touch end to end are extracted as one. Per entry: points
-/// on either side through which a line is laid, and the step in σ of a point and in px. Lines through 8 (16) points
-/// end with 0.7 (0.5) σ, their difference has 1.0 (0.7) σ; σ may be understated and correlated.
-pub const STEP_LIMITS: [(usize, f64, f64); 2] = [(8, 5.0, 0.3), (16, 3.5, 0.2)];
-/// Points left out on either side of a cut: the place of a joint is known no better.
-pub const CUT_TRIM_POINTS: usize = 2;
+/// Largest step between neighbouring points that stays one line, in line widths along the scan column (row): as far as
+/// the extraction links.
+pub const KINK_STEP_WIDTHS: f64 = 0.5;
+/// Steps at which a segment is cut: lines of two orders that touch end to end are extracted as one. Per entry: length on
+/// either side through which a line is laid, and the smallest step that counts, both in line widths.
+pub const STEP_LIMITS: [(f64, f64); 2] = [(1.6, 0.06), (3.2, 0.04)];
+/// The same in standard deviations of the step; σ may be understated and correlated.
+pub const STEP_LIMIT_SIGMAS: f64 = 5.0;
+/// What is left out on either side of a cut, in line widths: the place of a joint is known no better.
+pub const CUT_TRIM_WIDTHS: f64 = 0.4;
 /// Frames before and after in which the joints of a line are looked for.
 pub const JOINT_FRAMES: usize = 2;
-/// How near to the end of a line in a neighbouring frame a line must pass to be cut there, px.
-pub const JOINT_REACH_PX: f64 = 2.0;
-/// Least distance between such cuts: an end that wanders from frame to frame shall not leave crumbs, px.
-pub const JOINT_SPACING_PX: i64 = 12;
-/// Two ends that face each other across one or two lost points, this far apart across the line, are no joint, px.
-pub const JOINT_GAP_PX: f64 = 0.3;
+/// How near to the end of a line in a neighbouring frame a line must pass to be cut there, in line widths.
+pub const JOINT_REACH_WIDTHS: f64 = 0.4;
+/// Least distance between such cuts: an end that wanders from frame to frame shall not leave crumbs, in line widths.
+pub const JOINT_SPACING_WIDTHS: f64 = 2.4;
+/// Two ends that face each other across one or two lost points, this far apart across the line, are no joint, in line
+/// widths.
+pub const JOINT_GAP_WIDTHS: f64 = 0.06;
 /// The same in standard deviations of their difference, over a gap of up to one correlation length: a dark speckle.
 pub const JOINT_GAP_SIGMAS: f64 = 4.0;
 /// Shortest piece that is labelled, points: fewer have no slope.
@@ -43,8 +48,8 @@ pub const TRACK_WEIGHT: f64 = 0.5;
 /// Weight of the bond between pieces cut apart at a kink, per sample and at most one sample: a bend is likelier
 /// than two lines joined.
 pub const JOINT_WEIGHT: f64 = 1.0;
-/// Pieces shorter than this do not hold a label against the line they hang on, points.
-pub const STUB_POINTS: usize = 32;
+/// Pieces shorter than this do not hold a label against the line they hang on, in line widths.
+pub const STUB_WIDTHS: f64 = 6.4;
 
 /// Longest gap a line is continued over within its frame, in line pitches (an object standing on a plate).
 pub const CONTINUATION_GAP_PITCHES: f64 = 4.0;
@@ -89,8 +94,9 @@ pub const AGREEMENT_FLOOR_GRATING: f64 = 1.5e-4;
 pub const AGREEMENT_FLOOR_PLANES: f64 = 1.0e-3;
 /// What the calibration's own error may add to it, in its standard deviations: orders share most of that error.
 pub const SYSTEMATIC_SIGMAS: f64 = 2.0;
-/// Curvature allowed for when a surface patch is extended, 1/mm: a radius of 10 mm.
-pub const PATCH_CURVATURE_PER_MM: f64 = 0.1;
+/// Smallest radius of a surface that is allowed for when a patch is extended, as a share of the depth: 10 mm at 400 mm.
+/// Parts are as large as a station sees.
+pub const PATCH_RADIUS_RELATIVE: f64 = 0.025;
 /// Beyond this many tolerances apart two surfaces contradict each other; in between they say nothing.
 pub const CONTRADICTION_TOLERANCES: f64 = 2.0;
 /// Steepest patch (mm of depth per mm across the view) that may speak: at steeper ones depth is not a function.
@@ -120,15 +126,15 @@ pub const CONTINUITY_ALONE: f64 = 0.7;
 /// A fifth of what a second look brings: the group is seen twice over a good part of its area.
 pub const GROUP_MARGIN: f64 = 0.1;
 
-/// Columns two pieces must share to hang together, and the share of the shorter one's length: where a step runs askew
-/// to the lines, the pieces on either side overlap a little from frame to frame.
-pub const STRIP_LINK_OVERLAP_PX: f64 = 10.0;
-/// See [`STRIP_LINK_OVERLAP_PX`].
+/// Length two pieces must share to hang together, in line widths, and the share of the shorter one's length: where a step
+/// runs askew to the lines, the pieces on either side overlap a little from frame to frame.
+pub const STRIP_LINK_OVERLAP_WIDTHS: f64 = 2.0;
+/// See [`STRIP_LINK_OVERLAP_WIDTHS`].
 pub const STRIP_LINK_SHARE: f64 = 0.5;
 /// The same share of the longer one's: the last of a block's top shall not hang on the long line beyond it.
 pub const STRIP_LINK_SHARE_OF_LONGER: f64 = 0.3;
-/// Bend of a strip from frame to frame that the stage's own errors explain, mm.
-pub const STRIP_LINK_FLOOR_MM: f64 = 0.02;
+/// Bend of a strip from frame to frame that the stage's own errors explain, as a share of the depth: 0.02 mm at 400 mm.
+pub const STRIP_LINK_FLOOR_RELATIVE: f64 = 5e-5;
 /// Largest movement between two frames that passes for smooth where no third frame decides, line pitches.
 pub const STRIP_LINK_PITCHES: f64 = 0.03;
 /// Advantage per sample that the label of a strip needs over every other one once all other strips have adapted.
@@ -158,10 +164,11 @@ pub const RANK_ONLY_LENGTH_PITCHES: f64 = 4.0;
 /// frame. A chance row of speckles has none.
 pub const CONFIRMATION: f64 = 0.15;
 
-/// Distance between the nodes of the table of systematic σ, px. Interpolation error below 2 %.
-pub const SIGMA_TABLE_STEP_PX: f64 = 48.0;
+/// Steps of the table of systematic σ along the image's longer side. Interpolation error below 2 %.
+pub const SIGMA_TABLE_STEPS: f64 = 27.0;
 
-/// Distance along the line, in columns, between the points that are checked and compared between orders.
+/// Distance along the line, in columns, between the points that are checked and compared between orders: neighbours share
+/// their noise over about as many.
 pub const COMPARE_STRIDE_PX: usize = 4;
 /// Differences after a turn farther from their median than this many median deviations are no closure: 4 σ of normal ones.
 pub const CLOSURE_MAD_LIMIT: f64 = 6.0;
@@ -237,11 +244,11 @@ pub mod watches {
     pub const BIN_COLUMNS: usize = 16;
     /// Steepest slope that is used, and largest change of slope from frame to frame: beyond lie edges.
     pub const MAX_SLOPE: f64 = 1.0;
-    /// Places whose neighbours within so many bins and mm along the travel share noise: speckle reaches a line's thickness,
-    /// what a surface does to lines reaches as far as its curvature changes.
+    /// Places whose neighbours within so many bins across the travel and bins' widths along it share noise: speckle reaches
+    /// a line's thickness, what a surface does to lines reaches as far as its curvature changes.
     pub const CLUSTER_BINS: usize = 4;
-    /// See [`CLUSTER_BINS`].
-    pub const CLUSTER_MM: f64 = 5.0;
+    /// See [`CLUSTER_BINS`]; 5 mm at 400 mm.
+    pub const CLUSTER_TRAVEL_BINS: f64 = 2.0;
     /// Differences that share their noise, about, as far as weights against prior knowledge go: all pairs of five orders
     /// stand on four differences, and neighbouring frames on one speckle pattern.
     pub const SHARED_DIFFERENCES: f64 = 16.0;
@@ -266,17 +273,18 @@ pub mod watches {
     pub const WARN_SIGMAS: f64 = 4.5;
     /// Errors below this share of the expanded uncertainty are told as figures alone.
     pub const WARN_SHARE: f64 = 0.25;
-    /// Errors of depth by the wavelength below this, mm, are not corrected: a quarter of the expanded uncertainty on matt
-    /// grey paint.
-    pub const CORRECTION_LEAST_MM: f64 = 0.01;
+    /// Errors of depth by the wavelength below this share of the depth are not corrected: 10 µm at 400 mm, a quarter of the
+    /// expanded uncertainty on matt grey paint.
+    pub const CORRECTION_LEAST_RELATIVE: f64 = 2.5e-5;
     /// Expanded uncertainties are so many σ.
     pub const COVERAGE: f64 = 2.0;
 }
 
 /// Of the watch over lost steps.
 pub mod lost_steps {
-    /// A watch that would notice only losses larger than this is blind, mm: four times the 50 µm that must be noticed.
-    pub const BLIND_MM: f64 = 0.2;
+    /// A watch that would notice only losses larger than this share of the depth is blind: four times the 50 µm that must be
+    /// noticed at 400 mm.
+    pub const BLIND_RELATIVE: f64 = 5e-4;
     /// Fewest bins that give a line of differences over slopes.
     pub const FEWEST_DIFFERENCES: usize = 12;
     /// Differences so far off their line, in its own scatter, are left out.
@@ -294,21 +302,16 @@ pub mod lost_steps {
     /// By how much the stated standard deviation is larger than that of independent frames: neighbouring frames and pairs of
     /// orders share speckle and surface.
     pub const NOISE_INFLATION: f64 = 1.4;
-    /// Smallest step that is reported, mm: half of what must be noticed.
-    pub const ALARM_MM: f64 = 0.025;
+    /// Smallest step that is reported, as a share of the depth: half of what must be noticed, 25 µm at 400 mm.
+    pub const ALARM_RELATIVE: f64 = 6.25e-5;
     /// Smallest step that is reported, in its standard deviations; rendered scans without losses stay below 3.
     pub const ALARM_SIGMAS: f64 = 4.5;
 }
 
 /// Of lines from several exposures.
 pub mod exposures {
-    /// Lines of different exposures nearer than this, px, are the same line: what saturation displaces them by.
-    pub const SAME_LINE_PX: f64 = 1.5;
-    /// The same in line widths.
+    /// Lines of different exposures nearer than this, in line widths, are the same line: what saturation displaces them by.
     pub const SAME_LINE_WIDTHS: f64 = 0.5;
     /// Exposures that differ by more than so many σ disagree.
     pub const DISAGREE_SIGMAS: f64 = 3.0;
-    /// A line goes on in the next column at most this far across, px, where no exposure says so: one exposure ends there
-    /// and another begins.
-    pub const JOIN_PX: f64 = 1.5;
 }

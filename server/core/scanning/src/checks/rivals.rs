@@ -2,10 +2,12 @@
 //! (`docs/maths/labelling.md`, "Rivals").
 
 use crate::checks::compare::Surfaces;
+use crate::input::line_step::largest_step_px;
 use crate::input::line_widths::Label;
-use crate::params::{CLOSE_TOLERANCES, COMPARE_STRIDE_PX, CONTRADICTION_TOLERANCES, END_WIDTHS, KINK_STEP_PX};
+use crate::params::{CLOSE_TOLERANCES, COMPARE_STRIDE_PX, CONTRADICTION_TOLERANCES, END_WIDTHS};
 use crate::points::profile::ProfilePoint;
 use crate::points::profiles::Profiles;
+use vision::LineDirection;
 
 /// The other labels that the points of a scan could have.
 #[derive(Clone, Copy)]
@@ -111,8 +113,14 @@ pub enum Look {
     Nobody,
 }
 
+/// Scan columns (rows) from one point of a line to the next, at most: one of them may have none.
+const NEXT_COLUMNS: f64 = 2.0;
+
 /// Whether two points follow one another on one line.
-pub fn neighbours(a: &ProfilePoint, b: &ProfilePoint) -> bool {
-    let apart_px = (a.seen.u_px - b.seen.u_px).abs().max((a.seen.v_px - b.seen.v_px).abs());
-    a.order == b.order && apart_px <= KINK_STEP_PX
+pub fn neighbours(a: &ProfilePoint, b: &ProfilePoint, direction: LineDirection) -> bool {
+    let ((along_a, across_a), (along_b, across_b)) =
+        (a.seen.along_across(direction), b.seen.along_across(direction));
+    a.order == b.order
+        && (along_a - along_b).abs().round() <= NEXT_COLUMNS
+        && (across_a - across_b).abs() <= largest_step_px(&a.seen, direction)
 }

@@ -22,7 +22,7 @@ use crate::input::frames::{Frames, lines_of};
 use crate::input::line_widths::LineWidths;
 use crate::input::motions::{Chart, FrameMotion};
 use crate::params::{
-    AGREEMENT_FLOOR_GRATING, AGREEMENT_FLOOR_PLANES, CONFIRMATION, OUTSIDE_COST, SAMPLE_STRIDE_PX, STUB_POINTS,
+    AGREEMENT_FLOOR_GRATING, AGREEMENT_FLOOR_PLANES, CONFIRMATION, OUTSIDE_COST, SAMPLE_STRIDE_PX, STUB_WIDTHS,
     SYSTEMATIC_SIGMAS, UNLABELLED_COST,
 };
 use gather::evidence::Evidence;
@@ -51,15 +51,16 @@ pub struct Labels {
 }
 
 /// Short ends of a line whose label differs from the line they hang on are left out: too little speaks for them.
-/// `before`: the same outcomes; `joined`: per piece, whether it follows the one before it without a jump.
-fn doubt_stubs(pieces: &[Piece], outcomes: &mut [LabelOutcome], before: &[LabelOutcome], joined: &[bool]) {
+/// `before`: the same outcomes; `features`: of all pieces.
+fn doubt_stubs(features: &gather::features::FrameFeatures, outcomes: &mut [LabelOutcome], before: &[LabelOutcome]) {
+    let gather::features::FrameFeatures { pieces, joined, widths_px, .. } = features;
     for idx in 1..pieces.len() {
         if before[idx - 1] == before[idx] || !joined[idx] {
             continue;
         }
         for stub in [idx - 1, idx] {
             let doubted = matches!(before[stub], LabelOutcome::Order(_));
-            if doubted && pieces[stub].n_points() < STUB_POINTS {
+            if doubted && (pieces[stub].n_points() as f64) < STUB_WIDTHS * widths_px[stub] {
                 outcomes[stub] = LabelOutcome::Doubtful;
             }
         }
@@ -107,18 +108,20 @@ pub fn label_frames(
         pieces = sections::merged(&features.pieces, &solve::relax::best_from(&evidence, start));
     }
     let (features, evidence, partners) = gathered(frames, motions, &travel, &view, (pieces, widths.as_ref()))?;
-    let gather::features::FrameFeatures { mut pieces, samples, joined, widths_px, .. } = features;
+    let gather::features::FrameFeatures { pieces, samples, widths_px, .. } = &features;
+    let reference_view = reference_view(&travel, triangulator.calibration(), depth_range_mm, direction);
     let confirmation = (frames.n_frames() > 1).then_some(CONFIRMATION);
     let challenged = |labels: &[usize]| {
-        let strips = gather::strips::strips(labels, &samples, &pieces, &partners);
-        let lengths = lengths_pitches(&samples, &pieces, &strips);
+        let strips = gather::strips::strips(labels, samples, (pieces, widths_px), &partners, &reference_view);
+        let lengths = lengths_pitches(samples, pieces, &strips);
         solve::challenge::challenged(&evidence, labels, &strips, &lengths, frames.n_frames() > 1)
     };
     let (labels, settled) = solve::relax::label_outcomes(&evidence, confirmation, challenged);
     let mut labels: Vec<Option<usize>> =
         labels.into_iter().map(|label| (label != evidence.none()).then_some(label)).collect();
     let mut outcomes = settled.clone();
-    doubt_stubs(&pieces, &mut outcomes, &settled, &joined);
+    doubt_stubs(&features, &mut outcomes, &settled);
+    let gather::features::FrameFeatures { mut pieces, widths_px, .. } = features;
     if frames.n_frames() > 1 {
         cuts::close(&mut pieces, &outcomes);
         (pieces, outcomes, labels) = sections::doubt_seams(&pieces, &outcomes, &labels, &widths_px);
@@ -251,7 +254,7 @@ pub fn reference_view(
     depth_range_mm: DepthRangeMm,
     direction: LineDirection,
 ) -> ReferenceView {
-    let reference_depth_mm = 0.5 * (depth_range_mm.near_mm + depth_range_mm.far_mm);
+    let reference_depth_mm = depth_range_mm.middle_mm();
     let focal_px = match direction {
         LineDirection::Rows => calibration.camera.fx_px,
         LineDirection::Columns => calibration.camera.fy_px,

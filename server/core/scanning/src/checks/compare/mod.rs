@@ -13,8 +13,8 @@ use crate::error::ScanError;
 use crate::input::motions::FrameMotion;
 use crate::label::{PatchGrid, ReferenceView, ViewPoint};
 use crate::params::{
-    AGREEMENT_SIGMAS, COMPARE_STRIDE_PX, CONTRADICTING_SURFACES, CONTRADICTION_TOLERANCES, PATCH_CURVATURE_PER_MM,
-    PATCH_MAX_GRADIENT, PATCH_RADIUS_SPACINGS, SMOOTH_SIGMAS,
+    AGREEMENT_SIGMAS, COMPARE_STRIDE_PX, CONTRADICTING_SURFACES, CONTRADICTION_TOLERANCES, PATCH_MAX_GRADIENT,
+    PATCH_RADIUS_SPACINGS, SMOOTH_SIGMAS,
 };
 use crate::points::profile::{Profile, ProfilePoint};
 use crate::points::profiles::Profiles;
@@ -178,7 +178,8 @@ impl<'a> Surfaces<'a> {
         let offset = view.xy_mm - patch_view.xy_mm;
         let apart = view.depth_mm - patch_view.depth_mm - patch.gradient.dot(&offset);
         let noise = AGREEMENT_SIGMAS * point.noise_sigma_mm.hypot(patch.sigma_mm);
-        (apart, noise + self.reference_view.floor_mm + 0.5 * PATCH_CURVATURE_PER_MM * offset.norm_squared())
+        let curvature = 0.5 * self.reference_view.curvature_per_mm() * offset.norm_squared();
+        (apart, noise + self.reference_view.floor_mm + curvature)
     }
 
     /// Whether one of the two would have hidden the other when the farther one was seen, in frame `seen_at`.

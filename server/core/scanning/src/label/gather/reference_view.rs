@@ -6,7 +6,7 @@ use nalgebra::{Vector2, Vector3};
 
 use super::patches::ViewPoint;
 use crate::input::motions::{Chart, FrameMotion};
-use crate::params::SAMPLE_STRIDE_PX;
+use crate::params::{PATCH_RADIUS_RELATIVE, SAMPLE_STRIDE_PX};
 
 /// The view from the middle of the scan.
 #[derive(Debug, Clone, Copy)]
@@ -62,6 +62,11 @@ impl ReferenceView {
     /// A point of the part as the camera saw it in a frame.
     pub fn seen_from(&self, frame: &FrameMotion, in_part_mm: &Vector3<f64>) -> ViewPoint {
         view_point(&frame.seen_from(in_part_mm, self.reference_depth_mm))
+    }
+
+    /// Curvature of a surface that is allowed for when a patch of it is extended.
+    pub fn curvature_per_mm(&self) -> f64 {
+        1.0 / (PATCH_RADIUS_RELATIVE * self.reference_depth_mm)
     }
 
     /// Every how many frames a line is sampled: steps much finer than the samples along the line add nothing.

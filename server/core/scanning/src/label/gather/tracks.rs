@@ -8,11 +8,12 @@ use super::evidence::Evidence;
 use super::hypotheses::{Sample, Samples};
 use crate::error::ScanError;
 use crate::input::frames::{Frames, lines_of};
+use crate::input::line_step::largest_step_px;
 use crate::label::columns::{Columns, pieces_of};
-use crate::label::pieces::Piece;
+use crate::label::pieces::{Piece, cut_trim};
 use crate::params::{
     CONTINUATION_GAP_PITCHES, CONTINUATION_GATE_PITCHES, CONTINUATION_POINTS, CONTINUATION_WEIGHT,
-    CUT_TRIM_POINTS, JOINT_WEIGHT, KINK_STEP_PX, SECTION_WEIGHT, TRACK_GATE_PITCHES, TRACK_WEIGHT,
+    JOINT_WEIGHT, SECTION_WEIGHT, TRACK_GATE_PITCHES, TRACK_WEIGHT,
 };
 
 /// Per sample: the sample of the same line in the neighbouring frames.
@@ -111,13 +112,16 @@ pub fn add_joints(evidence: &mut Evidence, joined: &[bool]) {
 
 /// Whether `b` follows `a` in its segment without a jump.
 pub fn joined(a: &Piece, b: &Piece, lines: &Centrelines, direction: LineDirection) -> bool {
-    if (a.frame, a.segment, a.end + 2 * CUT_TRIM_POINTS) != (b.frame, b.segment, b.first) {
+    if (a.frame, a.segment) != (b.frame, b.segment) || a.end > b.first {
         return false;
     }
     let points = &lines.segments[a.segment].points;
+    let cut = (a.end + b.first) / 2;
+    if a.end + 2 * cut_trim(&points[cut]) != b.first {
+        return false;
+    }
     let across = |idx: usize| points[idx].along_across(direction).1;
-    let cut = a.end + CUT_TRIM_POINTS;
-    (across(cut) - across(cut - 1)).abs() <= KINK_STEP_PX
+    (across(cut) - across(cut - 1)).abs() <= largest_step_px(&points[cut], direction)
 }
 
 /// One end of a piece: its position and the line's slope there.
