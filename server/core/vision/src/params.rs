@@ -123,8 +123,8 @@ pub const END_CHECK_WIDTHS: f32 = 1.2;
 pub const END_REFERENCE_WIDTHS: f32 = 3.0;
 /// An end is cut where it leaves the parabola of the line further in by this many standard deviations.
 pub const END_DEPARTURE_SIGMAS: f64 = 3.0;
-/// Smaller departures are left, in line widths: a bend, not a blurred end.
-pub const END_DEPARTURE_MIN_WIDTHS: f64 = 0.1;
+/// Smaller departures are left, in pixels: a bend, not a blurred end.
+pub const END_DEPARTURE_MIN_PX: f64 = 0.5;
 
 /// Scale of the Gaussian derivatives across the line, in standard deviations of the line's profile.
 /// 1 is best for pure camera noise, ∞ for pure speckle; 1.6 loses 18 % to the one and 27 % to the other.

@@ -8,8 +8,8 @@ use vision::{CentrelinePoint, Centrelines, LineDirection};
 use crate::findings::report::Rejections;
 use crate::input::BoardGeometry;
 use crate::params::{
-    BOARD_MARGIN_SQUARES, EDGE_MARGIN_WIDTHS, MARGIN_REJECT_SIGMAS, MIN_LINE_COLUMNS,
-    MIN_RANK_AGREEMENT, PREDICTED_LABEL_PITCH_SHARE,
+    BOARD_MARGIN_SQUARES, EDGE_MARGIN_WIDTHS, MARGIN_REJECT_SIGMAS, MIN_LINE_COLUMNS, MIN_RANK_AGREEMENT,
+    PREDICTED_LABEL_PITCH_SHARE,
 };
 use crate::solving::bundle::sheet_residual;
 use crate::solving::observation::LaserObservation;

@@ -263,11 +263,12 @@ impl<'a> PointFilter<'a> {
     }
 
     fn follow(&self, a: &ProfilePoint, b: &ProfilePoint) -> bool {
-        neighbours(a, b, self.profiles.labels.direction)
+        neighbours(a, b, &self.profiles.labels)
     }
 
     fn step_px(&self, point: &ProfilePoint) -> f64 {
-        largest_step_px(&point.seen, self.profiles.labels.direction)
+        let labels = &self.profiles.labels;
+        largest_step_px(&point.seen, labels.line_width_px, labels.direction)
     }
 
     fn place(&self, point: &ProfilePoint) -> (f64, f64) {
@@ -279,9 +280,7 @@ impl<'a> PointFilter<'a> {
     fn leave_out_chance(&self, checked: &mut [CheckedPoint]) {
         for run in checked.chunk_by_mut(|a, b| self.follow(&a.point, &b.point)) {
             if run.iter().all(|checked| checked.own.is_none()) {
-                let widths_px: f64 = run.iter().map(|checked| f64::from(checked.point.seen.width_px)).sum();
-                let n_points = run.len() as f64;
-                let is_short = n_points < STUB_WIDTHS * widths_px / n_points;
+                let is_short = (run.len() as f64) < STUB_WIDTHS * self.profiles.labels.line_width_px;
                 run.iter_mut().for_each(|checked| checked.is_out |= is_short || checked.look != Look::Seen);
             }
         }

@@ -4,10 +4,10 @@
 use crate::checks::compare::Surfaces;
 use crate::input::line_step::largest_step_px;
 use crate::input::line_widths::Label;
+use crate::label::Labels;
 use crate::params::{CLOSE_TOLERANCES, COMPARE_STRIDE_PX, CONTRADICTION_TOLERANCES, END_WIDTHS};
 use crate::points::profile::ProfilePoint;
 use crate::points::profiles::Profiles;
-use vision::LineDirection;
 
 /// The other labels that the points of a scan could have.
 #[derive(Clone, Copy)]
@@ -116,11 +116,12 @@ pub enum Look {
 /// Scan columns (rows) from one point of a line to the next, at most: one of them may have none.
 const NEXT_COLUMNS: f64 = 2.0;
 
-/// Whether two points follow one another on one line.
-pub fn neighbours(a: &ProfilePoint, b: &ProfilePoint, direction: LineDirection) -> bool {
+/// Whether two points follow one another on one line of `labels`.
+pub fn neighbours(a: &ProfilePoint, b: &ProfilePoint, labels: &Labels) -> bool {
+    let direction = labels.direction;
     let ((along_a, across_a), (along_b, across_b)) =
         (a.seen.along_across(direction), b.seen.along_across(direction));
     a.order == b.order
         && (along_a - along_b).abs().round() <= NEXT_COLUMNS
-        && (across_a - across_b).abs() <= largest_step_px(&a.seen, direction)
+        && (across_a - across_b).abs() <= largest_step_px(&a.seen, labels.line_width_px, direction)
 }

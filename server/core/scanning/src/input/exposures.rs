@@ -191,7 +191,7 @@ impl Chains {
         for (at, point) in points.iter().enumerate() {
             for (chain, last) in before.iter().filter_map(|chain| chain.last()).enumerate() {
                 let apart_px = (point.across_px - last.across_px).abs();
-                let reach_px = largest_step_px(&point.point, self.direction);
+                let reach_px = largest_step_px(&point.point, point.point.width_px.into(), self.direction);
                 if apart_px <= reach_px || point.segments.iter().any(|segment| last.segments.contains(segment)) {
                     pairs.push((apart_px, at, chain));
                 }

@@ -35,6 +35,7 @@ impl Labels {
             outcomes: Vec::new(),
             labels: Vec::new(),
             direction: self.direction,
+            line_width_px: self.line_width_px,
             are_certain: self.are_certain,
         };
         for idx in own.clone() {
@@ -104,6 +105,7 @@ mod tests {
             ],
             labels: vec![Some(2), Some(2), Some(3), None],
             direction: LineDirection::Rows,
+            line_width_px: 5.0,
             are_certain: false,
         };
         let candidates = labels.candidates(1, &lines);

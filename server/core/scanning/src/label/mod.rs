@@ -46,21 +46,29 @@ pub struct Labels {
     pub labels: Vec<Option<usize>>,
     /// Which way the lines run.
     pub direction: LineDirection,
+    /// Full width of lines in focus, px.
+    pub line_width_px: f64,
     /// Whether they were not concluded but known, since lines were lit one by one.
     pub are_certain: bool,
 }
 
 /// Short ends of a line whose label differs from the line they hang on are left out: too little speaks for them.
 /// `before`: the same outcomes; `features`: of all pieces.
-fn doubt_stubs(features: &gather::features::FrameFeatures, outcomes: &mut [LabelOutcome], before: &[LabelOutcome]) {
-    let gather::features::FrameFeatures { pieces, joined, widths_px, .. } = features;
+/// `least_points`: from so many points on a piece is no stub.
+fn doubt_stubs(
+    features: &gather::features::FrameFeatures,
+    outcomes: &mut [LabelOutcome],
+    before: &[LabelOutcome],
+    least_points: f64,
+) {
+    let gather::features::FrameFeatures { pieces, joined, .. } = features;
     for idx in 1..pieces.len() {
         if before[idx - 1] == before[idx] || !joined[idx] {
             continue;
         }
         for stub in [idx - 1, idx] {
             let doubted = matches!(before[stub], LabelOutcome::Order(_));
-            if doubted && (pieces[stub].n_points() as f64) < STUB_WIDTHS * widths_px[stub] {
+            if doubted && (pieces[stub].n_points() as f64) < least_points {
                 outcomes[stub] = LabelOutcome::Doubtful;
             }
         }
@@ -87,13 +95,14 @@ pub fn label_frames(
     let lit = lit_lines(frames, triangulator.calibration())?;
     let travel = Travel::of(motions, lit.as_deref());
     let direction = lines_of(frames, 0)?.direction;
-    let mut pieces = gather::features::cut_pieces(frames, &travel.order, direction)?;
+    let gather::features::CutLines { mut pieces, width_px: line_width_px } =
+        gather::features::cut_pieces(frames, &travel.order, direction)?;
     if let Some(lit) = lit {
         // Nothing can contradict the only line there is; points beyond the depths are left out one by one.
         let labels: Vec<Option<usize>> = pieces.iter().map(|piece| Some(lit[piece.frame])).collect();
         let outcomes = labels.iter().flatten().map(|&label| LabelOutcome::Order(label)).collect();
         let are_certain = triangulator.calibration().orders.len() > 1;
-        return Ok(Labels { pieces, outcomes, labels, direction, are_certain });
+        return Ok(Labels { pieces, outcomes, labels, direction, line_width_px, are_certain });
     }
     let view = gather::hypotheses::View { triangulator, depth_range_mm, direction };
     let mut widths = None;
@@ -108,11 +117,11 @@ pub fn label_frames(
         pieces = sections::merged(&features.pieces, &solve::relax::best_from(&evidence, start));
     }
     let (features, evidence, partners) = gathered(frames, motions, &travel, &view, (pieces, widths.as_ref()))?;
-    let gather::features::FrameFeatures { pieces, samples, widths_px, .. } = &features;
+    let gather::features::FrameFeatures { pieces, samples, .. } = &features;
     let reference_view = reference_view(&travel, triangulator.calibration(), depth_range_mm, direction);
     let confirmation = (frames.n_frames() > 1).then_some(CONFIRMATION);
     let challenged = |labels: &[usize]| {
-        let strips = gather::strips::strips(labels, samples, (pieces, widths_px), &partners, &reference_view);
+        let strips = gather::strips::strips(labels, samples, pieces, line_width_px, &partners, &reference_view);
         let lengths = lengths_pitches(samples, pieces, &strips);
         solve::challenge::challenged(&evidence, labels, &strips, &lengths, frames.n_frames() > 1)
     };
@@ -120,13 +129,13 @@ pub fn label_frames(
     let mut labels: Vec<Option<usize>> =
         labels.into_iter().map(|label| (label != evidence.none()).then_some(label)).collect();
     let mut outcomes = settled.clone();
-    doubt_stubs(&features, &mut outcomes, &settled);
+    doubt_stubs(&features, &mut outcomes, &settled, STUB_WIDTHS * line_width_px);
     let gather::features::FrameFeatures { mut pieces, widths_px, .. } = features;
     if frames.n_frames() > 1 {
         cuts::close(&mut pieces, &outcomes);
         (pieces, outcomes, labels) = sections::doubt_seams(&pieces, &outcomes, &labels, &widths_px);
     }
-    Ok(Labels { pieces, outcomes, labels, direction, are_certain: false })
+    Ok(Labels { pieces, outcomes, labels, direction, line_width_px, are_certain: false })
 }
 
 /// Per frame the index of the only order that its lines can be, if there is one in every frame: lines that are lit one by one,

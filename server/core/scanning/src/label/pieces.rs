@@ -3,11 +3,11 @@
 use multiversion::multiversion;
 use vision::{CentrelinePoint, Centrelines, LineDirection, Segment};
 
-use crate::input::line_step::largest_step_px;
+use crate::input::line_step::{largest_step_px, sharp_width_px};
 use crate::params::{
     CUT_TRIM_WIDTHS, JOINT_FRAMES, JOINT_GAP_SIGMAS, JOINT_GAP_WIDTHS, JOINT_REACH_WIDTHS, JOINT_SPACING_WIDTHS,
-    KINK_SIGMAS, KINK_SLOPE, KINK_SPAN_WIDTHS, MIN_PIECE_POINTS, MIN_SAMPLES, SAMPLE_STRIDE_PX,
-    STEP_LIMIT_SIGMAS, STEP_LIMITS,
+    KINK_SIGMAS, KINK_SLOPE, KINK_SPAN_WIDTHS, MIN_PIECE_POINTS, MIN_SAMPLES, SAMPLE_STRIDE_PX, STEP_LIMIT_SIGMAS,
+    STEP_LIMITS,
 };
 
 /// A piece of a segment: the unit that carries one label.
@@ -69,8 +69,9 @@ impl Piece {
 /// The pieces of one frame, ordered by segment, then along the line.
 pub fn pieces_of_frame(lines: &Centrelines, frame: usize, direction: LineDirection) -> Vec<Piece> {
     let mut pieces = Vec::new();
+    let width_px = sharp_width_px(lines);
     for (segment_idx, segment) in lines.segments.iter().enumerate() {
-        for (first, end) in cut_at_kinks(segment, direction, lines.correlation_px) {
+        for (first, end) in cut_at_kinks(segment, direction, width_px, lines.correlation_px) {
             if end - first < MIN_PIECE_POINTS {
                 continue;
             }
@@ -92,14 +93,13 @@ pub fn joints_of_frame(pieces: &[Piece], lines: &Centrelines, direction: LineDir
             along,
             across_px: point.along_across(direction).1,
             sigma_px: point.sigma_px,
-            width_px: f64::from(point.width_px),
             starts,
             segment: piece.segment,
         };
         joints.push(joint(start, &points[0], true));
         joints.push(joint(end, &points[points.len() - 1], false));
     }
-    drop_small_gaps(&mut joints, lines.correlation_px);
+    drop_small_gaps(&mut joints, sharp_width_px(lines), lines.correlation_px);
     joints
 }
 
@@ -124,7 +124,8 @@ pub fn cut_at_joints(
     direction: LineDirection,
     nearby: &[Joint],
 ) -> Vec<Piece> {
-    pieces.iter().flat_map(|piece| cut_piece(*piece, lines, direction, nearby)).collect()
+    let width_px = sharp_width_px(lines);
+    pieces.iter().flat_map(|piece| cut_piece(*piece, lines, direction, width_px, nearby)).collect()
 }
 
 /// An end of a piece.
@@ -134,8 +135,6 @@ pub struct Joint {
     along: i64,
     across_px: f64,
     sigma_px: f64,
-    /// Full width of the line at half its height.
-    width_px: f64,
     /// Whether the piece starts here.
     starts: bool,
     /// Segment of the piece.
@@ -144,7 +143,7 @@ pub struct Joint {
 
 /// Takes away ends that face each other over a point or two, or over a dark speckle: what was lost there is no joint.
 /// Where a segment was cut nothing was lost.
-fn drop_small_gaps(joints: &mut Vec<Joint>, correlation_px: f64) {
+fn drop_small_gaps(joints: &mut Vec<Joint>, width_px: f64, correlation_px: f64) {
     joints.sort_by(|a, b| a.along.cmp(&b.along).then(a.across_px.total_cmp(&b.across_px)));
     let gap = (correlation_px.ceil() as i64).max(2);
     let faces = |idx: usize| {
@@ -153,7 +152,7 @@ fn drop_small_gaps(joints: &mut Vec<Joint>, correlation_px: f64) {
         joints[from..].iter().take_while(|other| other.along <= joint.along + gap).any(|other| {
             let apart = if other.starts { other.along - joint.along } else { joint.along - other.along };
             let noise_px = JOINT_GAP_SIGMAS * joint.sigma_px.hypot(other.sigma_px);
-            let gap_px = JOINT_GAP_WIDTHS * joint.width_px.max(other.width_px);
+            let gap_px = JOINT_GAP_WIDTHS * width_px;
             other.starts != joint.starts
                 && other.segment != joint.segment
                 && apart > 0
@@ -164,17 +163,23 @@ fn drop_small_gaps(joints: &mut Vec<Joint>, correlation_px: f64) {
     *joints = kept;
 }
 
-fn cut_piece(piece: Piece, lines: &Centrelines, direction: LineDirection, joints: &[Joint]) -> Vec<Piece> {
+fn cut_piece(
+    piece: Piece,
+    lines: &Centrelines,
+    direction: LineDirection,
+    width_px: f64,
+    joints: &[Joint],
+) -> Vec<Piece> {
+    let spacing = (JOINT_SPACING_WIDTHS * width_px).round().max(MIN_PIECE_POINTS as f64) as i64;
     let end = piece.along + piece.n_points() as i64;
     let mut places = vec![piece.along];
     for Joint { along, across_px, .. } in &joints[joints.partition_point(|joint| joint.along <= piece.along)..] {
         if *along >= end {
             break;
         }
-        let Some(point) = piece.point_at(lines, *along) else { continue };
-        let width_px = f64::from(point.width_px);
-        let near = (point.along_across(direction).1 - across_px).abs() < JOINT_REACH_WIDTHS * width_px;
-        let spacing = (JOINT_SPACING_WIDTHS * width_px).round().max(MIN_PIECE_POINTS as f64) as i64;
+        let near = piece.point_at(lines, *along).is_some_and(|point| {
+            (point.along_across(direction).1 - across_px).abs() < JOINT_REACH_WIDTHS * width_px
+        });
         if near && places[places.len() - 1] + spacing <= *along && along + spacing <= end {
             places.push(*along);
         }
@@ -195,27 +200,32 @@ pub fn stride_for(n_points: usize) -> usize {
 }
 
 /// Index ranges between jumps, kinks and small steps; what lies right at a cut belongs to neither side.
-fn cut_at_kinks(segment: &Segment, direction: LineDirection, correlation_px: f64) -> Vec<(usize, usize)> {
+fn cut_at_kinks(
+    segment: &Segment,
+    direction: LineDirection,
+    width_px: f64,
+    correlation_px: f64,
+) -> Vec<(usize, usize)> {
     let across: Vec<f64> = segment.points.iter().map(|point| point.along_across(direction).1).collect();
-    let width_px = mean_width_px(segment);
     let span = columns(KINK_SPAN_WIDTHS * width_px);
     let bends = bends(&across, span);
     // A mean over n correlated points is as good as one over n / correlation length.
     let correlation = correlation_px.max(1.0).sqrt();
     let noise_px: Vec<f64> = segment.points.iter().map(|point| point.sigma_px * correlation).collect();
-    let limits = STEP_LIMITS.map(|(span_widths, least_widths)| StepLimit::new(width_px, span_widths, least_widths));
+    let limits =
+        STEP_LIMITS.map(|(span_widths, least_widths)| StepLimit::new(width_px, span_widths, least_widths));
     let steps = steps(&across, &noise_px, &limits);
+    let trim = cut_trim(width_px);
     let mut ranges = Vec::new();
     let mut first = 0;
     for idx in 1..across.len() {
         let point = &segment.points[idx];
-        let jump = (across[idx] - across[idx - 1]).abs() > largest_step_px(point, direction);
+        let jump = (across[idx] - across[idx - 1]).abs() > largest_step_px(point, width_px, direction);
         // A bend is a second difference: √6 times the noise of one point.
         let bend_sigma = 6f64.sqrt() * point.sigma_px / span as f64;
         let kink = bends[idx] > KINK_SLOPE.max(KINK_SIGMAS * bend_sigma) && is_peak(&bends, idx, span);
         let step = steps[idx] > 1.0 && is_peak(&steps, idx, span);
         if jump || kink || step {
-            let trim = cut_trim(point);
             ranges.push((first, idx.saturating_sub(trim)));
             first = idx + trim;
         }
@@ -225,14 +235,9 @@ fn cut_at_kinks(segment: &Segment, direction: LineDirection, correlation_px: f64
     ranges
 }
 
-/// Points that are left out on either side of a cut at `point`.
-pub fn cut_trim(point: &CentrelinePoint) -> usize {
-    (CUT_TRIM_WIDTHS * f64::from(point.width_px)).round().max(1.0) as usize
-}
-
-/// Mean full width of a segment's line at half its height, px.
-fn mean_width_px(segment: &Segment) -> f64 {
-    segment.points.iter().map(|point| f64::from(point.width_px)).sum::<f64>() / segment.points.len() as f64
+/// Points that are left out on either side of a cut. `width_px`: that of lines in focus.
+pub fn cut_trim(width_px: f64) -> usize {
+    (CUT_TRIM_WIDTHS * width_px).round().max(1.0) as usize
 }
 
 /// A length along the line in whole scan columns (rows), enough of them for a slope.

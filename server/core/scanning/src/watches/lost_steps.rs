@@ -18,8 +18,8 @@ use optics::{Calibration, Stage, StagePosition};
 use statistics::median;
 
 use crate::params::lost_steps::{
-    ALARM_RELATIVE, ALARM_SIGMAS, BASELINE_FRAMES, BLIND_RELATIVE, FEWEST_DIFFERENCES, FEWEST_FRAMES, FEWEST_USUAL,
-    LEAST_SLOPE_SPREAD, NOISE_INFLATION, OUTLIER_SIGMAS, REACH_FRAMES,
+    ALARM_RELATIVE, ALARM_SIGMAS, BASELINE_FRAMES, BLIND_RELATIVE, FEWEST_DIFFERENCES, FEWEST_FRAMES,
+    FEWEST_USUAL, LEAST_SLOPE_SPREAD, NOISE_INFLATION, OUTLIER_SIGMAS, REACH_FRAMES,
 };
 use crate::points::profile::Profile;
 use crate::watches::strips::{Condenser, FrameSamples, Sample, line_through, surface_at};

@@ -115,7 +115,8 @@ impl Scene<'_> {
             let view = self.reference_view.view_of(&hypothesis.in_part_mm);
             let (line, travel) = (line.map(at), travel.map(at));
             let gradient = gradient(&difference(&view, &line)?, &difference(&view, &travel)?)?;
-            let interior = [line, travel].iter().all(|ends| goes_on(&view, ends, hypothesis.sigma_mm, curvature_per_mm));
+            let interior =
+                [line, travel].iter().all(|ends| goes_on(&view, ends, hypothesis.sigma_mm, curvature_per_mm));
             Some(Patch {
                 in_part_mm: hypothesis.in_part_mm,
                 view,

@@ -18,11 +18,12 @@ use crate::params::{
 /// would: on the mean no bend beyond noise and curvature. Joints at kinks and continuations beyond gaps do not count: a
 /// part that rises by just a wrap looks like that.
 ///
-/// `widths_px`: per piece, full width of its line at half its height.
+/// `line_width_px`: that of lines in focus.
 pub fn strips(
     labels: &[usize],
     samples: &Samples,
-    (pieces, widths_px): (&[Piece], &[f64]),
+    pieces: &[Piece],
+    line_width_px: f64,
     partners: &Partners,
     reference_view: &ReferenceView,
 ) -> Vec<usize> {
@@ -44,11 +45,10 @@ pub fn strips(
     }
     let mut unions = UnionFind::new(pieces.len());
     let overlaps = |&(a, b): &(usize, usize)| {
-        let width_px = 0.5 * (widths_px[a] + widths_px[b]);
         let (a, b) = (&pieces[a], &pieces[b]);
         let end = |piece: &Piece| piece.along + piece.n_points() as i64;
         let shared = (end(a).min(end(b)) - a.along.max(b.along)) as f64;
-        shared >= STRIP_LINK_OVERLAP_WIDTHS * width_px
+        shared >= STRIP_LINK_OVERLAP_WIDTHS * line_width_px
             && shared >= STRIP_LINK_SHARE * a.n_points().min(b.n_points()) as f64
             && shared >= STRIP_LINK_SHARE_OF_LONGER * a.n_points().max(b.n_points()) as f64
     };

@@ -6,7 +6,7 @@ use super::crossing::{Crossing, Line};
 use super::parabola::parabola;
 use super::scatter::Scatter;
 use crate::params::{
-    END_CHECK_WIDTHS, END_DEPARTURE_MIN_WIDTHS, END_DEPARTURE_SIGMAS, END_INTENSITY_FRACTION, END_MAX_COLUMNS,
+    END_CHECK_WIDTHS, END_DEPARTURE_MIN_PX, END_DEPARTURE_SIGMAS, END_INTENSITY_FRACTION, END_MAX_COLUMNS,
     END_REFERENCE_WIDTHS,
 };
 
@@ -61,13 +61,12 @@ fn n_bent<L: Line>(line: &L, scatter: &Scatter, inward: impl Fn(usize) -> usize)
         (x_of(i), crossing.v - base, 1.0 / scatter.variance(&crossing).max(1e-8))
     });
     let Some(fit) = parabola(reference) else { return 0 };
-    let least_px = END_DEPARTURE_MIN_WIDTHS * f64::from(width_px);
     let shared = scatter.correlation_px();
     let departs = |i: &usize| {
         let crossing = line.at(inward(*i));
         let (expected, variance) = fit.at(x_of(*i));
         let sigma = (shared * variance + scatter.variance(&crossing)).sqrt();
-        (crossing.v - base - expected).abs() > (END_DEPARTURE_SIGMAS * sigma).max(least_px)
+        (crossing.v - base - expected).abs() > (END_DEPARTURE_SIGMAS * sigma).max(END_DEPARTURE_MIN_PX)
     };
     (0..n_checked).rev().find(departs).map_or(0, |i| i + 1)
 }
