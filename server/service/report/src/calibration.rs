@@ -53,7 +53,7 @@ pub fn calibration_sections(
         page.section(
             "Light sheets",
             "Distance of every laser point from the curve its light sheet predicts, across the line, in pixels.",
-            light::residuals(fit, capture.manifest.line_direction()),
+            light::residuals(fit, &capture.manifest.projector),
         );
         page.section(
             "What was seen",

@@ -54,8 +54,8 @@ pub fn picture_lines(
     pose: &BoardPose,
     board: &BoardGeometry,
     orders: &[i8],
-    line_direction: LineDirection,
 ) -> PictureLines {
+    let line_direction = centrelines.direction;
     let mut lines =
         PictureLines { correlation_px: centrelines.correlation_px.max(1.0), ..PictureLines::default() };
     let places: Vec<Vec<Place>> = centrelines

@@ -259,7 +259,7 @@ impl<'a> PointFilter<'a> {
         let labels = &self.profiles.labels;
         let left_out = labels.left_out(frame).flat_map(|piece| piece.points(lines));
         let points = profile.points.iter().map(|point| &point.seen).chain(left_out);
-        LineColumns::new(points.map(|point| point.along_across(labels.direction)))
+        LineColumns::new(points.map(|point| point.along_across(lines.direction)))
     }
 
     fn follow(&self, a: &ProfilePoint, b: &ProfilePoint) -> bool {
@@ -268,11 +268,11 @@ impl<'a> PointFilter<'a> {
 
     fn step_px(&self, point: &ProfilePoint) -> f64 {
         let labels = &self.profiles.labels;
-        largest_step_px(&point.seen, labels.line_width_px, labels.direction)
+        largest_step_px(&point.seen, labels.line_width_px, labels.direction_of(point.order))
     }
 
     fn place(&self, point: &ProfilePoint) -> (f64, f64) {
-        point.seen.along_across(self.profiles.labels.direction)
+        self.profiles.labels.along_across(point.order, &point.seen)
     }
 
     /// Leaves out candidates that hang on no point of the profile, unless other orders have seen them and they are long: a

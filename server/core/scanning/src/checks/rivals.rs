@@ -98,7 +98,7 @@ impl<'a> Rivals<'a> {
     }
 
     fn along(&self, point: &ProfilePoint) -> f64 {
-        point.seen.along_across(self.profiles.labels.direction).0.round()
+        self.profiles.labels.along_across(point.order, &point.seen).0.round()
     }
 }
 
@@ -118,7 +118,7 @@ const NEXT_COLUMNS: f64 = 2.0;
 
 /// Whether two points follow one another on one line of `labels`.
 pub fn neighbours(a: &ProfilePoint, b: &ProfilePoint, labels: &Labels) -> bool {
-    let direction = labels.direction;
+    let direction = labels.direction_of(a.order);
     let ((along_a, across_a), (along_b, across_b)) =
         (a.seen.along_across(direction), b.seen.along_across(direction));
     a.order == b.order

@@ -15,7 +15,7 @@ mod union_find;
 
 use nalgebra::{Vector2, Vector3};
 use optics::{Calibration, DepthRangeMm, LightModelKind, Triangulator};
-use vision::LineDirection;
+use vision::{CentrelinePoint, LineDirection};
 
 use crate::error::ScanError;
 use crate::input::frames::{Frames, lines_of};
@@ -44,12 +44,30 @@ pub struct Labels {
     pub outcomes: Vec<LabelOutcome>,
     /// Per piece: its best label, a doubtful one's too; an index into the calibration's orders.
     pub labels: Vec<Option<usize>>,
-    /// Which way the lines run.
+    /// Which way the lines run; of a cross the first.
     pub direction: LineDirection,
+    /// The line of a cross that runs the other way.
+    pub crossing: Option<i8>,
     /// Full width of lines in focus, px.
     pub line_width_px: f64,
     /// Whether they were not concluded but known, since lines were lit one by one.
     pub are_certain: bool,
+}
+
+impl Labels {
+    /// Which way the line of an order runs.
+    pub fn direction_of(&self, order: i8) -> LineDirection {
+        match (self.crossing == Some(order), self.direction) {
+            (false, direction) => direction,
+            (true, LineDirection::Rows) => LineDirection::Columns,
+            (true, LineDirection::Columns) => LineDirection::Rows,
+        }
+    }
+
+    /// Where a point lies along and across its line of this order, px.
+    pub fn along_across(&self, order: i8, point: &CentrelinePoint) -> (f64, f64) {
+        point.along_across(self.direction_of(order))
+    }
 }
 
 /// Short ends of a line whose label differs from the line they hang on are left out: too little speaks for them.
@@ -95,14 +113,17 @@ pub fn label_frames(
     let lit = lit_lines(frames, triangulator.calibration())?;
     let travel = Travel::of(motions, lit.as_deref());
     let direction = lines_of(frames, 0)?.direction;
-    let gather::features::CutLines { mut pieces, width_px: line_width_px } =
-        gather::features::cut_pieces(frames, &travel.order, direction)?;
+    let gather::features::CutLines { mut pieces, directions, width_px: line_width_px } =
+        gather::features::cut_pieces(frames, &travel.order)?;
     if let Some(lit) = lit {
+        let orders = &triangulator.calibration().orders;
+        let crossing =
+            directions.iter().zip(&lit).find(|(way, _)| **way != direction).map(|(_, &idx)| orders[idx]);
         // Nothing can contradict the only line there is; points beyond the depths are left out one by one.
         let labels: Vec<Option<usize>> = pieces.iter().map(|piece| Some(lit[piece.frame])).collect();
         let outcomes = labels.iter().flatten().map(|&label| LabelOutcome::Order(label)).collect();
         let are_certain = triangulator.calibration().orders.len() > 1;
-        return Ok(Labels { pieces, outcomes, labels, direction, line_width_px, are_certain });
+        return Ok(Labels { pieces, outcomes, labels, direction, crossing, line_width_px, are_certain });
     }
     let view = gather::hypotheses::View { triangulator, depth_range_mm, direction };
     let mut widths = None;
@@ -135,7 +156,7 @@ pub fn label_frames(
         cuts::close(&mut pieces, &outcomes);
         (pieces, outcomes, labels) = sections::doubt_seams(&pieces, &outcomes, &labels, &widths_px);
     }
-    Ok(Labels { pieces, outcomes, labels, direction, line_width_px, are_certain: false })
+    Ok(Labels { pieces, outcomes, labels, direction, crossing: None, line_width_px, are_certain: false })
 }
 
 /// Per frame the index of the only order that its lines can be, if there is one in every frame: lines that are lit one by one,

@@ -63,31 +63,30 @@ pub fn extract_features(
 pub struct CutLines {
     /// Ordered by frame, segment, then along the line.
     pub pieces: Vec<Piece>,
+    /// Per frame: which way its lines run.
+    pub directions: Vec<LineDirection>,
     /// Full width of lines in focus, px: the median over the frames.
     pub width_px: f64,
 }
 
 /// The lines of all frames, cut at their own kinks and at the joints of their neighbours. `travel_order`: the frames in
 /// the sequence of their stage positions.
-pub fn cut_pieces(
-    frames: &dyn Frames,
-    travel_order: &[usize],
-    direction: LineDirection,
-) -> Result<CutLines, ScanError> {
+pub fn cut_pieces(frames: &dyn Frames, travel_order: &[usize]) -> Result<CutLines, ScanError> {
     let found = of_every_frame(frames, |frame, lines| {
-        let pieces = pieces::pieces_of_frame(lines, frame, direction);
-        let joints = pieces::joints_of_frame(&pieces, lines, direction);
-        ((pieces, joints), sharp_width_px(lines))
+        let pieces = pieces::pieces_of_frame(lines, frame, lines.direction);
+        let joints = pieces::joints_of_frame(&pieces, lines, lines.direction);
+        ((pieces, joints), (lines.direction, sharp_width_px(lines)))
     })?;
-    let (found, mut widths_px): (Vec<(Vec<Piece>, Vec<Joint>)>, Vec<f64>) = found.into_iter().unzip();
+    let (found, looks): (Vec<(Vec<Piece>, Vec<Joint>)>, Vec<(LineDirection, f64)>) = found.into_iter().unzip();
+    let (directions, mut widths_px): (Vec<LineDirection>, Vec<f64>) = looks.into_iter().unzip();
     widths_px.retain(|width_px| *width_px > 0.0);
     let (pieces, joints): (Vec<Vec<Piece>>, Vec<Vec<Joint>>) = found.into_iter().unzip();
     let nearby = pieces::joints_nearby(&joints, travel_order);
     let cut = of_every_frame(frames, |frame, lines| {
-        pieces::cut_at_joints(&pieces[frame], lines, direction, &nearby[frame])
+        pieces::cut_at_joints(&pieces[frame], lines, lines.direction, &nearby[frame])
     })?;
     let pieces = cut.into_iter().flatten().collect();
-    Ok(CutLines { pieces, width_px: median(&mut widths_px).unwrap_or(0.0) })
+    Ok(CutLines { pieces, directions, width_px: median(&mut widths_px).unwrap_or(0.0) })
 }
 
 /// What one frame shows.
