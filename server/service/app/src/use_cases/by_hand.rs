@@ -112,7 +112,7 @@ pub async fn set_live_view(app: &App, by: &Principal, wanted: LiveRequest) -> Re
     }
     app.station.live(wanted).await?;
     let body = LiveView { initiator: by.initiator(), laser_power };
-    let told = if running { Event::LiveStarted(body) } else { Event::LiveEnded(body) };
-    app.ledger.commit(vec![event("station", told)]).await?;
+    let change = if running { Event::LiveStarted(body) } else { Event::LiveEnded(body) };
+    app.ledger.commit(vec![event("station", change)]).await?;
     Ok(())
 }

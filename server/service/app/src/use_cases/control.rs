@@ -28,11 +28,11 @@ pub async fn take_control(app: &App, by: &Principal, input: TakeControl) -> Resu
     label(&holder, "/holder")?;
     let taken = app.control.take(&holder, take_over, Instant::now())?;
     let initiator = Initiator { actor: holder.clone(), ..by.initiator() };
-    let told = match taken.from {
+    let entry = match taken.from {
         Some(from) => Event::ControlTakenOver(ControlTakenOver { initiator, from, to: holder.clone() }),
         None => Event::ControlTaken(initiator),
     };
-    app.ledger.commit(vec![event(&holder, told)]).await?;
+    app.ledger.commit(vec![event(&holder, entry)]).await?;
     Ok(taken.lease)
 }
 
