@@ -1,18 +1,18 @@
-//! Child processes and the folders they work in.
+//! Child processes and their folders.
 
 use std::cell::RefCell;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
-/// How a step ends.
+/// Result of a step.
 pub type Outcome<T = ()> = Result<T, Failure>;
 
-/// Why a step failed; steps that run side by side hand it from thread to thread.
+/// Why a step failed; can be sent between threads.
 pub type Failure = Box<dyn std::error::Error + Send + Sync>;
 
 thread_local! {
-    /// What the steps of this thread print, where they run beside others.
+    /// Captured output of this thread's steps while they run in parallel with others.
     static KEPT: RefCell<Option<Vec<u8>>> = const { RefCell::new(None) };
 }
 
@@ -22,7 +22,7 @@ pub fn workspace() -> PathBuf {
     root.canonicalize().unwrap_or(root)
 }
 
-/// Where cargo puts what it builds.
+/// Cargo's target folder.
 pub fn target_folder() -> PathBuf {
     std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| workspace().join("target"), PathBuf::from)
 }
@@ -34,7 +34,8 @@ pub fn cargo(arguments: &[&str]) -> Command {
     command
 }
 
-/// Runs a command with its output on this terminal; beside others ([`side_by_side`]), when they have ended.
+/// Runs a command with its output on this terminal; in parallel with others ([`side_by_side`]) the output is printed at
+/// the end.
 pub fn run(name: &str, command: &mut Command) -> Outcome {
     title(name, command);
     let status = if KEPT.with_borrow(Option::is_some) { run_kept(command) } else { command.status() };
@@ -42,13 +43,13 @@ pub fn run(name: &str, command: &mut Command) -> Outcome {
     if status.success() { Ok(()) } else { Err(format!("{name} failed: {status}").into()) }
 }
 
-/// Says what runs now.
+/// Prints what runs now.
 pub fn title(name: &str, command: &Command) {
     let arguments: Vec<_> = command.get_args().map(|argument| argument.to_string_lossy()).collect();
     say(&format!("── {name}: {} {}", command.get_program().to_string_lossy(), arguments.join(" ")));
 }
 
-/// Prints a line where the output of this thread's steps goes.
+/// Prints a line to the output of this thread's steps.
 pub fn say(line: &str) {
     KEPT.with_borrow_mut(|kept| match kept {
         Some(kept) => kept.extend_from_slice(format!("{line}\n").as_bytes()),
@@ -56,15 +57,15 @@ pub fn say(line: &str) {
     });
 }
 
-/// Whether a command can be started and ends well; its output is not shown.
+/// Whether a command starts and succeeds; its output is discarded.
 pub fn succeeds(command: &mut Command) -> bool {
     command.stdout(Stdio::null()).stderr(Stdio::null()).status().is_ok_and(|status| status.success())
 }
 
-/// Runs two rows of steps at the same time where there are two processors, and otherwise one after the other.
+/// Runs two sequences of steps in parallel if there are two processors, otherwise one after the other.
 ///
-/// The first prints as it goes, the second when both have ended, so that their lines do not mix. Both are always
-/// finished; the first failure is returned.
+/// The first prints immediately, the second when both have ended, so that their lines do not mix. Both always run to
+/// their end; the first failure is returned.
 pub fn side_by_side(first: impl FnOnce() -> Outcome, second: impl FnOnce() -> Outcome + Send) -> Outcome {
     if std::thread::available_parallelism().map_or(1, usize::from) < 2 {
         return first().and_then(|()| second());
@@ -82,11 +83,11 @@ pub fn side_by_side(first: impl FnOnce() -> Outcome, second: impl FnOnce() -> Ou
     })
 }
 
-/// Runs a command whose output is kept, both streams in the order they came.
+/// Runs a command with its output captured, both streams in order.
 fn run_kept(command: &mut Command) -> std::io::Result<std::process::ExitStatus> {
     let (mut reader, writer) = std::io::pipe()?;
     let mut child = command.stdout(writer.try_clone()?).stderr(writer).spawn()?;
-    // The command holds the pipe's other end, too: without this it would never be read to its end.
+    // The command holds the other end of the pipe as well; otherwise reading would never end.
     command.stdout(Stdio::null()).stderr(Stdio::null());
     let mut output = Vec::new();
     std::io::Read::read_to_end(&mut reader, &mut output)?;

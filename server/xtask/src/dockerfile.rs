@@ -1,23 +1,23 @@
-//! The part of the Dockerfile language that our image uses; anything else is an error, so that the check never
-//! passes by overlooking a line.
+//! Parser of the Dockerfile instructions used by our image; anything else is an error, so that the check never passes
+//! by overlooking a line.
 
 /// One instruction.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Instruction {
-    /// A command of the build, run by `/bin/sh -c`.
+    /// A build command, run by `/bin/sh -c`.
     Run(String),
-    /// Working directory of what follows.
+    /// Working directory of the following instructions.
     Workdir(String),
     /// Files from the build context or, with `from`, from another stage.
     Copy {
         /// The stage.
         from: Option<String>,
-        /// Path there.
+        /// Source path.
         source: String,
-        /// Path here.
+        /// Target path.
         target: String,
     },
-    /// Who runs what follows.
+    /// User of the following instructions.
     User(String),
     /// The program.
     Entrypoint(Vec<String>),
@@ -25,22 +25,22 @@ pub enum Instruction {
     Cmd(Vec<String>),
     /// The command that checks the container's health.
     HealthCheck(String),
-    /// Says something about the image without changing it: `VOLUME`, `EXPOSE`, `STOPSIGNAL`.
+    /// An instruction without effect on the files: `VOLUME`, `EXPOSE`, `STOPSIGNAL`.
     Note,
 }
 
 /// A stage of the build.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Stage {
-    /// What it is built on.
+    /// Base image.
     pub base: String,
-    /// Its name.
+    /// Name.
     pub name: String,
-    /// What is done, in order.
+    /// Instructions, in order.
     pub instructions: Vec<Instruction>,
 }
 
-/// The stages of a Dockerfile.
+/// Parses the stages of a Dockerfile.
 pub fn parse(text: &str) -> Result<Vec<Stage>, String> {
     let mut stages: Vec<Stage> = Vec::new();
     for line in joined_lines(text) {
@@ -102,7 +102,7 @@ fn copy(rest: &str) -> Result<Instruction, String> {
 fn words(list: &str) -> Result<Vec<String>, String> {
     let inner = list.strip_prefix('[').and_then(|list| list.strip_suffix(']'));
     let inner = inner.ok_or_else(|| format!("`{list}` is not in the exec form [\"…\"]"))?;
-    // Outside of the quotes stand commas alone, inside anything but quotes.
+    // Only commas outside of the quotes, anything but quotes inside.
     let parts: Vec<&str> = inner.split('"').collect();
     let between = parts.iter().step_by(2).all(|part| matches!(part.trim(), "" | ","));
     if parts.len().is_multiple_of(2) || !between {

@@ -23,7 +23,7 @@ pub use bench::{
 };
 pub use calibrate::{AxisArgs, CalibrateArgs};
 pub use images::{CentrelinesArgs, CornersArgs, LineDirectionArg, TargetArgs, TargetKind, TriangulateArgs};
-pub use scan::{MeasureArgs, ScanArgs};
+pub use scan::{CompareArgs, MeasureArgs, ScanArgs};
 pub use service::{DoctorArgs, OpenapiArgs, ServeArgs, SettingsArgs};
 pub use simulation::{
     DemoArgs, StationArgs, Study, StudyArgs, StudyPaperArgs, TwinAction, TwinArgs, TwinCaptureArgs,
@@ -37,7 +37,7 @@ Exit codes:
   2  wrong usage of the command line
   3  bad input: a file is missing, damaged, malformed or of the wrong size
   4  the data cannot carry the result: the quantity that stays undetermined is named
-  5  measured: NOT OK
+  5  measured: NOT OK, or INVALID: something to be judged could not be measured
   6  measured: UNDECIDED (the tolerance lies inside the uncertainty, the uncertainty
      is incomplete, or the model does not fit)
   7  done, but the recording lacks something that was exposed, or parts of its file cannot be read
@@ -113,6 +113,10 @@ pub enum Command {
     /// Measure a point cloud: value, uncertainty and, with a tolerance, the verdict.
     #[command(after_help = EXIT_CODES)]
     Measure(MeasureArgs),
+    /// Compare a point cloud with the nominal surface of its part: deviations, worst places and, with a tolerance, the
+    /// verdict.
+    #[command(after_help = EXIT_CODES)]
+    Compare(CompareArgs),
     /// Inspect, export or repair a recording (MCAP).
     #[command(after_help = EXIT_CODES)]
     Recording(RecordingArgs),

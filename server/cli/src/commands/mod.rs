@@ -3,6 +3,7 @@
 mod axis;
 mod bench;
 mod calibrate;
+mod compare;
 pub mod demo;
 mod doctor;
 pub mod images;
@@ -93,6 +94,7 @@ pub fn run(command: Command, json: bool, reporter: &dyn Reporter) -> Result<Answ
         Command::Centrelines(args) => images::centrelines::run(&args, reporter),
         Command::Corners(args) => images::corners::run(&args, reporter),
         Command::Measure(args) => measure::run(&args, reporter),
+        Command::Compare(args) => compare::run(&args, reporter),
         Command::Recording(args) => recording::run(&args, reporter),
         Command::Bench(args) => bench::run(&args, reporter),
         Command::Study(args) => study::run(&args, reporter),

@@ -1,12 +1,12 @@
-//! The wings of the house: which crate may know which, and who may know the network, the database and the serial port.
-//! What is not in the table is not allowed.
+//! Dependencies between the crates: which crate may depend on which, and which may use the network, the database and
+//! the serial port. Whatever is missing from the table is forbidden.
 
 use std::collections::BTreeMap;
 use std::process::Command;
 
 use serde_json::Value;
 
-/// Crate, the folder it lies in, and the crates of this workspace it may import. Every arrow runs down.
+/// Crate, its folder, and the workspace crates that it may depend on. Every dependency points downwards.
 const ARROWS: [(&str, &str, &[&str]); 24] = [
     (
         "sheaf",
@@ -143,7 +143,7 @@ const ARROWS: [(&str, &str, &[&str]); 24] = [
     ("xtask", "server/xtask", &[]),
 ];
 
-/// Library, and the only crates that may know it.
+/// Library, and the only crates that may depend on it.
 const KEEPERS: [(&str, &[&str]); 8] = [
     ("axum", &["sheaf-http"]),
     ("hyper", &["sheaf-http"]),
@@ -155,12 +155,12 @@ const KEEPERS: [(&str, &[&str]); 8] = [
     ("clap", &["sheaf"]),
 ];
 
-/// The only crates that may open sockets: the door, and the program that gives it its port.
+/// The only crates that may open sockets: the HTTP server, and the program that passes it its port.
 const NETWORK: [&str; 2] = ["sheaf-http", "sheaf"];
 
 struct Crate {
     folder: String,
-    /// What it is built with, and the features it asks for; what its tests use is not counted.
+    /// Dependencies with their requested features, without dev-dependencies.
     dependencies: BTreeMap<String, Vec<String>>,
 }
 

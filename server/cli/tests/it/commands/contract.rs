@@ -28,7 +28,7 @@ fn triangulate(options: &[&str], rows: &str) -> std::process::Output {
 }
 
 /// A cloud of the small capture's scan.
-fn scan(name: &str) -> (TempDir, String) {
+pub fn scan(name: &str) -> (TempDir, String) {
     let folder = tempfile::tempdir().unwrap();
     let cloud = path(folder.path(), "cloud.ply");
     let (capture, calibration) = (small_capture(), small_calibration());
@@ -57,6 +57,7 @@ fn help_states_the_exit_codes_and_every_command_of_the_contract() {
         "centrelines",
         "corners",
         "measure",
+        "compare",
         "study",
         "bench",
         "twin",

@@ -149,9 +149,9 @@ pub fn marlin() -> Rig {
         }),
         stage_from_machine: |machine_mm| machine_mm - 6.0,
         tolerance_mm: 0.03,
-        // It tells what was commanded last, which is ahead of the motor.
+        // It reports the last commanded position, which is ahead of the motor.
         reading_slack: Duration::from_millis(500),
-        // The firmware speaks once a second while it homes (`M113 S1`).
+        // The firmware sends a message once per second while homing (`M113 S1`).
         named_while_homing: Duration::from_millis(1700),
         unjudged: Vec::new(),
         _folder: folder,

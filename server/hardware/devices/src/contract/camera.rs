@@ -1,4 +1,4 @@
-//! The rules of a camera.
+//! The contract of a camera.
 
 use std::time::{Duration, Instant};
 
@@ -9,28 +9,28 @@ use super::calls::{SCHEDULING_SLACK, short, wait_for, within};
 use super::stopwatch::Stopwatch;
 use crate::{Camera, CameraError, CameraRequest, FrameInfo, PixelFormat, Roi, Trigger};
 
-/// What the suite must know of a camera.
+/// Properties of a camera for the suite.
 pub struct CameraProfile {
-    /// Frame rate of the free-running rules, Hz; `None` leaves the camera's own.
+    /// Frame rate for the free-running rules, Hz; `None` keeps the camera's own.
     pub frame_rate_hz: Option<f64>,
     /// Longest wait for a frame, exposure and computation included.
     pub frame_limit: Duration,
-    /// Its cable, if the test can pull it.
+    /// Its cable, if the test can unplug it.
     pub cable: Option<Cable>,
 }
 
-/// A camera is noticed to be gone within this time (`promises.md`: camera faults).
+/// The loss of a camera is detected within this time (`promises.md`: camera faults).
 const GONE_LIMIT: Duration = Duration::from_secs(2);
 
-/// Longest way back after the cable is in again.
+/// Longest reconnection after the cable is plugged in again.
 const RECONNECT_LIMIT: Duration = Duration::from_secs(5);
 
-/// Frames looked at by the rules on order and memory.
+/// Frames examined by the rules on order and memory.
 const N_FRAMES: usize = 8;
 
 type Open<'a> = &'a mut dyn FnMut() -> Box<dyn Camera>;
 
-/// Runs every rule of a camera; each on a device freshly opened.
+/// Runs every rule of a camera, each on a newly opened device.
 pub fn camera(open: Open, profile: &CameraProfile) {
     settings_are_what_was_accepted(open());
     numbers_are_moved_into_their_range(open());
@@ -51,7 +51,7 @@ pub fn camera(open: Open, profile: &CameraProfile) {
     camera_faults(open, profile);
 }
 
-/// Runs the rules about a pulled cable, where the profile has one.
+/// Runs the rules about an unplugged cable, if the profile has one.
 pub fn camera_faults(open: Open, profile: &CameraProfile) {
     if let Some(cable) = &profile.cable {
         an_unplugged_camera_is_gone_until_it_is_reconnected(open(), profile, cable);
@@ -328,7 +328,7 @@ fn an_unplugged_camera_is_gone_until_it_is_reconnected(
     frame(&mut *camera, &mut image, profile);
 }
 
-/// Waits until a camera that was reconnected tells no fault; what it delivers then.
+/// Waits until a reconnected camera reports no fault; returns the frame it delivers then, if any.
 fn back(camera: &mut dyn Camera, image: &mut GreyImage) -> Option<FrameInfo> {
     wait_for(RECONNECT_LIMIT, "the camera is reached again", || {
         look(camera, image, Duration::from_millis(20)).ok()
@@ -342,7 +342,7 @@ fn set(camera: &mut dyn Camera, request: CameraRequest) -> crate::CameraSettings
     accepted
 }
 
-/// Lets the camera expose by itself, at the profile's rate.
+/// Starts free-running acquisition at the profile's rate.
 fn run_free(camera: &mut dyn Camera, profile: &CameraProfile) {
     if camera.capabilities().triggers.contains(&Trigger::Free) {
         set(camera, CameraRequest { trigger: Some(Trigger::Free), ..Default::default() });
@@ -353,7 +353,7 @@ fn run_free(camera: &mut dyn Camera, profile: &CameraProfile) {
     short("start", || camera.start()).expect("start");
 }
 
-/// The next frame; panics if none comes.
+/// The next frame; panics if there is none.
 fn frame(camera: &mut dyn Camera, image: &mut GreyImage, profile: &CameraProfile) -> FrameInfo {
     let watch = Stopwatch::start();
     while watch.own_time() <= profile.frame_limit + SCHEDULING_SLACK {
@@ -364,7 +364,7 @@ fn frame(camera: &mut dyn Camera, image: &mut GreyImage, profile: &CameraProfile
     panic!("no frame within {:?}", profile.frame_limit);
 }
 
-/// One call of `next_frame`, which must not outlast its timeout by more than a call may take.
+/// One call of `next_frame`, which must not exceed its timeout by more than [`CALL_LIMIT`].
 fn look(
     camera: &mut dyn Camera,
     image: &mut GreyImage,
@@ -377,7 +377,7 @@ fn blank() -> GreyImage {
     GreyImage::new(1, 1, Pixels::Eight(vec![0])).expect("one pixel for one pixel")
 }
 
-/// Where an image's pixels are.
+/// Address of an image's pixels.
 fn address(image: &GreyImage) -> usize {
     match image.pixels() {
         Pixels::Eight(pixels) => pixels.as_ptr().addr(),

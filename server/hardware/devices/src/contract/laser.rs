@@ -1,4 +1,4 @@
-//! The rules of a laser.
+//! The contract of a laser.
 
 use std::time::Duration;
 
@@ -6,31 +6,31 @@ use super::Cable;
 use super::calls::{SCHEDULING_SLACK, short, wait_for};
 use crate::{LASER_LEASE_LIMIT, Laser, LaserError};
 
-/// What the suite must know of a laser.
+/// Properties of a laser for the suite.
 pub struct LaserProfile {
-    /// Whether light is really on, by somebody else than the driver.
+    /// Whether light is really on, from a source other than the driver.
     pub light: Option<Box<dyn Fn() -> bool>>,
     /// From the end of a lease, or from a command, to its effect at the witness.
     pub reaction_limit: Duration,
-    /// Its cable, if the test can pull it.
+    /// Its cable, if the test can unplug it.
     pub cable: Option<Cable>,
 }
 
-/// A lease for the rules that let one run out.
+/// A lease for the rules in which one expires.
 const SHORT_LEASE: Duration = Duration::from_millis(120);
 
-/// A lease that outlasts every rule but the one on the longest lease.
+/// A lease longer than every rule except the one on the longest lease.
 const LONG_LEASE: Duration = LASER_LEASE_LIMIT;
 
-/// A laser is noticed to be gone within this time (`promises.md`: serial faults).
+/// The loss of a laser is detected within this time (`promises.md`: serial faults).
 const GONE_LIMIT: Duration = Duration::from_secs(1);
 
-/// Longest way back after the cable is in again.
+/// Longest reconnection after the cable is plugged in again.
 const RECONNECT_LIMIT: Duration = Duration::from_secs(5);
 
 type Open<'a> = &'a mut dyn FnMut() -> Box<dyn Laser>;
 
-/// Runs every rule of a laser; each on a device freshly opened.
+/// Runs every rule of a laser, each on a newly opened device.
 pub fn laser(open: Open, profile: &LaserProfile) {
     it_is_dark_when_opened(open(), profile);
     it_shines_as_accepted(open(), profile);
@@ -45,7 +45,7 @@ pub fn laser(open: Open, profile: &LaserProfile) {
     laser_faults(open, profile);
 }
 
-/// Runs the rules about a pulled cable, where the profile has one.
+/// Runs the rules about an unplugged cable, if the profile has one.
 pub fn laser_faults(open: Open, profile: &LaserProfile) {
     if let Some(cable) = &profile.cable {
         an_unplugged_laser_is_gone_and_comes_back_dark(open(), profile, cable);
@@ -82,7 +82,7 @@ fn it_goes_dark_when_the_lease_ends(mut laser: Box<dyn Laser>, profile: &LaserPr
     let power = some_power(&*laser);
     laser.switch_on(power, SHORT_LEASE).expect("sound");
     witness_sees(profile, true, "switched on, and no light comes");
-    // The caller hangs: nobody calls the driver until the witness has seen the end.
+    // The caller hangs: the driver is not called until the witness has seen the laser go off.
     crate::time::sleep(SHORT_LEASE);
     witness_sees(profile, false, "the lease ended while its owner hung, and it still shines");
     wait_for(profile.reaction_limit + SCHEDULING_SLACK, "the lease's end shows in `poll`", || {
@@ -176,7 +176,7 @@ fn an_unplugged_laser_is_gone_and_comes_back_dark(
     witness_sees(profile, false, "it came back shining");
 }
 
-/// A power every laser of its kind takes.
+/// A power that every laser of its kind accepts.
 fn some_power(laser: &dyn Laser) -> f64 {
     laser.capabilities().power.map_or(1.0, |range| 0.5 * (range.min + range.max))
 }

@@ -1,4 +1,4 @@
-//! The rules of a stage.
+//! The contract of a stage.
 
 use std::time::Duration;
 
@@ -6,37 +6,37 @@ use super::Cable;
 use super::calls::{SCHEDULING_SLACK, short, wait_for};
 use crate::{Homing, Stage, StageError, StageState};
 
-/// What the suite must know of a stage.
+/// Properties of a stage for the suite.
 pub struct StageProfile {
-    /// Speed of the test's moves. For a stage that takes time, so slow that a move over half its travel is seen
-    /// under way.
+    /// Speed of the test's moves. For a stage with real durations, so low that a move over half its travel is observed
+    /// in motion.
     pub speed_mm_s: f64,
-    /// How near to its target a move ends.
+    /// Largest distance from its target at which a move ends.
     pub tolerance_mm: f64,
-    /// Whether moves take no time, so that none is ever seen under way.
+    /// Whether moves are instantaneous, so that none is observed in motion.
     pub instant: bool,
     /// Longest homing or move of the tests.
     pub motion_limit: Duration,
-    /// From a stop or hold to rest: braking, and a report of it.
+    /// From a stop or hold to rest: braking, and its report.
     pub rest_limit: Duration,
-    /// For a controller that a stop during homing halts for good: presses its reset button.
+    /// For a controller that is halted permanently by a stop during homing: presses its reset button.
     pub reset_button: Option<Box<dyn Fn()>>,
-    /// Its cable, if the test can pull it.
+    /// Its cable, if the test can unplug it.
     pub cable: Option<Cable>,
 }
 
-/// A stage is noticed to be gone within this time (`promises.md`: serial faults).
+/// The loss of a stage is detected within this time (`promises.md`: serial faults).
 const GONE_LIMIT: Duration = Duration::from_secs(1);
 
-/// Longest way back after the cable is in again.
+/// Longest reconnection after the cable is plugged in again.
 const RECONNECT_LIMIT: Duration = Duration::from_secs(5);
 
-/// Looks at a stage that is to stand still.
+/// Number of polls that verify that a stage is at rest.
 const N_LOOKS: usize = 10;
 
 type Open<'a> = &'a mut dyn FnMut() -> Box<dyn Stage>;
 
-/// Runs every rule of a stage; each on a device freshly opened.
+/// Runs every rule of a stage, each on a newly opened device.
 pub fn stage(open: Open, profile: &StageProfile) {
     it_is_at_rest_when_opened(open());
     nothing_moves_before_homing(open(), profile);
@@ -62,7 +62,7 @@ pub fn stage(open: Open, profile: &StageProfile) {
     stage_faults(open, profile);
 }
 
-/// Runs the rules about a pulled cable, where the profile has one.
+/// Runs the rules about an unplugged cable, if the profile has one.
 pub fn stage_faults(open: Open, profile: &StageProfile) {
     if let Some(cable) = &profile.cable {
         an_unplugged_stage_is_gone_until_it_is_reconnected(open(), profile, cable, false);
@@ -259,7 +259,7 @@ fn stop_ends_homing(mut stage: Box<dyn Stage>, profile: &StageProfile) {
     let state = wait_for(limit, "homing ends after a stop", || {
         match stage.poll() {
             Ok(state) => (!state.moving).then_some(state),
-            // A controller that calls a stopped homing an alarm tells it until it is cleared.
+            // A controller for which a stopped homing is an alarm reports it until it is cleared.
             Err(_) => {
                 if stage.clear_fault().is_err()
                     && let Some(press) = &mut button
@@ -323,7 +323,7 @@ fn an_unplugged_stage_is_gone_until_it_is_reconnected(
     (cable.replug)();
     short("reconnect", || stage.reconnect()).ok();
     let state = wait_for(RECONNECT_LIMIT, "the stage is reached again", || stage.poll().ok());
-    // It may still brake from the move it was torn out of; a move that was repeated goes on for longer.
+    // It may still brake from the interrupted move; a repeated move would take longer.
     at_rest(&mut *stage, profile.rest_limit);
     if stage.capabilities().homing == Homing::Required {
         assert!(
@@ -343,7 +343,7 @@ fn home(stage: &mut dyn Stage, profile: &StageProfile) {
     });
 }
 
-/// Starts a move from the near target to the far one; its ends.
+/// Starts a move from the near target to the far one; returns both.
 fn far_move(stage: &mut dyn Stage, profile: &StageProfile) -> (f64, f64) {
     let (near_mm, far_mm) = targets(stage);
     stage.start_move(near_mm, profile.speed_mm_s).expect("in travel");
@@ -352,7 +352,7 @@ fn far_move(stage: &mut dyn Stage, profile: &StageProfile) -> (f64, f64) {
     (near_mm, accepted.target_mm)
 }
 
-/// Waits until a position strictly between the ends is told.
+/// Waits until a position strictly between the ends is reported.
 fn under_way(stage: &mut dyn Stage, near_mm: f64, far_mm: f64, profile: &StageProfile) {
     wait_for(profile.motion_limit + SCHEDULING_SLACK, "positions on the way are told", || {
         let at_mm = look(stage).position_mm?;
@@ -376,7 +376,7 @@ fn at_rest(stage: &mut dyn Stage, limit: Duration) {
     });
 }
 
-/// It rests, and short of `far_mm`: a stopped move is not taken up again.
+/// Asserts that it is at rest and short of `far_mm`: a stopped move is not continued.
 fn stays_short_of(stage: &mut dyn Stage, far_mm: f64, profile: &StageProfile) {
     let stopped_at = look(stage).position_mm;
     if let Some(at_mm) = stopped_at {
@@ -401,7 +401,7 @@ fn look(stage: &mut dyn Stage) -> StageState {
     short("poll", || stage.poll()).unwrap_or_else(|fault| panic!("a sound stage tells a fault: {fault}"))
 }
 
-/// Two targets a good way apart, within the travel.
+/// Two targets far apart within the travel.
 fn targets(stage: &dyn Stage) -> (f64, f64) {
     let (low_mm, high_mm) = stage.capabilities().travel_mm;
     (low_mm + 0.25 * (high_mm - low_mm), low_mm + 0.75 * (high_mm - low_mm))

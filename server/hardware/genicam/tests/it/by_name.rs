@@ -1,4 +1,4 @@
-//! Features by the camera's own names.
+//! Features accessed by the camera's own names.
 
 use devices::CameraRequest;
 use devices::features::{Access, FeatureError, FeatureKind};

@@ -1,4 +1,4 @@
-//! A camera that goes away, comes back, starves or belongs to somebody else. Pulled and put in again: the suite.
+//! A camera that disappears, returns, loses frames or is in use elsewhere. Unplugging is covered by the contract suite.
 
 use std::time::{Duration, Instant};
 
@@ -7,10 +7,10 @@ use genicam::GenicamDriver;
 
 use crate::rig::{SERIAL, blank, fake, frame, open, open_small, settings, until};
 
-/// A camera that is gone is named within this time (`promises.md`).
+/// A lost camera is reported within this time (`promises.md`).
 const NAMED_WITHIN: Duration = Duration::from_secs(2);
 
-/// What this machine may add beside other tests.
+/// Additional time on a machine that runs other tests.
 const SLACK: Duration = Duration::from_secs(1);
 
 #[test]
@@ -64,7 +64,7 @@ fn a_driver_that_is_starved_loses_frames_and_counts_them() {
     let (mut image, mut shown, mut lost) = (blank(), 0, 0);
     for n in 0..60 {
         if n == 20 {
-            // Nobody takes frames: four wait, the others find no buffer.
+            // No frames are taken: four wait, the others find no buffer.
             std::thread::sleep(Duration::from_millis(500));
         }
         let info = frame(&mut *camera, &mut image);

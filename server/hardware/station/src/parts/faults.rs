@@ -1,4 +1,4 @@
-//! From an error of a device to the fault a person sees, or to a mere refusal.
+//! Conversion of device errors to faults or refusals.
 
 use devices::{CameraError, LaserError, StageError};
 use remedy::Remedy as _;
@@ -7,10 +7,10 @@ use crate::shared::refusal::StationRefusal;
 use crate::shared::status::Fault;
 use crate::shared::wall_clock::now_ms;
 
-/// What to do where a device says no more than that it failed.
+/// Remedy for a device failure without further information.
 pub const UNKNOWN_REMEDY: &str = "check the device";
 
-/// The fault behind a refusal; `None` if the device is well and only the request was impossible.
+/// The fault behind a refusal; `None` if the device works and only the request was impossible.
 pub fn fault_of(refusal: &StationRefusal) -> Option<Fault> {
     let (device, kind) = match refusal {
         StationRefusal::Camera(error) => ("camera", camera_kind(error)?),
@@ -22,7 +22,7 @@ pub fn fault_of(refusal: &StationRefusal) -> Option<Fault> {
     Some(fault(device, kind, refusal.to_string(), refusal.remedy().as_deref().unwrap_or(UNKNOWN_REMEDY)))
 }
 
-/// A fault of now: what happened and what to do.
+/// A fault that occurs now, with its detail and remedy.
 pub fn fault(device: &'static str, kind: &'static str, detail: impl Into<String>, remedy: &str) -> Fault {
     Fault { device, kind, detail: detail.into(), remedy: remedy.to_owned(), since_ms: now_ms() }
 }

@@ -1,5 +1,5 @@
-//! The laser under the station thread: light follows frames. It turns off when no frame is due any more, whoever
-//! requested it and whatever call is under way, and comes back only with the next exposure of whoever requested it.
+//! The laser as used by the station thread. It is turned off when no frame is due, whoever requested it and whatever
+//! call is in progress, and is turned on again only with the requester's next exposure.
 
 use std::time::Instant;
 
@@ -14,19 +14,19 @@ pub struct Light {
     device: Box<dyn Laser>,
     is_switched: bool,
     state: Option<LaserState>,
-    /// Share of full power that its user wants; 0 is dark.
+    /// Requested fraction of full power; 0 is off.
     wanted: f64,
-    /// When it was switched on; `None`: dark, or gone dark because its user was idle.
+    /// When it was switched on; `None` if off, or suspended because its user was idle.
     lit_at: Option<Instant>,
     renewed_at: Instant,
-    /// No frame is due after this moment.
+    /// No frame is due after this time.
     needed_until: Instant,
     polled_at: Option<Instant>,
     changed_at: Instant,
 }
 
 impl Light {
-    /// Over a laser that was just opened.
+    /// Wraps a laser that was just opened.
     pub fn new(device: Box<dyn Laser>) -> Self {
         let now = Instant::now();
         Self {
@@ -42,27 +42,27 @@ impl Light {
         }
     }
 
-    /// The laser itself, for what makes no light.
+    /// The underlying laser, for calls that do not turn it on.
     pub fn device(&mut self) -> &mut dyn Laser {
         &mut *self.device
     }
 
-    /// Whether it goes on and off at all.
+    /// Whether the laser can be switched.
     pub fn is_switched(&self) -> bool {
         self.is_switched
     }
 
-    /// What it reported last.
+    /// Last reported state.
     pub fn state(&self) -> Option<LaserState> {
         self.state
     }
 
-    /// Whether its user wants light.
+    /// Whether light is requested.
     pub fn is_wanted(&self) -> bool {
         self.wanted > 0.0
     }
 
-    /// Whether it reports light.
+    /// Whether it reports that it is on.
     pub fn shines(&self) -> bool {
         self.state.is_some_and(|state| state.emitting)
     }
@@ -72,14 +72,14 @@ impl Light {
         self.shines() == self.is_wanted()
     }
 
-    /// Reads the state of a laser that shall be dark: is it well?
+    /// Reads the state of a laser that must be off, to check that it works.
     pub fn check_dark(&mut self) -> Result<(), LaserError> {
         let state = self.device.poll()?;
         self.take(state, Instant::now());
         Ok(())
     }
 
-    /// Whether it reported light at that moment, as far back as its last change.
+    /// Whether it reported that it was on at that time; covers the time since its last change.
     pub fn shone_at(&self, at: Instant) -> bool {
         self.shines() == (at >= self.changed_at)
     }
@@ -94,7 +94,7 @@ impl Light {
         self.polled_at.is_none_or(|at| now.saturating_duration_since(at) >= period)
     }
 
-    /// Wants light of that power. Without frames it goes out soon after it has come.
+    /// Requests light of this power. Without frames it is suspended soon after it has turned on.
     pub fn want(&mut self, power: f64, now: Instant) -> Result<(), LaserError> {
         if !(power > 0.0 && power <= 1.0) {
             return Err(LaserError::BadPower { value: power });
@@ -102,39 +102,40 @@ impl Light {
         let state = self.device.switch_on(power, LIGHT_LEASE)?;
         self.wanted = power;
         (self.lit_at, self.renewed_at, self.polled_at) = (Some(now), now, None);
-        // Until it is on: whether it comes on at all is known before this ends.
+        // Long enough to find out whether it turns on at all.
         self.needed_until = self.needed_until.max(now + LIGHT_UP_LIMIT + LIGHT_IDLE);
         self.take(state, now);
         Ok(())
     }
 
-    /// A frame is due at `due`: the light that is wanted stays until then, or comes back for it.
+    /// A frame is due at `due`: requested light stays on until then, or is turned on again for it.
     pub fn serve_frame(&mut self, due: Instant, now: Instant) -> Result<(), LaserError> {
         self.needed_until = self.needed_until.max(due + LIGHT_IDLE);
         if self.is_wanted() && self.lit_at.is_none() { self.want(self.wanted, now) } else { Ok(()) }
     }
 
-    /// A frame that is on its way is due at `due`; light that has gone out stays out.
+    /// A frame already in transfer is due at `due`; suspended light stays off.
     pub fn expect_frame(&mut self, due: Instant) {
         self.needed_until = self.needed_until.max(due + LIGHT_IDLE);
     }
 
-    /// Goes dark and stays so.
+    /// Turns the laser off and clears the request.
     pub fn off(&mut self) -> Result<(), LaserError> {
         self.wanted = 0.0;
         self.suspend()
     }
 
-    /// Reads the state, renews the lease or lets the light go out.
+    /// Reads the state, and renews the lease or suspends the light.
     ///
     /// # Errors
-    /// What the laser reports, and light that went out by itself.
+    /// The error of the laser, or light that went off unexpectedly.
     pub fn tend(&mut self, now: Instant) -> Result<(), LaserError> {
         if self.lit_at.is_some() && now > self.needed_until {
             self.suspend()?;
         }
         if self.lit_at.is_some() && now.saturating_duration_since(self.renewed_at) >= LIGHT_LEASE {
-            // This thread came too late and the lease ran out: no fault of the laser; the next exposure lights it.
+            // This thread was late and the lease expired. This is not a fault of the laser; the next exposure turns it
+            // on again.
             self.suspend()?;
         }
         if self.lit_at.is_some() && now - self.renewed_at >= LIGHT_RENEWAL {
@@ -152,7 +153,7 @@ impl Light {
         Ok(())
     }
 
-    /// Goes dark until the next exposure of whoever wanted the light.
+    /// Turns the laser off until the requester's next exposure.
     pub fn suspend(&mut self) -> Result<(), LaserError> {
         (self.lit_at, self.polled_at) = (None, None);
         self.device.switch_off()

@@ -1,4 +1,4 @@
-//! The stage under the station thread: one motion at a time, watched until it ends.
+//! The stage as used by the station thread: one motion at a time, monitored until it ends.
 
 use std::time::{Duration, Instant};
 
@@ -10,7 +10,7 @@ use crate::params::{
 };
 use crate::parts::track::Track;
 
-/// What the stage is under way for.
+/// Purpose of the current motion.
 #[derive(Debug, Clone, Copy)]
 enum Errand {
     Move { target_mm: f64, progress: Progress, rest_since: Option<Instant> },
@@ -19,7 +19,7 @@ enum Errand {
     Rest,
 }
 
-/// The last visible progress of a move.
+/// Last visible progress of a move.
 #[derive(Debug, Clone, Copy)]
 struct Progress {
     position_mm: f64,
@@ -27,27 +27,27 @@ struct Progress {
     limit: Duration,
 }
 
-/// An errand that ended well.
+/// A motion that ended successfully.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Arrival {
-    /// At the target, settled; the position read back.
+    /// At the target and settled; the position read back.
     Moved(f64),
-    /// The zero is found.
+    /// Homed.
     Homed,
     /// At rest after a jog or a stop.
     Rested,
 }
 
-/// Where a frame was taken.
+/// Position at which a frame was taken.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Place {
-    /// There; `None` if unknown.
+    /// This position; `None` if unknown.
     At(Option<f64>),
-    /// The next reading decides.
+    /// Known only after the next reading.
     Later,
 }
 
-/// The stage and everything known about it.
+/// The stage and its tracked state.
 pub struct Motion {
     device: Box<dyn Stage>,
     state: Option<StageState>,
@@ -61,7 +61,7 @@ pub struct Motion {
 }
 
 impl Motion {
-    /// Over a stage that was just opened.
+    /// Wraps a stage that was just opened.
     pub fn new(device: Box<dyn Stage>) -> Self {
         let now = Instant::now();
         Self {
@@ -77,17 +77,17 @@ impl Motion {
         }
     }
 
-    /// The stage itself, for what does not move it.
+    /// The underlying stage, for calls that do not move it.
     pub fn device(&mut self) -> &mut dyn Stage {
         &mut *self.device
     }
 
-    /// Position as read back last; `None`: unknown.
+    /// Last position read back, or `None` if unknown.
     pub fn position_mm(&self) -> Option<f64> {
         self.state.filter(|_| self.trusted)?.position_mm
     }
 
-    /// Whether the zero is established.
+    /// Whether the stage is homed.
     pub fn homed(&self) -> bool {
         self.trusted && self.state.is_some_and(|state| state.homed)
     }
@@ -97,12 +97,12 @@ impl Motion {
         self.errand.is_some() || self.state.is_some_and(|state| state.moving)
     }
 
-    /// Whether it has somewhere to go; coming to rest is no errand of that kind.
+    /// Whether it is moving to a target; coming to rest does not count.
     pub fn is_under_way(&self) -> bool {
         !matches!(self.errand, None | Some(Errand::Rest))
     }
 
-    /// Reads the state while nobody tends the errand: is it well, and has a stop come to rest?
+    /// Reads the state while no motion is monitored: checks that the stage works and whether a stop has come to rest.
     pub fn check(&mut self) -> Result<(), StageError> {
         let state = self.device.poll()?;
         self.take(state);
@@ -128,7 +128,7 @@ impl Motion {
         self.track.clear();
     }
 
-    /// How long a move takes from rest to rest, seconds; for ever if nobody knows where it is.
+    /// Duration of a move from rest to rest, seconds; infinite if the position is unknown.
     pub fn travel_s(&self, target_mm: f64, speed_mm_s: f64) -> f64 {
         let distance_mm = self.position_mm().map_or(f64::INFINITY, |position_mm| (target_mm - position_mm).abs());
         match self.device.capabilities().acceleration_mm_s2.filter(|a| *a > 0.0) {
@@ -160,7 +160,7 @@ impl Motion {
         Ok(())
     }
 
-    /// Jogs, or goes on jogging: ends by itself when this is not repeated.
+    /// Starts or continues a jog; it ends automatically unless this is repeated.
     pub fn jog(&mut self, velocity_mm_s: f64) -> Result<Option<AcceptedMove>, StageError> {
         match &mut self.errand {
             Some(Errand::Jog { velocity_mm_s: present, until }) if *present == velocity_mm_s => {
@@ -183,22 +183,22 @@ impl Motion {
         Ok(accepted)
     }
 
-    /// Stops; [`Motion::tend`] reports when it is at rest.
+    /// Stops; [`Motion::tend`] reports when the stage is at rest.
     pub fn stop(&mut self) -> Result<(), StageError> {
         let told = self.device.stop();
         let capabilities = self.device.capabilities();
         let acceleration_mm_s2 = capabilities.acceleration_mm_s2.filter(|a| *a > 0.0);
-        // The driver waits twice the ramp before it stops harder.
+        // The driver waits twice the ramp before a harder stop.
         let ramps_s = acceleration_mm_s2.map_or(0.0, |a| 2.0 * capabilities.max_speed_mm_s / a);
         let ramps = Duration::from_secs_f64(ramps_s.clamp(0.0, HOMING_LIMIT.as_secs_f64()));
         self.begin(Errand::Rest, REST_LIMIT + ramps);
         told
     }
 
-    /// Reads the state if that is due and watches the errand.
+    /// Reads the state if due and monitors the motion.
     ///
     /// # Errors
-    /// What the stage reports, or [`StageError::Stalled`] if a move makes no progress.
+    /// The error of the stage, or [`StageError::Stalled`] if a move makes no progress.
     pub fn tend(&mut self, now: Instant) -> Result<Option<Arrival>, StageError> {
         if let Some(Errand::Jog { until, .. }) = self.errand
             && now >= until
@@ -217,7 +217,7 @@ impl Motion {
         self.watch(&state, now)
     }
 
-    /// Where the stage was at `at`, for a frame that is reported at `now`.
+    /// Position of the stage at `at`, for a frame reported at `now`.
     pub fn place(&self, at: Instant, now: Instant) -> Place {
         let Some(position_mm) = self.position_mm() else { return Place::At(None) };
         if self.errand.is_none() && self.rest_since.is_some_and(|since| since <= at) {
@@ -229,7 +229,7 @@ impl Motion {
         Place::Later
     }
 
-    /// Position at a moment of the past.
+    /// Position at a past time.
     pub fn position_at_mm(&self, at: Instant) -> Option<f64> {
         match self.place(at, at) {
             Place::At(position_mm) => position_mm,
@@ -237,7 +237,7 @@ impl Motion {
         }
     }
 
-    /// How near the position read back must be to a target.
+    /// Permitted deviation of the position read back from a target.
     pub fn tolerance_mm(&self) -> f64 {
         self.device.capabilities().resolution_mm.max(0.0) + REPORT_ROUNDING_MM
     }
@@ -250,7 +250,7 @@ impl Motion {
     fn begin(&mut self, errand: Errand, limit: Duration) {
         let now = Instant::now();
         if let (None, Some(position_mm)) = (self.errand, self.position_mm()) {
-            // At rest until this moment: interpolation begins here, not at the last idle reading.
+            // At rest until now: interpolation begins here, not at the last idle reading.
             self.track.push(now, position_mm);
         }
         self.errand = Some(errand);
@@ -291,7 +291,7 @@ impl Motion {
                 if !there && since.is_some_and(|since| now - since > SETTLE_LIMIT) {
                     return Err(stalled);
                 }
-                // Judged by what is reported: silence is the driver's to report.
+                // Based on reports; silence is reported by the driver.
                 if state.moving && state.measured_at.saturating_duration_since(progress.at) > progress.limit {
                     return Err(stalled);
                 }
@@ -308,7 +308,7 @@ impl Motion {
         }
     }
 
-    /// The error of an errand that takes too long.
+    /// The error of a motion that takes too long.
     fn late(&self, now: Instant) -> Option<StageError> {
         if self.errand.is_none() || now < self.deadline {
             return None;

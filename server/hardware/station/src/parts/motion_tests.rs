@@ -1,4 +1,4 @@
-//! A stage that is slow, and one that says nothing new, are told from one that stands.
+//! A slow stage and one without new reports are distinguished from a stalled one.
 
 use std::time::{Duration, Instant};
 
@@ -7,10 +7,10 @@ use devices::{AcceptedMove, DeviceIdentity, Homing, Stage, StageCapabilities, St
 use super::Motion;
 use crate::params::{NO_PROGRESS_LIMIT, REST_LIMIT};
 
-/// Says what it is told to say.
+/// Reports a fixed state.
 struct Fake {
     acceleration_mm_s2: Option<f64>,
-    /// Every reading.
+    /// Returned by every reading.
     state: fn() -> StageState,
 }
 
@@ -86,7 +86,7 @@ fn a_stage_that_says_nothing_new_is_not_called_stalled_before_its_move_is_late()
     motion.check().unwrap();
     motion.start_move(40.0, 10.0).unwrap();
     let begun_at = Instant::now();
-    // One reading of the moving stage, at its begin.
+    // One reading of the moving stage, at its start.
     let reading = moving();
     assert!(motion.watch(&reading, begun_at).unwrap().is_none());
     let silent_for = NO_PROGRESS_LIMIT + Duration::from_millis(50);
@@ -116,7 +116,7 @@ fn the_time_of_a_move_counts_its_ramps() {
         motion.check().unwrap();
         motion.travel_s(target_mm, 40.0)
     };
-    // Without ramps; too short for full speed at 10 mm/s², and long enough.
+    // Without ramps; too short for full speed at 10 mm/s²; and long enough.
     assert!((travel_s(None, -16.0) - 0.4).abs() < 1e-9);
     assert!((travel_s(Some(10.0), 0.4) - 0.4).abs() < 1e-9);
     assert!((travel_s(Some(10.0), -200.0) - 9.0).abs() < 1e-9);

@@ -1,4 +1,4 @@
-//! How the station thread carries out each command.
+//! Execution of the commands.
 
 use devices::{AcceptedMove, StageCapabilities, Trigger};
 
@@ -17,7 +17,7 @@ use crate::station_thread::owner::{LeaseHolder, Revoked, Station};
 use crate::station_thread::task::Task;
 
 impl Station {
-    /// Carries out a command, or refuses it with a reason.
+    /// Executes a command, or refuses it with a reason.
     pub(crate) fn obey(&mut self, command: Command) {
         match command {
             Command::Manual(manual, reply) => self.obey_person(manual, reply),
@@ -50,7 +50,7 @@ impl Station {
         self.answer(reply, Ok(frames));
     }
 
-    /// Answers with a refusal; a device's failure behind it is a fault of the station.
+    /// Answers with a refusal; an underlying device failure becomes a fault of the station.
     pub(crate) fn refuse<T: Send + 'static>(&mut self, reply: Reply<T>, refusal: StationRefusal) {
         let fault = fault_of(&refusal);
         self.answer(reply, Err(refusal));
@@ -125,7 +125,7 @@ impl Station {
             return Err(self.in_error());
         }
         if self.live.is_some() && wanted.trigger.is_some_and(|trigger| trigger != Trigger::Free) {
-            // A live view runs freely; the trigger is set again when it has ended.
+            // A live view runs freely; the trigger mode is restored when it ends.
             wanted.trigger = None;
         }
         let camera = self.camera.as_mut().ok_or(StationRefusal::Absent { device: "camera" })?;
@@ -154,7 +154,7 @@ impl Station {
         self.answer(reply, Ok(self.leases));
     }
 
-    /// The job gives the station back: dark, at rest, the camera as it was.
+    /// The job releases the station: laser off, stage at rest, camera settings restored.
     fn take_back(&mut self, lease: u64) {
         if self.holder.as_ref().is_none_or(|holder| holder.lease != lease) {
             return;
@@ -166,7 +166,7 @@ impl Station {
         self.transition(Event::JobEnds);
     }
 
-    /// Ends the lease that is out and restores the camera; `why` is the answer to later calls of that job.
+    /// Ends the current lease and restores the camera; `why` is the answer to later calls of that job.
     pub(crate) fn evict(&mut self, why: Option<Revoked>) {
         let Some(holder) = self.holder.take() else { return };
         self.revoked = why.map(|why| (holder.lease, why));
@@ -221,7 +221,7 @@ impl Station {
     }
 }
 
-/// A speed must be one that the stage has: neither so slow that it never arrives, nor faster than it can.
+/// Checks that the stage supports the speed: neither too slow ever to arrive, nor too fast.
 fn check_speed(speed_mm_s: f64, capabilities: &StageCapabilities) -> Result<(), StationRefusal> {
     let (min_mm_s, max_mm_s) = (capabilities.resolution_mm.max(REPORT_ROUNDING_MM), capabilities.max_speed_mm_s);
     if (min_mm_s..=max_mm_s).contains(&speed_mm_s) {

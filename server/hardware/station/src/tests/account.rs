@@ -16,7 +16,7 @@ fn spied_bench() -> (Bench, std::sync::Arc<Spy>) {
     (bench, spy)
 }
 
-/// Arrived and lost, by the status, once both add up to what was asked for.
+/// Checks arrived and lost frames in the status, once their sum equals the number of exposures.
 fn check(bench: &Bench, spy: &Spy) {
     let exposed = spy.triggers.load(Ordering::SeqCst);
     let lost = |status: &crate::StationStatus| -> u64 {
@@ -67,6 +67,6 @@ fn buffers_go_round_and_are_not_made_anew() {
     };
     let places: std::collections::BTreeSet<usize> =
         (0..50).map(|_| place(&lease.grab(&nobody()).unwrap())).collect();
-    // The newest frame, the one being replaced, the driver's, and one on its way home.
+    // The newest frame, the one being replaced, the driver's, and one being returned.
     assert!(places.len() <= 4, "{} buffers for one frame at a time", places.len());
 }

@@ -1,4 +1,4 @@
-//! What people do: single commands, the live view, jogging.
+//! Operation by a person: single commands, the live view, jogging.
 
 use std::time::{Duration, Instant};
 

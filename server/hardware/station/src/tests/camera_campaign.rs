@@ -1,9 +1,9 @@
-//! Camera faults by the hundred: at a random moment of a live view or of triggered exposures, over the simulated station, a
-//! recording, and a GenICam camera process that others wrote.
+//! Hundreds of camera faults at random moments of a live view or of triggered exposures, with the simulated station, a
+//! recording, and a third-party GenICam camera process.
 //!
-//! Counted are hangs, faults named late (promised: 2 s), light left on, and exposures that neither arrived nor were counted as
-//! lost by a reason; each must be 0. The long version is ignored and run by `cargo xtask campaign`. Not shown: cameras of
-//! glass and silicon.
+//! Counts hangs, late fault reports (promised: 2 s), light left on, and exposures that neither arrived nor were counted
+//! as lost by a reason; each must be 0. The long version is ignored and run by `cargo xtask campaign`. Not covered:
+//! physical cameras.
 
 use std::cell::RefCell;
 use std::collections::BTreeMap;
@@ -23,7 +23,7 @@ use super::matrix::genicam as process;
 use super::spied::{Spy, spied};
 use crate::{LaserLight, LiveRequest, MachineState, Manual, StationDevices, StationStatus};
 
-/// What happens.
+/// The kind of fault.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 enum What {
     Loss,
@@ -38,19 +38,19 @@ enum What {
 const ALL: [What; 7] =
     [What::Loss, What::Late, What::WrongSize, What::FormatChange, What::Unplug, What::Hang, What::Restart];
 
-/// Camera faults are named within this time (`promises.md`).
+/// Camera faults are reported within this time (`promises.md`).
 const NAMED_LIMIT: Duration = Duration::from_secs(2);
 
-/// Dark so long after a fault was named.
+/// The laser is off within this time of the report of a fault.
 const DARK_LIMIT: Duration = Duration::from_millis(500);
 
-/// Longest that anything may take before it is a hang.
+/// A wait beyond this time counts as a hang.
 const HANG: Duration = Duration::from_secs(20);
 
-/// How long exposures are watched after what is survived.
+/// How long exposures are observed after a tolerated fault.
 const SURVIVED: Duration = Duration::from_millis(400);
 
-/// Numbers that look random and are the same every time (xorshift).
+/// Reproducible pseudo-random numbers (xorshift).
 struct Dice(u64);
 
 impl Dice {
@@ -62,7 +62,7 @@ impl Dice {
     }
 }
 
-/// A station, what happens to its camera, and how it is put right.
+/// A station, with the injection and the cure of its camera's faults.
 struct Rig<'a> {
     bench: Bench,
     spy: Arc<Spy>,
@@ -83,7 +83,7 @@ fn lost(status: &StationStatus) -> u64 {
 }
 
 impl Rig<'_> {
-    /// Looks until `seen`; whether it came in time.
+    /// Waits until `seen` holds; returns the time it took, or `None` after `limit`.
     fn comes(&self, limit: Duration, seen: impl Fn(&StationStatus) -> bool) -> Option<Duration> {
         let watch = Stopwatch::start();
         while !seen(&self.bench.station.status()) {
@@ -95,7 +95,7 @@ impl Rig<'_> {
         Some(watch.own_time())
     }
 
-    /// As a person would: the cause is taken away, and the station reset.
+    /// Removes the cause and resets the station, as a person would.
     fn make_ready(&self, tally: &mut Tally) -> bool {
         (self.cure)();
         let watch = Stopwatch::start();
@@ -108,7 +108,7 @@ impl Rig<'_> {
         true
     }
 
-    /// A fault during a live view, or during exposures that are triggered one by one.
+    /// Injects a fault during a live view or during triggered exposures.
     fn suffer(&self, what: What, live: bool, dice: &mut Dice, tally: &mut Tally) {
         let going = Arc::new(AtomicBool::new(true));
         let job = (!live).then(|| self.expose(going.clone()));
@@ -159,7 +159,7 @@ impl Rig<'_> {
         }
     }
 
-    /// Exposes with light, one by one, until it is ended or a fault ends it.
+    /// Exposes with light, one frame after the other, until it is ended or a fault ends it.
     fn expose(&self, going: Arc<AtomicBool>) -> std::thread::JoinHandle<()> {
         let lease = self.bench.lease();
         lease.laser_on(1.0).unwrap();
@@ -197,12 +197,12 @@ fn campaign(name: &str, rig: &Rig<'_>, n_faults: usize) {
     assert!(tally.failures.is_empty(), "{name}: {:#?}", tally.failures);
 }
 
-/// How many faults: so many, or `N_FAULTS` of the environment.
+/// Number of faults, or `N_FAULTS` of the environment.
 fn n_faults(usual: usize) -> usize {
     std::env::var("N_FAULTS").map_or(usual, |n| n.parse().expect("N_FAULTS is a number"))
 }
 
-/// What happens on the way from the camera.
+/// Injects a fault between camera and station.
 fn on_the_way(spy: &Spy, what: What) {
     match what {
         What::Loss => spy.loses.store(3, Ordering::SeqCst),
@@ -210,7 +210,7 @@ fn on_the_way(spy: &Spy, what: What) {
         What::WrongSize => spy.halves.store(true, Ordering::SeqCst),
         What::FormatChange => spy.deepens.store(true, Ordering::SeqCst),
         What::Unplug => spy.is_unplugged.store(true, Ordering::SeqCst),
-        // Nothing comes any more.
+        // No more frames arrive.
         What::Hang => spy.loses.store(u64::MAX, Ordering::SeqCst),
         What::Restart => {
             spy.is_unplugged.store(true, Ordering::SeqCst);
@@ -269,7 +269,7 @@ fn of_replay(n_faults: usize) {
     campaign("replay", &Rig { bench, spy, strike: Box::new(strike), cure: Box::new(cure) }, n_faults);
 }
 
-/// What cannot be done to the process happens on the way from the driver.
+/// Faults that cannot be injected into the process are injected after the driver.
 fn of_genicam(n_faults: usize) {
     let Some(camera) = process::fake(0).map(RefCell::new) else { return };
     let (devices, spy) = spied(process::devices(small_devices()));

@@ -1,4 +1,4 @@
-//! Defects of this program and of drivers: light and motion end all the same.
+//! Defects of this program and of drivers: light and motion end anyway.
 
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
@@ -8,7 +8,7 @@ use super::spied::{spied, spied_behind_a_thread};
 use crate::station_thread::handle::Watch;
 use crate::{MachineState, Manual, OperationalState, StationHandle, StationRefusal};
 
-/// Promise 4 is 50 ms; the rest is what a machine with other tests may add.
+/// Promise 4 is 50 ms; the rest allows for a machine that runs other tests.
 const HEARD_WITHIN: Duration = Duration::from_millis(150);
 
 #[test]

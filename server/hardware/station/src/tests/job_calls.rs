@@ -1,4 +1,4 @@
-//! What a job can do with its lease, and how its calls end.
+//! The calls of a lease, and how they end.
 
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};

@@ -1,4 +1,4 @@
-//! Stop is final: nothing moves or shines after it, whatever was authorised before or is asked afterwards.
+//! Stop is final: afterwards nothing moves or emits light, whether it was authorised before or is requested later.
 
 use std::time::{Duration, Instant};
 
@@ -71,7 +71,7 @@ fn an_alarm_from_outside_ends_light_and_motion_and_waits_for_a_person() {
     assert!(matches!(bench.try_lease().map(drop), Err(StationRefusal::InError { .. })));
 }
 
-/// After each Stop: old and new jobs, people, the live view; none of them moves or lights anything before a reset.
+/// After each Stop: old and new jobs, people and the live view; none of them moves or lights anything before a reset.
 #[test]
 fn after_a_stop_nothing_moves_or_shines_whoever_asks() {
     let bench = bench();

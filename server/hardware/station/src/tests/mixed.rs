@@ -1,4 +1,4 @@
-//! Devices of several drivers make one station; each is opened by itself, and one that hangs keeps nobody waiting.
+//! Stations with devices of several drivers; each is opened separately, and one that hangs does not delay the others.
 
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
@@ -14,7 +14,7 @@ use super::spied::spied;
 use crate::params::OPENING_LIMIT;
 use crate::{MachineState, Manual, StationDevices};
 
-/// A controller whose axis nobody uses: without switches, so that it takes commands at once.
+/// A controller whose axis is unused: without limit switches, so that it accepts commands at once.
 fn controller() -> (GrblSimulator, Arc<GrblDriver>, TempDir) {
     let folder = tempfile::tempdir().unwrap();
     let machine = SimulatorConfig { homing: false, ..SimulatorConfig::default() };
@@ -44,7 +44,7 @@ fn a_lasers_controller_lights_the_simulated_world_while_the_simulated_stage_move
 fn a_stages_controller_moves_the_simulated_world_while_the_simulated_laser_lights_it() {
     let (controller, grbl, _folder) = controller();
     let bench = bench_of(StationDevices { stage: grbl, ..small_devices() });
-    // Its zero is where it stands, at the upper end of its travel.
+    // Homing zeroes at the present position, at the upper end of the travel.
     bench.manual(Manual::Home).unwrap();
     bench.wait_for("ready", |status| status.activity == "ready");
     let lease = bench.lease();

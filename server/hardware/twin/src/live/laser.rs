@@ -9,17 +9,17 @@ use crate::live::fault::TwinFault;
 use crate::live::params::LASER_POWER;
 use crate::live::world::{SharedWorld, World};
 
-/// Power of a laser outside the twin, as a share of full power.
+/// Power of an external laser, as a fraction of full power.
 pub(super) type PowerSource = Arc<dyn Fn(Instant) -> f64 + Send + Sync>;
 
-/// What the driver has noticed.
+/// A fault detected by the driver.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Trouble {
     Fault,
     Gone,
 }
 
-/// The laser itself.
+/// State of the laser.
 pub(super) struct LaserWorld {
     power: f64,
     until: Instant,
@@ -32,7 +32,7 @@ impl LaserWorld {
         Self { power: 0.0, until: now, trouble: None, follows: None }
     }
 
-    /// Emitted power at a moment, as a share of full power.
+    /// Emitted power at a time, as a fraction of full power.
     pub(super) fn light(&self, at: Instant) -> f64 {
         match &self.follows {
             Some(source) => source(at),
@@ -57,7 +57,7 @@ impl LaserWorld {
 }
 
 impl World {
-    /// A fault of the laser begins: any of them turns it off.
+    /// Starts a fault of the laser; each of them turns it off.
     pub(super) fn laser_fault_begins(&mut self, fault: TwinFault, now: Instant) {
         match fault {
             TwinFault::LaserFault => self.laser.trouble = Some(Trouble::Fault),
@@ -172,7 +172,7 @@ impl Laser for TwinLaser {
     }
 }
 
-/// Darkens the laser past whoever holds it.
+/// Turns the laser off, independently of its owner.
 struct LaserStop(SharedWorld);
 
 impl StopHandle for LaserStop {

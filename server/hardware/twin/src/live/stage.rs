@@ -1,4 +1,4 @@
-//! The simulated stage: a carriage, the controller with its own idea of the position, and the driver.
+//! The simulated stage: a carriage, a controller with its own position, and the driver.
 
 use std::f64::consts::TAU;
 use std::sync::Arc;
@@ -17,10 +17,10 @@ use crate::live::params::{
 };
 use crate::live::world::{SharedWorld, World};
 
-/// Where something outside the twin says the carriage is.
+/// Carriage position from outside the twin.
 pub(super) type PositionSource = Arc<dyn Fn(Instant) -> f64 + Send + Sync>;
 
-/// What the driver has noticed.
+/// A fault detected by the driver.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Trouble {
     Stalled { target_mm: f64, actual_mm: f64 },
@@ -28,7 +28,7 @@ enum Trouble {
     Gone,
 }
 
-/// What the controller does.
+/// Activity of the controller.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Activity {
     Idle,
@@ -46,7 +46,7 @@ pub(super) struct StageWorld {
     activity: Activity,
     homed: bool,
     trouble: Option<Trouble>,
-    /// How far the true position lags behind the controller's.
+    /// Distance by which the true position lags behind the controller's.
     pub lost_mm: f64,
     pub follows: Option<PositionSource>,
 }
@@ -74,7 +74,7 @@ impl StageWorld {
         self.blocked_mm(stall_mm, at) - self.lost_mm + self.ringing_mm(at)
     }
 
-    /// Where the motion has come, an obstacle in its way considered.
+    /// Position of the motion, limited by an obstacle.
     fn blocked_mm(&self, stall_mm: Option<f64>, at: Instant) -> f64 {
         let position_mm = self.motion.place(at).position_mm;
         match stall_mm {
@@ -88,7 +88,7 @@ impl StageWorld {
         }
     }
 
-    /// Frame and carriage swing a little after every stop.
+    /// Ringing of frame and carriage after a stop.
     fn ringing_mm(&self, at: Instant) -> f64 {
         if self.timing == Timing::Instant || !self.motion.ramped() {
             return 0.0;
@@ -106,7 +106,7 @@ impl StageWorld {
         if self.timing == Timing::Realistic { REALISTIC_SPEED_MM_S } else { INSTANT_SPEED_MM_S }
     }
 
-    /// Advances to a moment: motions end, obstacles are met.
+    /// Advances to a time: ends motions and stops at obstacles.
     fn advance(&mut self, stall_mm: Option<f64>, now: Instant) {
         let place_mm = self.blocked_mm(stall_mm, now);
         let blocked = place_mm != self.motion.place(now).position_mm;
@@ -184,7 +184,7 @@ impl StageWorld {
 }
 
 impl World {
-    /// A fault of the stage begins.
+    /// Starts a fault of the stage.
     pub(super) fn stage_fault_begins(&mut self, fault: TwinFault, now: Instant) {
         self.stage.advance(self.stall_mm(), now);
         match fault {
@@ -199,7 +199,7 @@ impl World {
         }
     }
 
-    /// A fault of the stage ends; what the driver has noticed stays until it is acknowledged.
+    /// Ends a fault of the stage; an error detected by the driver stays until it is acknowledged.
     pub(super) fn stage_fault_ends(&mut self, fault: TwinFault) {
         if matches!(fault, TwinFault::LostSteps { .. }) {
             self.stage.lost_mm = 0.0;
@@ -209,8 +209,8 @@ impl World {
 
 /// The stage of a [`crate::live::TwinStation`].
 ///
-/// Positions that are commanded are reached exactly. Where it needs no homing it has an absolute scale: its zero is
-/// the station's, and homing only reports where it is.
+/// Commanded positions are reached exactly. A stage that needs no homing has an absolute scale with the station's zero;
+/// homing only reports its position.
 pub struct TwinStage {
     world: SharedWorld,
 }
@@ -233,7 +233,7 @@ impl TwinStage {
         Self { world }
     }
 
-    /// The world with the stage as it is now, unless a fault keeps `command` from it.
+    /// Runs `command` on the state of the stage, unless a fault prevents it.
     fn reach<T>(
         &self,
         command: &str,
@@ -303,7 +303,7 @@ impl Stage for TwinStage {
             Ok(())
         });
         if homed_now {
-            // Steps lost before are found again.
+            // Homing corrects lost steps.
             self.world.lock().faults.retain(|fault| !matches!(fault, TwinFault::LostSteps { .. }));
         }
         outcome
@@ -349,7 +349,7 @@ impl Stage for TwinStage {
     fn resume(&mut self) -> Result<(), StageError> {
         self.reach("resume", |stage, now| {
             if let Activity::Held { target_mm, speed_mm_s } = stage.activity {
-                // What is left of the braking is cut short.
+                // The remaining braking is cut short.
                 stage.start(target_mm, speed_mm_s, now);
             }
             Ok(())
@@ -387,12 +387,12 @@ impl Stage for TwinStage {
     }
 }
 
-/// Stops the stage past whoever holds it.
+/// Stops the stage, independently of its owner.
 struct StageStop(SharedWorld);
 
 impl StopHandle for StageStop {
     fn stop_now(&self) {
-        // A stage that cannot be told is told of by its own calls.
+        // The driver's own calls report a stage that cannot be reached.
         stop(&self.0).ok();
     }
 }
@@ -411,7 +411,7 @@ fn stop(world: &SharedWorld) -> Result<(), StageError> {
     }
 }
 
-/// The distance or target called `name` and the speed are numbers that make a move.
+/// Checks that distance or target `name` and the speed are valid numbers.
 fn check_numbers(name: &'static str, value: f64, speed_mm_s: f64) -> Result<(), StageError> {
     if !value.is_finite() {
         return Err(StageError::BadNumber { name, value });
@@ -422,7 +422,7 @@ fn check_numbers(name: &'static str, value: f64, speed_mm_s: f64) -> Result<(), 
     Ok(())
 }
 
-/// The target is within the travel.
+/// Checks that the target is within the travel.
 fn check_travel(target_mm: f64, (min_mm, max_mm): (f64, f64)) -> Result<(), StageError> {
     if (min_mm..=max_mm).contains(&target_mm) {
         return Ok(());

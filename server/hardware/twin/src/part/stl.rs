@@ -1,4 +1,4 @@
-//! STL files, binary and text: triangles in millimetres. Normals are not read: they follow from the corners.
+//! STL files, binary and text: triangles in millimetres. Normals are computed from the corners, not read.
 
 use std::borrow::Cow;
 
@@ -6,7 +6,7 @@ use remedy::Remedy;
 
 use crate::part::mesh::{Solid, SolidError};
 
-/// Most triangles that are read: some 500 MiB of memory with their tree.
+/// Greatest number of triangles: about 500 MiB of memory with their tree.
 pub const STL_MAX_TRIANGLES: usize = 2_000_000;
 
 /// Bytes before the first triangle of a binary file: header and count.
@@ -18,44 +18,44 @@ const BINARY_TRIANGLE: usize = 50;
 /// Why a file cannot be read as a part.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum StlError {
-    /// More than is taken.
+    /// Too many triangles.
     #[error("the file says {count} triangles, more than {max}")]
     TooMany {
-        /// How many.
+        /// Number of triangles.
         count: usize,
-        /// What is allowed.
+        /// The permitted number.
         max: usize,
     },
-    /// The length does not fit the count.
+    /// The length does not match the count.
     #[error("the file says {count} triangles and has {got_bytes} bytes instead of {needed_bytes}")]
     WrongLength {
-        /// Triangles by its header.
+        /// Number of triangles in the header.
         count: usize,
-        /// Bytes for so many.
+        /// Bytes required for them.
         needed_bytes: usize,
-        /// Bytes there are.
+        /// Bytes in the file.
         got_bytes: usize,
     },
     /// Neither text nor long enough to be binary.
     #[error("{got_bytes} bytes are no STL file")]
     TooShort {
-        /// Bytes there are.
+        /// Bytes in the file.
         got_bytes: usize,
     },
-    /// Text that is not as it should be.
+    /// A syntax error in a text file.
     #[error("line {line}: expected {expected}, found \"{found}\"")]
     Syntax {
         /// Line, from 1.
         line: usize,
-        /// What should be there.
+        /// Expected text.
         expected: &'static str,
-        /// What is there, shortened.
+        /// Text found, shortened.
         found: String,
     },
-    /// Triangles that make no part.
+    /// Triangles that do not form a part.
     #[error("the triangles make no part")]
     Solid {
-        /// Why.
+        /// The reason.
         #[source]
         cause: SolidError,
     },
@@ -75,7 +75,7 @@ impl Remedy for StlError {
 /// Reads a part from the bytes of an STL file.
 ///
 /// # Errors
-/// [`StlError`] for a file that is cut, says a wrong count, is no STL, is too large, or holds no part.
+/// [`StlError`] for a file that is truncated, has a wrong count, is not STL, is too large, or contains no part.
 pub fn read_stl(bytes: &[u8]) -> Result<Solid, StlError> {
     let corners = match binary_count(bytes) {
         Some(count) if bytes.len() == BINARY_HEADER + count * BINARY_TRIANGLE => binary(bytes, count)?,
@@ -97,7 +97,7 @@ fn binary_count(bytes: &[u8]) -> Option<usize> {
     Some(u32::from_le_bytes(count.try_into().ok()?) as usize)
 }
 
-/// Binary headers may begin with "solid" too; a text has its first facet soon.
+/// Binary headers may begin with "solid" as well; a text file has its first facet soon.
 fn looks_like_text(bytes: &[u8]) -> bool {
     let start = &bytes[..bytes.len().min(1024)];
     start.trim_ascii_start().starts_with(b"solid") && !start.contains(&0)

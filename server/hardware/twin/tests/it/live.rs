@@ -1,6 +1,6 @@
-//! The simulated station through the traits: it keeps the drivers' rules, and what is commanded is what is seen.
+//! The simulated station through the device traits: it fulfils the contract, and images show the commanded state.
 //!
-//! Not shown: that real cameras, stages and lasers fail in these ways only.
+//! Not covered: that real cameras, stages and lasers fail only in these ways.
 
 use std::time::{Duration, Instant};
 
@@ -17,7 +17,7 @@ use twin::{
 };
 use vision::{CentrelineMethod, CentrelineParams, GreyImage, LineDirection, Pixels, find_centrelines};
 
-/// Longest wait for anything.
+/// Longest wait for an expected event.
 const PATIENCE: Duration = Duration::from_secs(20);
 
 const LEASE: Duration = Duration::from_secs(1);
@@ -161,7 +161,7 @@ fn the_laser_passes_the_suite() {
 
 #[test]
 fn nominal_exposures_give_the_pictures_of_a_recording() {
-    // Without noise two pictures of one thing are the same whatever their number; the levels must be, too.
+    // Without noise two images of the same scene are equal whatever their number, and so must be the levels.
     const NOISE_OF_THE_MEAN: f64 = 0.02; // 1.2 levels over 82 000 pixels, five standard deviations
     let mut bench = Bench::new();
     let renderer = bench.control.renderer();
@@ -173,7 +173,7 @@ fn nominal_exposures_give_the_pictures_of_a_recording() {
     assert!((mean(&bench.image) - mean(&recorded)).abs() < 4.0 * NOISE_OF_THE_MEAN);
     bench.laser_grab();
     let recorded = renderer.laser_image(&board, 0.0, 1);
-    // Speckle: contrast 0.3 over some 2 000 grains of a tenth of the picture.
+    // Speckle: contrast 0.3 over some 2 000 grains of a tenth of the image.
     assert!((mean(&bench.image) - mean(&recorded)).abs() < 0.05 * (mean(&recorded) - 3.0));
 }
 
@@ -250,7 +250,7 @@ fn centrelines_of_frames_lie_on_the_truth() {
     let errors: Vec<f64> = found
         .filter_map(|point| {
             // The neighbouring column as well: where a line ends at the block's edge, the last point found may lie one
-            // column beyond the last ray that still meets the table.
+            // column beyond the last ray that still hits the table.
             let of_column = truth.iter().filter(|truth| (truth.u_px - point.u_px).abs() <= 1.5);
             of_column.map(|truth| point.v_px - truth.v_px).min_by(|a, b| a.abs().total_cmp(&b.abs()))
         })
@@ -271,7 +271,7 @@ fn the_end_of_a_lease_darkens_the_picture() {
         assert!(begin.elapsed() < PATIENCE);
     }
     bench.grab();
-    // The lamp shines instead of the laser; 1 000 µs of it leave 5 % of its levels.
+    // The lamp is on instead of the laser; 1 000 µs of it give 5 % of its levels.
     let Pixels::Eight(pixels) = bench.image.pixels() else { panic!("8 bits were asked for") };
     assert!(lit > 4.0 && *pixels.iter().max().unwrap() < 30, "{lit}");
 }

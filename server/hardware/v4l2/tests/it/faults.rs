@@ -1,5 +1,5 @@
-//! A camera that goes away: how soon it is named, by the number of looks and not by a clock. Pulled and put in again while
-//! frames come: the suite.
+//! A lost camera: the time until it is reported, in calls instead of seconds. Unplugging while frames arrive is covered
+//! by the contract suite.
 
 use std::time::Duration;
 
@@ -9,7 +9,8 @@ use vision::{GreyImage, Pixels};
 
 use crate::scripted::{Bench, EXPOSURE, EXPOSURE_AUTO, settings};
 
-/// Length of one look, and how many a camera may be gone unnoticed: two seconds (`promises.md`).
+/// Duration of a call, and the number of calls within which a lost camera must be reported: two seconds
+/// (`promises.md`).
 const LOOK: Duration = Duration::from_millis(50);
 const NAMED_WITHIN_LOOKS: usize = 40;
 
@@ -17,7 +18,7 @@ fn blank() -> GreyImage {
     GreyImage::new(1, 1, Pixels::Eight(vec![0])).unwrap()
 }
 
-/// Looks until the camera is named gone; after how many looks, and why.
+/// Calls until the camera is reported as gone; returns the number of calls, and the reason.
 fn looks_until_gone(camera: &mut V4l2Camera) -> (usize, String) {
     for n_looks in 1..=NAMED_WITHIN_LOOKS {
         match camera.next_frame(&mut blank(), LOOK) {

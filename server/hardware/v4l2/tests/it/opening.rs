@@ -1,4 +1,4 @@
-//! What is set when a camera is opened, and what is refused.
+//! Settings and refusals when a camera is opened.
 
 use devices::{Camera, CameraError, CameraRequest, Driver as _, OpenError, PixelFormat, ValueRange};
 use v4l2::{V4l2Driver, V4l2Settings};

@@ -122,7 +122,7 @@ pub fn measurement_json(measurement: &Measurement) -> Value {
     })
 }
 
-fn finding_json(finding: &Finding) -> Value {
+pub(super) fn finding_json(finding: &Finding) -> Value {
     json!({ "kind": finding.name(), "text": finding.to_string() })
 }
 
@@ -131,7 +131,7 @@ fn errors_json(errors: &ErrorSummary) -> Value {
         "max_mm": errors.max_mm })
 }
 
-fn shape_json(shape: &Shape) -> Value {
+pub(super) fn shape_json(shape: &Shape) -> Value {
     let xyz = |v: &nalgebra::Vector3<f64>| [v.x, v.y, v.z];
     match shape {
         Shape::Plane { point_mm, normal } => {

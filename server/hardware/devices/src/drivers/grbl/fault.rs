@@ -1,10 +1,10 @@
-//! What went wrong with a controller, until it is cleared.
+//! Faults of a controller, which persist until they are cleared.
 
 use super::Dialect;
 use super::meanings::{alarm_meaning, error_meaning};
 use crate::{LaserError, StageError};
 
-/// Whose command was refused.
+/// The device whose command was refused.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Device {
     Stage,
@@ -26,7 +26,7 @@ pub enum Fault {
 }
 
 impl Fault {
-    /// Whether only opening the line again helps.
+    /// Whether only reopening the line helps.
     pub fn needs_reconnect(&self) -> bool {
         match self {
             Fault::NoReply { .. } | Fault::Garbage { .. } | Fault::Gone { .. } | Fault::WrongDevice { .. } => true,
@@ -38,7 +38,7 @@ impl Fault {
         }
     }
 
-    /// Whether it concerns this device: a refused command only concerns whose it was.
+    /// Whether it concerns this device: a refused command concerns only the device that sent it.
     pub fn concerns(&self, device: Device) -> bool {
         !matches!(self, Fault::Refused { by, .. } if *by != device)
     }
@@ -61,7 +61,7 @@ impl Fault {
         }
     }
 
-    /// Over a sound link the laser is known to be dark, so that only its own faults concern it.
+    /// Over a working link the laser is known to be off, so that only its own faults concern it.
     pub fn for_laser(&self) -> LaserError {
         let fault = self.for_stage();
         if self.needs_reconnect() {

@@ -1,11 +1,11 @@
-//! What the firmware's numbers mean, in our words.
+//! Meanings of the firmware's alarm and error numbers, in our words.
 //!
-//! Sources: `doc/csv/alarm_codes_en_US.csv` and `doc/csv/error_codes_en_US.csv` of gnea/grbl (v1.1); numbers above
-//! them differ: `alarms.h`, `errors.h` of grblHAL/core, `Error.cpp` and `Protocol.cpp` of bdring/FluidNC.
+//! Sources: `doc/csv/alarm_codes_en_US.csv` and `doc/csv/error_codes_en_US.csv` of gnea/grbl (v1.1); numbers above them
+//! differ: `alarms.h`, `errors.h` of grblHAL/core, `Error.cpp` and `Protocol.cpp` of bdring/FluidNC.
 
 use super::Dialect;
 
-/// What `ALARM:code` means.
+/// Meaning of `ALARM:code`.
 pub fn alarm_meaning(dialect: Dialect, code: u32) -> &'static str {
     match (dialect, code) {
         (Dialect::FluidNc, 10) => "the spindle does not answer",
@@ -42,7 +42,7 @@ fn common_alarm_meaning(code: u32) -> &'static str {
     }
 }
 
-/// What `error:code` means.
+/// Meaning of `error:code`.
 pub fn error_meaning(code: u32) -> &'static str {
     match code {
         1 => "a word without a letter",

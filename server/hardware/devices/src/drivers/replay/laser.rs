@@ -1,4 +1,4 @@
-//! The laser of a replay: there is none, but the rules of a lease hold.
+//! The laser of a replay: there is none, but the rules of leases apply.
 
 use parking_lot::{Mutex, MutexGuard};
 use std::sync::Arc;
@@ -9,10 +9,10 @@ use crate::{
     DeviceIdentity, LASER_LEASE_LIMIT, Laser, LaserCapabilities, LaserError, LaserState, StopHandle, ValueRange,
 };
 
-/// Smallest power that can be set; the recording's light does not change with it.
+/// Smallest power that can be set; it does not affect the recorded pictures.
 const MIN_POWER: f64 = 0.01;
 
-/// Keeps the rules of a lease without any light.
+/// Implements the rules of leases without a laser.
 pub struct ReplayLaser {
     name: String,
     lit: Arc<Mutex<Option<Lit>>>,

@@ -1,21 +1,21 @@
-//! What the firmware's flags and reasons mean, in our words.
+//! Meanings of the firmware's flags and reasons, in our words.
 //!
 //! Source: Zaber's "ASCII Protocol Manual", warning flags and reasons for rejected commands.
 
-/// What a warning flag costs.
+/// Severity of a warning flag.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Severity {
-    /// Nothing.
+    /// No consequence.
     Note,
-    /// The position: it must be homed.
+    /// The position is lost: the axis must be homed.
     Unreferenced,
-    /// The motion: it stopped on its way.
+    /// The motion was interrupted.
     Interrupted,
-    /// Everything, until the cause is gone and the flag cleared.
+    /// A fault, until the cause is removed and the flag cleared.
     Fault,
 }
 
-/// What a flag costs, and what it means.
+/// Severity and meaning of a flag.
 pub fn flag_meaning(flag: &str) -> (Severity, &'static str) {
     match flag {
         "--" => (Severity::Note, "no warning"),
@@ -46,7 +46,7 @@ pub fn flag_meaning(flag: &str) -> (Severity, &'static str) {
     }
 }
 
-/// What a reason after `RJ` means.
+/// Meaning of a reason after `RJ`.
 pub fn reason_meaning(reason: &str) -> &'static str {
     match reason {
         "AGAIN" => "it cannot do this now; try again later",

@@ -1,6 +1,7 @@
-//! The table of states and commands in `server/docs/devices/grbl.md`, cell by cell, on a clock of the test's own.
+//! The table of states and commands in `server/docs/devices/grbl.md`, cell by cell, with a clock controlled by the
+//! test.
 //!
-//! Not shown here: that the firmwares behave like this. The table was read in their sources.
+//! Not covered: that the firmwares behave like this. The table was derived from their sources.
 
 use std::time::{Duration, Instant};
 
@@ -16,7 +17,7 @@ struct Bench {
     now: Instant,
 }
 
-/// A slow move, so that braking from it takes a millisecond and its end is far.
+/// A slow move, so that braking from it takes a millisecond and its end is far away.
 const MOVE: &str = "G1F240M3S500X-90\n";
 const JOG: &str = "$J=G53X-90F240\n";
 
@@ -32,7 +33,7 @@ impl Bench {
         bench
     }
 
-    /// In this state, at rest where it can be; what was said on the way is discarded.
+    /// Brings it to this state, at rest if possible; the output on the way is discarded.
     fn in_state(dialect: Dialect, state: &str) -> Self {
         Self::configured(SimulatorConfig::of(dialect), state)
     }
@@ -79,7 +80,7 @@ impl Bench {
         self
     }
 
-    /// What was said, reports and messages left out.
+    /// The output, without reports and messages.
     fn said(&mut self) -> String {
         let said = String::from_utf8(self.firmware.take_outgoing()).unwrap();
         let word = |line: &str| match line {
@@ -91,7 +92,7 @@ impl Bench {
         said.lines().filter_map(word).collect::<Vec<_>>().join(" ")
     }
 
-    /// What was said, and the state after it.
+    /// The output, and the state after it.
     fn outcome(&mut self) -> String {
         let said = self.said();
         format!("{said} {}", self.firmware.state_text()).trim_start().to_owned()
@@ -104,7 +105,7 @@ impl Bench {
     }
 }
 
-/// One row: what each of the commands says and where it leads.
+/// One row: the output of each command and the resulting state.
 /// `!`, `~`, 0x18, 0x84, 0x85, `$H`, `$X`, `$J=`, G1, M5.
 fn row(dialect: Dialect, state: &str, outcomes: [&str; 10]) {
     let commands: [&[u8]; 10] =
@@ -142,7 +143,7 @@ fn idle() {
 #[test]
 fn run() {
     for dialect in Dialect::ALL {
-        // `M5` waits for the end of the move, which is far.
+        // `M5` waits for the end of the move, which is far away.
         row(
             dialect,
             "Run",
@@ -299,7 +300,7 @@ fn nothing_is_said_in_the_pause_after_an_alarm() {
 
 #[test]
 fn light_after_alarms_and_holds() {
-    // With the light on, at rest or moving; what happens; whether it shines afterwards: GRBL, grblHAL, FluidNC.
+    // With the laser on, at rest or moving; the event; whether it is on afterwards: GRBL, grblHAL, FluidNC.
     type Act = for<'a> fn(&'a mut Bench) -> &'a mut Bench;
     let cases: [(&str, Act, [bool; 3]); 7] = [
         ("a limit alarm", |bench| bench.raise(1), [false, false, true]),
@@ -360,7 +361,7 @@ fn a_jog_cancel_drops_unread_lines_of_grbl_hal_only() {
         let mut bench = Bench::in_state(dialect, "Hold:0");
         bench.send("M5\n", 5).bytes(&[0x85], 5).bytes(b"~", 20);
         bench.bytes(b"!", 20).bytes(&[0x18], 20);
-        // `M5` waited behind the move that went on; the reset dropped it in any case.
+        // `M5` waited behind the move that continued; the reset dropped it in any case.
         assert_eq!(bench.said(), "banner", "{dialect:?}");
         let mut idle = Bench::in_state(dialect, "Idle");
         idle.firmware.hear(b"M5\n\x85", idle.now);

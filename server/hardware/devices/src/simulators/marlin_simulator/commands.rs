@@ -1,4 +1,4 @@
-//! What commands do.
+//! Execution of commands.
 
 use std::time::{Duration, Instant};
 
@@ -6,7 +6,7 @@ use super::{CLEANING, MarlinFirmware, N_BLOCKS, Then, Waiting, command_of};
 use crate::simulators::simulator::Happening;
 
 impl MarlinFirmware {
-    /// One command after the other; one that waits keeps all that follow.
+    /// Executes one command after the other; one that waits delays all that follow.
     pub(super) fn work(&mut self, now: Instant) {
         loop {
             if let Some(waiting) = self.waiting {
@@ -54,7 +54,7 @@ impl MarlinFirmware {
                 if self.axis.moving() {
                     return false;
                 }
-                // A quick stop on the way ends the approach only: it takes its place for the switch.
+                // A quick stop on the way ends only the approach: the current position is taken for the switch.
                 self.waiting = None;
                 self.axis.at_mm = 0.0;
                 (self.planned_mm, self.origin_mm) = (0.0, 0.0);
@@ -95,7 +95,7 @@ impl MarlinFirmware {
                 }
                 let target_mm = word(self.config.axis).unwrap_or(self.planned_mm);
                 let target_mm = target_mm.clamp(0.0, self.config.max_travel_mm);
-                // Positions are steps.
+                // Positions are rounded to steps.
                 let target_mm = (target_mm * self.config.steps_per_mm).round() / self.config.steps_per_mm;
                 self.waiting = Some(Waiting::Room { target_mm, speed_mm_s: self.speed_mm_s });
             }

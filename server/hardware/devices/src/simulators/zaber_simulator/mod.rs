@@ -1,27 +1,27 @@
 //! A device with Zaber's ASCII protocol and one axis, simulated in real time behind a pseudo-terminal.
 //!
 //! Written from Zaber's "ASCII Protocol Manual" (firmware 7: message format, checksums, continuations, alerts, warning
-//! flags, reasons) and shares no code with the driver. Quirks it shows: a damaged command is rejected as `BADMESSAGE` or,
-//! without an address, not answered; answers come at once whatever the axis does; the flag of highest rank alone is
-//! shown; `FS` stays until it is cleared or the axis moves; `WR` after power came; alerts at the end of a motion
-//! (`comm.alert`); long answers go on in a second line; an info line comes in between.
+//! flags, reasons); it shares no code with the driver. Simulated quirks: a damaged command is rejected as `BADMESSAGE`
+//! or, without an address, not answered; answers come at once whatever the axis does; only the flag of highest priority
+//! is shown; `FS` persists until it is cleared or the axis moves; `WR` after power-on; alerts at the end of a motion
+//! (`comm.alert`); long answers continue in a second line; an info line may come in between.
 
 use std::time::Instant;
 
 use crate::simulators::simulator::{Firmware, SimulatedAxis, Simulator, Witness};
 
-/// The simulated device. Positions are its own, mm from its home.
+/// The simulated device. Positions are on its own scale, mm from its home.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SimulatorConfig {
-    /// Its number in the chain.
+    /// Its address in the chain.
     pub address: u8,
-    /// How many axes it has; the first one moves.
+    /// Number of axes; the first one moves.
     pub n_axes: u8,
     /// `device.id`.
     pub device_id: u32,
     /// `system.serial`.
     pub serial: u32,
-    /// `version`; from 7.25 on `move abs` takes a speed.
+    /// `version`; from 7.25 on `move abs` accepts a speed.
     pub version: f64,
     /// `resolution`.
     pub resolution: f64,
@@ -35,11 +35,11 @@ pub struct SimulatorConfig {
     pub acceleration_mm_s2: f64,
     /// Speed of homing, mm/s.
     pub homing_mm_s: f64,
-    /// `comm.checksum` when power comes.
+    /// `comm.checksum` at power-on.
     pub checksums: bool,
     /// `comm.alert`.
     pub alerts: bool,
-    /// Where the axis is when power comes first.
+    /// Position of the axis at the first power-on.
     pub start_at_mm: f64,
 }
 
@@ -65,33 +65,33 @@ impl Default for SimulatorConfig {
     }
 }
 
-/// What can happen to it.
+/// Events of this device.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Event {
-    /// The axis meets an obstacle: it stalls, and the firmware notices (`FS`).
+    /// The axis is blocked: it stalls, and the firmware detects it (`FS`).
     Stall,
-    /// The axis meets an obstacle, and the firmware notices nothing.
+    /// The axis is blocked, and the firmware does not detect it.
     StuckUnnoticed,
     /// The emergency stop is pressed (`FH`).
     EmergencyStop,
-    /// The emergency stop is released, the obstacle gone.
+    /// The emergency stop is released, the axis free again.
     Repair,
-    /// Somebody turns the knob: the motion ends.
+    /// The knob is turned: the motion ends.
     Knob,
-    /// Somebody pushes the axis at rest (`WM`).
+    /// The axis is pushed at rest (`WM`).
     Push,
 }
 
 /// A simulated device behind a pseudo-terminal.
 pub type ZaberSimulator = Simulator<ZaberFirmware>;
 
-/// Steps in a turn of the motor.
+/// Steps per turn of the motor.
 const STEPS_PER_TURN: f64 = 200.0;
 /// Data for a speed of one microstep/s.
 const SPEED_DATA: f64 = 1.6384;
 /// Data for an acceleration of one microstep/s².
 const ACCELERATION_DATA: f64 = 1.6384e-4;
-/// Longest line; more is said in another.
+/// Longest line; the rest is sent in another.
 const LINE_BYTES: usize = 80;
 
 /// See the module.
@@ -137,7 +137,7 @@ impl Firmware for ZaberFirmware {
         }
     }
 
-    /// Settings outlast it; the reference does not.
+    /// Settings are kept; the reference is not.
     fn power_on(&mut self, _now: Instant) {
         (self.powered, self.referenced) = (true, false);
     }
@@ -209,7 +209,7 @@ impl ZaberFirmware {
         self.config.resolution * STEPS_PER_TURN / self.config.travel_per_turn_mm
     }
 
-    /// The flag of highest rank.
+    /// The flag of highest priority.
     fn flag(&self) -> &'static str {
         match () {
             () if self.emergency => "FH",
@@ -222,7 +222,7 @@ impl ZaberFirmware {
     }
 
     fn line(&mut self, line: &str, now: Instant) {
-        // What stands before the slash is no part of a command.
+        // Text before the slash does not belong to the command.
         let Some(body) = self.powered.then_some(()).and_then(|()| line.split_once('/')).map(|(_, body)| body)
         else {
             return;
@@ -333,7 +333,7 @@ impl ZaberFirmware {
             "pos" => self.axis.at_mm * per_mm,
             _ => return None,
         };
-        // Asked of the device it is answered for every axis.
+        // A query to the device is answered for every axis.
         let times = if axis == 0 { usize::from(self.config.n_axes) } else { 1 };
         Some(vec![format!("{number:.0}"); times].join(" "))
     }

@@ -1,4 +1,4 @@
-//! One cell of the fault matrix: a station in a state, a fault, what must follow and how soon.
+//! One cell of the fault matrix: a station in a state, a fault, and the required reaction with its time limit.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -10,35 +10,35 @@ use devices::contract::Stopwatch;
 use crate::tests::bench::{Bench, nobody, wait, wait_until};
 use crate::{Fault, LaserLight, LiveRequest, MachineState, Manual, StationRefusal, StationStatus, Sweep};
 
-/// What the station does when the fault comes.
+/// State of the station when the fault occurs.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Doing {
-    /// It is being started: the fault is there already.
+    /// Being started: the fault is present already.
     Absent,
-    /// Nothing.
+    /// Idle.
     Ready,
     /// A live view with light.
     Live,
     /// A continuous run with light.
     Scanning,
-    /// Moving, exposing with light and without, as a calibration does.
+    /// Moving, exposing with light and without, as during a calibration.
     Calibrating,
     /// A person's jog.
     Jogging,
-    /// Looking for its zero.
+    /// Homing.
     Homing,
 }
 
-/// What must follow.
+/// Required reaction.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Follows {
-    /// A fault of that device and kind, in time; the station is in error, dark and at rest.
+    /// A fault of that device and kind, in time; the station is in error, laser off and stage at rest.
     Named(&'static str, &'static str),
-    /// The same, of one of two kinds, by whoever notices it first: the station or the driver.
+    /// The same, of one of two kinds, depending on whether the station or the driver detects it first.
     NamedEither(&'static str, [&'static str; 2]),
-    /// Nothing until the device is used: then the same.
+    /// Nothing until the device is used; then the same.
     NamedAtUse(&'static str, &'static str),
-    /// Nothing is wrong with what the station does now; it goes on.
+    /// The fault does not concern the station's activity; it continues.
     GoesOn,
 }
 
@@ -46,36 +46,36 @@ pub enum Follows {
 pub struct Rig<'a> {
     /// The station.
     pub bench: &'a Bench,
-    /// Lets the fault come.
+    /// Injects the fault.
     pub inject: &'a dyn Fn(),
-    /// Takes its cause away.
+    /// Removes the cause.
     pub cure: &'a dyn Fn(),
-    /// Presses the reset button of a controller that says so.
+    /// Presses the reset button of a controller that requires it.
     pub press_button: &'a dyn Fn(),
-    /// Whether there is light, by the witness.
+    /// Whether there is light, according to the simulation.
     pub light: &'a dyn Fn() -> bool,
-    /// Whether there is motion, by the witness.
+    /// Whether there is motion, according to the simulation.
     pub motion: &'a dyn Fn() -> bool,
-    /// Whether the stage can be told to stop at all during the fault.
+    /// Whether the stage can receive a stop during the fault.
     pub can_be_told: bool,
-    /// Within what time a fault of the stage or of the laser is named: a second, but where the page says otherwise.
+    /// Time within which a fault of stage or laser is reported: a second, unless the page states another.
     pub named_within: Duration,
 }
 
-/// Camera faults are named within this time.
+/// Camera faults are reported within this time.
 const CAMERA_NAMED: Duration = Duration::from_secs(2);
 
-/// Serial faults are named within this time.
+/// Serial faults are reported within this time.
 pub const NAMED: Duration = Duration::from_secs(1);
 
-/// Light ends within half a second of the fault being named.
+/// Light ends within half a second of the fault report.
 const DARK: Duration = Duration::from_millis(500);
 
-/// How long a cell watches that nothing happens.
+/// How long a cell checks that nothing happens.
 const QUIET: Duration = Duration::from_millis(200);
 
-/// Tries the cell, on a station that is ready; one that is to be started with the fault was started so, one that is to home
-/// is not homed.
+/// Checks the cell with a station that is ready; for “absent” it was started with the fault, for “homing” it is not
+/// homed.
 pub fn check(rig: &Rig<'_>, doing: Doing, follows: Follows) {
     let activity = Activity::begin(rig.bench, doing);
     let injected = Stopwatch::start();
@@ -92,7 +92,7 @@ pub fn check(rig: &Rig<'_>, doing: Doing, follows: Follows) {
             expect_named(rig, device, kinds, injected);
             activity.expect_broken();
             if doing == Doing::Absent {
-                // It is not reached as long as the cause lasts.
+                // It is not connected as long as the cause lasts.
                 assert!(matches!(rig.bench.manual(Manual::Reset), Err(StationRefusal::InError { .. })));
             }
         }
@@ -135,7 +135,7 @@ fn expect_named(rig: &Rig<'_>, device: &str, kinds: &[&str], since: Stopwatch) {
     assert!(took <= limit, "{device} {kinds:?} was named after {took:?}");
     let dark = wait_until("dark", || !(rig.light)());
     assert!(dark <= DARK, "dark {dark:?} after the fault was named");
-    // Preoperational: it was never reached.
+    // Preoperational: it was never connected.
     let stands_still =
         |status: &StationStatus| matches!(status.state, MachineState::Error | MachineState::Preoperational);
     rig.bench.wait_for("in error", stands_still);
@@ -151,7 +151,7 @@ fn expect_named(rig: &Rig<'_>, device: &str, kinds: &[&str], since: Stopwatch) {
     assert!(matches!(rig.bench.manual(Manual::Home), Err(StationRefusal::InError { .. })));
 }
 
-/// After its cause is gone a person's reset has made the station ready; a lost position must be found again.
+/// After the cause is removed, a person's reset makes the station ready; a lost position requires homing.
 fn expect_cured(bench: &Bench, follows: Follows) {
     let status = bench.station.status();
     assert_eq!(status.faults, []);
@@ -169,7 +169,7 @@ fn expect_cured(bench: &Bench, follows: Follows) {
     bench.lease().grab(&nobody()).unwrap();
 }
 
-/// Uses a device, so that its fault shows.
+/// Uses a device, so that its fault is detected.
 fn use_device(bench: &Bench, device: &str) -> JoinHandle<()> {
     let station = bench.station.clone();
     let stage = device == "stage";
@@ -183,7 +183,7 @@ fn use_device(bench: &Bench, device: &str) -> JoinHandle<()> {
     })
 }
 
-/// What the station is busy with.
+/// The station's activity.
 struct Activity {
     job: Option<JoinHandle<Option<StationRefusal>>>,
     going: Arc<AtomicBool>,
@@ -215,7 +215,7 @@ impl Activity {
         Self { job, going, doing }
     }
 
-    /// It ended by the fault: the job was told.
+    /// The fault ended it: the job got the error.
     fn expect_broken(self) {
         let Some(job) = self.job else { return };
         let refusal = job.join().unwrap().expect("the fault ended it");
@@ -230,7 +230,7 @@ impl Activity {
         assert!(told, "told {refusal:?}");
     }
 
-    /// It goes on until it is ended.
+    /// Continues until it is ended.
     fn end(self, bench: &Bench) {
         self.going.store(false, Ordering::SeqCst);
         if let Some(job) = self.job {
@@ -244,7 +244,7 @@ impl Activity {
                 wait(bench.station.live(LiveRequest { running: false, laser_power: 0.0 })).unwrap();
             }
             Doing::Homing => drop(bench.wait_for("homed", |status| !status.moving && status.homed)),
-            // The dead man's switch.
+            // A jog ends without repetition.
             Doing::Jogging => drop(bench.wait_for("at rest", |status| !status.moving)),
             Doing::Absent | Doing::Ready | Doing::Scanning | Doing::Calibrating => {}
         }
@@ -308,7 +308,7 @@ fn jogging(bench: &Bench, going: Arc<AtomicBool>) -> JoinHandle<Option<StationRe
     job
 }
 
-/// The cells of a table: `row: fault => column: what follows, …;` is a module with a test for each column.
+/// The cells of a table: `row: fault => column: reaction, …;` becomes a module with a test for each column.
 macro_rules! cells {
     ($cell:ident; $($row:ident: $fault:expr => $($column:ident: $follows:expr),+;)+) => {
         $(mod $row {
@@ -323,7 +323,7 @@ macro_rules! cells {
 }
 pub(super) use cells;
 
-/// What the station does in the cells of a column.
+/// The activity of the station in the cells of a column.
 pub fn doing(column: &str) -> Doing {
     match column {
         "absent" => Doing::Absent,

@@ -1,4 +1,4 @@
-//! What the tables of controllers on a serial line share: a simulated firmware behind a terminal, and its troubles.
+//! Shared by the tables of serial controllers: simulated firmware behind a pseudo-terminal, and its faults.
 
 use std::fmt::Debug;
 use std::sync::Arc;
@@ -16,24 +16,24 @@ use crate::{Manual, StationDevices};
 pub trait Controller {
     /// Its simulated firmware.
     type Firmware: Firmware<Config: Clone, Event: Copy + Debug>;
-    /// Whether it switches the laser, too.
+    /// Whether it also switches the laser.
     const MAKES_LIGHT: bool;
-    /// Within what time a fault is named that comes while it homes.
+    /// Time within which a fault during homing is reported.
     const NAMED_WHILE_HOMING: Duration = NAMED;
 
-    /// The machine of such a cell; homing must outlast the naming of a fault.
+    /// The machine of such a cell; homing must last longer than the report of a fault takes.
     fn machine(doing: Doing) -> Config<Self>;
-    /// Another machine of the kind, which is not the station's.
+    /// Another machine of the same kind.
     fn other(machine: Config<Self>) -> Config<Self>;
-    /// The driver of the one at this port.
+    /// The driver of the controller at this port.
     fn driver(port: String) -> Arc<dyn Driver>;
-    /// What has to be done beside ending a trouble: a person's hand on the machine.
+    /// Manual repair of the machine that is necessary beside ending a fault.
     fn repair(_simulator: &Simulator<Self::Firmware>) {}
     /// Presses its reset button.
     fn press_button(_simulator: &Simulator<Self::Firmware>) {
         panic!("it has none");
     }
-    /// Whether the witness sees rest after such a trouble: a motor that is stuck without anybody knowing goes on trying.
+    /// Whether the simulation comes to rest after such a fault: a motor that is stuck undetected keeps trying.
     fn comes_to_rest(_trouble: Trouble<<Self::Firmware as Firmware>::Event>) -> bool {
         true
     }
@@ -41,24 +41,24 @@ pub trait Controller {
 
 type Config<C> = <<C as Controller>::Firmware as Firmware>::Config;
 
-/// A trouble of the controller or of its line.
+/// A fault of the controller or of its line.
 #[derive(Debug, Clone, Copy)]
 pub enum Trouble<E> {
-    /// It hears and does everything, and sends nothing.
+    /// It receives and executes everything, and sends nothing.
     Silence,
-    /// It sends nonsense.
+    /// It sends invalid data.
     Garbage,
-    /// Its cable is pulled, which is its power too.
+    /// Its cable is unplugged, which also supplies its power.
     Unplugged,
     /// It is switched off and on.
     Restart,
-    /// Another one is at its place.
+    /// It is replaced by another one.
     OtherDevice,
-    /// Something of its own kind.
+    /// A fault specific to its kind.
     Happens(E),
 }
 
-/// A station over a played controller.
+/// A station with a simulated controller.
 pub struct Played<C: Controller> {
     /// The station.
     pub bench: Bench,
@@ -69,7 +69,7 @@ pub struct Played<C: Controller> {
 }
 
 impl<C: Controller> Played<C> {
-    /// A station over a machine like this, homed and at its zero.
+    /// A station with this machine, homed and at zero.
     pub fn ready(machine: Config<C>) -> Self {
         let played = Self::start(machine, |_| {});
         played.home();
@@ -77,7 +77,7 @@ impl<C: Controller> Played<C> {
         played
     }
 
-    /// A station over a machine to which something happens before the station looks for it.
+    /// A station with a machine to which `before` is applied before it is opened.
     fn start(machine: Config<C>, before: impl FnOnce(&Simulator<C::Firmware>)) -> Self {
         let folder = tempfile::tempdir().unwrap();
         let controller = Simulator::start(machine.clone(), &folder.path().join("tty"), None).unwrap();

@@ -1,5 +1,4 @@
-//! A GenICam camera that others wrote, aravis' GigE Vision camera as a process of its own, beside the simulated stage and
-//! laser.
+//! A third-party GenICam camera, aravis' GigE Vision camera as a separate process, with the simulated stage and laser.
 
 use std::cell::RefCell;
 use std::sync::Arc;
@@ -17,24 +16,24 @@ use crate::{Manual, StationDevices, StationRefusal};
 /// Serial number of the camera process.
 const SERIAL: &str = "SHEAF03";
 
-/// Packets as on a network with jumbo frames.
+/// Packet size of a network with jumbo frames.
 const PACKET_SIZE_BYTES: u32 = 8000;
 
-/// Of a thousand packets, how many a camera loses that loses some.
+/// Packets lost per thousand by a lossy camera.
 const LOST_PER_THOUSAND: u32 = 20;
 
-/// What happens to the camera.
+/// A fault of the camera.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Trouble {
-    /// Its power goes.
+    /// Loss of power.
     Unplugged,
-    /// It answers nothing and sends nothing.
+    /// It neither answers nor sends.
     Hang,
     /// It is switched off and on.
     Restart,
     /// It loses packets, from the start.
     LostPackets,
-    /// Another program has it.
+    /// Another program controls it.
     OtherHands,
 }
 
@@ -43,7 +42,7 @@ fn driver() -> GenicamDriver {
     GenicamDriver(GenicamSettings { serial, packet_size_bytes: PACKET_SIZE_BYTES, ..GenicamSettings::default() })
 }
 
-/// Whether the driver is there at all; a test that needs it is noted as not run otherwise.
+/// Whether the driver is built; otherwise a test that needs it is recorded as not run.
 fn is_built() -> bool {
     let wanted = DeviceSet { camera: true, ..DeviceSet::default() };
     let nobody = GenicamDriver(GenicamSettings { serial: "nobody".to_owned(), ..GenicamSettings::default() });
@@ -54,13 +53,13 @@ fn is_built() -> bool {
     is_built && reference::has_program(PROGRAM, "aravis-tools")
 }
 
-/// A camera process with so many packets lost of a thousand; `None` if this cannot be tested here, which is noted.
+/// Starts a camera process that loses so many packets per thousand; `None`, with a note, if it cannot be tested here.
 pub fn fake(lost_per_thousand: u32) -> Option<FakeCamera> {
     let options = FakeOptions { serial: SERIAL.to_owned(), lost_per_thousand, ..FakeOptions::default() };
     is_built().then(|| FakeCamera::start(options).expect("the camera process starts"))
 }
 
-/// The camera beside these devices.
+/// The camera together with these devices.
 pub fn devices(others: StationDevices) -> StationDevices {
     StationDevices { camera: Arc::new(driver()), ..others }
 }
@@ -73,7 +72,7 @@ fn station(doing: Doing) -> Bench {
     bench_of(devices(StationDevices::over(small_twin(options))))
 }
 
-/// A small picture, which a busy machine carries without loss.
+/// Sets a small image, which a busy machine receives without loss.
 pub fn set_small(bench: &Bench) {
     let roi = Roi { left_px: 16, top_px: 8, width_px: 128, height_px: 96 };
     let wanted = CameraRequest { roi: Some(roi), frame_rate_hz: Some(50.0), ..CameraRequest::default() };
@@ -110,7 +109,7 @@ fn genicam(doing: Doing, trouble: Trouble, follows: Follows) {
             Trouble::Restart | Trouble::LostPackets => {}
             Trouble::OtherHands => drop(other_hands.borrow_mut().take()),
         }
-        // A camera that was held believes for three seconds more that it is in our hands, or others'.
+        // A camera that was suspended still assigns control to its previous owner for three seconds.
         for _ in 0..2 {
             if !matches!(bench.manual(Manual::Reset), Err(StationRefusal::InError { .. })) {
                 return;

@@ -1,4 +1,4 @@
-//! A GRBL controller, played by the simulated firmware, whose record is the witness.
+//! A GRBL controller, simulated by the firmware model; light and motion are checked in its log.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -78,7 +78,8 @@ fn grbl(doing: Doing, trouble: super::controllers::Trouble<Event>, follows: Foll
 
 #[test]
 fn a_sweep_that_begins_far_away_goes_there_in_the_dark_and_keeps_its_position() {
-    // With ramps as long as controllers come with: the way to the begin takes longer than light may last without frames.
+    // With ramps as long as the controllers' defaults: moving to the start takes longer than the light may stay on
+    // without frames.
     let machine = SimulatorConfig { acceleration_mm_s2: 100.0, ..SimulatorConfig::default() };
     let Played { bench, controller, .. } = Played::<Grbl>::ready(machine);
     let lease = bench.lease();
@@ -97,7 +98,7 @@ fn a_sweep_that_begins_far_away_goes_there_in_the_dark_and_keeps_its_position() 
 
 #[test]
 fn a_sweep_on_slow_ramps_ends_with_its_own_and_keeps_its_position() {
-    // As grblHAL is delivered: from 4 mm/s to rest in 0.4 s, longer than a stop with light may brake.
+    // The default of grblHAL: from 4 mm/s to rest in 0.4 s, longer than the braking of a stop with light may take.
     let machine = SimulatorConfig { acceleration_mm_s2: 10.0, ..SimulatorConfig::default() };
     let Played { bench, controller, .. } = Played::<Grbl>::ready(machine);
     let lease = bench.lease();

@@ -1,4 +1,4 @@
-//! A Marlin controller of stage and laser, played by the simulated firmware.
+//! A Marlin controller of stage and laser, simulated by the firmware model.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -18,7 +18,7 @@ struct Marlin;
 impl Controller for Marlin {
     type Firmware = MarlinFirmware;
     const MAKES_LIGHT: bool = true;
-    /// The firmware speaks once a second while it homes.
+    /// The firmware reports once a second while homing.
     const NAMED_WHILE_HOMING: Duration = Duration::from_millis(1700);
 
     fn machine(doing: Doing) -> SimulatorConfig {
@@ -42,7 +42,7 @@ impl Controller for Marlin {
         simulator.happen(Event::Repair);
     }
 
-    /// What shone or homed was halted by `M112`.
+    /// A machine that was on or homing was halted by `M112`.
     fn press_button(simulator: &Simulator<MarlinFirmware>) {
         simulator.happen(Event::ResetButton);
     }

@@ -9,7 +9,7 @@ use super::cell::{Doing, NAMED, Rig, cells, check};
 use crate::tests::bench::{Bench, bench, bench_of, nobody, small_twin, wait, wait_until};
 use crate::{MachineState, Manual, StationDevices, StationRefusal, Sweep};
 
-/// A small simulated station that takes its time and is not homed.
+/// A small simulated station with realistic timing that is not homed.
 fn slow_bench() -> Bench {
     let options = TwinOptions { timing: Timing::Realistic, travel_mm: (-60.0, 60.0), ..TwinOptions::default() };
     bench_of(StationDevices::over(small_twin(options)))
@@ -28,7 +28,7 @@ fn cell(doing: Doing, fault: TwinFault, follows: Follows) {
     let control = bench.control.clone();
     let inject = || {
         control.set_fault(match fault {
-            // In the way of whatever moves; homing goes downwards.
+            // Blocks the motion; homing moves downwards.
             TwinFault::StageStall { .. } if matches!(doing, Doing::Scanning | Doing::Jogging) => {
                 TwinFault::StageStall { at_mm: control.true_position_mm() + 1.0 }
             }
@@ -120,11 +120,11 @@ fn frames_lost_in_a_scan_are_counted_while_it_runs() {
     let stream = lease.sweep(&sweep, &nobody()).unwrap();
     let frames: Vec<_> = stream.frames.iter().collect();
     assert!(stream.broken().is_none());
-    // The first frame's losses lie before it, and so perhaps outside of the range.
+    // The losses of the first frame lie before it, and so possibly outside of the range.
     let gaps: u64 = frames.iter().skip(1).map(|frame| frame.lost_before).sum();
     let dropped = stream.dropped.total();
     assert!(gaps > 0 && (gaps..=gaps + 2).contains(&dropped), "{gaps} in gaps, {dropped} counted");
-    // The station counts what was lost on the way to the range, too.
+    // The station also counts losses before the range.
     let is_counted = |(reason, n): &(&str, u64)| *reason == "camera" && *n >= dropped;
     bench.wait_for("counted", |status| status.frames_dropped.iter().any(is_counted));
 }

@@ -50,10 +50,9 @@ impl MeasureInput {
         if let Some(value) = self.tolerance_mm.filter(|value| !(value.is_finite() && *value > 0.0)) {
             return Err(refused("tolerance_mm", format!("tolerance_mm is {value}"), "give a number above 0"));
         }
-        let region = self.region_mm.map(|[x, y, z, other_x, other_y, other_z]| {
-            let pairs = [(x, other_x), (y, other_y), (z, other_z)];
-            Region { min_mm: pairs.map(|(a, b)| a.min(b)), max_mm: pairs.map(|(a, b)| a.max(b)) }
-        });
+        let region = self
+            .region_mm
+            .map(|[x, y, z, other_x, other_y, other_z]| Region::between([x, y, z], [other_x, other_y, other_z]));
         Ok(MeasureRequest {
             nominal_mm,
             tolerance_mm: self.tolerance_mm,
@@ -194,12 +193,16 @@ pub fn changes_by(record: &MeasurementRecord, actor: Option<&str>) -> Vec<Change
 }
 
 fn request_json(input: &MeasureInput, request: &MeasureRequest) -> Value {
+    let region_mm = match request.region {
+        Some(Region::Box { min_mm, max_mm }) => json!({ "min": min_mm, "max": max_mm }),
+        _ => Value::Null,
+    };
     json!({
         "tool": request.tool.name(),
         "name": input.name,
         "nominal_mm": request.nominal_mm,
         "tolerance_mm": request.tolerance_mm,
         "seed": request.seed,
-        "region_mm": request.region.map(|region| json!({ "min": region.min_mm, "max": region.max_mm })),
+        "region_mm": region_mm,
     })
 }

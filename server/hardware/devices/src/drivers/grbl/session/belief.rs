@@ -1,8 +1,8 @@
-//! Which reported positions are accepted: reports have no checksum, and a bit that is turned in a digit makes another.
+//! Which reported positions are accepted: reports have no checksum, and a flipped bit turns one digit into another.
 //!
-//! At rest a position is accepted when it is reported twice. In motion it is accepted if it is where the move is by then, and
-//! else if the next report, which is asked for at once, agrees with it. What can be wrong all the same is less than the
-//! way between question and answer.
+//! At rest a position is accepted when it is reported twice. In motion it is accepted if it is where the move should be
+//! by then, or else if the next report, which is requested at once, agrees with it. The remaining error is less than
+//! the distance travelled between query and answer.
 
 use std::time::{Duration, Instant};
 
@@ -10,7 +10,8 @@ use super::{Activity, Link, Seen, Session, Way};
 use crate::params::GRBL_REPORT_AGE;
 
 impl Way {
-    /// The way from one position to the next, mm, forwards; and what goes by at full speed in `time`.
+    /// Distance from one position to the next along the direction of travel, mm, and the distance travelled at full
+    /// speed in `time`.
     fn step_mm(&self, from_mm: f64, to_mm: f64) -> f64 {
         (to_mm - from_mm) * (self.to_mm - self.from_mm).signum()
     }
@@ -19,7 +20,7 @@ impl Way {
         self.speed_mm_s * time.as_secs_f64()
     }
 
-    /// Whether it is there by then, having moved at full speed since it was seen, up to the end of the way.
+    /// Whether the move can have reached it by then at full speed since the last accepted position, up to the target.
     fn leads_to(&self, told: &Seen, seen: &Seen, rounding_mm: f64) -> bool {
         let step_mm = self.step_mm(seen.machine_mm, told.machine_mm);
         let left_mm = self.step_mm(seen.machine_mm, self.to_mm).max(0.0);
@@ -31,7 +32,7 @@ impl Way {
         (least_mm - rounding_mm..=most_mm + rounding_mm).contains(&step_mm)
     }
 
-    /// Whether both can belong to one motion along the way, at whatever speed.
+    /// Whether both can belong to one motion along the path, at any speed.
     fn agrees(&self, told: &Seen, before: &Seen, rounding_mm: f64) -> bool {
         let step_mm = self.step_mm(before.machine_mm, told.machine_mm);
         let longest = told.heard_at.saturating_duration_since(before.asked_at) + GRBL_REPORT_AGE;
@@ -40,7 +41,8 @@ impl Way {
 }
 
 impl Session {
-    /// Takes a report, or doubts it: then it is asked again at once. A doubt that is not borne out counts as garbage.
+    /// Accepts a report, or holds it as doubtful and queries again at once. A doubt that is not confirmed counts as
+    /// garbage.
     pub(super) fn believes(&mut self, told: Seen, now: Instant) -> bool {
         let doubted = self.doubted.take();
         let is_borne_out = doubted.is_some_and(|doubted| self.agree(&told, &doubted));
@@ -67,12 +69,12 @@ impl Session {
             (Activity::Travel(_) | Activity::Stopping(_), Some(way)) => {
                 way.leads_to(told, seen, self.rounding_mm())
             }
-            // No position is reported before its end; and none stops that never moved.
+            // During these no position is reported before the end; and none stops without having moved.
             (Activity::Homing { .. } | Activity::Travel(_) | Activity::Stopping(_), _) => true,
         }
     }
 
-    /// Whether two reports can be of the same rest or motion.
+    /// Whether two reports can belong to the same rest or motion.
     fn agree(&self, told: &Seen, before: &Seen) -> bool {
         match (self.activity, &self.way) {
             (Activity::Rest, _) | (_, None) => told.machine_mm == before.machine_mm,
@@ -88,7 +90,7 @@ impl Session {
         self.seen = Some(told);
     }
 
-    /// What a reported position may be off: a step and a half, and half of the last decimal.
+    /// Tolerance of a reported position: a step and a half, and half of the last decimal.
     pub(super) fn rounding_mm(&self) -> f64 {
         let resolution_mm = self.machine.as_ref().map_or(0.0, |machine| machine.capabilities.resolution_mm);
         1.5 * resolution_mm + 0.0005

@@ -1,4 +1,4 @@
-//! The session as the thread of a controller drives it.
+//! The session's interface to the thread of a controller.
 
 use std::time::{Duration, Instant};
 
@@ -67,7 +67,7 @@ impl Dialogue for Session {
         Session::stop_sent(self, code, now);
     }
 
-    /// A reset answers by its banner; a hold does not answer.
+    /// A reset is answered by its banner; a hold is not answered.
     fn retells(&self, code: u8) -> bool {
         code == HOLD
     }
@@ -89,7 +89,7 @@ impl Dialogue for Session {
         self.refusal.take()
     }
 
-    /// Real-time bytes go out singly, lines as a whole: USB adapters pass a lone byte on at once.
+    /// Real-time bytes are sent singly, lines as a whole: USB adapters forward a single byte at once.
     fn piece(bytes: &[u8]) -> usize {
         let is_line_byte = |byte: u8| (b'$'..=b'Z').contains(&byte) && byte != b'?';
         if bytes.first().copied().is_some_and(is_line_byte) {

@@ -1,4 +1,4 @@
-//! What the three firmwares do differently, and what an operator sees of it: the same.
+//! Differences of the three firmwares, and the same behaviour for the operator.
 
 use std::time::{Duration, Instant};
 
@@ -9,10 +9,10 @@ use crate::params::GRBL_SILENCE;
 use crate::simulators::grbl_simulator::{Dialect, Event, Happening, SimulatorConfig};
 use crate::{Laser, LaserError, Stage, StageError};
 
-/// `promises.md` 5: a jog let go stops within this, braking included.
+/// `promises.md` 5: a released jog stops within this, braking included.
 const JOG_LIMIT: Duration = Duration::from_millis(300);
 
-/// A bench whose stage is homed and stands at -4 mm.
+/// A bench whose stage is homed and at -4 mm.
 fn at_the_low_end(dialect: Dialect) -> (Bench, GrblStage) {
     let bench = bench(SimulatorConfig::of(dialect));
     let (mut stage, _laser) = bench.open();
@@ -22,7 +22,7 @@ fn at_the_low_end(dialect: Dialect) -> (Bench, GrblStage) {
     (bench, stage)
 }
 
-/// Since the mark: when it came to rest.
+/// When it came to rest since the mark.
 fn rested_at(bench: &Bench, mark: usize) -> Instant {
     let ended = || {
         let entries = bench.simulator.witness().since(mark);
@@ -68,7 +68,7 @@ fn a_stop_is_a_hold_and_a_jog_cancel_and_one_reset_at_rest() {
         stage.start_move(4.0, 10.0).unwrap();
         wait_until(SLACK, "it is on its way", || stage.poll().unwrap().position_mm.unwrap() > -3.9);
         let mark = bench.simulator.witness().mark();
-        // Asked twice: the second is not a reset on the way.
+        // Requested twice: the second is not a reset in motion.
         stage.stop().unwrap();
         stage.stop().unwrap();
         let state = rest(&mut stage);
@@ -89,7 +89,7 @@ fn a_limit_alarm_is_reset_when_it_hears_resets_and_can_be_cleared() {
         let (bench, mut stage) = at_the_low_end(dialect);
         bench.simulator.happen(Event::Alarm(1));
         wait_until(SLACK, "it is told", || matches!(stage.poll(), Err(StageError::Alarm { code: 1, .. })));
-        // At once: whoever clears it does not know of the pause.
+        // At once: the caller does not know about the pause.
         stage.clear_fault().unwrap();
         wait_until(Duration::from_secs(3), "it is cleared", || stage.poll().is_ok());
         assert!(!stage.poll().unwrap().homed, "{dialect:?}: homed after a limit switch");
@@ -127,11 +127,11 @@ fn the_silence_of_grbl_hal_while_homing_is_borne_and_no_setting_is_written() {
 #[test]
 fn grbl_hal_whose_reports_are_of_no_use_is_refused_with_what_to_send() {
     let of = || SimulatorConfig::of(Dialect::GrblHal);
-    // Neither machine positions nor the work offset; work positions with it are enough.
+    // Neither machine positions nor the work offset; work positions with the offset are sufficient.
     let blind = bench(SimulatorConfig { report_mask: 511 & !(1 | 1 << 5), ..of() });
     assert!(blind.refusal().to_string().contains("send $10=479"), "{}", blind.refusal());
     let by_work_offset = bench(SimulatorConfig { report_mask: 510, ..of() });
-    // The offset comes with the tenth report; it is ready as soon as it is open.
+    // The offset comes with the tenth report; the driver is ready as soon as it is open.
     home(&mut by_work_offset.open().0);
     let deaf = bench(SimulatorConfig { hears_in_commands: false, ..of() });
     assert!(deaf.refusal().to_string().contains("send $39=1"), "{}", deaf.refusal());
@@ -182,7 +182,7 @@ fn a_refused_jog_is_the_stage_s_fault_and_not_the_laser_s() {
     let bench = bench(SimulatorConfig { axis: 'Y', ..SimulatorConfig::default() });
     let (mut stage, mut laser) = bench.open();
     home(&mut stage);
-    // The driver speaks to X, which this controller does not have; the answer may come within the call or after it.
+    // The driver uses X, which this controller does not have; the answer may come during the call or after it.
     let refusal = stage.start_jog(1.0, 10.0).err().or_else(|| {
         wait_until(SLACK, "the refusal is told", || stage.poll().is_err());
         stage.poll().err()

@@ -1,4 +1,4 @@
-//! What is checked when a controller is opened, and what is said to it.
+//! Checks when a controller is opened, and the commands sent to it.
 
 use std::time::Duration;
 
@@ -154,7 +154,7 @@ fn positions_on_the_way_are_timed_to_a_fraction_of_the_answer_s_way() {
     }
     let began = bench.simulator.witness().since(mark);
     let began = began.iter().find(|entry| matches!(entry.what, Happening::MotionBegan(_))).unwrap().at;
-    // While it cruises it is at v·t − v²/2a. 20 mm/s over 15 ms of a loaded machine's answer are 0.3 mm.
+    // While it cruises it is at v·t − v²/2a. 20 mm/s over 15 ms of latency on a loaded machine are 0.3 mm.
     let (speed_mm_s, lag_mm, tolerance_mm) = (20.0, 20.0 * 20.0 / (2.0 * 5000.0), 0.3);
     let mut n_cruising = 0;
     for (at, position_mm) in seen {
@@ -227,7 +227,7 @@ fn what_the_controller_refuses_is_told_with_its_meaning() {
     let bench = bench(SimulatorConfig { axis: 'Y', ..SimulatorConfig::default() });
     let (mut stage, _laser) = bench.open();
     home(&mut stage);
-    // The driver speaks to X, which this controller does not have.
+    // The driver uses X, which this controller does not have.
     let refusal = stage.start_move(1.0, 10.0).unwrap_err();
     assert!(matches!(refusal, StageError::Refused { code: 20, .. }), "{refusal}");
     assert!(!stage.poll().unwrap().moving, "refused, and it says it moves");

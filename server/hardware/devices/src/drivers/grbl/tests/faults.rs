@@ -1,5 +1,5 @@
-//! Fault × state: what is told within a second, that it goes dark and rests, and how it comes back: ready, never
-//! active. The table in `server/docs/devices/grbl.md` names these tests cell by cell.
+//! Fault × state: reported within a second, laser off and at rest, and recovery to ready, never active. The table in
+//! `server/docs/devices/grbl.md` names these tests cell by cell.
 
 use std::time::Duration;
 
@@ -9,13 +9,13 @@ use crate::simulators::grbl_simulator::{Dialect, Event, SimulatorConfig};
 use crate::simulators::simulator::LineFault;
 use crate::{Laser, Stage, StageError};
 
-/// `promises.md`: serial faults are named within a second.
+/// `promises.md`: serial faults are reported within a second.
 const NAMED_LIMIT: Duration = Duration::from_secs(1);
-/// `promises.md` 3: dark within half a second of every listed fault (here: of its being named).
+/// `promises.md` 3: laser off within half a second of every listed fault (here: of its report).
 const DARK_LIMIT: Duration = Duration::from_millis(500);
 
-/// FluidNC leaves light on after a limit alarm and hears the reset after the pause; the reset raises `ALARM:14`, whose
-/// pause comes before the spindle is stopped (`protocol_do_rt_reset`). With `off_on_alarm` it is dark at once.
+/// FluidNC leaves the laser on after a limit alarm and accepts the reset after the pause; the reset raises `ALARM:14`,
+/// whose pause comes before the spindle is stopped (`protocol_do_rt_reset`). With `off_on_alarm` it is off at once.
 const FLUID_NC_PAUSES: Duration = Duration::from_millis(2 * 500);
 
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -38,7 +38,7 @@ enum What {
     AnotherDevice,
 }
 
-/// One test for each cell, for each of the dialects named.
+/// One test for each cell, for each of the given dialects.
 macro_rules! cells {
     ($($dialect:ident: $module:ident),* => $cells:tt) => {
         $(mod $module {
@@ -87,7 +87,7 @@ cells! { Grbl: grbl, GrblHal: grbl_hal, FluidNc: fluid_nc => {
     another_device_while_moving: AnotherDevice, Moving => StageError::Gone { .. } | StageError::WrongDevice { .. },
 }}
 
-// GRBL 1.1 answers nothing while homing; the others do, and are missed.
+// GRBL 1.1 answers nothing while homing; the silence of the others is detected.
 cells! { GrblHal: grbl_hal_homing, FluidNc: fluid_nc_homing => {
     silence_while_homing: Silence, Homing => StageError::NoReply { .. },
     garbage_while_homing: Garbage, Homing => StageError::Garbage { .. } | StageError::NoReply { .. },
@@ -95,7 +95,7 @@ cells! { GrblHal: grbl_hal_homing, FluidNc: fluid_nc_homing => {
 
 fn cell(dialect: Dialect, what: What, when: When, told: impl Fn(&StageError) -> bool) {
     let mut config = SimulatorConfig::of(dialect);
-    // As grblHAL wants to be set: else its silence while homing is no fault.
+    // The recommended setting of grblHAL: otherwise its silence while homing is not a fault.
     config.report_mask |= 1 << 12;
     let bench = bench(config);
     let (mut stage, mut laser) = bench.open();
@@ -129,7 +129,7 @@ fn bring_to(bench: &Bench, stage: &mut GrblStage, laser: &mut GrblLaser, when: W
         wait_until(SLACK, "it shines", || bench.light());
     }
     match when {
-        // Slow enough to outlast every fault's naming: 8 mm at 4 mm/s.
+        // Slow enough to last longer than any fault takes to be reported: 8 mm at 4 mm/s.
         When::Moving | When::ShiningAndMoving => drop(stage.start_move(4.0, 4.0).unwrap()),
         When::Homing => stage.start_home().unwrap(),
         When::Ready | When::Shining => return,
@@ -151,7 +151,7 @@ fn happen(bench: &Bench, dialect: Dialect, what: What) {
     }
 }
 
-/// The cause is removed and the fault acknowledged: nothing moves or shines by itself, and no position is told.
+/// The cause is removed and the fault acknowledged: no motion, laser off, and no position reported.
 fn comes_back_ready(bench: &Bench, stage: &mut GrblStage, laser: &mut GrblLaser, what: What) {
     let mark = bench.simulator.witness().mark();
     match what {

@@ -1,4 +1,4 @@
-//! What stage and laser ask for.
+//! Commands of stage and laser.
 
 use std::time::{Duration, Instant};
 
@@ -106,7 +106,8 @@ impl StageDialogue for Session {
         }
     }
 
-    /// Opens the line again, unless that is under way; a sound controller is stopped and darkened instead.
+    /// Reopens the line, unless that is in progress; if the controller works, it is stopped and its laser turned off
+    /// instead.
     fn reconnect(&mut self, now: Instant) {
         if self.wants_open || matches!(self.link, Link::Opening(_)) {
             return;
@@ -129,7 +130,7 @@ impl StageDialogue for Session {
 }
 
 impl LaserDialogue for Session {
-    /// The firmware does not say how it was built.
+    /// The firmware does not state its build options.
     fn lost_host(&self) -> &'static str {
         "the laser goes off a second after the last motion (LASER_SAFETY_TIMEOUT_MS as delivered); firmware built \
          without that timeout leaves it on until it is reset"
@@ -155,14 +156,14 @@ impl LaserDialogue for Session {
         Ok(())
     }
 
-    /// Goes dark; the ticket of the line that does it.
+    /// Switches the laser off; returns the ticket of the line that does so.
     fn switch_off(&mut self, now: Instant) -> Option<u64> {
         self.go_dark(now);
         let off = self.wanted.iter().chain(self.pending.as_ref().map(|pending| &pending.wanted));
         off.filter(|wanted| wanted.kind == LineKind::LaserOff).map(|wanted| wanted.ticket).max()
     }
 
-    /// What concerns a laser that is only asked: whether its state is known. Over a sound link it is.
+    /// Checks that the laser's state is known. Over a working link it is.
     fn laser_known(&self) -> Result<(), LaserError> {
         match &self.fault {
             Some((fault, _)) if !matches!(self.link, Link::Up) => Err(for_laser(fault)),
@@ -171,7 +172,7 @@ impl LaserDialogue for Session {
         }
     }
 
-    /// The laser as far as it is known.
+    /// The laser's last known state.
     fn laser_state(&self) -> LaserState {
         LaserState {
             emitting: self.lit.is_some(),
@@ -210,13 +211,13 @@ impl Session {
         Ok((AcceptedMove { target_mm, speed_mm_s }, None))
     }
 
-    /// Sound, and nothing under way.
+    /// Checks that there is no fault and nothing in progress.
     fn ready_to_move(&self) -> Result<(), StageError> {
         self.sound()?;
         if self.activity != Activity::Rest { Err(StageError::Moving) } else { Ok(()) }
     }
 
-    /// What moves runs out: no piece follows, and the firmware says when nothing moves any more.
+    /// The current pieces run out: no piece follows, and the firmware reports when nothing moves.
     pub(super) fn begin_stop(&mut self, then: Option<Travel>, now: Instant) {
         match self.activity {
             Activity::Travel(travel) => {

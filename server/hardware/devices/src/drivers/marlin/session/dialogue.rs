@@ -1,4 +1,4 @@
-//! The session as the thread of a controller drives it.
+//! The session's interface to the thread of a controller.
 
 use std::time::{Duration, Instant};
 
@@ -6,16 +6,16 @@ use super::{Activity, Device, HALT, Link, Session, halted};
 use crate::StageError;
 use crate::lines::serial_controller::{Dialogue, StopBytes};
 
-/// Longest sleep of the thread at rest and in the dark; its queries are slower.
+/// Longest sleep of the thread at rest with the laser off; its queries are slower.
 const RESTING_WAIT: Duration = Duration::from_millis(40);
 
 /// Longest sleep while something moves, the laser is on or an answer is awaited.
 const BUSY_WAIT: Duration = Duration::from_millis(5);
 
-/// A stop by sending no more.
+/// A stop in which no more is sent.
 const RUN_OUT: u8 = 0;
 
-/// A stop by halting for good: homing takes nothing else.
+/// A stop by a permanent halt: homing accepts nothing else.
 const HALTED: u8 = 1;
 
 impl Dialogue for Session {

@@ -1,4 +1,4 @@
-//! What is said on the line, what is believed of it, and what a stop is worth.
+//! Commands on the line, acceptance of positions, and the effect of a stop.
 
 use std::time::Duration;
 
@@ -140,14 +140,14 @@ fn never_more_is_sent_than_is_over_soon() {
     stage.start_move(4.0, 10.0).unwrap();
     wait_until(SECOND, "it moves", || bench.moving());
     crate::time::sleep(Duration::from_millis(200));
-    // Whoever pulls the plug of the computer sees it run out.
+    // If the computer loses power, the stage runs to here.
     let sent = heard_since(&bench, mark);
     let last_mm: f64 = sent
         .lines()
         .filter_map(|line| line.split("G1 X").nth(1)?.split(' ').next()?.parse().ok())
         .fold(0.0, f64::max);
     let at_mm = stage.poll().unwrap().position_mm.unwrap() + 6.0;
-    // Pieces of 0.11 s at 10 mm/s, the way to brake, one piece, and one report's age.
+    // Pieces of 0.11 s at 10 mm/s, the braking distance, one piece, and one report's age.
     assert!(last_mm - at_mm < 1.1 + 0.13 + 0.4 + 0.4, "sent up to {last_mm} mm, and it is at {at_mm} mm");
     stage.stop().unwrap();
     rest(&mut stage);

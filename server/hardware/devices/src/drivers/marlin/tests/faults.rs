@@ -1,5 +1,5 @@
-//! Fault × state: what is told in time, that it goes dark and rests, and how it comes back: ready, never active. The
-//! table in `server/docs/devices/marlin.md` names these tests cell by cell.
+//! Fault × state: reported in time, laser off and at rest, and recovery to ready, never active. The table in
+//! `server/docs/devices/marlin.md` names these tests cell by cell.
 
 use std::time::Duration;
 
@@ -9,13 +9,13 @@ use crate::simulators::marlin_simulator::{Event, SimulatorConfig};
 use crate::simulators::simulator::LineFault;
 use crate::{Laser, Stage, StageError};
 
-/// `promises.md`: serial faults are named within a second.
+/// `promises.md`: serial faults are reported within a second.
 const NAMED_LIMIT: Duration = Duration::from_secs(1);
 
-/// While it homes the firmware speaks every second only (`M113 S1`).
+/// While it is homing the firmware sends a message every second only (`M113 S1`).
 const HOMING_NAMED_LIMIT: Duration = Duration::from_millis(1700);
 
-/// `promises.md` 3: dark within half a second of every listed fault (here: of its being named).
+/// `promises.md` 3: laser off within half a second of every listed fault (here: of its report).
 const DARK_LIMIT: Duration = Duration::from_millis(500);
 
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -97,7 +97,7 @@ fn cell(what: What, when: When, told: impl Fn(&StageError) -> bool) {
     assert!(stage.poll().is_err(), "told once, then not any more");
     assert!(stage.start_move(0.0, 10.0).is_err(), "a move was accepted in spite of the fault");
     assert!(laser.switch_on(0.5, Duration::from_secs(1)).is_err(), "light was granted in spite of the fault");
-    // A stuck axis keeps the motion that `M5` waits for: the quick stop, or `M112`, ends it.
+    // A stuck axis prolongs the motion for which `M5` waits: the quick stop, or `M112`, ends it.
     let dark_limit = if what == What::Stuck { Duration::from_secs(4) } else { DARK_LIMIT };
     wait_until(dark_limit + SLACK, "it is dark", || !bench.light());
     if what != What::Stuck {
@@ -115,7 +115,7 @@ fn bring_to(bench: &Bench, stage: &mut MarlinStage, laser: &mut MarlinLaser, whe
         wait_until(SLACK, "it shines", || bench.light());
     }
     match when {
-        // Slow enough to outlast every fault's naming.
+        // Slow enough to last longer than any fault takes to be reported.
         When::Moving | When::ShiningAndMoving => drop(stage.start_move(-4.0, 3.0).unwrap()),
         When::Homing => stage.start_home().unwrap(),
         When::Ready | When::Shining => return,
@@ -139,8 +139,8 @@ fn happen(bench: &Bench, what: What) {
     }
 }
 
-/// The cause is removed, the reset button pressed, the fault acknowledged: nothing moves or shines by itself, and no
-/// position is told.
+/// The cause is removed, the reset button pressed, the fault acknowledged: no motion, laser off, and no position
+/// reported.
 fn comes_back_ready(bench: &Bench, stage: &mut MarlinStage, laser: &mut MarlinLaser) {
     bench.simulator.repair();
     bench.simulator.happen(Event::Repair);

@@ -1,4 +1,4 @@
-//! The session as the thread of a controller drives it.
+//! The session's interface to the thread of a controller.
 
 use std::time::{Duration, Instant};
 
@@ -9,7 +9,7 @@ use crate::lines::serial_controller::{Dialogue, StopBytes};
 /// Longest sleep of the thread at rest; its queries are slower.
 const RESTING_WAIT: Duration = Duration::from_millis(40);
 
-/// Longest sleep while something moves or is waited for.
+/// Longest sleep while something moves or an answer is awaited.
 const BUSY_WAIT: Duration = Duration::from_millis(5);
 
 impl Dialogue for Session {

@@ -1,4 +1,4 @@
-//! What happens because time passes: queries, silence, the limit of homing.
+//! Timed events: queries, silence, the limit of homing.
 
 use std::time::{Duration, Instant};
 
@@ -9,7 +9,7 @@ use crate::params::{
 };
 
 impl Session {
-    /// Does what is due at `now`.
+    /// Processes what is due at `now`.
     pub(super) fn pass(&mut self, now: Instant) {
         match self.link {
             Link::Down => return,

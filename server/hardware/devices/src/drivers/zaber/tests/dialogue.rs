@@ -1,4 +1,4 @@
-//! What is said on the line, and what is believed of it.
+//! Commands on the line, and acceptance of answers.
 
 use std::time::Duration;
 
@@ -23,7 +23,7 @@ fn it_says_who_it_is_and_what_it_can_do_in_millimetres() {
     assert_eq!((identity.driver, identity.model.as_str()), ("zaber", "device 50422"));
     assert_eq!((identity.serial.as_str(), identity.firmware.as_str()), ("80001", "7.38"));
     assert_eq!((can.kind, can.travel_mm), (StageKind::Linear, (-4.0, 4.0)));
-    // 2 mm a turn of 200 × 64 microsteps.
+    // 2 mm per turn of 200 × 64 microsteps.
     assert!((can.resolution_mm - 2.0 / 12_800.0).abs() < 1e-12, "{can:?}");
     assert!((can.max_speed_mm_s - 200.0).abs() < 0.01, "{can:?}");
     assert!((can.acceleration_mm_s2.unwrap() - 5000.0).abs() < 5.0, "{can:?}");
@@ -145,7 +145,7 @@ fn a_refused_move_is_told_to_its_caller_with_the_device_s_reason() {
     let bench = sound_bench();
     let mut stage = bench.open();
     home(&mut stage);
-    // Pressed and released between two polls: the driver asks for a move meanwhile.
+    // Pressed and released between two polls: the driver requests a move in the meantime.
     bench.simulator.happen(Event::EmergencyStop);
     let refusal = stage.start_move(1.0, 10.0);
     assert!(

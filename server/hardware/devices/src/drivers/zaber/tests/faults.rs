@@ -1,4 +1,4 @@
-//! Fault × state: what is told within a second, that it rests, and how it comes back: ready, never active. The table in
+//! Fault × state: reported within a second, at rest, and recovery to ready, never active. The table in
 //! `server/docs/devices/zaber.md` names these tests cell by cell.
 
 use std::time::Duration;
@@ -9,7 +9,7 @@ use crate::simulators::simulator::LineFault;
 use crate::simulators::zaber_simulator::{Event, SimulatorConfig};
 use crate::{Stage, StageError};
 
-/// `promises.md`: serial faults are named within a second.
+/// `promises.md`: serial faults are reported within a second.
 const NAMED_LIMIT: Duration = Duration::from_secs(1);
 
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -89,7 +89,7 @@ fn bring_to(bench: &Bench, stage: &mut ZaberStage, when: When) {
     rest(stage);
     match when {
         When::Ready => return,
-        // Slow enough to outlast every fault's naming.
+        // Slow enough to last longer than any fault takes to be reported.
         When::Moving => drop(stage.start_move(-4.0, 4.0).unwrap()),
         When::Homing => stage.start_home().unwrap(),
     }
@@ -114,7 +114,7 @@ fn happen(bench: &Bench, what: What) {
     }
 }
 
-/// The cause is removed and the fault acknowledged: nothing moves by itself, and no position is told.
+/// The cause is removed and the fault acknowledged: no motion, and no position reported.
 fn comes_back_ready(bench: &Bench, stage: &mut ZaberStage, what: What) {
     bench.simulator.repair();
     bench.simulator.happen(Event::Repair);

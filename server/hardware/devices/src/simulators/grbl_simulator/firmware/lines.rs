@@ -1,4 +1,4 @@
-//! What comes in lines: `$` commands and G-code.
+//! Text lines: `$` commands and G-code.
 
 use std::time::{Duration, Instant};
 
@@ -32,20 +32,20 @@ impl Firmware {
         }
     }
 
-    /// A hold, a door, homing and sleep leave lines where they are; so does GRBL after a limit alarm.
+    /// A hold, a door, homing and sleep leave lines unread; so does GRBL after a limit alarm.
     fn reads(&self) -> bool {
         let deaf = self.state == State::Critical && self.config.dialect == Dialect::Grbl;
         let busy = matches!(self.state, State::Home | State::Hold | State::Door | State::Sleep);
         self.pause.is_none() && !busy && !deaf
     }
 
-    /// Spindle words and dwells wait until what was planned is done; moves until there is room to plan them.
+    /// Spindle words and dwells wait until the planned moves are done; moves wait for room in the planner.
     fn must_wait(&self, line: &str) -> bool {
         let planned = self.state == State::Run && !line.starts_with('$');
         let synchronises = ["M3", "M4", "M5", "G4P"].iter().any(|word| line.contains(word));
         let full = self.planned.len() >= self.config.dialect.blocks();
         let jogs_full = self.state == State::Jog && line.starts_with("$J=") && full;
-        // A jog that is being cancelled does not take another.
+        // A jog that is being cancelled does not accept another.
         let ending = self.after_jog.is_some();
         ending || jogs_full || (planned && (synchronises || full))
     }
@@ -103,8 +103,8 @@ impl Firmware {
         self.say("ok");
     }
 
-    /// `$10` alone. grblHAL/core 8689918, which its simulator names, does not come back from a setting written after a
-    /// soft reset: `onSettingsChanged` of `gcode.c` then calls itself.
+    /// `$10` only. grblHAL/core 8689918, which its simulator uses, does not return from a setting written after a soft
+    /// reset: `onSettingsChanged` of `gcode.c` then recurses.
     fn set(&mut self, line: &str, idle: bool) {
         match line.strip_prefix("$10=").and_then(|value| value.parse().ok()) {
             Some(_) if !idle => self.say("error:8"),
@@ -136,7 +136,7 @@ impl Firmware {
         self.say("ok");
     }
 
-    /// One line of G-code: the words this machine needs, and error 20 for others.
+    /// One line of G-code: the words needed here, and error 20 for others.
     fn block(&mut self, line: &str, now: Instant) {
         let Some(words) = words_of(line) else { return self.say("error:2") };
         let mut modal = self.modal;
@@ -202,7 +202,7 @@ impl Firmware {
     }
 }
 
-/// Letters and numbers of a line; `None` if it is not made of them.
+/// Letters and numbers of a line; `None` if it has another form.
 fn words_of(line: &str) -> Option<Vec<(char, f64)>> {
     let mut words = Vec::new();
     let mut rest = line;

@@ -1,7 +1,7 @@
-//! The firmware's side of the dialogue, in its own words and order, for three dialects.
+//! The firmware's side of the dialogue, with its own texts and order, for three dialects.
 //!
-//! `realtime` takes single bytes, `alarms` resets and alarms with their pauses, `lines` executes what comes in lines,
-//! `texts` says who and how it is. The sources are named in [`super::dialect`].
+//! `realtime` takes single bytes, `alarms` resets and alarms with their pauses, `lines` executes text lines,
+//! `texts` formats identity and settings. The sources are listed in [`super::dialect`].
 //! Simplified: one axis, every planned move from rest to rest, no overrides, no parking.
 
 mod alarms;
@@ -18,10 +18,10 @@ use super::{Event, SimulatorConfig};
 use crate::simulators::simulator::{Firmware as SimulatedFirmware, Happening, Witness};
 use alarms::Pause;
 
-/// How long it restores what the door had stopped.
+/// Time to resume after the door was closed.
 const DOOR_RESTORE: Duration = Duration::from_millis(50);
 
-/// What the machine does; `Hold` and `Door` brake as long as there is a motion.
+/// State of the machine; `Hold` and `Door` brake while there is a motion.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum State {
     Idle,
@@ -30,21 +30,21 @@ pub(super) enum State {
     Hold,
     Home,
     Alarm,
-    /// After a limit alarm: a reset is the only way out.
+    /// After a limit alarm: only a reset helps.
     Critical,
     Door,
     Check,
     Sleep,
 }
 
-/// A move that was planned.
+/// A planned move.
 #[derive(Debug, Clone, Copy)]
 struct Planned {
     target_mm: f64,
     speed_mm_s: f64,
 }
 
-/// Words that stay until they are replaced.
+/// Modal words.
 #[derive(Debug, Clone, Copy)]
 struct Modal {
     feeds: bool,
@@ -64,7 +64,7 @@ enum Spindle {
 const START_MODAL: Modal =
     Modal { feeds: false, absolute: true, feed_mm_min: 0.0, spindle: Spindle::Off, speed: 0.0 };
 
-/// One controller with its machine.
+/// A controller with its machine.
 pub struct Firmware {
     config: SimulatorConfig,
     witness: Witness,
@@ -72,15 +72,15 @@ pub struct Firmware {
     modal: Modal,
     at_mm: f64,
     motion: Option<Motion>,
-    /// The first is under way or held back.
+    /// The first is in progress or held.
     planned: VecDeque<Planned>,
-    /// A jog brakes, and this follows.
+    /// A jog is braking, followed by this state.
     after_jog: Option<State>,
-    /// What is left of homing: the pull-off.
+    /// The rest of homing: the pull-off.
     homing_legs: VecDeque<f64>,
-    /// Received and not read yet.
+    /// Received bytes, not read yet.
     rx: Vec<u8>,
-    /// A line being worked on is answered then.
+    /// When the line being executed is answered.
     reply_at: Option<(Instant, &'static str)>,
     pause: Option<Pause>,
     query: bool,
@@ -91,16 +91,16 @@ pub struct Firmware {
     tells_overrides: bool,
     reports: usize,
     report_mask: u32,
-    /// The firmware's own opinion: whether its axis is homed, and whether it insists.
+    /// The firmware's own state: whether its axis is homed, and whether it requires homing.
     homed: bool,
     must_home: bool,
     door_open: bool,
     restored_at: Option<Instant>,
-    /// Since power came on.
+    /// Whether it was reset since power-on.
     was_reset: bool,
-    /// What happened to it and lasts.
+    /// An event that persists.
     lasting: Option<Event>,
-    /// It does not come back from something: it says no more.
+    /// It hangs: no more output.
     dead: bool,
     outgoing: Vec<u8>,
 }
@@ -146,7 +146,7 @@ impl SimulatedFirmware for Firmware {
         self.boot(now);
     }
 
-    /// Motion and laser off, wherever it was.
+    /// Motion and laser off, in any state.
     fn power_off(&mut self, now: Instant) {
         self.halt(now);
         self.dark(now);
@@ -205,15 +205,15 @@ impl Firmware {
         self.update_light(now);
     }
 
-    /// The axis stops on its way while the firmware goes on counting on it.
+    /// The axis stops while the firmware keeps counting steps.
     fn stall(&mut self, now: Instant) {
         if let Some(motion) = self.motion {
             self.at_mm = motion.at(now).0;
         }
     }
 
-    /// Whether queries are not answered: GRBL's homing and limit alarms have no time for them, and grblHAL's homing
-    /// only with bit 12 of `$10`.
+    /// Whether queries are not answered: GRBL does not answer them during homing and limit alarms, and grblHAL not
+    /// during homing unless bit 12 of `$10` is set.
     fn deaf(&self) -> bool {
         match (self.config.dialect, self.state) {
             (Dialect::Grbl, State::Home | State::Critical) => true,
@@ -266,7 +266,7 @@ impl Firmware {
     fn home(&mut self, now: Instant) {
         self.state = State::Home;
         self.homed = false;
-        // The axis does not know where it is; how far the switch really is, only the simulation knows.
+        // The axis does not know its position; only the simulation knows the distance to the switch.
         self.homing_legs = VecDeque::from([0.0, -self.config.pull_off_mm]);
         self.homing_leg_ended(now);
     }
@@ -288,7 +288,7 @@ impl Firmware {
         self.motion = Some(Motion::travel(self.at_mm, to_mm, speed_mm_s, self.config.acceleration_mm_s2, now));
     }
 
-    /// Stops dead, and discards what was planned and received.
+    /// Stops abruptly, and discards planned moves and received bytes.
     fn halt(&mut self, now: Instant) {
         if let Some(motion) = self.motion.take() {
             if self.lasting != Some(Event::Stall) {
@@ -303,7 +303,7 @@ impl Firmware {
         self.query = false;
     }
 
-    /// Light as `laser_mode.md` says: in G1 only, M3 also at rest, M4 in motion, none in a hold once at rest.
+    /// Laser according to `laser_mode.md`: in G1 only, M3 also at rest, M4 in motion, off in a hold once at rest.
     fn update_light(&mut self, now: Instant) {
         let moving = self.motion.is_some();
         let held = matches!(self.state, State::Hold | State::Door) && !moving && self.restored_at.is_none();
@@ -313,7 +313,7 @@ impl Firmware {
             Spindle::Dynamic => self.modal.feeds && moving,
         };
         let lit = (gives_out && self.modal.speed > 0.0).then(|| {
-            // Percent of the programmed speed, up to full power.
+            // Per cent of the programmed speed, up to full power.
             (self.modal.speed / self.config.max_spindle * f64::from(self.overrides[2]) / 100.0).min(1.0)
         });
         if lit == self.lit {

@@ -23,7 +23,7 @@ impl Firmware {
         }
     }
 
-    /// Whoever sends it: a pendant does, too. Feed and spindle go by tens and ones, the rapid by quarters.
+    /// From any source: a pendant sends them, too. Feed and spindle change by tens and ones, the rapid by quarters.
     pub fn change_override(&mut self, byte: u8, now: Instant) {
         let by = |percent: u32, step: i64| (i64::from(percent) + step).clamp(10, 200) as u32;
         let [feed, rapid, spindle] = &mut self.overrides;
@@ -60,7 +60,7 @@ impl Firmware {
         }
     }
 
-    /// grblHAL drops what it has not read yet, in every state.
+    /// grblHAL drops unread input, in every state.
     fn cancel_jog(&mut self, now: Instant) {
         self.advance(now);
         if self.config.dialect == Dialect::GrblHal {
@@ -75,7 +75,7 @@ impl Firmware {
         if self.after_jog.is_none() {
             self.brake(now);
         }
-        // A door that opens meanwhile is kept in mind.
+        // A door that opens in the meantime is remembered.
         self.after_jog = Some(if self.after_jog == Some(State::Door) { State::Door } else { then });
     }
 
