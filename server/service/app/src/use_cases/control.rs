@@ -5,7 +5,7 @@ use std::time::Instant;
 use crate::App;
 use crate::access::lease::Lease;
 use crate::access::principal::Principal;
-use crate::control::{self, Ask, StopOutcome, admit};
+use crate::control::{self, Request, StopOutcome, admit};
 use crate::error::AppError;
 use crate::events::{ControlTakenOver, Event, Initiator, event};
 use crate::resources::labels::label;
@@ -66,6 +66,6 @@ pub fn stop(app: &App, by: &Principal) -> impl Future<Output = StopOutcome> + Se
 /// # Errors
 /// The reset is refused, or a device cannot be reached.
 pub async fn reset(app: &App, by: &Principal) -> Result<(), AppError> {
-    admit(app, by, Ask::Reset)?;
+    admit(app, by, Request::Reset)?;
     control::reset(app, by).await
 }
