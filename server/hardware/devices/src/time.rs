@@ -207,7 +207,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn an_hour_of_waiting_takes_no_time_and_threads_come_in_the_order_of_their_moments() {
+    fn an_hour_of_waiting_takes_no_time_and_threads_wake_in_order_of_their_deadlines() {
         let real = Instant::now();
         simulated(|| {
             let (begun_at, (told, tells)) = (now(), channel());
@@ -229,7 +229,7 @@ mod tests {
     }
 
     #[test]
-    fn the_clock_stands_while_a_thread_computes_and_outlives_one_that_panics() {
+    fn the_clock_stops_while_a_thread_computes_and_survives_one_that_panics() {
         simulated(|| {
             let before = now();
             let thread = spawn("panicking", || panic!("as it is meant to")).unwrap();

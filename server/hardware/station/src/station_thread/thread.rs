@@ -29,13 +29,13 @@ impl Guarded {
             self.0.raise(fault(
                 "station",
                 "panic",
-                "a defect ended what the station did",
+                "an internal error ended the station's work",
                 "please report it, with the log of the service",
             ));
             self.0.publish_and_reply();
         }));
         if settled.is_err() {
-            tracing::error!("the station thread could not note its own fault");
+            tracing::error!("the station thread could not record its own fault");
         }
     }
 

@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use super::{Happening, Witness};
+use super::{Witness, WitnessEvent};
 
 /// Time steps are limited to this, s, so that a late thread causes no jump.
 const LONGEST_STEP_S: f64 = 0.02;
@@ -105,8 +105,11 @@ impl SimulatedAxis {
     fn tell(&mut self, now: Instant) {
         if self.moving != self.goal.is_some() {
             self.moving = self.goal.is_some();
-            let what =
-                if self.moving { Happening::MotionBegan(self.at_mm) } else { Happening::MotionEnded(self.at_mm) };
+            let what = if self.moving {
+                WitnessEvent::MotionBegan(self.at_mm)
+            } else {
+                WitnessEvent::MotionEnded(self.at_mm)
+            };
             self.witness.saw(now, what);
         }
     }

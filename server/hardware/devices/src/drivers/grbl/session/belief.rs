@@ -6,10 +6,10 @@
 
 use std::time::{Duration, Instant};
 
-use super::{Activity, Link, Seen, Session, Way};
+use super::{Activity, LastReport, Link, MotionPath, Session};
 use crate::params::GRBL_REPORT_AGE;
 
-impl Way {
+impl MotionPath {
     /// Distance from one position to the next along the direction of travel, mm, and the distance travelled at full
     /// speed in `time`.
     fn step_mm(&self, from_mm: f64, to_mm: f64) -> f64 {
@@ -21,21 +21,21 @@ impl Way {
     }
 
     /// Whether the move can have reached it by then at full speed since the last accepted position, up to the target.
-    fn leads_to(&self, told: &Seen, seen: &Seen, rounding_mm: f64) -> bool {
+    fn leads_to(&self, told: &LastReport, seen: &LastReport, rounding_mm: f64) -> bool {
         let step_mm = self.step_mm(seen.machine_mm, told.machine_mm);
         let left_mm = self.step_mm(seen.machine_mm, self.to_mm).max(0.0);
-        let (heard_at, asked_at) = (seen.heard_at.max(self.since), seen.asked_at.max(self.since));
-        let shortest = told.asked_at.saturating_duration_since(heard_at + GRBL_REPORT_AGE);
-        let longest = told.heard_at.saturating_duration_since(asked_at) + GRBL_REPORT_AGE;
+        let (received_at, asked_at) = (seen.received_at.max(self.since), seen.asked_at.max(self.since));
+        let shortest = told.asked_at.saturating_duration_since(received_at + GRBL_REPORT_AGE);
+        let longest = told.received_at.saturating_duration_since(asked_at) + GRBL_REPORT_AGE;
         let least_mm = self.at_full_speed_mm(shortest).min(left_mm);
         let most_mm = self.at_full_speed_mm(longest).min(left_mm);
         (least_mm - rounding_mm..=most_mm + rounding_mm).contains(&step_mm)
     }
 
     /// Whether both can belong to one motion along the path, at any speed.
-    fn agrees(&self, told: &Seen, before: &Seen, rounding_mm: f64) -> bool {
+    fn agrees(&self, told: &LastReport, before: &LastReport, rounding_mm: f64) -> bool {
         let step_mm = self.step_mm(before.machine_mm, told.machine_mm);
-        let longest = told.heard_at.saturating_duration_since(before.asked_at) + GRBL_REPORT_AGE;
+        let longest = told.received_at.saturating_duration_since(before.asked_at) + GRBL_REPORT_AGE;
         (-rounding_mm..=self.at_full_speed_mm(longest) + rounding_mm).contains(&step_mm)
     }
 }
@@ -43,7 +43,7 @@ impl Way {
 impl Session {
     /// Accepts a report, or holds it as doubtful and queries again at once. A doubt that is not confirmed counts as
     /// garbage.
-    pub(super) fn believes(&mut self, told: Seen, now: Instant) -> bool {
+    pub(super) fn accepts(&mut self, told: LastReport, now: Instant) -> bool {
         let doubted = self.doubted.take();
         let is_borne_out = doubted.is_some_and(|doubted| self.agree(&told, &doubted));
         if let Some(doubted) = doubted.filter(|_| !is_borne_out) {
@@ -62,12 +62,12 @@ impl Session {
         is_believed
     }
 
-    fn is_expected(&self, told: &Seen) -> bool {
+    fn is_expected(&self, told: &LastReport) -> bool {
         let Some(seen) = &self.seen else { return true };
-        match (self.activity, &self.way) {
+        match (self.activity, &self.path) {
             (Activity::Rest, _) => !self.is_confirmed || seen.machine_mm == told.machine_mm,
-            (Activity::Travel(_) | Activity::Stopping(_), Some(way)) => {
-                way.leads_to(told, seen, self.rounding_mm())
+            (Activity::Travel(_) | Activity::Stopping(_), Some(path)) => {
+                path.leads_to(told, seen, self.rounding_mm())
             }
             // During these no position is reported before the end; and none stops without having moved.
             (Activity::Homing { .. } | Activity::Travel(_) | Activity::Stopping(_), _) => true,
@@ -75,14 +75,14 @@ impl Session {
     }
 
     /// Whether two reports can belong to the same rest or motion.
-    fn agree(&self, told: &Seen, before: &Seen) -> bool {
-        match (self.activity, &self.way) {
+    fn agree(&self, told: &LastReport, before: &LastReport) -> bool {
+        match (self.activity, &self.path) {
             (Activity::Rest, _) | (_, None) => told.machine_mm == before.machine_mm,
-            (_, Some(way)) => way.agrees(told, before, self.rounding_mm()),
+            (_, Some(path)) => path.agrees(told, before, self.rounding_mm()),
         }
     }
 
-    fn take(&mut self, told: Seen) {
+    fn take(&mut self, told: LastReport) {
         let rests = self.activity == Activity::Rest && !told.state.in_motion();
         let is_repeated =
             self.seen.is_some_and(|seen| seen.machine_mm == told.machine_mm && !seen.state.in_motion());
