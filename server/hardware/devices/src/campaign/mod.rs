@@ -261,11 +261,11 @@ impl Rig {
         if matches!(when, When::Shining | When::ShiningAndMoving)
             && let Some(laser) = &mut self.laser
         {
-            let shines = laser.switch_on(0.5, Duration::from_secs(1)).is_ok();
+            let is_on = laser.switch_on(0.5, Duration::from_secs(1)).is_ok();
             // A lease that ends before the light was seen is not a hang.
             self.wait("the laser does not turn on", tally, |rig, _| {
                 let ended = rig.laser.as_mut().is_none_or(|laser| !laser.poll().is_ok_and(|state| state.emitting));
-                !shines || rig.witness.light() || ended
+                !is_on || rig.witness.light() || ended
             });
         }
         match when {
@@ -292,7 +292,7 @@ impl Rig {
 
     /// Injects one fault and checks the recovery.
     fn suffer(&mut self, what: FaultKind, when: When, dice: &mut Xorshift, tally: &mut Tally) {
-        let shone = matches!(when, When::Shining | When::ShiningAndMoving) && self.laser.is_some();
+        let was_on = matches!(when, When::Shining | When::ShiningAndMoving) && self.laser.is_some();
         self.bring_to(when, tally);
         time::sleep(Duration::from_millis(dice.roll(150) as u64));
         let struck = Stopwatch::start();
@@ -303,7 +303,7 @@ impl Rig {
         // Until it is reported, or, if it has no effect, for longer than the limit.
         let mut named = None;
         while named.is_none() && struck.own_time() < NAMED_LIMIT + Duration::from_millis(800) {
-            if shone && let Some(laser) = &mut self.laser {
+            if was_on && let Some(laser) = &mut self.laser {
                 laser.renew(Duration::from_secs(1)).ok();
             }
             named = self.poll(tally).err();

@@ -217,7 +217,7 @@ fn memory_is_used_again(mut camera: Box<dyn Camera>, profile: &CameraProfile) {
     let place = address(&image);
     for _ in 0..N_FRAMES {
         frame(&mut *camera, &mut image, profile);
-        assert_eq!(address(&image), place, "a frame was put into new memory instead of the buffer handed in");
+        assert_eq!(address(&image), place, "a frame was put into new memory instead of the given buffer");
     }
 }
 

@@ -183,8 +183,8 @@ fn some_power(laser: &dyn Laser) -> f64 {
     laser.capabilities().power.map_or(1.0, |range| 0.5 * (range.min + range.max))
 }
 
-fn witness_sees(profile: &LaserProfile, shining: bool, otherwise: &str) {
+fn witness_sees(profile: &LaserProfile, is_on: bool, otherwise: &str) {
     if let Some(light) = &profile.light {
-        wait_for(profile.reaction_limit + SCHEDULING_SLACK, otherwise, || (light() == shining).then_some(()));
+        wait_for(profile.reaction_limit + SCHEDULING_SLACK, otherwise, || (light() == is_on).then_some(()));
     }
 }

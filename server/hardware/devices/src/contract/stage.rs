@@ -132,7 +132,7 @@ fn targets_outside_the_travel_are_refused(mut stage: Box<dyn Stage>, profile: &S
             "a move to {target_mm} mm gave {refusal:?}"
         );
     }
-    stands(&mut *stage, before, profile, "it moved though the move was refused");
+    expect_at_rest(&mut *stage, before, profile, "it moved though the move was refused");
 }
 
 fn numbers_that_make_no_move_are_refused(mut stage: Box<dyn Stage>, profile: &StageProfile) {
@@ -153,7 +153,7 @@ fn numbers_that_make_no_move_are_refused(mut stage: Box<dyn Stage>, profile: &St
     }
     let refusal = stage.start_jog(f64::NAN, profile.speed_mm_s);
     assert!(matches!(refusal, Err(StageError::BadNumber { .. })), "a jog over NaN gave {refusal:?}");
-    stands(&mut *stage, before, profile, "it moved though the move was refused");
+    expect_at_rest(&mut *stage, before, profile, "it moved though the move was refused");
 }
 
 fn a_jog_goes_its_distance(mut stage: Box<dyn Stage>, profile: &StageProfile) {
@@ -188,7 +188,7 @@ fn stop_works_at_rest(mut stage: Box<dyn Stage>, profile: &StageProfile) {
         short("stop", || stage.stop()).expect("stop at rest");
         at_rest(&mut *stage, profile.rest_limit);
     }
-    stands(&mut *stage, before, profile, "a stop at rest moved it or cost its position");
+    expect_at_rest(&mut *stage, before, profile, "a stop at rest moved it or cost its position");
     let target_mm = targets(&*stage).1;
     stage.start_move(target_mm, profile.speed_mm_s).expect("a stop at rest leaves it ready");
     arrives(&mut *stage, target_mm, profile);
@@ -198,7 +198,7 @@ fn clearing_no_fault_changes_nothing(mut stage: Box<dyn Stage>, profile: &StageP
     home(&mut *stage, profile);
     let before = look(&mut *stage).position_mm;
     short("clear_fault", || stage.clear_fault()).expect("there is none");
-    stands(&mut *stage, before, profile, "clearing no fault cost the position");
+    expect_at_rest(&mut *stage, before, profile, "clearing no fault cost the position");
 }
 
 fn reconnecting_a_sound_stage_leaves_it_at_rest(mut stage: Box<dyn Stage>, profile: &StageProfile) {
@@ -288,7 +288,7 @@ fn a_held_move_goes_on_when_resumed(mut stage: Box<dyn Stage>, profile: &StagePr
         let state = look(&mut *stage);
         (state.held && !state.moving).then_some(state)
     });
-    stands(&mut *stage, held.position_mm, profile, "a held stage crept");
+    expect_at_rest(&mut *stage, held.position_mm, profile, "a held stage crept");
     short("resume", || stage.resume()).expect("resume");
     arrives(&mut *stage, far_mm, profile);
 }
@@ -385,10 +385,10 @@ fn stays_short_of(stage: &mut dyn Stage, far_mm: f64, profile: &StageProfile) {
     if let Some(at_mm) = stopped_at {
         assert!(at_mm < far_mm - profile.tolerance_mm, "stopped, and it is at its target of {far_mm} mm");
     }
-    stands(stage, stopped_at, profile, "a stopped move went on");
+    expect_at_rest(stage, stopped_at, profile, "a stopped move continued");
 }
 
-fn stands(stage: &mut dyn Stage, at_mm: Option<f64>, profile: &StageProfile, otherwise: &str) {
+fn expect_at_rest(stage: &mut dyn Stage, at_mm: Option<f64>, profile: &StageProfile, otherwise: &str) {
     for _ in 0..N_LOOKS {
         crate::time::sleep(Duration::from_millis(5));
         let now = look(stage);

@@ -1,4 +1,4 @@
-//! A laser: it is leased, and goes off when nobody renews the lease.
+//! A laser: it is leased, and goes off unless the lease is renewed.
 
 use std::borrow::Cow;
 use std::sync::Arc;

@@ -91,8 +91,8 @@ fn a_stage_without_new_reports_is_not_stalled_before_its_move_is_late() {
     assert!(motion.watch(&reading, begun_at).unwrap().is_none());
     let silent_for = NO_PROGRESS_LIMIT + Duration::from_millis(50);
     assert!(motion.watch(&reading, begun_at + silent_for).unwrap().is_none(), "silence was reported as a stall");
-    let stands = StageState { measured_at: begun_at + silent_for, ..reading };
-    let result = motion.watch(&stands, begun_at + silent_for);
+    let at_rest = StageState { measured_at: begun_at + silent_for, ..reading };
+    let result = motion.watch(&at_rest, begun_at + silent_for);
     assert!(matches!(result, Err(StageError::Stalled { .. })), "{result:?}");
 }
 

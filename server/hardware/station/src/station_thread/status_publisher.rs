@@ -191,7 +191,7 @@ impl Station {
                 let device = camera.device();
                 DeviceStatus { connected, identity: device.identity(), capabilities: device.capabilities() }
             }
-            None => DeviceStatus { connected, identity: nobody(), capabilities: no_camera() },
+            None => DeviceStatus { connected, identity: unknown_identity(), capabilities: no_camera() },
         }
     }
 
@@ -202,7 +202,7 @@ impl Station {
                 let device = stage.device();
                 DeviceStatus { connected, identity: device.identity(), capabilities: device.capabilities() }
             }
-            None => DeviceStatus { connected, identity: nobody(), capabilities: no_stage() },
+            None => DeviceStatus { connected, identity: unknown_identity(), capabilities: no_stage() },
         }
     }
 
@@ -213,7 +213,7 @@ impl Station {
                 let device = laser.device();
                 DeviceStatus { connected, identity: device.identity(), capabilities: device.capabilities() }
             }
-            None => DeviceStatus { connected, identity: nobody(), capabilities: no_laser() },
+            None => DeviceStatus { connected, identity: unknown_identity(), capabilities: no_laser() },
         }
     }
 }
@@ -225,14 +225,14 @@ pub fn first_status(simulated: Option<&'static str>, state: MachineState) -> Sta
         state_history: StateHistory::default(),
         activity: "connecting the devices".to_owned(),
         simulated,
-        camera: DeviceStatus { connected: false, identity: nobody(), capabilities: no_camera() },
+        camera: DeviceStatus { connected: false, identity: unknown_identity(), capabilities: no_camera() },
         camera_settings: no_settings(),
         frame_rate_hz: 0.0,
-        stage: DeviceStatus { connected: false, identity: nobody(), capabilities: no_stage() },
+        stage: DeviceStatus { connected: false, identity: unknown_identity(), capabilities: no_stage() },
         position_mm: None,
         moving: false,
         homed: false,
-        laser: DeviceStatus { connected: false, identity: nobody(), capabilities: no_laser() },
+        laser: DeviceStatus { connected: false, identity: unknown_identity(), capabilities: no_laser() },
         laser_lost_host: None,
         laser_light: LaserLight::Unknown,
         laser_power: 0.0,
@@ -244,7 +244,7 @@ pub fn first_status(simulated: Option<&'static str>, state: MachineState) -> Sta
     }
 }
 
-fn nobody() -> DeviceIdentity {
+fn unknown_identity() -> DeviceIdentity {
     let none = String::new;
     DeviceIdentity { driver: "none", vendor: none(), model: none(), serial: none(), firmware: none() }
 }

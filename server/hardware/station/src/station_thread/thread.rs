@@ -46,8 +46,8 @@ impl Guarded {
             |station| station.laser.iter_mut().for_each(|laser| drop(laser.off())),
             |station| station.camera.iter_mut().for_each(|camera| drop(camera.stop())),
         ];
-        for tell in devices {
-            let _ = catch_unwind(AssertUnwindSafe(|| tell(&mut self.0)));
+        for stop_device in devices {
+            let _ = catch_unwind(AssertUnwindSafe(|| stop_device(&mut self.0)));
         }
     }
 }

@@ -178,7 +178,7 @@ fn a_second_job_is_refused_while_one_has_the_station() {
     let bench = bench();
     let lease = bench.lease();
     lease.activity("scanning, row 3 of 9");
-    bench.wait_for("told", |status| status.activity == "scanning, row 3 of 9");
+    bench.wait_for("the activity", |status| status.activity == "scanning, row 3 of 9");
     assert!(matches!(bench.try_lease(), Err(StationRefusal::Busy { activity }) if activity.contains("row 3")));
     drop(lease);
     assert!(bench.try_lease().is_ok());

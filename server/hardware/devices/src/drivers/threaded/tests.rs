@@ -207,7 +207,7 @@ fn a_driver_that_hangs_in_any_call_blocks_no_caller_is_reported_in_time_and_reco
         assert!(is_gone(&short(CALL_LIMIT, "start", || camera.start())));
         assert!(is_gone(&short(CALL_LIMIT, "configure", || camera.configure(&CameraRequest::default()))));
         std::thread::sleep((hung_at + hang + PERIOD).saturating_duration_since(Instant::now()));
-        assert!(is_gone(&next(&mut camera)), "it came back by itself");
+        assert!(is_gone(&next(&mut camera)), "it reconnected without a request");
         short(CALL_LIMIT, "reconnect", || camera.reconnect()).unwrap();
         let mut back = next(&mut camera);
         while is_gone(&back) && hung_at.elapsed() < hang * 3 {

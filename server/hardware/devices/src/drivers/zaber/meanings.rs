@@ -37,7 +37,7 @@ pub fn flag_meaning(flag: &str) -> (Severity, &'static str) {
         "FP" => (Severity::Fault, "a motion was broken off outside its limits"),
         "FE" => (Severity::Fault, "it hit a limit of its travel"),
         "WL" => (Severity::Fault, "it hit a limit switch it did not expect; the position may be wrong"),
-        "WM" => (Severity::Fault, "it was moved while it stood still; the position may be wrong"),
+        "WM" => (Severity::Fault, "it was moved while at rest; the position may be wrong"),
         "WP" => (Severity::Fault, "its invalid calibration type makes its position wrong"),
         "NC" => (Severity::Interrupted, "it is moved by its knob"),
         "NI" => (Severity::Interrupted, "another command or the knob interrupted the motion"),

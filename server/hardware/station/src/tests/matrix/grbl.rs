@@ -130,7 +130,7 @@ fn thirty_stops_reach_the_controller_in_time() {
         let watch = Stopwatch::start();
         bench.stop();
         let received = || controller.witness().byte_since(mark, b'!');
-        wait_until("heard", || received().is_some());
+        wait_until("received", || received().is_some());
         times.push(watch.own_time());
         bench.wait_for("at rest", |status| !status.moving);
         bench.manual(Manual::Reset).unwrap();

@@ -73,7 +73,7 @@ impl Session {
         let ours = self.reset.is_some_and(|reset| {
             reset.awaited || (!moving && now.saturating_duration_since(reset.sent_at) < GRBL_SILENCE)
         });
-        let told = self.fault.is_some();
+        let was_faulted = self.fault.is_some();
         self.pending.clear();
         self.activity = match self.activity {
             Activity::Stopping(stopping) if stopping.behind_reset => {
@@ -92,7 +92,7 @@ impl Session {
         if let Some(reset) = &mut self.reset {
             reset.awaited = false;
         }
-        if ours || told {
+        if ours || was_faulted {
             // The state before the reset is obsolete: the next report decides.
             self.query(now);
         } else {
@@ -200,8 +200,8 @@ impl Session {
         let Some(machine_mm) = self.machine_mm(&report) else { return };
         // The report was generated between query and answer.
         let at = asked_at + (began_at - asked_at) / 2;
-        let told = LastReport { state: report.state, machine_mm, asked_at, at, received_at: now };
-        if !self.accepts(told, now) {
+        let latest = LastReport { state: report.state, machine_mm, asked_at, at, received_at: now };
+        if !self.accept(latest, now) {
             return;
         }
         if matches!(report.state, MachineState::Idle | MachineState::Alarm) {

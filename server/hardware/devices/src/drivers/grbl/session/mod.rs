@@ -2,13 +2,13 @@
 //!
 //! Received bytes are passed to [`Session::received`], time to [`Session::tick`], commands to the methods of
 //! `commands`; the output collects in `outgoing`. Parts: `opening` (from the reset to the first report), `messages`
-//! (messages of a ready controller), `belief` (which positions are accepted), `timers`, `commands`.
+//! (messages of a ready controller), `plausibility` (which positions are accepted), `timers`, `commands`.
 
-mod belief;
 mod commands;
 mod dialogue;
 mod messages;
 mod opening;
+mod plausibility;
 mod timers;
 
 use std::collections::VecDeque;
@@ -51,7 +51,7 @@ enum Activity {
 struct Stopping {
     /// When the reset is sent although no report showed rest.
     until: Instant,
-    /// Whether only a jog was stopped, which ends by itself at rest: no reset.
+    /// Whether only a jog was stopped, which ends at rest automatically: no reset.
     only_jog: bool,
     /// Whether its hold was sent after a reset, which does not answer for it: the hold takes effect after the banner.
     behind_reset: bool,

@@ -252,10 +252,10 @@ fn an_emergency_stop_stays_an_alarm_until_it_is_released() {
 
 #[test]
 fn the_laser_state_after_a_killed_host_is_reported_for_every_firmware() {
-    let told = |config: SimulatorConfig| bench(config).open().1.lost_host();
+    let lost_host = |config: SimulatorConfig| bench(config).open().1.lost_host();
     for dialect in Dialect::ALL {
-        assert!(told(SimulatorConfig::of(dialect)).contains("no watchdog"), "{dialect:?}");
+        assert!(lost_host(SimulatorConfig::of(dialect)).contains("no watchdog"), "{dialect:?}");
     }
     let sleeps = SimulatorConfig { sleeps: true, ..SimulatorConfig::of(Dialect::GrblHal) };
-    assert!(told(sleeps).contains("5 minutes"));
+    assert!(lost_host(sleeps).contains("5 minutes"));
 }

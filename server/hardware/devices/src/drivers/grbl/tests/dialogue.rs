@@ -50,8 +50,8 @@ fn a_controller_that_differs_from_the_configuration_is_refused_with_the_differen
         (SimulatorConfig { max_travel_mm: 5.0, ..sound() }, "-5 to 0 mm"),
     ] {
         let refusal = bench(kind).refusal();
-        let StageError::WrongDevice { found: told, .. } = &refusal else { panic!("{refusal}") };
-        assert!(told.contains(found), "{refusal}");
+        let StageError::WrongDevice { found: reported, .. } = &refusal else { panic!("{refusal}") };
+        assert!(reported.contains(found), "{refusal}");
     }
 }
 
@@ -180,7 +180,7 @@ fn a_soft_limit_alarm_keeps_the_position_and_every_other_costs_it() {
         bench.simulator.trigger_event(Event::Alarm(code));
         wait_until(Duration::from_secs(1), "the alarm is reported", || stage.poll().is_err());
         let fault = stage.poll().unwrap_err();
-        assert!(matches!(fault, StageError::Alarm { code: told, .. } if told == code), "{fault}");
+        assert!(matches!(fault, StageError::Alarm { code: reported, .. } if reported == code), "{fault}");
         stage.clear_fault().unwrap();
         wait_until(Duration::from_secs(2), "the alarm is cleared", || stage.poll().is_ok());
         let after = stage.poll().unwrap().position_mm;

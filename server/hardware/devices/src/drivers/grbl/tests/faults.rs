@@ -49,10 +49,10 @@ macro_rules! cells {
 }
 
 macro_rules! one_dialect {
-    ($dialect:ident => {$($name:ident: $what:ident, $when:ident => $told:pat,)*}) => {
+    ($dialect:ident => {$($name:ident: $what:ident, $when:ident => $expected:pat,)*}) => {
         $(#[test]
         fn $name() {
-            cell(Dialect::$dialect, FaultKind::$what, When::$when, |fault| matches!(fault, $told));
+            cell(Dialect::$dialect, FaultKind::$what, When::$when, |fault| matches!(fault, $expected));
         })*
     };
 }
@@ -93,7 +93,7 @@ cells! { GrblHal: grbl_hal_homing, FluidNc: fluid_nc_homing => {
     garbage_while_homing: Garbage, Homing => StageError::Garbage { .. } | StageError::NoReply { .. },
 }}
 
-fn cell(dialect: Dialect, what: FaultKind, when: When, told: impl Fn(&StageError) -> bool) {
+fn cell(dialect: Dialect, what: FaultKind, when: When, expected: impl Fn(&StageError) -> bool) {
     let mut config = SimulatorConfig::of(dialect);
     // The recommended setting of grblHAL: otherwise its silence while homing is not a fault.
     config.report_mask |= 1 << 12;
@@ -110,7 +110,7 @@ fn cell(dialect: Dialect, what: FaultKind, when: When, told: impl Fn(&StageError
     });
     println!("{dialect:?} {what:?} {when:?}: reported after {:?}", crate::time::since(begin));
     let fault = stage.poll().unwrap_err();
-    assert!(told(&fault), "reported as: {fault}");
+    assert!(expected(&fault), "reported as: {fault}");
     assert!(stage.poll().is_err(), "reported once only");
     assert!(stage.start_move(0.0, 10.0).is_err(), "a move was accepted in spite of the fault");
     assert!(laser.switch_on(0.5, Duration::from_secs(1)).is_err(), "light was granted in spite of the fault");

@@ -210,7 +210,7 @@ fn under_way(stage: &mut GrblStage) {
     });
 }
 
-fn told(what: &str, mut times: Vec<Duration>) {
+fn print_times(what: &str, mut times: Vec<Duration>) {
     times.sort();
     println!("{what}: median {:?}, max {:?} of {}", times[times.len() / 2], times[times.len() - 1], times.len());
 }
@@ -226,7 +226,7 @@ fn moves_stop(stage: &mut GrblStage) {
         assert!((at_mm - target_mm).abs() > 1.0, "it went on to {at_mm} mm");
         called_at.elapsed()
     });
-    told("Stop of a move at 40 mm/s to rest, reported and ready", times.collect());
+    print_times("Stop of a move at 40 mm/s to rest, reported and ready", times.collect());
 }
 
 fn jogs_stop(stage: &mut GrblStage) {
@@ -240,7 +240,7 @@ fn jogs_stop(stage: &mut GrblStage) {
         assert!((at_mm - target_mm).abs() > 1.0, "it went on to {at_mm} mm");
         called_at.elapsed()
     });
-    told("Stop of a jog at 20 mm/s to rest, reported and ready", times.collect());
+    print_times("Stop of a jog at 20 mm/s to rest, reported and ready", times.collect());
 }
 
 /// With the laser on a stop waits for rest for only 0.3 s, then the laser is turned off at the cost of the position: a
@@ -269,7 +269,7 @@ fn light_stops(stage: &mut GrblStage, laser: &mut GrblLaser) {
             assert!(home(stage), "homed once, and not again");
         }
     }
-    told("Stop of a move with light to off, reported", times);
+    print_times("Stop of a move with light to off, reported", times);
     println!("of these, {n_lost} cost the position");
 }
 

@@ -244,7 +244,7 @@ impl Session {
             self.begin_stop(None, now);
         }
         self.dark_by = Some(now + limit);
-        // A light that was not sent yet is not sent any more.
+        // A light that was not sent yet is no longer sent.
         self.wanted.retain(|wanted| wanted.kind != LineKind::LaserOn);
         self.want("M5".to_owned(), LineKind::LaserOff);
         self.wanted.rotate_right(1);

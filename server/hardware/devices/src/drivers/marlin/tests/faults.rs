@@ -40,10 +40,10 @@ enum FaultKind {
 }
 
 macro_rules! cells {
-    ($($name:ident: $what:ident, $when:ident => $told:pat,)*) => {
+    ($($name:ident: $what:ident, $when:ident => $expected:pat,)*) => {
         $(#[test]
         fn $name() {
-            cell(FaultKind::$what, When::$when, |fault| matches!(fault, $told));
+            cell(FaultKind::$what, When::$when, |fault| matches!(fault, $expected));
         })*
     };
 }
@@ -80,7 +80,7 @@ cells! {
     another_device_while_moving: AnotherDevice, Moving => StageError::Gone { .. } | StageError::WrongDevice { .. },
 }
 
-fn cell(what: FaultKind, when: When, told: impl Fn(&StageError) -> bool) {
+fn cell(what: FaultKind, when: When, expected: impl Fn(&StageError) -> bool) {
     let bench = bench(SimulatorConfig { laser_timeout_ms: 0, ..SimulatorConfig::default() });
     let (mut stage, mut laser) = bench.open();
     bring_to(&bench, &mut stage, &mut laser, when);
@@ -93,7 +93,7 @@ fn cell(what: FaultKind, when: When, told: impl Fn(&StageError) -> bool) {
         stage.poll().is_err()
     });
     let fault = stage.poll().unwrap_err();
-    assert!(told(&fault), "reported as: {fault}");
+    assert!(expected(&fault), "reported as: {fault}");
     assert!(stage.poll().is_err(), "reported once only");
     assert!(stage.start_move(0.0, 10.0).is_err(), "a move was accepted in spite of the fault");
     assert!(laser.switch_on(0.5, Duration::from_secs(1)).is_err(), "light was granted in spite of the fault");

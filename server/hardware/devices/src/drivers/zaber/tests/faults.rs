@@ -34,10 +34,10 @@ enum FaultKind {
 }
 
 macro_rules! cells {
-    ($($name:ident: $what:ident, $when:ident => $told:pat,)*) => {
+    ($($name:ident: $what:ident, $when:ident => $expected:pat,)*) => {
         $(#[test]
         fn $name() {
-            cell(FaultKind::$what, When::$when, |fault| matches!(fault, $told));
+            cell(FaultKind::$what, When::$when, |fault| matches!(fault, $expected));
         })*
     };
 }
@@ -67,14 +67,14 @@ cells! {
     another_device_while_moving: AnotherDevice, Moving => StageError::Gone { .. } | StageError::WrongDevice { .. },
 }
 
-fn cell(what: FaultKind, when: When, told: impl Fn(&StageError) -> bool) {
+fn cell(what: FaultKind, when: When, expected: impl Fn(&StageError) -> bool) {
     let bench = sound_bench();
     let mut stage = bench.open();
     bring_to(&bench, &mut stage, when);
     trigger_event(&bench, what);
     wait_until(NAMED_LIMIT + SLACK, "the fault is reported", || stage.poll().is_err());
     let fault = stage.poll().unwrap_err();
-    assert!(told(&fault), "reported as: {fault}");
+    assert!(expected(&fault), "reported as: {fault}");
     assert!(stage.poll().is_err(), "reported once only");
     assert!(stage.start_move(0.0, 10.0).is_err(), "a move was accepted in spite of the fault");
     if what != FaultKind::StuckUnnoticed {

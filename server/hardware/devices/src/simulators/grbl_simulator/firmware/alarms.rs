@@ -122,9 +122,9 @@ impl Firmware {
     /// A spontaneous alarm, as from a limit switch.
     pub fn raise(&mut self, code: u32, now: Instant) {
         self.advance(now);
-        let darkens = self.config.dialect != Dialect::FluidNc && !matches!(code, 4 | 5);
+        let turns_laser_off = self.config.dialect != Dialect::FluidNc && !matches!(code, 4 | 5);
         self.halt(now);
-        if darkens {
+        if turns_laser_off {
             self.dark(now);
         }
         self.homed &= code == 2;

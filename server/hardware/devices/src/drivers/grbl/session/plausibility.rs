@@ -21,21 +21,21 @@ impl MotionPath {
     }
 
     /// Whether the move can have reached it by then at full speed since the last accepted position, up to the target.
-    fn leads_to(&self, told: &LastReport, seen: &LastReport, rounding_mm: f64) -> bool {
-        let step_mm = self.step_mm(seen.machine_mm, told.machine_mm);
+    fn leads_to(&self, latest: &LastReport, seen: &LastReport, rounding_mm: f64) -> bool {
+        let step_mm = self.step_mm(seen.machine_mm, latest.machine_mm);
         let left_mm = self.step_mm(seen.machine_mm, self.to_mm).max(0.0);
         let (received_at, asked_at) = (seen.received_at.max(self.since), seen.asked_at.max(self.since));
-        let shortest = told.asked_at.saturating_duration_since(received_at + GRBL_REPORT_AGE);
-        let longest = told.received_at.saturating_duration_since(asked_at) + GRBL_REPORT_AGE;
+        let shortest = latest.asked_at.saturating_duration_since(received_at + GRBL_REPORT_AGE);
+        let longest = latest.received_at.saturating_duration_since(asked_at) + GRBL_REPORT_AGE;
         let least_mm = self.at_full_speed_mm(shortest).min(left_mm);
         let most_mm = self.at_full_speed_mm(longest).min(left_mm);
         (least_mm - rounding_mm..=most_mm + rounding_mm).contains(&step_mm)
     }
 
     /// Whether both can belong to one motion along the path, at any speed.
-    fn agrees(&self, told: &LastReport, before: &LastReport, rounding_mm: f64) -> bool {
-        let step_mm = self.step_mm(before.machine_mm, told.machine_mm);
-        let longest = told.received_at.saturating_duration_since(before.asked_at) + GRBL_REPORT_AGE;
+    fn agrees(&self, latest: &LastReport, before: &LastReport, rounding_mm: f64) -> bool {
+        let step_mm = self.step_mm(before.machine_mm, latest.machine_mm);
+        let longest = latest.received_at.saturating_duration_since(before.asked_at) + GRBL_REPORT_AGE;
         (-rounding_mm..=self.at_full_speed_mm(longest) + rounding_mm).contains(&step_mm)
     }
 }
@@ -43,31 +43,31 @@ impl MotionPath {
 impl Session {
     /// Accepts a report, or holds it as doubtful and queries again at once. A doubt that is not confirmed counts as
     /// garbage.
-    pub(super) fn accepts(&mut self, told: LastReport, now: Instant) -> bool {
+    pub(super) fn accept(&mut self, latest: LastReport, now: Instant) -> bool {
         let doubted = self.doubted.take();
-        let is_borne_out = doubted.is_some_and(|doubted| self.agree(&told, &doubted));
-        if let Some(doubted) = doubted.filter(|_| !is_borne_out) {
+        let is_confirmed_by_repeat = doubted.is_some_and(|doubted| self.agree(&latest, &doubted));
+        if let Some(doubted) = doubted.filter(|_| !is_confirmed_by_repeat) {
             self.garbage(format!("a position of {} mm", doubted.machine_mm), now);
             if !matches!(self.link, Link::Up) {
                 return false;
             }
         }
-        let is_believed = is_borne_out || self.is_expected(&told);
-        if is_believed {
-            self.take(told);
+        let is_accepted = is_confirmed_by_repeat || self.is_expected(&latest);
+        if is_accepted {
+            self.take(latest);
         } else {
-            self.doubted = Some(told);
+            self.doubted = Some(latest);
             self.query(now);
         }
-        is_believed
+        is_accepted
     }
 
-    fn is_expected(&self, told: &LastReport) -> bool {
+    fn is_expected(&self, latest: &LastReport) -> bool {
         let Some(seen) = &self.seen else { return true };
         match (self.activity, &self.path) {
-            (Activity::Rest, _) => !self.is_confirmed || seen.machine_mm == told.machine_mm,
+            (Activity::Rest, _) => !self.is_confirmed || seen.machine_mm == latest.machine_mm,
             (Activity::Travel(_) | Activity::Stopping(_), Some(path)) => {
-                path.leads_to(told, seen, self.rounding_mm())
+                path.leads_to(latest, seen, self.rounding_mm())
             }
             // During these no position is reported before the end; and none stops without having moved.
             (Activity::Homing { .. } | Activity::Travel(_) | Activity::Stopping(_), _) => true,
@@ -75,19 +75,19 @@ impl Session {
     }
 
     /// Whether two reports can belong to the same rest or motion.
-    fn agree(&self, told: &LastReport, before: &LastReport) -> bool {
+    fn agree(&self, latest: &LastReport, before: &LastReport) -> bool {
         match (self.activity, &self.path) {
-            (Activity::Rest, _) | (_, None) => told.machine_mm == before.machine_mm,
-            (_, Some(path)) => path.agrees(told, before, self.rounding_mm()),
+            (Activity::Rest, _) | (_, None) => latest.machine_mm == before.machine_mm,
+            (_, Some(path)) => path.agrees(latest, before, self.rounding_mm()),
         }
     }
 
-    fn take(&mut self, told: LastReport) {
-        let rests = self.activity == Activity::Rest && !told.state.in_motion();
+    fn take(&mut self, latest: LastReport) {
+        let rests = self.activity == Activity::Rest && !latest.state.in_motion();
         let is_repeated =
-            self.seen.is_some_and(|seen| seen.machine_mm == told.machine_mm && !seen.state.in_motion());
+            self.seen.is_some_and(|seen| seen.machine_mm == latest.machine_mm && !seen.state.in_motion());
         self.is_confirmed = rests && (self.is_confirmed || is_repeated);
-        self.seen = Some(told);
+        self.seen = Some(latest);
     }
 
     /// Tolerance of a reported position: a step and a half, and half of the last decimal.
