@@ -174,7 +174,7 @@ test(
     await page.waitForSelector('.wizard[data-step="camera"]');
     expect(await covered(page)).toBe(0);
     await press(page, "Start live view");
-    await page.locator(".look, .told").first().waitFor();
+    await page.locator(".look, .board-facts").first().waitFor();
     // The board is held still: the picture is taken by itself.
     await press(page, "Next pose");
     await taken(page, 1);
@@ -259,12 +259,12 @@ test(
     await expectAccessible(last.page);
     await picture(last.page, "calibration-finish");
     // Until somebody activates it, the active calibration stays.
-    const active = await server.call<Schemas["ActiveDto"]>("GET", "/api/v1/calibrations/active");
+    const active = await server.call<Schemas["ActiveCalibrationDto"]>("GET", "/api/v1/calibrations/active");
     expect(active.calibration_id).toBe(first_id);
     await press(last.page, "Activate…");
     await answer(last.page, "Activate");
     await last.page.getByText("This calibration is active.").waitFor();
-    const now = await server.call<Schemas["ActiveDto"]>("GET", "/api/v1/calibrations/active");
+    const now = await server.call<Schemas["ActiveCalibrationDto"]>("GET", "/api/v1/calibrations/active");
     expect(now.calibration_id).toBe(made_id);
     expect([...complaints, ...other.complaints, ...last.complaints]).toEqual([]);
     await last.context.close();

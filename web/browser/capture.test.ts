@@ -43,7 +43,7 @@ test("an uploaded capture becomes a draft, and active only by a person's act", a
   await expectAccessible(page);
   await picture(page, "calibration-uploaded");
   const id = (await fresh.getAttribute("data-fresh")) ?? "";
-  const active = () => server.call<Schemas["ActiveDto"]>("GET", "/api/v1/calibrations/active");
+  const active = () => server.call<Schemas["ActiveCalibrationDto"]>("GET", "/api/v1/calibrations/active");
   expect((await active()).calibration_id ?? null).toBeNull();
   const made = await server.call<Schemas["CalibrationItemDto"]>("GET", `/api/v1/calibrations/${id}`);
   const capture = await server.call<Schemas["CaptureDto"]>("GET", `/api/v1/captures/${made.capture_id}`);

@@ -59,13 +59,14 @@ const DEVICES = {
   },
   stage: {
     connected: true,
+    kind: "linear",
     homed: true,
     needs_homing: true,
     moving: false,
     position_mm: 0,
     travel_mm: [-100, 100],
   },
-  laser: { connected: true, light: "off", power: 0, interlock_closed: true },
+  laser: { connected: true, state: "off", power: 0, interlock_closed: true },
   frames: { arrived: 0, dropped: {} },
 };
 
@@ -142,7 +143,7 @@ export class FakeStation {
         return HALTED;
       case "POST /api/v1/station/control":
       case "PUT /api/v1/station/control":
-        return { id: "lease", holder: "Test", ends_in_s: 5 };
+        return { id: "lease", holder: "Test", expires_in_s: 5 };
       case "POST /api/v1/station/reset":
         this.enter("Operational.Ready");
         return this.station();

@@ -206,7 +206,7 @@ test("in German no English is left where a job is shown, at every step and after
   await page.reload();
   for (const [phase, doing] of Object.entries(de.jobs.phases)) {
     staged.tell({
-      step: { phase: phase as Schemas["PhaseDto"], number: 3, of: 12 },
+      step: { phase: phase as Schemas["PhaseDto"], number: 3, total: 12 },
       message: `${phase} of the board`,
     });
     const told = de.jobs.counted(doing, 3, 12);

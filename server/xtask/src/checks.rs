@@ -15,6 +15,9 @@ use crate::tools::{GENICAM, ensure_genicam, ensure_python};
 /// Lines of the test runner repeated at the end, where a reader looks first.
 const CLOSING_LINES: usize = 3;
 
+/// Slots of a processor that `.config/nextest.toml` divides among tests.
+const SLOTS_PER_PROCESSOR: usize = 4;
+
 /// All checks. Steps that need cargo's build folder run in sequence; the page, its checks, and downloads run beside
 /// them. Tests run alone, since some of them check promised times.
 pub fn test() -> Outcome {
@@ -80,7 +83,10 @@ fn run_tests(
     not_run: &mut BTreeSet<String>,
 ) -> Outcome<Vec<String>> {
     let mut command = if nextest {
-        cargo(&["nextest", "run", "--workspace", "--no-fail-fast", "--color", "never"])
+        let mut command = cargo(&["nextest", "run", "--workspace", "--no-fail-fast", "--color", "never"]);
+        let n_processors = std::thread::available_parallelism().map_or(1, usize::from);
+        command.arg("--test-threads").arg((SLOTS_PER_PROCESSOR * n_processors).to_string());
+        command
     } else {
         println!("── cargo-nextest is not installed: using cargo test");
         cargo(&["test", "--workspace", "--lib", "--bins", "--tests", "--no-fail-fast", "--color", "never"])

@@ -51,7 +51,8 @@ pub fn debug_program() -> PathBuf {
 }
 
 /// Runs the labelling tests on dozens of random scenes, each against its stated rate of wrong labels, stations of all
-/// sizes from images to a measured ball, a thousand serial faults for each controller, and 500 camera faults.
+/// sizes from images to a measured ball, all characteristics of plans on twenty seeds, a thousand serial faults for each
+/// controller, 500 camera faults, and thirty kills of the server.
 pub fn campaign() -> Outcome {
     let filter = ["--", "campaign", "--ignored", "--nocapture", "--test-threads", "1"];
     run("serial faults", cargo(&["test", "--package", "sheaf-devices", "--lib"]).args(filter))?;
@@ -59,6 +60,8 @@ pub fn campaign() -> Outcome {
     let features: &[&str] = if has_aravis() { &["--features", "sheaf-genicam/aravis"] } else { &[] };
     cameras.args(features);
     run("camera faults", cameras.args(filter))?;
+    run("characteristics of plans", cargo(&["test", "--package", "sheaf-metrology", "--lib"]).args(filter))?;
+    run("kills", cargo(&["test", "--package", "sheaf", "--test", "it"]).args(filter))?;
     run("stations of all sizes", cargo(&["test", "--package", "sheaf-pipeline", "--test", "it"]).args(filter))?;
     run("campaign", cargo(&["test", "--package", "sheaf-scanning", "--test", "it"]).args(filter))
 }

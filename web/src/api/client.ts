@@ -64,7 +64,7 @@ export async function postStop(actor: string, signal: AbortSignal): Promise<Part
 
 export type Api = Client<paths>;
 
-/** Makes the client; `control` tells the id of the control lease this page holds, `actor` who sits before it. */
+/** Creates the client; `control` returns the id of this page's control lease, `actor` the user's name. */
 export function makeApi(control: () => string | undefined, actor: () => string): Api {
   const api = createClient<paths>({ baseUrl: location.origin });
   const carryControl: Middleware = {

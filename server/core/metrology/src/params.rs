@@ -159,3 +159,75 @@ pub const BASE_SPREAD_RATIO: f64 = 1.2;
 
 /// Angles below this many standard uncertainties fold at 0°: their mean is biased.
 pub const FOLD_SIGMAS: f64 = 5.0;
+
+/// Length of the chords that a local normal is taken from, in thicknesses (one σ) of the light sheet.
+pub const NORMAL_BASE_SIGMAS: f64 = 3.0;
+
+/// Points this near to a plane (in thicknesses, one σ, of the light sheet) may belong to its rim: a stripe cut by an edge
+/// shows that much beside the surface (eq. 2).
+pub const RIM_REACH_LINE_SIGMAS: f64 = 1.5;
+
+/// A line is interrupted where its points are further apart than this many spacings.
+pub const RIM_GAP_SPACINGS: f64 = 2.5;
+
+/// Fewest points in a row that end at a rim.
+pub const RIM_MIN_RUN_POINTS: usize = 5;
+
+/// Points of a line, counted from its end, that show its full light: beyond the blur and near enough to be as bright.
+pub const RIM_FULL_LIGHT_POINTS: std::ops::Range<usize> = 8..24;
+
+/// Lines that cross a rim at less than this angle to it say nothing of it (sine, 40°).
+pub const RIM_MIN_SINE: f64 = 0.64;
+
+/// Fewest crossings per parameter of a contour.
+pub const RIM_MIN_CROSSINGS_PER_PARAMETER: usize = 3;
+
+/// Largest part of a circle without crossings, degrees.
+pub const RIM_MAX_GAP_DEG: f64 = 120.0;
+
+/// Standard uncertainty of where half the light is, in blurs (one σ): the surface's reflectance may differ by a tenth from
+/// the rim to further in.
+pub const RIM_BLUR_SHARE: f64 = 0.25;
+
+/// Fewest of the crossings, as a share, whose light fell before they ended: with less nobody knows where the rim is.
+pub const RIM_MIN_FADED_SHARE: f64 = 0.25;
+
+/// Points of a feature that its noise is taken from.
+pub const NOISE_POINTS: usize = 5000;
+
+/// Fewest points of every feature of a plan triangulated anew per calibration mode.
+pub const MIN_SYSTEMATIC_POINTS: usize = 400;
+
+/// Points that a scan is brought to its nominal surface by: the pose is then known far better than any place.
+pub const BEST_FIT_POINTS: usize = 20_000;
+
+/// Fewest of them with a place within reach.
+pub const BEST_FIT_MIN_POINTS: usize = 100;
+
+/// A freedom is locked if the points hold it this many times worse (eigenvalues, lengths at the RMS distance of the points)
+/// than the best one: below it, facets of a round part pretend to hold its turn.
+pub const BEST_FIT_LOCK_RATIO: f64 = 1e-3;
+
+/// Half weight, in robust standard deviations: 95 % efficient for normal noise.
+pub const CAUCHY_SIGMAS: f64 = 2.385;
+
+/// Points within this share of the part's diagonal of its surface belong to it, unless it is said otherwise.
+pub const USUAL_REACH_SHARE: f64 = 0.02;
+
+/// A fit begins with this share, so that a start may be off by as much.
+pub const USUAL_CAPTURE_SHARE: f64 = 0.06;
+
+/// Sides of the cells of a comparison along the diagonal of a part.
+pub const CELLS_PER_DIAGONAL: f64 = 150.0;
+
+/// Fewest points that a cell is judged by.
+pub const MIN_CELL_POINTS: usize = 3;
+
+/// Points of a comparison that every mode of the calibration is taken at.
+pub const COMPARED_SYSTEMATIC_POINTS: usize = 2000;
+
+/// Worst places that are listed.
+pub const WORST_PLACES: usize = 10;
+
+/// They are at least this many cells apart.
+pub const WORST_PLACE_CELLS: f64 = 6.0;

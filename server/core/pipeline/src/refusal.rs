@@ -4,7 +4,7 @@ use std::path::Path;
 
 use calibration::{CalibrationError, DocumentError};
 use capture::{CaptureError, ImageFileError};
-use metrology::MeasureError;
+use metrology::{CompareError, MeasureError, NominalError, PlanDocumentError};
 use remedy::Remedy;
 use scanning::{FileError, ScanError};
 
@@ -59,6 +59,31 @@ impl From<MeasureError> for Failure {
             _ => FailureKind::Unobservable,
         };
         failure_of(kind, &error)
+    }
+}
+
+impl From<CompareError> for Failure {
+    fn from(error: CompareError) -> Self {
+        match error {
+            CompareError::Measure(error) => error.into(),
+            _ => failure_of(FailureKind::Unobservable, &error),
+        }
+    }
+}
+
+impl From<NominalError> for Failure {
+    fn from(error: NominalError) -> Self {
+        failure_of(FailureKind::BadInput, &error)
+    }
+}
+
+impl From<PlanDocumentError> for Failure {
+    fn from(error: PlanDocumentError) -> Self {
+        let failure = failure_of(FailureKind::BadInput, &error);
+        match error {
+            PlanDocumentError::Plan(error) => failure.at_entry(error.pointer),
+            PlanDocumentError::Json { .. } => failure,
+        }
     }
 }
 

@@ -71,7 +71,7 @@ fn centrelines(args: &BenchCentrelinesArgs, reporter: &dyn Reporter) -> Result<A
     let mut text = String::new();
     let _ = writeln!(
         text,
-        "image → centrelines, {width}×{height}, {} thread(s): {median_ms:.3} ms a frame, {points_per_frame} points",
+        "image → centrelines, {width}×{height}, {} thread(s): {median_ms:.3} ms per frame, {points_per_frame} points",
         args.threads
     );
     let _ = writeln!(

@@ -19,11 +19,11 @@ fn hold_board(server: &Server, pose: usize) {
 
 #[track_caller]
 fn look(server: &Server, session: &str) -> Value {
-    server.post(&format!("/api/v1/calibration-sessions/{session}/look"), &json!(null)).expect(200)
+    server.post(&format!("/api/v1/calibration-sessions/{session}/detect-board"), &json!(null)).expect(200)
 }
 
 #[test]
-fn a_look_says_what_a_picture_would_show_and_keeps_nothing() {
+fn board_detection_returns_what_an_image_would_show_and_stores_nothing() {
     let (_folder, server) = fresh();
     let defaults = server.get("/api/v1/calibration-sessions/defaults").expect(200);
     let session = server.post("/api/v1/calibration-sessions", &json!({})).expect(201);
@@ -33,7 +33,7 @@ fn a_look_says_what_a_picture_would_show_and_keeps_nothing() {
     let id = session["id"].as_str().unwrap();
     let nothing = look(&server, id);
     assert_eq!(nothing["corners"], json!([]));
-    assert!(nothing["problem"].as_str().unwrap().contains("hold the whole board in the picture"), "{nothing}");
+    assert!(nothing["problem"].as_str().unwrap().contains("hold the whole board in the image"), "{nothing}");
     hold_board(&server, 0);
     let seen = look(&server, id);
     assert_eq!(seen["corners"].as_array().unwrap().len(), CORNERS, "{}", seen["problem"]);
@@ -58,7 +58,7 @@ fn a_look_says_what_a_picture_would_show_and_keeps_nothing() {
     assert!(seen["rms_px"].as_f64().unwrap() < RMS_PX, "{seen}");
     let after = server.get(&format!("/api/v1/calibration-sessions/{id}")).expect(200);
     assert_eq!(after, kept);
-    server.post("/api/v1/calibration-sessions/nowhere/look", &json!(null)).expect(404);
+    server.post("/api/v1/calibration-sessions/nowhere/detect-board", &json!(null)).expect(404);
 }
 
 #[test]

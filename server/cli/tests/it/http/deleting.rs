@@ -176,7 +176,7 @@ fn an_emptied_catalogue_beside_artifacts_is_not_started_on_and_nothing_is_delete
 }
 
 #[test]
-fn a_damaged_file_and_a_missing_one_are_told_alike_before_a_byte_is_sent() {
+fn damaged_and_missing_files_give_the_same_error_before_a_byte_is_sent() {
     let folder = tempfile::tempdir().unwrap();
     let data = folder.path().join("data");
     let server = Server::start(&data, &[]);

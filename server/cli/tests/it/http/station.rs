@@ -74,7 +74,7 @@ fn the_server_finds_an_exposure_at_which_lines_are_bright_and_not_flattened() {
 }
 
 #[test]
-fn stop_is_heard_from_everybody_with_any_body_under_any_name() {
+fn stop_works_for_everyone_with_any_body_and_any_host() {
     let (_folder, server) = fresh();
     let strange: [&[(&str, &str)]; 4] = [
         &[],
@@ -103,7 +103,7 @@ fn a_signal_ends_the_live_view_and_the_process_in_order() {
 }
 
 #[test]
-fn the_hands_at_the_simulated_station_change_the_scene() {
+fn the_scene_of_the_simulated_station_can_be_changed() {
     let (_folder, server) = fresh();
     assert_eq!(server.get("/api/v1/simulation/scene").expect(200)["scene"], "sphere");
     server.put("/api/v1/simulation/scene", &json!({ "scene": "gauge" })).expect(200);

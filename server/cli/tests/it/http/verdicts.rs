@@ -132,7 +132,7 @@ fn a_calibration_with_a_bad_verification_is_activated_only_on_purpose() {
     let (capture_id, calibration_id) = calibrated(&server);
     let verify = |nominal_mm: f64| {
         let source = json!({ "kind": "capture", "capture_id": capture_id, "scan": "gauge" });
-        let body = json!({ "artefact": "gauge", "nominal_mm": nominal_mm, "tolerance_mm": 0.5,
+        let body = json!({ "reference_part": "gauge", "nominal_mm": nominal_mm, "tolerance_mm": 0.5,
             "scan": { "source": source, "calibration_id": calibration_id } });
         server.result_of("/api/v1/verifications", &body)
     };

@@ -175,7 +175,7 @@ fn two_free_lasers_are_calibrated_and_scan() {
 }
 
 #[test]
-fn lasers_that_are_lit_one_by_one_are_told_apart_by_their_pictures() {
+fn lasers_switched_on_one_at_a_time_are_identified_by_their_images() {
     // Numbered from the bottom of the image upwards: by their places each would be taken for the other.
     let turns_rad = [-APART_RAD / 2.0, APART_RAD / 2.0];
     let folder = switched(&turns_rad);

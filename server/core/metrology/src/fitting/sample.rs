@@ -6,7 +6,7 @@ use scanning::{Cloud, CloudPoint, StagePositions};
 use statistics::median;
 
 use crate::fitting::footprint::line_sigma_mm;
-use crate::interface::request::Region;
+use crate::interface::region::Region;
 use crate::interface::shape::Shape;
 use crate::params::{
     BORDER_SIGMAS, MIN_COSINE, MIN_SIGMA_SHARE, UNKNOWN_SIGMA_PER_EXTENT, USUAL_LINE_SIGMA_RELATIVE,

@@ -21,6 +21,8 @@ pub enum Missing {
     StageStraightness,
     /// The angular accuracy of the turntable is unknown.
     StageAngle,
+    /// The light of the lines does not fall before they end at a rim, so nobody knows where the rim is.
+    EdgeThreshold,
 }
 
 impl Missing {
@@ -35,6 +37,7 @@ impl Missing {
             Self::Wavelength => "wavelength",
             Self::StageStraightness => "stage_straightness",
             Self::StageAngle => "stage_angle",
+            Self::EdgeThreshold => "edge_threshold",
         }
     }
 }
@@ -55,6 +58,9 @@ impl fmt::Display for Missing {
             Self::StageAngle => {
                 "the error of the turntable's angle (the calibration does not state it: give stage.angle_sigma_deg in \
                  the capture and calibrate again)"
+            }
+            Self::EdgeThreshold => {
+                "where a line ends at a rim (its light does not fall before: less exposure, or points nearer together)"
             }
         })
     }

@@ -2,8 +2,9 @@
 
 use std::borrow::Cow;
 
-use nalgebra::Vector3;
 use remedy::Remedy;
+
+use crate::interface::region::Region;
 
 /// What to measure.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -58,22 +59,6 @@ impl std::fmt::Display for Tool {
     }
 }
 
-/// A box in the part frame; points outside are ignored.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Region {
-    /// Smallest x, y, z, mm.
-    pub min_mm: [f64; 3],
-    /// Largest x, y, z, mm.
-    pub max_mm: [f64; 3],
-}
-
-impl Region {
-    /// Whether a point lies inside.
-    pub fn contains(&self, position: &Vector3<f64>) -> bool {
-        (0..3).all(|axis| (self.min_mm[axis]..=self.max_mm[axis]).contains(&position[axis]))
-    }
-}
-
 /// A measurement request.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MeasureRequest {
@@ -115,6 +100,44 @@ pub enum MeasureError {
         /// Points searched.
         n_points: usize,
     },
+    /// Too few lines cross the rim of a plane.
+    #[error("{got} lines cross the rim of the {feature} where at least {needed} are needed")]
+    TooFewCrossings {
+        /// What the rim belongs to.
+        feature: &'static str,
+        /// How many would do.
+        needed: usize,
+        /// How many there are.
+        got: usize,
+    },
+    /// A part of a round rim is not crossed by lines.
+    #[error("no line crosses the rim of the {feature} over {gap_deg:.0}°")]
+    OpenRim {
+        /// What the rim belongs to.
+        feature: &'static str,
+        /// How much of it, degrees.
+        gap_deg: f64,
+    },
+    /// The datums leave a freedom.
+    #[error("the datums do not hold {freedom}")]
+    FreeDatum {
+        /// Which.
+        freedom: &'static str,
+    },
+    /// Features that do not make what is asked of them.
+    #[error("the {what} is not determined by its features")]
+    NotDetermined {
+        /// What is not.
+        what: &'static str,
+    },
+    /// A feature that this one rests on is missing.
+    #[error("\"{id}\" is missing: {reason}")]
+    Missing {
+        /// The feature.
+        id: String,
+        /// Why it is missing.
+        reason: String,
+    },
     /// The points do not determine the radius.
     #[error("the radius is not determined: {radius_mm:.3} mm with a standard uncertainty of {u_mm:.3} mm")]
     RadiusUndetermined {
@@ -148,6 +171,14 @@ impl Remedy for MeasureError {
         Some(match self {
             Self::TooFewPoints { .. } => "check the region and the cloud".into(),
             Self::FeatureNotFound { .. } => "check the tool, or give a region around the feature".into(),
+            Self::TooFewCrossings { .. } => {
+                "give a region with the whole rim and a strip of its plane; lines must cross it, not run along it"
+                    .into()
+            }
+            Self::OpenRim { .. } => "scan all around, or give a larger region".into(),
+            Self::FreeDatum { .. } => "choose datums that hold all six freedoms".into(),
+            Self::NotDetermined { .. } => "choose other features".into(),
+            Self::Missing { .. } => "correct that feature first".into(),
             Self::RadiusUndetermined { .. } => "scan more of the curve".into(),
             Self::CalibrationMismatch { .. } => "give the calibration the scan was made with".into(),
             Self::BadNumber { condition, .. } => format!("give a finite number{condition}").into(),

@@ -9,9 +9,9 @@ use crate::interface::doubts::Missing;
 use crate::interface::request::Tool;
 use crate::interface::shape::Shape;
 use crate::measuring::measure::Question;
+use crate::measuring::missing::missing;
 use crate::measuring::noise::{self, FeatureNoise};
 use crate::measuring::systematic::Retriangulation;
-use crate::measuring::temperature::wavelength_drift;
 use crate::params::{EXPANSION_PER_K, TEMPERATURE_SIGMA_K};
 
 /// Ratio of residuals to predicted noise above which a note is added.
@@ -46,23 +46,12 @@ pub(crate) fn budget(
             noise.ratio
         ));
     }
-    let mut missing = Vec::new();
+    let mut missing = missing(samples, calibration, is_length_along_travel(question, features));
     let mut lacks = |is_missing: bool, part: Missing| {
         if is_missing {
             missing.push(part);
         }
     };
-    lacks(!samples.sigma_known, Missing::PointNoise);
-    lacks(calibration.is_none(), Missing::Calibration);
-    lacks(samples.stage.is_none(), Missing::StagePositions);
-    lacks(samples.line_sigma_mm.is_none(), Missing::LineThickness);
-    lacks(calibration.is_some_and(|calibration| wavelength_drift(calibration).is_none()), Missing::Wavelength);
-    let stage = calibration.and_then(|calibration| calibration.stage);
-    let turntable = stage.and_then(|stage| stage.rotary());
-    let straightness = stage.and_then(|stage| stage.linear()?.straightness);
-    let is_along_travel = turntable.is_none() && is_length_along_travel(question, features);
-    lacks(is_along_travel && straightness.is_none(), Missing::StageStraightness);
-    lacks(turntable.is_some_and(|axis| axis.angle_error.is_none()), Missing::StageAngle);
     let modes = retriangulation.and_then(|pixels| pixels.standard_uncertainty(question, features));
     let failed = modes.map_or(retriangulation.is_some(), |(_, failed)| failed > 0);
     lacks(failed, Missing::CalibrationModes);
@@ -78,7 +67,7 @@ pub(crate) fn budget(
 /// The noise of every feature's points, without the calibration's contribution to their σ.
 fn noises(samples: &Samples, features: &[Found], retriangulation: Option<&Retriangulation>) -> Vec<FeatureNoise> {
     let own = |(idx, feature): (usize, &Found)| match retriangulation.filter(|_| samples.sigma_known) {
-        Some(retriangulation) => retriangulation.noise_of(samples, idx, feature),
+        Some(retriangulation) => retriangulation.noise_of(samples, idx, &feature.inliers),
         None => FeatureNoise { sigma_mm: feature.inliers.iter().map(|&idx| samples.at(idx).sigma_mm).collect() },
     };
     features.iter().enumerate().map(own).collect()

@@ -72,14 +72,26 @@ pub(crate) fn keep_form(samples: &Samples, plane: &mut Found) -> Option<()> {
 pub(crate) fn flatness(samples: &Samples, plane: &Found) -> Flatness {
     let residuals: Vec<f64> =
         plane.inliers.iter().map(|&idx| plane.shape.distance_mm(&samples.position(idx))).collect();
+    without_noise(samples, &plane.inliers, &residuals, band_width)
+}
+
+/// The width of a form's zone without the share of the noise. `residuals`: of the points `inliers`, mm; `band`: the width
+/// of the zone that holds 99.9 % of them.
+pub(crate) fn without_noise(
+    samples: &Samples,
+    inliers: &[u32],
+    residuals: &[f64],
+    band: impl Fn(&mut [f64]) -> f64,
+) -> Flatness {
     let n = residuals.len() as f64;
-    let square = residuals.iter().map(|r| r * r).sum::<f64>() / n;
-    let noise_mm = noise_mm(samples, plane, &residuals).min(square.sqrt());
-    let band_mm = band_width(&mut residuals.clone());
+    let mean = residuals.iter().sum::<f64>() / n;
+    let square = residuals.iter().map(|r| (r - mean) * (r - mean)).sum::<f64>() / n;
+    let noise_mm = noise_mm(samples, inliers, residuals).min(square.sqrt());
+    let band_mm = band(&mut residuals.to_vec());
     let noise_band_mm = 2.0 * TAIL_QUANTILE * noise_mm;
     let linear = (band_mm - noise_band_mm).max(0.0);
     let quadratic = (band_mm * band_mm - noise_band_mm * noise_band_mm).max(0.0).sqrt();
-    let n_independent = n / redundancy(samples, &plane.inliers);
+    let n_independent = n / redundancy(samples, inliers);
     let tail = (1.0 - FLATNESS_SHARE) / 2.0;
     let of_quantiles = noise_mm * (2.0 * tail * (1.0 - tail) / n_independent).sqrt() / TAIL_DENSITY;
     Flatness {
@@ -95,9 +107,9 @@ pub(crate) fn flatness(samples: &Samples, plane: &Found) -> Flatness {
 
 /// The noise of the points along the normal, mm: from second differences of points of one line, far enough apart for
 /// independent noise and close enough for equal form.
-fn noise_mm(samples: &Samples, plane: &Found, residuals: &[f64]) -> f64 {
+fn noise_mm(samples: &Samples, inliers: &[u32], residuals: &[f64]) -> f64 {
     let lag_px = LAG_CORRELATIONS * correlation_px(samples.cloud);
-    let spacing = |i: usize, j: usize| spacing_px(samples, plane.inliers[i], plane.inliers[j]);
+    let spacing = |i: usize, j: usize| spacing_px(samples, inliers[i], inliers[j]);
     let beyond = |from: usize, start: usize, lag_px: f64| {
         let mut idx = start;
         while idx < residuals.len() && spacing(from, idx).is_some_and(|px| px < lag_px) {

@@ -10,11 +10,10 @@ use crate::fitting::features::{Found, Search, light_in_camera};
 use crate::fitting::fitness::findings;
 use crate::fitting::orders;
 use crate::fitting::sample::Samples;
-use crate::interface::doubts::{Finding, Missing};
 use crate::interface::measurement::{FittedFeature, Measurement, Unit};
 use crate::interface::request::{MeasureError, MeasureRequest, Tool};
 use crate::interface::shape::{Shape, across};
-use crate::interface::verdict::{Verdict, verdict};
+use crate::interface::verdict::{Limits, Verdict, verdict};
 use crate::measuring::budget::{Budget, budget};
 use crate::measuring::find::find;
 use crate::measuring::form::flatness;
@@ -95,7 +94,9 @@ pub fn measure(
     let nominal = request.nominal_mm.or((request.tool == Tool::Flatness).then_some(0.0));
     let error = nominal.map(|nominal| measured - nominal);
     let (errors, per_order) = orders::table(&samples, request.tool, &features, nominal.unwrap_or(measured));
-    let judged = |(error, tolerance)| judged(error, tolerance, expanded_uncertainty, &budget.missing, &findings);
+    let is_proven = budget.missing.is_empty() && findings.is_empty();
+    let judged =
+        |(error, tolerance)| judged(error, &Limits::symmetric(tolerance), expanded_uncertainty, is_proven);
     Ok(Measurement {
         tool: request.tool,
         features: fitted,
@@ -117,13 +118,9 @@ pub fn measure(
     })
 }
 
-/// The verdict; decided only if the uncertainty is complete and the model fits.
-fn judged(error: f64, tolerance: f64, uncertainty: f64, missing: &[Missing], findings: &[Finding]) -> Verdict {
-    if missing.is_empty() && findings.is_empty() {
-        verdict(error, tolerance, uncertainty)
-    } else {
-        Verdict::Undecided
-    }
+/// The verdict; decided only if `is_proven`: the uncertainty is complete and the model fits.
+pub(crate) fn judged(error: f64, limits: &Limits, uncertainty: f64, is_proven: bool) -> Verdict {
+    if is_proven { verdict(error, limits, uncertainty) } else { Verdict::Undecided }
 }
 
 fn check(request: &MeasureRequest) -> Result<(), MeasureError> {
@@ -223,7 +220,7 @@ fn describe(features: &[Found], notes: &mut Vec<String>) {
     }
 }
 
-fn fitted(samples: &Samples, feature: &Found) -> FittedFeature {
+pub(crate) fn fitted(samples: &Samples, feature: &Found) -> FittedFeature {
     let square: f64 =
         feature.inliers.iter().map(|&idx| feature.shape.distance_mm(&samples.position(idx)).powi(2)).sum();
     FittedFeature {

@@ -10,7 +10,7 @@ use scanning::Cloud;
 use statistics::median;
 
 use crate::fitting::features::Found;
-use crate::fitting::fit::covariance;
+use crate::fitting::fit::{Matrix, Vector, covariance};
 use crate::fitting::robust::Near;
 use crate::fitting::sample::Samples;
 use crate::interface::shape::{MAX_PARAMETERS, Shape};
@@ -65,7 +65,7 @@ pub(crate) fn spacing_px(samples: &Samples, first: u32, second: u32) -> Option<f
 }
 
 /// Number of frames with the same speckle; 1 if the stage's steps or the sheet's thickness are unknown.
-fn along_travel(samples: &Samples, inliers: &[u32]) -> f64 {
+pub(crate) fn along_travel(samples: &Samples, inliers: &[u32]) -> f64 {
     let (Some(stage), Some(line_sigma_mm)) = (&samples.stage, samples.line_sigma_mm) else { return 1.0 };
     let positions = stage.positions.iter().map(|position| position.value());
     let (low, high) =
@@ -97,49 +97,44 @@ pub(crate) fn propagate(
     let mut ratio: f64 = 0.0;
     let mut expected_mm = Vec::with_capacity(features.len());
     for (idx, (feature, noise)) in features.iter().zip(noises).enumerate() {
-        let along_normal = normal_sigmas(samples, feature, noise);
-        expected_mm.push((along_normal.iter().map(|s| s * s).sum::<f64>() / along_normal.len() as f64).sqrt());
-        let birge = birge_ratio(samples, feature, &along_normal);
+        let (covariance, birge, expected) =
+            shape_covariance(samples, (&feature.inliers, &feature.inliers), &feature.shape, noise);
+        expected_mm.push(expected);
         ratio = ratio.max(birge);
-        let scale = if samples.sigma_known { birge.max(1.0) } else { birge };
-        let redundancy = redundancy(samples, &feature.inliers);
-        let variances: Vec<f64> = along_normal.iter().map(|s| s * s * scale * scale * redundancy).collect();
-        let points = Near { samples, indices: &feature.inliers, shape: &feature.shape };
         let gradient = value_gradient(samples, question, features, idx)?;
-        variance += gradient.dot(&(covariance(&feature.shape, &points, &variances)? * gradient));
+        variance += gradient.dot(&(covariance? * gradient));
     }
     Some(NoiseResult { standard_uncertainty: variance.max(0.0).sqrt(), ratio, expected_mm })
 }
 
-fn normal_sigmas(samples: &Samples, feature: &Found, noise: &FeatureNoise) -> Vec<f64> {
-    feature
-        .inliers
-        .iter()
-        .zip(&noise.sigma_mm)
-        .map(|(&idx, sigma_mm)| sigma_mm * samples.at(idx).cosine(&feature.shape))
-        .collect()
-}
-
-fn birge_ratio(samples: &Samples, feature: &Found, along_normal: &[f64]) -> f64 {
-    let sum: f64 = feature
-        .inliers
-        .iter()
-        .zip(along_normal)
-        .map(|(&idx, sigma)| (feature.shape.distance_mm(&samples.position(idx)) / sigma).powi(2))
-        .sum();
-    let freedom = feature.inliers.len().saturating_sub(feature.shape.parameters()).max(1);
-    (sum / freedom as f64).sqrt()
-}
-
-fn value_gradient(
+/// Covariance of a shape's parameters from the noise of its points, the ratio of residuals to predicted noise, and the RMS
+/// along the normal that the noise predicts, mm. `few`: those of `inliers` that are looked at, each with its `noise`.
+pub(crate) fn shape_covariance(
     samples: &Samples,
-    question: &Question,
-    features: &[Found],
-    moved: usize,
-) -> Option<crate::fitting::fit::Vector> {
+    (inliers, few): (&[u32], &[u32]),
+    shape: &Shape,
+    noise: &FeatureNoise,
+) -> (Option<Matrix>, f64, f64) {
+    let along_normal: Vec<f64> =
+        few.iter().zip(&noise.sigma_mm).map(|(&idx, sigma_mm)| sigma_mm * samples.at(idx).cosine(shape)).collect();
+    let expected_mm = (along_normal.iter().map(|s| s * s).sum::<f64>() / along_normal.len() as f64).sqrt();
+    let sum: f64 = few
+        .iter()
+        .zip(&along_normal)
+        .map(|(&idx, sigma)| (shape.distance_mm(&samples.position(idx)) / sigma).powi(2))
+        .sum();
+    let freedom = few.len().saturating_sub(shape.parameters()).max(1);
+    let birge = (sum / freedom as f64).sqrt();
+    let scale = if samples.sigma_known { birge.max(1.0) } else { birge };
+    let redundancy = redundancy(samples, inliers) * few.len() as f64 / inliers.len() as f64;
+    let variances: Vec<f64> = along_normal.iter().map(|s| s * s * scale * scale * redundancy).collect();
+    (covariance(shape, &Near { samples, indices: few, shape }, &variances), birge, expected_mm)
+}
+
+fn value_gradient(samples: &Samples, question: &Question, features: &[Found], moved: usize) -> Option<Vector> {
     let first = FirstPoints { positions: Vec::new(), camera: samples.mean_camera(&features[0].inliers) };
     let mut shapes: Vec<Shape> = features.iter().map(|f| f.shape).collect();
-    let mut gradient = crate::fitting::fit::Vector::zeros();
+    let mut gradient = Vector::zeros();
     for parameter in 0..shapes[moved].parameters() {
         let mut at = |size: f64| {
             let mut step = [0.0; MAX_PARAMETERS];

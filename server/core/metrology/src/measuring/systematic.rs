@@ -23,14 +23,14 @@ use crate::measuring::value::{FirstPoints, value};
 use crate::params::{MAX_MISMATCH_RELATIVE, MIN_NOISE_SHARE, SYSTEMATIC_POINTS};
 
 /// A point with the data needed to triangulate it again.
-struct Pixel {
-    sample_idx: u32,
+pub(crate) struct Pixel {
+    pub(crate) sample_idx: u32,
     order: i8,
     pixel: Vector2<f64>,
-    ray: Vector3<f64>,
+    pub(crate) ray: Vector3<f64>,
     phi_rad: f64,
     /// Unit normal of the light sheet there.
-    sheet_normal: Vector3<f64>,
+    pub(crate) sheet_normal: Vector3<f64>,
     /// X_camera − X_part.
     carried: Vector3<f64>,
     /// Stage position of its frame; for a linear stage relative to the middle of the pixels' positions, so that the
@@ -40,9 +40,19 @@ struct Pixel {
     mismatch_mm: f64,
     /// Distance of the point from the camera, mm.
     distance_mm: f64,
-    weight: f64,
+    pub(crate) weight: f64,
     /// Contribution of the calibration to the σ along the ray, mm.
     systematic_sigma_mm: f64,
+}
+
+impl Pixel {
+    pub(crate) fn order(&self) -> i8 {
+        self.order
+    }
+
+    pub(crate) fn systematic_sigma_mm(&self) -> f64 {
+        self.systematic_sigma_mm
+    }
 }
 
 /// The pixels of the features, thinned.
@@ -66,15 +76,29 @@ impl<'a> Retriangulation<'a> {
         features: &[Found],
         calibration: &'a Calibration,
     ) -> Result<Self, MeasureError> {
-        let limit = SYSTEMATIC_POINTS / features.len().max(1);
+        let sets: Vec<(&[u32], &Shape)> =
+            features.iter().map(|feature| (&*feature.inliers, &feature.shape)).collect();
+        Self::of_sets(samples, &sets, SYSTEMATIC_POINTS / features.len().max(1), calibration)
+    }
+
+    /// The same for sets of points, each near a shape, at most `limit` of each.
+    ///
+    /// # Errors
+    /// [`MeasureError::CalibrationMismatch`].
+    pub(crate) fn of_sets(
+        samples: &Samples,
+        sets: &[(&[u32], &Shape)],
+        limit: usize,
+        calibration: &'a Calibration,
+    ) -> Result<Self, MeasureError> {
         let spread = calibration.stage_spread();
         let mut mismatches = Vec::new();
         let mut lost = 0;
-        let mut features: Vec<Vec<Pixel>> = features
+        let mut features: Vec<Vec<Pixel>> = sets
             .iter()
-            .map(|feature| {
-                let few = thinned(&feature.inliers, limit);
-                let near = Near { samples, indices: &few, shape: &feature.shape };
+            .map(|(indices, shape)| {
+                let few = thinned(indices, limit);
+                let near = Near { samples, indices: &few, shape };
                 let pixels: Vec<Pixel> = few
                     .iter()
                     .enumerate()
@@ -106,7 +130,7 @@ impl<'a> Retriangulation<'a> {
 
     /// The noise part of every inlier's σ: the rest after the calibration's own part at the nearest triangulated point
     /// of the same order.
-    pub(crate) fn noise_of(&self, samples: &Samples, feature_idx: usize, feature: &Found) -> FeatureNoise {
+    pub(crate) fn noise_of(&self, samples: &Samples, feature_idx: usize, inliers: &[u32]) -> FeatureNoise {
         let mut by_order: std::collections::BTreeMap<i8, Vec<(u32, f64)>> = std::collections::BTreeMap::new();
         for p in &self.features[feature_idx] {
             by_order.entry(p.order).or_default().push((p.sample_idx, p.systematic_sigma_mm));
@@ -117,8 +141,7 @@ impl<'a> Retriangulation<'a> {
             let beside = [after.checked_sub(1), Some(after)].into_iter().flatten().filter_map(|k| known.get(k));
             beside.min_by_key(|(at, _)| at.abs_diff(idx)).map(|(_, sigma_mm)| *sigma_mm)
         };
-        let sigma_mm = feature
-            .inliers
+        let sigma_mm = inliers
             .iter()
             .map(|&idx| {
                 let total = samples.at(idx).sigma_mm;
@@ -137,15 +160,9 @@ impl<'a> Retriangulation<'a> {
             self.value_with(question, &shapes, calibration, |p, _| self.part_position(calibration, p))
         };
         let base = seen(self.calibration)?;
-        let stepped = |mode: &Vec<f64>| {
-            let back: Vec<f64> = mode.iter().map(|step| -step).collect();
-            [self.calibration.stepped(mode), self.calibration.stepped(&back)]
-        };
-        let modes = self.calibration.sigma_modes();
-        let squares: Vec<Option<f64>> = modes
-            .par_iter()
-            .map(stepped)
-            .chain(wavelength_drift(self.calibration).into_par_iter())
+        let squares: Vec<Option<f64>> = self
+            .variants()
+            .into_par_iter()
             .map(|[plus, minus]| {
                 let (plus, minus) = (seen(&plus)? - base, seen(&minus)? - base);
                 Some((plus * plus + minus * minus) / 2.0)
@@ -153,6 +170,26 @@ impl<'a> Retriangulation<'a> {
             .collect();
         let failed = squares.iter().filter(|square| square.is_none()).count();
         Some((squares.into_iter().flatten().sum::<f64>().sqrt(), failed))
+    }
+
+    /// The calibration one σ to either side along every mode of its covariance, and warmer and colder.
+    pub(crate) fn variants(&self) -> Vec<[Calibration; 2]> {
+        let stepped = |mode: &Vec<f64>| {
+            let back: Vec<f64> = mode.iter().map(|step| -step).collect();
+            [self.calibration.stepped(mode), self.calibration.stepped(&back)]
+        };
+        let modes = self.calibration.sigma_modes();
+        modes.iter().map(stepped).chain(wavelength_drift(self.calibration)).collect()
+    }
+
+    /// The pixels of a set.
+    pub(crate) fn pixels(&self, set: usize) -> &[Pixel] {
+        &self.features[set]
+    }
+
+    /// The calibration as it is.
+    pub(crate) fn calibration(&self) -> &'a Calibration {
+        self.calibration
     }
 
     /// Change of the value when every point of a curved feature moves by the possible displacement of a line of finite
@@ -204,7 +241,7 @@ impl<'a> Retriangulation<'a> {
     }
 
     /// Position of a pixel's point under a calibration, part frame.
-    fn part_position(&self, calibration: &Calibration, pixel: &Pixel) -> Option<Vector3<f64>> {
+    pub(crate) fn part_position(&self, calibration: &Calibration, pixel: &Pixel) -> Option<Vector3<f64>> {
         let hit = calibration.triangulate(pixel.order, &pixel.pixel, Some(pixel.phi_rad))?.hit_in_camera;
         Some(match calibration.stage {
             Some(Stage::Linear(stage)) => {

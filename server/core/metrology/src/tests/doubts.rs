@@ -84,7 +84,10 @@ fn a_step_on_a_ball_is_reported_as_a_model_that_does_not_fit() {
 fn a_pocket_is_no_boss() {
     let pocket = measure(&gauge(-3.0, SIGMA_MM, 5), None, &asked(Tool::Step, 3.0, 0.1)).unwrap();
     assert!((pocket.value + 3.0).abs() < 0.01 && (pocket.error.unwrap() + 6.0).abs() < 0.01, "{}", pocket.value);
-    assert_eq!(verdict(pocket.error.unwrap(), 0.1, pocket.expanded_uncertainty), Verdict::Fail);
+    assert_eq!(
+        verdict(pocket.error.unwrap(), &Limits::symmetric(0.1), pocket.expanded_uncertainty),
+        Verdict::Fail
+    );
     let asked_for = measure(&gauge(-3.0, SIGMA_MM, 5), None, &asked(Tool::Step, -3.0, 0.1)).unwrap();
     assert!(asked_for.error.unwrap().abs() < 0.01, "{}", asked_for.value);
 }

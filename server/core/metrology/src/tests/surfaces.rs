@@ -280,7 +280,7 @@ fn the_verdict_weighs_error_against_tolerance_and_uncertainty() {
 #[test]
 fn a_region_limits_the_points_and_the_result_does_not_depend_on_chance() {
     let cloud = gauge(GAUGE_MM, SIGMA_MM, 9);
-    let region = Region { min_mm: [-8.0, -9.0, 380.0], max_mm: [14.0, 5.0, 395.0] };
+    let region = Region::between([-8.0, -9.0, 380.0], [14.0, 5.0, 395.0]);
     let top = MeasureRequest { region: Some(region), ..MeasureRequest::new(Tool::Plane) };
     let result = measure(&cloud, None, &top).unwrap();
     let truth = (TABLE_POINT + table_normal() * GAUGE_MM).dot(&table_normal()).abs();

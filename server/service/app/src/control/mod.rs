@@ -1,5 +1,4 @@
-//! Who may use the station: the control lease, the one table of who waits and who is refused, and Stop, which passes
-//! by both.
+//! Who may use the station: the table of who waits and who is refused, and Stop, which is always allowed.
 
 mod admission;
 mod station_use;

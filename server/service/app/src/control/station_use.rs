@@ -1,60 +1,60 @@
-//! The one table of who may use the station, who waits and who is refused. It is printed in `docs/station.md`. Stop is
-//! not in it: it is refused to nobody.
+//! The table of who may use the station, who waits and who is refused, also printed in `docs/station.md`. Stop is not
+//! in it: it is always allowed.
 
 use crate::access::lease::Asker;
 use station::{MachineState, OperationalState, StationStatus};
 
-/// What the station is used for at this moment.
+/// Current use of the station.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum StationUse {
-    /// Nothing, or a motion by hand.
+    /// None, or a manual motion.
     Free,
     /// The live view.
     Live,
-    /// A job, or a session's photograph, which holds it like a short job.
+    /// A job, or a session image capture, which holds the station like a short job.
     Job,
     /// Stopped: motion and laser stay off until a reset.
     Halted,
-    /// A fault waits for a person.
+    /// A fault requires action.
     Fault,
 }
 
-/// What somebody asks.
+/// A request to use the station.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Ask {
-    /// A single command: move, light, live view, camera settings.
+    /// A single command: move, laser, live view, camera settings.
     Command,
-    /// A picture of a calibration session, with light.
+    /// An image of a calibration session, with the laser.
     Photograph,
     /// A job that needs the station.
     StartJob,
-    /// The end of such a job.
+    /// Cancelling such a job.
     CancelJob,
-    /// To leave Halted, or to acknowledge faults.
+    /// A reset: leaves Halted or acknowledges faults.
     Reset,
 }
 
-/// What follows.
+/// The ruling.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Ruling {
-    /// It is done.
+    /// Allowed.
     Now,
-    /// It is accepted and waits for its turn.
+    /// Accepted; waits for its turn.
     Waits,
-    /// It is not.
+    /// Refused.
     Refused(Refusal),
 }
 
-/// Why not.
+/// Reason of a refusal.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Refusal {
-    /// Only for whoever is in control.
+    /// Only for the holder of control.
     ControlRequired,
     /// The station is busy.
     Busy,
     /// The station was stopped.
     Halted,
-    /// A fault waits for a person.
+    /// A fault requires action.
     Fault,
 }
 
@@ -70,7 +70,7 @@ impl From<&StationStatus> for StationUse {
     }
 }
 
-/// What follows when `asker` asks for `ask` while the station is used for `station_use`.
+/// The ruling for `asker` requesting `ask` while the station is used for `station_use`.
 pub fn rule(ask: Ask, asker: Asker, station_use: StationUse) -> Ruling {
     use Refusal::{Busy, ControlRequired, Fault, Halted};
     let allowed = match (ask, asker) {
@@ -97,7 +97,7 @@ mod tests {
 
     const ASKS: [Ask; 5] = [Ask::Command, Ask::Photograph, Ask::StartJob, Ask::CancelJob, Ask::Reset];
 
-    /// The table of `docs/station.md`: one row an asker and a use, one word an ask.
+    /// The table of `docs/station.md`: one row per asker and use, one column per request.
     const DOCUMENT: &str = include_str!("../../../../docs/station.md");
 
     fn word(ruling: Ruling) -> &'static str {
@@ -119,7 +119,7 @@ mod tests {
     }
 
     #[test]
-    fn every_ruling_is_the_one_in_the_document() {
+    fn every_ruling_matches_the_document() {
         for (asker, asker_word) in [
             (Asker::InControl, "in control"),
             (Asker::WhileNobodyIs, "while nobody is"),

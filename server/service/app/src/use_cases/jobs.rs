@@ -1,4 +1,4 @@
-//! What takes seconds: accepted, and ended before its time.
+//! Starting and cancelling jobs.
 
 use store::{Change, JobRecord};
 
@@ -12,7 +12,7 @@ use crate::jobs::{JobInput, JobView};
 /// Accepts a job durably, together with what `and` returns or not at all.
 ///
 /// # Errors
-/// Who may not use the station, an input that cannot work, a full queue or disk.
+/// The caller may not use the station, the input is invalid, or queue or disk are full.
 pub async fn start_job(
     app: &App,
     by: &Principal,
@@ -21,16 +21,16 @@ pub async fn start_job(
 ) -> Result<JobRecord, AppError> {
     let authority = match input.needs_station() {
         true => admit(app, by, Ask::StartJob)?,
-        // A computation needs nobody's word.
+        // A computation needs no authority.
         false => Authority { holder: None, epoch: app.station.stop_epoch() },
     };
     app.jobs.submit_with(input, &by.actor, authority, and).await
 }
 
-/// Asks a job to end. While somebody is in control, a job that needs the station is ended by nobody else.
+/// Cancels a job. While someone is in control, only they can cancel a job that needs the station.
 ///
 /// # Errors
-/// No such job; who may not use the station.
+/// The job does not exist, or the caller may not use the station.
 pub async fn cancel_job(app: &App, by: &Principal, id: &str) -> Result<JobView, AppError> {
     if app.jobs.is_station_job(id) {
         admit(app, by, Ask::CancelJob)?;

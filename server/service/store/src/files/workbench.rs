@@ -1,4 +1,4 @@
-//! Files in the making on this machine: every store has a workbench here, wherever it keeps what is finished.
+//! Temporary files on this machine: every store has a local workbench, wherever it keeps finished artifacts.
 
 use std::fs::File;
 use std::io;

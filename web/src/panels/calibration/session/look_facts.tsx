@@ -45,7 +45,7 @@ export function LookFacts({ board, session, taking }: Properties) {
 function Told(properties: { words: string; detail?: string | undefined; progress?: number | undefined }) {
   const { words, detail, progress } = properties;
   return (
-    <div class="told">
+    <div class="board-facts">
       <div>
         <strong>{words}</strong> {detail && <span class="muted">{detail}</span>}
       </div>

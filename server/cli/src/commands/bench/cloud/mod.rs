@@ -43,12 +43,12 @@ pub fn cloud(args: &BenchCloudArgs, reporter: &dyn Reporter) -> Result<Answer, F
         args.frames, computed.n_points, computed.seconds
     );
     match bytes_per_point {
-        Some(bytes) => drop(writeln!(text, ", {bytes:.1} bytes of memory a point at peak")),
-        None => text.push_str("; this system does not tell the memory\n"),
+        Some(bytes) => drop(writeln!(text, ", {bytes:.1} bytes of memory per point at peak")),
+        None => text.push_str("; this system does not report the memory\n"),
     }
     let _ = writeln!(
         text,
-        "PLY of {} points: {:.0} MB/s to the disk and synced, {:.0} MB/s encoded; the disk by itself: {:.0} MB/s",
+        "PLY of {} points: {:.0} MB/s to the disk and synced, {:.0} MB/s encoded; the disk alone: {:.0} MB/s",
         written.n_points, written.ply_mb_s, written.encoded_mb_s, written.disk_mb_s
     );
     let json = json!({
