@@ -18,7 +18,7 @@ pub fn run(args: &AxisArgs, reporter: &dyn Reporter) -> Result<Answer, Failure> 
     let known = calibration.stage.and_then(|stage| stage.rotary());
     let depths = calibration.depth_range_mm;
     // Lines lie along the axis, and the camera looks at it.
-    let along = match capture.manifest.line_direction() {
+    let along = match capture.manifest.projector.direction_of(0) {
         LineDirection::Columns => [0.0, -1.0, 0.0],
         LineDirection::Rows => [1.0, 0.0, 0.0],
     };

@@ -129,8 +129,10 @@ impl Capture {
                     None => Some(on),
                 }
             };
-            let line_direction = self.manifest.line_direction();
-            LaserChannel::decided(lit.len(), read, &[CentrelineParams { line_direction, ..Default::default() }])
+            let along = |line_direction| CentrelineParams { line_direction, ..CentrelineParams::default() };
+            let params: Vec<CentrelineParams> =
+                self.manifest.projector.directions().into_iter().map(along).collect();
+            LaserChannel::decided(lit.len(), read, &params)
         })
     }
 
@@ -394,7 +396,7 @@ fn malformed(file: &Path, text: &str, cause: serde_json::Error) -> CaptureError 
 
 /// Remedy for a projector without a description of its grating.
 const GRATING_REMEDY: &str = "add it from the data sheets of laser and grating or, if the lines come from lasers \
-    without a grating, write the kind \"planes\" and the number of \"lines\"";
+    without a grating, write the kind \"planes\" and how many \"lines\" there are, or the kind \"cross\"";
 
 /// The path of the missing key, if the parser stopped at one.
 fn missing_entry(text: &str, cause: &serde_json::Error) -> Option<String> {

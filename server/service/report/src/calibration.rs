@@ -52,8 +52,8 @@ pub fn calibration_sections(
     if let Some(fit) = &report.light {
         page.section(
             "Light sheets",
-            "Distance of every laser point from the curve predicted by its light sheet, perpendicular to the line, in pixels.",
-            light::residuals(fit, capture.manifest.line_direction()),
+            "Distance of every laser point from the curve its light sheet predicts, across the line, in pixels.",
+            light::residuals(fit, &capture.manifest.projector),
         );
         page.section(
             "Detections",

@@ -78,6 +78,7 @@ fn tiles(result: &ScanResult) -> [Tile; 3] {
 fn frames(capture: &Capture, name: &str, result: &ScanResult) -> Result<Vec<Markup>, Failure> {
     let scan = capture.scan(name)?;
     let n_frames = scan.frames.len();
+    let frames_per_picture = capture.manifest.projector.crossing_lines().map_or(1, |lines| lines.len());
     (0..SHOWN_FRAMES.min(n_frames))
         .map(|shown| {
             let idx = (n_frames * (2 * shown + 1) / (2 * SHOWN_FRAMES)).min(n_frames - 1);
@@ -86,7 +87,7 @@ fn frames(capture: &Capture, name: &str, result: &ScanResult) -> Result<Vec<Mark
                 .cloud
                 .points
                 .iter()
-                .filter(|point| point.frame as usize == idx)
+                .filter(|point| point.frame as usize / frames_per_picture == idx)
                 .map(|point| (f64::from(point.u_px), f64::from(point.v_px), point.order))
                 .collect();
             let caption = format!("{} at {}", frame.image.display(), frame.place());

@@ -1,6 +1,7 @@
 //! The light sheets' part of the report: the three models side by side, residuals per order and per pose.
 
 use calibration::{CrossValidation, LaserPoint, LightReport};
+use capture::Projector;
 use maud::{Markup, html};
 use vision::LineDirection;
 
@@ -53,7 +54,7 @@ pub fn models(models: &CrossValidation) -> Markup {
 }
 
 /// Residuals of the chosen model.
-pub fn residuals(light: &LightReport, direction: LineDirection) -> Markup {
+pub fn residuals(light: &LightReport, projector: &Projector) -> Markup {
     let sums = order_sums(light);
     let rows: Vec<Vec<String>> = sums
         .iter()
@@ -72,7 +73,7 @@ pub fn residuals(light: &LightReport, direction: LineDirection) -> Markup {
         sums.iter().map(|sum| (format!("order {}", order_name(sum.order)), order_hex(sum.order))).collect();
     let extent = extent(light);
     let mut figures: Vec<Markup> =
-        sums.iter().map(|sum| order_plot(light, sum.order, direction, extent)).collect();
+        sums.iter().map(|sum| order_plot(light, sum.order, projector.direction_of(sum.order), extent)).collect();
     figures.push(pose_order_map(light));
     let head = ["order", "points", "mean, px", "RMS, px", "RMS / σ", "outliers"];
     html! { (legend(&keys)) (table(&head, &rows, |_| false)) (grid(&figures)) }

@@ -136,7 +136,7 @@ pub(crate) fn fit(start: &Contour, places: &[Vector2<f64>]) -> Option<Contour> {
         Contour::Circle { radius_mm, .. } => radius_mm > 0.0,
         Contour::Slot { half_mm, radius_mm, .. } => radius_mm > 0.0 && half_mm > 0.0,
     };
-    (termination != Termination::Stuck && has_size).then_some(contour)
+    (termination != Termination::NotConverged && has_size).then_some(contour)
 }
 
 /// [`fit`] with the reason of its end.
@@ -165,7 +165,7 @@ fn solve(start: &Contour, places: &[Vector2<f64>], max_steps: usize) -> Option<(
             break;
         }
     }
-    Some((contour, Termination::Stuck))
+    Some((contour, Termination::NotConverged))
 }
 
 /// Normal equations of the distances at a contour.
@@ -333,8 +333,8 @@ mod tests {
         let places: Vec<Vector2<f64>> = around(&circle, 40).iter().enumerate().map(|(k, p)| p + off(k)).collect();
         let start = Contour::Circle { centre: Vector2::new(1.0, 0.0), radius_mm: 9.0 };
         let (found, end) = solve(&start, &places, MAX_STEPS).unwrap();
-        assert_ne!(end, Termination::Stuck);
-        assert_eq!(solve(&start, &places, 1).unwrap().1, Termination::Stuck);
+        assert_ne!(end, Termination::NotConverged);
+        assert_eq!(solve(&start, &places, 1).unwrap().1, Termination::NotConverged);
         // Again from its own answer: nothing moves.
         let again = fit(&found, &places).unwrap();
         let rim = Vector2::new(7.5, -2.0);
