@@ -56,7 +56,7 @@ pub fn test() -> Outcome {
     } else {
         not_run.insert("docker/Dockerfile: its folders are entered by chroot, which needs root".to_owned());
     }
-    println!("\n── all checks passed in {} s; the test runner said:", started.elapsed().as_secs());
+    println!("\n── all checks passed in {} s; the test runner's summary:", started.elapsed().as_secs());
     closing.iter().for_each(|line| println!("{line}"));
     println!("── {} not run", not_run.len());
     not_run.iter().for_each(|line| println!("   {line}"));

@@ -13,7 +13,7 @@ pub type Failure = Box<dyn std::error::Error + Send + Sync>;
 
 thread_local! {
     /// Captured output of this thread's steps while they run in parallel with others.
-    static KEPT: RefCell<Option<Vec<u8>>> = const { RefCell::new(None) };
+    static CAPTURED: RefCell<Option<Vec<u8>>> = const { RefCell::new(None) };
 }
 
 /// The root of the repository.
@@ -38,7 +38,7 @@ pub fn cargo(arguments: &[&str]) -> Command {
 /// the end.
 pub fn run(name: &str, command: &mut Command) -> Outcome {
     title(name, command);
-    let status = if KEPT.with_borrow(Option::is_some) { run_kept(command) } else { command.status() };
+    let status = if CAPTURED.with_borrow(Option::is_some) { run_captured(command) } else { command.status() };
     let status = status.map_err(|error| format!("{name} could not be started: {error}"))?;
     if status.success() { Ok(()) } else { Err(format!("{name} failed: {status}").into()) }
 }
@@ -51,7 +51,7 @@ pub fn title(name: &str, command: &Command) {
 
 /// Prints a line to the output of this thread's steps.
 pub fn say(line: &str) {
-    KEPT.with_borrow_mut(|kept| match kept {
+    CAPTURED.with_borrow_mut(|kept| match kept {
         Some(kept) => kept.extend_from_slice(format!("{line}\n").as_bytes()),
         None => println!("{line}"),
     });
@@ -72,9 +72,9 @@ pub fn side_by_side(first: impl FnOnce() -> Outcome, second: impl FnOnce() -> Ou
     }
     std::thread::scope(|scope| {
         let beside = scope.spawn(|| {
-            KEPT.set(Some(Vec::new()));
+            CAPTURED.set(Some(Vec::new()));
             let outcome = second();
-            (outcome, KEPT.take().unwrap_or_default())
+            (outcome, CAPTURED.take().unwrap_or_default())
         });
         let outcome = first();
         let (beside, output) = beside.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic));
@@ -84,14 +84,14 @@ pub fn side_by_side(first: impl FnOnce() -> Outcome, second: impl FnOnce() -> Ou
 }
 
 /// Runs a command with its output captured, both streams in order.
-fn run_kept(command: &mut Command) -> std::io::Result<std::process::ExitStatus> {
+fn run_captured(command: &mut Command) -> std::io::Result<std::process::ExitStatus> {
     let (mut reader, writer) = std::io::pipe()?;
     let mut child = command.stdout(writer.try_clone()?).stderr(writer).spawn()?;
     // The command holds the other end of the pipe as well; otherwise reading would never end.
     command.stdout(Stdio::null()).stderr(Stdio::null());
     let mut output = Vec::new();
     std::io::Read::read_to_end(&mut reader, &mut output)?;
-    KEPT.with_borrow_mut(|kept| kept.get_or_insert_default().extend_from_slice(&output));
+    CAPTURED.with_borrow_mut(|kept| kept.get_or_insert_default().extend_from_slice(&output));
     child.wait()
 }
 
@@ -102,7 +102,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn both_rows_are_finished_and_a_failure_of_either_is_told() {
+    fn both_sequences_are_finished_and_a_failure_of_either_is_returned() {
         for (first, second, expected) in
             [("false", "true", Some("first")), ("true", "false", Some("second")), ("true", "true", None)]
         {
@@ -115,8 +115,8 @@ mod tests {
                     outcome
                 },
             );
-            let told = outcome.err().map(|error| error.to_string());
-            assert_eq!(told.as_deref().and_then(|told| told.split(' ').next()), expected);
+            let message = outcome.err().map(|error| error.to_string());
+            assert_eq!(message.as_deref().and_then(|message| message.split(' ').next()), expected);
             assert!(
                 finished.load(Ordering::SeqCst) || std::thread::available_parallelism().is_ok_and(|n| n.get() < 2)
             );
@@ -124,10 +124,10 @@ mod tests {
     }
 
     #[test]
-    fn what_runs_beside_others_is_kept_with_both_its_streams_in_order() {
-        KEPT.set(Some(Vec::new()));
+    fn output_of_parallel_steps_is_captured_with_both_streams_in_order() {
+        CAPTURED.set(Some(Vec::new()));
         run("echo", Command::new("sh").args(["-c", "echo one; echo two >&2; echo three"])).unwrap();
-        let kept = String::from_utf8(KEPT.take().unwrap()).unwrap();
+        let kept = String::from_utf8(CAPTURED.take().unwrap()).unwrap();
         assert!(kept.starts_with("── echo: sh") && kept.ends_with("one\ntwo\nthree\n"), "{kept}");
     }
 }

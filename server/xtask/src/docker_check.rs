@@ -209,7 +209,7 @@ fn wait_until_ready(mut server: Started) -> Outcome {
     let begun = Instant::now();
     while begun.elapsed() < READY_WITHIN {
         if let Some(status) = server.0.try_wait()? {
-            return Err(format!("the station ended by itself: {status}").into());
+            return Err(format!("the station ended unexpectedly: {status}").into());
         }
         if ready().unwrap_or(false) {
             println!("── ready after {:.1} s", begun.elapsed().as_secs_f64());
@@ -218,7 +218,7 @@ fn wait_until_ready(mut server: Started) -> Outcome {
             return if status.success() {
                 Ok(())
             } else {
-                Err(format!("the station did not end well: {status}").into())
+                Err(format!("the station did not exit successfully: {status}").into())
             };
         }
         std::thread::sleep(Duration::from_millis(100));

@@ -53,7 +53,7 @@ pub fn parse(text: &str) -> Result<Vec<Stage>, String> {
             stages.push(Stage { base: base.to_owned(), name: name.to_owned(), instructions: Vec::new() });
             continue;
         }
-        let stage = stages.last_mut().ok_or_else(|| format!("`{line}` stands before the first FROM"))?;
+        let stage = stages.last_mut().ok_or_else(|| format!("`{line}` is before the first FROM"))?;
         stage.instructions.push(instruction(word, rest)?);
     }
     Ok(stages)
@@ -80,7 +80,7 @@ fn instruction(word: &str, rest: &str) -> Result<Instruction, String> {
         "VOLUME" | "EXPOSE" | "STOPSIGNAL" => Instruction::Note,
         _ => {
             return Err(format!(
-                "the check does not know the instruction {word}; teach it in xtask/src/dockerfile.rs"
+                "the check does not support the instruction {word}; add it in xtask/src/dockerfile.rs"
             ));
         }
     })
@@ -133,7 +133,7 @@ mod tests {
     }
 
     #[test]
-    fn what_the_check_does_not_know_is_an_error() {
+    fn an_unsupported_instruction_is_an_error() {
         assert!(parse("FROM a AS b\nADD x y").unwrap_err().contains("ADD"));
         assert!(parse("RUN x").unwrap_err().contains("before the first FROM"));
         assert!(parse("FROM a AS b\nCMD serve").unwrap_err().contains("exec form"));

@@ -371,8 +371,8 @@ fn parse(file: &Path, text: &str) -> Result<Manifest, CaptureError> {
 
 fn warnings(file: &Path, text: &str) -> Result<Vec<String>, CaptureError> {
     let value = serde_json::from_str(text).map_err(|cause| malformed(file, text, cause))?;
-    let told = |key: String| format!("{}: unknown key {key} is ignored", file.display());
-    Ok(unknown_keys(&value).into_iter().map(told).collect())
+    let warning = |key: String| format!("{}: unknown key {key} is ignored", file.display());
+    Ok(unknown_keys(&value).into_iter().map(warning).collect())
 }
 
 fn malformed(file: &Path, text: &str, cause: serde_json::Error) -> CaptureError {
@@ -400,11 +400,11 @@ const GRATING_REMEDY: &str = "add it from the data sheets of laser and grating o
 
 /// The path of the missing key, if the parser stopped at one.
 fn missing_entry(text: &str, cause: &serde_json::Error) -> Option<String> {
-    let told = cause.to_string();
-    if let Some((entry, _)) = told.strip_prefix(MISSING).and_then(|rest| rest.split_once('`')) {
+    let reported = cause.to_string();
+    if let Some((entry, _)) = reported.strip_prefix(MISSING).and_then(|rest| rest.split_once('`')) {
         return Some(entry.to_owned());
     }
-    let (key, _) = told.strip_prefix("missing field `")?.split_once('`')?;
+    let (key, _) = reported.strip_prefix("missing field `")?.split_once('`')?;
     Some(match entry_ended_at(text, cause.line(), cause.column()) {
         Some(object) => format!("{object}.{key}"),
         None => key.to_owned(),

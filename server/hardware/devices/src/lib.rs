@@ -7,7 +7,7 @@
 //! - Setters return what the device accepted. Missing features are values in its capabilities.
 //! - A position or a stream that cannot be trusted is reported as unknown; after a fault the device comes back ready,
 //!   never active.
-//! - A laser is leased: it goes off when nobody renews the lease.
+//! - A laser is leased: it goes off unless the lease is renewed.
 
 #[cfg(test)]
 mod campaign;

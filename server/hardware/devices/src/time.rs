@@ -207,29 +207,29 @@ mod tests {
     use super::*;
 
     #[test]
-    fn an_hour_of_waiting_takes_no_time_and_threads_come_in_the_order_of_their_moments() {
+    fn an_hour_of_waiting_takes_no_time_and_threads_wake_in_order_of_their_deadlines() {
         let real = Instant::now();
         simulated(|| {
-            let (begun_at, (told, tells)) = (now(), channel());
+            let (begun_at, (sender, receiver)) = (now(), channel());
             let wait_s = |s: u64| {
-                let told = told.clone();
+                let sender = sender.clone();
                 let waiting = move || {
                     sleep(Duration::from_secs(s));
-                    told.send((s, since(begun_at).as_secs())).unwrap();
+                    sender.send((s, since(begun_at).as_secs())).unwrap();
                 };
                 spawn("waiting", waiting).unwrap()
             };
             let threads = [3600, 2, 60].map(wait_s);
             sleep(Duration::from_secs(59));
-            assert_eq!(tells.try_iter().collect::<Vec<_>>(), [(2, 2)]);
+            assert_eq!(receiver.try_iter().collect::<Vec<_>>(), [(2, 2)]);
             threads.into_iter().for_each(|thread| thread.join().unwrap());
-            assert_eq!(tells.try_iter().collect::<Vec<_>>(), [(60, 60), (3600, 3600)]);
+            assert_eq!(receiver.try_iter().collect::<Vec<_>>(), [(60, 60), (3600, 3600)]);
         });
         assert!(real.elapsed() < Duration::from_secs(60) && !is_simulated());
     }
 
     #[test]
-    fn the_clock_stands_while_a_thread_computes_and_outlives_one_that_panics() {
+    fn the_clock_stops_while_a_thread_computes_and_survives_one_that_panics() {
         simulated(|| {
             let before = now();
             let thread = spawn("panicking", || panic!("as it is meant to")).unwrap();

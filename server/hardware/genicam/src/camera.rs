@@ -65,7 +65,7 @@ impl GenicamCamera {
         let settings = opened.settings(Trigger::Free).map_err(|error| {
             let serial = &config.serial;
             OpenError::Settings {
-                what: format!("the camera with serial number `{serial}` does not say how it is set: {error}"),
+                what: format!("the camera with serial number `{serial}` does not report its settings: {error}"),
                 remedy: "restart the camera".to_owned(),
             }
         })?;
@@ -149,11 +149,11 @@ impl GenicamCamera {
             match gvcp::control(&address) {
                 Some(Control::Held(_)) => None,
                 Some(Control::Free) => Some("it has forgotten this program: it restarted, or its link was cut"),
-                None => Some("it does not answer any more"),
+                None => Some("it no longer answers"),
             }
         } else {
             let answers = self.shared.opened.lock().as_ref().is_some_and(|opened| opened.device.answers());
-            (!answers).then_some("it does not answer any more")
+            (!answers).then_some("it no longer answers")
         };
         self.probed_at = Instant::now();
         trouble.map_or(Ok(()), |trouble| Err(self.lose(format!("{trouble} ({address})"))))
@@ -185,8 +185,8 @@ impl GenicamCamera {
     /// Probes a camera that has been silent for longer than normal.
     fn watch(&mut self) -> Result<(), CameraError> {
         let normal = self.running.as_ref().map_or(Duration::ZERO, Running::normal_silence);
-        let heard_at = self.running.as_ref().map_or(self.probed_at, |running| running.heard_at);
-        let silent = heard_at.elapsed() > normal.max(PROBE_PERIOD);
+        let received_at = self.running.as_ref().map_or(self.probed_at, |running| running.received_at);
+        let silent = received_at.elapsed() > normal.max(PROBE_PERIOD);
         if silent && self.probed_at.elapsed() > PROBE_PERIOD { self.probe() } else { Ok(()) }
     }
 
@@ -351,7 +351,7 @@ impl Camera for GenicamCamera {
         }
         let known = self.shared.opened.lock().as_ref().map(|opened| opened.listed.clone());
         self.close();
-        self.gone = Some("it is being reached again".to_owned());
+        self.gone = Some("it is being reconnected".to_owned());
         let (sender, receiver) = sync_channel(1);
         let (config, closed, shared) = (self.config.clone(), self.closed.clone(), self.shared.clone());
         let wanted = everything(&self.settings, &self.capabilities);

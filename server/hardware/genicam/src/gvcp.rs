@@ -98,7 +98,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn answers_to_other_questions_and_errors_are_told_apart() {
+    fn answers_to_other_requests_and_errors_are_distinguished() {
         let answer = [0, 0, 0, 0x81, 0, 4, 0, 7, 0, 0, 0, 2];
         assert_eq!(value_of(&answer, 7..=7), Some(Ok(2)));
         assert_eq!(value_of(&answer, 8..=9), None, "another question's");

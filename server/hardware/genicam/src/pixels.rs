@@ -301,7 +301,7 @@ mod tests {
     }
 
     #[test]
-    fn too_few_bytes_are_no_picture() {
+    fn too_few_bytes_are_not_an_image() {
         let mut image = GreyImage::new(1, 1, Pixels::Eight(vec![0])).unwrap();
         for format in FORMATS {
             let enough = format.bytes_of(12);

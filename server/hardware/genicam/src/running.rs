@@ -52,7 +52,7 @@ pub struct Running {
     triggers: VecDeque<Instant>,
     last_exposed_at: Option<Instant>,
     /// When anything was last received.
-    pub heard_at: Instant,
+    pub received_at: Instant,
 }
 
 impl Running {
@@ -88,7 +88,7 @@ impl Running {
             incomplete: 0,
             triggers: VecDeque::new(),
             last_exposed_at: None,
-            heard_at: Instant::now(),
+            received_at: Instant::now(),
         })
     }
 
@@ -129,7 +129,7 @@ impl Running {
         loop {
             let left = deadline.saturating_duration_since(Instant::now());
             let Some(buffer) = self.stream.pop(left) else { return Ok(None) };
-            self.heard_at = Instant::now();
+            self.received_at = Instant::now();
             let taken = self.take(&buffer, image, link);
             self.stream.push(buffer);
             self.count_packets(link);

@@ -96,7 +96,7 @@ impl FakeCamera {
     }
 
     /// Resumes it.
-    pub fn go_on(&self) {
+    pub fn resume(&self) {
         self.signal(Signal::SIGCONT);
     }
 
@@ -120,7 +120,7 @@ impl FakeCamera {
 
 impl Drop for FakeCamera {
     fn drop(&mut self) {
-        self.go_on();
+        self.resume();
         self.kill();
     }
 }

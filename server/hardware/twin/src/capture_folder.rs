@@ -112,7 +112,7 @@ pub enum TwinCaptureError {
 impl Remedy for TwinCaptureError {
     fn remedy(&self) -> Option<Cow<'_, str>> {
         Some(match self {
-            Self::FolderNotEmpty { .. } => "name a new folder".into(),
+            Self::FolderNotEmpty { .. } => "give a new folder".into(),
             Self::ScanName { .. } => "use letters, digits, - and _, each name once".into(),
             Self::Unwritable { .. } => "check that the disk is not full and that its permissions allow it".into(),
             Self::Image { cause } => return cause.remedy(),

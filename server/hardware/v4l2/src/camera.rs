@@ -49,7 +49,7 @@ enum Link {
         reason: String,
     },
     /// Searched for until then; last attempt at.
-    Sought {
+    Searching {
         until: Instant,
         tried_at: Option<Instant>,
     },
@@ -64,7 +64,7 @@ impl V4l2Camera {
         let device = open().map_err(|error| not_opened(&config.device, &error))?;
         let opened = OpenedCamera::prepare(device, config)?;
         let settings = opened.settings().map_err(|error| OpenError::Settings {
-            what: format!("the camera {} does not say how it is set: {error}", config.device),
+            what: format!("the camera {} does not report its settings: {error}", config.device),
             remedy: "plug it in again".to_owned(),
         })?;
         Ok(Self {
@@ -85,18 +85,18 @@ impl V4l2Camera {
         match &mut self.link {
             Link::Open(opened) => Ok(opened),
             Link::Gone { reason } => Err(CameraError::Gone { reason: reason.clone() }),
-            Link::Sought { .. } => Err(CameraError::Gone { reason: "it is being reached again".to_owned() }),
+            Link::Searching { .. } => Err(CameraError::Gone { reason: "it is being reconnected".to_owned() }),
         }
     }
 
     fn seek(&mut self) {
-        let Link::Sought { until, tried_at } = &mut self.link else { return };
+        let Link::Searching { until, tried_at } = &mut self.link else { return };
         if tried_at.is_some_and(|at| at.elapsed() < RECONNECT_PAUSE) {
             return;
         }
         *tried_at = Some(Instant::now());
         if Instant::now() > *until {
-            self.link = Link::Gone { reason: "it did not come back".to_owned() };
+            self.link = Link::Gone { reason: "it could not be reconnected".to_owned() };
             return;
         }
         if let Some(opened) = self.reopened() {
@@ -240,9 +240,9 @@ impl Camera for V4l2Camera {
 
     /// Closes the camera and, on every use, tries to reopen it.
     fn reconnect(&mut self) -> Result<(), CameraError> {
-        if !matches!(self.link, Link::Sought { .. }) {
+        if !matches!(self.link, Link::Searching { .. }) {
             self.stop_streaming().ok();
-            self.link = Link::Sought { until: Instant::now() + RECONNECT_LIMIT, tried_at: None };
+            self.link = Link::Searching { until: Instant::now() + RECONNECT_LIMIT, tried_at: None };
         }
         Ok(())
     }

@@ -38,18 +38,18 @@ impl OpenedCamera {
     /// [`OpenError::Absent`] if another program uses it, [`OpenError::Settings`] if it is not a camera, supports no
     /// known format, or stays automatic.
     pub fn prepare(mut device: Box<dyn VideoDevice>, settings: &V4l2Settings) -> Result<Self, OpenError> {
-        let trouble = Trouble(&settings.device);
+        let trouble = CameraErrors(&settings.device);
         let card = device.card().map_err(|error| trouble.kernel("does not answer as a video device", error))?;
         if !card.streams {
             return Err(trouble.settings("delivers no pictures", "choose a device that `sheaf devices` lists"));
         }
-        let failed = |error| trouble.kernel("does not say what it can do", error);
+        let failed = |error| trouble.kernel("does not report its capabilities", error);
         let offered = device.formats().map_err(failed)?;
         let in_depth = |deep, preferred| SourceFormat::choose(&offered, deep, preferred);
         let (eight, sixteen) = (in_depth(false, &settings.format_8), in_depth(true, &settings.format_16));
         let Some(source) = eight.or(sixteen) else {
             let names: Vec<String> = offered.iter().map(ToString::to_string).collect();
-            let what = format!("sends no format that is understood: {}", names.join(", "));
+            let what = format!("offers no supported format: {}", names.join(", "));
             return Err(trouble.settings(&what, "take a camera with GREY, YUYV, MJPG, Y16, Y12 or Y10"));
         };
         let size = match (settings.width_px, settings.height_px) {
@@ -57,7 +57,7 @@ impl OpenedCamera {
                 let sizes = device.sizes(source.code).map_err(failed)?;
                 let largest = sizes.into_iter().max_by_key(|(width, height)| width * height);
                 largest.ok_or_else(|| {
-                    trouble.settings("does not say how large its pictures are", "set width_px and height_px")
+                    trouble.settings("does not report its image sizes", "set width_px and height_px")
                 })?
             }
             size => size,
@@ -66,11 +66,11 @@ impl OpenedCamera {
         let format = device.set_format(&wanted).map_err(|error| trouble.kernel("cannot be set", error))?;
         if !is_same(&format, &wanted) {
             let what = format!(
-                "sends {} with {}×{} pixels where {} with {}×{} was wanted",
+                "sends {} with {}×{} pixels instead of {} with {}×{}",
                 format.pixels, format.width_px, format.height_px, source.code, size.0, size.1
             );
             return Err(
-                trouble.settings(&what, "set station.v4l2 to what it can do: `v4l2-ctl --list-formats-ext`")
+                trouble.settings(&what, "set station.v4l2 to a supported format: `v4l2-ctl --list-formats-ext`")
             );
         }
         controls::turn_automatics_off(&mut *device).map_err(|error| trouble.not_manual(error))?;
@@ -204,9 +204,9 @@ fn nearest(intervals: &Intervals, rate_hz: f64) -> Option<Interval> {
 }
 
 /// Errors of the camera with this device file.
-struct Trouble<'d>(&'d str);
+struct CameraErrors<'d>(&'d str);
 
-impl Trouble<'_> {
+impl CameraErrors<'_> {
     fn settings(&self, what: &str, remedy: &str) -> OpenError {
         OpenError::Settings { what: format!("the camera {} {what}", self.0), remedy: remedy.to_owned() }
     }
@@ -225,17 +225,18 @@ impl Trouble<'_> {
 
     fn not_manual(&self, error: NotManual) -> OpenError {
         match error {
-            NotManual::Stays(what) => {
-                self.settings(&format!("does not let its {what} be set"), "take a camera that can be set by hand")
-            }
-            NotManual::Refused(what, error) => self.kernel(&format!("refuses to have its {what} set"), error),
+            NotManual::Stays(what) => self.settings(
+                &format!("does not allow its {what} to be set"),
+                "use a camera that can be set manually",
+            ),
+            NotManual::Refused(what, error) => self.kernel(&format!("refuses to set its {what}"), error),
         }
     }
 }
 
 /// Why a device file cannot be opened.
 pub fn not_opened(device: &str, error: &io::Error) -> OpenError {
-    let trouble = Trouble(device);
+    let trouble = CameraErrors(device);
     match error.kind() {
         io::ErrorKind::NotFound => trouble.absent("is not there", "check its cable, then reset"),
         io::ErrorKind::PermissionDenied => trouble.settings(
@@ -254,5 +255,5 @@ pub fn refused(setting: &'static str, error: io::Error) -> CameraError {
     if error.raw_os_error() == Some(UNPLUGGED) {
         return CameraError::Gone { reason: "it was unplugged".to_owned() };
     }
-    CameraError::Unsupported { setting, value: "what was wanted".to_owned(), expected: error.to_string() }
+    CameraError::Unsupported { setting, value: "the requested value".to_owned(), expected: error.to_string() }
 }

@@ -41,13 +41,13 @@ fn too_full(root: &Path) -> Vec<(String, usize)> {
 fn no_folder_holds_more_than_about_a_dozen_things() {
     let mut full = too_full(&root());
     full.retain(|(folder, _)| EXCEPTIONS.iter().all(|(exception, _)| exception != folder));
-    assert_eq!(full, [], "group them by what they say, or name the exception with its reason");
+    assert_eq!(full, [], "group them by topic, or add an exception with its reason");
 }
 
 #[test]
 fn every_exception_is_still_one() {
     let full = too_full(&root());
     for (exception, _) in EXCEPTIONS {
-        assert!(full.iter().any(|(folder, _)| folder == exception), "{exception} needs no exception any more");
+        assert!(full.iter().any(|(folder, _)| folder == exception), "{exception} no longer needs an exception");
     }
 }

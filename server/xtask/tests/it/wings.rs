@@ -192,13 +192,13 @@ fn every_arrow_between_crates_is_in_the_table_and_runs_down() {
     for (name, one) in &crates {
         let row = ARROWS.iter().find(|(known, ..)| known == name);
         let (_, folder, allowed) = row.unwrap_or_else(|| panic!("{name} is not in the table of the wings"));
-        assert_eq!(one.folder, *folder, "{name} lies elsewhere");
+        assert_eq!(one.folder, *folder, "{name} is in another folder");
         for import in one.dependencies.keys().filter(|import| crates.contains_key(*import)) {
             assert!(allowed.contains(&import.as_str()), "{name} imports {import}, which the table does not allow");
         }
     }
     for (idx, (name, _, allowed)) in ARROWS.iter().enumerate() {
-        assert!(crates.contains_key(*name), "there is no crate {name} any more");
+        assert!(crates.contains_key(*name), "the crate {name} no longer exists");
         for import in *allowed {
             let below = ARROWS[idx + 1..].iter().any(|(lower, ..)| lower == import);
             assert!(below, "the arrow from {name} to {import} does not run down the table");
@@ -211,7 +211,7 @@ fn the_network_the_database_and_the_serial_port_have_their_keepers() {
     for (name, one) in &workspace() {
         for (library, keepers) in KEEPERS {
             let knows = one.dependencies.contains_key(library);
-            assert!(!knows || keepers.contains(&name.as_str()), "{name} must not know {library}");
+            assert!(!knows || keepers.contains(&name.as_str()), "{name} must not depend on {library}");
         }
         let opens = one.dependencies.get("tokio").is_some_and(|features| features.iter().any(|one| one == "net"));
         assert!(!opens || NETWORK.contains(&name.as_str()), "{name} must not open sockets");

@@ -150,7 +150,7 @@ fn live_light_goes_out_within_seconds_of_the_last_viewer() {
     let lit = || server.get("/api/v1/station").expect(200)["laser"]["state"] == "on";
     let begun = Instant::now();
     while !lit() {
-        assert!(begun.elapsed() < Duration::from_secs(10), "no light came");
+        assert!(begun.elapsed() < Duration::from_secs(10), "the laser did not turn on");
     }
     while lit() {
         // Promised are 5 s; the busy machine of a test may be late, 30 s would be the end of the view.

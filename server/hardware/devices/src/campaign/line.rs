@@ -4,7 +4,7 @@ use parking_lot::{Mutex, MutexGuard};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use super::Dice;
+use super::Xorshift;
 use crate::lines::ports::line_to;
 use crate::lines::serial_line::{SerialLine, SerialLineError, SerialWriter};
 use crate::time;
@@ -28,7 +28,7 @@ pub enum Noise {
 /// The disturbance of a line, and its effects so far.
 struct Disturbance {
     noise: Noise,
-    dice: Dice,
+    dice: Xorshift,
     /// When it took effect: for a continuing disturbance the first time; for single bits and writes, each of which is a
     /// fault, the last time.
     harmed_at: Option<Instant>,
@@ -40,7 +40,7 @@ pub struct LineControl(Arc<Mutex<Disturbance>>);
 
 impl LineControl {
     pub fn new() -> Self {
-        let dice = Dice(0x2545_f491_4f6c_dd1d);
+        let dice = Xorshift(0x2545_f491_4f6c_dd1d);
         Self(Arc::new(Mutex::new(Disturbance { noise: Noise::None, dice, harmed_at: None })))
     }
 

@@ -17,7 +17,7 @@ use line::{LineControl, Noise};
 
 /// The fault injected.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-enum What {
+enum FaultKind {
     Garbage,
     FlippedBit,
     Silence,
@@ -29,16 +29,16 @@ enum What {
     EndOfFile,
 }
 
-const ALL: [What; 9] = [
-    What::Garbage,
-    What::FlippedBit,
-    What::Silence,
-    What::HalfLines,
-    What::LostCommand,
-    What::Restart,
-    What::Alarm,
-    What::OtherDevice,
-    What::EndOfFile,
+const ALL: [FaultKind; 9] = [
+    FaultKind::Garbage,
+    FaultKind::FlippedBit,
+    FaultKind::Silence,
+    FaultKind::HalfLines,
+    FaultKind::LostCommand,
+    FaultKind::Restart,
+    FaultKind::Alarm,
+    FaultKind::OtherDevice,
+    FaultKind::EndOfFile,
 ];
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -100,15 +100,15 @@ const CALL_HANG: Duration = Duration::from_secs(5);
 #[derive(Debug, Default)]
 struct Tally {
     n_faults: usize,
-    n_named: BTreeMap<What, usize>,
-    longest: BTreeMap<What, Duration>,
+    n_named: BTreeMap<FaultKind, usize>,
+    longest: BTreeMap<FaultKind, Duration>,
     failures: Vec<String>,
 }
 
 /// A pseudo-random sequence (xorshift).
-struct Dice(u64);
+struct Xorshift(u64);
 
-impl Dice {
+impl Xorshift {
     fn roll(&mut self, n: usize) -> usize {
         self.0 ^= self.0 << 13;
         self.0 ^= self.0 >> 7;
@@ -138,7 +138,7 @@ impl Rig {
 
     /// A position at rest must be where the motion ended according to the witness; one in motion must be on the path.
     fn check_position(&mut self, state: &crate::StageState, tally: &mut Tally) {
-        use crate::simulators::simulator::Happening::{MotionBegan, MotionEnded};
+        use crate::simulators::simulator::WitnessEvent::{MotionBegan, MotionEnded};
         let Some(position_mm) = state.position_mm else { return };
         // The switch is 6 mm from the stage's zero; homing backs off from it to 5 mm.
         if position_mm.abs() > 6.0 + self.tolerance_mm {
@@ -160,7 +160,7 @@ impl Rig {
         {
             let true_mm = (self.stage_from_machine)(machine_mm);
             if (position_mm - true_mm).abs() > self.tolerance_mm {
-                tally.failures.push(format!("wrong position: told {position_mm} mm, it is at {true_mm} mm"));
+                tally.failures.push(format!("wrong position: reported {position_mm} mm, it is at {true_mm} mm"));
             }
         }
     }
@@ -173,7 +173,7 @@ impl Rig {
         let (low_mm, high_mm) = (one_mm.min(other_mm), one_mm.max(other_mm));
         if position_mm < low_mm - self.tolerance_mm || position_mm > high_mm + self.tolerance_mm {
             tally.failures.push(format!(
-                "wrong position: told {position_mm} mm on the way, it was at {low_mm} to {high_mm} mm"
+                "wrong position: reported {position_mm} mm during a move, it was at {low_mm} to {high_mm} mm"
             ));
         }
     }
@@ -197,10 +197,10 @@ impl Rig {
     }
 
     /// The last bytes received by the firmware.
-    fn heard(&self) -> String {
+    fn received(&self) -> String {
         let entries = self.witness.entries();
         let bytes = entries.iter().rev().filter_map(|entry| match entry.what {
-            crate::simulators::simulator::Happening::Byte(byte) => Some(char::from(byte)),
+            crate::simulators::simulator::WitnessEvent::Byte(byte) => Some(char::from(byte)),
             _ => None,
         });
         bytes.take(80).collect::<Vec<_>>().into_iter().rev().collect()
@@ -221,7 +221,7 @@ impl Rig {
     fn make_ready(&mut self, tally: &mut Tally) -> bool {
         let is_ready = |rig: &mut Self, tally: &mut Tally| {
             rig.comes_back(tally)
-                && rig.rests("it does not rest after it came back", tally)
+                && rig.rests("it is not at rest after the reconnection", tally)
                 && rig.stage.start_home().is_ok()
                 && rig.rests("homing does not end", tally)
                 && rig.stage.start_move(-3.0, 100.0).is_ok()
@@ -234,7 +234,7 @@ impl Rig {
         self.line.set(Noise::None);
         (self.act)(Act::Repair);
         let mut asked_at: Option<Instant> = None;
-        self.wait("it does not come back", tally, |rig, tally| {
+        self.wait("it is not reconnected", tally, |rig, tally| {
             let Err(fault) = rig.poll(tally) else { return true };
             if asked_at.is_none_or(|at| time::since(at) > Duration::from_millis(1500)) {
                 asked_at = Some(time::now());
@@ -261,11 +261,11 @@ impl Rig {
         if matches!(when, When::Shining | When::ShiningAndMoving)
             && let Some(laser) = &mut self.laser
         {
-            let shines = laser.switch_on(0.5, Duration::from_secs(1)).is_ok();
+            let is_on = laser.switch_on(0.5, Duration::from_secs(1)).is_ok();
             // A lease that ends before the light was seen is not a hang.
-            self.wait("it does not shine", tally, |rig, _| {
+            self.wait("the laser does not turn on", tally, |rig, _| {
                 let ended = rig.laser.as_mut().is_none_or(|laser| !laser.poll().is_ok_and(|state| state.emitting));
-                !shines || rig.witness.light() || ended
+                !is_on || rig.witness.light() || ended
             });
         }
         match when {
@@ -275,24 +275,24 @@ impl Rig {
         }
     }
 
-    fn strike(&mut self, what: What, dice: &mut Dice) {
+    fn strike(&mut self, what: FaultKind, dice: &mut Xorshift) {
         let some = 1 + dice.roll(6);
         match what {
-            What::Garbage => self.line.set(Noise::Garbage),
-            What::FlippedBit => self.line.set(Noise::Flips(some)),
-            What::Silence => self.line.set(Noise::Silence),
-            What::HalfLines => self.line.set(Noise::Halves),
-            What::LostCommand => self.line.set(Noise::LostWrites(some)),
-            What::Restart => (self.act)(Act::Restart),
-            What::Alarm => (self.act)(Act::Alarm),
-            What::OtherDevice => (self.act)(Act::OtherDevice),
-            What::EndOfFile => (self.act)(Act::Unplug),
+            FaultKind::Garbage => self.line.set(Noise::Garbage),
+            FaultKind::FlippedBit => self.line.set(Noise::Flips(some)),
+            FaultKind::Silence => self.line.set(Noise::Silence),
+            FaultKind::HalfLines => self.line.set(Noise::Halves),
+            FaultKind::LostCommand => self.line.set(Noise::LostWrites(some)),
+            FaultKind::Restart => (self.act)(Act::Restart),
+            FaultKind::Alarm => (self.act)(Act::Alarm),
+            FaultKind::OtherDevice => (self.act)(Act::OtherDevice),
+            FaultKind::EndOfFile => (self.act)(Act::Unplug),
         }
     }
 
     /// Injects one fault and checks the recovery.
-    fn suffer(&mut self, what: What, when: When, dice: &mut Dice, tally: &mut Tally) {
-        let shone = matches!(when, When::Shining | When::ShiningAndMoving) && self.laser.is_some();
+    fn suffer(&mut self, what: FaultKind, when: When, dice: &mut Xorshift, tally: &mut Tally) {
+        let was_on = matches!(when, When::Shining | When::ShiningAndMoving) && self.laser.is_some();
         self.bring_to(when, tally);
         time::sleep(Duration::from_millis(dice.roll(150) as u64));
         let struck = Stopwatch::start();
@@ -303,7 +303,7 @@ impl Rig {
         // Until it is reported, or, if it has no effect, for longer than the limit.
         let mut named = None;
         while named.is_none() && struck.own_time() < NAMED_LIMIT + Duration::from_millis(800) {
-            if shone && let Some(laser) = &mut self.laser {
+            if was_on && let Some(laser) = &mut self.laser {
                 laser.renew(Duration::from_secs(1)).ok();
             }
             named = self.poll(tally).err();
@@ -315,7 +315,7 @@ impl Rig {
             let longest = tally.longest.entry(what).or_default();
             *longest = (*longest).max(took);
             if took > limit {
-                tally.failures.push(format!("late: named after {took:?}: {fault}"));
+                tally.failures.push(format!("late: reported after {took:?}: {fault}"));
             }
         } else if let Some(laser) = &mut self.laser {
             laser.switch_off().ok();
@@ -323,8 +323,8 @@ impl Rig {
         let watch = Stopwatch::start();
         while self.witness.light() {
             if watch.own_time() > DARK_LIMIT {
-                let heard = self.heard();
-                tally.failures.push(format!("light left on, told as {named:?}, heard last: {heard:?}"));
+                let received = self.received();
+                tally.failures.push(format!("light left on, reported as {named:?}, received last: {received:?}"));
                 break;
             }
             time::sleep(Duration::from_millis(2));
@@ -334,7 +334,7 @@ impl Rig {
 
 /// `n` faults on one rig; returns the tally.
 fn run(open: fn() -> Rig, n: usize, seed: u64) -> Tally {
-    let (mut tally, mut dice) = (Tally::default(), Dice(seed));
+    let (mut tally, mut dice) = (Tally::default(), Xorshift(seed));
     let mut rig = open();
     for _ in 0..n {
         let what = ALL[dice.roll(ALL.len())];
@@ -383,7 +383,7 @@ fn campaign(name: &str, open: fn() -> Rig, n_faults: usize, n_rigs: usize) {
     }
     let count = |word: &str| all.failures.iter().filter(|failure| failure.starts_with(word)).count();
     println!(
-        "{name}: {} faults; {} named late, {} hangs, {} wrong positions accepted, {} lights left on",
+        "{name}: {} faults; {} reported late, {} hangs, {} wrong positions accepted, {} lights left on",
         all.n_faults,
         count("late"),
         count("hang"),
@@ -391,7 +391,7 @@ fn campaign(name: &str, open: fn() -> Rig, n_faults: usize, n_rigs: usize) {
         count("light")
     );
     for (what, n) in &all.n_named {
-        println!("  {what:?}: {n} named, the last after {:?}", all.longest[what]);
+        println!("  {what:?}: {n} reported, the last after {:?}", all.longest[what]);
     }
     assert!(all.failures.is_empty(), "{name}: {:#?}", all.failures);
 }

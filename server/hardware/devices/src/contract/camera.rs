@@ -60,14 +60,15 @@ pub fn camera_faults(open: Open, profile: &CameraProfile) {
 
 fn settings_are_what_was_accepted(mut camera: Box<dyn Camera>) {
     let before = short("settings", || camera.settings());
-    let unchanged = short("configure", || camera.configure(&CameraRequest::default())).expect("nothing was asked");
+    let unchanged =
+        short("configure", || camera.configure(&CameraRequest::default())).expect("nothing was requested");
     assert_eq!(unchanged, before, "an empty request changed settings");
     if let Some(range) = camera.capabilities().exposure_us {
         let wanted_us = 0.5 * (range.min + range.max);
         let accepted = camera
             .configure(&CameraRequest { exposure_us: Some(wanted_us), ..Default::default() })
             .expect("in range");
-        assert_eq!(camera.settings(), accepted, "`settings` differs from what `configure` said it accepted");
+        assert_eq!(camera.settings(), accepted, "`settings` differs from what `configure` returned");
         assert!(
             accepted.exposure_us >= range.min && accepted.exposure_us <= range.max,
             "accepted {} µs, outside its own range",
@@ -146,7 +147,7 @@ fn refuses(camera: &mut dyn Camera, request: CameraRequest) {
 }
 
 fn nothing_comes_without_acquisition(mut camera: Box<dyn Camera>) {
-    let got = look(&mut *camera, &mut blank(), Duration::from_millis(20)).expect("not started is no fault");
+    let got = look(&mut *camera, &mut blank(), Duration::from_millis(20)).expect("not started is not a fault");
     assert_eq!(got, None, "a frame came before `start`");
 }
 
@@ -216,7 +217,7 @@ fn memory_is_used_again(mut camera: Box<dyn Camera>, profile: &CameraProfile) {
     let place = address(&image);
     for _ in 0..N_FRAMES {
         frame(&mut *camera, &mut image, profile);
-        assert_eq!(address(&image), place, "a frame was put into new memory instead of the buffer handed in");
+        assert_eq!(address(&image), place, "a frame was put into new memory instead of the given buffer");
     }
 }
 
@@ -235,7 +236,7 @@ fn stop_works_in_every_state(mut camera: Box<dyn Camera>, profile: &CameraProfil
     frame(&mut *camera, &mut image, profile);
     short("stop", || camera.stop()).expect("stop while running");
     short("stop", || camera.stop()).expect("stop twice");
-    let got = look(&mut *camera, &mut image, Duration::from_millis(20)).expect("stopped is no fault");
+    let got = look(&mut *camera, &mut image, Duration::from_millis(20)).expect("stopped is not a fault");
     assert_eq!(got, None, "a frame came after `stop`");
 }
 
@@ -297,7 +298,7 @@ fn reconnecting_a_sound_camera_stops_it(mut camera: Box<dyn Camera>, profile: &C
     let set = camera.settings();
     let mut image = blank();
     frame(&mut *camera, &mut image, profile);
-    camera.reconnect().expect("nothing is in its way");
+    camera.reconnect().expect("nothing prevents it");
     let got = back(&mut *camera, &mut image);
     assert_eq!(got, None, "it came back active");
     assert_eq!(camera.settings(), set, "it came back with other settings");
@@ -313,12 +314,12 @@ fn an_unplugged_camera_is_gone_until_it_is_reconnected(
     let mut image = blank();
     frame(&mut *camera, &mut image, profile);
     (cable.unplug)();
-    wait_for(GONE_LIMIT, "the pulled cable is noticed", || {
+    wait_for(GONE_LIMIT, "the unplugged cable is detected", || {
         matches!(look(&mut *camera, &mut image, Duration::from_millis(20)), Err(CameraError::Gone { .. }))
             .then_some(())
     });
     let again = look(&mut *camera, &mut image, Duration::from_millis(20));
-    assert!(matches!(again, Err(CameraError::Gone { .. })), "told once that it is gone, then {again:?}");
+    assert!(matches!(again, Err(CameraError::Gone { .. })), "the loss is reported once, then {again:?}");
     short("stop", || camera.stop()).ok();
     (cable.replug)();
     short("reconnect", || camera.reconnect()).ok();
@@ -330,15 +331,13 @@ fn an_unplugged_camera_is_gone_until_it_is_reconnected(
 
 /// Waits until a reconnected camera reports no fault; returns the frame it delivers then, if any.
 fn back(camera: &mut dyn Camera, image: &mut GreyImage) -> Option<FrameInfo> {
-    wait_for(RECONNECT_LIMIT, "the camera is reached again", || {
-        look(camera, image, Duration::from_millis(20)).ok()
-    })
+    wait_for(RECONNECT_LIMIT, "the camera is reconnected", || look(camera, image, Duration::from_millis(20)).ok())
 }
 
 fn set(camera: &mut dyn Camera, request: CameraRequest) -> crate::CameraSettings {
     let accepted =
         short("configure", || camera.configure(&request)).unwrap_or_else(|e| panic!("{request:?} refused: {e}"));
-    assert_eq!(camera.settings(), accepted, "`settings` differs from what `configure` said it accepted");
+    assert_eq!(camera.settings(), accepted, "`settings` differs from what `configure` returned");
     accepted
 }
 

@@ -94,7 +94,7 @@ mod tests {
     use crate::contract::{self, LaserProfile};
 
     #[test]
-    fn it_passes_the_suite_without_a_witness_and_says_that_it_is_not_switched() {
+    fn it_passes_the_suite_and_reports_that_it_is_not_switched() {
         let profile = LaserProfile { light: None, reaction_limit: Duration::from_millis(20), cable: None };
         contract::laser(&mut || Box::new(AlwaysOnLaser::default()), &profile);
         let laser = AlwaysOnLaser::default();

@@ -43,7 +43,7 @@ pub trait Dialogue: Send + 'static {
     type Fault;
 
     /// Whether the line is to be opened.
-    fn wants_open(&self) -> bool;
+    fn should_be_open(&self) -> bool;
     /// Whether the line may be closed because nothing is expected of it.
     fn is_down(&self) -> bool;
     /// Whether the opening has ended, with or without a fault.
@@ -72,7 +72,7 @@ pub trait Dialogue: Send + 'static {
     /// Continues after the stop's bytes were written.
     fn stop_sent(&mut self, code: u8, now: Instant);
     /// Whether a stop that the thread announced before its byte was written is announced again.
-    fn retells(&self, code: u8) -> bool {
+    fn announces_again(&self, code: u8) -> bool {
         let _ = code;
         true
     }
@@ -192,8 +192,8 @@ impl<D: Dialogue> Controller<D> {
         let mut desk = self.shared.lock();
         match written {
             Ok(true) => {
-                let told_before = !self.shared.tell_of_stops(&mut desk);
-                if told_before && desk.session.retells(stop.code) {
+                let told_before = !self.shared.announce_stops(&mut desk);
+                if told_before && desk.session.announces_again(stop.code) {
                     // The reader announced it before the bytes were written, and may have seen the end of a stop since:
                     // the stop is verified again.
                     desk.session.stop_sent(stop.code, time::now());
@@ -278,7 +278,7 @@ impl<D: Dialogue> Shared<D> {
 
     /// Passes announced stops to the session; called by the sender and by the reader, whichever is first. Returns
     /// whether there was one.
-    fn tell_of_stops(&self, desk: &mut Desk<D>) -> bool {
+    fn announce_stops(&self, desk: &mut Desk<D>) -> bool {
         let announced = self.announced().take();
         if let Some((byte, sent_at)) = announced {
             desk.session.stop_sent(byte, sent_at);
@@ -314,7 +314,7 @@ fn run<D: Dialogue>(shared: &Shared<D>, mut line: Box<dyn SerialLine>) {
             Next::Read(wait) => {
                 let read = line.read(&mut buffer, wait);
                 let mut desk = shared.lock();
-                shared.tell_of_stops(&mut desk);
+                shared.announce_stops(&mut desk);
                 match read {
                     Ok(n) => desk.session.received(&buffer[..n], time::now()),
                     Err(error) => desk.session.line_lost(with_causes(&error)),
@@ -339,7 +339,7 @@ fn due<D: Dialogue>(shared: &Shared<D>) -> Option<Next> {
     }
     desk.session.tick(time::now());
     shared.settle(&mut desk);
-    Some(if desk.session.wants_open() {
+    Some(if desk.session.should_be_open() {
         Next::Open
     } else if desk.session.is_down() {
         Next::Rest
@@ -366,7 +366,7 @@ fn rest<D: Dialogue>(shared: &Shared<D>, line: &mut dyn SerialLine) {
     shared.set_writers(None, None);
     line.close();
     let desk = shared.lock();
-    if !desk.ended && !desk.session.wants_open() {
+    if !desk.ended && !desk.session.should_be_open() {
         drop(shared.wait(desk, time::now() + DOWN_WAIT));
     }
 }

@@ -162,7 +162,7 @@ mod tests {
     }
 
     #[test]
-    fn a_place_where_nobody_listens_is_named() {
+    fn an_address_without_a_listener_is_reported() {
         let mut line = TcpLine::new("127.0.0.1:1");
         let refusal = line.reopen().unwrap_err();
         assert!(refusal.to_string().contains("tcp://127.0.0.1:1"), "{refusal}");

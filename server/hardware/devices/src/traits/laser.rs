@@ -1,4 +1,4 @@
-//! A laser: it is leased, and goes off when nobody renews the lease.
+//! A laser: it is leased, and goes off unless the lease is renewed.
 
 use std::borrow::Cow;
 use std::sync::Arc;
@@ -57,7 +57,7 @@ pub enum LaserError {
     #[error("the laser reports a fault: {0}")]
     Controller(StageError),
     /// A power that is not a fraction of full power.
-    #[error("a laser cannot shine with power {value}")]
+    #[error("a laser cannot be set to power {value}")]
     BadPower {
         /// The requested value.
         value: f64,

@@ -85,7 +85,7 @@ pub struct StageState {
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum StageError {
     /// It is not homed, so that its position is unknown.
-    #[error("the stage does not know where it is")]
+    #[error("the position of the stage is unknown")]
     NotHomed,
     /// Outside the soft limits.
     #[error("{target_mm} mm is outside the stage's travel of {min_mm} to {max_mm} mm")]
@@ -194,7 +194,7 @@ impl Remedy for StageError {
             Self::BadNumber { name: "speed_mm_s", .. } => "give a finite number above 0",
             Self::BadNumber { .. } => "give a finite number",
             Self::Moving => "wait for its end or stop it first",
-            Self::Stalled { .. } => "look for an obstacle, then home it",
+            Self::Stalled { .. } => "check for an obstacle, then home it",
             Self::Alarm { .. } => "remove the cause, clear the alarm and home",
             Self::Warned { .. } => "remove the cause, clear the fault and home",
             Self::Restarted => "home it",

@@ -75,7 +75,7 @@ impl Device {
                     arv::arv_gc_feature_node_set_value_from_string(node.cast(), value.as_ptr(), error);
                 })
             }
-            None => Err(AravisError(format!("`{name}` is no feature that has a value"))),
+            None => Err(AravisError(format!("`{name}` is not a feature with a value"))),
         }
     }
 

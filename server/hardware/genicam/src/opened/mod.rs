@@ -259,7 +259,7 @@ fn held_for_long(listed: &Listed) -> Option<Control> {
 pub fn refused(setting: &'static str) -> impl Fn(AravisError) -> CameraError {
     move |error| CameraError::Unsupported {
         setting,
-        value: "what was wanted".to_owned(),
+        value: "the requested value".to_owned(),
         expected: error.to_string(),
     }
 }

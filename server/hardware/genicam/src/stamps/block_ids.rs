@@ -57,19 +57,19 @@ mod tests {
     }
 
     #[test]
-    fn gaps_are_steps_and_the_first_frame_begins_the_count() {
+    fn gaps_are_counted_and_the_first_frame_starts_the_count() {
         assert_eq!(counts(&[7, 8, 11]), [Some(0), Some(1), Some(4)]);
     }
 
     #[test]
-    fn sixteen_bits_turn_over_without_zero() {
+    fn sixteen_bit_ids_wrap_around_without_zero() {
         assert_eq!(counts(&[65534, 65535, 1, 2]), [Some(0), Some(1), Some(2), Some(3)]);
-        assert_eq!(counts(&[65534, 2]), [Some(0), Some(3)], "lost across the turn");
-        assert_eq!(counts(&[65535, 65536, 65537]), [Some(0), Some(1), Some(2)], "64 bits go on");
+        assert_eq!(counts(&[65534, 2]), [Some(0), Some(3)], "lost across the wrap-around");
+        assert_eq!(counts(&[65535, 65536, 65537]), [Some(0), Some(1), Some(2)], "64 bits continue");
     }
 
     #[test]
-    fn a_frame_that_comes_again_does_not_count() {
+    fn a_duplicate_frame_does_not_count() {
         assert_eq!(counts(&[3, 3, 2, 4]), [Some(0), None, None, Some(1)]);
     }
 }

@@ -130,26 +130,26 @@ mod tests {
     }
 
     #[test]
-    fn times_are_true_within_what_is_stated_whatever_the_clocks_do() {
+    fn time_errors_are_within_the_stated_uncertainty_for_any_drift() {
         for drift in [0.0, 1e-4, -1e-4] {
             for seed in [1, 2, 3] {
                 let (worst_us, beyond) = errors(drift, seed);
                 // The minimum of 32 samples of 3 ms jitter is 0.09 ms on average, and exceeds 0.4 ms in one part of a
                 // hundred.
                 assert!(worst_us < 500.0, "{drift}: {worst_us:.0} µs");
-                assert!(beyond < 0.05, "{drift}: {beyond:.3} of all frames beyond what was stated");
+                assert!(beyond < 0.05, "{drift}: {beyond:.3} of all frames beyond the stated uncertainty");
             }
         }
     }
 
     #[test]
-    fn a_camera_that_restarts_its_clock_is_followed_anew() {
+    fn the_line_is_fitted_anew_after_a_clock_reset() {
         let (began, mut clock) = (Instant::now(), DeviceClock::default());
         for n in 0..100_u64 {
             clock.observe(1_000_000_000 + n * 10_000_000, began + Duration::from_millis(10 * n));
         }
         assert!(clock.host_time(0).is_some());
         clock.observe(5, began + Duration::from_secs(2));
-        assert!(clock.host_time(5).is_none(), "a line of the clock before");
+        assert!(clock.host_time(5).is_none(), "a line of the previous clock");
     }
 }

@@ -55,11 +55,7 @@ fn frames_with_missing_packets_are_counted_and_never_shown() {
             incomplete += info.lost_incomplete;
             assert!(info.lost_incomplete <= info.lost_before);
             last_id = info.frame_id;
-            assert_eq!(
-                shown + lost,
-                info.frame_id + 1,
-                "frames that came and frames that were lost are all frames"
-            );
+            assert_eq!(shown + lost, info.frame_id + 1, "received and lost frames are all frames");
             let Pixels::Eight(pixels) = image.pixels() else { panic!("8 bits were set") };
             // Bytes of missing packets would come from another frame or be zero.
             let smooth = pixels.windows(2).enumerate().filter(|(at, _)| at % 128 != 127).all(|(_, pair)| {
@@ -90,7 +86,7 @@ fn software_triggers_are_answered_each_or_counted() {
             if let Some(info) = got.expect("it is there") {
                 (answered, lost) = (answered + 1, lost + info.lost_before);
                 assert_eq!(answered + lost, info.frame_id + 1);
-                assert!(info.frame_id < sent, "frame {info:?} after {sent} triggers: nobody asked for it");
+                assert!(info.frame_id < sent, "frame {info:?} after {sent} triggers: it was not requested");
                 return Some(());
             }
             (asked_at.elapsed().as_millis() > 800).then_some(())

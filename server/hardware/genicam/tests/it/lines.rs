@@ -116,9 +116,9 @@ fn open_both(settings: &GenicamSettings) -> (Box<dyn devices::Camera>, Box<dyn L
 }
 
 /// A laser together with its open camera.
-struct Kept(Box<dyn Laser>, #[expect(dead_code, reason = "it is kept open")] Box<dyn devices::Camera>);
+struct LaserWithCamera(Box<dyn Laser>, #[expect(dead_code, reason = "it is kept open")] Box<dyn devices::Camera>);
 
-impl Laser for Kept {
+impl Laser for LaserWithCamera {
     fn identity(&self) -> DeviceIdentity {
         self.0.identity()
     }
@@ -167,7 +167,7 @@ fn a_laser_on_an_output_line_passes_the_suite() {
         contract::laser(
             &mut || {
                 let (camera, laser) = open_both(&with_laser(source));
-                Box::new(Kept(laser, camera))
+                Box::new(LaserWithCamera(laser, camera))
             },
             &profile,
         );
@@ -177,7 +177,7 @@ fn a_laser_on_an_output_line_passes_the_suite() {
 }
 
 #[test]
-fn a_laser_on_a_line_is_dark_when_its_camera_went_away_and_came_back() {
+fn a_laser_on_a_line_is_off_after_its_camera_was_reconnected() {
     let Some((mut process, _folder)) = with_features(&lines()) else { return };
     let (mut camera, mut laser) = open_both(&with_laser("ExposureActive"));
     laser.switch_on(1.0, Duration::from_secs(1)).unwrap();
@@ -194,7 +194,7 @@ fn a_laser_on_a_line_is_dark_when_its_camera_went_away_and_came_back() {
 }
 
 #[test]
-fn a_line_that_cannot_be_dark_or_is_not_there_is_refused() {
+fn a_line_that_cannot_be_turned_off_or_is_missing_is_refused() {
     let Some((_camera, _folder)) = with_features(&[
         choice("LineSelector", LINE_SELECTOR, &["Line1"]),
         choice("LineSource", LINE_SOURCE, &["ExposureActive"]),

@@ -27,7 +27,7 @@ fn processor_s(children: bool) -> f64 {
 }
 
 #[test]
-#[ignore = "measures; wants a quiet machine"]
+#[ignore = "a measurement: needs a quiet machine"]
 fn processor_time_of_a_frame_beside_the_librarys_own_loop() {
     let Some(_camera) = fake(0) else { return };
     let mut camera = open(&settings(SERIAL));

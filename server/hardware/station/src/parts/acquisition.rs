@@ -36,7 +36,7 @@ pub struct Acquisition {
     exposures: Exposures,
     lost: Lost,
     totals: Arc<DropCounts>,
-    heard_at: Instant,
+    received_at: Instant,
     asked_at: Instant,
     probed_at: Instant,
 }
@@ -53,7 +53,7 @@ impl Acquisition {
             exposures: Exposures::default(),
             lost: Lost::default(),
             totals,
-            heard_at: now,
+            received_at: now,
             asked_at: now,
             probed_at: now,
         }
@@ -76,9 +76,9 @@ impl Acquisition {
         }
         let settings = self.settings();
         let (since, period_s) = match settings.trigger {
-            Trigger::Free => (self.heard_at, 1.0 / settings.frame_rate_hz.max(SLOWEST_HZ)),
+            Trigger::Free => (self.received_at, 1.0 / settings.frame_rate_hz.max(SLOWEST_HZ)),
             Trigger::Software => (self.asked_at, 0.0),
-            Trigger::Hardware => (self.heard_at, 0.0),
+            Trigger::Hardware => (self.received_at, 0.0),
         };
         let due = since + Duration::from_secs_f64(period_s) + exposure(&settings) + FRAME_TRANSFER;
         Some(if self.is_computing(since, now) { due.max(now) } else { due })
@@ -123,7 +123,7 @@ impl Acquisition {
         if !self.running {
             self.device.start()?;
             (self.running, self.exposures, self.lost) = (true, Exposures::default(), Lost::default());
-            self.heard_at = Instant::now();
+            self.received_at = Instant::now();
         }
         Ok(())
     }
@@ -165,7 +165,7 @@ impl Acquisition {
                 return Err(error);
             }
         };
-        self.heard_at = now;
+        self.received_at = now;
         let Delivered::InTime { newly_lost } = self.exposures.deliver(info.lost_before) else { return Ok(None) };
         let incomplete = info.lost_incomplete.min(newly_lost);
         self.lose(Lost { camera: newly_lost - incomplete, incomplete, ..Lost::default() });
@@ -194,7 +194,7 @@ impl Acquisition {
 
     /// Time since the last successful call.
     pub fn silent_for(&self) -> Duration {
-        self.heard_at.elapsed()
+        self.received_at.elapsed()
     }
 
     /// Time for which a free-running camera has been silent, if that exceeds the limit.
@@ -205,8 +205,8 @@ impl Acquisition {
         }
         let period_s = SILENT_PERIODS / settings.frame_rate_hz.max(1e-3) + settings.exposure_us * 1e-6;
         let limit = CAMERA_SILENCE.max(Duration::from_secs_f64(period_s));
-        let silent = now.saturating_duration_since(self.heard_at);
-        (silent > limit && !self.is_computing(self.heard_at, now)).then_some(silent)
+        let silent = now.saturating_duration_since(self.received_at);
+        (silent > limit && !self.is_computing(self.received_at, now)).then_some(silent)
     }
 
     fn lose(&mut self, lost: Lost) {

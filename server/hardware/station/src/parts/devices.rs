@@ -23,7 +23,7 @@ pub struct StationDevices {
 
 /// One driver and the devices it opens for the station.
 #[derive(Clone)]
-pub struct Share {
+pub struct DriverDevices {
     pub driver: Arc<dyn Driver>,
     pub devices: DeviceSet,
     /// The simulated world that follows these devices.
@@ -48,9 +48,9 @@ impl StationDevices {
     }
 
     /// Each driver once, with those of the `wanted` devices that it opens.
-    pub fn shares(&self, wanted: DeviceSet) -> Vec<Share> {
+    pub fn shares(&self, wanted: DeviceSet) -> Vec<DriverDevices> {
         let none = DeviceSet::default();
-        let mut shares: Vec<Share> = Vec::new();
+        let mut shares: Vec<DriverDevices> = Vec::new();
         for (driver, device) in [
             (&self.camera, DeviceSet { camera: true, ..none }),
             (&self.stage, DeviceSet { stage: true, ..none }),
@@ -64,7 +64,7 @@ impl StationDevices {
                 None => {
                     let kind = driver.kind();
                     let followed_by = self.twin.clone().filter(|twin| twin.kind() != kind);
-                    shares.push(Share { driver: driver.clone(), devices: device, followed_by });
+                    shares.push(DriverDevices { driver: driver.clone(), devices: device, followed_by });
                 }
             }
         }
@@ -72,7 +72,7 @@ impl StationDevices {
     }
 }
 
-impl Share {
+impl DriverDevices {
     /// Opens the devices; may take seconds.
     pub fn open(&self) -> Result<Opened, OpenError> {
         let opened = self.driver.open(self.devices)?;

@@ -71,7 +71,7 @@ mod tests {
     }
 
     #[test]
-    fn a_frame_that_comes_after_it_was_given_up_does_not_count() {
+    fn a_frame_that_arrives_after_it_was_given_up_does_not_count() {
         let mut exposures = Exposures::default();
         exposures.ask();
         assert_eq!(exposures.give_up(), 1);

@@ -67,16 +67,16 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_fault_tells_apart_what_happened_and_what_to_do() {
+    fn a_fault_separates_detail_and_remedy() {
         let refusal = StationRefusal::Stage(StageError::Stalled { target_mm: 5.0, actual_mm: 2.5 });
         let fault = fault_of(&refusal).unwrap();
         assert_eq!((fault.device, fault.kind), ("stage", "stalled"));
         assert_eq!(fault.detail, "the stage stopped at 2.5 mm on the way to 5 mm");
-        assert_eq!(fault.remedy, "look for an obstacle, then home it");
+        assert_eq!(fault.remedy, "check for an obstacle, then home it");
     }
 
     #[test]
-    fn an_impossible_request_is_no_fault() {
+    fn an_impossible_request_is_not_a_fault() {
         let refusal = StationRefusal::Stage(StageError::OutOfTravel { target_mm: 9.0, min_mm: 0.0, max_mm: 1.0 });
         assert_eq!(fault_of(&refusal), None);
     }

@@ -63,13 +63,13 @@ impl Light {
     }
 
     /// Whether it reports that it is on.
-    pub fn shines(&self) -> bool {
+    pub fn is_on(&self) -> bool {
         self.state.is_some_and(|state| state.emitting)
     }
 
     /// Whether it reports the requested state.
-    pub fn has_obeyed(&self) -> bool {
-        self.shines() == self.is_wanted()
+    pub fn is_as_requested(&self) -> bool {
+        self.is_on() == self.is_wanted()
     }
 
     /// Reads the state of a laser that must be off, to check that it works.
@@ -80,13 +80,13 @@ impl Light {
     }
 
     /// Whether it reported that it was on at that time; covers the time since its last change.
-    pub fn shone_at(&self, at: Instant) -> bool {
-        self.shines() == (at >= self.changed_at)
+    pub fn was_on_at(&self, at: Instant) -> bool {
+        self.is_on() == (at >= self.changed_at)
     }
 
     /// Whether a reading is due.
     fn is_due(&self, now: Instant) -> bool {
-        let period = match (self.lit_at.is_some(), self.shines()) {
+        let period = match (self.lit_at.is_some(), self.is_on()) {
             (true, true) => POLL_SHINING,
             (false, false) => POLL_IDLE,
             _ => POLL_CHANGING,
@@ -145,7 +145,7 @@ impl Light {
         }
         if self.is_due(now) {
             self.polled_at = Some(now);
-            let was = self.shines();
+            let was = self.is_on();
             let state = self.device.poll()?;
             self.take(state, now);
             return self.check(was, now);
@@ -160,7 +160,7 @@ impl Light {
     }
 
     fn take(&mut self, state: LaserState, now: Instant) {
-        if self.shines() != state.emitting {
+        if self.is_on() != state.emitting {
             self.changed_at = now;
             if state.emitting {
                 self.needed_until = now + LIGHT_IDLE;
@@ -169,17 +169,17 @@ impl Light {
         self.state = Some(state);
     }
 
-    fn check(&self, was_shining: bool, now: Instant) -> Result<(), LaserError> {
+    fn check(&self, was_on: bool, now: Instant) -> Result<(), LaserError> {
         let Some(lit_at) = self.lit_at else { return Ok(()) };
         if self.state.is_some_and(|state| state.interlock_closed == Some(false)) {
             return Err(LaserError::InterlockOpen);
         }
-        if self.shines() {
+        if self.is_on() {
             return Ok(());
         }
         let late = now.saturating_duration_since(lit_at) > LIGHT_UP_LIMIT;
-        let went_out = was_shining.then_some(("the light went out by itself", "check laser and cable"));
-        match went_out.or(late.then_some(("no light came", "check laser, key switch and cable"))) {
+        let went_out = was_on.then_some(("the laser went off unexpectedly", "check laser and cable"));
+        match went_out.or(late.then_some(("the laser did not turn on", "check laser, key switch and cable"))) {
             Some((reason, remedy)) => Err(LaserError::Fault { reason: reason.to_owned(), remedy }),
             None => Ok(()),
         }
@@ -194,7 +194,7 @@ mod tests {
     use crate::tests::bench::small_twin;
 
     #[test]
-    fn a_lease_that_this_thread_let_run_out_is_no_fault_and_the_next_exposure_lights_again() {
+    fn a_lease_expired_by_this_thread_is_not_a_fault_and_the_next_exposure_turns_the_laser_on() {
         let twin = small_twin(twin::TwinOptions::default());
         let mut light = Light::new(Box::new(twin.laser()));
         let now = Instant::now();
@@ -202,9 +202,9 @@ mod tests {
         light.expect_frame(now + LIGHT_LEASE);
         light.tend(now + LIGHT_LEASE + Duration::from_millis(1)).unwrap();
         light.check_dark().unwrap();
-        assert!(!light.shines() && light.is_wanted());
+        assert!(!light.is_on() && light.is_wanted());
         light.serve_frame(Instant::now(), Instant::now()).unwrap();
-        assert!(light.shines());
+        assert!(light.is_on());
     }
 
     #[test]
@@ -217,12 +217,12 @@ mod tests {
         let due = lit + Duration::from_millis(200);
         light.expect_frame(due);
         light.tend(due + LIGHT_IDLE).unwrap();
-        assert!(light.shines(), "a frame was due so long");
+        assert!(light.is_on(), "a frame was due until now");
         light.tend(due + LIGHT_IDLE + Duration::from_millis(1)).unwrap();
         light.check_dark().unwrap();
-        assert!(!light.shines(), "none is due any more");
+        assert!(!light.is_on(), "no frame is due");
         light.expect_frame(Instant::now() + Duration::from_secs(1));
         light.tend(Instant::now()).unwrap();
-        assert!(!light.shines(), "a frame on its way does not light it");
+        assert!(!light.is_on(), "a frame in transfer does not turn it on");
     }
 }

@@ -60,7 +60,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_taken_in_time_is_counted_and_told_with_the_next_frame_that_is() {
+    fn frames_not_taken_in_time_are_counted_and_reported_with_the_next_one() {
         let (mut tap, outer) = Tap::new();
         let totals = DropCounts::default();
         let n_offered = TAP_FRAMES as u64 + 3;
@@ -78,7 +78,7 @@ mod tests {
         assert_eq!(
             taken.len() as u64 + 1 + outer.dropped.total(),
             exposed,
-            "taken and dropped are what was exposed"
+            "taken and dropped add up to the exposed"
         );
         drop(outer);
         assert!(!tap.offer(&frame(n_offered + 2), Lost::default(), &totals));

@@ -50,7 +50,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_value_comes_back_when_the_last_one_has_looked() {
+    fn a_value_is_reused_after_its_last_reader() {
         let mut values = Recycling::of(2, || 0);
         let mut first = values.take().unwrap();
         *Arc::get_mut(&mut first).unwrap() = 7;

@@ -26,7 +26,7 @@ pub enum StationRefusal {
     #[error("the station was stopped")]
     Halted,
     /// A person can use the laser only in a live view.
-    #[error("the laser shines only while frames arrive")]
+    #[error("the laser is on only while frames arrive")]
     NoLiveView,
     /// A speed outside the range of this stage.
     #[error("the stage moves at {min_mm_s} to {max_mm_s} mm/s, not at {speed_mm_s}")]
@@ -39,7 +39,7 @@ pub enum StationRefusal {
         max_mm_s: f64,
     },
     /// The command channel is full.
-    #[error("the station has too many commands to obey")]
+    #[error("too many commands are waiting")]
     TooManyCommands,
     /// A person stopped it during the call.
     #[error("stopped by {actor}")]

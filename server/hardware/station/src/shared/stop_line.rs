@@ -92,7 +92,7 @@ impl StopLine {
     }
 
     /// The station thread begins to stop its devices; returns who requested it.
-    pub fn begin_to_obey(&self) -> String {
+    pub fn begin_stop(&self) -> String {
         let mut guarded = self.lock();
         self.pulled.store(false, Ordering::SeqCst);
         guarded.obeyed = std::mem::take(&mut guarded.requests);
@@ -138,7 +138,7 @@ impl StopLine {
             }
             let handles = guarded.handles.clone();
             drop(guarded);
-            tracing::error!("the station thread is kept in a driver's call: its devices are stopped past it");
+            tracing::error!("the station thread is blocked in a driver's call: its devices are stopped directly");
             handles.iter().for_each(|handle| handle.stop_now());
             guarded = self.lock();
             guarded.is_due = false;
@@ -179,12 +179,12 @@ mod tests {
         line.pull(request());
         assert!(line.is_pulled() && line.is_latched() && line.epoch() > before);
         line.release();
-        assert!(line.is_latched(), "the pull was not obeyed yet");
-        assert_eq!(line.begin_to_obey(), "a person");
+        assert!(line.is_latched(), "the Stop was not carried out yet");
+        assert_eq!(line.begin_stop(), "a person");
         assert_eq!(line.obeyed().len(), 1);
-        assert!(line.is_latched(), "obeying is not releasing");
+        assert!(line.is_latched(), "carrying it out does not release it");
         line.release();
         assert!(!line.is_latched());
-        assert!(line.epoch() > before, "what was authorised before stays old");
+        assert!(line.epoch() > before, "the earlier authorisation stays outdated");
     }
 }

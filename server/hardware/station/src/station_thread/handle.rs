@@ -174,7 +174,7 @@ impl StationHandle {
         let guarded = stop_line.clone();
         let guard = move || guarded.guard(STOP_PATIENCE);
         if let Err(error) = std::thread::Builder::new().name("station-stop".to_owned()).spawn(guard) {
-            tracing::error!(%error, "nobody watches whether the station thread obeys");
+            tracing::error!(%error, "the stop guard could not be started");
         }
         // Late devices count as missing; they may still be installed later.
         let _ = first_opening.recv_timeout(START_WAIT);
@@ -218,15 +218,15 @@ impl StationHandle {
     /// Stops motion, turns the laser off and ends all work. Always accepted, and latched from now on: work authorised
     /// before is refused for good, new work until a reset.
     pub fn pull_stop(&self, actor: &str) -> StopAcknowledgement {
-        let (done, told) = oneshot::channel();
+        let (done, result) = oneshot::channel();
         self.shared.stop_line.pull(StopRequest { actor: actor.to_owned(), done });
         // No wake-up is needed if the channel is full: the thread checks the line before each command. A thread that
         // has ended stopped its devices at its end; the caller learns this from the sender dropped with the line.
         if let Err(TrySendError::Disconnected(_)) = self.shared.commands.try_send(Command::Wake) {
-            self.shared.stop_line.begin_to_obey();
+            self.shared.stop_line.begin_stop();
             drop(self.shared.stop_line.obeyed());
         }
-        StopAcknowledgement(told)
+        StopAcknowledgement(result)
     }
 
     /// [`StationHandle::pull_stop`], and waits until the devices have acknowledged it.
@@ -313,7 +313,7 @@ impl StationHandle {
         if let Some(thread) = thread
             && thread.join().is_err()
         {
-            tracing::error!("the station thread ended by a defect");
+            tracing::error!("the station thread panicked");
         }
     }
 

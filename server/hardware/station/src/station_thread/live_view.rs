@@ -20,13 +20,13 @@ pub struct LiveView {
 
 impl Station {
     /// Starts, changes or ends the live view.
-    pub(crate) fn obey_live(&mut self, request: LiveRequest, reply: Reply<()>) {
+    pub(crate) fn execute_live(&mut self, request: LiveRequest, reply: Reply<()>) {
         if !request.running {
             self.end_live();
             return self.answer(reply, Ok(()));
         }
         let begun = self.person_may_act().and_then(|()| self.begin_live());
-        let lit = begun.and_then(|()| self.shine_in_live_view(request.laser_power));
+        let lit = begun.and_then(|()| self.light_live_view(request.laser_power));
         match lit {
             Ok(()) => self.answer(reply, Ok(())),
             Err(refusal) => self.refuse(reply, refusal),
@@ -50,7 +50,7 @@ impl Station {
     }
 
     /// Sets the laser power of the live view; 0 is off.
-    pub(crate) fn shine_in_live_view(&mut self, power: f64) -> Result<(), StationRefusal> {
+    pub(crate) fn light_live_view(&mut self, power: f64) -> Result<(), StationRefusal> {
         let Some(laser) = &mut self.laser else { return Err(StationRefusal::Absent { device: "laser" }) };
         if power == 0.0 {
             return Ok(laser.off()?);
@@ -76,14 +76,14 @@ impl Station {
             return self.end_live();
         }
         if unwatched > self.publisher.live_light_unwatched && self.laser.as_ref().is_some_and(Light::is_wanted) {
-            self.go_dark();
+            self.turn_laser_off();
         }
     }
 
     /// Ends the live view: laser off, camera stopped, trigger mode restored.
     pub(crate) fn end_live(&mut self) {
         let Some(live) = self.live.take() else { return };
-        self.go_dark();
+        self.turn_laser_off();
         if let Some(camera) = &mut self.camera {
             // Only the trigger mode is restored: the person may have changed exposure and gain.
             let now = camera.settings();

@@ -18,10 +18,10 @@ use crate::station_thread::task::Task;
 
 impl Station {
     /// Executes a command, or refuses it with a reason.
-    pub(crate) fn obey(&mut self, command: Command) {
+    pub(crate) fn execute(&mut self, command: Command) {
         match command {
-            Command::Manual(manual, reply) => self.obey_person(manual, reply),
-            Command::Live(request, reply) => self.obey_live(request, reply),
+            Command::Manual(manual, reply) => self.execute_manual(manual, reply),
+            Command::Live(request, reply) => self.execute_live(request, reply),
             Command::Snapshot(reply) => self.begin_snapshot(reply),
             Command::Tap(reply) => self.open_tap(reply),
             Command::CloseTap(reply) => {
@@ -30,7 +30,7 @@ impl Station {
             }
             Command::CalibrationChanged(active) => self.calibrated = active,
             Command::Lease(purpose, reply) => self.give_lease(purpose, reply),
-            Command::Job(lease, call) => self.obey_job(lease, call),
+            Command::Job(lease, call) => self.execute_job(lease, call),
             Command::Release(lease, reply) => {
                 self.take_back(lease);
                 self.answer(reply, Ok(()));
@@ -59,7 +59,7 @@ impl Station {
         }
     }
 
-    fn obey_person(&mut self, manual: Manual, reply: Reply<Option<AcceptedMove>>) {
+    fn execute_manual(&mut self, manual: Manual, reply: Reply<Option<AcceptedMove>>) {
         let done = match manual {
             Manual::Reset => return self.begin_reset(reply),
             Manual::Configure(wanted) => self.configure_by_hand(wanted),
@@ -101,7 +101,7 @@ impl Station {
                 }
                 Ok(stage.jog(velocity_mm_s)?)
             }
-            Manual::Laser { power } => self.shine_in_live_view(power).map(|()| None),
+            Manual::Laser { power } => self.light_live_view(power).map(|()| None),
             Manual::Configure(_) | Manual::Reset => Ok(None),
         }
     }
@@ -160,20 +160,20 @@ impl Station {
             return;
         }
         self.end_work(|_| StationRefusal::Cancelled);
-        self.go_dark();
+        self.turn_laser_off();
         self.come_to_rest();
-        self.evict(None);
+        self.revoke_lease(None);
         self.transition(Event::JobEnds);
     }
 
     /// Ends the current lease and restores the camera; `why` is the answer to later calls of that job.
-    pub(crate) fn evict(&mut self, why: Option<Revoked>) {
+    pub(crate) fn revoke_lease(&mut self, why: Option<Revoked>) {
         let Some(holder) = self.holder.take() else { return };
         self.revoked = why.map(|why| (holder.lease, why));
         self.restore_camera(holder.camera_before);
     }
 
-    fn obey_job(&mut self, lease: u64, call: JobCall) {
+    fn execute_job(&mut self, lease: u64, call: JobCall) {
         if self.holder.as_ref().is_none_or(|holder| holder.lease != lease) {
             return call.refuse(self.why_revoked(lease));
         }

@@ -7,7 +7,7 @@ use devices::{DeviceSet, OpenError, Opened};
 
 use crate::params::OPENING_LIMIT;
 use crate::parts::acquisition::Acquisition;
-use crate::parts::devices::Share;
+use crate::parts::devices::DriverDevices;
 use crate::parts::faults::fault;
 use crate::parts::light::Light;
 use crate::parts::machine::Event;
@@ -19,7 +19,7 @@ const OPENING: &str = "opening";
 
 /// A driver that opens its devices.
 pub struct Opening {
-    share: Share,
+    share: DriverDevices,
     answer: Receiver<Result<Opened, OpenError>>,
     since: Instant,
     /// Its result, installed together with those of the others.
@@ -29,7 +29,7 @@ pub struct Opening {
 }
 
 impl Opening {
-    fn begin(share: Share) -> Self {
+    fn begin(share: DriverDevices) -> Self {
         let (sender, answer) = sync_channel(1);
         let opened = share.clone();
         let open = move || drop(sender.send(opened.open()));
@@ -112,7 +112,7 @@ impl Station {
         }
         // The caller waiting for the start reads the status next.
         self.publish();
-        self.publisher.tell_opened();
+        self.publisher.notify_opened();
     }
 
     fn install(&mut self, opened: Opened) {

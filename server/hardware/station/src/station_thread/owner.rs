@@ -115,8 +115,8 @@ impl Station {
 
     /// One turn: Stop, commands, frame, stage, laser, and their consequences. `false` ends the thread.
     pub fn turn(&mut self) -> bool {
-        self.obey_stop();
-        self.obey_commands();
+        self.execute_stop();
+        self.execute_commands();
         self.tend_openings();
         self.tend_camera();
         self.tend_stage();
@@ -169,13 +169,13 @@ impl Station {
             || self.stamping.is_waiting()
     }
 
-    fn obey_stop(&mut self) {
+    fn execute_stop(&mut self) {
         if self.publisher.stop_line.is_pulled() {
             self.stop_everything();
         }
     }
 
-    fn obey_commands(&mut self) {
+    fn execute_commands(&mut self) {
         let mut wait = self.wait_for_commands();
         for _ in 0..COMMANDS_PER_TURN {
             let command = match wait.take() {
@@ -186,14 +186,14 @@ impl Station {
                 }),
             };
             match command {
-                Ok(command) => self.obey(command),
+                Ok(command) => self.execute(command),
                 Err(RecvTimeoutError::Timeout) => break,
                 Err(RecvTimeoutError::Disconnected) => self.ending = true,
             }
             if self.ending {
                 break;
             }
-            self.obey_stop();
+            self.execute_stop();
         }
     }
 
@@ -255,7 +255,7 @@ impl Station {
     pub(crate) fn refuse_all(&mut self) {
         self.end_work(|_| StationRefusal::ShuttingDown);
         self.end_reset(|| StationRefusal::ShuttingDown);
-        self.publisher.stop_line.begin_to_obey();
+        self.publisher.stop_line.begin_stop();
         for request in self.publisher.stop_line.obeyed() {
             // Motion and light have ended, which is what the Stop requested.
             self.answers.push(Box::new(move || request.answer(Ok(()))));

@@ -35,9 +35,9 @@ impl Station {
         if self.holder.is_some() || self.task.is_some() {
             let by_reset = || StationRefusal::Stopped { actor: RESET.to_owned() };
             self.end_work(|_| by_reset());
-            self.go_dark();
+            self.turn_laser_off();
             self.come_to_rest();
-            self.evict(Some(Revoked::Stopped { actor: RESET.to_owned() }));
+            self.revoke_lease(Some(Revoked::Stopped { actor: RESET.to_owned() }));
         }
         self.transition(Event::Reset);
         let open = std::mem::take(&mut self.faults);
@@ -116,7 +116,7 @@ impl Station {
 
     /// Prepares reconnected devices: laser off, stage at rest, settings as before the fault.
     fn come_back(&mut self) {
-        self.go_dark();
+        self.turn_laser_off();
         let before = self.camera_before_fault.take();
         if before.is_some() {
             self.restore_camera(before);

@@ -167,13 +167,13 @@ impl Station {
         match phase {
             Phase::Approach(false) if self.stage_rests() => {
                 let full_mm_s = self.stage.as_mut().map(|stage| stage.device().capabilities().max_speed_mm_s);
-                let told = self.start_way(start_mm, full_mm_s.unwrap_or_default());
-                self.enter(Phase::Approach(true), told);
+                let result = self.start_way(start_mm, full_mm_s.unwrap_or_default());
+                self.enter(Phase::Approach(true), result);
             }
             Phase::Waiting if self.light_is_as_wanted() => {
-                let told = self.expose_freely(rate_hz);
-                self.enter(Phase::Starting, told);
-                self.run_off();
+                let result = self.expose_freely(rate_hz);
+                self.enter(Phase::Starting, result);
+                self.start_sweep();
             }
             // Light without frames while the stage moves: the run is lost in any case.
             Phase::Running if self.frames_are_overdue() => self.no_frame_came(),
@@ -194,8 +194,8 @@ impl Station {
                 return self.enter(Phase::Waiting, lit);
             }
             let rate_hz = run.sweep.frame_rate_hz;
-            let told = self.expose_freely(rate_hz);
-            self.enter(Phase::Starting, told);
+            let result = self.expose_freely(rate_hz);
+            self.enter(Phase::Starting, result);
         }
     }
 
@@ -204,7 +204,7 @@ impl Station {
         let Some(run) = &self.run else { return };
         match run.phase {
             Phase::Approach(_) | Phase::Waiting | Phase::Braking => {}
-            Phase::Starting => self.run_off(),
+            Phase::Starting => self.start_sweep(),
             Phase::Running => self.record_running(frame, lost),
         }
     }
@@ -255,14 +255,14 @@ impl Station {
     }
 
     /// The camera delivers and the light is as requested: starts the sweep.
-    fn run_off(&mut self) {
+    fn start_sweep(&mut self) {
         if !self.light_is_as_wanted() {
             return;
         }
         let Some(run) = &self.run else { return };
         let (end_mm, speed_mm_s) = (run.end_mm(), run.sweep.speed_mm_s);
-        let told = self.move_for_run(end_mm, speed_mm_s);
-        self.enter(Phase::Running, told);
+        let result = self.move_for_run(end_mm, speed_mm_s);
+        self.enter(Phase::Running, result);
         let handed_over = self.run.as_mut().filter(|run| run.is_running()).and_then(|run| run.handed_over.take());
         if let Some((reply, stream)) = handed_over {
             self.answer(reply, Ok(stream));
@@ -278,7 +278,7 @@ impl Station {
     }
 
     fn light_is_as_wanted(&self) -> bool {
-        self.laser.as_ref().is_none_or(Light::has_obeyed)
+        self.laser.as_ref().is_none_or(Light::is_as_requested)
     }
 
     fn move_for_run(&mut self, target_mm: f64, speed_mm_s: f64) -> Result<(), StationRefusal> {
@@ -298,12 +298,12 @@ impl Station {
             ..CameraRequest::default()
         })?;
         camera.start()?;
-        self.forget_waiting_frames();
+        self.discard_waiting_frames();
         Ok(())
     }
 
-    fn enter(&mut self, phase: Phase, told: Result<(), StationRefusal>) {
-        match told {
+    fn enter(&mut self, phase: Phase, result: Result<(), StationRefusal>) {
+        match result {
             Ok(()) => {
                 if let Some(run) = &mut self.run {
                     run.phase = phase;
@@ -322,6 +322,6 @@ impl Station {
             // A camera that cannot be stopped is noticed at its next use.
             let _ = camera.stop();
         }
-        self.forget_waiting_frames();
+        self.discard_waiting_frames();
     }
 }

@@ -119,7 +119,7 @@ impl Station {
         stamped.position_mm = info.recorded_position_mm.or(position_mm);
         stamped.lost_before = lost.total();
         stamped.exposure_us = info.exposure_us;
-        stamped.laser_on = self.laser.as_ref().is_some_and(|laser| laser.shone_at(captured_at));
+        stamped.laser_on = self.laser.as_ref().is_some_and(|laser| laser.was_on_at(captured_at));
         if let Some(camera) = &mut self.camera {
             camera.pool().lend(&frame);
         }
@@ -148,7 +148,7 @@ impl Station {
     }
 
     /// Discards waiting frames of an acquisition that ended.
-    pub(crate) fn forget_waiting_frames(&mut self) {
+    pub(crate) fn discard_waiting_frames(&mut self) {
         let waiting = self.stamping.waiting.drain(..);
         if let Some(camera) = &mut self.camera {
             waiting.for_each(|raw| camera.pool().give_back(raw.frame));

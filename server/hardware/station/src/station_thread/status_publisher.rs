@@ -77,7 +77,7 @@ impl StatusPublisher {
     }
 
     /// Notifies the caller that waits for the start.
-    pub fn tell_opened(&mut self) {
+    pub fn notify_opened(&mut self) {
         if let Some(opened) = self.opened.take() {
             // A caller that has gone needs no answer.
             let _ = opened.try_send(());
@@ -151,8 +151,8 @@ impl Station {
         if self.is_faulted("laser") || laser.state().is_none() {
             return LaserLight::Unknown;
         }
-        let may_shine = self.holder.is_some() || laser.is_wanted();
-        match (laser.shines(), may_shine) {
+        let may_emit = self.holder.is_some() || laser.is_wanted();
+        match (laser.is_on(), may_emit) {
             (true, _) => LaserLight::On,
             (false, true) => LaserLight::Armed,
             (false, false) => LaserLight::Off,
@@ -171,7 +171,7 @@ impl Station {
         let moving = self.stage.as_ref().is_some_and(Motion::is_moving);
         match self.machine {
             MachineState::Preoperational if self.is_opening() || self.resetting.is_some() => {
-                "reaching the devices"
+                "connecting the devices"
             }
             MachineState::Preoperational => "devices are missing",
             MachineState::Halted => "stopped",
@@ -191,7 +191,7 @@ impl Station {
                 let device = camera.device();
                 DeviceStatus { connected, identity: device.identity(), capabilities: device.capabilities() }
             }
-            None => DeviceStatus { connected, identity: nobody(), capabilities: no_camera() },
+            None => DeviceStatus { connected, identity: unknown_identity(), capabilities: no_camera() },
         }
     }
 
@@ -202,7 +202,7 @@ impl Station {
                 let device = stage.device();
                 DeviceStatus { connected, identity: device.identity(), capabilities: device.capabilities() }
             }
-            None => DeviceStatus { connected, identity: nobody(), capabilities: no_stage() },
+            None => DeviceStatus { connected, identity: unknown_identity(), capabilities: no_stage() },
         }
     }
 
@@ -213,7 +213,7 @@ impl Station {
                 let device = laser.device();
                 DeviceStatus { connected, identity: device.identity(), capabilities: device.capabilities() }
             }
-            None => DeviceStatus { connected, identity: nobody(), capabilities: no_laser() },
+            None => DeviceStatus { connected, identity: unknown_identity(), capabilities: no_laser() },
         }
     }
 }
@@ -223,16 +223,16 @@ pub fn first_status(simulated: Option<&'static str>, state: MachineState) -> Sta
     StationStatus {
         state,
         state_history: StateHistory::default(),
-        activity: "reaching the devices".to_owned(),
+        activity: "connecting the devices".to_owned(),
         simulated,
-        camera: DeviceStatus { connected: false, identity: nobody(), capabilities: no_camera() },
+        camera: DeviceStatus { connected: false, identity: unknown_identity(), capabilities: no_camera() },
         camera_settings: no_settings(),
         frame_rate_hz: 0.0,
-        stage: DeviceStatus { connected: false, identity: nobody(), capabilities: no_stage() },
+        stage: DeviceStatus { connected: false, identity: unknown_identity(), capabilities: no_stage() },
         position_mm: None,
         moving: false,
         homed: false,
-        laser: DeviceStatus { connected: false, identity: nobody(), capabilities: no_laser() },
+        laser: DeviceStatus { connected: false, identity: unknown_identity(), capabilities: no_laser() },
         laser_lost_host: None,
         laser_light: LaserLight::Unknown,
         laser_power: 0.0,
@@ -244,7 +244,7 @@ pub fn first_status(simulated: Option<&'static str>, state: MachineState) -> Sta
     }
 }
 
-fn nobody() -> DeviceIdentity {
+fn unknown_identity() -> DeviceIdentity {
     let none = String::new;
     DeviceIdentity { driver: "none", vendor: none(), model: none(), serial: none(), firmware: none() }
 }

@@ -11,21 +11,21 @@ use crate::station_thread::run::Run;
 impl Station {
     /// Carries out all pending Stops.
     pub(crate) fn stop_everything(&mut self) {
-        let actor = self.publisher.stop_line.begin_to_obey();
+        let actor = self.publisher.stop_line.begin_stop();
         self.stopped_by.clone_from(&actor);
-        let told = self.stop_all_devices();
+        let result = self.stop_all_devices();
         let requests = self.publisher.stop_line.obeyed();
         self.end_reset(|| StationRefusal::Stopped { actor: actor.clone() });
         self.end_work(|_| StationRefusal::Stopped { actor: actor.clone() });
         self.live = None;
-        self.evict(Some(Revoked::Stopped { actor }));
+        self.revoke_lease(Some(Revoked::Stopped { actor }));
         self.transition(Event::Stop);
-        if let Err(error) = &told
+        if let Err(error) = &result
             && let Some(fault) = fault_of(error)
         {
             self.raise(fault);
         }
-        let mut failed = told.err();
+        let mut failed = result.err();
         for request in requests {
             let answer = failed.take().map_or(Ok(()), Err);
             self.answers.push(Box::new(move || request.answer(answer)));
@@ -43,7 +43,7 @@ impl Station {
         };
         let laser = self.laser.as_mut().map_or(Ok(()), |laser| laser.off());
         let camera = self.camera.as_mut().map_or(Ok(()), |camera| camera.stop());
-        self.forget_waiting_frames();
+        self.discard_waiting_frames();
         laser?;
         stage?;
         // A camera neither moves nor emits light; its state is read when it is next used.
@@ -72,7 +72,7 @@ impl Station {
         if known {
             return;
         }
-        self.go_dark();
+        self.turn_laser_off();
         self.come_to_rest();
         if matches!(device, "stage" | "station")
             && let Some(stage) = &mut self.stage
@@ -83,14 +83,14 @@ impl Station {
         }
         self.end_work(|station| station.in_error());
         self.live = None;
-        self.evict(Some(Revoked::Fault));
+        self.revoke_lease(Some(Revoked::Fault));
         if !self.is_opening() {
             self.transition(Event::Fault);
         }
     }
 
     /// Turns the laser off; a laser that does not accept the command is an additional fault.
-    pub(crate) fn go_dark(&mut self) {
+    pub(crate) fn turn_laser_off(&mut self) {
         if let Some(laser) = &mut self.laser
             && let Err(error) = laser.off()
             && let Some(fault) = fault_of(&error.into())

@@ -160,8 +160,8 @@ impl Station {
         let Some(laser) = &mut self.laser else {
             return self.answer(reply, Err(StationRefusal::Absent { device: "laser" }));
         };
-        let told = if power == 0.0 { laser.off() } else { laser.want(power, now) };
-        match told {
+        let result = if power == 0.0 { laser.off() } else { laser.want(power, now) };
+        match result {
             Ok(()) => self.task = Some(Task::Light { since: now, reply }),
             Err(error) => self.refuse(reply, error.into()),
         }
@@ -169,7 +169,7 @@ impl Station {
 
     fn tend_light(&mut self, since: Instant, reply: Reply<()>) {
         let Some(laser) = &self.laser else { return self.answer(reply, Err(self.in_error())) };
-        if laser.has_obeyed() {
+        if laser.is_as_requested() {
             return self.answer(reply, Ok(()));
         }
         let late = since.elapsed() > LIGHT_UP_LIMIT;
@@ -260,7 +260,7 @@ impl Station {
             self.task = Some(Task::Grab(grab));
             return self.fail(refusal);
         }
-        if self.laser.as_ref().is_none_or(Light::has_obeyed) {
+        if self.laser.as_ref().is_none_or(Light::is_as_requested) {
             self.expose(grab, now);
         } else {
             self.task = Some(Task::Grab(grab));
@@ -327,7 +327,7 @@ impl Station {
         }
         let wanted = difference(&camera.settings(), &before);
         let restored = stopped.and_then(|()| camera.configure(&wanted).map(drop));
-        self.forget_waiting_frames();
+        self.discard_waiting_frames();
         if let Err(error) = restored {
             self.fail(error.into());
         }

@@ -29,13 +29,13 @@ impl Guarded {
             self.0.raise(fault(
                 "station",
                 "panic",
-                "a defect ended what the station did",
+                "an internal error ended the station's work",
                 "please report it, with the log of the service",
             ));
             self.0.publish_and_reply();
         }));
         if settled.is_err() {
-            tracing::error!("the station thread could not note its own fault");
+            tracing::error!("the station thread could not record its own fault");
         }
     }
 
@@ -46,8 +46,8 @@ impl Guarded {
             |station| station.laser.iter_mut().for_each(|laser| drop(laser.off())),
             |station| station.camera.iter_mut().for_each(|camera| drop(camera.stop())),
         ];
-        for tell in devices {
-            let _ = catch_unwind(AssertUnwindSafe(|| tell(&mut self.0)));
+        for stop_device in devices {
+            let _ = catch_unwind(AssertUnwindSafe(|| stop_device(&mut self.0)));
         }
     }
 }

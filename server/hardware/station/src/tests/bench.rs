@@ -113,6 +113,6 @@ pub fn wait_until(what: &str, holds: impl Fn() -> bool) -> Duration {
 }
 
 /// A flag that is never set.
-pub fn nobody() -> CancelFlag {
+pub fn never_cancelled() -> CancelFlag {
     CancelFlag::default()
 }

@@ -15,7 +15,7 @@ use devices::{
 };
 use vision::GreyImage;
 
-use super::bench::{Bench, bench_of, nobody, small_devices, wait, wait_until};
+use super::bench::{Bench, bench_of, never_cancelled, small_devices, wait, wait_until};
 use crate::{MachineState, Manual, StationDevices, StationRefusal, Sweep};
 
 /// Duration of the blocking call, unless the test ends earlier.
@@ -239,11 +239,11 @@ fn stops_all_the_same(blocked: DeviceSet) {
     let lease = bench.lease();
     lease.laser_on(1.0).unwrap();
     let sweep = Sweep { from_mm: 0.0, to_mm: 90.0, speed_mm_s: 5.0, frame_rate_hz: 50.0 };
-    let stream = lease.sweep(&sweep, &nobody()).unwrap();
+    let stream = lease.sweep(&sweep, &never_cancelled()).unwrap();
     stream.frames.recv().unwrap();
     gate.shut();
     wait_until("blocked", || gate.is_waited_at.load(Ordering::SeqCst));
-    assert!(bench.control.laser_power() > 0.0, "it is to shine when Stop comes");
+    assert!(bench.control.laser_power() > 0.0, "it must be on when Stop comes");
     let asked = Stopwatch::start();
     wait(bench.station.stop("a person")).unwrap();
     let is_moving = || {
@@ -251,7 +251,7 @@ fn stops_all_the_same(blocked: DeviceSet) {
         std::thread::sleep(Duration::from_millis(2));
         bench.control.true_position_mm() != before_mm
     };
-    wait_until("dark and at rest", || bench.control.laser_power() == 0.0 && !is_moving());
+    wait_until("off and at rest", || bench.control.laser_power() == 0.0 && !is_moving());
     let took = asked.own_time();
     assert!(took <= STOPPED_WITHIN, "light or motion for {took:?} after Stop");
     assert!(bench.station.is_halted());
@@ -283,7 +283,7 @@ fn stop_ends_light_and_motion_while_a_call_to_the_laser_blocks() {
 }
 
 #[test]
-fn a_stop_that_blocks_is_answered_all_the_same() {
+fn a_stop_that_blocks_is_answered_anyway() {
     let (bench, gate) = blocking_bench(DeviceSet { stage: true, ..DeviceSet::default() });
     bench.manual(Manual::Move { target_mm: 90.0, speed_mm_s: Some(5.0) }).unwrap();
     gate.shut();

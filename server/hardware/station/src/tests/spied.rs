@@ -50,7 +50,7 @@ impl Spied {
     fn is_there(&mut self) -> Result<(), CameraError> {
         self.is_gone |= self.spy.is_unplugged.load(Ordering::SeqCst);
         match self.is_gone {
-            true => Err(CameraError::Gone { reason: "its cable was pulled".to_owned() }),
+            true => Err(CameraError::Gone { reason: "its cable was unplugged".to_owned() }),
             false => Ok(()),
         }
     }
@@ -162,7 +162,7 @@ impl Camera for Spied {
     }
 
     fn next_frame(&mut self, image: &mut GreyImage, timeout: Duration) -> Result<Option<FrameInfo>, CameraError> {
-        assert!(!self.spy.panics.swap(false, Ordering::SeqCst), "a planted defect");
+        assert!(!self.spy.panics.swap(false, Ordering::SeqCst), "an injected panic");
         std::thread::sleep(Duration::from_millis(self.spy.hangs_ms.swap(0, Ordering::SeqCst)));
         self.is_there()?;
         let taken = self.camera.next_frame(image, timeout);

@@ -3,7 +3,7 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use super::bench::{Bench, bench, nobody, wait};
+use super::bench::{Bench, bench, never_cancelled, wait};
 use crate::{LiveRequest, Manual, Sweep};
 
 /// Promise 4.
@@ -29,7 +29,7 @@ fn begin(bench: &Bench, state: usize, scope: &mut Vec<std::thread::JoinHandle<()
             let (from_mm, to_mm) = (bench.control.true_position_mm().clamp(-50.0, 50.0), target_mm * 0.8);
             let sweep = Sweep { from_mm, to_mm, speed_mm_s: 20.0, frame_rate_hz: 60.0 };
             scope.push(std::thread::spawn(move || {
-                if let Ok(stream) = lease.sweep(&sweep, &nobody()) {
+                if let Ok(stream) = lease.sweep(&sweep, &never_cancelled()) {
                     stream.frames.iter().for_each(drop);
                 }
             }));

@@ -64,7 +64,7 @@ impl TwinCamera {
         if !state.gone {
             return Ok(());
         }
-        Err(CameraError::Gone { reason: "its cable was pulled".to_owned() })
+        Err(CameraError::Gone { reason: "its cable was unplugged".to_owned() })
     }
 
     fn accepted(&self, wanted: &CameraRequest, now: &CameraSettings) -> Result<CameraSettings, CameraError> {
@@ -180,7 +180,7 @@ impl Camera for TwinCamera {
         let refused = |reason| Err(CameraError::NotTriggerable { reason });
         let Some(run) = &mut state.run else { return refused("acquisition is not started; start it") };
         if settings.trigger != Trigger::Software {
-            return refused("it runs by itself; set the software trigger");
+            return refused("it runs freely; set the software trigger");
         }
         if run.pending.len() >= PENDING_TRIGGERS {
             return refused("earlier exposures are not read out yet; collect their frames");

@@ -58,7 +58,7 @@ pub enum TwinFault {
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum FaultNameError {
     /// An unknown name.
-    #[error("\"{name}\" is no fault")]
+    #[error("\"{name}\" is not a fault")]
     Unknown {
         /// The name.
         name: String,
@@ -205,7 +205,7 @@ mod tests {
     }
 
     #[test]
-    fn what_names_no_fault_is_refused() {
+    fn an_invalid_fault_name_is_refused() {
         for text in
             ["fire", "lost_frames=0", "lost_frames=1.5", "dirty_grating=NaN", "camera_hang=1", "stage_stall=x"]
         {

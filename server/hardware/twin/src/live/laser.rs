@@ -14,7 +14,7 @@ pub(super) type PowerSource = Arc<dyn Fn(Instant) -> f64 + Send + Sync>;
 
 /// A fault detected by the driver.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Trouble {
+enum DetectedFault {
     Fault,
     Gone,
 }
@@ -23,7 +23,7 @@ enum Trouble {
 pub(super) struct LaserWorld {
     power: f64,
     until: Instant,
-    trouble: Option<Trouble>,
+    trouble: Option<DetectedFault>,
     pub follows: Option<PowerSource>,
 }
 
@@ -41,17 +41,17 @@ impl LaserWorld {
         }
     }
 
-    fn darken(&mut self, now: Instant) {
+    fn turn_off(&mut self, now: Instant) {
         (self.power, self.until) = (0.0, now);
     }
 
     fn error(&self) -> Option<LaserError> {
         match self.trouble? {
-            Trouble::Fault => Some(LaserError::Fault {
+            DetectedFault::Fault => Some(LaserError::Fault {
                 reason: "its driver is too hot".to_owned(),
                 remedy: "let it cool down, then reset the station",
             }),
-            Trouble::Gone => Some(LaserError::Gone { reason: "its cable was pulled".to_owned() }),
+            DetectedFault::Gone => Some(LaserError::Gone { reason: "its cable was unplugged".to_owned() }),
         }
     }
 }
@@ -60,12 +60,12 @@ impl World {
     /// Starts a fault of the laser; each of them turns it off.
     pub(super) fn laser_fault_begins(&mut self, fault: TwinFault, now: Instant) {
         match fault {
-            TwinFault::LaserFault => self.laser.trouble = Some(Trouble::Fault),
-            TwinFault::LaserUnplugged => self.laser.trouble = Some(Trouble::Gone),
+            TwinFault::LaserFault => self.laser.trouble = Some(DetectedFault::Fault),
+            TwinFault::LaserUnplugged => self.laser.trouble = Some(DetectedFault::Gone),
             TwinFault::InterlockOpen => {}
             _ => return,
         }
-        self.laser.darken(now);
+        self.laser.turn_off(now);
     }
 
     fn laser_state(&self, now: Instant) -> LaserState {
@@ -147,9 +147,9 @@ impl Laser for TwinLaser {
 
     fn switch_off(&mut self) -> Result<(), LaserError> {
         let mut world = self.world.lock();
-        world.laser.darken(Instant::now());
+        world.laser.turn_off(Instant::now());
         match world.laser.trouble {
-            Some(Trouble::Gone) => world.laser.error().map_or(Ok(()), Err),
+            Some(DetectedFault::Gone) => world.laser.error().map_or(Ok(()), Err),
             _ => Ok(()),
         }
     }
@@ -167,7 +167,7 @@ impl Laser for TwinLaser {
         if !(world.has(TwinFault::LaserFault) || world.has(TwinFault::LaserUnplugged)) {
             world.laser.trouble = None;
         }
-        world.laser.darken(Instant::now());
+        world.laser.turn_off(Instant::now());
         Ok(())
     }
 }
@@ -177,12 +177,12 @@ struct LaserStop(SharedWorld);
 
 impl StopHandle for LaserStop {
     fn stop_now(&self) {
-        self.0.lock().laser.darken(Instant::now());
+        self.0.lock().laser.turn_off(Instant::now());
     }
 }
 
 impl Drop for TwinLaser {
     fn drop(&mut self) {
-        self.world.lock().laser.darken(Instant::now());
+        self.world.lock().laser.turn_off(Instant::now());
     }
 }

@@ -22,7 +22,7 @@ pub(super) type PositionSource = Arc<dyn Fn(Instant) -> f64 + Send + Sync>;
 
 /// A fault detected by the driver.
 #[derive(Debug, Clone, Copy, PartialEq)]
-enum Trouble {
+enum DetectedFault {
     Stalled { target_mm: f64, actual_mm: f64 },
     Silent { since: Instant },
     Gone,
@@ -45,7 +45,7 @@ pub(super) struct StageWorld {
     motion: Motion,
     activity: Activity,
     homed: bool,
-    trouble: Option<Trouble>,
+    trouble: Option<DetectedFault>,
     /// Distance by which the true position lags behind the controller's.
     pub lost_mm: f64,
     pub follows: Option<PositionSource>,
@@ -113,7 +113,7 @@ impl StageWorld {
         match self.activity {
             Activity::Moving { .. } | Activity::Homing if blocked => {
                 let target_mm = self.motion.to_mm();
-                self.trouble.get_or_insert(Trouble::Stalled { target_mm, actual_mm: place_mm });
+                self.trouble.get_or_insert(DetectedFault::Stalled { target_mm, actual_mm: place_mm });
                 self.rest(now, place_mm);
                 self.homed = false;
             }
@@ -139,9 +139,9 @@ impl StageWorld {
 
     fn error(&self, command: &str, now: Instant) -> Option<StageError> {
         match self.trouble? {
-            Trouble::Stalled { target_mm, actual_mm } => Some(StageError::Stalled { target_mm, actual_mm }),
-            Trouble::Gone => Some(StageError::Gone { reason: "its cable was pulled".to_owned() }),
-            Trouble::Silent { since } => (now.saturating_duration_since(since)
+            DetectedFault::Stalled { target_mm, actual_mm } => Some(StageError::Stalled { target_mm, actual_mm }),
+            DetectedFault::Gone => Some(StageError::Gone { reason: "its cable was unplugged".to_owned() }),
+            DetectedFault::Silent { since } => (now.saturating_duration_since(since)
                 >= Duration::from_millis(SILENCE_MS))
             .then(|| StageError::NoReply { command: command.to_owned(), waited_ms: SILENCE_MS }),
         }
@@ -170,7 +170,7 @@ impl StageWorld {
 
     fn state(&self, now: Instant) -> StageState {
         let seen = match self.trouble {
-            Some(Trouble::Silent { since }) => since,
+            Some(DetectedFault::Silent { since }) => since,
             _ => now,
         };
         StageState {
@@ -191,9 +191,9 @@ impl World {
             TwinFault::StageUnplugged => {
                 self.stage.brake(now);
                 self.stage.homed = false;
-                self.stage.trouble = Some(Trouble::Gone);
+                self.stage.trouble = Some(DetectedFault::Gone);
             }
-            TwinFault::StageSilent => self.stage.trouble = Some(Trouble::Silent { since: now }),
+            TwinFault::StageSilent => self.stage.trouble = Some(DetectedFault::Silent { since: now }),
             TwinFault::LostSteps { lost_mm } => self.stage.lost_mm = lost_mm,
             _ => {}
         }
@@ -367,7 +367,7 @@ impl Stage for TwinStage {
     fn clear_fault(&mut self) -> Result<(), StageError> {
         let mut world = self.world.lock();
         match world.stage.trouble {
-            Some(Trouble::Stalled { .. }) => {
+            Some(DetectedFault::Stalled { .. }) => {
                 world.stage.trouble = None;
                 Ok(())
             }
@@ -403,7 +403,9 @@ fn stop(world: &SharedWorld) -> Result<(), StageError> {
     let stall_mm = world.stall_mm();
     world.stage.advance(stall_mm, now);
     match world.stage.trouble {
-        Some(Trouble::Silent { .. } | Trouble::Gone) => world.stage.error("stop", now).map_or(Ok(()), Err),
+        Some(DetectedFault::Silent { .. } | DetectedFault::Gone) => {
+            world.stage.error("stop", now).map_or(Ok(()), Err)
+        }
         _ => {
             world.stage.brake(now);
             Ok(())

@@ -259,7 +259,7 @@ mod tests {
     }
 
     #[test]
-    fn every_edge_of_every_pattern_is_told_of() {
+    fn every_edge_of_every_pattern_is_detected() {
         let sides = capture::SquareMm { x_mm: 12.0, y_mm: 13.0 };
         let grid = CirclesTarget { columns: 4, rows: 11, square_mm: sides, diameter_mm: 9.0 };
         let dictionary = "DICT_4X4_50".to_owned();

@@ -393,7 +393,7 @@ mod tests {
     }
 
     #[test]
-    fn what_makes_no_part_is_refused() {
+    fn triangles_that_form_no_part_are_refused() {
         let flat = [[[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [2.0, 0.0, 0.0]]];
         assert_eq!(Solid::new(&flat).unwrap_err(), SolidError::Empty);
         assert_eq!(Solid::new(&[]).unwrap_err(), SolidError::Empty);

@@ -19,7 +19,7 @@ const BINARY_TRIANGLE: usize = 50;
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum StlError {
     /// Too many triangles.
-    #[error("the file says {count} triangles, more than {max}")]
+    #[error("the file declares {count} triangles, more than {max}")]
     TooMany {
         /// Number of triangles.
         count: usize,
@@ -27,7 +27,7 @@ pub enum StlError {
         max: usize,
     },
     /// The length does not match the count.
-    #[error("the file says {count} triangles and has {got_bytes} bytes instead of {needed_bytes}")]
+    #[error("the file declares {count} triangles and has {got_bytes} bytes instead of {needed_bytes}")]
     WrongLength {
         /// Number of triangles in the header.
         count: usize,
@@ -37,7 +37,7 @@ pub enum StlError {
         got_bytes: usize,
     },
     /// Neither text nor long enough to be binary.
-    #[error("{got_bytes} bytes are no STL file")]
+    #[error("{got_bytes} bytes are not an STL file")]
     TooShort {
         /// Bytes in the file.
         got_bytes: usize,

@@ -123,7 +123,7 @@ mod tests {
     use crate::render::renderer::Renderer;
 
     #[test]
-    fn memory_used_again_gives_the_pictures_of_fresh_memory() {
+    fn reused_memory_gives_the_images_of_fresh_memory() {
         let shape = StationShape { width_px: 328, height_px: 250, ..StationShape::default() };
         let larger = StationShape { width_px: 400, height_px: 300, ..shape.clone() };
         let model = StationModel::seeded(3, &shape).unwrap();

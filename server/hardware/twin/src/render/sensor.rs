@@ -149,7 +149,7 @@ mod tests {
     }
 
     #[test]
-    fn unlit_pixels_have_the_read_noise_and_know_nothing_of_each_other() {
+    fn unlit_pixels_have_independent_read_noise() {
         let sensor = Sensor::new(&normal_quantiles(), Noise::On);
         let (one, other) = (dark_rows(&sensor, 1), dark_rows(&sensor, 2));
         let variance = f64::from(READ_NOISE_LEVELS * READ_NOISE_LEVELS);

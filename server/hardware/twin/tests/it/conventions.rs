@@ -118,7 +118,7 @@ fn truth_lies_on_the_sheets_and_on_the_part() {
     let renderer = renderer(&shape());
     let model = renderer.model().clone();
     let (gauge, position_mm) = (SceneKind::Gauge { height_mm: 8.9 }.placed(&model, 1), 2.0);
-    let Scene::Gauge(block) = &gauge else { panic!("a gauge was asked for") };
+    let Scene::Gauge(block) = &gauge else { panic!("a gauge was requested") };
     let mut on_top = 0;
     for point in renderer.truth_points(&gauge, position_mm) {
         let pixel = nalgebra::Vector2::new(point.u_px, point.v_px);

@@ -98,7 +98,7 @@ fn blank() -> GreyImage {
 }
 
 fn mean(image: &GreyImage) -> f64 {
-    let Pixels::Eight(pixels) = image.pixels() else { panic!("8 bits were asked for") };
+    let Pixels::Eight(pixels) = image.pixels() else { panic!("8 bits were requested") };
     pixels.iter().map(|&level| f64::from(level)).sum::<f64>() / pixels.len() as f64
 }
 
@@ -262,7 +262,7 @@ fn centrelines_of_frames_lie_on_the_truth() {
 }
 
 #[test]
-fn the_end_of_a_lease_darkens_the_picture() {
+fn the_end_of_a_lease_turns_the_laser_off_in_the_image() {
     let mut bench = Bench::new();
     let lit = mean(&bench.laser_grab());
     bench.laser.renew(Duration::from_millis(30)).unwrap();
@@ -272,7 +272,7 @@ fn the_end_of_a_lease_darkens_the_picture() {
     }
     bench.grab();
     // The lamp is on instead of the laser; 1 000 µs of it give 5 % of its levels.
-    let Pixels::Eight(pixels) = bench.image.pixels() else { panic!("8 bits were asked for") };
+    let Pixels::Eight(pixels) = bench.image.pixels() else { panic!("8 bits were requested") };
     assert!(lit > 4.0 && *pixels.iter().max().unwrap() < 30, "{lit}");
 }
 
@@ -326,7 +326,7 @@ fn frames_of_another_form_are_refused_until_the_fault_is_gone() {
 }
 
 #[test]
-fn a_camera_that_hangs_says_nothing() {
+fn a_camera_that_hangs_reports_nothing() {
     let mut bench = Bench::new();
     bench.control.set_fault(TwinFault::CameraHang);
     bench.camera.trigger().unwrap();
@@ -337,7 +337,7 @@ fn a_camera_that_hangs_says_nothing() {
 }
 
 #[test]
-fn a_stalled_stage_says_so_until_it_is_acknowledged_and_homed() {
+fn a_stalled_stage_reports_it_until_it_is_acknowledged_and_homed() {
     let mut bench = Bench::new();
     bench.control.set_fault(TwinFault::StageStall { at_mm: 5.0 });
     for _ in 0..2 {
@@ -350,7 +350,7 @@ fn a_stalled_stage_says_so_until_it_is_acknowledged_and_homed() {
     assert_eq!(bench.stage.poll().unwrap().position_mm, None);
     assert!(matches!(bench.stage.start_move(0.0, 1e6), Err(StageError::NotHomed)));
     bench.stage.start_home().unwrap();
-    assert!(matches!(bench.go(20.0), Err(StageError::Stalled { .. })), "the obstacle still stands");
+    assert!(matches!(bench.go(20.0), Err(StageError::Stalled { .. })), "the obstacle is still there");
     bench.control.clear_fault("stage_stall");
     bench.stage.clear_fault().unwrap();
     bench.stage.start_home().unwrap();
@@ -358,7 +358,7 @@ fn a_stalled_stage_says_so_until_it_is_acknowledged_and_homed() {
 }
 
 #[test]
-fn lost_steps_show_in_the_pictures_alone() {
+fn lost_steps_are_visible_only_in_the_images() {
     let mut bench = Bench::new();
     bench.go(1.0).unwrap();
     let before = bench.laser_grab();
@@ -374,7 +374,7 @@ fn lost_steps_show_in_the_pictures_alone() {
 }
 
 #[test]
-fn a_silent_stage_is_noticed_within_a_second() {
+fn a_silent_stage_is_detected_within_a_second() {
     let mut bench = Bench::new();
     bench.control.set_fault(TwinFault::StageSilent);
     let watch = Stopwatch::start();
@@ -384,16 +384,13 @@ fn a_silent_stage_is_noticed_within_a_second() {
     assert!(watch.own_time() < Duration::from_secs(1)); // promises.md: serial faults
     assert!(matches!(bench.stage.clear_fault(), Err(StageError::NoReply { .. })));
     bench.control.clear_fault("stage_silent");
-    assert!(
-        matches!(bench.stage.poll(), Err(StageError::NoReply { .. })),
-        "it stays so until it is reached again"
-    );
+    assert!(matches!(bench.stage.poll(), Err(StageError::NoReply { .. })), "it stays so until it is reconnected");
     bench.stage.reconnect().unwrap();
     assert_eq!(bench.stage.poll().unwrap().position_mm, None);
 }
 
 #[test]
-fn a_faulty_laser_is_dark() {
+fn a_faulty_laser_is_off() {
     let mut bench = Bench::new();
     bench.shine(1.0);
     bench.control.set_fault(TwinFault::InterlockOpen);
@@ -439,7 +436,7 @@ fn a_dirty_grating_dims_the_lines_and_scatters_light() {
     let mut bench = Bench::new();
     bench.control.place_part(&SceneKind::Plate);
     let brightest_and_darkest = |image: &GreyImage| {
-        let Pixels::Eight(pixels) = image.pixels() else { panic!("8 bits were asked for") };
+        let Pixels::Eight(pixels) = image.pixels() else { panic!("8 bits were requested") };
         let mut sorted = pixels.clone();
         sorted.sort_unstable();
         (sorted[sorted.len() * 98 / 100], sorted[sorted.len() / 4])

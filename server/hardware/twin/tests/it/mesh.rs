@@ -50,9 +50,9 @@ fn lines_on_a_ball_of_triangles_lie_where_they_lie_on_a_ball() {
     let model = StationModel::seeded(11, &shape).unwrap();
     let renderer = Renderer::without_noise(&model);
     let triangles = Scene::mesh(Arc::new(Solid::new(&ball_of_triangles()).unwrap()), &model, 1);
-    let Scene::Mesh(mesh) = &triangles else { panic!("a mesh was asked for") };
+    let Scene::Mesh(mesh) = &triangles else { panic!("a mesh was requested") };
     let Scene::Sphere(mut ball) = (SceneKind::Sphere { radius_mm: RADIUS_MM }).placed(&model, 1) else {
-        panic!("a ball was asked for")
+        panic!("a ball was requested")
     };
     // The mesh is placed over the plate's origin.
     ball.plate = mesh.plate;

@@ -332,7 +332,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_file_that_is_no_video_device_says_so() {
+    fn a_file_that_is_not_a_video_device_is_an_error() {
         let device = KernelDevice::open("/dev/null".as_ref()).unwrap();
         assert_eq!(device.card().unwrap_err().raw_os_error(), Some(Errno::ENOTTY as i32));
         assert_eq!(device.formats().unwrap(), []);
@@ -340,7 +340,7 @@ mod tests {
     }
 
     #[test]
-    fn a_time_stamp_is_as_long_ago_as_its_clock_says() {
+    fn the_age_of_a_time_stamp_is_that_of_its_clock() {
         let (clock, now) = (Duration::from_secs(100), Instant::now());
         let ago = Duration::from_millis(30);
         assert_eq!(moment(clock - ago, clock, now), now.checked_sub(ago));

@@ -57,7 +57,7 @@ fn is_the_ramp(pixels: &[u16]) {
 }
 
 #[test]
-fn a_jpeg_picture_is_decoded_with_what_cameras_add_and_leave_out() {
+fn jpeg_images_are_decoded_with_padding_and_without_tables() {
     let format = format(b"MJPG", (64, 32), 0);
     is_the_ramp(&unpack(&jpeg(), &format).unwrap());
     let filled_up = [jpeg(), vec![0; 300]].concat();
@@ -67,7 +67,7 @@ fn a_jpeg_picture_is_decoded_with_what_cameras_add_and_leave_out() {
 }
 
 #[test]
-fn a_jpeg_picture_that_is_cut_off_or_of_another_size_is_none() {
+fn a_truncated_or_wrongly_sized_jpeg_image_is_an_error() {
     let whole = jpeg();
     let agreed = format(b"MJPG", (64, 32), 0);
     for keep in [0, 2, 100, whole.len() / 2, whole.len() - 2] {

@@ -67,7 +67,7 @@ fn damaged_frames_are_counted_and_never_shown() {
 }
 
 #[test]
-fn pictures_are_those_that_were_sent() {
+fn images_equal_those_that_were_sent() {
     for format in ["YUYV", "MJPG"] {
         let bench = Bench::default();
         let mut camera = bench.open(&v4l2::V4l2Settings { format_8: format.to_owned(), ..settings() }).unwrap();

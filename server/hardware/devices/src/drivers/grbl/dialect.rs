@@ -36,12 +36,12 @@ impl Dialect {
 
     /// Whether the laser is off after this alarm. FluidNC leaves it on unless `off_on_alarm` is set, and a failed probe
     /// (4, 5) leaves it on in every firmware.
-    pub(super) fn darkens_with(self, code: u32) -> bool {
+    pub(super) fn turns_off_with(self, code: u32) -> bool {
         self != Dialect::FluidNc && !matches!(code, 4 | 5)
     }
 
     /// Whether this alarm only requests homing, as after power-on.
-    pub(super) fn wants_homing(self, code: u32) -> bool {
+    pub(super) fn requires_homing(self, code: u32) -> bool {
         match self {
             Dialect::Grbl => false,
             Dialect::GrblHal => code == GRBL_HAL_HOME_FIRST,

@@ -53,7 +53,9 @@ impl Fault {
             }
             Fault::Restarted => StageError::Restarted,
             Fault::Stalled { target_mm, actual_mm } => StageError::Stalled { target_mm, actual_mm },
-            Fault::StrayLight => StageError::Gone { reason: "its laser shone unasked; it was reset".to_owned() },
+            Fault::StrayLight => {
+                StageError::Gone { reason: "its laser was on without a request; it was reset".to_owned() }
+            }
             Fault::NoReply { command, waited_ms } => StageError::NoReply { command, waited_ms },
             Fault::Garbage { received } => StageError::Garbage { received },
             Fault::Gone { reason } => StageError::Gone { reason },

@@ -58,7 +58,7 @@ impl Description {
     pub fn check_name(&self, config: &GrblConfig, place: &str) -> Result<(), Fault> {
         match &config.expected_name {
             Some(expected) if !self.lines.iter().any(|line| has_words(line, expected)) => {
-                let found = format!("one that says `{}`", self.lines.join("`, `"));
+                let found = format!("one that reports `{}`", self.lines.join("`, `"));
                 Err(wrong(place, &format!("a controller named `{expected}`"), found))
             }
             _ => Ok(()),
@@ -82,7 +82,7 @@ impl Description {
                 2.0 => "$32=2, which is grblHAL's lathe mode: send $32=1".to_owned(),
                 _ => format!("$32={mode}: send $32=1"),
             };
-            return Err(wrong(place, "laser mode ($32=1), in which a hold darkens", found));
+            return Err(wrong(place, "laser mode ($32=1), in which a hold turns the laser off", found));
         }
         let homing =
             if self.number(22, place)? as u32 & HOMING_ENABLED != 0 { Homing::Required } else { Homing::Absent };
@@ -127,7 +127,7 @@ impl Description {
         }
         // Otherwise `?` and `!` received while a `$` line is read or executed would become characters of a line.
         if self.settings.get(&39).is_some_and(|value| value.parse() == Ok(0.0)) {
-            return Err(wrong(place, "`?` and `!` heard at any time ($39=1)", "$39=0: send $39=1".to_owned()));
+            return Err(wrong(place, "`?` and `!` accepted at any time ($39=1)", "$39=0: send $39=1".to_owned()));
         }
         let reports = mask & REPORTS_WHILE_HOMING != 0;
         if !reports {
@@ -197,7 +197,7 @@ impl Description {
         let on = |value: &String| value.parse() == Ok(1.0);
         let sleeps = self.dialect() == Dialect::GrblHal && self.settings.get(&62).is_some_and(on);
         match mode {
-            LaserMode::Dynamic => "the laser goes dark at the end of the move under way (M4)",
+            LaserMode::Dynamic => "the laser goes off at the end of the current move (M4)",
             LaserMode::Constant if sleeps => {
                 "the laser stays on until this program runs again, at rest for 5 minutes at most (grblHAL, $62=1)"
             }

@@ -12,9 +12,9 @@ pub fn alarm_meaning(dialect: Dialect, code: u32) -> &'static str {
         (Dialect::FluidNc, 11) => "an input was active when it started",
         (Dialect::FluidNc, 13) => "a hard stop was pressed",
         (Dialect::FluidNc, 14) => "it is not homed",
-        (Dialect::FluidNc, 12 | 15..) => "a number this program does not know",
+        (Dialect::FluidNc, 12 | 15..) => "a number unknown to this program",
         (Dialect::Grbl, 10) => "homing of a second motor failed",
-        (Dialect::Grbl, 11..) => "a number this program does not know",
+        (Dialect::Grbl, 11..) => "a number unknown to this program",
         _ => common_alarm_meaning(code),
     }
 }
@@ -38,7 +38,7 @@ fn common_alarm_meaning(code: u32) -> &'static str {
         16 => "its self-test failed",
         17 => "a motor driver reports a fault",
         18 => "homing does not work",
-        _ => "a number this program does not know",
+        _ => "a number unknown to this program",
     }
 }
 
@@ -47,7 +47,7 @@ pub fn error_meaning(code: u32) -> &'static str {
     match code {
         1 => "a word without a letter",
         2 => "a word without a good number",
-        3 => "a `$` command it does not know",
+        3 => "an unknown `$` command",
         4 => "a negative number where none may be",
         5 => "homing is not enabled ($22)",
         6 => "step pulses are too short",
@@ -62,7 +62,7 @@ pub fn error_meaning(code: u32) -> &'static str {
         15 => "a jog outside the machine's travel",
         16 => "a jog with words that may not be in it",
         17 => "laser mode needs a power output",
-        20 => "a G-code word it does not know",
+        20 => "an unknown G-code word",
         21 => "two words of one group",
         22 => "no feed rate was given",
         23 => "a whole number is needed",
@@ -79,6 +79,6 @@ pub fn error_meaning(code: u32) -> &'static str {
         46 => "it must be homed first",
         50 => "the emergency stop is pressed",
         79 => "only a reset helps after this alarm",
-        _ => "a number this program does not know",
+        _ => "a number unknown to this program",
     }
 }

@@ -253,7 +253,7 @@ mod tests {
     }
 
     #[test]
-    fn a_door_that_brakes_or_parks_is_told_from_one_at_rest() {
+    fn a_door_that_brakes_or_parks_is_distinguished_from_one_at_rest() {
         for (field, expected) in [
             ("Door:0", MachineState::Door),
             ("Door:1", MachineState::Door),

@@ -77,7 +77,7 @@ impl ReplayCamera {
     }
 
     /// Frames play while the camera runs freely; with triggers the picture taken at the stage's position is delivered.
-    fn tell_playback(&self) {
+    fn update_playback(&self) {
         match (&self.run, self.trigger) {
             (Some(_), Trigger::Free) => lock(&self.playback).play(),
             _ => lock(&self.playback).end(),
@@ -95,7 +95,7 @@ impl ReplayCamera {
         }
         if self.trigger == Trigger::Software
             && let Some(here) =
-                lock(&self.playback).whereabouts().position_mm.and_then(|at| self.recording.nearest(at))
+                lock(&self.playback).playback_state().position_mm.and_then(|at| self.recording.nearest(at))
         {
             run.next_idx = Some(here);
         }
@@ -166,7 +166,7 @@ impl Camera for ReplayCamera {
         }
         if let Some(trigger) = wanted.trigger {
             self.trigger = trigger;
-            self.tell_playback();
+            self.update_playback();
         }
         Ok(self.settings())
     }
@@ -174,7 +174,7 @@ impl Camera for ReplayCamera {
     fn start(&mut self) -> Result<(), CameraError> {
         if self.run.is_none() {
             self.run = Some(Run::new());
-            self.tell_playback();
+            self.update_playback();
         }
         Ok(())
     }

@@ -36,7 +36,7 @@ pub struct Sweep {
 
 /// The reported state of the stage.
 #[derive(Debug, Clone, Copy)]
-pub struct Whereabouts {
+pub struct PlaybackState {
     /// Position of the last frame, or of the end of a move without frames.
     pub position_mm: Option<f64>,
     /// When it was delivered.
@@ -66,10 +66,10 @@ impl Playback {
         }
     }
 
-    pub fn whereabouts(&self) -> Whereabouts {
+    pub fn playback_state(&self) -> PlaybackState {
         let moving = self.under_way.is_some() && !self.held;
         let measured_at = if self.playing { self.measured_at } else { Instant::now() };
-        Whereabouts { position_mm: self.position_mm, measured_at, moving, held: self.held }
+        PlaybackState { position_mm: self.position_mm, measured_at, moving, held: self.held }
     }
 
     pub fn under_way(&self) -> bool {

@@ -94,12 +94,12 @@ impl Stage for ReplayStage {
     fn start_jog(&mut self, distance_mm: f64, speed_mm_s: f64) -> Result<AcceptedMove, StageError> {
         check_numbers("distance_mm", distance_mm, speed_mm_s)?;
         let (low_mm, high_mm) = self.travel_mm();
-        let from_mm = lock(&self.playback).whereabouts().position_mm.unwrap_or(low_mm);
+        let from_mm = lock(&self.playback).playback_state().position_mm.unwrap_or(low_mm);
         self.start((from_mm + distance_mm).clamp(low_mm, high_mm), speed_mm_s)
     }
 
     fn poll(&mut self) -> Result<StageState, StageError> {
-        let now = lock(&self.playback).whereabouts();
+        let now = lock(&self.playback).playback_state();
         Ok(StageState {
             position_mm: now.position_mm,
             measured_at: now.measured_at,

@@ -142,7 +142,7 @@ fn a_move_while_frames_play_ends_when_they_pass_its_target() {
 }
 
 #[test]
-fn a_move_before_the_first_frame_is_a_sweep_from_where_the_stage_stands() {
+fn a_move_before_the_first_frame_is_a_sweep_from_the_current_position() {
     let folder = recorded();
     for (from_mm, to_mm, expected_mm) in [
         (-1.0, 1.0, &POSITIONS_MM[..]),
@@ -171,7 +171,7 @@ fn a_move_before_the_first_frame_is_a_sweep_from_where_the_stage_stands() {
 }
 
 #[test]
-fn a_triggered_picture_is_the_one_taken_where_the_stage_is() {
+fn a_triggered_image_is_the_one_recorded_at_the_stage_position() {
     let folder = recorded();
     let (mut camera, mut stage, _) = open(&scan(folder.path())).unwrap();
     assert_eq!(stage.capabilities().resolution_mm, 0.5);
@@ -191,7 +191,7 @@ fn a_triggered_picture_is_the_one_taken_where_the_stage_is() {
 }
 
 #[test]
-fn frames_come_at_the_pace_asked_for() {
+fn frames_arrive_at_the_requested_rate() {
     let folder = recorded();
     let (mut camera, _, _) = open(&ReplayConfig { pace: Pace::Hz(50.0), ..looped(folder.path()) }).unwrap();
     camera.start().unwrap();
@@ -226,7 +226,7 @@ fn board_pictures_laser_pictures_and_stage_views_are_played() {
 }
 
 #[test]
-fn a_picture_that_cannot_be_read_is_named_and_counted_as_lost() {
+fn an_unreadable_image_is_reported_and_counted_as_lost() {
     let folder = recorded();
     let (mut camera, _, _) = open(&scan(folder.path())).unwrap();
     std::fs::write(folder.path().join("scan/1.png"), b"no picture").unwrap();
@@ -314,7 +314,7 @@ fn looped(folder: &Path) -> ReplayConfig {
 
 /// The background of the second frame is brighter than the frame itself: it shows another scene.
 #[test]
-fn a_frame_whose_background_shows_something_else_is_lost_by_name() {
+fn a_frame_whose_background_differs_is_reported_as_lost() {
     let folder = recorded();
     let picture = |levels: u8| {
         GreyImage::new(WIDTH_PX, HEIGHT_PX, Pixels::Eight(vec![levels; WIDTH_PX * HEIGHT_PX])).unwrap()

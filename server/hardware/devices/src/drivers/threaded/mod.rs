@@ -34,7 +34,7 @@ pub const HANG_LIMIT: Duration = Duration::from_millis(1500);
 pub const ORDERS: usize = 16;
 
 /// Reason reported for a camera that is being reconnected.
-const REACHED_AGAIN: &str = "it is being reached again";
+const REACHED_AGAIN: &str = "it is being reconnected";
 
 /// A command for the thread.
 #[derive(Debug, Clone, Copy)]
@@ -59,7 +59,7 @@ impl Order {
 }
 
 /// A frame request.
-struct Wish {
+struct FrameRequest {
     timeout: Duration,
     /// Memory for the frame.
     image: GreyImage,
@@ -79,7 +79,7 @@ struct Desk {
     answer: Option<Result<(), CameraError>>,
     /// An error of a call whose caller no longer waited; the next frame request gets it.
     late: Option<CameraError>,
-    wish: Option<Wish>,
+    frame_request: Option<FrameRequest>,
     /// Whether a frame request is pending.
     wished: bool,
     delivery: Option<Delivery>,
@@ -124,7 +124,7 @@ impl ThreadedCamera {
             awaited: None,
             answer: None,
             late: None,
-            wish: None,
+            frame_request: None,
             wished: false,
             delivery: None,
             acquisition: 0,
@@ -157,7 +157,7 @@ impl ThreadedCamera {
         desk.orders.push_back((number, order));
         (desk.awaited, desk.answer) = (Some(number), None);
         if must_be_taken {
-            desk.forget_frames();
+            desk.discard_frames();
         }
         desk.is_unproven |= matches!(order, Order::Reconnect);
         self.shared.to_do.notify_one();
@@ -181,7 +181,7 @@ impl Desk {
         let (call, since) = self.busy?;
         let hangs = since.elapsed();
         (hangs >= HANG_LIMIT)
-            .then(|| format!("its driver has not come back from `{call}` for {:.1} s", hangs.as_secs_f64()))
+            .then(|| format!("its driver has not returned from `{call}` for {:.1} s", hangs.as_secs_f64()))
     }
 
     /// Detects a hang; it persists until the camera is reconnected.
@@ -196,9 +196,9 @@ impl Desk {
     }
 
     /// Discards frames requested before.
-    fn forget_frames(&mut self) {
+    fn discard_frames(&mut self) {
         self.acquisition += 1;
-        (self.wish, self.wished, self.delivery) = (None, false, None);
+        (self.frame_request, self.wished, self.delivery) = (None, false, None);
     }
 }
 
@@ -237,7 +237,7 @@ impl Shared {
                 } else if let Err(error) = outcome {
                     desk.late = Some(error);
                 }
-            } else if let Some(Wish { timeout, mut image }) = desk.wish.take() {
+            } else if let Some(FrameRequest { timeout, mut image }) = desk.frame_request.take() {
                 desk.busy = Some(("next_frame", Instant::now()));
                 let acquisition = desk.acquisition;
                 drop(desk);
@@ -336,7 +336,7 @@ impl Camera for ThreadedCamera {
         if desk.delivery.is_none() && !desk.wished {
             // The memory is returned with the frame.
             let image = std::mem::replace(image, no_image());
-            (desk.wish, desk.wished) = (Some(Wish { timeout, image }), true);
+            (desk.frame_request, desk.wished) = (Some(FrameRequest { timeout, image }), true);
             self.shared.to_do.notify_one();
         }
         let deadline = Instant::now() + timeout + ANSWER_WAIT;

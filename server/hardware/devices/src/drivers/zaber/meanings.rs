@@ -22,7 +22,7 @@ pub fn flag_meaning(flag: &str) -> (Severity, &'static str) {
         "WR" => (Severity::Unreferenced, "it has no reference position"),
         "WH" => (Severity::Unreferenced, "it was not homed since power came on"),
         "FF" => (Severity::Fault, "its system failed; it needs service"),
-        "FN" => (Severity::Fault, "it does not know the stage that is plugged in"),
+        "FN" => (Severity::Fault, "it does not support the connected stage"),
         "FZ" => (Severity::Fault, "the axis is not active: its stage was changed"),
         "FH" => (Severity::Fault, "its emergency stop is pressed"),
         "FV" => (Severity::Fault, "its supply voltage is too low or too high"),
@@ -37,12 +37,12 @@ pub fn flag_meaning(flag: &str) -> (Severity, &'static str) {
         "FP" => (Severity::Fault, "a motion was broken off outside its limits"),
         "FE" => (Severity::Fault, "it hit a limit of its travel"),
         "WL" => (Severity::Fault, "it hit a limit switch it did not expect; the position may be wrong"),
-        "WM" => (Severity::Fault, "it was moved while it stood still; the position may be wrong"),
+        "WM" => (Severity::Fault, "it was moved while at rest; the position may be wrong"),
         "WP" => (Severity::Fault, "its invalid calibration type makes its position wrong"),
         "NC" => (Severity::Interrupted, "it is moved by its knob"),
         "NI" => (Severity::Interrupted, "another command or the knob interrupted the motion"),
-        _ if flag.starts_with('F') => (Severity::Fault, "a fault this program does not know"),
-        _ => (Severity::Note, "a note this program does not know"),
+        _ if flag.starts_with('F') => (Severity::Fault, "a fault unknown to this program"),
+        _ => (Severity::Note, "a note unknown to this program"),
     }
 }
 
@@ -51,7 +51,7 @@ pub fn reason_meaning(reason: &str) -> &'static str {
     match reason {
         "AGAIN" => "it cannot do this now; try again later",
         "BADAXIS" => "it has no such axis",
-        "BADCOMMAND" => "a command or setting it does not know",
+        "BADCOMMAND" => "an unknown command or setting",
         "BADDATA" => "a number it does not take, or a target outside its travel",
         "BADMESSAGE" => "the line came damaged",
         "BADSPACE" => "a group or space it does not have",
@@ -63,6 +63,6 @@ pub fn reason_meaning(reason: &str) -> &'static str {
         "NOACCESS" => "it is locked for this access level",
         "PARKED" => "it is parked; send `tools parking unpark`",
         "STATUSBUSY" => "only possible while it is idle",
-        _ => "a reason this program does not know",
+        _ => "a reason unknown to this program",
     }
 }

@@ -10,7 +10,7 @@ mod dialect;
 mod firmware;
 mod motion;
 
-pub use crate::simulators::simulator::{Entry, Happening, Witness};
+pub use crate::simulators::simulator::{Entry, Witness, WitnessEvent};
 pub use dialect::Dialect;
 
 use std::time::Duration;

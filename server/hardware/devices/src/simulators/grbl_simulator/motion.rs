@@ -85,7 +85,7 @@ mod tests {
     }
 
     #[test]
-    fn braking_goes_on_smoothly_and_takes_speed_squared_over_twice_the_acceleration() {
+    fn braking_is_smooth_and_takes_speed_squared_over_twice_the_acceleration() {
         let begun_at = Instant::now();
         let motion = Motion::travel(0.0, 100.0, 40.0, 800.0, begun_at);
         let now = begun_at + Duration::from_millis(500);

@@ -13,7 +13,7 @@ mod commands;
 use std::collections::VecDeque;
 use std::time::{Duration, Instant};
 
-use crate::simulators::simulator::{Firmware, Happening, SimulatedAxis, Simulator, Witness};
+use crate::simulators::simulator::{Firmware, SimulatedAxis, Simulator, Witness, WitnessEvent};
 
 /// The simulated machine. Positions are on its own scale, mm from its switch.
 #[derive(Debug, Clone, PartialEq)]
@@ -207,7 +207,7 @@ impl Firmware for MarlinFirmware {
         (self.planned_mm, self.origin_mm) = (0.0, self.axis.at_mm);
     }
 
-    fn hear(&mut self, bytes: &[u8], now: Instant) {
+    fn receive(&mut self, bytes: &[u8], now: Instant) {
         if !self.running || self.halted {
             return;
         }
@@ -224,9 +224,9 @@ impl Firmware for MarlinFirmware {
             self.starts_at = None;
             self.running = true;
             for line in ["start", "echo:Marlin 2.1.2.4", "echo: Last Updated: 2024-01-01 | Author: (none)"] {
-                self.say(line);
+                self.send_line(line);
             }
-            self.say("echo: Free Memory: 3735  PlannerBufferBytes: 1200");
+            self.send_line("echo: Free Memory: 3735  PlannerBufferBytes: 1200");
         }
         if !self.running || self.halted {
             return;
@@ -248,7 +248,7 @@ impl Firmware for MarlinFirmware {
         std::mem::take(&mut self.outgoing)
     }
 
-    fn happen(&mut self, event: Event, now: Instant) {
+    fn trigger_event(&mut self, event: Event, now: Instant) {
         match event {
             Event::ResetButton => {
                 self.power_off(now);
@@ -258,7 +258,7 @@ impl Firmware for MarlinFirmware {
                 self.axis.halt(now);
                 self.blocks.clear();
                 self.planned_mm = self.axis.at_mm - self.origin_mm;
-                self.say(&format!("echo:endstops hit:  {}:{:.2}", self.config.axis, self.axis.at_mm));
+                self.send_line(&format!("echo:endstops hit:  {}:{:.2}", self.config.axis, self.axis.at_mm));
             }
             Event::Stuck => self.axis.stuck = true,
             Event::Repair => (self.axis.stuck, self.mute) = (false, false),
@@ -288,7 +288,7 @@ impl MarlinFirmware {
         self.dark(now);
         self.axis.halt(now);
         self.blocks.clear();
-        self.say("Error:Printer halted. kill() called!");
+        self.send_line("Error:Printer halted. kill() called!");
         self.halted = true;
     }
 
@@ -303,11 +303,11 @@ impl MarlinFirmware {
 
     fn dark(&mut self, now: Instant) {
         if self.light.take().is_some() {
-            self.witness.saw(now, Happening::LightOff);
+            self.witness.saw(now, WitnessEvent::LightOff);
         }
     }
 
-    fn say(&mut self, line: &str) {
+    fn send_line(&mut self, line: &str) {
         self.outgoing.extend_from_slice(line.as_bytes());
         self.outgoing.push(b'\n');
     }
@@ -322,7 +322,7 @@ impl MarlinFirmware {
         } else {
             String::new()
         };
-        self.say(&format!("ok{more}"));
+        self.send_line(&format!("ok{more}"));
     }
 
     /// Reads lines while there is room for them.
@@ -354,14 +354,14 @@ impl MarlinFirmware {
         let command = numbered[digits..].split('*').next().unwrap_or_default().trim().to_owned();
         let renumbers = command.starts_with("M110");
         if number != self.last_number + 1 && !renumbers {
-            return self.ask_again("Line Number is not Last Line Number+1");
+            return self.request_resend("Line Number is not Last Line Number+1");
         }
         let Some((before, sum)) = line.rsplit_once('*') else {
-            return self.ask_again("No Checksum with line number");
+            return self.request_resend("No Checksum with line number");
         };
         let xor = before.bytes().fold(0_u8, |sum, byte| sum ^ byte);
         if sum.trim().parse::<u8>() != Ok(xor) {
-            return self.ask_again("checksum mismatch");
+            return self.request_resend("checksum mismatch");
         }
         self.last_number = if renumbers {
             command.split('N').nth(1).and_then(|number| number.trim().parse().ok()).unwrap_or(number)
@@ -371,13 +371,13 @@ impl MarlinFirmware {
         Some(command)
     }
 
-    fn ask_again(&mut self, why: &str) -> Option<String> {
-        self.say(&format!("Error:{why}, Last Line: {}", self.last_number));
+    fn request_resend(&mut self, why: &str) -> Option<String> {
+        self.send_line(&format!("Error:{why}, Last Line: {}", self.last_number));
         self.rx.clear();
         self.line.clear();
-        self.say(&format!("Resend: {}", self.last_number + 1));
+        self.send_line(&format!("Resend: {}", self.last_number + 1));
         if self.config.ok_after_resend {
-            self.say("ok");
+            self.send_line("ok");
         }
         None
     }

@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use super::{Happening, Witness};
+use super::{Witness, WitnessEvent};
 
 /// Time steps are limited to this, s, so that a late thread causes no jump.
 const LONGEST_STEP_S: f64 = 0.02;
@@ -46,7 +46,7 @@ impl SimulatedAxis {
     pub fn go(&mut self, goal_mm: f64, speed_mm_s: f64, now: Instant) {
         self.passed_at.get_or_insert(now);
         self.goal = Some((goal_mm, speed_mm_s));
-        self.tell(now);
+        self.record_motion(now);
     }
 
     /// Brakes.
@@ -62,7 +62,7 @@ impl SimulatedAxis {
     /// Stops abruptly.
     pub fn halt(&mut self, now: Instant) {
         (self.goal, self.velocity_mm_s, self.passed_at) = (None, 0.0, None);
-        self.tell(now);
+        self.record_motion(now);
     }
 
     /// Whether it moves or is about to move.
@@ -84,7 +84,7 @@ impl SimulatedAxis {
             self.passed_at = None;
         }
         self.witness.saw_axis_at(now, self.at_mm);
-        self.tell(now);
+        self.record_motion(now);
     }
 
     fn step(&mut self, step_s: f64) {
@@ -102,11 +102,14 @@ impl SimulatedAxis {
         }
     }
 
-    fn tell(&mut self, now: Instant) {
+    fn record_motion(&mut self, now: Instant) {
         if self.moving != self.goal.is_some() {
             self.moving = self.goal.is_some();
-            let what =
-                if self.moving { Happening::MotionBegan(self.at_mm) } else { Happening::MotionEnded(self.at_mm) };
+            let what = if self.moving {
+                WitnessEvent::MotionBegan(self.at_mm)
+            } else {
+                WitnessEvent::MotionEnded(self.at_mm)
+            };
             self.witness.saw(now, what);
         }
     }

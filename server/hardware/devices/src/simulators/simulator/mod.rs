@@ -10,7 +10,7 @@ mod witness;
 
 pub use axis::SimulatedAxis;
 use terminal::Terminal;
-pub use witness::{Entry, Happening, Witness};
+pub use witness::{Entry, Witness, WitnessEvent};
 
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::{Receiver, Sender, TryRecvError, channel};
@@ -32,13 +32,13 @@ pub trait Firmware: Send + 'static {
     /// Power off: motion and laser off.
     fn power_off(&mut self, now: Instant);
     /// Takes bytes from the computer.
-    fn hear(&mut self, bytes: &[u8], now: Instant);
+    fn receive(&mut self, bytes: &[u8], now: Instant);
     /// Advances the time.
     fn pass(&mut self, now: Instant);
     /// Returns its output.
     fn take_outgoing(&mut self) -> Vec<u8>;
     /// Handles an event.
-    fn happen(&mut self, event: Self::Event, now: Instant);
+    fn trigger_event(&mut self, event: Self::Event, now: Instant);
     /// Ends a lasting event.
     fn repair(&mut self) {}
 }
@@ -113,12 +113,12 @@ impl<F: Firmware> Simulator<F> {
     }
 
     /// Triggers an event.
-    pub fn happen(&self, event: F::Event) {
+    pub fn trigger_event(&self, event: F::Event) {
         self.request(Request::Happen(event));
     }
 
     /// Sends it bytes that do not come from the driver, as from a panel or from a dead owner.
-    pub fn hear(&self, bytes: &[u8]) {
+    pub fn receive(&self, bytes: &[u8]) {
         self.request(Request::Hear(bytes.to_vec()));
     }
 
@@ -188,9 +188,9 @@ impl<F: Firmware> Machine<F> {
                 }
                 Err(TryRecvError::Empty) => {}
             }
-            self.hear();
+            self.receive();
             self.firmware.pass(time::now());
-            self.speak();
+            self.send_outgoing();
         }
     }
 
@@ -203,8 +203,8 @@ impl<F: Firmware> Machine<F> {
                 }
                 self.fault = fault;
             }
-            Request::Happen(event) => self.firmware.happen(event, now),
-            Request::Hear(bytes) => self.firmware.hear(&bytes, now),
+            Request::Happen(event) => self.firmware.trigger_event(event, now),
+            Request::Hear(bytes) => self.firmware.receive(&bytes, now),
             Request::Restart => {
                 self.firmware.power_off(now);
                 self.firmware.power_on(now);
@@ -227,20 +227,20 @@ impl<F: Firmware> Machine<F> {
     }
 
     /// Waits briefly for bytes and processes them.
-    fn hear(&mut self) {
+    fn receive(&mut self) {
         let Some(terminal) = &mut self.terminal else { return time::sleep(PERIOD) };
         let mut buffer = [0; 256];
         let n = terminal.read(&mut buffer, PERIOD);
         if n > 0 {
             let now = time::now();
             for &byte in &buffer[..n] {
-                self.witness.saw(now, Happening::Byte(byte));
+                self.witness.saw(now, WitnessEvent::Byte(byte));
             }
-            self.firmware.hear(&buffer[..n], now);
+            self.firmware.receive(&buffer[..n], now);
         }
     }
 
-    fn speak(&mut self) {
+    fn send_outgoing(&mut self) {
         let said = self.firmware.take_outgoing();
         let Some(terminal) = &mut self.terminal else { return };
         let sent = match self.fault {

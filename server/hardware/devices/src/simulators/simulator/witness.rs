@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 
 /// A recorded event.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Happening {
+pub enum WitnessEvent {
     /// Power-on: the firmware starts.
     PoweredOn,
     /// The laser went on, with this fraction of full power.
@@ -31,7 +31,7 @@ pub struct Entry {
     /// Time by this computer's monotonic clock.
     pub at: Instant,
     /// The event.
-    pub what: Happening,
+    pub what: WitnessEvent,
 }
 
 /// The record of a simulated controller. Clones share it.
@@ -92,7 +92,7 @@ impl Witness {
     pub fn byte_since(&self, mark: usize, byte: u8) -> Option<Instant> {
         let record = self.lock();
         let entries = record.entries.get(mark..).unwrap_or_default();
-        entries.iter().find(|entry| entry.what == Happening::Byte(byte)).map(|entry| entry.at)
+        entries.iter().find(|entry| entry.what == WitnessEvent::Byte(byte)).map(|entry| entry.at)
     }
 
     /// Whether the laser is on.
@@ -107,7 +107,7 @@ impl Witness {
 
     /// How many motions began since the mark.
     pub fn n_motions_since(&self, mark: usize) -> usize {
-        let began = |entry: &Entry| matches!(entry.what, Happening::MotionBegan(_));
+        let began = |entry: &Entry| matches!(entry.what, WitnessEvent::MotionBegan(_));
         self.since(mark).into_iter().filter(began).count()
     }
 
@@ -132,17 +132,17 @@ impl Witness {
         path.push_back((at, at_mm));
     }
 
-    pub(crate) fn saw(&self, at: Instant, what: Happening) {
-        if let Happening::MotionBegan(at_mm) | Happening::MotionEnded(at_mm) = what {
+    pub(crate) fn saw(&self, at: Instant, what: WitnessEvent) {
+        if let WitnessEvent::MotionBegan(at_mm) | WitnessEvent::MotionEnded(at_mm) = what {
             self.saw_axis_at(at, at_mm);
         }
         let mut record = self.lock();
         match what {
-            Happening::LightOn(_) => record.light = true,
-            Happening::LightOff => record.light = false,
-            Happening::MotionBegan(_) => record.moving = true,
-            Happening::MotionEnded(_) => record.moving = false,
-            Happening::PoweredOn | Happening::Byte(_) => {}
+            WitnessEvent::LightOn(_) => record.light = true,
+            WitnessEvent::LightOff => record.light = false,
+            WitnessEvent::MotionBegan(_) => record.moving = true,
+            WitnessEvent::MotionEnded(_) => record.moving = false,
+            WitnessEvent::PoweredOn | WitnessEvent::Byte(_) => {}
         }
         record.entries.push(Entry { at, what });
         let since_us = at.saturating_duration_since(record.begun_at).as_micros();
@@ -157,13 +157,13 @@ impl Witness {
     }
 }
 
-fn text_of(what: Happening) -> String {
+fn text_of(what: WitnessEvent) -> String {
     match what {
-        Happening::PoweredOn => "powered-on".to_owned(),
-        Happening::LightOn(power) => format!("light-on {power}"),
-        Happening::LightOff => "light-off".to_owned(),
-        Happening::MotionBegan(at_mm) => format!("motion-began {at_mm:.4}"),
-        Happening::MotionEnded(at_mm) => format!("motion-ended {at_mm:.4}"),
-        Happening::Byte(byte) => format!("byte {byte:#04x}"),
+        WitnessEvent::PoweredOn => "powered-on".to_owned(),
+        WitnessEvent::LightOn(power) => format!("light-on {power}"),
+        WitnessEvent::LightOff => "light-off".to_owned(),
+        WitnessEvent::MotionBegan(at_mm) => format!("motion-began {at_mm:.4}"),
+        WitnessEvent::MotionEnded(at_mm) => format!("motion-ended {at_mm:.4}"),
+        WitnessEvent::Byte(byte) => format!("byte {byte:#04x}"),
     }
 }

@@ -99,7 +99,7 @@ pub struct ZaberFirmware {
     config: SimulatorConfig,
     axis: SimulatedAxis,
     powered: bool,
-    heard: Vec<u8>,
+    received: Vec<u8>,
     outgoing: Vec<u8>,
     checksums: bool,
     homing: bool,
@@ -124,7 +124,7 @@ impl Firmware for ZaberFirmware {
             max_speed_mm_s: config.max_speed_mm_s,
             config,
             powered: false,
-            heard: Vec::new(),
+            received: Vec::new(),
             outgoing: Vec::new(),
             homing: false,
             referenced: false,
@@ -144,19 +144,19 @@ impl Firmware for ZaberFirmware {
 
     fn power_off(&mut self, now: Instant) {
         self.axis.halt(now);
-        self.heard.clear();
+        self.received.clear();
         self.outgoing.clear();
         (self.powered, self.homing, self.stalled, self.displaced, self.interrupted, self.was_moving) =
             (false, false, false, false, false, false);
     }
 
-    fn hear(&mut self, bytes: &[u8], now: Instant) {
+    fn receive(&mut self, bytes: &[u8], now: Instant) {
         for &byte in bytes {
             if byte == b'\n' || byte == b'\r' {
-                let line = String::from_utf8_lossy(&std::mem::take(&mut self.heard)).into_owned();
+                let line = String::from_utf8_lossy(&std::mem::take(&mut self.received)).into_owned();
                 self.line(&line, now);
             } else {
-                self.heard.push(byte);
+                self.received.push(byte);
             }
         }
     }
@@ -167,7 +167,7 @@ impl Firmware for ZaberFirmware {
             (self.homing, self.referenced) = (false, true);
         }
         if self.was_moving && !self.axis.moving() && self.config.alerts {
-            self.say(&format!("!{:02} 1 IDLE {}", self.config.address, self.flag()));
+            self.send_line(&format!("!{:02} 1 IDLE {}", self.config.address, self.flag()));
         }
         self.was_moving = self.axis.moving();
     }
@@ -176,7 +176,7 @@ impl Firmware for ZaberFirmware {
         std::mem::take(&mut self.outgoing)
     }
 
-    fn happen(&mut self, event: Event, now: Instant) {
+    fn trigger_event(&mut self, event: Event, now: Instant) {
         match event {
             Event::Stall => {
                 if self.axis.moving() {
@@ -263,17 +263,17 @@ impl ZaberFirmware {
         let whole = format!("@{head}{id} {word} {state} {} {text}", self.flag());
         self.n_replies += 1;
         if self.n_replies % 40 == 7 {
-            self.say(&format!("#{head} a line nobody asked for"));
+            self.send_line(&format!("#{head} an unrequested line"));
         }
         if whole.len() + 4 <= LINE_BYTES {
-            return self.say(&whole);
+            return self.send_line(&whole);
         }
         let (first, rest) = whole.split_at(LINE_BYTES - 20);
-        self.say(&format!("{first}\\"));
-        self.say(&format!("#{head} cont {}", rest.trim_start()));
+        self.send_line(&format!("{first}\\"));
+        self.send_line(&format!("#{head} cont {}", rest.trim_start()));
     }
 
-    fn say(&mut self, line: &str) {
+    fn send_line(&mut self, line: &str) {
         let sum = line.as_bytes()[1..].iter().fold(0_u8, |sum, &byte| sum.wrapping_sub(byte));
         let checksum = if self.checksums { format!(":{sum:02X}") } else { String::new() };
         self.outgoing.extend_from_slice(format!("{line}{checksum}\r\n").as_bytes());

@@ -8,8 +8,8 @@ use devices::{CameraRequest, DeviceSet, Driver, OpenError, Roi};
 use genicam::witness::{FakeCamera, FakeOptions, PROGRAM};
 use genicam::{GenicamDriver, GenicamSettings};
 
-use super::cell::Follows::{self, GoesOn, Named, NamedEither};
-use super::cell::{Doing, NAMED, Rig, cells, check};
+use super::cell::Reaction::{self, GoesOn, Named, NamedEither};
+use super::cell::{NAMED, Rig, Scenario, cells, check};
 use crate::tests::bench::{Bench, bench_of, small_twin};
 use crate::{Manual, StationDevices, StationRefusal};
 
@@ -24,7 +24,7 @@ const LOST_PER_THOUSAND: u32 = 20;
 
 /// A fault of the camera.
 #[derive(Debug, Clone, Copy, PartialEq)]
-enum Trouble {
+enum InjectedFault {
     /// Loss of power.
     Unplugged,
     /// It neither answers nor sends.
@@ -45,8 +45,9 @@ fn driver() -> GenicamDriver {
 /// Whether the driver is built; otherwise a test that needs it is recorded as not run.
 fn is_built() -> bool {
     let wanted = DeviceSet { camera: true, ..DeviceSet::default() };
-    let nobody = GenicamDriver(GenicamSettings { serial: "nobody".to_owned(), ..GenicamSettings::default() });
-    let is_built = !matches!(nobody.open(wanted), Err(OpenError::Settings { .. }));
+    let never_cancelled =
+        GenicamDriver(GenicamSettings { serial: "nobody".to_owned(), ..GenicamSettings::default() });
+    let is_built = !matches!(never_cancelled.open(wanted), Err(OpenError::Settings { .. }));
     if !is_built {
         reference::without_feature("genicam", "the Debian packages libaravis-dev and libusb-1.0-0-dev");
     }
@@ -64,9 +65,9 @@ pub fn devices(others: StationDevices) -> StationDevices {
     StationDevices { camera: Arc::new(driver()), ..others }
 }
 
-fn station(doing: Doing) -> Bench {
+fn station(scenario: Scenario) -> Bench {
     let mut options = twin::TwinOptions::default();
-    if doing == Doing::Homing {
+    if scenario == Scenario::Homing {
         (options.timing, options.travel_mm) = (twin::Timing::Realistic, (-60.0, 60.0));
     }
     bench_of(devices(StationDevices::over(small_twin(options))))
@@ -79,35 +80,35 @@ pub fn set_small(bench: &Bench) {
     bench.manual(Manual::Configure(wanted)).unwrap();
 }
 
-fn genicam(doing: Doing, trouble: Trouble, follows: Follows) {
-    let lost_per_thousand = if trouble == Trouble::LostPackets { LOST_PER_THOUSAND } else { 0 };
+fn genicam(scenario: Scenario, trouble: InjectedFault, reaction: Reaction) {
+    let lost_per_thousand = if trouble == InjectedFault::LostPackets { LOST_PER_THOUSAND } else { 0 };
     let Some(camera) = fake(lost_per_thousand).map(RefCell::new) else { return };
     let other_hands = RefCell::new(None);
     let inject = || match trouble {
-        Trouble::Unplugged => camera.borrow_mut().kill(),
-        Trouble::Hang => camera.borrow().hold(),
-        Trouble::Restart => camera.borrow_mut().restart().unwrap(),
-        Trouble::LostPackets => {}
-        Trouble::OtherHands => {
+        InjectedFault::Unplugged => camera.borrow_mut().kill(),
+        InjectedFault::Hang => camera.borrow().hold(),
+        InjectedFault::Restart => camera.borrow_mut().restart().unwrap(),
+        InjectedFault::LostPackets => {}
+        InjectedFault::OtherHands => {
             let wanted = DeviceSet { camera: true, ..DeviceSet::default() };
             *other_hands.borrow_mut() = Some(driver().open(wanted).unwrap_or_else(|error| panic!("{error}")));
         }
     };
-    if doing == Doing::Absent {
+    if scenario == Scenario::Absent {
         inject();
     }
-    let bench = station(doing);
-    if doing != Doing::Absent {
+    let bench = station(scenario);
+    if scenario != Scenario::Absent {
         bench.wait_for("there", |status| status.camera.connected);
         set_small(&bench);
     }
     let control = bench.control.clone();
     let cure = || {
         match trouble {
-            Trouble::Unplugged => camera.borrow_mut().restart().unwrap(),
-            Trouble::Hang => camera.borrow().go_on(),
-            Trouble::Restart | Trouble::LostPackets => {}
-            Trouble::OtherHands => drop(other_hands.borrow_mut().take()),
+            InjectedFault::Unplugged => camera.borrow_mut().restart().unwrap(),
+            InjectedFault::Hang => camera.borrow().resume(),
+            InjectedFault::Restart | InjectedFault::LostPackets => {}
+            InjectedFault::OtherHands => drop(other_hands.borrow_mut().take()),
         }
         // A camera that was suspended still assigns control to its previous owner for three seconds.
         for _ in 0..2 {
@@ -132,24 +133,24 @@ fn genicam(doing: Doing, trouble: Trouble, follows: Follows) {
             can_be_told: true,
             named_within: NAMED,
         },
-        doing,
-        follows,
+        scenario,
+        reaction,
     );
 }
 
-const GONE: Follows = Named("camera", "gone");
+const GONE: Reaction = Named("camera", "gone");
 /// In a sweep missing frames are a fault at once.
-const SILENT_OR_GONE: Follows = NamedEither("camera", ["silent", "gone"]);
+const SILENT_OR_GONE: Reaction = NamedEither("camera", ["silent", "gone"]);
 
 cells! { genicam;
-    unplugged: Trouble::Unplugged =>
+    unplugged: InjectedFault::Unplugged =>
         absent: GONE, ready: GONE, live: GONE, scanning: SILENT_OR_GONE, calibrating: GONE, jogging: GONE, homing: GONE;
-    hang: Trouble::Hang =>
+    hang: InjectedFault::Hang =>
         absent: GONE, ready: GONE, live: GONE, scanning: SILENT_OR_GONE, calibrating: GONE, jogging: GONE, homing: GONE;
-    restart: Trouble::Restart =>
+    restart: InjectedFault::Restart =>
         ready: GONE, live: GONE, scanning: SILENT_OR_GONE, calibrating: GONE, jogging: GONE, homing: GONE;
-    lost_packets: Trouble::LostPackets =>
+    lost_packets: InjectedFault::LostPackets =>
         absent: GoesOn, ready: GoesOn, live: GoesOn, scanning: GoesOn, calibrating: GoesOn, jogging: GoesOn,
         homing: GoesOn;
-    other_hands: Trouble::OtherHands => absent: GONE;
+    other_hands: InjectedFault::OtherHands => absent: GONE;
 }

@@ -24,13 +24,13 @@ const MAX_PIECES_DEPTH: usize = 12;
 
 /// End of a ray: the pixel, and whether the surface is smooth up to the next ray's end.
 #[derive(Clone, Copy)]
-pub(crate) struct Landed {
+pub(crate) struct RayEnd {
     pub pixel: [f64; 2],
     pub smooth: bool,
 }
 
 /// Ends of the rays across the sheet at one fan angle.
-pub(crate) type Section = [Option<Landed>; ACROSS.len()];
+pub(crate) type Section = [Option<RayEnd>; ACROSS.len()];
 
 /// Marks the pixels covered by a triangle in the band, in pieces if it is large; pieces outside the band are left out.
 pub(crate) fn mark_triangle(

@@ -11,7 +11,7 @@ use crate::part::mesh::Mesh;
 use crate::part::mesh_corners::PlacedCorners;
 use crate::part::scene::{Ball, NearHit, Plate, Scene};
 use crate::render::light::band::Band;
-use crate::render::light::mark::{ACROSS, COARSE, Landed, Section, enclose, mark_triangle};
+use crate::render::light::mark::{ACROSS, COARSE, RayEnd, Section, enclose, mark_triangle};
 use crate::render::renderer::Renderer;
 use crate::render::view::laser_image::Placed;
 use crate::render::view::lit_pixels::LitPixels;
@@ -171,7 +171,7 @@ impl Tracer<'_> {
         &self,
         lit: &mut LitPixels,
         scene: Placed<'_>,
-        mut end: impl FnMut(&Vector3<f64>, &Vector3<f64>) -> Option<Landed>,
+        mut end: impl FnMut(&Vector3<f64>, &Vector3<f64>) -> Option<RayEnd>,
     ) {
         let mut previous: Option<(i32, Section)> = None;
         let last = self.fan.angles.last;
@@ -201,7 +201,7 @@ impl Tracer<'_> {
         &self,
         angles: impl Iterator<Item = i32>,
         lit: &mut LitPixels,
-        mut end: impl FnMut(&Vector3<f64>, &Vector3<f64>) -> Option<Landed>,
+        mut end: impl FnMut(&Vector3<f64>, &Vector3<f64>) -> Option<RayEnd>,
     ) {
         for idx in angles {
             let mut previous: Option<[f64; 2]> = None;
@@ -221,14 +221,14 @@ impl Tracer<'_> {
         &self,
         idx: i32,
         places: [f64; N],
-        mut end: impl FnMut(&Vector3<f64>, &Vector3<f64>) -> Option<Landed>,
-    ) -> [Option<Landed>; N] {
+        mut end: impl FnMut(&Vector3<f64>, &Vector3<f64>) -> Option<RayEnd>,
+    ) -> [Option<RayEnd>; N] {
         let Some(FanRay { origin_mm, direction, across_mm }) = self.fan.ray(idx) else { return [None; N] };
         places.map(|place| end(&(origin_mm + across_mm * place), direction))
     }
 
-    fn landed(&self, point_mm: &Vector3<f64>, smooth: bool) -> Option<Landed> {
+    fn landed(&self, point_mm: &Vector3<f64>, smooth: bool) -> Option<RayEnd> {
         let pixel = self.renderer.model.camera.project(point_mm)?;
-        Some(Landed { pixel: [pixel.x, pixel.y], smooth })
+        Some(RayEnd { pixel: [pixel.x, pixel.y], smooth })
     }
 }

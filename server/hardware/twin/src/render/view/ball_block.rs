@@ -149,7 +149,7 @@ mod tests {
     fn rays_together_meet_a_ball_as_each_alone() {
         let model = StationModel::seeded(3, &StationShape::default()).unwrap();
         let scene = SceneKind::Sphere { radius_mm: 18.9 }.placed(&model, 1);
-        let Scene::Sphere(ball) = &scene else { panic!("a ball was wanted") };
+        let Scene::Sphere(ball) = &scene else { panic!("a ball was requested") };
         let placed = Placed { scene: &scene, moved_mm: Vector3::new(0.3, -4.0, 0.1) };
         let part = placed.part_ball().unwrap();
         let from = Vector3::new(20.0, -120.0, 5.0);

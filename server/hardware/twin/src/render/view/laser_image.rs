@@ -46,7 +46,7 @@ struct OrderLight {
 }
 
 /// Light on a row segment, and its origin on the grating.
-struct Shine {
+struct IncidentLight {
     level: Block,
     source: [Block; 3],
 }
@@ -102,7 +102,7 @@ pub(crate) fn laser_light(
     for order_idx in 0..renderer.model.orders.len() {
         of_order.clear();
         let mut view = View::new(scene, memory);
-        view.shine_on(renderer, order_idx, of_order);
+        view.mark_lit(renderer, order_idx, of_order);
         view.look_at(renderer, of_order);
         light_of_order(renderer, &mut view, order_idx, of_order, levels, lit);
     }
@@ -120,21 +120,21 @@ fn light_of_order(
     let width = renderer.model.camera.width_px;
     let light = OrderLight::new(renderer, order_idx);
     let (mut hits, mut sheet) = (PixelHits::nothing(), SheetBlock::nothing());
-    let mut shine = Shine { level: NOTHING, source: [NOTHING; 3] };
+    let mut incident = IncidentLight { level: NOTHING, source: [NOTHING; 3] };
     for (u, v, n) in may_be_lit.stretches(MAP_STEP_PX) {
         view.aim(renderer, u, v, n, &mut hits);
         view.see(u, v, n, &mut hits);
         renderer.sheets[order_idx].read(u, v, n, &mut sheet);
-        if !fall(&light, &hits, &sheet, n, &mut shine) {
+        if !fall(&light, &hits, &sheet, n, &mut incident) {
             continue;
         }
         let inside = n.min(width - u);
-        let bits = lit_bits(&shine.level, inside);
+        let bits = lit_bits(&incident.level, inside);
         if bits == 0 {
             continue;
         }
-        let bits = view.lights(&shine.source, &hits, n, bits);
-        add_light(&shine.level, bits, &mut levels[v * width + u..][..inside]);
+        let bits = view.lights(&incident.source, &hits, n, bits);
+        add_light(&incident.level, bits, &mut levels[v * width + u..][..inside]);
         lit.add_bits(u, v, bits);
     }
 }
@@ -178,10 +178,10 @@ fn add_light(level: &Block, bits: u64, row: &mut [f32]) {
 ///
 /// The laser's power drops at the ends of its fan as 1 − (φ/φ_max)¹⁶.
 #[multiversion(targets("x86_64+avx2"))]
-fn fall(light: &OrderLight, hits: &PixelHits, sheet: &SheetBlock, n: usize, shine: &mut Shine) -> bool {
+fn fall(light: &OrderLight, hits: &PixelHits, sheet: &SheetBlock, n: usize, incident: &mut IncidentLight) -> bool {
     let Grating { source_mm, axis, fan, normal, gap_mm, .. } = &light.grating;
     let [axis_incidence, fan_incidence] = [axis.dot(normal), fan.dot(normal)];
-    let Shine { level, source: [qx, qy, qz] } = shine;
+    let IncidentLight { level, source: [qx, qy, qz] } = incident;
     let PixelHits { rays: [x, y], reach, normal: [nx, ny, nz], reflectance, .. } = hits;
     let (mut across, mut widths, mut reached) = (NOTHING, NOTHING, false);
     for lane in 0..n.min(level.len()) {

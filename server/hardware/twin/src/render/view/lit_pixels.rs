@@ -218,7 +218,7 @@ mod tests {
     }
 
     #[test]
-    fn what_lies_outside_the_picture_is_cut_off() {
+    fn rectangles_are_cropped_to_the_image() {
         let mut lit = LitPixels::none(70, 3);
         lit.add_rectangle([-9.0, -9.0], [-5.0, 1.0], 1.0);
         lit.add_rectangle([69.5, 2.0], [90.0, 90.0], 1.0);

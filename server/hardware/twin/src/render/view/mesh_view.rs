@@ -118,7 +118,7 @@ impl MeshView {
     /// The word of a segment, and the offset of the segment in it.
     fn word(&self, words_per_row: usize, (u, v): (usize, usize)) -> (&Word, usize) {
         let slot = self.word_idx[v * words_per_row + u / WORD_PX];
-        debug_assert_ne!(slot, NONE, "only what is looked at is seen");
+        debug_assert_ne!(slot, NONE, "only prepared words are evaluated");
         (&self.words[slot as usize], u % WORD_PX)
     }
 

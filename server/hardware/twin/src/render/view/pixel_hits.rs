@@ -89,7 +89,7 @@ impl<'s> View<'s> {
     }
 
     /// Marks the pixels of `lit` that light of an order may reach.
-    pub(crate) fn shine_on(&mut self, renderer: &Renderer, order_idx: usize, lit: &mut LitPixels) {
+    pub(crate) fn mark_lit(&mut self, renderer: &Renderer, order_idx: usize, lit: &mut LitPixels) {
         trace(renderer, self.scene, order_idx, lit, &mut self.memory.placed);
     }
 

@@ -66,7 +66,7 @@ fn auto(picture: &Picture) -> Channel {
 }
 
 #[test]
-fn a_laser_by_daylight_is_found_in_the_channel_that_the_picture_itself_decides() {
+fn a_laser_by_daylight_is_found_in_the_automatically_chosen_channel() {
     for (laser, expected) in [(RED_LASER, Channel::RedMinusOthers), (GREEN_LASER, Channel::GreenMinusOthers)] {
         for idx in 0..4 {
             let pose = Pose::new(idx);
@@ -102,7 +102,7 @@ fn a_grey_laser_picture_in_a_colour_file_is_read_as_grey() {
 }
 
 #[test]
-fn with_the_laser_off_taken_away_daylight_does_not_matter() {
+fn with_the_background_subtracted_daylight_does_not_matter() {
     let pose = Pose::new(1);
     let on = pose.picture(DAYLIGHT, RED_LASER, 1);
     let off = pose.picture(DAYLIGHT, [0.0; 3], 2);

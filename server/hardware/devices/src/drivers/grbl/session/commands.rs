@@ -2,7 +2,9 @@
 
 use std::time::{Duration, Instant};
 
-use super::{Activity, LineKind, Link, Lit, Session, Stopping, Travel, Way, being_opened, stop_bytes};
+use super::{
+    Activity, LaserLease, LineKind, Link, MotionPath, Session, Stopping, Travel, being_opened, stop_bytes,
+};
 use crate::drivers::controller::{LaserDialogue, StageDialogue};
 use crate::drivers::grbl::LaserMode;
 use crate::drivers::grbl::fault::{Device, Fault};
@@ -39,7 +41,7 @@ impl StageDialogue for Session {
             self.homed = true;
             return Ok(None);
         }
-        self.go_dark(now);
+        self.turn_laser_off(now);
         self.homed = false;
         self.activity = Activity::Homing { done_at: None };
         let ticket = self.send_line("$H".to_owned(), LineKind::Home, now, now + self.config.homing_limit);
@@ -153,7 +155,7 @@ impl StageDialogue for Session {
     /// Reopens the line, unless that is in progress; if the controller works, it is stopped and its laser turned off
     /// instead.
     fn reconnect(&mut self, now: Instant) {
-        if self.wants_open || matches!(self.link, Link::Opening(_)) {
+        if self.should_be_open || matches!(self.link, Link::Opening(_)) {
             return;
         }
         if let Some(Fault::Refused { by: Device::Laser, .. }) = self.fault {
@@ -167,7 +169,7 @@ impl StageDialogue for Session {
             return;
         }
         self.down(being_opened());
-        self.wants_open = true;
+        self.should_be_open = true;
     }
 
     fn stage_error(refusal: &Fault) -> StageError {
@@ -196,7 +198,7 @@ impl LaserDialogue for Session {
             LaserMode::Constant => "M3",
             LaserMode::Dynamic => "M4",
         };
-        self.lit = Some(Lit { power, until: now + lease.min(LASER_LEASE_LIMIT) });
+        self.lit = Some(LaserLease { power, until: now + lease.min(LASER_LEASE_LIMIT) });
         // The laser is on in G1 only (`laser_mode.md`); no axis is given, so that nothing moves.
         let line = format!("G1F{LASER_FEED_MM_MIN}{word}S{:.1}", power * full);
         Ok(self.send_line(line, LineKind::LaserOn, now, now + GRBL_ANSWER_LIMIT))
@@ -212,7 +214,7 @@ impl LaserDialogue for Session {
 
     /// Switches the laser off; returns the ticket of the line that does so.
     fn switch_off(&mut self, now: Instant) -> Option<u64> {
-        self.go_dark(now);
+        self.turn_laser_off(now);
         self.pending.iter().rev().find(|pending| pending.kind == LineKind::LaserOff).map(|pending| pending.ticket)
     }
 
@@ -251,10 +253,10 @@ impl Session {
         let target_mm = stage_from_machine(machine_mm, self.zero_at_machine_mm, self.config.reversed);
         let ticket = self.send_line(line, LineKind::Travel, now, now + GRBL_ANSWER_LIMIT);
         let last_mm = self.seen.map_or(machine_mm, |seen| seen.machine_mm);
-        let way = Way { from_mm: last_mm, to_mm: machine_mm, speed_mm_s, since: now };
-        self.way = Some(way);
+        let path = MotionPath { from_mm: last_mm, to_mm: machine_mm, speed_mm_s, since: now };
+        self.path = Some(path);
         self.activity =
-            Activity::Travel(Travel { target_mm, way, jog, taken_at: None, last_mm, last_progress_at: now });
+            Activity::Travel(Travel { target_mm, path, jog, taken_at: None, last_mm, last_progress_at: now });
         (AcceptedMove { target_mm, speed_mm_s }, Some(ticket))
     }
 

@@ -11,8 +11,8 @@ use crate::lines::serial_controller::{Dialogue, StopBytes};
 impl Dialogue for Session {
     type Fault = Fault;
 
-    fn wants_open(&self) -> bool {
-        self.wants_open
+    fn should_be_open(&self) -> bool {
+        self.should_be_open
     }
 
     fn is_down(&self) -> bool {
@@ -20,7 +20,7 @@ impl Dialogue for Session {
     }
 
     fn opened_or_failed(&self) -> bool {
-        !self.wants_open && !matches!(self.link, Link::Opening(_))
+        !self.should_be_open && !matches!(self.link, Link::Opening(_))
     }
 
     fn sound(&self) -> Result<(), StageError> {
@@ -68,7 +68,7 @@ impl Dialogue for Session {
     }
 
     /// A reset is answered by its banner; a hold is not answered.
-    fn retells(&self, code: u8) -> bool {
+    fn announces_again(&self, code: u8) -> bool {
         code == HOLD
     }
 

@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use super::{Activity, LineKind, Link, OwnReset, Pending, Seen, Session, Stopping, Travel};
+use super::{Activity, LastReport, LineKind, Link, OwnReset, Pending, Session, Stopping, Travel};
 use crate::drivers::grbl::Dialect;
 use crate::drivers::grbl::fault::{Device, Fault};
 use crate::drivers::grbl::protocol::{MachineState, Message, OVERRIDES_OFF, Position, Report};
@@ -73,7 +73,7 @@ impl Session {
         let ours = self.reset.is_some_and(|reset| {
             reset.awaited || (!moving && now.saturating_duration_since(reset.sent_at) < GRBL_SILENCE)
         });
-        let told = self.fault.is_some();
+        let was_faulted = self.fault.is_some();
         self.pending.clear();
         self.activity = match self.activity {
             Activity::Stopping(stopping) if stopping.behind_reset => {
@@ -92,12 +92,12 @@ impl Session {
         if let Some(reset) = &mut self.reset {
             reset.awaited = false;
         }
-        if ours || told {
+        if ours || was_faulted {
             // The state before the reset is obsolete: the next report decides.
             self.query(now);
         } else {
             self.homed = false;
-            tracing::warn!(place = self.place, "controller restarted by itself");
+            tracing::warn!(place = self.place, "controller restarted unexpectedly");
             self.fault = Some(Fault::Restarted);
         }
     }
@@ -137,7 +137,7 @@ impl Session {
         match pending.kind {
             LineKind::Travel | LineKind::Home => self.activity = Activity::Rest,
             // Whether any word of the line had an effect is unknown.
-            LineKind::LaserOn => self.go_dark(now),
+            LineKind::LaserOn => self.turn_laser_off(now),
             LineKind::LaserOff => self.soft_reset(now),
             LineKind::Unlock => self.clearing = false,
             LineKind::Build | LineKind::Settings => {}
@@ -158,14 +158,14 @@ impl Session {
         let dialect = self.dialect();
         let quiet_until = now + dialect.alarm_pause();
         self.quiet_until = Some(quiet_until);
-        let by_reset = code == ALARM_RESET_MOVING || code == ALARM_RESET_HOMING || dialect.wants_homing(code);
-        self.must_home |= dialect == Dialect::GrblHal && dialect.wants_homing(code);
+        let by_reset = code == ALARM_RESET_MOVING || code == ALARM_RESET_HOMING || dialect.requires_homing(code);
+        self.must_home |= dialect == Dialect::GrblHal && dialect.requires_homing(code);
         if by_reset && let Some(reset @ OwnReset { awaited: true, .. }) = &mut self.reset {
             reset.answer_by = quiet_until + GRBL_SILENCE;
             (reset.locked, self.homed) = (true, false);
             return;
         }
-        if dialect.wants_homing(code) && self.activity == Activity::Rest {
+        if dialect.requires_homing(code) && self.activity == Activity::Rest {
             // As after power-on: not a fault, but no position either.
             self.homed = false;
             return;
@@ -175,7 +175,7 @@ impl Session {
         // Pending lines are kept: their answers may still come.
         self.activity = Activity::Rest;
         self.dark_by = None;
-        if dialect.darkens_with(code) {
+        if dialect.turns_off_with(code) {
             self.lit = None;
         }
         self.fault = Some(Fault::Alarm { code, dialect });
@@ -200,8 +200,8 @@ impl Session {
         let Some(machine_mm) = self.machine_mm(&report) else { return };
         // The report was generated between query and answer.
         let at = asked_at + (began_at - asked_at) / 2;
-        let told = Seen { state: report.state, machine_mm, asked_at, at, heard_at: now };
-        if !self.believes(told, now) {
+        let latest = LastReport { state: report.state, machine_mm, asked_at, at, received_at: now };
+        if !self.accept(latest, now) {
             return;
         }
         if matches!(report.state, MachineState::Idle | MachineState::Alarm) {
@@ -278,7 +278,7 @@ impl Session {
             (travel.last_mm, travel.last_progress_at) = (machine_mm, now);
         }
         self.activity = Activity::Travel(travel);
-        let at_target = (machine_mm - travel.way.to_mm).abs() <= self.rounding_mm();
+        let at_target = (machine_mm - travel.path.to_mm).abs() <= self.rounding_mm();
         let short = match state {
             MachineState::Idle if at_target => {
                 (self.activity, self.is_confirmed) = (Activity::Rest, true);

@@ -2,13 +2,13 @@
 //!
 //! Received bytes are passed to [`Session::received`], time to [`Session::tick`], commands to the methods of
 //! `commands`; the output collects in `outgoing`. Parts: `opening` (from the reset to the first report), `messages`
-//! (messages of a ready controller), `belief` (which positions are accepted), `timers`, `commands`.
+//! (messages of a ready controller), `plausibility` (which positions are accepted), `timers`, `commands`.
 
-mod belief;
 mod commands;
 mod dialogue;
 mod messages;
 mod opening;
+mod plausibility;
 mod timers;
 
 use std::collections::VecDeque;
@@ -51,7 +51,7 @@ enum Activity {
 struct Stopping {
     /// When the reset is sent although no report showed rest.
     until: Instant,
-    /// Whether only a jog was stopped, which ends by itself at rest: no reset.
+    /// Whether only a jog was stopped, which ends at rest automatically: no reset.
     only_jog: bool,
     /// Whether its hold was sent after a reset, which does not answer for it: the hold takes effect after the banner.
     behind_reset: bool,
@@ -61,7 +61,7 @@ struct Stopping {
 
 /// Path of a move or jog on the machine's scale, mm, and its speed.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Way {
+struct MotionPath {
     from_mm: f64,
     to_mm: f64,
     speed_mm_s: f64,
@@ -73,7 +73,7 @@ struct Way {
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Travel {
     target_mm: f64,
-    way: Way,
+    path: MotionPath,
     jog: bool,
     /// When the controller accepted it.
     taken_at: Option<Instant>,
@@ -106,19 +106,19 @@ enum LineKind {
 
 /// The last accepted report.
 #[derive(Debug, Clone, Copy)]
-struct Seen {
+struct LastReport {
     state: MachineState,
     machine_mm: f64,
     /// When it was requested: no part of it is older.
     asked_at: Instant,
     at: Instant,
     /// When it was received: no part of it is newer.
-    heard_at: Instant,
+    received_at: Instant,
 }
 
 /// A laser lease.
 #[derive(Debug, Clone, Copy)]
-struct Lit {
+struct LaserLease {
     power: f64,
     until: Instant,
 }
@@ -148,7 +148,7 @@ pub struct Session {
     config: GrblConfig,
     place: String,
     link: Link,
-    wants_open: bool,
+    should_be_open: bool,
     fault: Option<Fault>,
     /// Whether the fault was acknowledged and is to be cleared.
     clearing: bool,
@@ -166,13 +166,13 @@ pub struct Session {
     offset_known: bool,
     /// An offset that was reported once.
     doubted_offset_mm: Option<[f64; 3]>,
-    seen: Option<Seen>,
+    seen: Option<LastReport>,
     /// Whether the position at rest was reported twice, or is a move's target.
     is_confirmed: bool,
     /// A position that was reported once and differs from the expected one.
-    doubted: Option<Seen>,
+    doubted: Option<LastReport>,
     /// The path of the last move or jog.
-    way: Option<Way>,
+    path: Option<MotionPath>,
     /// Since when every report showed rest with the same line pending.
     resting_since: Option<Instant>,
     queries: Queries,
@@ -186,7 +186,7 @@ pub struct Session {
     activity: Activity,
     homed: bool,
     zero_at_machine_mm: f64,
-    lit: Option<Lit>,
+    lit: Option<LaserLease>,
     /// When a soft reset turns the laser off if `M5` did not.
     dark_by: Option<Instant>,
     stray_reports: usize,
@@ -201,7 +201,7 @@ impl Session {
             config,
             place,
             link: Link::Down,
-            wants_open: true,
+            should_be_open: true,
             fault: Some(being_opened()),
             clearing: false,
             outgoing: Vec::new(),
@@ -219,7 +219,7 @@ impl Session {
             seen: None,
             is_confirmed: false,
             doubted: None,
-            way: None,
+            path: None,
             resting_since: None,
             queries: Queries::default(),
             reset: None,
@@ -281,13 +281,13 @@ impl Session {
         // Three times, because the line may lose bytes and there is no answer.
         self.outgoing.extend_from_slice(&[RESET; 3]);
         self.link = Link::Down;
-        self.forget_dialogue();
+        self.reset_dialogue();
         self.homed = false;
         self.fault = Some(fault);
     }
 
     /// Clears everything in progress.
-    fn forget_dialogue(&mut self) {
+    fn reset_dialogue(&mut self) {
         self.pending.clear();
         self.incoming.clear();
         self.incoming_since = None;
@@ -315,8 +315,8 @@ impl Session {
 
     fn reset_sent(&mut self, now: Instant) {
         let locked = self.reset.is_some_and(|reset| reset.awaited && reset.locked);
-        let heard_at = self.quiet_until.map_or(now, |until| until.max(now));
-        self.reset = Some(OwnReset { sent_at: now, answer_by: heard_at + GRBL_SILENCE, awaited: true, locked });
+        let received_at = self.quiet_until.map_or(now, |until| until.max(now));
+        self.reset = Some(OwnReset { sent_at: now, answer_by: received_at + GRBL_SILENCE, awaited: true, locked });
     }
 
     fn dialect(&self) -> Dialect {

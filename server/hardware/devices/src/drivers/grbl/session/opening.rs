@@ -37,8 +37,8 @@ enum Step {
 impl Session {
     /// The line was opened: a soft reset stops the motion and turns off the laser left on by a dead owner.
     pub fn line_opened(&mut self, now: Instant) {
-        self.wants_open = false;
-        self.forget_dialogue();
+        self.should_be_open = false;
+        self.reset_dialogue();
         (self.homed, self.must_home) = (false, false);
         (self.offset_known, self.doubted_offset_mm) = (false, None);
         self.fault = Some(being_opened());
@@ -54,7 +54,7 @@ impl Session {
 
     /// The line could not be opened.
     pub fn line_unopened(&mut self, reason: String) {
-        self.wants_open = false;
+        self.should_be_open = false;
         self.down(Fault::Gone { reason });
     }
 
@@ -87,7 +87,7 @@ impl Session {
                 opening.foreign.get_or_insert((now, text));
             }
             // The firmware is not known yet.
-            Message::Alarm(code) => self.must_home = Dialect::GrblHal.wants_homing(code),
+            Message::Alarm(code) => self.must_home = Dialect::GrblHal.requires_homing(code),
             Message::Feedback { .. } | Message::Report(_) | Message::Nothing => {}
         }
     }

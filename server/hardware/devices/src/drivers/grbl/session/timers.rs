@@ -79,7 +79,7 @@ impl Session {
     fn end_lease(&mut self, now: Instant) {
         if self.lit.is_some_and(|lit| now >= lit.until) && self.dark_by.is_none() {
             tracing::warn!(place = self.place, "the laser's lease ended without its owner");
-            self.go_dark(now);
+            self.turn_laser_off(now);
         }
         if self.dark_by.is_some_and(|by| now >= by) && !self.reset_awaited() {
             self.dark_by = None;
@@ -107,7 +107,7 @@ impl Session {
 
     /// `M5` where it works at once; while moving it would wait for the end of the move (`spindle_control.c`:
     /// `protocol_buffer_synchronize`), so that the move is stopped.
-    pub(super) fn go_dark(&mut self, now: Instant) {
+    pub(super) fn turn_laser_off(&mut self, now: Instant) {
         if self.lit.is_none() || self.dark_by.is_some() || self.reset_awaited() {
             return;
         }

@@ -205,12 +205,12 @@ fn at_rest(stage: &mut GrblStage) -> f64 {
 /// Waits until it is in motion.
 fn under_way(stage: &mut GrblStage) {
     let from_mm = stage.poll().unwrap().position_mm.unwrap();
-    wait_until(MOTION_LIMIT, "it is on its way", || {
+    wait_until(MOTION_LIMIT, "it is moving", || {
         (stage.poll().unwrap().position_mm.unwrap() - from_mm).abs() > 5.0
     });
 }
 
-fn told(what: &str, mut times: Vec<Duration>) {
+fn print_times(what: &str, mut times: Vec<Duration>) {
     times.sort();
     println!("{what}: median {:?}, max {:?} of {}", times[times.len() / 2], times[times.len() - 1], times.len());
 }
@@ -226,7 +226,7 @@ fn moves_stop(stage: &mut GrblStage) {
         assert!((at_mm - target_mm).abs() > 1.0, "it went on to {at_mm} mm");
         called_at.elapsed()
     });
-    told("Stop of a move at 40 mm/s to rest, told and ready", times.collect());
+    print_times("Stop of a move at 40 mm/s to rest, reported and ready", times.collect());
 }
 
 fn jogs_stop(stage: &mut GrblStage) {
@@ -240,7 +240,7 @@ fn jogs_stop(stage: &mut GrblStage) {
         assert!((at_mm - target_mm).abs() > 1.0, "it went on to {at_mm} mm");
         called_at.elapsed()
     });
-    told("Stop of a jog at 20 mm/s to rest, told and ready", times.collect());
+    print_times("Stop of a jog at 20 mm/s to rest, reported and ready", times.collect());
 }
 
 /// With the laser on a stop waits for rest for only 0.3 s, then the laser is turned off at the cost of the position: a
@@ -251,7 +251,7 @@ fn light_stops(stage: &mut GrblStage, laser: &mut GrblLaser) {
     for _ in 0..N_STOPS {
         let target_mm = if at_rest(stage) > 0.0 { -40.0 } else { 40.0 };
         laser.switch_on(0.5, Duration::from_secs(1)).unwrap();
-        wait_until(MOTION_LIMIT, "it shines", || laser.poll().unwrap().emitting);
+        wait_until(MOTION_LIMIT, "it is on", || laser.poll().unwrap().emitting);
         stage.start_move(target_mm, 20.0).unwrap();
         let begun_at = Instant::now();
         while begun_at.elapsed() < Duration::from_millis(700) {
@@ -261,7 +261,7 @@ fn light_stops(stage: &mut GrblStage, laser: &mut GrblLaser) {
         }
         let called_at = Instant::now();
         stage.stop().unwrap();
-        wait_until(MOTION_LIMIT, "it is told dark", || !laser.poll().unwrap().emitting);
+        wait_until(MOTION_LIMIT, "it is reported off", || !laser.poll().unwrap().emitting);
         times.push(called_at.elapsed());
         wait_until(MOTION_LIMIT, "it rests", || !stage.poll().unwrap().moving);
         if !stage.poll().unwrap().homed {
@@ -269,7 +269,7 @@ fn light_stops(stage: &mut GrblStage, laser: &mut GrblLaser) {
             assert!(home(stage), "homed once, and not again");
         }
     }
-    told("Stop of a move with light to dark, told", times);
+    print_times("Stop of a move with light to off, reported", times);
     println!("of these, {n_lost} cost the position");
 }
 
@@ -294,14 +294,14 @@ fn alarms_are_recovered_from(controller: &Controller, stage: &mut GrblStage) {
 
 fn recovers(stage: &mut GrblStage, expected: u32) {
     let begun_at = Instant::now();
-    wait_until(MOTION_LIMIT, "the alarm is told", || stage.poll().is_err());
+    wait_until(MOTION_LIMIT, "the alarm is reported", || stage.poll().is_err());
     let fault = stage.poll().unwrap_err();
     assert!(matches!(fault, StageError::Alarm { code, .. } if code == expected), "{fault}");
     let told_after = begun_at.elapsed();
     stage.clear_fault().unwrap();
     wait_until(MOTION_LIMIT, "the alarm is cleared", || stage.poll().is_ok());
     wait_until(MOTION_LIMIT, "it rests", || !stage.poll().unwrap().moving);
-    println!("ALARM:{expected}: told after {told_after:?}, cleared after {:?}", begun_at.elapsed());
+    println!("ALARM:{expected}: reported after {told_after:?}, cleared after {:?}", begun_at.elapsed());
 }
 
 /// A line whose owner is killed: from then on nothing is written.
@@ -355,11 +355,11 @@ fn a_dead_host_is_followed_by_a_new_one(controller: &Controller) {
     let n = line.read(&mut said).unwrap();
     let said = String::from_utf8_lossy(&said[..n]).into_owned();
     let last = said.lines().rfind(|line| line.starts_with('<')).unwrap_or("nothing").to_owned();
-    println!("a second after its host was killed it says {last}");
+    println!("a second after its host was killed it reports {last}");
     drop(line);
     let begun_at = Instant::now();
     let (mut stage, mut laser) = open(&config).unwrap();
-    println!("opened again, dark and at rest, after {:?}", begun_at.elapsed());
+    println!("opened again, off and at rest, after {:?}", begun_at.elapsed());
     assert!(!laser.poll().unwrap().emitting && !stage.poll().unwrap().homed);
     assert!(home(&mut stage));
 }

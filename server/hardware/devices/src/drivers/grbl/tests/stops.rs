@@ -145,7 +145,7 @@ fn stop_latency(bench: &super::Bench, stage: &mut crate::drivers::grbl::GrblStag
 }
 
 #[test]
-fn a_stop_keeps_the_position_and_darkens() {
+fn a_stop_keeps_the_position_and_turns_the_laser_off() {
     let bench = sound_bench();
     let (mut stage, mut laser) = bench.open();
     home(&mut stage);
@@ -156,7 +156,7 @@ fn a_stop_keeps_the_position_and_darkens() {
     super::wait_until(super::SLACK + Duration::from_millis(500), "dark", || !bench.light());
     let state = rest(&mut stage);
     assert!(state.homed && state.position_mm.is_some(), "a stop cost the position: {state:?}");
-    assert!(!laser.poll().unwrap().emitting, "stopped, and the laser is told to shine");
+    assert!(!laser.poll().unwrap().emitting, "stopped, and the laser is commanded on");
 }
 
 #[test]

@@ -93,7 +93,7 @@ fn a_laser_over_tcp_passes_the_suite_but_for_its_cable() {
 }
 
 #[test]
-fn a_connection_that_is_cut_is_gone_within_a_second_and_comes_back_unhomed() {
+fn a_lost_connection_is_reported_within_a_second_and_returns_unhomed() {
     let (bench, bridge) = bench_over_tcp();
     let (mut stage, _laser) = bench.open();
     home(&mut stage);

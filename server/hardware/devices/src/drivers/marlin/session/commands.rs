@@ -2,7 +2,7 @@
 
 use std::time::{Duration, Instant};
 
-use super::{Activity, Device, LineKind, Link, Lit, Session, Stopping, Travel, being_opened, for_laser};
+use super::{Activity, Device, LaserLease, LineKind, Link, Session, Stopping, Travel, being_opened, for_laser};
 use crate::drivers::controller::{LaserDialogue, StageDialogue};
 use crate::drivers::stage_checks::{check_numbers, check_travel};
 use crate::lines::serial_controller::Dialogue;
@@ -23,7 +23,7 @@ impl StageDialogue for Session {
 
     fn start_home(&mut self, now: Instant) -> Result<Option<u64>, StageError> {
         self.ready_to_move()?;
-        self.go_dark(now);
+        self.turn_laser_off(now);
         self.homed = false;
         self.activity = Activity::Homing { begun_at: now, done_at: None };
         let letter = self.config.axis.letter();
@@ -109,19 +109,19 @@ impl StageDialogue for Session {
     /// Reopens the line, unless that is in progress; if the controller works, it is stopped and its laser turned off
     /// instead.
     fn reconnect(&mut self, now: Instant) {
-        if self.wants_open || matches!(self.link, Link::Opening(_)) {
+        if self.should_be_open || matches!(self.link, Link::Opening(_)) {
             return;
         }
         if let Some((StageError::Rejected { .. }, Device::Laser)) = self.fault {
             self.fault = None;
         }
         if self.fault.is_none() {
-            self.go_dark(now);
+            self.turn_laser_off(now);
             self.begin_stop(None, now);
             return;
         }
         self.down(being_opened());
-        self.wants_open = true;
+        self.should_be_open = true;
     }
 
     fn stage_error(refusal: &StageError) -> StageError {
@@ -143,7 +143,7 @@ impl LaserDialogue for Session {
                 "the stage is moving or being stopped, and the controller would wait for its end".to_owned();
             return Err(LaserError::Fault { reason, remedy: "wait until the stage rests" });
         }
-        self.lit = Some(Lit { power, until: now + lease.min(LASER_LEASE_LIMIT) });
+        self.lit = Some(LaserLease { power, until: now + lease.min(LASER_LEASE_LIMIT) });
         self.light_kept_at = Some(now);
         Ok(self.want(format!("M3 S{:.0}", power * self.config.full_power), LineKind::LaserOn))
     }
@@ -158,7 +158,7 @@ impl LaserDialogue for Session {
 
     /// Switches the laser off; returns the ticket of the line that does so.
     fn switch_off(&mut self, now: Instant) -> Option<u64> {
-        self.go_dark(now);
+        self.turn_laser_off(now);
         let off = self.wanted.iter().chain(self.pending.as_ref().map(|pending| &pending.wanted));
         off.filter(|wanted| wanted.kind == LineKind::LaserOff).map(|wanted| wanted.ticket).max()
     }
@@ -236,7 +236,7 @@ impl Session {
     }
 
     /// `M5`, before anything else that waits; it comes after the motion, so that a move is stopped.
-    pub(super) fn go_dark(&mut self, now: Instant) {
+    pub(super) fn turn_laser_off(&mut self, now: Instant) {
         let Some(_) = self.lit.filter(|_| self.dark_by.is_none()) else { return };
         let mut limit = MARLIN_DARK_LIMIT;
         if let Activity::Travel(travel) = self.activity {
@@ -244,7 +244,7 @@ impl Session {
             self.begin_stop(None, now);
         }
         self.dark_by = Some(now + limit);
-        // A light that was not sent yet is not sent any more.
+        // A light that was not sent yet is no longer sent.
         self.wanted.retain(|wanted| wanted.kind != LineKind::LaserOn);
         self.want("M5".to_owned(), LineKind::LaserOff);
         self.wanted.rotate_right(1);

@@ -2,7 +2,7 @@
 
 use std::time::{Duration, Instant};
 
-use super::{Activity, Device, LineKind, Link, Pending, Seen, Session, Stopping, Travel};
+use super::{Activity, Device, LastReport, LineKind, Link, Pending, Session, Stopping, Travel};
 use crate::StageError;
 use crate::drivers::marlin::protocol::{Message, Position, message_from_line};
 use crate::lines::line_reader::{ReceivedLine, shortened};
@@ -141,7 +141,7 @@ impl Session {
         let Some(asked_at) =
             self.pending.as_ref().filter(|pending| pending.wanted.kind == LineKind::Position).map(|p| p.sent_at)
         else {
-            return self.garbage("a position nobody asked for".to_owned(), now);
+            return self.garbage("an unrequested position".to_owned(), now);
         };
         let idx = self.config.axis.idx();
         let (steps, planned_mm) = (position.steps[idx], position.planned_mm[idx]);
@@ -149,7 +149,7 @@ impl Session {
             return self.garbage(format!("position {planned_mm} mm, {steps} steps"), now);
         }
         let at = asked_at + began_at.saturating_duration_since(asked_at) / 2;
-        self.seen = Some(Seen { steps, at });
+        self.seen = Some(LastReport { steps, at });
         self.follow(steps, asked_at, now);
     }
 

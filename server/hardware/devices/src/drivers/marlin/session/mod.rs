@@ -98,13 +98,13 @@ struct Pending {
 }
 
 #[derive(Debug, Clone, Copy)]
-struct Seen {
+struct LastReport {
     steps: i64,
     at: Instant,
 }
 
 #[derive(Debug, Clone, Copy)]
-struct Lit {
+struct LaserLease {
     power: f64,
     until: Instant,
 }
@@ -128,7 +128,7 @@ pub struct Session {
     config: MarlinConfig,
     place: String,
     link: Link,
-    wants_open: bool,
+    should_be_open: bool,
     fault: Option<(StageError, Device)>,
     outgoing: Vec<u8>,
     wanted: VecDeque<Wanted>,
@@ -138,14 +138,14 @@ pub struct Session {
     waited_for: Option<u64>,
     refusal: Option<StageError>,
     reader: LineReader,
-    heard_at: Option<Instant>,
+    received_at: Option<Instant>,
     machine: Option<Machine>,
-    seen: Option<Seen>,
+    seen: Option<LastReport>,
     asked_position_at: Option<Instant>,
     garbage_at: VecDeque<Instant>,
     activity: Activity,
     homed: bool,
-    lit: Option<Lit>,
+    lit: Option<LaserLease>,
     /// When `M112` turns the laser off if `M5` did not.
     dark_by: Option<Instant>,
     light_kept_at: Option<Instant>,
@@ -158,7 +158,7 @@ impl Session {
             config,
             place,
             link: Link::Down,
-            wants_open: true,
+            should_be_open: true,
             fault: Some((being_opened(), Device::Stage)),
             outgoing: Vec::new(),
             wanted: VecDeque::new(),
@@ -168,7 +168,7 @@ impl Session {
             waited_for: None,
             refusal: None,
             reader: LineReader::default(),
-            heard_at: None,
+            received_at: None,
             machine: None,
             seen: None,
             asked_position_at: None,
@@ -193,16 +193,16 @@ impl Session {
         let must_halt = self.lit.is_some() || matches!(self.activity, Activity::Homing { .. });
         self.outgoing = if must_halt { HALT.to_vec() } else { Vec::new() };
         self.link = Link::Down;
-        self.forget_dialogue();
+        self.reset_dialogue();
         self.homed = false;
         self.fault = Some((fault, Device::Stage));
     }
 
-    fn forget_dialogue(&mut self) {
+    fn reset_dialogue(&mut self) {
         self.wanted.clear();
         self.pending = None;
         self.reader.clear();
-        (self.heard_at, self.asked_position_at, self.seen) = (None, None, None);
+        (self.received_at, self.asked_position_at, self.seen) = (None, None, None);
         self.garbage_at.clear();
         self.activity = Activity::Rest;
         (self.lit, self.dark_by, self.light_kept_at) = (None, None, None);
@@ -215,7 +215,7 @@ impl Session {
         }
         tracing::warn!(place = self.place, "{fault}");
         self.begin_stop(None, now);
-        self.go_dark(now);
+        self.turn_laser_off(now);
         self.homed = false;
         self.fault = Some((fault, Device::Stage));
     }

@@ -3,7 +3,7 @@
 
 use std::time::Instant;
 
-use super::{Activity, LineKind, Link, Machine, Seen, Session, being_opened};
+use super::{Activity, LastReport, LineKind, Link, Machine, Session, being_opened};
 use crate::drivers::marlin::protocol::Message;
 use crate::params::{MARLIN_KEEPALIVE_S, MARLIN_OPENING_PERIOD, MARLIN_QUIET, MARLIN_SILENCE};
 use crate::{DeviceIdentity, Homing, StageCapabilities, StageError};
@@ -44,8 +44,8 @@ struct Description {
 
 impl Session {
     pub(super) fn begin_opening(&mut self, now: Instant) {
-        self.wants_open = false;
-        self.forget_dialogue();
+        self.should_be_open = false;
+        self.reset_dialogue();
         self.homed = false;
         self.fault = Some((being_opened(), super::Device::Stage));
         self.outgoing = WAKE.to_vec();
@@ -95,7 +95,7 @@ impl Session {
             }
             Message::Position(position) if opening.step == Step::Asking => {
                 let steps = position.steps[self.config.axis.idx()];
-                self.seen = Some(Seen { steps, at: began_at });
+                self.seen = Some(LastReport { steps, at: began_at });
             }
             Message::Busy
             | Message::Ok(_)
@@ -127,7 +127,7 @@ impl Session {
                 opening.woken_at = now;
                 self.outgoing.extend_from_slice(WAKE);
             }
-            Step::Quiet if self.heard_at.is_some_and(|at| now - at > MARLIN_QUIET) => {
+            Step::Quiet if self.received_at.is_some_and(|at| now - at > MARLIN_QUIET) => {
                 opening.step = Step::Asking;
                 self.last_number = 0;
                 self.ask();
@@ -180,11 +180,11 @@ impl Description {
         };
         let firmware = self.firmware.clone().unwrap_or_default();
         if let Some(expected) = config.expected_name.as_ref().filter(|name| !firmware.contains(name.as_str())) {
-            return wrong(&format!("a controller named `{expected}`"), format!("one that says `{firmware}`"));
+            return wrong(&format!("a controller named `{expected}`"), format!("one that reports `{firmware}`"));
         }
         if !self.emergency_parser {
             return wrong(
-                "a controller that hears M112 at any time (Cap:EMERGENCY_PARSER:1)",
+                "a controller that accepts M112 at any time (Cap:EMERGENCY_PARSER:1)",
                 "none: build Marlin with EMERGENCY_PARSER, without which homing cannot be stopped".to_owned(),
             );
         }

@@ -18,7 +18,7 @@ impl Session {
         self.send_again(now);
         if self.lit.is_some_and(|lit| now >= lit.until) && self.dark_by.is_none() {
             tracing::warn!(place = self.place, "the laser's lease ended without its owner");
-            self.go_dark(now);
+            self.turn_laser_off(now);
         }
         if self.dark_by.is_some_and(|by| now >= by) {
             return self.halt("its laser did not go off, so that it was halted (M112)");

@@ -28,7 +28,7 @@ enum When {
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
-enum What {
+enum FaultKind {
     Silence,
     Garbage,
     Endstop,
@@ -40,10 +40,10 @@ enum What {
 }
 
 macro_rules! cells {
-    ($($name:ident: $what:ident, $when:ident => $told:pat,)*) => {
+    ($($name:ident: $what:ident, $when:ident => $expected:pat,)*) => {
         $(#[test]
         fn $name() {
-            cell(What::$what, When::$when, |fault| matches!(fault, $told));
+            cell(FaultKind::$what, When::$when, |fault| matches!(fault, $expected));
         })*
     };
 }
@@ -80,27 +80,27 @@ cells! {
     another_device_while_moving: AnotherDevice, Moving => StageError::Gone { .. } | StageError::WrongDevice { .. },
 }
 
-fn cell(what: What, when: When, told: impl Fn(&StageError) -> bool) {
+fn cell(what: FaultKind, when: When, expected: impl Fn(&StageError) -> bool) {
     let bench = bench(SimulatorConfig { laser_timeout_ms: 0, ..SimulatorConfig::default() });
     let (mut stage, mut laser) = bench.open();
     bring_to(&bench, &mut stage, &mut laser, when);
-    happen(&bench, what);
+    trigger_event(&bench, what);
     let limit = if when == When::Homing { HOMING_NAMED_LIMIT } else { NAMED_LIMIT };
-    wait_until(limit + SLACK, "the fault is named", || {
+    wait_until(limit + SLACK, "the fault is reported", || {
         if matches!(when, When::Shining | When::ShiningAndMoving) {
             laser.renew(Duration::from_secs(1)).ok();
         }
         stage.poll().is_err()
     });
     let fault = stage.poll().unwrap_err();
-    assert!(told(&fault), "told as: {fault}");
-    assert!(stage.poll().is_err(), "told once, then not any more");
+    assert!(expected(&fault), "reported as: {fault}");
+    assert!(stage.poll().is_err(), "reported once only");
     assert!(stage.start_move(0.0, 10.0).is_err(), "a move was accepted in spite of the fault");
     assert!(laser.switch_on(0.5, Duration::from_secs(1)).is_err(), "light was granted in spite of the fault");
     // A stuck axis prolongs the motion for which `M5` waits: the quick stop, or `M112`, ends it.
-    let dark_limit = if what == What::Stuck { Duration::from_secs(4) } else { DARK_LIMIT };
-    wait_until(dark_limit + SLACK, "it is dark", || !bench.light());
-    if what != What::Stuck {
+    let dark_limit = if what == FaultKind::Stuck { Duration::from_secs(4) } else { DARK_LIMIT };
+    wait_until(dark_limit + SLACK, "it is off", || !bench.light());
+    if what != FaultKind::Stuck {
         wait_until(RUN_OUT + SLACK, "it rests", || !bench.moving());
     }
     comes_back_ready(&bench, &mut stage, &mut laser);
@@ -112,7 +112,7 @@ fn bring_to(bench: &Bench, stage: &mut MarlinStage, laser: &mut MarlinLaser, whe
     rest(stage);
     if matches!(when, When::Shining | When::ShiningAndMoving) {
         laser.switch_on(0.5, Duration::from_secs(1)).unwrap();
-        wait_until(SLACK, "it shines", || bench.light());
+        wait_until(SLACK, "it is on", || bench.light());
     }
     match when {
         // Slow enough to last longer than any fault takes to be reported.
@@ -123,17 +123,17 @@ fn bring_to(bench: &Bench, stage: &mut MarlinStage, laser: &mut MarlinLaser, whe
     wait_until(SLACK, "it moves", || bench.moving());
 }
 
-fn happen(bench: &Bench, what: What) {
+fn trigger_event(bench: &Bench, what: FaultKind) {
     let simulator = &bench.simulator;
     match what {
-        What::Silence => simulator.fail(LineFault::Silence),
-        What::Garbage => simulator.fail(LineFault::Garbage),
-        What::Endstop => simulator.happen(Event::EndstopHit),
-        What::Kill => simulator.happen(Event::Kill),
-        What::Stuck => simulator.happen(Event::Stuck),
-        What::Unplugged => simulator.unplug(),
-        What::Restart => simulator.happen(Event::ResetButton),
-        What::AnotherDevice => {
+        FaultKind::Silence => simulator.fail(LineFault::Silence),
+        FaultKind::Garbage => simulator.fail(LineFault::Garbage),
+        FaultKind::Endstop => simulator.trigger_event(Event::EndstopHit),
+        FaultKind::Kill => simulator.trigger_event(Event::Kill),
+        FaultKind::Stuck => simulator.trigger_event(Event::Stuck),
+        FaultKind::Unplugged => simulator.unplug(),
+        FaultKind::Restart => simulator.trigger_event(Event::ResetButton),
+        FaultKind::AnotherDevice => {
             simulator.replug_as(SimulatorConfig { name: "another".into(), ..SimulatorConfig::default() });
         }
     }
@@ -143,7 +143,7 @@ fn happen(bench: &Bench, what: What) {
 /// reported.
 fn comes_back_ready(bench: &Bench, stage: &mut MarlinStage, laser: &mut MarlinLaser) {
     bench.simulator.repair();
-    bench.simulator.happen(Event::Repair);
+    bench.simulator.trigger_event(Event::Repair);
     bench.simulator.replug();
     let mark = bench.simulator.witness().mark();
     stage.reconnect().unwrap();
@@ -156,7 +156,7 @@ fn comes_back_ready(bench: &Bench, stage: &mut MarlinStage, laser: &mut MarlinLa
     wait_until(Duration::from_secs(4), "it rests", || stage.poll().is_ok_and(|state| !state.moving));
     let state = stage.poll().unwrap();
     assert!(!state.homed && state.position_mm.is_none(), "came back {state:?}");
-    assert!(!laser.poll().unwrap().emitting && !bench.light(), "came back shining");
+    assert!(!laser.poll().unwrap().emitting && !bench.light(), "came back with the laser on");
     assert_eq!(bench.simulator.witness().n_motions_since(mark), 0, "a motion was repeated");
     home(stage);
     stage.start_move(1.0, 50.0).unwrap();

@@ -21,7 +21,7 @@ fn profile(bench: &Bench) -> StageProfile {
         instant: false,
         motion_limit: Duration::from_secs(3),
         rest_limit: RUN_OUT,
-        reset_button: Some(Box::new(move || simulator.happen(Event::ResetButton))),
+        reset_button: Some(Box::new(move || simulator.trigger_event(Event::ResetButton))),
         cable: Some(cable(bench)),
     }
 }

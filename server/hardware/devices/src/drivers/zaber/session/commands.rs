@@ -107,7 +107,7 @@ impl StageDialogue for Session {
 
     /// Reopens the line, unless that is in progress; if the device works, it is stopped instead.
     fn reconnect(&mut self, now: Instant) {
-        if self.wants_open || matches!(self.link, Link::Opening(_)) {
+        if self.should_be_open || matches!(self.link, Link::Opening(_)) {
             return;
         }
         if self.fault.is_none() {
@@ -117,7 +117,7 @@ impl StageDialogue for Session {
             return;
         }
         self.down(being_opened());
-        self.wants_open = true;
+        self.should_be_open = true;
     }
 
     fn stage_error(refusal: &StageError) -> StageError {

@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use super::{Activity, Asked, Link, Pending, Seen, Session, Travel};
+use super::{Activity, Asked, LastReport, Link, Pending, Session, Travel};
 use crate::StageError;
 use crate::drivers::zaber::meanings::{Severity, flag_meaning, reason_meaning};
 use crate::drivers::zaber::protocol::{Kind, Message, Status, message_from_line};
@@ -66,7 +66,7 @@ impl Session {
                 let at = self.pending.iter().position(|pending| Some(pending.id) == message.id);
                 // The answer to an abandoned command.
                 let Some(pending) = at.and_then(|at| self.pending.remove(at)) else { return };
-                self.heard_at = Some(now);
+                self.received_at = Some(now);
                 if *accepted {
                     self.answered(&pending, &message.text, status, began_at, now);
                 } else {
@@ -82,7 +82,7 @@ impl Session {
                 let Ok(steps) = text.parse::<i64>() else { return self.garbage(text, now) };
                 // The position was read between query and answer.
                 let at = pending.sent_at + began_at.saturating_duration_since(pending.sent_at) / 2;
-                self.seen = Some(Seen { steps, busy: status.busy, at });
+                self.seen = Some(LastReport { steps, busy: status.busy, at });
                 if !self.judge_flag(&status.flag, pending.sent_at, now) {
                     self.follow(steps, status.busy, pending.sent_at, now);
                 }

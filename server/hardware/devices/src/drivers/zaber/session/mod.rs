@@ -86,7 +86,7 @@ struct Pending {
 
 /// The last answer with a position.
 #[derive(Debug, Clone)]
-struct Seen {
+struct LastReport {
     steps: i64,
     busy: bool,
     at: Instant,
@@ -107,7 +107,7 @@ pub struct Session {
     config: ZaberConfig,
     place: String,
     link: Link,
-    wants_open: bool,
+    should_be_open: bool,
     fault: Option<StageError>,
     clearing: bool,
     outgoing: Vec<u8>,
@@ -120,8 +120,8 @@ pub struct Session {
     /// A line to be continued, with its text so far.
     begun: Option<super::protocol::Message>,
     machine: Option<Machine>,
-    seen: Option<Seen>,
-    heard_at: Option<Instant>,
+    seen: Option<LastReport>,
+    received_at: Option<Instant>,
     asked_position_at: Option<Instant>,
     asked_serial_at: Option<Instant>,
     garbage_at: VecDeque<Instant>,
@@ -138,7 +138,7 @@ impl Session {
             config,
             place,
             link: Link::Down,
-            wants_open: true,
+            should_be_open: true,
             fault: Some(being_opened()),
             clearing: false,
             outgoing: Vec::new(),
@@ -151,7 +151,7 @@ impl Session {
             begun: None,
             machine: None,
             seen: None,
-            heard_at: None,
+            received_at: None,
             asked_position_at: None,
             asked_serial_at: None,
             garbage_at: VecDeque::new(),
@@ -171,16 +171,16 @@ impl Session {
         tracing::warn!(place = self.place, "{fault}");
         self.outgoing = self.stop_line();
         self.link = Link::Down;
-        self.forget_dialogue();
+        self.reset_dialogue();
         self.homed = false;
         self.fault = Some(fault);
     }
 
-    fn forget_dialogue(&mut self) {
+    fn reset_dialogue(&mut self) {
         self.pending.clear();
         self.reader.clear();
         self.begun = None;
-        (self.heard_at, self.asked_position_at, self.asked_serial_at) = (None, None, None);
+        (self.received_at, self.asked_position_at, self.asked_serial_at) = (None, None, None);
         self.garbage_at.clear();
         self.activity = Activity::Rest;
         self.clearing = false;

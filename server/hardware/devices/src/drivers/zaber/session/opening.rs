@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
 
 use super::commands::SPEED_DATA;
-use super::{Activity, Asked, Link, Machine, Seen, Session, being_opened};
+use super::{Activity, Asked, LastReport, Link, Machine, Session, being_opened};
 use crate::drivers::zaber::protocol::{Kind, Message};
 use crate::drivers::zaber::reason_meaning;
 use crate::lines::line_reader::shortened;
@@ -71,8 +71,8 @@ impl Opening {
 impl Session {
     /// A stop first: a dead owner may have left it moving.
     pub(super) fn begin_opening(&mut self, now: Instant) {
-        self.wants_open = false;
-        self.forget_dialogue();
+        self.should_be_open = false;
+        self.reset_dialogue();
         (self.homed, self.seen) = (false, None);
         self.fault = Some(being_opened());
         self.outgoing = self.stop_line();
@@ -114,8 +114,8 @@ impl Session {
             Ok((machine, steps)) => {
                 self.machine = Some(machine);
                 (self.link, self.fault, self.activity) = (Link::Up, None, Activity::Rest);
-                self.seen = Some(Seen { steps, busy: false, at: now });
-                self.heard_at = Some(now);
+                self.seen = Some(LastReport { steps, busy: false, at: now });
+                self.received_at = Some(now);
             }
             Err(fault) => self.down(fault),
         }

@@ -30,7 +30,7 @@ const FLUID_NC_UNHOMED: u32 = 14;
 const GRBL_HAL_MUST_HOME: u32 = 11;
 
 impl Firmware {
-    pub(super) fn reset_heard(&mut self, now: Instant) {
+    pub(super) fn reset_received(&mut self, now: Instant) {
         self.advance(now);
         // grblHAL ignores it while its emergency stop is pressed.
         if self.lasting == Some(Event::EmergencyStop) {
@@ -122,9 +122,9 @@ impl Firmware {
     /// A spontaneous alarm, as from a limit switch.
     pub fn raise(&mut self, code: u32, now: Instant) {
         self.advance(now);
-        let darkens = self.config.dialect != Dialect::FluidNc && !matches!(code, 4 | 5);
+        let turns_laser_off = self.config.dialect != Dialect::FluidNc && !matches!(code, 4 | 5);
         self.halt(now);
-        if darkens {
+        if turns_laser_off {
             self.dark(now);
         }
         self.homed &= code == 2;
@@ -152,7 +152,7 @@ impl Firmware {
 
     fn alarm(&mut self, code: u32, state: State, next: Next, now: Instant) {
         self.state = state;
-        self.say(&format!("ALARM:{code}"));
+        self.send_line(&format!("ALARM:{code}"));
         self.pause = Some(Pause { until: now + self.config.dialect.alarm_pause(), next });
     }
 
@@ -162,11 +162,11 @@ impl Firmware {
             Next::Nothing => {}
             Next::Restart => self.restart(now),
             Next::OkAndRestart => {
-                self.say("ok");
+                self.send_line("ok");
                 self.restart(now);
             }
             Next::Critical { reset } => {
-                self.say("[MSG:Reset to continue]");
+                self.send_line("[MSG:Reset to continue]");
                 if self.config.dialect == Dialect::GrblHal {
                     self.rx.clear();
                 }
@@ -179,10 +179,10 @@ impl Firmware {
 
     fn banner(&mut self) {
         let banner = self.config.banner.clone();
-        self.say("");
-        self.say(&banner);
+        self.send_line("");
+        self.send_line(&banner);
         if self.state == State::Alarm {
-            self.say("[MSG:'$H'|'$X' to unlock]");
+            self.send_line("[MSG:'$H'|'$X' to unlock]");
         }
         self.reports = 0;
     }

@@ -15,7 +15,7 @@ use std::time::{Duration, Instant};
 use super::dialect::Dialect;
 use super::motion::Motion;
 use super::{Event, SimulatorConfig};
-use crate::simulators::simulator::{Firmware as SimulatedFirmware, Happening, Witness};
+use crate::simulators::simulator::{Firmware as SimulatedFirmware, Witness, WitnessEvent};
 use alarms::Pause;
 
 /// Time to resume after the door was closed.
@@ -88,7 +88,7 @@ pub struct Firmware {
     /// Feed, rapid and spindle override, percent.
     overrides: [u32; 3],
     /// Whether the next report states them.
-    tells_overrides: bool,
+    reports_overrides: bool,
     reports: usize,
     report_mask: u32,
     /// The firmware's own state: whether its axis is homed, and whether it requires homing.
@@ -127,7 +127,7 @@ impl SimulatedFirmware for Firmware {
             query: false,
             lit: None,
             overrides: [100; 3],
-            tells_overrides: false,
+            reports_overrides: false,
             reports: 0,
             homed: false,
             must_home: false,
@@ -141,7 +141,7 @@ impl SimulatedFirmware for Firmware {
     }
 
     fn power_on(&mut self, now: Instant) {
-        self.witness.saw(now, Happening::PoweredOn);
+        self.witness.saw(now, WitnessEvent::PoweredOn);
         self.dead = false;
         self.boot(now);
     }
@@ -153,8 +153,8 @@ impl SimulatedFirmware for Firmware {
         self.outgoing.clear();
     }
 
-    fn hear(&mut self, bytes: &[u8], now: Instant) {
-        self.hear_bytes(bytes, now);
+    fn receive(&mut self, bytes: &[u8], now: Instant) {
+        self.receive_bytes(bytes, now);
     }
 
     fn pass(&mut self, now: Instant) {
@@ -179,10 +179,10 @@ impl SimulatedFirmware for Firmware {
         if self.dead { Vec::new() } else { said }
     }
 
-    fn happen(&mut self, event: Event, now: Instant) {
+    fn trigger_event(&mut self, event: Event, now: Instant) {
         match event {
             Event::Alarm(code) => self.raise(code, now),
-            Event::StrayLight => self.shine_unasked(now),
+            Event::StrayLight => self.emit_unrequested(now),
             Event::Override(byte) => self.change_override(byte, now),
             Event::DoorOpen(open) => self.door_open = open,
             Event::Stall => {
@@ -199,7 +199,7 @@ impl SimulatedFirmware for Firmware {
 }
 
 impl Firmware {
-    fn shine_unasked(&mut self, now: Instant) {
+    fn emit_unrequested(&mut self, now: Instant) {
         self.modal =
             Modal { spindle: Spindle::Constant, speed: self.config.max_spindle, feeds: true, ..self.modal };
         self.update_light(now);
@@ -235,7 +235,7 @@ impl Firmware {
             let ended_at = motion.ends_at();
             self.at_mm = self.snapped(motion.at(ended_at).0);
             self.motion = None;
-            self.witness.saw(ended_at, Happening::MotionEnded(self.at_mm));
+            self.witness.saw(ended_at, WitnessEvent::MotionEnded(self.at_mm));
             self.motion_ended(ended_at, now);
         }
     }
@@ -278,13 +278,13 @@ impl Firmware {
             None => {
                 self.state = State::Idle;
                 (self.homed, self.must_home) = (true, false);
-                self.say("ok");
+                self.send_line("ok");
             }
         }
     }
 
     fn begin(&mut self, to_mm: f64, speed_mm_s: f64, now: Instant) {
-        self.witness.saw(now, Happening::MotionBegan(self.at_mm));
+        self.witness.saw(now, WitnessEvent::MotionBegan(self.at_mm));
         self.motion = Some(Motion::travel(self.at_mm, to_mm, speed_mm_s, self.config.acceleration_mm_s2, now));
     }
 
@@ -294,7 +294,7 @@ impl Firmware {
             if self.lasting != Some(Event::Stall) {
                 self.at_mm = self.snapped(motion.at(now).0);
             }
-            self.witness.saw(now, Happening::MotionEnded(self.at_mm));
+            self.witness.saw(now, WitnessEvent::MotionEnded(self.at_mm));
         }
         self.planned.clear();
         self.homing_legs.clear();
@@ -320,7 +320,7 @@ impl Firmware {
             return;
         }
         self.lit = lit;
-        self.witness.saw(now, lit.map_or(Happening::LightOff, Happening::LightOn));
+        self.witness.saw(now, lit.map_or(WitnessEvent::LightOff, WitnessEvent::LightOn));
     }
 
     fn dark(&mut self, now: Instant) {
@@ -328,7 +328,7 @@ impl Firmware {
         self.update_light(now);
     }
 
-    fn say(&mut self, line: &str) {
+    fn send_line(&mut self, line: &str) {
         if line == "ok" && self.lasting == Some(Event::NoAcknowledgement) {
             return;
         }

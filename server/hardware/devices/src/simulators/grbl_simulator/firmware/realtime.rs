@@ -6,10 +6,10 @@ use super::{DOOR_RESTORE, Firmware, State};
 use crate::simulators::grbl_simulator::dialect::Dialect;
 
 impl Firmware {
-    pub(super) fn hear_bytes(&mut self, bytes: &[u8], now: Instant) {
+    pub(super) fn receive_bytes(&mut self, bytes: &[u8], now: Instant) {
         for &byte in bytes {
             match byte {
-                0x18 => self.reset_heard(now),
+                0x18 => self.reset_received(now),
                 b'?' => self.query = true,
                 b'!' => self.hold(now),
                 b'~' => self.resume(now),
@@ -43,7 +43,7 @@ impl Firmware {
             0x9d => *spindle = by(*spindle, -1),
             _ => return,
         }
-        self.tells_overrides = true;
+        self.reports_overrides = true;
         self.update_light(now);
     }
 
@@ -91,13 +91,13 @@ impl Firmware {
             State::Home => return self.homing_interrupted(7, now),
             State::Run => self.brake(now),
             State::Jog => {
-                self.say("[MSG:Check Door]");
+                self.send_line("[MSG:Check Door]");
                 return self.end_jog(State::Door, now);
             }
             State::Idle | State::Hold => {}
             _ => return,
         }
-        self.say("[MSG:Check Door]");
+        self.send_line("[MSG:Check Door]");
         (self.state, self.restored_at) = (State::Door, None);
     }
 

@@ -6,10 +6,10 @@
 
 use std::time::{Duration, Instant};
 
-use super::{Activity, Link, Seen, Session, Way};
+use super::{Activity, LastReport, Link, MotionPath, Session};
 use crate::params::GRBL_REPORT_AGE;
 
-impl Way {
+impl MotionPath {
     /// Distance from one position to the next along the direction of travel, mm, and the distance travelled at full
     /// speed in `time`.
     fn step_mm(&self, from_mm: f64, to_mm: f64) -> f64 {
@@ -21,21 +21,21 @@ impl Way {
     }
 
     /// Whether the move can have reached it by then at full speed since the last accepted position, up to the target.
-    fn leads_to(&self, told: &Seen, seen: &Seen, rounding_mm: f64) -> bool {
-        let step_mm = self.step_mm(seen.machine_mm, told.machine_mm);
+    fn leads_to(&self, latest: &LastReport, seen: &LastReport, rounding_mm: f64) -> bool {
+        let step_mm = self.step_mm(seen.machine_mm, latest.machine_mm);
         let left_mm = self.step_mm(seen.machine_mm, self.to_mm).max(0.0);
-        let (heard_at, asked_at) = (seen.heard_at.max(self.since), seen.asked_at.max(self.since));
-        let shortest = told.asked_at.saturating_duration_since(heard_at + GRBL_REPORT_AGE);
-        let longest = told.heard_at.saturating_duration_since(asked_at) + GRBL_REPORT_AGE;
+        let (received_at, asked_at) = (seen.received_at.max(self.since), seen.asked_at.max(self.since));
+        let shortest = latest.asked_at.saturating_duration_since(received_at + GRBL_REPORT_AGE);
+        let longest = latest.received_at.saturating_duration_since(asked_at) + GRBL_REPORT_AGE;
         let least_mm = self.at_full_speed_mm(shortest).min(left_mm);
         let most_mm = self.at_full_speed_mm(longest).min(left_mm);
         (least_mm - rounding_mm..=most_mm + rounding_mm).contains(&step_mm)
     }
 
     /// Whether both can belong to one motion along the path, at any speed.
-    fn agrees(&self, told: &Seen, before: &Seen, rounding_mm: f64) -> bool {
-        let step_mm = self.step_mm(before.machine_mm, told.machine_mm);
-        let longest = told.heard_at.saturating_duration_since(before.asked_at) + GRBL_REPORT_AGE;
+    fn agrees(&self, latest: &LastReport, before: &LastReport, rounding_mm: f64) -> bool {
+        let step_mm = self.step_mm(before.machine_mm, latest.machine_mm);
+        let longest = latest.received_at.saturating_duration_since(before.asked_at) + GRBL_REPORT_AGE;
         (-rounding_mm..=self.at_full_speed_mm(longest) + rounding_mm).contains(&step_mm)
     }
 }
@@ -43,31 +43,31 @@ impl Way {
 impl Session {
     /// Accepts a report, or holds it as doubtful and queries again at once. A doubt that is not confirmed counts as
     /// garbage.
-    pub(super) fn believes(&mut self, told: Seen, now: Instant) -> bool {
+    pub(super) fn accept(&mut self, latest: LastReport, now: Instant) -> bool {
         let doubted = self.doubted.take();
-        let is_borne_out = doubted.is_some_and(|doubted| self.agree(&told, &doubted));
-        if let Some(doubted) = doubted.filter(|_| !is_borne_out) {
+        let is_confirmed_by_repeat = doubted.is_some_and(|doubted| self.agree(&latest, &doubted));
+        if let Some(doubted) = doubted.filter(|_| !is_confirmed_by_repeat) {
             self.garbage(format!("a position of {} mm", doubted.machine_mm), now);
             if !matches!(self.link, Link::Up) {
                 return false;
             }
         }
-        let is_believed = is_borne_out || self.is_expected(&told);
-        if is_believed {
-            self.take(told);
+        let is_accepted = is_confirmed_by_repeat || self.is_expected(&latest);
+        if is_accepted {
+            self.take(latest);
         } else {
-            self.doubted = Some(told);
+            self.doubted = Some(latest);
             self.query(now);
         }
-        is_believed
+        is_accepted
     }
 
-    fn is_expected(&self, told: &Seen) -> bool {
+    fn is_expected(&self, latest: &LastReport) -> bool {
         let Some(seen) = &self.seen else { return true };
-        match (self.activity, &self.way) {
-            (Activity::Rest, _) => !self.is_confirmed || seen.machine_mm == told.machine_mm,
-            (Activity::Travel(_) | Activity::Stopping(_), Some(way)) => {
-                way.leads_to(told, seen, self.rounding_mm())
+        match (self.activity, &self.path) {
+            (Activity::Rest, _) => !self.is_confirmed || seen.machine_mm == latest.machine_mm,
+            (Activity::Travel(_) | Activity::Stopping(_), Some(path)) => {
+                path.leads_to(latest, seen, self.rounding_mm())
             }
             // During these no position is reported before the end; and none stops without having moved.
             (Activity::Homing { .. } | Activity::Travel(_) | Activity::Stopping(_), _) => true,
@@ -75,19 +75,19 @@ impl Session {
     }
 
     /// Whether two reports can belong to the same rest or motion.
-    fn agree(&self, told: &Seen, before: &Seen) -> bool {
-        match (self.activity, &self.way) {
-            (Activity::Rest, _) | (_, None) => told.machine_mm == before.machine_mm,
-            (_, Some(way)) => way.agrees(told, before, self.rounding_mm()),
+    fn agree(&self, latest: &LastReport, before: &LastReport) -> bool {
+        match (self.activity, &self.path) {
+            (Activity::Rest, _) | (_, None) => latest.machine_mm == before.machine_mm,
+            (_, Some(path)) => path.agrees(latest, before, self.rounding_mm()),
         }
     }
 
-    fn take(&mut self, told: Seen) {
-        let rests = self.activity == Activity::Rest && !told.state.in_motion();
+    fn take(&mut self, latest: LastReport) {
+        let rests = self.activity == Activity::Rest && !latest.state.in_motion();
         let is_repeated =
-            self.seen.is_some_and(|seen| seen.machine_mm == told.machine_mm && !seen.state.in_motion());
+            self.seen.is_some_and(|seen| seen.machine_mm == latest.machine_mm && !seen.state.in_motion());
         self.is_confirmed = rests && (self.is_confirmed || is_repeated);
-        self.seen = Some(told);
+        self.seen = Some(latest);
     }
 
     /// Tolerance of a reported position: a step and a half, and half of the last decimal.
