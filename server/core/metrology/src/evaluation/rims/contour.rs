@@ -14,7 +14,7 @@ pub(crate) type Covariance = SMatrix<f64, MAX_PARAMETERS, MAX_PARAMETERS>;
 /// Hypotheses tried: 99.9 % sure to hit three good places among four of ten that are good.
 const HYPOTHESES: usize = 120;
 
-/// Steps before a fit is called stuck; a good start needs 4–8.
+/// Steps of a fit at most; a good start needs 4–8.
 const MAX_STEPS: usize = 60;
 
 /// Solved when the whole step would move the distances of the places by less than this, RMS, mm.
@@ -128,7 +128,7 @@ fn away(from: &Vector2<f64>, radius_mm: f64) -> (f64, Vector2<f64>) {
     (reach - radius_mm, if reach > 0.0 { from / reach } else { Vector2::x() })
 }
 
-/// Σ of squared distances is least: all places count alike. `None` if they do not hold the contour, or the fit is stuck.
+/// Σ of squared distances is least: all places count alike. `None` if they do not hold the contour, or the fit does not converge.
 pub(crate) fn fit(start: &Contour, places: &[Vector2<f64>]) -> Option<Contour> {
     let (contour, termination) = solve(start, places, MAX_STEPS)?;
     let has_size = match contour {
@@ -136,7 +136,7 @@ pub(crate) fn fit(start: &Contour, places: &[Vector2<f64>]) -> Option<Contour> {
         Contour::Circle { radius_mm, .. } => radius_mm > 0.0,
         Contour::Slot { half_mm, radius_mm, .. } => radius_mm > 0.0 && half_mm > 0.0,
     };
-    (termination != Termination::Stuck && has_size).then_some(contour)
+    (termination != Termination::NotConverged && has_size).then_some(contour)
 }
 
 /// [`fit`] with the reason of its end.
@@ -165,7 +165,7 @@ fn solve(start: &Contour, places: &[Vector2<f64>], max_steps: usize) -> Option<(
             break;
         }
     }
-    Some((contour, Termination::Stuck))
+    Some((contour, Termination::NotConverged))
 }
 
 /// Normal equations of the distances at a contour.
@@ -333,8 +333,8 @@ mod tests {
         let places: Vec<Vector2<f64>> = around(&circle, 40).iter().enumerate().map(|(k, p)| p + off(k)).collect();
         let start = Contour::Circle { centre: Vector2::new(1.0, 0.0), radius_mm: 9.0 };
         let (found, end) = solve(&start, &places, MAX_STEPS).unwrap();
-        assert_ne!(end, Termination::Stuck);
-        assert_eq!(solve(&start, &places, 1).unwrap().1, Termination::Stuck);
+        assert_ne!(end, Termination::NotConverged);
+        assert_eq!(solve(&start, &places, 1).unwrap().1, Termination::NotConverged);
         // Again from its own answer: nothing moves.
         let again = fit(&found, &places).unwrap();
         let rim = Vector2::new(7.5, -2.0);
