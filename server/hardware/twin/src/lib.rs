@@ -29,7 +29,7 @@ pub use part::freeform::Freeform;
 pub use part::mesh::{Mesh, Solid, SolidError};
 pub use part::print::{Markers, Print};
 pub use part::scene::{Gauge, Plate, Scene, SceneHit, SceneKind, Sphere};
-pub use part::stl::{STL_MAX_TRIANGLES, StlError, read_stl};
+pub use part::stl::{PartFileError, STL_MAX_TRIANGLES, read_stl};
 pub use render::exposure::{Exposure, ExposureBuffers};
 pub use render::renderer::Renderer;
 pub use truth::TruthPoint;

@@ -7,7 +7,7 @@ use std::process::Command;
 use serde_json::Value;
 
 /// Crate, its folder, and the workspace crates that it may depend on. Every dependency points downwards.
-const ARROWS: [(&str, &str, &[&str]); 24] = [
+const ARROWS: [(&str, &str, &[&str]); 25] = [
     (
         "sheaf",
         "server/cli",
@@ -94,7 +94,7 @@ const ARROWS: [(&str, &str, &[&str]); 24] = [
     (
         "sheaf-twin",
         "server/hardware/twin",
-        &["sheaf-devices", "sheaf-capture", "sheaf-vision", "sheaf-optics", "sheaf-remedy"],
+        &["sheaf-devices", "sheaf-capture", "sheaf-vision", "sheaf-optics", "sheaf-stl", "sheaf-remedy"],
     ),
     ("sheaf-genicam", "server/hardware/genicam", &["sheaf-devices", "sheaf-vision"]),
     ("sheaf-v4l2", "server/hardware/v4l2", &["sheaf-devices", "sheaf-vision"]),
@@ -125,7 +125,7 @@ const ARROWS: [(&str, &str, &[&str]); 24] = [
     (
         "sheaf-scanning",
         "server/core/scanning",
-        &["sheaf-vision", "sheaf-optics", "sheaf-statistics", "sheaf-remedy"],
+        &["sheaf-vision", "sheaf-optics", "sheaf-statistics", "sheaf-stl", "sheaf-remedy"],
     ),
     (
         "sheaf-calibration",
@@ -138,6 +138,7 @@ const ARROWS: [(&str, &str, &[&str]); 24] = [
     ("sheaf-optics", "server/core/optics", &[]),
     ("sheaf-least-squares", "server/core/least_squares", &[]),
     ("sheaf-statistics", "server/core/statistics", &[]),
+    ("sheaf-stl", "server/core/stl", &["sheaf-remedy"]),
     ("sheaf-remedy", "server/core/remedy", &[]),
     ("sheaf-reference", "server/reference", &[]),
     ("xtask", "server/xtask", &[]),

@@ -46,6 +46,15 @@ fn a_plan_is_the_same_after_writing_and_reading() {
 }
 
 #[test]
+fn the_plan_of_the_how_to_page_is_one() {
+    let page = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../docs/how-to/judge-a-part-by-a-plan.md");
+    let page = std::fs::read_to_string(page).unwrap();
+    let (_, rest) = page.split_once("```json\n").unwrap();
+    let plan = Plan::from_json(rest.split_once("```").unwrap().0).unwrap();
+    assert_eq!((plan.features.len(), plan.characteristics.len()), (5, 4));
+}
+
+#[test]
 fn the_published_schema_is_that_of_the_program() {
     let published: Value = serde_json::from_str(&std::fs::read_to_string(schema_file()).unwrap()).unwrap();
     assert!(

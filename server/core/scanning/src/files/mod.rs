@@ -8,7 +8,7 @@
 //! | E57 | **metres**, float64 (1 ulp lost in the conversion) | intensity as E57's own, the others as attributes of the
 //! extension `sheaf`: other programs ignore them | in the description |
 //! | mesh PLY | mm, float64 | – | all |
-//! | mesh STL (binary) | mm, float32, vertices repeated per triangle | – | lost |
+//! | mesh STL (binary; text is read, too) | mm, float32, vertices repeated per triangle | – | lost |
 //! | mesh GLB | **metres**, float32; a node turns y down into glTF's y up | – | in `asset.extras` |
 //!
 //! [`peaks`] stores the input of a scan.

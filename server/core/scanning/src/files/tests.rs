@@ -217,6 +217,23 @@ fn every_mesh_format_gives_back_what_it_was_given() {
 }
 
 #[test]
+fn stl_as_text_is_read_and_corners_at_one_place_are_joined() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("part.stl");
+    let facet = |corners: [&str; 3]| {
+        let vertices: String = corners.iter().map(|corner| format!("vertex {corner}\n")).collect();
+        format!("facet normal 0 0 1\nouter loop\n{vertices}endloop\nendfacet\n")
+    };
+    let two = facet(["0 0 0", "1 0 0", "1 1 0"]) + &facet(["0 0 0", "1 1 0", "0 1 0"]);
+    std::fs::write(&path, format!("solid square\n{two}endsolid\n")).unwrap();
+    let mesh = read_mesh(&path).unwrap();
+    assert_eq!((mesh.vertices_mm.len(), mesh.triangles), (4, vec![[0, 1, 2], [0, 2, 3]]));
+    std::fs::write(&path, "solid square\nfacet\nvertex 0 0\n").unwrap();
+    let error = read_mesh(&path).unwrap_err();
+    assert!(error.to_string().contains("line 3: expected three numbers"), "{error}");
+}
+
+#[test]
 fn another_reader_accepts_the_glb_and_reads_metres_with_y_up() {
     let mut bytes = Vec::new();
     write_mesh_to(&mut bytes, MeshFormat::Glb, &mesh()).unwrap();

@@ -8,7 +8,7 @@ use store::StoreError;
 
 use crate::error::{AppError, ErrorKind};
 use pipeline::{Failure, FailureKind};
-use twin::{FaultNameError, StlError};
+use twin::{FaultNameError, PartFileError};
 
 impl From<Failure> for AppError {
     fn from(failure: Failure) -> Self {
@@ -77,8 +77,8 @@ impl From<TargetError> for AppError {
     }
 }
 
-impl From<StlError> for AppError {
-    fn from(error: StlError) -> Self {
+impl From<PartFileError> for AppError {
+    fn from(error: PartFileError) -> Self {
         app_error(ErrorKind::Impossible, &error)
     }
 }

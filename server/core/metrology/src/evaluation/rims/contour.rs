@@ -14,7 +14,7 @@ pub(crate) type Covariance = SMatrix<f64, MAX_PARAMETERS, MAX_PARAMETERS>;
 /// Hypotheses tried: 99.9 % sure to hit three good places among four of ten that are good.
 const HYPOTHESES: usize = 120;
 
-/// Steps before a fit is called stuck; a good start needs 4–8.
+/// Steps of a fit at most; a good start needs 4–8.
 const MAX_STEPS: usize = 60;
 
 /// Solved when the whole step would move the distances of the places by less than this, RMS, mm.
@@ -128,7 +128,7 @@ fn away(from: &Vector2<f64>, radius_mm: f64) -> (f64, Vector2<f64>) {
     (reach - radius_mm, if reach > 0.0 { from / reach } else { Vector2::x() })
 }
 
-/// Σ of squared distances is least: all places count alike. `None` if they do not hold the contour, or the fit is stuck.
+/// Σ of squared distances is least: all places count alike. `None` if they do not hold the contour, or the fit does not converge.
 pub(crate) fn fit(start: &Contour, places: &[Vector2<f64>]) -> Option<Contour> {
     let (contour, termination) = solve(start, places, MAX_STEPS)?;
     let has_size = match contour {
