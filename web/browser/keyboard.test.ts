@@ -1,5 +1,5 @@
 /**
- * The operator's page by keys alone: a part is scanned and judged, the next one stopped, the station reset. And what is
+ * The Operate page with the keyboard only: a part is scanned and judged, the next scan stopped, the station reset. And what is
  * left of a scan that was ended early.
  */
 

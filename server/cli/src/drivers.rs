@@ -91,7 +91,7 @@ impl NoStation {
     }
 }
 
-/// The table, one row for each kind; the simulated world is needed by itself, too.
+/// The table, one row for each kind; the simulated world is also needed alone.
 fn drivers(settings: &StationSettings) -> (Arc<TwinDriver>, Vec<Arc<dyn Driver>>) {
     let twin = Arc::new(TwinDriver::new(settings.twin.clone()));
     let rows: Vec<Arc<dyn Driver>> = vec![

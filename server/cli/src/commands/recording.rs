@@ -145,10 +145,10 @@ fn export(args: &RecordingExportArgs, reporter: &dyn Reporter) -> Result<Answer,
     }
     let file = RecordingFile::open(&args.recording).map_err(failed)?;
     let task = reporter.fraction("exporting");
-    let told = |row: usize, n_rows: usize| {
+    let report_progress = |row: usize, n_rows: usize| {
         task.at(&format!("picture {} of {n_rows}", row + 1), row as f64 / n_rows.max(1) as f64);
     };
-    let exported = recording::export(&file, &args.output, told).map_err(failed)?;
+    let exported = recording::export(&file, &args.output, report_progress).map_err(failed)?;
     let is_lossy = exported.n_rows_missing > 0 || exported.n_without_position > 0 || file.is_lossy();
     let mut text =
         format!("{} frames as scan {:?} → {}\n", exported.n_frames, exported.scan, args.output.display());

@@ -43,7 +43,7 @@ impl EventedCatalogue {
         Ok(events)
     }
 
-    /// Returns once records were changed or deleted so that nobody may name their artifacts any more, since the last time
+    /// Returns once records were changed or deleted so that their artifacts may no longer be referenced, since the last time
     /// it returned. One task waits.
     pub async fn artifacts_left(&self) {
         self.artifacts_left.notified().await;

@@ -28,7 +28,7 @@ pub enum JobState {
 }
 
 impl JobState {
-    /// Whether nothing can change any more.
+    /// Whether the record is final.
     pub fn is_terminal(self) -> bool {
         !matches!(self, Self::Queued | Self::Running)
     }

@@ -84,7 +84,7 @@ impl Store {
         Ok(store)
     }
 
-    /// Whether a write failed, so that nothing is written any more.
+    /// Whether a write failed and the store is therefore read-only.
     pub fn is_read_only(&self) -> bool {
         self.health.is_read_only()
     }

@@ -96,7 +96,7 @@ pub fn frames_of_one_size(paths: &[PathBuf]) -> Result<Vec<GreyImage>, Failure> 
         if !frames.first().is_none_or(same) {
             return Err(Failure::bad_input("the frames differ in size")
                 .in_file(path)
-                .remedy("measure each size by itself"));
+                .remedy("measure each size separately"));
         }
         frames.push(frame);
     }

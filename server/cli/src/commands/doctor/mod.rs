@@ -108,7 +108,7 @@ fn is_agreed(wanted: &Wanted) -> bool {
 }
 
 /// Stops the station at the first signal: at once, whatever it does. One that comes at the prompt ends the process, since
-/// nobody reads the answer any more.
+/// the answer is no longer read.
 fn watch_signals(
     runtime: &tokio::runtime::Runtime,
     station: StationHandle,
@@ -125,7 +125,7 @@ fn watch_signals(
             _ = terminate.recv() => {}
         }
         stop(&station, &cancel).await;
-        // The examination ends by itself within this time, unless it waits for an answer.
+        // The examination ends within this time, unless it waits for an answer.
         tokio::time::sleep(END_LIMIT * 10).await;
         station.shut_down();
         eprintln!("\ncancelled: the laser is off and the stage is at rest");

@@ -126,7 +126,7 @@ impl Stream {
         Ok(Self { json, points: Vec::new() })
     }
 
-    /// `false` if nobody listens any more.
+    /// `false` if the receiver was dropped.
     fn write(&mut self, rows: &[(PixelRow, Option<Point>)]) -> Result<bool, Failure> {
         if self.json {
             self.points.extend(rows.iter().map(|(row, point)| json_row(row, point.as_ref())));

@@ -67,7 +67,7 @@ fn cannot_listen(address: SocketAddr, cause: &std::io::Error) -> Failure {
         .remedy("choose another --listen, or stop the program that uses it")
 }
 
-/// What whoever starts the service has to know, on stderr.
+/// Start-up notices, on stderr.
 fn say_at_start(http: &http::Http, trusted_proxy: bool) {
     if trusted_proxy {
         tracing::warn!(

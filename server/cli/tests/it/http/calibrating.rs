@@ -71,12 +71,12 @@ fn a_calibration_keeps_the_dots_of_its_residual_maps() {
     let orders: Vec<_> =
         residuals["orders"].as_array().unwrap().iter().map(|order| order["order"].clone()).collect();
     assert_eq!(json!(orders), item["calibration"]["orders"]);
-    // The document is told whole: it is the one that the calibration's own crate reads and writes.
-    let told = &item["calibration"];
-    let document = calibration::CalibrationDocument::parse(&told.to_string()).unwrap();
-    assert_eq!(&serde_json::from_str::<Value>(&document.to_json()).unwrap(), told);
-    assert!(told["stage"]["straightness"]["sigma_mm"].is_number(), "{told:#}");
-    assert!(told["report"]["camera"]["termination"].is_string(), "{told:#}");
+    // The response has the whole document, as the calibration crate reads and writes it.
+    let returned = &item["calibration"];
+    let document = calibration::CalibrationDocument::parse(&returned.to_string()).unwrap();
+    assert_eq!(&serde_json::from_str::<Value>(&document.to_json()).unwrap(), returned);
+    assert!(returned["stage"]["straightness"]["sigma_mm"].is_number(), "{returned:#}");
+    assert!(returned["report"]["camera"]["termination"].is_string(), "{returned:#}");
     // The RMS of the dots is the RMS that the record states: they are the same corners.
     let corners = residuals["corners"].as_array().unwrap();
     let squares = corners.iter().map(|corner| {

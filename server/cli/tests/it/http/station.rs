@@ -26,9 +26,9 @@ fn commands_need_the_control_lease_and_taking_over_is_an_event() {
     server.post("/api/v1/station/control", &json!({ "holder": "Ben", "take_over": true })).expect(201);
     home(&[("sheaf-control", &anna)]).expect(409);
     let events = server.get("/api/v1/events").expect(200);
-    let told = events["items"].as_array().unwrap().iter().find(|event| event["kind"] == "control.taken_over");
+    let event = events["items"].as_array().unwrap().iter().find(|event| event["kind"] == "control.taken_over");
     let body = json!({ "principal": "local", "actor": "Ben", "source": "127.0.0.1", "from": "Anna", "to": "Ben" });
-    assert_eq!(told.unwrap()["body"], body);
+    assert_eq!(event.unwrap()["body"], body);
     assert!(events["items"].as_array().unwrap().iter().any(|event| event["kind"] == "stage.homed"), "{events}");
 }
 
@@ -98,8 +98,8 @@ fn a_signal_ends_the_live_view_and_the_process_in_order() {
     server.send("PUT", "/api/v1/station/live", &headers, body.as_bytes()).expect(200);
     assert!(server.terminate().success());
     let log = std::fs::read_to_string(folder.path().join("data.log")).unwrap();
-    let dark = log.find("the laser is turned off first").expect("darkness is told");
-    assert!(dark < log.find("ended").expect("the end is told"), "{log}");
+    let dark = log.find("the laser is turned off first").expect("the log has the laser");
+    assert!(dark < log.find("ended").expect("the log has the end"), "{log}");
 }
 
 #[test]

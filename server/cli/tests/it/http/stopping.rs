@@ -133,8 +133,8 @@ fn a_lease_that_ran_out_is_called_expired() {
     let refused = server.send("PUT", "/api/v1/station/control", &[("sheaf-control", &anna)], &[]).expect(409);
     assert_eq!(refused["type"], "urn:sheaf:problem:control-expired");
     let begun = Instant::now();
-    let told = |event: &Value| event["kind"] == "control.expired" && event["body"]["actor"] == "Anna";
-    while !server.get("/api/v1/events").expect(200)["items"].as_array().unwrap().iter().any(told) {
+    let expired = |event: &Value| event["kind"] == "control.expired" && event["body"]["actor"] == "Anna";
+    while !server.get("/api/v1/events").expect(200)["items"].as_array().unwrap().iter().any(expired) {
         assert!(begun.elapsed() < Duration::from_secs(10), "the end of control is no event");
         std::thread::sleep(Duration::from_millis(100));
     }

@@ -1,4 +1,4 @@
-//! Stop is heard under load: from the request to the byte at the controller, 200 times.
+//! Stop under load: from the request to the byte at the controller, 200 times.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};

@@ -95,7 +95,7 @@ pub fn scan_centrelines(
         let found: Result<Vec<(usize, Vec<Centrelines>)>, Failure> = some
             .par_iter()
             .map_init(CentrelineExtractor::default, |extractor, (idx, picture)| {
-                reporter.go_on()?;
+                reporter.check_cancelled()?;
                 let projector = &capture.manifest.projector;
                 let lines = match laser_light(capture, picture)? {
                     LaserLight::Image(image) => lines_in(&image, projector, picture.line, extractor),

@@ -284,7 +284,9 @@ impl<'a> PointFilter<'a> {
         for run in checked.chunk_by_mut(|a, b| self.follow(&a.point, &b.point)) {
             if run.iter().all(|checked| checked.own.is_none()) {
                 let is_short = (run.len() as f64) < STUB_WIDTHS * self.profiles.labels.line_width_px;
-                run.iter_mut().for_each(|checked| checked.is_out |= is_short || checked.look != Look::Seen);
+                run.iter_mut().for_each(|checked| {
+                    checked.is_out |= is_short || checked.confirmation != Confirmation::Confirmed
+                });
             }
         }
     }

@@ -92,7 +92,7 @@ pub fn drift(strips: &Strips, calibration: &Calibration) -> Option<Drift> {
     let places = strips.places(DRIFT_PLACES);
     let evaluated = |(): &mut (), idx: usize| stepped.difference(strips, &places[idx]);
     let evaluated: Vec<Evaluated> = map_with(places.len(), 16, || (), evaluated).into_iter().flatten().collect();
-    let differences: Vec<Difference> = evaluated.iter().map(|looked| looked.difference.clone()).collect();
+    let differences: Vec<Difference> = evaluated.iter().map(|place| place.difference.clone()).collect();
     let known: Vec<bool> = (0..stepped.to.len()).map(|idx| idx >= FIRST_MODE).collect();
     let with = |free: &[usize]| -> Option<Fitted> {
         let chosen: Vec<usize> = free.iter().copied().chain(FIRST_MODE..known.len()).collect();
@@ -112,7 +112,7 @@ pub fn drift(strips: &Strips, calibration: &Calibration) -> Option<Drift> {
         wavelength_by_any_tilt: by_any_tilt.map(|fitted| estimate(&fitted, 0)),
         tilt_alike_rad: wavelength
             .and_then(|wavelength| Some(wavelength.value * tilt_by_wavelength(&differences)?)),
-        depth_mm_by_wavelength: if has_wavelength { largest_mean(&looked_at, strips.orders().len()) } else { 0.0 },
+        depth_mm_by_wavelength: if has_wavelength { largest_mean(&evaluated, strips.orders().len()) } else { 0.0 },
         depth_mm: calibration.depth_range_mm.middle_mm(),
         stage_scale,
         n_places: differences.len(),

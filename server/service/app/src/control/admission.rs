@@ -5,22 +5,22 @@ use std::time::Instant;
 use station::{StationRefusal, StationStatus};
 
 use crate::App;
-use crate::access::lease::{Asker, Authority};
+use crate::access::lease::{Authority, Caller};
 use crate::access::principal::Principal;
-use crate::control::{Ask, Refusal, Ruling, StationUse, rule};
+use crate::control::{Decision, Refusal, Request, StationUse, rule};
 use crate::error::{AppError, ErrorKind};
 
 /// Checks the table for a caller; a command of the holder renews the lease.
 ///
 /// # Errors
-/// The refusal; [`Ruling::Waits`] is not an error.
-pub fn admit(app: &App, by: &Principal, ask: Ask) -> Result<Authority, AppError> {
+/// The refusal; [`Decision::Waits`] is not an error.
+pub fn admit(app: &App, by: &Principal, request: Request) -> Result<Authority, AppError> {
     let id = by.control_id.as_deref();
     let now = Instant::now();
     let epoch = app.station.stop_epoch();
     let status = app.station.status();
-    let asker = app.control.asker(id, now);
-    if let Ruling::Refused(refusal) = rule(ask, asker, station_use(app, &status)) {
+    let caller = app.control.caller(id, now);
+    if let Decision::Refused(refusal) = rule(request, caller, station_use(app, &status)) {
         return Err(match refusal {
             // Also reports whether the lease sent along has expired.
             Refusal::ControlRequired => app.control.command(id, now).err().unwrap_or_else(not_in_control),
@@ -29,7 +29,7 @@ pub fn admit(app: &App, by: &Principal, ask: Ask) -> Result<Authority, AppError>
             Refusal::Fault => fault(&status),
         });
     }
-    if asker == Asker::InControl {
+    if caller == Caller::Holder {
         app.control.command(id, now)?;
     }
     Ok(app.control.authority(id, epoch, now))

@@ -5,5 +5,5 @@ mod station_use;
 mod stop;
 
 pub use admission::admit;
-pub use station_use::{Ask, Refusal, Ruling, StationUse, rule};
+pub use station_use::{Decision, Refusal, Request, StationUse, rule};
 pub use stop::{StopOutcome, reset, stop, was_halted};

@@ -100,11 +100,11 @@ mod tests {
 
     #[test]
     fn a_procedure_covers_its_part_of_the_job_and_ends_on_request() {
-        let told = Arc::new(Mutex::new(Vec::new()));
+        let reported = Arc::new(Mutex::new(Vec::new()));
         let cancel = CancelFlag::default();
-        let heard = told.clone();
+        let sink = reported.clone();
         let progress = Arc::new(move |fraction: f64, step: Step, words: &str| {
-            heard.lock().push((fraction, step, words.to_owned()));
+            sink.lock().push((fraction, step, words.to_owned()));
         });
         let phase = Phase::ReadingImages;
         let reporter = JobReporter { cancel: cancel.clone(), progress, phase, part: 0.5..0.9 };
@@ -116,7 +116,7 @@ mod tests {
             (0.7, phase.counted(1, 2), "reading: 1 of 2 pictures".to_owned()),
             (0.9, phase.counted(2, 2), "reading: 2 of 2 pictures".to_owned()),
         ];
-        assert_eq!(*told.lock(), expected);
+        assert_eq!(*reported.lock(), expected);
         assert!(reporter.check_cancelled().is_ok());
         cancel.cancel();
         assert!(reporter.check_cancelled().unwrap_err().is_cancelled());

@@ -155,12 +155,12 @@ impl Sessions {
         };
         check_new(&body)?;
         let session = Session { id: new_id(), version: 1, body, created_at_ms: now, changed_at_ms: now };
-        let told = event(
+        let entry = event(
             &session.id,
             Event::SessionCreated(SessionVersion { actor: by.actor.clone(), version: session.version }),
         );
         let mut changes = and(&session);
-        changes.extend([Change::InsertSession(record(&session)), told]);
+        changes.extend([Change::InsertSession(record(&session)), entry]);
         self.ledger.commit(changes).await?;
         Ok(session)
     }
@@ -320,8 +320,8 @@ impl Sessions {
     pub async fn delete(&self, by: &Principal, id: &str) -> Result<(), AppError> {
         let _turn = self.turn.lock().await;
         self.ledger.read().session(id).await?;
-        let told = event(id, Event::SessionDeleted(by.initiator()));
-        self.ledger.commit(vec![Change::DeleteSession(id.to_owned()), told]).await?;
+        let entry = event(id, Event::SessionDeleted(by.initiator()));
+        self.ledger.commit(vec![Change::DeleteSession(id.to_owned()), entry]).await?;
         Ok(())
     }
 
@@ -341,9 +341,9 @@ impl Sessions {
         tokio::task::block_in_place(|| act(self, &mut session.body))?;
         session.version += 1;
         session.changed_at_ms = now_ms();
-        let told =
+        let entry =
             event(id, Event::SessionChanged(SessionVersion { actor: by.actor.clone(), version: session.version }));
-        match self.ledger.commit(vec![Change::UpdateSession(record(&session)), told]).await {
+        match self.ledger.commit(vec![Change::UpdateSession(record(&session)), entry]).await {
             Ok(_) => Ok(session),
             Err(StoreError::Changed { .. }) => Err(changed()),
             Err(error) => Err(error.into()),

@@ -9,7 +9,7 @@ use crate::App;
 use crate::access::principal::Principal;
 use crate::camera::auto_exposure::auto_exposure;
 use crate::camera::memory;
-use crate::control::{Ask, admit};
+use crate::control::{Request, admit};
 use crate::error::AppError;
 use crate::events::{CameraConfigured, Event, LaserSwitched, LiveView, StageMotion, by_kind, event};
 
@@ -39,7 +39,7 @@ pub async fn configure_camera<E: From<AppError>>(
 /// # Errors
 /// The caller may not use the station, there is no live view with the laser on, or the camera refuses.
 pub async fn auto_expose(app: &App, by: &Principal) -> Result<(), AppError> {
-    let may_go_on = || admit(app, by, Ask::Command).map(drop);
+    let may_go_on = || admit(app, by, Request::Command).map(drop);
     may_go_on()?;
     auto_exposure(app, may_go_on).await?;
     let exposure_us = app.station.status().camera_settings.exposure_us;
@@ -61,7 +61,7 @@ async fn configured(app: &App, by: &Principal, wanted: &CameraRequest) -> Result
 /// # Errors
 /// The caller may not use the station, or the stage refuses.
 pub async fn move_stage(app: &App, by: &Principal, command: Manual) -> Result<Option<AcceptedMove>, AppError> {
-    admit(app, by, Ask::Command)?;
+    admit(app, by, Request::Command)?;
     let (variant, jog) = (motion_event(&command), matches!(command, Manual::Jog { .. }));
     let accepted = app.station.manual(command).await?;
     // A jog is repeated many times a second: only its start is an event.
@@ -89,7 +89,7 @@ fn motion_event(command: &Manual) -> fn(StageMotion) -> Event {
 /// The caller may not use the station, or the laser refuses.
 pub async fn switch_laser(app: &App, by: &Principal, power: f64) -> Result<(), AppError> {
     if power > 0.0 {
-        admit(app, by, Ask::Command)?;
+        admit(app, by, Request::Command)?;
     } else {
         in_control(app, by)?;
     }
@@ -106,13 +106,13 @@ pub async fn switch_laser(app: &App, by: &Principal, power: f64) -> Result<(), A
 pub async fn set_live_view(app: &App, by: &Principal, wanted: LiveRequest) -> Result<(), AppError> {
     let LiveRequest { running, laser_power } = wanted;
     if running {
-        admit(app, by, Ask::Command)?;
+        admit(app, by, Request::Command)?;
     } else {
         in_control(app, by)?;
     }
     app.station.live(wanted).await?;
     let body = LiveView { initiator: by.initiator(), laser_power };
-    let told = if running { Event::LiveStarted(body) } else { Event::LiveEnded(body) };
-    app.ledger.commit(vec![event("station", told)]).await?;
+    let change = if running { Event::LiveStarted(body) } else { Event::LiveEnded(body) };
+    app.ledger.commit(vec![event("station", change)]).await?;
     Ok(())
 }

@@ -38,9 +38,9 @@ pub async fn upload<E: From<AppError>>(
         AppError::new(ErrorKind::Internal, "the archive could not be checked").because(cause.to_string())
     })?;
     let (record, change) = taken?;
-    let told = event(&record.id, Event::CaptureCreated((&record).into()));
+    let entry = event(&record.id, Event::CaptureCreated((&record).into()));
     tracing::info!(capture = record.id, principal = Principal::LOCAL, actor = by.actor, "a capture was uploaded");
-    let mut changes = vec![change, told];
+    let mut changes = vec![change, entry];
     changes.extend(and(&record)?);
     app.ledger.commit(changes).await.map_err(AppError::from)?;
     Ok(record)

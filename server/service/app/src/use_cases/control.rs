@@ -5,7 +5,7 @@ use std::time::Instant;
 use crate::App;
 use crate::access::lease::Lease;
 use crate::access::principal::Principal;
-use crate::control::{self, Ask, StopOutcome, admit};
+use crate::control::{self, Request, StopOutcome, admit};
 use crate::error::AppError;
 use crate::events::{ControlTakenOver, Event, Initiator, event};
 use crate::resources::labels::label;
@@ -28,11 +28,11 @@ pub async fn take_control(app: &App, by: &Principal, input: TakeControl) -> Resu
     label(&holder, "/holder")?;
     let taken = app.control.take(&holder, take_over, Instant::now())?;
     let initiator = Initiator { actor: holder.clone(), ..by.initiator() };
-    let told = match taken.from {
+    let entry = match taken.from {
         Some(from) => Event::ControlTakenOver(ControlTakenOver { initiator, from, to: holder.clone() }),
         None => Event::ControlTaken(initiator),
     };
-    app.ledger.commit(vec![event(&holder, told)]).await?;
+    app.ledger.commit(vec![event(&holder, entry)]).await?;
     Ok(taken.lease)
 }
 
@@ -66,6 +66,6 @@ pub fn stop(app: &App, by: &Principal) -> impl Future<Output = StopOutcome> + Se
 /// # Errors
 /// The reset is refused, or a device cannot be reached.
 pub async fn reset(app: &App, by: &Principal) -> Result<(), AppError> {
-    admit(app, by, Ask::Reset)?;
+    admit(app, by, Request::Reset)?;
     control::reset(app, by).await
 }

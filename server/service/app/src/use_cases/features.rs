@@ -8,7 +8,7 @@ use station::Manual;
 
 use crate::App;
 use crate::access::principal::Principal;
-use crate::control::{Ask, admit};
+use crate::control::{Request, admit};
 use crate::error::{AppError, ErrorKind};
 use crate::events::{CameraFeaturesSet, Event, FeatureSet, event};
 
@@ -31,7 +31,7 @@ pub async fn set_camera_features(
     by: &Principal,
     wanted: Vec<(String, String)>,
 ) -> Result<Vec<Feature>, AppError> {
-    admit(app, by, Ask::Command)?;
+    admit(app, by, Request::Command)?;
     let details = details(app)?;
     let outcome = blocking(move || {
         let (mut set, mut refused) = (Vec::new(), None);

@@ -5,7 +5,7 @@ use store::{Change, JobRecord};
 use crate::App;
 use crate::access::lease::Authority;
 use crate::access::principal::Principal;
-use crate::control::{Ask, admit};
+use crate::control::{Request, admit};
 use crate::error::AppError;
 use crate::jobs::{JobInput, JobView};
 
@@ -20,7 +20,7 @@ pub async fn start_job(
     and: impl FnOnce(&JobRecord) -> Vec<Change>,
 ) -> Result<JobRecord, AppError> {
     let authority = match input.needs_station() {
-        true => admit(app, by, Ask::StartJob)?,
+        true => admit(app, by, Request::StartJob)?,
         // A computation needs no authority.
         false => Authority { holder: None, epoch: app.station.stop_epoch() },
     };
@@ -33,7 +33,7 @@ pub async fn start_job(
 /// The job does not exist, or the caller may not use the station.
 pub async fn cancel_job(app: &App, by: &Principal, id: &str) -> Result<JobView, AppError> {
     if app.jobs.is_station_job(id) {
-        admit(app, by, Ask::CancelJob)?;
+        admit(app, by, Request::CancelJob)?;
     }
     app.jobs.cancel(id, &by.actor).await
 }

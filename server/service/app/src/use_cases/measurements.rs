@@ -48,10 +48,10 @@ pub async fn change_measurement_plan<E: From<AppError>>(
     may: impl FnOnce(Option<u64>) -> Result<(), E>,
 ) -> Result<KeptPlan, E> {
     let kept = app.measurement_plans.put(plan, may).await?;
-    let told =
+    let entry =
         Event::MeasurementPlanChanged(MeasurementPlanChanged { version: kept.version, actor: by.actor.clone() });
     // The plan is stored already; followers of events read it again at the next event.
-    if let Err(error) = app.ledger.commit(vec![event("", told)]).await {
+    if let Err(error) = app.ledger.commit(vec![event("", entry)]).await {
         tracing::warn!(%error, "a change of the measurement plan is not in the log");
     }
     Ok(kept)

@@ -7,7 +7,7 @@ use store::{Change, RecordingRecord, RecordingState};
 
 use crate::App;
 use crate::access::principal::Principal;
-use crate::control::{Ask, admit};
+use crate::control::{Request, admit};
 use crate::error::{AppError, ErrorKind};
 use crate::events::{Event, event};
 use crate::recordings::RecordingOf;
@@ -25,7 +25,7 @@ pub async fn start_recording<E: From<AppError>>(
     and: impl FnOnce(&RecordingRecord) -> Result<Vec<Change>, E>,
 ) -> Result<RecordingRecord, E> {
     label(name, "/name")?;
-    admit(app, by, Ask::Command)?;
+    admit(app, by, Request::Command)?;
     let live = MachineState::Operational(OperationalState::ContinuousExecution);
     if app.station.status().state != live {
         return Err(AppError::new(ErrorKind::Conflict, "there is no live view to record")

@@ -5,7 +5,7 @@ use store::{Change, JobRecord};
 
 use crate::App;
 use crate::access::principal::Principal;
-use crate::control::{Ask, admit};
+use crate::control::{Request, admit};
 use crate::error::AppError;
 use crate::jobs::calibrate::{SolveSession, solve_input};
 use crate::sessions::{NewSession, Session};
@@ -35,7 +35,7 @@ pub async fn capture_pose(
     expected: Option<i64>,
 ) -> Result<Session, AppError> {
     app.sessions.get(id).await?;
-    admit(app, by, Ask::Photograph)?;
+    admit(app, by, Request::SessionImage)?;
     app.sessions.add_pose(by, id, expected).await
 }
 
@@ -51,7 +51,7 @@ pub async fn capture_stage_view(
     expected: Option<i64>,
 ) -> Result<Session, AppError> {
     app.sessions.get(id).await?;
-    admit(app, by, Ask::Photograph)?;
+    admit(app, by, Request::SessionImage)?;
     app.sessions.add_stage_view(by, id, position, expected).await
 }
 

@@ -78,14 +78,14 @@ pub async fn whole_body(body: Body, limit_bytes: usize, timeout: Duration) -> Re
 /// Parses JSON; errors name the place.
 fn parse<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, Problem> {
     let mut json = serde_json::Deserializer::from_slice(bytes);
-    let value = serde_path_to_error::deserialize(&mut json).map_err(|error| misfit(&error))?;
+    let value = serde_path_to_error::deserialize(&mut json).map_err(|error| invalid_field(&error))?;
     json.end().map_err(|error| not_json(&error))?;
     let plain = serde_json::from_slice(bytes).map_err(|error| not_json(&error))?;
-    objects_only::<T>(plain).map_err(|error| misfit(&error))?;
+    objects_only::<T>(plain).map_err(|error| invalid_field(&error))?;
     Ok(value)
 }
 
-fn misfit(error: &serde_path_to_error::Error<serde_json::Error>) -> Problem {
+fn invalid_field(error: &serde_path_to_error::Error<serde_json::Error>) -> Problem {
     if !error.inner().is_data() {
         return not_json(error.inner());
     }

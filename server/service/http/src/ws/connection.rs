@@ -31,10 +31,11 @@ const WAITING_REQUESTS: usize = 8;
 pub async fn serve(socket: WebSocket, streams: Streams, station: &dyn Station) {
     let (to_client, from_client) = socket.split();
     let (requests, asked) = mpsc::channel(WAITING_REQUESTS);
-    let heard = LastReceived::now();
-    let mut speaker = Speaker { to_client, asked, feeds: Feeds::default(), streams, heard: &heard, station };
+    let last_received = LastReceived::now();
+    let mut speaker =
+        Speaker { to_client, asked, feeds: Feeds::default(), streams, last_received: &last_received, station };
     let end = tokio::select! {
-        end = listen(from_client, requests, &heard, station) => end,
+        end = listen(from_client, requests, &last_received, station) => end,
         end = speaker.speak() => end,
     };
     if let End::Close { code, reason } = end {
@@ -50,7 +51,7 @@ struct Speaker<'a> {
     asked: mpsc::Receiver<Received>,
     feeds: Feeds,
     streams: Streams,
-    heard: &'a LastReceived,
+    last_received: &'a LastReceived,
     station: &'a dyn Station,
 }
 
@@ -70,11 +71,11 @@ impl Speaker<'_> {
             if self.streams.closing.is_cancelled() {
                 return Err(End::Close { code: close::GOING_AWAY, reason: "server shutdown" });
             }
-            if now >= self.heard.at() + SILENCE_LIMIT {
+            if now >= self.last_received.at() + SILENCE_LIMIT {
                 return Err(End::Close { code: close::SILENT, reason: "no message from the client" });
             }
             if self.feeds.shows_frames() {
-                self.station.note_viewer(self.heard.at().into_std());
+                self.station.note_viewer(self.last_received.at().into_std());
             }
             if now >= ping_at {
                 ping_at = now + PING_EVERY;
@@ -109,8 +110,8 @@ impl Speaker<'_> {
     }
 
     /// Handles a request and replies.
-    fn answer(&mut self, heard: Received) -> Message {
-        let request = match heard {
+    fn answer(&mut self, received: Received) -> Message {
+        let request = match received {
             Received::Answer(text) => return Message::text(text),
             Received::Asked(request) => request,
         };

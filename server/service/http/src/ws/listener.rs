@@ -59,7 +59,7 @@ pub enum Received {
 pub async fn listen(
     mut from_client: SplitStream<WebSocket>,
     answers: mpsc::Sender<Received>,
-    heard: &LastReceived,
+    last_received: &LastReceived,
     station: &dyn Station,
 ) -> End {
     let mut allowance = Allowance { left: CLIENT_MESSAGE_BURST, at: Instant::now() };
@@ -69,7 +69,7 @@ pub async fn listen(
             Some(Err(error)) => return end_by(error),
             Some(Ok(message)) => message,
         };
-        heard.note();
+        last_received.note();
         let asked = match &message {
             Message::Text(text) if text.len() <= MAX_CLIENT_MESSAGE_BYTES => Some(parse(text)),
             _ => None,

@@ -28,7 +28,7 @@ impl Workbench {
     }
 }
 
-/// A file of the workbench to which nothing is added any more. A store on the same disk moves it, any other reads it.
+/// A file of the workbench that is complete. A store on the same disk moves it, any other reads it.
 #[derive(Debug, Clone)]
 pub struct FinishedFile(PathBuf);
 

@@ -69,7 +69,7 @@ pub async fn apply_all(
     })
 }
 
-/// By hand, because SQLite ends a transaction by itself when the disk is full: then there is nothing to roll back, and
+/// By hand, because SQLite rolls a transaction back on its own when the disk is full: then there is nothing to roll back, and
 /// a wrapper that counts transactions would keep counting it.
 async fn transaction(connection: &mut SqliteConnection, changes: Vec<Change>) -> Written<Committed> {
     sqlx::raw_sql("BEGIN IMMEDIATE").execute(&mut *connection).await?;

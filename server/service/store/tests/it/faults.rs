@@ -226,10 +226,10 @@ async fn a_catalogue_that_cannot_be_written_is_read_only_and_keeps_what_it_ackno
             .env(FOLDER, folder.path())
             .output()
             .unwrap();
-        let told = String::from_utf8_lossy(&output.stdout).into_owned();
-        assert!(output.status.success(), "{told}{}", String::from_utf8_lossy(&output.stderr));
+        let stdout = String::from_utf8_lossy(&output.stdout).into_owned();
+        assert!(output.status.success(), "{stdout}{}", String::from_utf8_lossy(&output.stderr));
         let n_acknowledged: i64 =
-            told.lines().find_map(|line| line.strip_prefix("acknowledged ")).unwrap().parse().unwrap();
+            stdout.lines().find_map(|line| line.strip_prefix("acknowledged ")).unwrap().parse().unwrap();
         let store = Store::open(folder.path()).await.unwrap();
         assert!(n_acknowledged > 0);
         assert_eq!(store.catalogue.last_event_seq().await.unwrap(), n_acknowledged);

@@ -22,7 +22,7 @@ use pipeline::{Failure, FailureKind};
 
 /// Points of the cloud that writing is timed with: 450 MB of PLY, more than caches hold, less than any disk.
 const WRITTEN_POINTS: usize = 10_000_000;
-/// Bytes handed to the disk at once when it is measured by itself.
+/// Bytes per write in the measurement of the disk alone.
 const CHUNK_BYTES: usize = 1 << 20;
 const MB: f64 = 1e6;
 

@@ -95,7 +95,7 @@ async fn with_viewers(args: &BenchServerArgs, app: &App, address: SocketAddr) ->
         swept.push(sweep::sweep(app, args, &seen).await?);
     }
     for (stream, viewer) in viewers {
-        // It may have gone by itself.
+        // It may have exited already.
         let _ = stream.shutdown(std::net::Shutdown::Both);
         let _ = viewer.join();
     }

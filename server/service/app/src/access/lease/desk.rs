@@ -14,13 +14,13 @@ use crate::error::{AppError, ErrorKind};
 
 /// The relation of the caller to the control lease.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Asker {
+pub enum Caller {
     /// The holder.
-    InControl,
+    Holder,
     /// Anyone, while no one is in control.
-    WhileNobodyIs,
+    NoHolder,
     /// Anyone else, while someone is in control.
-    WhileAnotherIs,
+    OtherHolder,
 }
 
 /// A valid lease.
@@ -135,11 +135,11 @@ impl ControlDesk {
     }
 
     /// The relation of a caller with the lease `id`.
-    pub fn asker(&self, id: Option<&str>, now: Instant) -> Asker {
+    pub fn caller(&self, id: Option<&str>, now: Instant) -> Caller {
         match self.present(now) {
-            None => Asker::WhileNobodyIs,
-            Some(lease) if Some(lease.id.as_str()) == id => Asker::InControl,
-            Some(_) => Asker::WhileAnotherIs,
+            None => Caller::NoHolder,
+            Some(lease) if Some(lease.id.as_str()) == id => Caller::Holder,
+            Some(_) => Caller::OtherHolder,
         }
     }
 
@@ -227,7 +227,7 @@ mod tests {
         assert_eq!(refused.kind, ErrorKind::ControlExpired);
         assert_eq!(desk.collect_expired(later).map(|lease| lease.holder).as_deref(), Some("Anna"));
         assert_eq!(desk.collect_expired(later), None, "its expiry is published once");
-        assert_eq!(desk.asker(Some(&anna), later), Asker::WhileNobodyIs);
+        assert_eq!(desk.caller(Some(&anna), later), Caller::NoHolder);
         desk.take("Ben", false, later).unwrap();
         let refused = desk.command(Some(&anna), later).unwrap_err();
         assert_eq!(refused.detail, "Ben is in control of the station");

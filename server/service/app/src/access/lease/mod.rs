@@ -4,4 +4,4 @@ mod authority;
 mod desk;
 
 pub use authority::Authority;
-pub use desk::{Asker, ControlDesk, Lease, nobody};
+pub use desk::{Caller, ControlDesk, Lease, nobody};

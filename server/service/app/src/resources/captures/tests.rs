@@ -160,8 +160,8 @@ fn refused(bench: &Bench, what: &str, bytes: &[u8], format: ArchiveFormat, kinds
     let problem = bench.take_in(bytes, format).map(|record| record.summary).expect_err(what);
     assert!(kinds.contains(&problem.kind), "{what}: {problem:?}");
     assert!(problem.remedy.is_some(), "{what}: {problem:?}");
-    let told = format!("{problem:?}");
-    assert!(!told.contains(&*bench.folder.path().to_string_lossy()), "{what} reveals a server path: {told}");
+    let message = format!("{problem:?}");
+    assert!(!message.contains(&*bench.folder.path().to_string_lossy()), "{what} reveals a server path: {message}");
     assert_eq!(bench.files(), before, "{what} leaves something");
 }
 

@@ -79,10 +79,10 @@ pub fn measurement(
     match measure(cloud, Some(calibration), &request) {
         Ok(measurement) => {
             let mut result = measurement_json(&measurement);
-            for (told, feature) in
+            for (feature_json, feature) in
                 result["features"].as_array_mut().into_iter().flatten().zip(&measurement.features)
             {
-                told["region"] = surface_region(cloud, feature);
+                feature_json["region"] = surface_region(cloud, feature);
             }
             Ok(record(scan, input, &request, judged(scan, result)))
         }

@@ -113,8 +113,8 @@ async fn recovery_interrupts_what_ran_and_leaves_what_waits() {
         catalogue.commit(changes).await.unwrap();
 
         let events = fresh.store.recover(99).await.unwrap();
-        let told: Vec<_> = events.iter().map(|event| (event.kind.as_str(), event.subject.as_str())).collect();
-        assert_eq!(told, [("job.interrupted", running.id.as_str())]);
+        let appended: Vec<_> = events.iter().map(|event| (event.kind.as_str(), event.subject.as_str())).collect();
+        assert_eq!(appended, [("job.interrupted", running.id.as_str())]);
         let interrupted = catalogue.job(&running.id).await.unwrap();
         assert_eq!((interrupted.state, interrupted.ended_at_ms), (JobState::Interrupted, Some(99)));
         assert_eq!(interrupted.checkpoint, Some(json!({"row": 3})), "it can still be resumed");

@@ -140,7 +140,7 @@ impl Bench {
     pub fn job_cancelled_at(&self, cancel_at: impl Fn(&str) -> bool + Send + Sync + 'static) -> Job {
         let cancel = CancelFlag::default();
         let said = Arc::new(Mutex::new(Vec::new()));
-        let (heard, wish) = (said.clone(), cancel.clone());
+        let (steps, wish) = (said.clone(), cancel.clone());
         let compute = ComputeContext {
             id: crate::resources::stored_scan::new_id(),
             cancel,
@@ -150,7 +150,7 @@ impl Bench {
             captures: self.captures.clone(),
             runtime: self.runtime.handle().clone(),
             progress: Arc::new(move |_, _, words| {
-                heard.lock().push(words.to_owned());
+                steps.lock().push(words.to_owned());
                 if cancel_at(words) {
                     wish.cancel();
                 }
@@ -175,9 +175,9 @@ impl Bench {
     /// below the previous one; the job's progress keeps the largest.
     pub fn following(&self, job: &mut Job) -> (Kept<String>, Kept<f64>) {
         let (said, fractions) = (job.said.clone(), Arc::new(Mutex::new(Vec::new())));
-        let (heard, seen) = (said.clone(), fractions.clone());
+        let (steps, seen) = (said.clone(), fractions.clone());
         job.ctx.compute.progress = Arc::new(move |fraction, _, words| {
-            heard.lock().push(words.to_owned());
+            steps.lock().push(words.to_owned());
             seen.lock().push(fraction);
         });
         (said, fractions)
