@@ -121,7 +121,7 @@ pub fn in_stage_unit(
     if other.1.is_some() {
         let detail = format!("{} is given, but the stage is {is}", other.0);
         let problem = Problem::new(ProblemKind::Impossible, detail).remedy(format!("give {} instead", wanted.0));
-        return Err(problem.at(&format!("/{}", other.0)));
+        return Err(problem.at(format!("/{}", other.0)));
     }
     Ok(wanted.1)
 }
@@ -138,7 +138,7 @@ pub fn required_in_stage_unit(
     let name = if kind == StageKind::Rotary { rotary.0 } else { linear.0 };
     in_stage_unit(kind, linear, rotary)?.ok_or_else(|| {
         Problem::new(ProblemKind::Impossible, format!("{name} is missing"))
-            .at(&format!("/{name}"))
+            .at(format!("/{name}"))
             .remedy(format!("give {name}"))
     })
 }
