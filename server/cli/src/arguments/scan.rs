@@ -1,4 +1,4 @@
-//! `sheaf scan` and `sheaf measure`: from a capture to a cloud, from a cloud to a verdict.
+//! Arguments of `sheaf scan` and `sheaf measure`.
 
 use std::path::PathBuf;
 
@@ -15,7 +15,7 @@ pub struct ScanArgs {
     /// Name of the scan in the capture.
     #[arg(long, value_name = "NAME")]
     pub scan: String,
-    /// Where the cloud goes: .ply, .csv, .pcd or .e57.
+    /// Output file of the cloud: .ply, .csv, .pcd or .e57.
     #[arg(short, long, value_name = "CLOUD.ply")]
     pub output: PathBuf,
     /// Also write a mesh: .stl, .glb or .ply.
@@ -73,16 +73,16 @@ pub struct MeasureArgs {
     /// Nominal value (mm; degrees for an angle; below zero for a pocket's depth).
     #[arg(long, value_name = "MM", allow_negative_numbers = true)]
     pub nominal_mm: Option<f64>,
-    /// Symmetric tolerance around the nominal; asks for a verdict by ISO 14253-1.
+    /// Symmetric tolerance around the nominal value; required for a verdict according to ISO 14253-1.
     #[arg(long, value_name = "MM", requires = "nominal_mm")]
     pub tolerance_mm: Option<f64>,
-    /// Look only inside this box of the part frame: x, y, z of one corner, x, y, z of the other.
+    /// Only use points in this box of the part frame: x, y, z of one corner, x, y, z of the other.
     #[arg(long, value_name = "X,Y,Z,X,Y,Z", value_delimiter = ',', num_args = 6, allow_negative_numbers = true)]
     pub region_mm: Option<Vec<f64>>,
-    /// Calibration document; by default the one that the cloud carries.
+    /// Calibration document; default: the one stored in the cloud.
     #[arg(short, long, value_name = "CAL.json")]
     pub calibration: Option<PathBuf>,
-    /// Seed of the search; the same seed gives the same result.
+    /// Random seed of the search; the same seed gives the same result.
     #[arg(long, default_value_t = 1)]
     pub seed: u64,
 }

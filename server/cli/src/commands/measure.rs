@@ -23,7 +23,7 @@ pub fn run(args: &MeasureArgs, reporter: &dyn Reporter) -> Result<Answer, Failur
     let calibration = calibration_of(&cloud, args.calibration.as_deref())?;
     if calibration.is_none() {
         reporter.warn(
-            "the cloud carries no calibration: the uncertainty is incomplete and decides nothing; name one with --calibration",
+            "the cloud contains no calibration: the uncertainty is incomplete and no verdict is possible; give one with --calibration",
         );
     }
     if let Some(path) = &args.plan {

@@ -1,4 +1,4 @@
-//! One file per command: parse what it was given, call the core, answer.
+//! One file per command: parse the arguments, call the core, print the result.
 
 mod axis;
 mod bench;
@@ -25,10 +25,10 @@ use crate::arguments::Command;
 use pipeline::Failure;
 use pipeline::Reporter;
 
-/// What a command has to say.
+/// The output of a command.
 #[derive(Debug)]
 pub struct Answer {
-    /// For a person; empty if everything was streamed already.
+    /// As text; empty if everything was streamed already.
     pub text: String,
     /// For a machine.
     pub json: Value,

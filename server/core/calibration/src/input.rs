@@ -2,7 +2,7 @@
 
 use nalgebra::{Vector2, Vector3};
 use optics::{LightModelKind, StagePosition};
-use vision::{BoardCorners, Centrelines, LineDirection};
+use vision::{BoardCorners, Centrelines};
 
 /// The calibration board.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -98,8 +98,6 @@ pub struct ProjectorSheet {
     /// Orders (without a grating: numbers) of the lines from the top (left) of the image downwards (rightwards);
     /// strictly increasing or decreasing.
     pub orders: Vec<i8>,
-    /// Which way the lines run in the image.
-    pub line_direction: LineDirection,
 }
 
 /// Laser and grating by their data sheets.

@@ -74,7 +74,8 @@ pub const PRINCIPAL_POINT_PRIOR_RELATIVE: f64 = 0.25;
 /// λ/d_g of the data sheets, relative σ: laser diodes vary by a few nm between samples and with temperature.
 pub const WAVELENGTH_OVER_PERIOD_RELATIVE_SIGMA: f64 = 0.003;
 
-/// Typical distance from a line generator to its grating, and its σ over built projectors, mm.
+/// Typical distance from a line generator to its grating, and how far built projectors are from it, mm: the housings of
+/// laser modules are as large at any working distance. Where the pictures determine the gap it counts for nothing.
 pub const GAP_PRIOR_MM: (f64, f64) = (15.0, 20.0);
 
 /// σ of the angles at which built projectors have the grating perpendicular to the axis, and its grooves along the
@@ -84,12 +85,10 @@ pub const GRATING_ANGLE_PRIOR_RAD: f64 = 0.1;
 /// σ of the source's position along the line from the middle of the lit area, relative to the distance.
 pub const SOURCE_ALONG_LINE_PRIOR_RELATIVE: f64 = 0.3;
 
-/// Points closer to a square's edge than this many line widths (full width at half height) have a centre shifted by the
-/// edge's intensity step and are left out …
-pub const EDGE_MARGIN_WIDTHS: f64 = 1.1;
-
-/// … plus this many pixels for the board image's own blur and the smoothing of the centreline.
-pub const EDGE_MARGIN_PX: f64 = 2.0;
+/// Points closer to a square's edge than this many line widths (full width at half height) carry the edge's
+/// intensity step in their centre and are left out: 1.1 for the line's own light, the rest for the board image's blur and
+/// the smoothing of the centreline, both of which grow with the width.
+pub const EDGE_MARGIN_WIDTHS: f64 = 1.5;
 
 /// Ratio of the lines' scatter about the light model to the stated σ, above which there is a warning: real surfaces
 /// scatter up to three times as much as smooth ones.
@@ -199,7 +198,6 @@ pub fn as_map() -> std::collections::BTreeMap<String, f64> {
         ("grating_angle_prior_rad", GRATING_ANGLE_PRIOR_RAD),
         ("source_along_line_prior_relative", SOURCE_ALONG_LINE_PRIOR_RELATIVE),
         ("edge_margin_widths", EDGE_MARGIN_WIDTHS),
-        ("edge_margin_px", EDGE_MARGIN_PX),
         ("points_per_correlation", POINTS_PER_CORRELATION),
         ("straight_stage_max_noise_ratio", STRAIGHT_STAGE_MAX_NOISE_RATIO),
     ]

@@ -60,6 +60,7 @@ fn check_projector(file: &Path, projector: &Projector) -> Result<(), CaptureErro
             let allowed = (1..=LINES_MAX).contains(&planes.lines);
             check_range(file, "projector.lines", planes.lines as f64, allowed, "the number of lines, 1 to 41")
         }
+        Projector::Cross(_) => Ok(()),
     }
 }
 

@@ -307,7 +307,7 @@ impl Remedy for CaptureError {
             Self::NotFinite { .. } => "write the true value or remove the entry".into(),
             Self::Malformed { .. } => "correct the entry as described in capture.schema.json".into(),
             Self::EntryMissing { remedy, .. } => (*remedy).into(),
-            Self::NoPosition { .. } => "state where the stage stood, or leave the picture out".into(),
+            Self::NoPosition { .. } => "state the stage position, or leave the picture out".into(),
             Self::OtherStage { key, .. } => other_stage_remedy(key).into(),
             Self::UnknownFormat { .. } => "convert the capture or update the program".into(),
             Self::OutOfRange { expected, .. } => format!("give {expected}").into(),

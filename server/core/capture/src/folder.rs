@@ -129,8 +129,10 @@ impl Capture {
                     None => Some(on),
                 }
             };
-            let line_direction = self.manifest.line_direction();
-            LaserChannel::decided(lit.len(), read, &[CentrelineParams { line_direction, ..Default::default() }])
+            let along = |line_direction| CentrelineParams { line_direction, ..CentrelineParams::default() };
+            let params: Vec<CentrelineParams> =
+                self.manifest.projector.directions().into_iter().map(along).collect();
+            LaserChannel::decided(lit.len(), read, &params)
         })
     }
 
@@ -369,8 +371,8 @@ fn parse(file: &Path, text: &str) -> Result<Manifest, CaptureError> {
 
 fn warnings(file: &Path, text: &str) -> Result<Vec<String>, CaptureError> {
     let value = serde_json::from_str(text).map_err(|cause| malformed(file, text, cause))?;
-    let told = |key: String| format!("{}: unknown key {key} is ignored", file.display());
-    Ok(unknown_keys(&value).into_iter().map(told).collect())
+    let warning = |key: String| format!("{}: unknown key {key} is ignored", file.display());
+    Ok(unknown_keys(&value).into_iter().map(warning).collect())
 }
 
 fn malformed(file: &Path, text: &str, cause: serde_json::Error) -> CaptureError {
@@ -394,15 +396,15 @@ fn malformed(file: &Path, text: &str, cause: serde_json::Error) -> CaptureError 
 
 /// Remedy for a projector without a description of its grating.
 const GRATING_REMEDY: &str = "add it from the data sheets of laser and grating or, if the lines come from lasers \
-    without a grating, write the kind \"planes\" and the number of \"lines\"";
+    without a grating, write the kind \"planes\" and how many \"lines\" there are, or the kind \"cross\"";
 
 /// The path of the missing key, if the parser stopped at one.
 fn missing_entry(text: &str, cause: &serde_json::Error) -> Option<String> {
-    let told = cause.to_string();
-    if let Some((entry, _)) = told.strip_prefix(MISSING).and_then(|rest| rest.split_once('`')) {
+    let reported = cause.to_string();
+    if let Some((entry, _)) = reported.strip_prefix(MISSING).and_then(|rest| rest.split_once('`')) {
         return Some(entry.to_owned());
     }
-    let (key, _) = told.strip_prefix("missing field `")?.split_once('`')?;
+    let (key, _) = reported.strip_prefix("missing field `")?.split_once('`')?;
     Some(match entry_ended_at(text, cause.line(), cause.column()) {
         Some(object) => format!("{object}.{key}"),
         None => key.to_owned(),

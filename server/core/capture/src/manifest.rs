@@ -3,7 +3,6 @@
 use std::path::PathBuf;
 
 use serde::{Deserialize, Serialize};
-use vision::LineDirection;
 
 use crate::channel::ChannelChoice;
 use crate::projector::Projector;
@@ -130,12 +129,5 @@ impl Frame {
     /// The stage position; a manifest that was read or written has exactly one of the two keys.
     pub fn place(&self) -> StagePlace {
         StagePlace::of_keys(self.position_mm, self.angle_deg)
-    }
-}
-
-impl Manifest {
-    /// Which way the lines run across the image; along rows by default.
-    pub fn line_direction(&self) -> LineDirection {
-        self.projector.direction()
     }
 }

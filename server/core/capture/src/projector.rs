@@ -10,8 +10,11 @@ pub(crate) const COLUMNS: &str = "columns";
 /// Value of `line_direction` for lines along image rows.
 pub(crate) const ROWS: &str = "rows";
 
-/// Values of `projector.kind`.
-const KINDS: &[&str] = &["grating", "planes"];
+/// The words of `projector.kind`.
+const KINDS: &[&str] = &["grating", "planes", "cross"];
+
+/// The lines of a cross, by their numbers.
+const CROSS: [(i8, LineDirection); 2] = [(0, LineDirection::Rows), (1, LineDirection::Columns)];
 
 /// Beginning of the parser's error for a missing entry with its whole path, up to a backtick.
 pub(crate) const MISSING: &str = "missing entry `";
@@ -24,6 +27,8 @@ pub enum Projector {
     Grating(GratingProjector),
     /// Independent lasers, or independent lines of one.
     Planes(PlanesProjector),
+    /// Two lines that cross, of one laser or two: line 0 along rows, line 1 along columns.
+    Cross(CrossProjector),
 }
 
 /// Laser and grating by their data sheets.
@@ -53,13 +58,22 @@ pub struct PlanesProjector {
     pub switched: bool,
 }
 
+/// Two lines that cross.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub struct CrossProjector {
+    /// Whether they are lit one by one, as for [`PlanesProjector::switched`].
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub switched: bool,
+}
+
 impl Projector {
-    /// The labels of the lines from the top (left) of the image downwards (rightwards): orders of a grating, or numbers
-    /// of independent lines.
+    /// The labels of the lines from the top (left) of the image downwards (rightwards): orders of a grating, numbers of
+    /// lines that nothing ties together; of a cross that along rows first.
     pub fn orders(&self) -> Vec<i8> {
         match self {
             Self::Grating(grating) => grating.orders.clone(),
             Self::Planes(planes) => (0..=i8::MAX).take(planes.lines).collect(),
+            Self::Cross(_) => CROSS.map(|(line, _)| line).to_vec(),
         }
     }
 
@@ -67,20 +81,38 @@ impl Projector {
     pub fn switched_lines(&self) -> Option<usize> {
         match self {
             Self::Planes(planes) if planes.switched => Some(planes.lines),
+            Self::Cross(cross) if cross.switched => Some(CROSS.len()),
             _ => None,
         }
     }
 
-    /// Which way the lines run in the images.
-    pub fn direction(&self) -> LineDirection {
-        direction(self.line_direction())
+    /// The lines of a picture that shows both lines of a cross, and which way each runs; `None` of any other picture.
+    pub fn crossing_lines(&self) -> Option<[(i8, LineDirection); 2]> {
+        matches!(self, Self::Cross(cross) if !cross.switched).then_some(CROSS)
     }
 
-    /// Its value as written.
+    /// Which way a line runs in the images.
+    pub fn direction_of(&self, line: i8) -> LineDirection {
+        match self {
+            Self::Cross(_) => CROSS.iter().find(|(other, _)| *other == line).map_or(CROSS[0].1, |(_, way)| *way),
+            _ => direction(self.line_direction()),
+        }
+    }
+
+    /// The ways in which lines run in the images.
+    pub fn directions(&self) -> Vec<LineDirection> {
+        match self {
+            Self::Cross(_) => CROSS.map(|(_, direction)| direction).to_vec(),
+            _ => vec![direction(self.line_direction())],
+        }
+    }
+
+    /// The word for the one way that the lines run, as written.
     pub(crate) fn line_direction(&self) -> Option<&str> {
         match self {
             Self::Grating(grating) => grating.line_direction.as_deref(),
             Self::Planes(planes) => planes.line_direction.as_deref(),
+            Self::Cross(_) => None,
         }
     }
 }
@@ -136,6 +168,16 @@ impl<'de> Deserialize<'de> for Projector {
                 line_direction: keys.line_direction,
                 switched: keys.switched,
             })),
+            "cross" => match keys {
+                Keys { lines: Some(lines), .. } if lines != CROSS.len() => {
+                    Err(D::Error::custom(format_args!("a cross has 2 lines, projector.lines says {lines}")))
+                }
+                Keys { line_direction: Some(_), .. } => Err(D::Error::custom(
+                    "projector.line_direction is stated, but the lines of a cross run both ways: \
+                     line 0 along rows, line 1 along columns",
+                )),
+                Keys { switched, .. } => Ok(Self::Cross(CrossProjector { switched })),
+            },
             other => Err(D::Error::unknown_variant(other, KINDS)),
         }
     }

@@ -106,11 +106,11 @@ fn check_circles(grid: &CirclesTarget, asymmetric: bool) -> Result<(), TargetErr
 /// `count` is the entry's, `n_corners` the resulting number of corners.
 fn check_count(
     entry: &'static str,
-    told: usize,
+    count: usize,
     n_corners: usize,
     expected: &'static str,
 ) -> Result<(), TargetError> {
-    check_range(entry, told as f64, (CORNERS_MIN..=CORNERS_MAX).contains(&n_corners), expected)
+    check_range(entry, count as f64, (CORNERS_MIN..=CORNERS_MAX).contains(&n_corners), expected)
 }
 
 fn check_square(SquareMm { x_mm, y_mm }: SquareMm) -> Result<(), TargetError> {

@@ -71,12 +71,12 @@ pub const MIN_COSINE: f64 = 0.3;
 /// tangent and is amplified in the radius.
 pub const MIN_CURVED_COSINE: f64 = 0.4;
 
-/// The same for points lit at a larger incidence (cosine, 57°): across the thickness of the sheet the light increases
-/// so steeply towards the side facing the projector that the stripe's centre moves there, by s²·tan(incidence)/R for a
-/// thickness of s on a radius R. Stricter than the limit for the view: this error has one sign on the whole shaded side
-/// (rendered balls of 18.9 mm: radius +17 µm without, +2 µm with this limit). The same for every station and part: the
-/// remaining error grows with s²/R like the footprint's uncertainty, which is included in U.
-pub const MIN_CURVED_LIGHT_COSINE: f64 = 0.55;
+/// The same for points lit at more than this incidence (tangent, 56°): across the thickness of the sheet the light
+/// then grows so fast towards the side facing the projector that the stripe's centre moves there, by
+/// s²·tan(incidence)/R for a thickness of s on a radius R. Stricter than the limit for the view: this error has one
+/// sign on the whole shaded side (rendered balls of 18.9 mm: radius +17 µm without, +2 µm with this limit). What it
+/// leaves is no more than U holds for the footprint: two of its σ, [`FOOTPRINT_SHARE`] · s²/2R each.
+pub const MAX_CURVED_LIGHT_TANGENT: f64 = FOOTPRINT_SHARE;
 
 /// [`MIN_CURVED_COSINE`] where the calibration does not state the position of the light source (53°): the shaded side
 /// can then be excluded only by a stricter limit everywhere.

@@ -26,6 +26,11 @@ impl DepthRangeMm {
     pub fn contains(&self, depth_mm: f64) -> bool {
         (self.near_mm..=self.far_mm).contains(&depth_mm)
     }
+
+    /// The depth half-way between the two.
+    pub fn middle_mm(&self) -> f64 {
+        0.5 * (self.near_mm + self.far_mm)
+    }
 }
 
 /// A calibrated station: camera, light sheets, stage, and the joint covariance of all their parameters.

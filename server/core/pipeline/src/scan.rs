@@ -56,7 +56,7 @@ pub fn write_capture_peaks(
     let header = PeaksHeader {
         width_px: camera.width_px as u32,
         height_px: camera.height_px as u32,
-        line_direction: capture.manifest.line_direction(),
+        line_direction: capture.manifest.projector.direction_of(0),
         stage: match capture.manifest.stage.kind {
             capture::StageKind::Linear => StageKind::Linear,
             capture::StageKind::Rotary => StageKind::Rotary,
@@ -70,7 +70,8 @@ pub fn write_capture_peaks(
     Ok(())
 }
 
-/// Takes the frames of one scan of the capture in order: the centrelines of every picture, and the stage position.
+/// Takes the frames of one scan of the capture in order: the centrelines of every picture, and where the stage stood. A
+/// picture of a cross is two frames, one for each line.
 fn capture_frames(
     capture: &Capture,
     document: &CalibrationDocument,
@@ -81,10 +82,9 @@ fn capture_frames(
     let images = capture.manifest.camera;
     check_camera(images.width_px, images.height_px, &document.calibration().camera)
         .map_err(|failure| failure.in_file(&capture.manifest_path()).at_entry("camera"))?;
-    let mut positions = capture.scan(name)?.frames.iter().map(|frame| stage_position(frame.place()));
-    scan_centrelines(capture, name, reporter, |centrelines| match positions.next() {
-        Some(position) => take(ScanFrame { centrelines, position }),
-        None => Ok(()),
+    let frames = &capture.scan(name)?.frames;
+    scan_centrelines(capture, name, reporter, |picture, centrelines| {
+        take(ScanFrame { centrelines, position: stage_position(frames[picture].place()) })
     })
 }
 

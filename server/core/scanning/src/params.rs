@@ -1,34 +1,39 @@
 //! Constants of labelling, triangulation and statistics, each with its unit and reason.
 
-/// Distance between the samples of a piece, scan columns (rows). Neighbours share their noise over a few columns
-/// anyway; 16 keeps forty frames of a megapixel below 20 000 samples.
+/// Distance between the points of a piece that speak for its label, scan columns (rows). Neighbours share their
+/// noise over a few columns anyway; 16 keeps forty frames of a megapixel below 20 000 samples. How densely is looked, no
+/// limit of a decision: a sample counts by the length that it stands for.
 pub const SAMPLE_STRIDE_PX: usize = 16;
 /// Fewest samples of a piece; shorter pieces are sampled more densely.
 pub const MIN_SAMPLES: usize = 4;
 
-/// Columns on either side over which the slope of a line is measured when looking for kinks.
-pub const KINK_SPAN_PX: usize = 5;
-/// Change of slope (across per along, px/px) at which a segment is cut in two: two lines may have been joined there.
-/// Cutting a line that merely bends is harmless, its pieces get the same label.
+/// Length on either side over which the slope of a line is taken when looking for kinks, in line widths: the extraction
+/// smooths over about as much.
+pub const KINK_SPAN_WIDTHS: f64 = 1.0;
+/// Change of slope (across per along, px/px) at which a segment is cut in two: two lines may have been joined
+/// there. Cutting a line that merely bends costs nothing, its pieces are labelled alike.
 pub const KINK_SLOPE: f64 = 0.3;
 /// The same in standard deviations of the change of slope, so that speckle does not cut lines into fragments.
 pub const KINK_SIGMAS: f64 = 5.0;
-/// Largest step between neighbouring points of one line, px.
-pub const KINK_STEP_PX: f64 = 2.5;
-/// Steps at which a segment is cut: lines of two orders that touch end to end are extracted as one. Per entry: number
-/// of points on either side to which a line is fitted, and the step in σ of a point and in px. Lines through 8 (16)
-/// points end with 0.7 (0.5) σ, their difference has 1.0 (0.7) σ; σ may be understated and correlated.
-pub const STEP_LIMITS: [(usize, f64, f64); 2] = [(8, 5.0, 0.3), (16, 3.5, 0.2)];
-/// Points left out on either side of a cut: the position of a joint is not known more precisely.
-pub const CUT_TRIM_POINTS: usize = 2;
-/// Frames before and after whose joints are used.
+/// Largest step between neighbouring points that stays one line, in line widths along the scan column (row): as far as
+/// the extraction links.
+pub const KINK_STEP_WIDTHS: f64 = 0.5;
+/// Steps at which a segment is cut: lines of two orders that touch end to end are extracted as one. Per entry: length on
+/// either side through which a line is laid, and the smallest step that counts, both in line widths.
+pub const STEP_LIMITS: [(f64, f64); 2] = [(1.6, 0.06), (3.2, 0.04)];
+/// The same in standard deviations of the step; σ may be understated and correlated.
+pub const STEP_LIMIT_SIGMAS: f64 = 5.0;
+/// What is left out on either side of a cut, in line widths: the place of a joint is known no better.
+pub const CUT_TRIM_WIDTHS: f64 = 0.4;
+/// Frames before and after in which the joints of a line are looked for.
 pub const JOINT_FRAMES: usize = 2;
-/// Largest distance of a line from the end of a line in a neighbouring frame at which it is cut, px.
-pub const JOINT_REACH_PX: f64 = 2.0;
-/// Smallest distance between such cuts, px: an end that moves from frame to frame must not produce fragments.
-pub const JOINT_SPACING_PX: i64 = 12;
-/// Two ends that face each other across one or two lost points, this far apart across the line, are not a joint, px.
-pub const JOINT_GAP_PX: f64 = 0.3;
+/// How near to the end of a line in a neighbouring frame a line must pass to be cut there, in line widths.
+pub const JOINT_REACH_WIDTHS: f64 = 0.4;
+/// Least distance between such cuts: an end that wanders from frame to frame shall not leave crumbs, in line widths.
+pub const JOINT_SPACING_WIDTHS: f64 = 2.4;
+/// Two ends that face each other across one or two lost points, this far apart across the line, are no joint, in line
+/// widths.
+pub const JOINT_GAP_WIDTHS: f64 = 0.06;
 /// The same in standard deviations of their difference, over a gap of up to one correlation length: a dark speckle.
 pub const JOINT_GAP_SIGMAS: f64 = 4.0;
 /// Shortest piece that is labelled, points: fewer do not determine a slope.
@@ -43,8 +48,8 @@ pub const TRACK_WEIGHT: f64 = 0.5;
 /// Weight of the bond between pieces cut at a kink, per sample and at most one sample: a bend is more likely than two
 /// joined lines.
 pub const JOINT_WEIGHT: f64 = 1.0;
-/// Pieces shorter than this take no label different from the adjoining line's, points.
-pub const STUB_POINTS: usize = 32;
+/// Pieces shorter than this do not hold a label against the line they hang on, in line widths.
+pub const STUB_WIDTHS: f64 = 6.4;
 
 /// Longest gap across which a line is continued within its frame, in line pitches (an object on a plate).
 pub const CONTINUATION_GAP_PITCHES: f64 = 4.0;
@@ -90,9 +95,10 @@ pub const AGREEMENT_FLOOR_PLANES: f64 = 1.0e-3;
 /// Contribution of the calibration's own error to the tolerance, in its standard deviations: orders share most of that
 /// error.
 pub const SYSTEMATIC_SIGMAS: f64 = 2.0;
-/// Curvature allowed when a surface patch is extrapolated, 1/mm: a radius of 10 mm.
-pub const PATCH_CURVATURE_PER_MM: f64 = 0.1;
-/// Distance, in tolerances, from which two surfaces contradict each other; below it and above one there is no evidence.
+/// Smallest radius of a surface that is allowed for when a patch is extended, as a share of the depth: 10 mm at 400 mm.
+/// Parts are as large as a station sees.
+pub const PATCH_RADIUS_RELATIVE: f64 = 0.025;
+/// Beyond this many tolerances apart two surfaces contradict each other; in between they say nothing.
 pub const CONTRADICTION_TOLERANCES: f64 = 2.0;
 /// Steepest patch (mm of depth per mm across the view) used as evidence: on steeper ones depth is not a function.
 pub const PATCH_MAX_GRADIENT: f64 = 3.0;
@@ -121,16 +127,16 @@ pub const CONTINUITY_ALONE: f64 = 0.7;
 /// the group is observed twice over a good part of its area.
 pub const GROUP_MARGIN: f64 = 0.1;
 
-/// Columns that two pieces must share to be linked, and their fraction of the shorter one's length: where a step is
-/// oblique to the lines, the pieces on either side overlap slightly from frame to frame.
-pub const STRIP_LINK_OVERLAP_PX: f64 = 10.0;
-/// See [`STRIP_LINK_OVERLAP_PX`].
+/// Length two pieces must share to hang together, in line widths, and the share of the shorter one's length: where a step
+/// runs askew to the lines, the pieces on either side overlap a little from frame to frame.
+pub const STRIP_LINK_OVERLAP_WIDTHS: f64 = 2.0;
+/// See [`STRIP_LINK_OVERLAP_WIDTHS`].
 pub const STRIP_LINK_SHARE: f64 = 0.5;
 /// The same fraction of the longer one: the end of a block's top must not be linked to the long line beyond it.
 pub const STRIP_LINK_SHARE_OF_LONGER: f64 = 0.3;
-/// Bend of a strip from frame to frame explained by the stage's errors, mm.
-pub const STRIP_LINK_FLOOR_MM: f64 = 0.02;
-/// Largest movement between two frames that counts as smooth without a third frame, line pitches.
+/// Bend of a strip from frame to frame that the stage's own errors explain, as a share of the depth: 0.02 mm at 400 mm.
+pub const STRIP_LINK_FLOOR_RELATIVE: f64 = 5e-5;
+/// Largest movement between two frames that passes for smooth where no third frame decides, line pitches.
 pub const STRIP_LINK_PITCHES: f64 = 0.03;
 /// Smallest margin per sample of a strip's label over every other one once all other strips have adapted. As for single
 /// pieces: a fifth of a rank, a quarter of a second look.
@@ -160,10 +166,11 @@ pub const RANK_ONLY_LENGTH_PITCHES: f64 = 4.0;
 /// A chance row of speckles has none.
 pub const CONFIRMATION: f64 = 0.15;
 
-/// Distance between the nodes of the table of systematic σ, px. Interpolation error below 2 %.
-pub const SIGMA_TABLE_STEP_PX: f64 = 48.0;
+/// Steps of the table of systematic σ along the image's longer side. Interpolation error below 2 %.
+pub const SIGMA_TABLE_STEPS: f64 = 27.0;
 
-/// Distance along the line, in columns, between the points that are checked and compared between orders.
+/// Distance along the line, in columns, between the points that are checked and compared between orders: neighbours share
+/// their noise over about as many.
 pub const COMPARE_STRIDE_PX: usize = 4;
 /// Differences after a full turn that deviate from their median by more than this many median deviations are outliers:
 /// 4 σ for normal ones.
@@ -241,13 +248,13 @@ pub mod watches {
     pub const BIN_COLUMNS: usize = 16;
     /// Steepest slope used, and largest change of slope from frame to frame: beyond are edges.
     pub const MAX_SLOPE: f64 = 1.0;
-    /// Positions within this many bins, and within [`CLUSTER_MM`] along the travel, share noise: speckle extends over a
-    /// line's thickness, effects of the surface over the length on which its curvature changes.
+    /// Places whose neighbours within so many bins across the travel and bins' widths along it share noise: speckle reaches
+    /// a line's thickness, what a surface does to lines reaches as far as its curvature changes.
     pub const CLUSTER_BINS: usize = 4;
-    /// See [`CLUSTER_BINS`].
-    pub const CLUSTER_MM: f64 = 5.0;
-    /// Approximate number of differences that share their noise, used for weights against prior knowledge: all pairs of
-    /// five orders depend on four differences, and neighbouring frames on one speckle pattern.
+    /// See [`CLUSTER_BINS`]; 5 mm at 400 mm.
+    pub const CLUSTER_TRAVEL_BINS: f64 = 2.0;
+    /// Differences that share their noise, about, as far as weights against prior knowledge go: all pairs of five orders
+    /// stand on four differences, and neighbouring frames on one speckle pattern.
     pub const SHARED_DIFFERENCES: f64 = 16.0;
     /// Differences beyond this many median deviations do not belong to the same surface.
     pub const CUT_SIGMAS: f64 = 4.0;
@@ -272,18 +279,19 @@ pub mod watches {
     pub const WARN_SIGMAS: f64 = 4.5;
     /// Errors below this fraction of the expanded uncertainty are reported as values only.
     pub const WARN_SHARE: f64 = 0.25;
-    /// Depth errors from the wavelength below this, mm, are not corrected: a quarter of the expanded uncertainty on
-    /// matt grey paint.
-    pub const CORRECTION_LEAST_MM: f64 = 0.01;
-    /// Coverage factor k of expanded uncertainties.
+    /// Errors of depth by the wavelength below this share of the depth are not corrected: 10 µm at 400 mm, a quarter of the
+    /// expanded uncertainty on matt grey paint.
+    pub const CORRECTION_LEAST_RELATIVE: f64 = 2.5e-5;
+    /// Expanded uncertainties are so many σ.
     pub const COVERAGE: f64 = 2.0;
 }
 
 /// Constants of the lost-step watch.
 pub mod lost_steps {
-    /// A watch that would detect only losses larger than this is blind, mm: four times the 50 µm that must be detected.
-    pub const BLIND_MM: f64 = 0.2;
-    /// Fewest bins for a fit of differences over slopes.
+    /// A watch that would notice only losses larger than this share of the depth is blind: four times the 50 µm that must be
+    /// noticed at 400 mm.
+    pub const BLIND_RELATIVE: f64 = 5e-4;
+    /// Fewest bins that give a line of differences over slopes.
     pub const FEWEST_DIFFERENCES: usize = 12;
     /// Differences this far from the fitted line, in its own scatter, are left out.
     pub const OUTLIER_SIGMAS: f64 = 3.0;
@@ -300,21 +308,16 @@ pub mod lost_steps {
     /// Ratio of the stated standard deviation to that of independent frames: neighbouring frames and pairs of orders
     /// share speckle and surface.
     pub const NOISE_INFLATION: f64 = 1.4;
-    /// Smallest step reported, mm: half of what must be detected.
-    pub const ALARM_MM: f64 = 0.025;
-    /// Smallest step reported, in its standard deviations; rendered scans without losses stay below 3.
+    /// Smallest step that is reported, as a share of the depth: half of what must be noticed, 25 µm at 400 mm.
+    pub const ALARM_RELATIVE: f64 = 6.25e-5;
+    /// Smallest step that is reported, in its standard deviations; rendered scans without losses stay below 3.
     pub const ALARM_SIGMAS: f64 = 4.5;
 }
 
 /// Constants for lines from several exposures.
 pub mod exposures {
-    /// Lines of different exposures closer than this, px, are the same line: the displacement by saturation.
-    pub const SAME_LINE_PX: f64 = 1.5;
-    /// The same in line widths.
+    /// Lines of different exposures nearer than this, in line widths, are the same line: what saturation displaces them by.
     pub const SAME_LINE_WIDTHS: f64 = 0.5;
     /// Exposures that differ by more than so many σ disagree.
     pub const DISAGREE_SIGMAS: f64 = 3.0;
-    /// Largest step across, px, at which a line continues in the next column where no exposure shows it continuing: one
-    /// exposure ends there and another begins.
-    pub const JOIN_PX: f64 = 1.5;
 }

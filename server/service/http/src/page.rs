@@ -1,6 +1,6 @@
 //! The browser station: static files embedded in the program, compressed when they were built.
 //!
-//! A debug program reads them from `web/dist` instead, so that a changed page needs no new program.
+//! A debug build reads them from `web/dist` instead, so that a changed page needs no rebuild of the program.
 
 use crate::Http;
 use axum::Router;
@@ -14,7 +14,7 @@ use crate::problem::{Problem, ProblemKind};
 use crate::rest::etag::tag;
 use app::hash_hex;
 
-/// Scripts, styles, pictures and connections of this server only; nothing inline.
+/// Scripts, styles, images and connections of this server only; nothing inline.
 const CSP_PAGE: &str = "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob: data:; \
                         connect-src 'self'; font-src 'self'; worker-src 'self'; manifest-src 'self'; \
                         frame-ancestors 'none'; base-uri 'none'; form-action 'none'";
@@ -46,11 +46,11 @@ async fn file(uri: Uri, headers: HeaderMap) -> Response {
 }
 
 fn not_built() -> Problem {
-    Problem::new(ProblemKind::Unavailable, "this program was built without its page")
-        .remedy("build and start it with `cargo xtask run`; the API works meanwhile, see /docs")
+    Problem::new(ProblemKind::Unavailable, "this program was built without the page")
+        .remedy("build and start it with `cargo xtask run`; the API works without it, see /docs")
 }
 
-/// The file in the smallest form that the browser takes.
+/// The file in the smallest encoding that the browser accepts.
 fn best(path: &str, headers: &HeaderMap) -> Option<(EmbeddedFile, Option<&'static str>)> {
     let accepted = headers.get(header::ACCEPT_ENCODING).and_then(|text| text.to_str().ok()).unwrap_or_default();
     let takes = |wanted: &str| accepted.split(',').any(|one| one.trim().split(';').next() == Some(wanted));

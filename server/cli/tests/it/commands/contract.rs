@@ -380,7 +380,7 @@ fn the_twin_gives_the_same_capture_for_the_same_seed_and_another_for_another() {
 }
 
 #[test]
-fn bench_cloud_tells_memory_and_speed_and_leaves_nothing_behind() {
+fn bench_cloud_reports_memory_and_speed_and_leaves_nothing_behind() {
     let folder = tempfile::tempdir().unwrap();
     let place = folder.path().to_str().unwrap();
     let arguments = ["bench", "cloud", "--frames", "12", "--points", "500", "--folder", place, "--json", "-"];

@@ -252,7 +252,7 @@ fn a_recorded_scan_is_exported_and_played_and_gives_its_cloud_bit_by_bit() {
 }
 
 #[test]
-fn what_is_in_a_recording_is_told_and_a_broken_one_is_made_whole() {
+fn a_recording_is_inspected_and_a_broken_one_is_repaired() {
     let folder = TempDir::new().unwrap();
     let (file, _) = recorded_scan("stop_and_go", folder.path());
     let (info, code) = sheaf_json(&["recording", "info", file.to_str().unwrap()]);

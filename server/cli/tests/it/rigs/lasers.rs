@@ -14,7 +14,7 @@ use scanning::files::read_cloud;
 use serde_json::json;
 use tempfile::TempDir;
 use twin::{CaptureRequest, ScanRequest, SceneKind, StationModel, StationShape, capture_folder};
-use vision::{GreyImage, Pixels};
+use vision::{GreyImage, LineDirection, Pixels};
 
 /// The lasers stand this far apart, as angles about the camera's x axis.
 const APART_RAD: f64 = 0.09;
@@ -42,7 +42,7 @@ fn station(turn_rad: f64) -> StationModel {
     model
 }
 
-fn recorded(model: &StationModel, folder: &Path) {
+pub(super) fn recorded(model: &StationModel, folder: &Path) {
     let request = CaptureRequest {
         n_poses: 8,
         stage_positions: vec![-15.0, -5.0, 5.0, 15.0],
@@ -58,22 +58,29 @@ fn recorded(model: &StationModel, folder: &Path) {
 
 /// A capture with one plane of light per turn, listed from the top of the image.
 fn capture(turns_rad: &[f64]) -> TempDir {
+    let lines = turns_rad.len();
+    let planes = PlanesProjector { lines, line_direction: None, switched: false };
+    let models: Vec<StationModel> = turns_rad.iter().copied().map(station).collect();
+    capture_of(&models, Projector::Planes(planes))
+}
+
+/// A capture whose pictures show the light of all stations, line by line.
+pub(super) fn capture_of(models: &[StationModel], projector: Projector) -> TempDir {
     let folder = tempfile::tempdir().unwrap();
-    for (line, &turn_rad) in turns_rad.iter().enumerate() {
-        recorded(&station(turn_rad), &folder.path().join(line.to_string()));
+    for (line, model) in models.iter().enumerate() {
+        recorded(model, &folder.path().join(line.to_string()));
     }
     let first = folder.path().join("0");
     let mut made = capture::Capture::open(&first).unwrap();
     let lit: Vec<_> = made.files().into_iter().filter(|file| !file.entry.ends_with("board")).collect();
-    for line in 1..turns_rad.len() {
+    for line in 1..models.len() {
         for file in &lit {
             let other = read_grey_image(&folder.path().join(line.to_string()).join(&file.path)).unwrap();
             let sum = added(&read_grey_image(&first.join(&file.path)).unwrap(), &other);
             write_png(&first.join(&file.path), &sum).unwrap();
         }
     }
-    made.manifest.projector =
-        Projector::Planes(PlanesProjector { lines: turns_rad.len(), line_direction: None, switched: false });
+    made.manifest.projector = projector;
     write_manifest(&first, &made.manifest).unwrap();
     folder
 }
@@ -122,6 +129,11 @@ fn switched(turns_rad: &[f64]) -> TempDir {
 
 /// Calibrates and scans, and holds every point against the truth of its frame and line; `per_row`: frames of a row.
 fn check(folder: &TempDir, turns_rad: &[f64], per_row: u32) {
+    check_lines(folder, &vec![LineDirection::Rows; turns_rad.len()], per_row, &station(0.0));
+}
+
+/// The same for lines that run along these directions; `station`: whose stage it is.
+pub(super) fn check_lines(folder: &TempDir, directions: &[LineDirection], per_row: u32, station: &StationModel) {
     let capture = path(folder.path(), "0");
     let (calibration, cloud) = (path(folder.path(), "cal.json"), path(folder.path(), "gauge.ply"));
     let (result, exit) = sheaf_json(&["calibrate", &capture, "-o", &calibration, "-q"]);
@@ -135,16 +147,21 @@ fn check(folder: &TempDir, turns_rad: &[f64], per_row: u32) {
         let at = [f64::from(point.u_px), f64::from(point.v_px), point.z_mm, f64::from(point.sigma_mm)];
         by_line.entry((point.frame / per_row, point.order)).or_default().push(at);
     }
-    let stage = station(0.0).stage.linear().unwrap();
+    let stage = station.stage.linear().unwrap();
     let (mut n_true, mut n_found, mut n_wrong, mut z) = (0, 0, 0, Vec::new());
-    for line in 0..turns_rad.len() {
+    for (line, direction) in directions.iter().enumerate() {
         let text = std::fs::read_to_string(folder.path().join(line.to_string()).join("truth-gauge.csv")).unwrap();
         for row in text.lines().skip(1).step_by(7) {
             let row: Vec<f64> = row.split(',').map(|field| field.parse().unwrap()).collect();
             let (frame, u_px, v_px, z_mm) = (row[0] as u32, row[2], row[3], row[6]);
             n_true += 1;
-            let near =
-                |at: &&[f64; 4]| (at[0] - u_px).abs() < SAME_COLUMN_PX && (at[1] - v_px).abs() < SAME_LINE_PX;
+            let near = |at: &&[f64; 4]| {
+                let (along, across) = match direction {
+                    LineDirection::Rows => (at[0] - u_px, at[1] - v_px),
+                    LineDirection::Columns => (at[1] - v_px, at[0] - u_px),
+                };
+                along.abs() < SAME_COLUMN_PX && across.abs() < SAME_LINE_PX
+            };
             let Some(at) = by_line.get(&(frame, line as i8)).and_then(|of_line| of_line.iter().find(near)) else {
                 continue;
             };
@@ -157,7 +174,7 @@ fn check(folder: &TempDir, turns_rad: &[f64], per_row: u32) {
     }
     z.sort_by(f64::total_cmp);
     let median = z[z.len() / 2];
-    println!("{} lines: {n_found} of {n_true} found, {n_wrong} wrong, median {median:.2} σ", turns_rad.len());
+    println!("{directions:?}: {n_found} of {n_true} found, {n_wrong} wrong, median {median:.2} σ");
     assert!(n_found as f64 >= RECALL * n_true as f64, "{n_found} of {n_true}");
     assert_eq!(n_wrong, 0);
     assert!(median < MEDIAN_SIGMAS, "{median}");
@@ -175,7 +192,7 @@ fn two_free_lasers_are_calibrated_and_scan() {
 }
 
 #[test]
-fn lasers_that_are_lit_one_by_one_are_told_apart_by_their_pictures() {
+fn lasers_switched_on_one_at_a_time_are_identified_by_their_images() {
     // Numbered from the bottom of the image upwards: by their places each would be taken for the other.
     let turns_rad = [-APART_RAD / 2.0, APART_RAD / 2.0];
     let folder = switched(&turns_rad);

@@ -1,6 +1,7 @@
 //! Whole rigs from pictures to figures, held to their truth.
 
 pub mod accuracy;
+pub mod cross;
 pub mod few_lines;
 pub mod lasers;
 pub mod rig_a;

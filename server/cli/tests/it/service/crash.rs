@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 
 use crate::common::controller::grbl_station;
 use crate::common::server::{Server, zip_of};
-use devices::grbl_simulator::{Entry, Happening};
+use devices::grbl_simulator::{Entry, WitnessEvent};
 use rand::{Rng as _, SeedableRng as _};
 use serde_json::{Value, json};
 
@@ -142,9 +142,9 @@ fn after_a_kill_in_motion_the_controller_is_dark_and_at_rest_and_nothing_begins_
         wait_until("dark and rest", || !witness.light() && !witness.moving());
         let mark = witness.mark();
         assert_eq!(server.get("/ready").status, 200);
-        // Long enough for anything that would begin by itself: the station asks the controller five times a second.
+        // Long enough for anything that would start on its own: the station asks the controller five times a second.
         std::thread::sleep(Duration::from_secs(1));
-        let began = |entry: &Entry| matches!(entry.what, Happening::LightOn(_) | Happening::MotionBegan(_));
+        let began = |entry: &Entry| matches!(entry.what, WitnessEvent::LightOn(_) | WitnessEvent::MotionBegan(_));
         assert!(!witness.since(mark).iter().any(began), "{:?}", witness.since(mark));
     }
     assert!((2..KILLS_IN_MOTION).contains(&lit));

@@ -8,8 +8,8 @@ use vision::{CentrelinePoint, Centrelines, LineDirection};
 use crate::findings::report::Rejections;
 use crate::input::BoardGeometry;
 use crate::params::{
-    BOARD_MARGIN_SQUARES, EDGE_MARGIN_PX, EDGE_MARGIN_WIDTHS, MARGIN_REJECT_SIGMAS, MIN_LINE_COLUMNS,
-    MIN_RANK_AGREEMENT, PREDICTED_LABEL_PITCH_SHARE,
+    BOARD_MARGIN_SQUARES, EDGE_MARGIN_WIDTHS, MARGIN_REJECT_SIGMAS, MIN_LINE_COLUMNS, MIN_RANK_AGREEMENT,
+    PREDICTED_LABEL_PITCH_SHARE,
 };
 use crate::solving::bundle::sheet_residual;
 use crate::solving::bundle_state::BoardPose;
@@ -54,8 +54,8 @@ pub fn picture_lines(
     pose: &BoardPose,
     board: &BoardGeometry,
     orders: &[i8],
-    line_direction: LineDirection,
 ) -> PictureLines {
+    let line_direction = centrelines.direction;
     let mut lines =
         PictureLines { correlation_px: centrelines.correlation_px.max(1.0), ..PictureLines::default() };
     let places: Vec<Vec<Place>> = centrelines
@@ -240,7 +240,7 @@ fn place_on_board(point: &CentrelinePoint, camera: &Camera, pose: &BoardPose, bo
     if outside(BOARD_MARGIN_SQUARES) {
         return Place::OffBoard;
     }
-    let reach_px = EDGE_MARGIN_WIDTHS * f64::from(point.width_px) + EDGE_MARGIN_PX;
+    let reach_px = EDGE_MARGIN_WIDTHS * f64::from(point.width_px);
     for axis in [Vector2::x(), Vector2::y()] {
         let Some(ahead) = squares_from_pixel(&(pixel + axis * reach_px), camera, pose, board) else {
             return Place::OffBoard;

@@ -57,9 +57,8 @@ pub fn laser_points(input: &CalibrationInput, scene: &Scene) -> Result<LaserPoin
             continue;
         }
         lit.insert(block);
-        let direction = input.projector.line_direction;
         let whole = match centrelines.lit_line {
-            None => label_whole_lines(&mut lines.pieces, scene.orders, direction, lines.pitch_px),
+            None => label_whole_lines(&mut lines.pieces, scene.orders, centrelines.direction, lines.pitch_px),
             Some(_) => Vec::new(),
         };
         rejections.off_board += lines.rejections.off_board;
@@ -117,10 +116,8 @@ fn lines_on_board(
     block: usize,
     centrelines: &Centrelines,
 ) -> PictureLines {
-    let direction = input.projector.line_direction;
-    let of = |orders: &[i8]| {
-        picture_lines(block, centrelines, scene.camera, &scene.poses[block], &input.board, orders, direction)
-    };
+    let of =
+        |orders: &[i8]| picture_lines(block, centrelines, scene.camera, &scene.poses[block], &input.board, orders);
     match centrelines.lit_line {
         None => of(scene.orders),
         Some(order) => of(&[order]).of_line(order),

@@ -84,20 +84,20 @@ impl Priors {
 
     fn rows(&self, station: &BundleState) -> Vec<PriorRow> {
         let mut rows = Vec::new();
-        for (idx, (value, belief)) in station.camera.parameters().iter().zip(&self.camera).enumerate() {
-            rows.push(PriorRow::single(idx, (value - belief.mean) / belief.sigma, 1.0 / belief.sigma));
+        for (idx, (value, gaussian)) in station.camera.parameters().iter().zip(&self.camera).enumerate() {
+            rows.push(PriorRow::single(idx, (value - gaussian.mean) / gaussian.sigma, 1.0 / gaussian.sigma));
         }
         match &station.light {
             Some(LightSurfaces::Pencil(pencil)) => {
-                if let Some(belief) = self.wavelength_over_period {
-                    let z = (pencil.wavelength_over_period - belief.mean) / belief.sigma;
-                    rows.push(PriorRow::single(CAMERA_PARAMETERS + 5, z, 1.0 / belief.sigma));
+                if let Some(gaussian) = self.wavelength_over_period {
+                    let z = (pencil.wavelength_over_period - gaussian.mean) / gaussian.sigma;
+                    rows.push(PriorRow::single(CAMERA_PARAMETERS + 5, z, 1.0 / gaussian.sigma));
                 }
             }
             Some(LightSurfaces::Grating(grating)) => {
-                if let Some(belief) = self.wavelength_over_period {
-                    let z = (grating.wavelength_over_period - belief.mean) / belief.sigma;
-                    rows.push(PriorRow::single(CAMERA_PARAMETERS + 9, z, 1.0 / belief.sigma));
+                if let Some(gaussian) = self.wavelength_over_period {
+                    let z = (grating.wavelength_over_period - gaussian.mean) / gaussian.sigma;
+                    rows.push(PriorRow::single(CAMERA_PARAMETERS + 9, z, 1.0 / gaussian.sigma));
                 }
                 if let Some(prior) = &self.grating {
                     rows.extend(grating_rows(grating, prior));

@@ -7,7 +7,7 @@ use calibration::{
 };
 use nalgebra::Vector2;
 use rayon::prelude::*;
-use vision::{CornerParams, LineDirection, find_corners};
+use vision::{CornerParams, find_corners};
 
 /// The photographs of a set, in order of name, or `None` where they are absent.
 fn photographs(folder: &str, prefix: &str) -> Option<Vec<PathBuf>> {
@@ -39,7 +39,7 @@ fn camera_rms_px(paths: &[PathBuf], board: BoardGeometry, estimate_k3: Option<bo
         width_px: images[0].width(),
         height_px: images[0].height(),
         board,
-        projector: ProjectorSheet { grating: None, orders: vec![0], line_direction: LineDirection::Rows },
+        projector: ProjectorSheet { grating: None, orders: vec![0] },
         poses,
         stage_views: Vec::new(),
         angle_sigma_deg: None,

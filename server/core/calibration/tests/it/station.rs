@@ -244,8 +244,8 @@ fn lines_with_one_missing_are_identified_by_the_one_without_a_bow() {
             pose.centrelines.as_mut().unwrap().segments.remove(missing);
         }
         let result = calibrated(&input).unwrap();
-        let told = format!("order {} was found on 0 boards only", rig.orders[missing]);
-        assert!(result.report.warnings.iter().any(|warning| warning.contains(&told)), "{missing}");
+        let expected = format!("order {} was found on 0 boards only", rig.orders[missing]);
+        assert!(result.report.warnings.iter().any(|warning| warning.contains(&expected)), "{missing}");
         assert!(depth_errors(&rig, &result.calibration).1 < THREE_SIGMA, "{missing}");
     }
 }

@@ -40,7 +40,7 @@ fn a_valid_capture_opens_without_warnings() {
     let folder = folder_with(&valid_manifest());
     let capture = Capture::open(folder.path()).unwrap();
     assert_eq!(capture.warnings, Vec::<String>::new());
-    assert_eq!(capture.manifest.line_direction(), LineDirection::Rows);
+    assert_eq!(capture.manifest.projector.direction_of(0), LineDirection::Rows);
     let entries: Vec<String> = capture.files().into_iter().map(|named| named.entry).collect();
     let expected =
         ["poses[0].board", "poses[0].laser", "poses[1].board", "stage_views[0].board", "scans[0].frames[0].image"];
@@ -54,7 +54,7 @@ fn lines_along_columns_are_understood() {
     let mut manifest = valid_manifest();
     manifest["projector"]["line_direction"] = json!("columns");
     let capture = Capture::open(folder_with(&manifest).path()).unwrap();
-    assert_eq!(capture.manifest.line_direction(), LineDirection::Columns);
+    assert_eq!(capture.manifest.projector.direction_of(0), LineDirection::Columns);
 }
 
 #[test]
@@ -369,7 +369,7 @@ fn independent_lines_are_numbered() {
     manifest["projector"] = json!({"kind": "planes", "lines": 3, "line_direction": "columns"});
     let projector = Capture::open(folder_with(&manifest).path()).unwrap().manifest.projector;
     assert_eq!(projector.orders(), [0, 1, 2]);
-    assert_eq!(projector.direction(), vision::LineDirection::Columns);
+    assert_eq!(projector.direction_of(0), vision::LineDirection::Columns);
 }
 
 /// A ChArUco board with one value replaced.

@@ -11,7 +11,7 @@ use crate::fitting::robust::{TrimmedFit, fit_trimmed, normalised_distance, withi
 use crate::fitting::sample::Samples;
 use crate::interface::shape::Shape;
 use crate::params::{
-    MIN_CURVED_COSINE, MIN_CURVED_COSINE_UNLIT, MIN_CURVED_LIGHT_COSINE, MIN_FEATURE_POINTS, MIN_FEATURE_SHARE,
+    MAX_CURVED_LIGHT_TANGENT, MIN_CURVED_COSINE, MIN_CURVED_COSINE_UNLIT, MIN_FEATURE_POINTS, MIN_FEATURE_SHARE,
     MIN_INTERIOR_SHARE, MIN_TABLE_SHARE, NOMINAL_HINT_SHARE, PARALLEL_DEGREES, RANSAC_BAND_SIGMAS,
 };
 
@@ -177,12 +177,13 @@ impl Search<'_> {
         if matches!(shape, Shape::Plane { .. }) {
             return inside;
         }
+        let least_lit = 1.0 / 1f64.hypot(MAX_CURVED_LIGHT_TANGENT);
         let is_frontal = |&idx: &u32| {
             let sample = self.samples.at(idx);
             match self.samples.to_light(idx) {
                 Some(to_light) => {
                     let lit = shape.normal_at(&sample.in_part.xyz).dot(&to_light);
-                    sample.cosine(shape) >= MIN_CURVED_COSINE && lit.abs() >= MIN_CURVED_LIGHT_COSINE
+                    sample.cosine(shape) >= MIN_CURVED_COSINE && lit.abs() >= least_lit
                 }
                 None => sample.cosine(shape) >= MIN_CURVED_COSINE_UNLIT,
             }

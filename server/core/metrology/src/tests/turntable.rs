@@ -91,9 +91,9 @@ fn scan(seed: u64, axis_drawn: bool) -> (Cloud, Calibration) {
     if !axis_drawn {
         draw[n - 4..].fill(0.0);
     }
-    let believed = truth.stepped(&draw);
-    let stage = believed.stage.expect("a turntable");
-    let spread = believed.stage_spread();
+    let assumed = truth.stepped(&draw);
+    let stage = assumed.stage.expect("a turntable");
+    let spread = assumed.stage_spread();
     let angles_deg: Vec<f64> = (0..N_FRAMES).map(|frame| frame as f64 * STEP_DEG).collect();
     let mut points = Vec::new();
     for (frame, &angle_deg) in angles_deg.iter().enumerate() {
@@ -105,11 +105,11 @@ fn scan(seed: u64, axis_drawn: bool) -> (Cloud, Calibration) {
                 let noise = Vector2::new(NOISE_PX * rng.sample::<f64, _>(StandardNormal), 0.0);
                 let Some(pixel) = truth.camera.project(&at) else { continue };
                 let (u_px, v_px) = ((pixel.x + noise.x) as f32, pixel.y as f32);
-                let Some(hit) = believed.triangulate(line, &Vector2::new(u_px.into(), v_px.into()), None) else {
+                let Some(hit) = assumed.triangulate(line, &Vector2::new(u_px.into(), v_px.into()), None) else {
                     continue;
                 };
                 let part = stage.part_from_camera(&hit.hit_in_camera, position).expect("an angle").xyz;
-                let systematic_mm = believed.systematic_sigma_mm(line, &hit).unwrap_or(0.0);
+                let systematic_mm = assumed.systematic_sigma_mm(line, &hit).unwrap_or(0.0);
                 let of_stage_mm = spread.in_frame(position).sigma_mm(&hit.hit_in_camera);
                 let sigma_mm = hit.noise_sigma_mm(&[1.0, 0.0], NOISE_PX).hypot(systematic_mm).hypot(of_stage_mm);
                 let [x_mm, y_mm, z_mm] = part.into();
@@ -130,7 +130,7 @@ fn scan(seed: u64, axis_drawn: bool) -> (Cloud, Calibration) {
     let positions = angles_deg.into_iter().map(StagePosition::RotaryDeg).collect();
     let mut comments = vec!["noise_correlation_px 1".to_owned(), "line_sigma_mm 0.2".to_owned()];
     comments.extend(StagePositions { stage, positions }.comments());
-    (Cloud { points, comments }, believed)
+    (Cloud { points, comments }, assumed)
 }
 
 /// Errors of the radius over its standard uncertainty.

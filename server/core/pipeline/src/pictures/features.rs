@@ -6,11 +6,12 @@ use calibration::{CalibrationInput, GratingSheet, PoseInput, ProjectorSheet, Sta
 use capture::{Capture, LaserPicture, Projector, StagePlace};
 use optics::StagePosition;
 use rayon::prelude::*;
-use vision::{BoardCorners, CentrelineExtractor, CentrelineParams, Centrelines, GreyImage, find_centrelines};
+use vision::{BoardCorners, CentrelineExtractor, Centrelines, GreyImage};
 
 use crate::failure::Failure;
 use crate::pictures::board::{board_geometry, board_remedy, find_board};
 use crate::pictures::findings::{Finding, room_finding};
+use crate::pictures::projected::{lines_in, without_lines};
 use crate::progress::{Reporter, Task};
 
 /// The features for a calibration, and the pictures left out.
@@ -46,7 +47,7 @@ pub fn calibration_features(
     let task = reporter.count("reading boards and laser lines", "pictures", boards.len() + lasers.len());
     let (boards, lasers) = rayon::join(
         || all(&boards, reporter, &*task, |picture| corners_of(capture, picture)),
-        || all(&lasers, reporter, &*task, |picture| centrelines_of(capture, picture)),
+        || all(&lasers, reporter, &*task, |picture| lines_of_picture(capture, picture)),
     );
     drop(task);
     reporter.check_cancelled()?;
@@ -58,8 +59,11 @@ pub fn calibration_features(
     let mut poses = Vec::new();
     for pose in &manifest.poses {
         let corners = boards.next().flatten();
-        let centrelines = pose.laser.as_ref().and_then(|_| lasers.next().flatten());
-        let lit_alone: Vec<Centrelines> = lasers.by_ref().take(pose.lasers.len()).flatten().collect();
+        let n_pictures = usize::from(pose.laser.is_some()) + pose.lasers.len();
+        let lines: Vec<Centrelines> = lasers.by_ref().take(n_pictures).flatten().flatten().collect();
+        let (lit_alone, together): (Vec<Centrelines>, Vec<Centrelines>) =
+            lines.into_iter().partition(|lines| lines.lit_line.is_some());
+        let centrelines = together.into_iter().next();
         if let Some(corners) = corners {
             poses.push(PoseInput { name: pose.board.display().to_string(), corners, centrelines, lit_alone });
         }
@@ -74,52 +78,49 @@ pub fn calibration_features(
     Ok(Features { input: input(capture, poses, stage_views), left_out })
 }
 
-/// Extracts the centrelines of every frame of a scan, in the order of the frames; few frames are in memory at a time.
+/// Takes the centrelines of every frame of a scan with the number of its picture, in the order of the frames; few frames
+/// are in memory at a time. A picture of a cross is two frames, one for each line.
 pub fn scan_centrelines(
     capture: &Capture,
     name: &str,
     reporter: &dyn Reporter,
-    mut take: impl FnMut(Centrelines) -> Result<(), Failure>,
+    mut take: impl FnMut(usize, Centrelines) -> Result<(), Failure>,
 ) -> Result<(), Failure> {
     let scan = capture.scan(name)?;
     let scan_idx = capture.manifest.scans.iter().position(|other| std::ptr::eq(other, scan)).unwrap_or(0);
     let pictures = pictures_of(capture, &format!("scans[{scan_idx}]."));
     let task = reporter.count(&format!("reading scan {name}"), "frames", pictures.len());
-    let params = centreline_params(capture);
+    let pictures: Vec<(usize, LaserPicture)> = pictures.into_iter().enumerate().collect();
     for some in pictures.chunks(PICTURES_AT_ONCE) {
-        let found: Result<Vec<Centrelines>, Failure> = some
+        let found: Result<Vec<(usize, Vec<Centrelines>)>, Failure> = some
             .par_iter()
-            .map_init(CentrelineExtractor::default, |extractor, picture| {
+            .map_init(CentrelineExtractor::default, |extractor, (idx, picture)| {
                 reporter.check_cancelled()?;
-                let mut lines = Centrelines { direction: params.line_direction, ..Centrelines::default() };
-                match laser_light(capture, picture)? {
-                    LaserLight::Image(image) => extractor.find(&image, &params, &mut lines),
-                    // Its edges would be taken for lines: such a frame is treated as empty, and reported.
+                let projector = &capture.manifest.projector;
+                let lines = match laser_light(capture, picture)? {
+                    LaserLight::Image(image) => lines_in(&image, projector, picture.line, extractor),
+                    // Its edges would be taken for lines: such a frame shows nothing, and is named.
                     LaserLight::Unknown(finding) => {
                         reporter.warn(&format!(
                             "{} ({}): {finding}; left out",
                             picture.path.display(),
                             picture.entry
                         ));
+                        without_lines(projector, picture.line)
                     }
-                }
-                lines.lit_line = picture.line;
+                };
                 task.step();
-                Ok(lines)
+                Ok((*idx, lines))
             })
             .collect();
-        found?.into_iter().try_for_each(&mut take)?;
+        let frames = found?.into_iter().flat_map(|(idx, lines)| lines.into_iter().map(move |lines| (idx, lines)));
+        frames.into_iter().try_for_each(|(idx, lines)| take(idx, lines))?;
     }
     Ok(())
 }
 
 /// Pictures of a scan read at a time: enough for many cores.
 const PICTURES_AT_ONCE: usize = 64;
-
-/// Settings of the line extraction for this capture.
-fn centreline_params(capture: &Capture) -> CentrelineParams {
-    CentrelineParams { line_direction: capture.manifest.line_direction(), ..CentrelineParams::default() }
-}
 
 /// Applies `find` to every picture on all cores; results in the order of the pictures.
 fn all<P: Sync, T: Send>(
@@ -204,7 +205,7 @@ fn corners_of(capture: &Capture, picture: &Picture) -> Found<BoardCorners> {
         .map_err(|error| unreadable(capture, picture, &error.to_string(), &board_remedy(&error, target)))
 }
 
-fn centrelines_of(capture: &Capture, laser: &LaserPicture) -> Found<Centrelines> {
+fn lines_of_picture(capture: &Capture, laser: &LaserPicture) -> Found<Vec<Centrelines>> {
     let picture = &Picture { entry: laser.entry.clone(), path: &laser.path };
     let image = match laser_light(capture, laser)? {
         LaserLight::Image(image) => image,
@@ -213,11 +214,11 @@ fn centrelines_of(capture: &Capture, laser: &LaserPicture) -> Found<Centrelines>
             return Err(unreadable(capture, picture, &finding.to_string(), remedy));
         }
     };
-    let mut lines = find_centrelines(&image, &centreline_params(capture));
-    lines.lit_line = laser.line;
-    // A line that is on alone need not meet every board.
-    if lines.segments.is_empty() && laser.line.is_none() {
-        let remedy = "check that the laser was on and exposed long enough, or remove this \"laser\" from the pose: it is then used for the camera alone";
+    let lines = lines_in(&image, &capture.manifest.projector, laser.line, &mut CentrelineExtractor::default());
+    // A line that is lit alone need not meet every board.
+    if lines.iter().all(|lines| lines.segments.is_empty()) && laser.line.is_none() {
+        let remedy = "check that the laser was on and exposed long enough, or remove this \"laser\" from the pose: \
+                      it then serves the camera alone";
         return Err(unreadable(capture, picture, "no laser line was found", remedy));
     }
     Ok(lines)
@@ -243,10 +244,9 @@ fn input(capture: &Capture, poses: Vec<PoseInput>, stage_views: Vec<StageViewInp
                     wavelength_nm: grating.wavelength_nm,
                     lines_per_mm: grating.grating_lines_per_mm,
                 }),
-                Projector::Planes(_) => None,
+                Projector::Planes(_) | Projector::Cross(_) => None,
             },
             orders: manifest.projector.orders(),
-            line_direction: manifest.line_direction(),
         },
         poses,
         stage_views,

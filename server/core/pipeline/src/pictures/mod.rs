@@ -5,5 +5,6 @@ pub mod board;
 pub mod features;
 pub mod findings;
 pub mod lines;
+mod projected;
 pub mod search;
 pub mod strong_light;

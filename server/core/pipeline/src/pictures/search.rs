@@ -143,8 +143,8 @@ pub(crate) fn runs_along(point: &CentrelinePoint, direction: LineDirection) -> b
     }
 }
 
-/// Keeps some points; a piece of line is split where one is left out.
-fn keep_points(lines: &mut Centrelines, keep: impl Fn(&CentrelinePoint) -> bool) {
+/// Keeps some points; a piece of line ends where one is left out.
+pub(crate) fn keep_points(lines: &mut Centrelines, keep: impl Fn(&CentrelinePoint) -> bool) {
     let kept = lines
         .segments
         .iter()

@@ -55,10 +55,10 @@ pub fn carried_stretches(run: &[RunPoint]) -> Vec<Range<usize>> {
     };
     let is_seen = |stretch: &Range<usize>| share(stretch, |point| point.is_seen) >= STEP_SEEN_SHARE;
     let longest = stretches.iter().map(Range::len).max().unwrap_or(0);
-    let nobody = !stretches.iter().any(is_seen);
+    let none_seen = !stretches.iter().any(is_seen);
     let carried = |stretch: &Range<usize>| {
-        let stands = is_seen(stretch) || nobody && stretch.len() == longest;
-        !stands && !stretch.is_empty() && share(stretch, |point| point.is_open) > OPEN_SHARE
+        let is_kept = is_seen(stretch) || none_seen && stretch.len() == longest;
+        !is_kept && !stretch.is_empty() && share(stretch, |point| point.is_open) > OPEN_SHARE
     };
     let with_what_is_smoothed = |idx: usize| {
         let before = idx.checked_sub(1).map_or(0, |before| stretches[before].end);

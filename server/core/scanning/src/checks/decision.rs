@@ -8,8 +8,9 @@ use crate::checks::columns::{FrameColumns, LineColumns};
 use crate::checks::compare::Surfaces;
 use crate::checks::rivals::{Confirmation, Rivals, neighbours};
 use crate::checks::widths::Widths;
+use crate::input::line_step::largest_step_px;
 use crate::input::line_widths::{LineWidths, Width};
-use crate::params::{COMPARE_STRIDE_PX, KINK_STEP_PX, RUN_DENIED_SHARE, STUB_POINTS, WIDTH_WINDOW_WIDTHS};
+use crate::params::{COMPARE_STRIDE_PX, RUN_DENIED_SHARE, STUB_WIDTHS, WIDTH_WINDOW_WIDTHS};
 use crate::points::profile::{Profile, ProfilePoint};
 use crate::points::profiles::Profiles;
 
@@ -66,7 +67,7 @@ impl<'a> PointFilter<'a> {
         }
         let along = |checked: &CheckedPoint| self.place(&checked.point).0;
         checked.sort_by(|a, b| a.point.order.cmp(&b.point.order).then(along(a).total_cmp(&along(b))));
-        leave_out_chance(&mut checked);
+        self.leave_out_chance(&mut checked);
         self.leave_out_rivals(&mut checked);
         // Without any second look in the frame, its absence is no evidence.
         if checked.iter().any(|checked| checked.confirmation == Confirmation::Confirmed) {
@@ -96,7 +97,7 @@ impl<'a> PointFilter<'a> {
     fn contradicted_points(&self, profile: &Profile, frame: usize) -> Vec<u32> {
         let mut contradicted_points = Vec::new();
         let mut first = 0;
-        for run in profile.points.chunk_by(neighbours) {
+        for run in profile.points.chunk_by(|a, b| self.follow(a, b)) {
             let contradicted: Vec<bool> = run.iter().map(|point| self.surfaces.contradict(point, frame)).collect();
             let n_contradicted = contradicted.iter().filter(|contradicted| **contradicted).count();
             let whole_run = n_contradicted as f64 > RUN_DENIED_SHARE * run.len() as f64;
@@ -155,7 +156,7 @@ impl<'a> PointFilter<'a> {
         sure: &FrameColumns,
         of_pieces: &LineColumns,
     ) -> impl Iterator<Item = bool> {
-        let widths = points.chunk_by(neighbours).flat_map(|run| self.widths.of_run(run, |_| false));
+        let widths = points.chunk_by(|a, b| self.follow(a, b)).flat_map(|run| self.widths.of_run(run, |_| false));
         let fits: Vec<bool> = widths.map(|width| width == Width::Own).collect();
         let fitting = points.iter().zip(&fits).filter(|(_, fits)| **fits).map(|(point, _)| {
             let (along, across) = self.place(point);
@@ -164,11 +165,12 @@ impl<'a> PointFilter<'a> {
         let fitting = FrameColumns::new(fitting, &self.profiles.triangulator().calibration().orders);
         let holds = move |point: &ProfilePoint| {
             let start = self.place(point);
+            let step_px = self.step_px(point);
             let reach_px = WIDTH_WINDOW_WIDTHS * f64::from(point.seen.width_px);
             let is_held =
                 |(along, across)| fitting.has(along, across, point.order) || sure.has(along, across, point.order);
             [-1, 1].into_iter().all(|direction| {
-                let next = |at: &(f64, f64)| of_pieces.next(*at, direction * LINE_GAP_COLUMNS, KINK_STEP_PX);
+                let next = |at: &(f64, f64)| of_pieces.next(*at, direction * LINE_GAP_COLUMNS, step_px);
                 let line = std::iter::successors(Some(start), next);
                 line.take_while(|(along, _)| (along - start.0).abs() <= reach_px).all(is_held)
             })
@@ -187,7 +189,7 @@ impl<'a> PointFilter<'a> {
             checked.iter().map(|checked| (checked.point, checked.confirmation)).unzip();
         let has_rival = self.rivals.spread(&points, &confirmations);
         let mut first = 0;
-        for run in checked.chunk_by_mut(|a, b| neighbours(&a.point, &b.point)) {
+        for run in checked.chunk_by_mut(|a, b| self.follow(&a.point, &b.point)) {
             let has_rival = &has_rival[first..first + run.len()];
             let n_rivals = has_rival.iter().filter(|has_rival| **has_rival).count();
             let whole_run = n_rivals as f64 > RUN_DENIED_SHARE * run.len() as f64;
@@ -201,7 +203,7 @@ impl<'a> PointFilter<'a> {
     /// Leaves out points whose label is supported neither by a second look nor by the ranks nor by their line.
     fn leave_out_unheld(&self, checked: &mut [CheckedPoint], of_pieces: &LineColumns, correlation_px: f64) {
         let columns = self.columns(checked);
-        for run in checked.chunk_by_mut(|a, b| neighbours(&a.point, &b.point)) {
+        for run in checked.chunk_by_mut(|a, b| self.follow(&a.point, &b.point)) {
             let of_run: Vec<ProfilePoint> = run.iter().map(|checked| checked.point).collect();
             let widths = self.widths.of_run(&of_run, |idx| run[idx].confirmation == Confirmation::Confirmed);
             let point = |(checked, width)| self.run_point(checked, width, &columns, correlation_px);
@@ -223,7 +225,7 @@ impl<'a> PointFilter<'a> {
 
     /// Whether a run's line continues beyond its end with another label or none. `direction`: along the line, ±1.
     fn is_cut(&self, end: &CheckedPoint, direction: i64, columns: &FrameColumns, of_pieces: &LineColumns) -> bool {
-        let next = of_pieces.next(self.place(&end.point), direction * LINE_GAP_COLUMNS, KINK_STEP_PX);
+        let next = of_pieces.next(self.place(&end.point), direction * LINE_GAP_COLUMNS, self.step_px(&end.point));
         next.is_some_and(|(along, across)| !columns.has(along, across, end.point.order))
     }
 
@@ -260,22 +262,32 @@ impl<'a> PointFilter<'a> {
         let labels = &self.profiles.labels;
         let left_out = labels.left_out(frame).flat_map(|piece| piece.points(lines));
         let points = profile.points.iter().map(|point| &point.seen).chain(left_out);
-        LineColumns::new(points.map(|point| point.along_across(labels.direction)))
+        LineColumns::new(points.map(|point| point.along_across(lines.direction)))
+    }
+
+    fn follow(&self, a: &ProfilePoint, b: &ProfilePoint) -> bool {
+        neighbours(a, b, &self.profiles.labels)
+    }
+
+    fn step_px(&self, point: &ProfilePoint) -> f64 {
+        let labels = &self.profiles.labels;
+        largest_step_px(&point.seen, labels.line_width_px, labels.direction_of(point.order))
     }
 
     fn place(&self, point: &ProfilePoint) -> (f64, f64) {
-        point.seen.along_across(self.profiles.labels.direction)
+        self.profiles.labels.along_across(point.order, &point.seen)
     }
-}
 
-/// Leaves out candidates not connected to a point of the profile, unless other orders confirm them and they are long: a
-/// column may admit a single order for a chance row of speckles, too.
-fn leave_out_chance(checked: &mut [CheckedPoint]) {
-    for run in checked.chunk_by_mut(|a, b| neighbours(&a.point, &b.point)) {
-        if run.iter().all(|checked| checked.own.is_none()) {
-            let is_short = run.len() < STUB_POINTS;
-            run.iter_mut()
-                .for_each(|checked| checked.is_out |= is_short || checked.confirmation != Confirmation::Confirmed);
+    /// Leaves out candidates that hang on no point of the profile, unless other orders have seen them and they are long: a
+    /// column may leave a chance row of speckles one order, too.
+    fn leave_out_chance(&self, checked: &mut [CheckedPoint]) {
+        for run in checked.chunk_by_mut(|a, b| self.follow(&a.point, &b.point)) {
+            if run.iter().all(|checked| checked.own.is_none()) {
+                let is_short = (run.len() as f64) < STUB_WIDTHS * self.profiles.labels.line_width_px;
+                run.iter_mut().for_each(|checked| {
+                    checked.is_out |= is_short || checked.confirmation != Confirmation::Confirmed
+                });
+            }
         }
     }
 }

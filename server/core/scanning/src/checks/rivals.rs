@@ -2,8 +2,10 @@
 //! on the ground (`docs/maths/labelling.md`, "Rivals").
 
 use crate::checks::compare::Surfaces;
+use crate::input::line_step::largest_step_px;
 use crate::input::line_widths::Label;
-use crate::params::{CLOSE_TOLERANCES, COMPARE_STRIDE_PX, CONTRADICTION_TOLERANCES, END_WIDTHS, KINK_STEP_PX};
+use crate::label::Labels;
+use crate::params::{CLOSE_TOLERANCES, COMPARE_STRIDE_PX, CONTRADICTION_TOLERANCES, END_WIDTHS};
 use crate::points::profile::ProfilePoint;
 use crate::points::profiles::Profiles;
 
@@ -96,7 +98,7 @@ impl<'a> Rivals<'a> {
     }
 
     fn along(&self, point: &ProfilePoint) -> f64 {
-        point.seen.along_across(self.profiles.labels.direction).0.round()
+        self.profiles.labels.along_across(point.order, &point.seen).0.round()
     }
 }
 
@@ -111,8 +113,15 @@ pub enum Confirmation {
     Unconfirmed,
 }
 
-/// Whether two points are consecutive on one line.
-pub fn neighbours(a: &ProfilePoint, b: &ProfilePoint) -> bool {
-    let apart_px = (a.seen.u_px - b.seen.u_px).abs().max((a.seen.v_px - b.seen.v_px).abs());
-    a.order == b.order && apart_px <= KINK_STEP_PX
+/// Scan columns (rows) from one point of a line to the next, at most: one of them may have none.
+const NEXT_COLUMNS: f64 = 2.0;
+
+/// Whether two points follow one another on one line of `labels`.
+pub fn neighbours(a: &ProfilePoint, b: &ProfilePoint, labels: &Labels) -> bool {
+    let direction = labels.direction_of(a.order);
+    let ((along_a, across_a), (along_b, across_b)) =
+        (a.seen.along_across(direction), b.seen.along_across(direction));
+    a.order == b.order
+        && (along_a - along_b).abs().round() <= NEXT_COLUMNS
+        && (across_a - across_b).abs() <= largest_step_px(&a.seen, labels.line_width_px, direction)
 }

@@ -6,7 +6,6 @@ use nalgebra::{Vector2, Vector3};
 use optics::stage::{FrameSpread, StageSpread};
 use optics::{Calibration, Motion, Stage, StageAxis};
 use statistics::median;
-use vision::LineDirection;
 
 use crate::checks::compare::{ClosurePairs, Sums, Surfaces, order_pairs};
 use crate::checks::decision::{Decision, PointFilter};
@@ -14,6 +13,7 @@ use crate::checks::widths;
 use crate::error::ScanError;
 use crate::input::frames::{in_order, lines_of};
 use crate::input::stage_positions::StagePositions;
+use crate::label::Labels;
 use crate::params::{FWHM_PER_SIGMA, THICKNESS_SAMPLES};
 use crate::points::cloud::CloudPoint;
 use crate::points::dropped::{DropReason, Dropped};
@@ -131,7 +131,7 @@ impl<'a> Evaluation<'a> {
 
     /// The points of a frame that are kept.
     fn kept(&self, profile: &Profile, frame: usize) -> Vec<ProfilePoint> {
-        kept(profile, &self.decisions[frame], self.profiles.labels.direction)
+        kept(profile, &self.decisions[frame], &self.profiles.labels)
     }
 
     fn cloud_point(
@@ -190,13 +190,13 @@ impl<'a> Evaluation<'a> {
     }
 }
 
-/// The points of a frame that are kept, by order, then along the line.
-fn kept(profile: &Profile, decision: &Decision, direction: LineDirection) -> Vec<ProfilePoint> {
+/// What is decided to stay of a frame, by order, then along the line.
+fn kept(profile: &Profile, decision: &Decision, labels: &Labels) -> Vec<ProfilePoint> {
     let mut left_out = decision.left_out.iter().copied().peekable();
     let stays = |(idx, _): &(u32, &ProfilePoint)| left_out.next_if_eq(idx).is_none();
     let own = (0..).zip(&profile.points).filter(stays).map(|(_, point)| point);
     let mut points: Vec<ProfilePoint> = own.chain(&decision.taken).copied().collect();
-    let along = |point: &ProfilePoint| point.seen.along_across(direction).0;
+    let along = |point: &ProfilePoint| labels.along_across(point.order, &point.seen).0;
     points.sort_by(|a, b| a.order.cmp(&b.order).then(along(a).total_cmp(&along(b))));
     points
 }
@@ -265,7 +265,7 @@ impl Checked {
             None => Decision::default(),
         };
         drop(lines);
-        let points = kept(&profile, &decision, profiles.labels.direction);
+        let points = kept(&profile, &decision, &profiles.labels);
         let mut dropped = profile.dropped;
         dropped.add_points(DropReason::Contradicted, decision.n_contradicted);
         dropped.add_points(DropReason::Doubtful, decision.left_out.len() - decision.n_contradicted);

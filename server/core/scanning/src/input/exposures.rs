@@ -7,7 +7,8 @@
 
 use vision::{CentrelinePoint, Centrelines, LineDirection, Segment};
 
-use crate::params::exposures::{DISAGREE_SIGMAS, JOIN_PX, SAME_LINE_PX, SAME_LINE_WIDTHS};
+use crate::input::line_step::largest_step_px;
+use crate::params::exposures::{DISAGREE_SIGMAS, SAME_LINE_WIDTHS};
 
 /// The lines of one exposure.
 #[derive(Debug, Clone, Copy)]
@@ -71,7 +72,7 @@ pub fn fuse_exposures(exposures: &[Exposed]) -> (Centrelines, FusionCounts) {
     let longest_us = exposures.iter().map(|exposed| exposed.exposure_us).fold(0.0, f64::max);
     let gains: Vec<f32> = exposures.iter().map(|exposed| (longest_us / exposed.exposure_us) as f32).collect();
     let mut counts = FusionCounts::default();
-    let mut chains = Chains::default();
+    let mut chains = Chains { direction, ..Chains::default() };
     for column in seen.chunk_by(|a, b| a.column == b.column) {
         let mut fused: Vec<Fused> =
             without_rims(lines_of_column(column)).iter().map(|line| fused(line, &gains, &mut counts)).collect();
@@ -80,7 +81,7 @@ pub fn fuse_exposures(exposures: &[Exposed]) -> (Centrelines, FusionCounts) {
     }
     let correlation_px = exposures.iter().map(|exposed| exposed.centrelines.correlation_px).fold(0.0, f64::max);
     let lit_line = exposures.first().and_then(|exposed| exposed.centrelines.lit_line);
-    (Centrelines { segments: chains.segments(direction), direction, correlation_px, lit_line }, counts)
+    (Centrelines { segments: chains.segments(), direction, correlation_px, lit_line }, counts)
 }
 
 fn all_points(exposures: &[Exposed], direction: LineDirection) -> Vec<ExposurePoint> {
@@ -106,9 +107,8 @@ fn lines_of_column(column: &[ExposurePoint]) -> Vec<Vec<ExposurePoint>> {
     for seen in column {
         let belongs = |line: &Vec<ExposurePoint>| {
             let last = &line[line.len() - 1];
-            let reach =
-                SAME_LINE_PX.max(SAME_LINE_WIDTHS * f64::from(seen.point.width_px.max(last.point.width_px)));
-            seen.across_px - last.across_px <= reach && line.iter().all(|other| other.exposure != seen.exposure)
+            let reach_px = SAME_LINE_WIDTHS * f64::from(seen.point.width_px.max(last.point.width_px));
+            seen.across_px - last.across_px <= reach_px && line.iter().all(|other| other.exposure != seen.exposure)
         };
         match lines.last_mut().filter(|line| belongs(line)) {
             Some(line) => line.push(*seen),
@@ -175,6 +175,7 @@ fn fused(line: &[ExposurePoint], gains: &[f32], counts: &mut FusionCounts) -> Fu
 #[derive(Debug, Default)]
 struct Chains {
     column: i64,
+    direction: LineDirection,
     open: Vec<Vec<Fused>>,
     done: Vec<Vec<Fused>>,
 }
@@ -192,7 +193,8 @@ impl Chains {
         for (at, point) in points.iter().enumerate() {
             for (chain, last) in before.iter().filter_map(|chain| chain.last()).enumerate() {
                 let apart_px = (point.across_px - last.across_px).abs();
-                if apart_px <= JOIN_PX || point.segments.iter().any(|segment| last.segments.contains(segment)) {
+                let reach_px = largest_step_px(&point.point, point.point.width_px.into(), self.direction);
+                if apart_px <= reach_px || point.segments.iter().any(|segment| last.segments.contains(segment)) {
                     pairs.push((apart_px, at, chain));
                 }
             }
@@ -214,11 +216,11 @@ impl Chains {
         self.done.extend(before.into_iter().flatten());
     }
 
-    fn segments(mut self, direction: LineDirection) -> Vec<Segment> {
+    fn segments(mut self) -> Vec<Segment> {
         self.done.append(&mut self.open);
         let points = |chain: Vec<Fused>| Segment { points: chain.into_iter().map(|fused| fused.point).collect() };
         let mut segments: Vec<Segment> = self.done.into_iter().map(points).collect();
-        let first = |segment: &Segment| segment.points[0].along_across(direction);
+        let first = |segment: &Segment| segment.points[0].along_across(self.direction);
         segments.sort_by(|a, b| {
             let (a, b) = (first(a), first(b));
             a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1))

@@ -2,6 +2,7 @@
 
 pub mod exposures;
 pub mod frames;
+pub mod line_step;
 pub mod line_widths;
 pub mod motions;
 pub mod stage_positions;

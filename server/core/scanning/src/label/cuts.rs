@@ -35,6 +35,8 @@ impl Labels {
             outcomes: Vec::new(),
             labels: Vec::new(),
             direction: self.direction,
+            crossing: self.crossing,
+            line_width_px: self.line_width_px,
             are_certain: self.are_certain,
         };
         for idx in own.clone() {
@@ -104,6 +106,8 @@ mod tests {
             ],
             labels: vec![Some(2), Some(2), Some(3), None],
             direction: LineDirection::Rows,
+            crossing: None,
+            line_width_px: 5.0,
             are_certain: false,
         };
         let candidates = labels.candidates(1, &lines);

@@ -15,14 +15,14 @@ mod union_find;
 
 use nalgebra::{Vector2, Vector3};
 use optics::{Calibration, DepthRangeMm, LightModelKind, Triangulator};
-use vision::LineDirection;
+use vision::{CentrelinePoint, LineDirection};
 
 use crate::error::ScanError;
 use crate::input::frames::{Frames, lines_of};
 use crate::input::line_widths::LineWidths;
 use crate::input::motions::{Chart, FrameMotion};
 use crate::params::{
-    AGREEMENT_FLOOR_GRATING, AGREEMENT_FLOOR_PLANES, CONFIRMATION, OUTSIDE_COST, SAMPLE_STRIDE_PX, STUB_POINTS,
+    AGREEMENT_FLOOR_GRATING, AGREEMENT_FLOOR_PLANES, CONFIRMATION, OUTSIDE_COST, SAMPLE_STRIDE_PX, STUB_WIDTHS,
     SYSTEMATIC_SIGMAS, UNLABELLED_COST,
 };
 use gather::evidence::Evidence;
@@ -44,23 +44,49 @@ pub struct Labels {
     pub outcomes: Vec<LabelOutcome>,
     /// Per piece: its best label, even if doubtful; an index into the calibration's orders.
     pub labels: Vec<Option<usize>>,
-    /// Which way the lines run.
+    /// Which way the lines run; of a cross the first.
     pub direction: LineDirection,
-    /// Whether they are known rather than inferred, because lines were switched on one by one.
+    /// The line of a cross that runs the other way.
+    pub crossing: Option<i8>,
+    /// Full width of lines in focus, px.
+    pub line_width_px: f64,
+    /// Whether they were not concluded but known, since lines were lit one by one.
     pub are_certain: bool,
 }
 
-/// Marks short ends of a line as doubtful if their label differs from the adjoining line's: there is too little
-/// evidence for them.
-/// `before`: the same outcomes; `joined`: per piece, whether it follows the previous one without a jump.
-fn doubt_stubs(pieces: &[Piece], outcomes: &mut [LabelOutcome], before: &[LabelOutcome], joined: &[bool]) {
+impl Labels {
+    /// Which way the line of an order runs.
+    pub fn direction_of(&self, order: i8) -> LineDirection {
+        match (self.crossing == Some(order), self.direction) {
+            (false, direction) => direction,
+            (true, LineDirection::Rows) => LineDirection::Columns,
+            (true, LineDirection::Columns) => LineDirection::Rows,
+        }
+    }
+
+    /// Where a point lies along and across its line of this order, px.
+    pub fn along_across(&self, order: i8, point: &CentrelinePoint) -> (f64, f64) {
+        point.along_across(self.direction_of(order))
+    }
+}
+
+/// Short ends of a line whose label differs from the line they hang on are left out: too little speaks for them.
+/// `before`: the same outcomes; `features`: of all pieces.
+/// `least_points`: from so many points on a piece is no stub.
+fn doubt_stubs(
+    features: &gather::features::FrameFeatures,
+    outcomes: &mut [LabelOutcome],
+    before: &[LabelOutcome],
+    least_points: f64,
+) {
+    let gather::features::FrameFeatures { pieces, joined, .. } = features;
     for idx in 1..pieces.len() {
         if before[idx - 1] == before[idx] || !joined[idx] {
             continue;
         }
         for stub in [idx - 1, idx] {
             let doubted = matches!(before[stub], LabelOutcome::Order(_));
-            if doubted && pieces[stub].n_points() < STUB_POINTS {
+            if doubted && (pieces[stub].n_points() as f64) < least_points {
                 outcomes[stub] = LabelOutcome::Doubtful;
             }
         }
@@ -88,13 +114,17 @@ pub fn label_frames(
     let lit = lit_lines(frames, triangulator.calibration())?;
     let travel = Travel::of(motions, lit.as_deref());
     let direction = lines_of(frames, 0)?.direction;
-    let mut pieces = gather::features::cut_pieces(frames, &travel.order, direction)?;
+    let gather::features::CutLines { mut pieces, directions, width_px: line_width_px } =
+        gather::features::cut_pieces(frames, &travel.order)?;
     if let Some(lit) = lit {
-        // A single line cannot be contradicted; points outside the depth range are left out one by one.
+        let orders = &triangulator.calibration().orders;
+        let crossing =
+            directions.iter().zip(&lit).find(|(way, _)| **way != direction).map(|(_, &idx)| orders[idx]);
+        // Nothing can contradict the only line there is; points beyond the depths are left out one by one.
         let labels: Vec<Option<usize>> = pieces.iter().map(|piece| Some(lit[piece.frame])).collect();
         let outcomes = labels.iter().flatten().map(|&label| LabelOutcome::Order(label)).collect();
         let are_certain = triangulator.calibration().orders.len() > 1;
-        return Ok(Labels { pieces, outcomes, labels, direction, are_certain });
+        return Ok(Labels { pieces, outcomes, labels, direction, crossing, line_width_px, are_certain });
     }
     let view = gather::hypotheses::View { triangulator, depth_range_mm, direction };
     let mut widths = None;
@@ -109,23 +139,25 @@ pub fn label_frames(
         pieces = sections::merged(&features.pieces, &solve::relax::best_from(&evidence, start));
     }
     let (features, evidence, partners) = gathered(frames, motions, &travel, &view, (pieces, widths.as_ref()))?;
-    let gather::features::FrameFeatures { mut pieces, samples, joined, widths_px, .. } = features;
+    let gather::features::FrameFeatures { pieces, samples, .. } = &features;
+    let reference_view = reference_view(&travel, triangulator.calibration(), depth_range_mm, direction);
     let confirmation = (frames.n_frames() > 1).then_some(CONFIRMATION);
     let challenged = |labels: &[usize]| {
-        let strips = gather::strips::strips(labels, &samples, &pieces, &partners);
-        let lengths = lengths_pitches(&samples, &pieces, &strips);
+        let strips = gather::strips::strips(labels, samples, pieces, line_width_px, &partners, &reference_view);
+        let lengths = lengths_pitches(samples, pieces, &strips);
         solve::challenge::challenged(&evidence, labels, &strips, &lengths, frames.n_frames() > 1)
     };
     let (labels, settled) = solve::relax::label_outcomes(&evidence, confirmation, challenged);
     let mut labels: Vec<Option<usize>> =
         labels.into_iter().map(|label| (label != evidence.none()).then_some(label)).collect();
     let mut outcomes = settled.clone();
-    doubt_stubs(&pieces, &mut outcomes, &settled, &joined);
+    doubt_stubs(&features, &mut outcomes, &settled, STUB_WIDTHS * line_width_px);
+    let gather::features::FrameFeatures { mut pieces, widths_px, .. } = features;
     if frames.n_frames() > 1 {
         cuts::close(&mut pieces, &outcomes);
         (pieces, outcomes, labels) = sections::doubt_seams(&pieces, &outcomes, &labels, &widths_px);
     }
-    Ok(Labels { pieces, outcomes, labels, direction, are_certain: false })
+    Ok(Labels { pieces, outcomes, labels, direction, crossing: None, line_width_px, are_certain: false })
 }
 
 /// Per frame the index of the only possible order of its lines, if there is one in every frame: lines switched on one
@@ -253,7 +285,7 @@ pub fn reference_view(
     depth_range_mm: DepthRangeMm,
     direction: LineDirection,
 ) -> ReferenceView {
-    let reference_depth_mm = 0.5 * (depth_range_mm.near_mm + depth_range_mm.far_mm);
+    let reference_depth_mm = depth_range_mm.middle_mm();
     let focal_px = match direction {
         LineDirection::Rows => calibration.camera.fx_px,
         LineDirection::Columns => calibration.camera.fy_px,

@@ -3,9 +3,11 @@
 use multiversion::multiversion;
 use vision::{CentrelinePoint, Centrelines, LineDirection, Segment};
 
+use crate::input::line_step::{largest_step_px, sharp_width_px};
 use crate::params::{
-    CUT_TRIM_POINTS, JOINT_FRAMES, JOINT_GAP_PX, JOINT_GAP_SIGMAS, JOINT_REACH_PX, JOINT_SPACING_PX, KINK_SIGMAS,
-    KINK_SLOPE, KINK_SPAN_PX, KINK_STEP_PX, MIN_PIECE_POINTS, MIN_SAMPLES, SAMPLE_STRIDE_PX, STEP_LIMITS,
+    CUT_TRIM_WIDTHS, JOINT_FRAMES, JOINT_GAP_SIGMAS, JOINT_GAP_WIDTHS, JOINT_REACH_WIDTHS, JOINT_SPACING_WIDTHS,
+    KINK_SIGMAS, KINK_SLOPE, KINK_SPAN_WIDTHS, MIN_PIECE_POINTS, MIN_SAMPLES, SAMPLE_STRIDE_PX, STEP_LIMIT_SIGMAS,
+    STEP_LIMITS,
 };
 
 /// A piece of a segment: the unit that has one label.
@@ -67,8 +69,9 @@ impl Piece {
 /// The pieces of one frame, ordered by segment, then along the line.
 pub fn pieces_of_frame(lines: &Centrelines, frame: usize, direction: LineDirection) -> Vec<Piece> {
     let mut pieces = Vec::new();
+    let width_px = sharp_width_px(lines);
     for (segment_idx, segment) in lines.segments.iter().enumerate() {
-        for (first, end) in cut_at_kinks(segment, direction, lines.correlation_px) {
+        for (first, end) in cut_at_kinks(segment, direction, width_px, lines.correlation_px) {
             if end - first < MIN_PIECE_POINTS {
                 continue;
             }
@@ -96,7 +99,7 @@ pub fn joints_of_frame(pieces: &[Piece], lines: &Centrelines, direction: LineDir
         joints.push(joint(start, &points[0], true));
         joints.push(joint(end, &points[points.len() - 1], false));
     }
-    drop_small_gaps(&mut joints, lines.correlation_px);
+    drop_small_gaps(&mut joints, sharp_width_px(lines), lines.correlation_px);
     joints
 }
 
@@ -121,7 +124,8 @@ pub fn cut_at_joints(
     direction: LineDirection,
     nearby: &[Joint],
 ) -> Vec<Piece> {
-    pieces.iter().flat_map(|piece| cut_piece(*piece, lines, direction, nearby)).collect()
+    let width_px = sharp_width_px(lines);
+    pieces.iter().flat_map(|piece| cut_piece(*piece, lines, direction, width_px, nearby)).collect()
 }
 
 /// An end of a piece.
@@ -137,9 +141,9 @@ pub struct Joint {
     segment: usize,
 }
 
-/// Removes ends that face each other across a point or two, or across a dark speckle: such a gap is not a joint. Cuts
-/// within a segment leave no gap and are kept.
-fn drop_small_gaps(joints: &mut Vec<Joint>, correlation_px: f64) {
+/// Takes away ends that face each other over a point or two, or over a dark speckle: what was lost there is no joint.
+/// Where a segment was cut nothing was lost.
+fn drop_small_gaps(joints: &mut Vec<Joint>, width_px: f64, correlation_px: f64) {
     joints.sort_by(|a, b| a.along.cmp(&b.along).then(a.across_px.total_cmp(&b.across_px)));
     let gap = (correlation_px.ceil() as i64).max(2);
     let faces = |idx: usize| {
@@ -147,28 +151,36 @@ fn drop_small_gaps(joints: &mut Vec<Joint>, correlation_px: f64) {
         let from = joints.partition_point(|other| other.along < joint.along - gap);
         joints[from..].iter().take_while(|other| other.along <= joint.along + gap).any(|other| {
             let apart = if other.starts { other.along - joint.along } else { joint.along - other.along };
-            let noise = JOINT_GAP_SIGMAS * joint.sigma_px.hypot(other.sigma_px);
+            let noise_px = JOINT_GAP_SIGMAS * joint.sigma_px.hypot(other.sigma_px);
+            let gap_px = JOINT_GAP_WIDTHS * width_px;
             other.starts != joint.starts
                 && other.segment != joint.segment
                 && apart > 0
-                && (joint.across_px - other.across_px).abs() < JOINT_GAP_PX.max(noise)
+                && (joint.across_px - other.across_px).abs() < gap_px.max(noise_px)
         })
     };
     let kept: Vec<Joint> = (0..joints.len()).filter(|&idx| !faces(idx)).map(|idx| joints[idx]).collect();
     *joints = kept;
 }
 
-fn cut_piece(piece: Piece, lines: &Centrelines, direction: LineDirection, joints: &[Joint]) -> Vec<Piece> {
+fn cut_piece(
+    piece: Piece,
+    lines: &Centrelines,
+    direction: LineDirection,
+    width_px: f64,
+    joints: &[Joint],
+) -> Vec<Piece> {
+    let spacing = (JOINT_SPACING_WIDTHS * width_px).round().max(MIN_PIECE_POINTS as f64) as i64;
     let end = piece.along + piece.n_points() as i64;
     let mut places = vec![piece.along];
     for Joint { along, across_px, .. } in &joints[joints.partition_point(|joint| joint.along <= piece.along)..] {
         if *along >= end {
             break;
         }
-        let near = piece
-            .point_at(lines, *along)
-            .is_some_and(|point| (point.along_across(direction).1 - across_px).abs() < JOINT_REACH_PX);
-        if near && places[places.len() - 1] + JOINT_SPACING_PX <= *along && along + JOINT_SPACING_PX <= end {
+        let near = piece.point_at(lines, *along).is_some_and(|point| {
+            (point.along_across(direction).1 - across_px).abs() < JOINT_REACH_WIDTHS * width_px
+        });
+        if near && places[places.len() - 1] + spacing <= *along && along + spacing <= end {
             places.push(*along);
         }
     }
@@ -187,25 +199,35 @@ pub fn stride_for(n_points: usize) -> usize {
     stride
 }
 
-/// Index ranges between jumps, kinks and small steps; points right at a cut belong to neither side.
-fn cut_at_kinks(segment: &Segment, direction: LineDirection, correlation_px: f64) -> Vec<(usize, usize)> {
+/// Index ranges between jumps, kinks and small steps; what lies right at a cut belongs to neither side.
+fn cut_at_kinks(
+    segment: &Segment,
+    direction: LineDirection,
+    width_px: f64,
+    correlation_px: f64,
+) -> Vec<(usize, usize)> {
     let across: Vec<f64> = segment.points.iter().map(|point| point.along_across(direction).1).collect();
-    let bends = bends(&across);
-    // A mean over n correlated points is as precise as one over n / correlation length.
+    let span = columns(KINK_SPAN_WIDTHS * width_px);
+    let bends = bends(&across, span);
+    // A mean over n correlated points is as good as one over n / correlation length.
     let correlation = correlation_px.max(1.0).sqrt();
     let noise_px: Vec<f64> = segment.points.iter().map(|point| point.sigma_px * correlation).collect();
-    let steps = steps(&across, &noise_px);
+    let limits =
+        STEP_LIMITS.map(|(span_widths, least_widths)| StepLimit::new(width_px, span_widths, least_widths));
+    let steps = steps(&across, &noise_px, &limits);
+    let trim = cut_trim(width_px);
     let mut ranges = Vec::new();
     let mut first = 0;
     for idx in 1..across.len() {
-        let jump = (across[idx] - across[idx - 1]).abs() > KINK_STEP_PX;
+        let point = &segment.points[idx];
+        let jump = (across[idx] - across[idx - 1]).abs() > largest_step_px(point, width_px, direction);
         // A bend is a second difference: √6 times the noise of one point.
-        let bend_sigma = 6f64.sqrt() * segment.points[idx].sigma_px / KINK_SPAN_PX as f64;
-        let kink = bends[idx] > KINK_SLOPE.max(KINK_SIGMAS * bend_sigma) && is_peak(&bends, idx);
-        let step = steps[idx] > 1.0 && is_peak(&steps, idx);
+        let bend_sigma = 6f64.sqrt() * point.sigma_px / span as f64;
+        let kink = bends[idx] > KINK_SLOPE.max(KINK_SIGMAS * bend_sigma) && is_peak(&bends, idx, span);
+        let step = steps[idx] > 1.0 && is_peak(&steps, idx, span);
         if jump || kink || step {
-            ranges.push((first, idx.saturating_sub(CUT_TRIM_POINTS)));
-            first = idx + CUT_TRIM_POINTS;
+            ranges.push((first, idx.saturating_sub(trim)));
+            first = idx + trim;
         }
     }
     ranges.push((first, across.len()));
@@ -213,14 +235,45 @@ fn cut_at_kinks(segment: &Segment, direction: LineDirection, correlation_px: f64
     ranges
 }
 
-/// Per point: the change of slope from the points before it to those after it, px/px.
+/// Points that are left out on either side of a cut. `width_px`: that of lines in focus.
+pub fn cut_trim(width_px: f64) -> usize {
+    (CUT_TRIM_WIDTHS * width_px).round().max(1.0) as usize
+}
+
+/// A length along the line in whole scan columns (rows), enough of them for a slope.
+fn columns(length_px: f64) -> usize {
+    (length_px.round() as usize).max(MIN_PIECE_POINTS - 1)
+}
+
+/// A step that counts, between lines through some points on either side.
+struct StepLimit {
+    /// Points on either side.
+    span: usize,
+    /// Smallest step, in σ of a point.
+    sigmas: f64,
+    /// Smallest step, px.
+    least_px: f64,
+}
+
+impl StepLimit {
+    fn new(width_px: f64, span_widths: f64, least_widths: f64) -> Self {
+        let span = columns(span_widths * width_px);
+        let n = span as f64;
+        // Variance of a least-squares line of n points half a point beyond its last, in that of a point; twice that of a step.
+        let end_variance = 1.0 / n + 3.0 * n / (n * n - 1.0);
+        let sigmas = STEP_LIMIT_SIGMAS * (2.0 * end_variance).sqrt();
+        Self { span, sigmas, least_px: least_widths * width_px }
+    }
+}
+
+/// Per point: the change of slope from the `span` points before it to those after it, px/px.
 #[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl+avx2", "x86_64+avx2", "aarch64+neon"))]
-fn bends(across: &[f64]) -> Vec<f64> {
+fn bends(across: &[f64], span: usize) -> Vec<f64> {
     let mut bends = vec![0.0; across.len()];
-    if let (Some(here), Some(ahead)) = (across.get(KINK_SPAN_PX..), across.get(2 * KINK_SPAN_PX..)) {
+    if let (Some(here), Some(ahead)) = (across.get(span..), across.get(2 * span..)) {
         let around = across.iter().zip(here).zip(ahead);
-        for (bend, ((behind, here), ahead)) in bends[KINK_SPAN_PX..].iter_mut().zip(around) {
-            *bend = ((ahead - here) - (here - behind)).abs() / KINK_SPAN_PX as f64;
+        for (bend, ((behind, here), ahead)) in bends[span..].iter_mut().zip(around) {
+            *bend = ((ahead - here) - (here - behind)).abs() / span as f64;
         }
     }
     bends
@@ -231,7 +284,7 @@ fn bends(across: &[f64]) -> Vec<f64> {
 ///
 /// The lines are computed from running sums; `noise_px` holds the σ of every point.
 #[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl+avx2", "x86_64+avx2", "aarch64+neon"))]
-fn steps(across: &[f64], noise_px: &[f64]) -> Vec<f64> {
+fn steps(across: &[f64], noise_px: &[f64], limits: &[StepLimit]) -> Vec<f64> {
     let (mut sum, mut moment) = (0.0, 0.0);
     let (mut sums, mut moments) = (Vec::with_capacity(across.len() + 1), Vec::with_capacity(across.len() + 1));
     sums.push(sum);
@@ -243,7 +296,7 @@ fn steps(across: &[f64], noise_px: &[f64]) -> Vec<f64> {
         moments.push(moment);
     }
     let mut steps = vec![0.0f64; across.len()];
-    for (span, sigmas, least_px) in STEP_LIMITS {
+    for &StepLimit { span, sigmas, least_px } in limits {
         if across.len() < 2 * span {
             continue;
         }
@@ -272,9 +325,9 @@ fn end_weights(n: usize) -> (f64, f64) {
 }
 
 /// Whether `idx` is the strongest bend within a span; the first of equals.
-fn is_peak(bends: &[f64], idx: usize) -> bool {
-    let from = idx.saturating_sub(KINK_SPAN_PX);
-    let to = (idx + KINK_SPAN_PX + 1).min(bends.len());
+fn is_peak(bends: &[f64], idx: usize, span: usize) -> bool {
+    let from = idx.saturating_sub(span);
+    let to = (idx + span + 1).min(bends.len());
     bends[from..idx].iter().all(|other| *other < bends[idx])
         && bends[idx..to].iter().all(|other| *other <= bends[idx])
 }

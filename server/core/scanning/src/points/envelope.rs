@@ -3,8 +3,8 @@
 use nalgebra::Vector2;
 use optics::{Calibration, DepthRangeMm};
 
-/// Distance between the sampled pixels; depths change smoothly over the image.
-const ENVELOPE_STEP_PX: f64 = 64.0;
+/// Places of the image that are sampled along each side; depths change smoothly over it.
+const N_ENVELOPE_PLACES: usize = 20;
 
 /// Depth range in which geometry alone determines the labels.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -40,10 +40,11 @@ impl std::fmt::Display for DepthEnvelope {
 
 /// The envelope of a station for the stated depths.
 pub fn depth_envelope(calibration: &Calibration, stated_mm: DepthRangeMm) -> DepthEnvelope {
-    let middle = 0.5 * (stated_mm.near_mm + stated_mm.far_mm);
+    let middle = stated_mm.middle_mm();
     let camera = &calibration.camera;
-    let nodes =
-        |size_px: usize| (0..=(size_px as f64 / ENVELOPE_STEP_PX) as usize).map(|i| i as f64 * ENVELOPE_STEP_PX);
+    let nodes = |size_px: usize| {
+        (0..N_ENVELOPE_PLACES).map(move |i| (size_px - 1) as f64 * i as f64 / (N_ENVELOPE_PLACES - 1) as f64)
+    };
     let mut half = middle;
     for v_px in nodes(camera.height_px) {
         for u_px in nodes(camera.width_px) {

@@ -130,7 +130,7 @@ impl Profile {
         let labelled: usize = labels.pieces[first..end].iter().map(|piece| piece.n_points()).sum();
         let all: usize = lines.segments.iter().map(|segment| segment.points.len()).sum();
         self.dropped.add_points(DropReason::TooShort, all - labelled);
-        let along = |point: &ProfilePoint| point.seen.along_across(labels.direction).0;
+        let along = |point: &ProfilePoint| labels.along_across(point.order, &point.seen).0;
         self.points.sort_by(|a, b| a.order.cmp(&b.order).then(along(a).total_cmp(&along(b))));
     }
 

@@ -3,13 +3,14 @@
 use nalgebra::Vector2;
 use optics::Calibration;
 
-use crate::params::SIGMA_TABLE_STEP_PX;
+use crate::params::SIGMA_TABLE_STEPS;
 
 /// Systematic σ of one order over the image, bilinear between nodes.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SigmaTable {
     order: i8,
     origin_px: [f64; 2],
+    step_px: f64,
     n_nodes: [usize; 2],
     /// σ along the ray at the nodes, mm; `None` where the ray misses the sheet.
     sigmas_mm: Vec<Option<f64>>,
@@ -18,17 +19,18 @@ pub struct SigmaTable {
 impl SigmaTable {
     /// Computes the table over the pixels between `low_px` and `high_px` (u, v).
     pub fn new(calibration: &Calibration, order: i8, low_px: [f64; 2], high_px: [f64; 2]) -> Self {
-        let n_nodes =
-            [0, 1].map(|axis| ((high_px[axis] - low_px[axis]) / SIGMA_TABLE_STEP_PX).ceil() as usize + 2);
+        let camera = &calibration.camera;
+        let step_px = camera.width_px.max(camera.height_px) as f64 / SIGMA_TABLE_STEPS;
+        let n_nodes = [0, 1].map(|axis| ((high_px[axis] - low_px[axis]) / step_px).ceil() as usize + 2);
         let sigmas_mm = (0..n_nodes[0] * n_nodes[1])
             .map(|idx| {
                 let (column, row) = (idx % n_nodes[0], idx / n_nodes[0]);
-                let u_px = low_px[0] + column as f64 * SIGMA_TABLE_STEP_PX;
-                let v_px = low_px[1] + row as f64 * SIGMA_TABLE_STEP_PX;
+                let u_px = low_px[0] + column as f64 * step_px;
+                let v_px = low_px[1] + row as f64 * step_px;
                 exact(calibration, order, u_px, v_px)
             })
             .collect();
-        Self { order, origin_px: low_px, n_nodes, sigmas_mm }
+        Self { order, origin_px: low_px, step_px, n_nodes, sigmas_mm }
     }
 
     /// σ at a pixel, mm; computed exactly where the table has no node.
@@ -37,8 +39,8 @@ impl SigmaTable {
     }
 
     fn interpolated(&self, u_px: f64, v_px: f64) -> Option<f64> {
-        let x = (u_px - self.origin_px[0]) / SIGMA_TABLE_STEP_PX;
-        let y = (v_px - self.origin_px[1]) / SIGMA_TABLE_STEP_PX;
+        let x = (u_px - self.origin_px[0]) / self.step_px;
+        let y = (v_px - self.origin_px[1]) / self.step_px;
         if !(x >= 0.0 && y >= 0.0 && x < (self.n_nodes[0] - 1) as f64 && y < (self.n_nodes[1] - 1) as f64) {
             return None;
         }

@@ -12,7 +12,7 @@
 use nalgebra::Vector3;
 use optics::{Calibration, LightSurfaces, Stage};
 
-use crate::params::watches::{CORRECTION_LEAST_MM, DRIFT_PLACES, DRIFT_STEP, SCALE_BLIND, WARN_SIGMAS};
+use crate::params::watches::{CORRECTION_LEAST_RELATIVE, DRIFT_PLACES, DRIFT_STEP, SCALE_BLIND, WARN_SIGMAS};
 use crate::threads::map_with;
 use crate::watches::fit::{Difference, Fitted, fit};
 use crate::watches::places::{Place, Strips};
@@ -50,7 +50,9 @@ pub struct Drift {
     pub tilt_alike_rad: Option<f64>,
     /// Mean depth error of the order with the largest error, mm per unit of `wavelength`.
     pub depth_mm_by_wavelength: f64,
-    /// Relative excess of the stage's true travel over the stated travel; `None` where no slope shows it.
+    /// Depth in the middle of the calibrated range, mm.
+    pub depth_mm: f64,
+    /// What the stage travels more than it says, relative; `None` where no slope shows it.
     pub stage_scale: Option<Estimate>,
     /// Number of positions used.
     pub n_places: usize,
@@ -62,7 +64,7 @@ impl Drift {
     pub fn correction(&self) -> Option<Estimate> {
         let matters = |wavelength: &Estimate| {
             let error_mm = (wavelength.value * self.depth_mm_by_wavelength).abs();
-            wavelength.is_beyond(WARN_SIGMAS) && error_mm >= CORRECTION_LEAST_MM
+            wavelength.is_beyond(WARN_SIGMAS) && error_mm >= CORRECTION_LEAST_RELATIVE * self.depth_mm
         };
         self.wavelength.filter(matters)?;
         self.wavelength_by_any_tilt.filter(|wavelength| wavelength.is_beyond(WARN_SIGMAS))
@@ -90,7 +92,7 @@ pub fn drift(strips: &Strips, calibration: &Calibration) -> Option<Drift> {
     let places = strips.places(DRIFT_PLACES);
     let evaluated = |(): &mut (), idx: usize| stepped.difference(strips, &places[idx]);
     let evaluated: Vec<Evaluated> = map_with(places.len(), 16, || (), evaluated).into_iter().flatten().collect();
-    let differences: Vec<Difference> = evaluated.iter().map(|looked| looked.difference.clone()).collect();
+    let differences: Vec<Difference> = evaluated.iter().map(|place| place.difference.clone()).collect();
     let known: Vec<bool> = (0..stepped.to.len()).map(|idx| idx >= FIRST_MODE).collect();
     let with = |free: &[usize]| -> Option<Fitted> {
         let chosen: Vec<usize> = free.iter().copied().chain(FIRST_MODE..known.len()).collect();
@@ -111,6 +113,7 @@ pub fn drift(strips: &Strips, calibration: &Calibration) -> Option<Drift> {
         tilt_alike_rad: wavelength
             .and_then(|wavelength| Some(wavelength.value * tilt_by_wavelength(&differences)?)),
         depth_mm_by_wavelength: if has_wavelength { largest_mean(&evaluated, strips.orders().len()) } else { 0.0 },
+        depth_mm: calibration.depth_range_mm.middle_mm(),
         stage_scale,
         n_places: differences.len(),
     })

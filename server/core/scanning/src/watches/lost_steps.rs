@@ -20,8 +20,8 @@ use optics::{Calibration, Stage, StagePosition};
 use statistics::median;
 
 use crate::params::lost_steps::{
-    ALARM_MM, ALARM_SIGMAS, BASELINE_FRAMES, BLIND_MM, FEWEST_DIFFERENCES, FEWEST_FRAMES, FEWEST_USUAL,
-    LEAST_SLOPE_SPREAD, NOISE_INFLATION, OUTLIER_SIGMAS, REACH_FRAMES,
+    ALARM_RELATIVE, ALARM_SIGMAS, BASELINE_FRAMES, BLIND_RELATIVE, FEWEST_DIFFERENCES, FEWEST_FRAMES,
+    FEWEST_USUAL, LEAST_SLOPE_SPREAD, NOISE_INFLATION, OUTLIER_SIGMAS, REACH_FRAMES,
 };
 use crate::points::profile::Profile;
 use crate::watches::strips::{Condenser, FrameSamples, Sample, line_through, surface_at};
@@ -91,7 +91,9 @@ impl Usual {
 pub struct LostStepsWatch {
     condenser: Condenser,
     stage: Stage,
-    /// Surface of each order, bin by bin from the middle; samples in the order of travel.
+    /// Depth in the middle of the calibrated range.
+    depth_mm: f64,
+    /// Surface of each order, bin by bin from that in the middle; samples in the order of travel.
     surfaces: Vec<Vec<Vec<Sample>>>,
     /// Usual differences of pairs of orders, by pair, then bin.
     usual: Vec<Vec<Usual>>,
@@ -114,6 +116,7 @@ impl LostStepsWatch {
             condenser,
             usual,
             stage: calibration.stage?,
+            depth_mm: calibration.depth_range_mm.middle_mm(),
             surfaces,
             positions_mm: Vec::new(),
             evidence: VecDeque::new(),
@@ -210,9 +213,10 @@ impl LostStepsWatch {
         if self.sigmas_mm.len() < REACH_FRAMES {
             return None;
         }
+        let alarm_mm = ALARM_RELATIVE * self.depth_mm;
         let smallest_mm =
-            median(&mut self.sigmas_mm.clone()).map(|sigma_mm| ALARM_MM.max(ALARM_SIGMAS * sigma_mm));
-        smallest_mm.filter(|smallest_mm| *smallest_mm <= BLIND_MM)
+            median(&mut self.sigmas_mm.clone()).map(|sigma_mm| alarm_mm.max(ALARM_SIGMAS * sigma_mm));
+        smallest_mm.filter(|smallest_mm| *smallest_mm <= BLIND_RELATIVE * self.depth_mm)
     }
 
     /// The jump that best explains the last frames, if it is significant.
@@ -229,8 +233,9 @@ impl LostStepsWatch {
                 sigma_mm,
             })
         });
+        let alarm_mm = ALARM_RELATIVE * self.depth_mm;
         let clear =
-            |jump: &LostSteps| jump.lag_mm.abs() >= ALARM_MM && jump.lag_mm.abs() >= ALARM_SIGMAS * jump.sigma_mm;
+            |jump: &LostSteps| jump.lag_mm.abs() >= alarm_mm && jump.lag_mm.abs() >= ALARM_SIGMAS * jump.sigma_mm;
         let sigmas = |jump: &LostSteps| jump.lag_mm.abs() / jump.sigma_mm;
         jumps.filter(clear).max_by(|a, b| sigmas(a).total_cmp(&sigmas(b)))
     }

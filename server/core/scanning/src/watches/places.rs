@@ -3,7 +3,7 @@
 use nalgebra::{Vector2, Vector3};
 use optics::{Calibration, Stage, StagePosition};
 
-use crate::params::watches::{CLUSTER_BINS, CLUSTER_MM};
+use crate::params::watches::{CLUSTER_BINS, CLUSTER_TRAVEL_BINS};
 use crate::watches::strips::{Condenser, FrameSamples, Sample, SurfacePlace, surface_at};
 
 /// The samples of all orders, bin by bin, in the order of travel.
@@ -67,7 +67,7 @@ impl Strips {
             for sample in &self.samples[order][bin] {
                 for other in 0..order {
                     let surface = surface_at(&self.samples[other][bin], sample.along_mm);
-                    let row = (sample.along_mm / CLUSTER_MM).floor() as i64;
+                    let row = (sample.along_mm / (CLUSTER_TRAVEL_BINS * self.condenser.bin_mm)).floor() as i64;
                     let cluster = (bin / CLUSTER_BINS) as u64 | ((row as u64) << 32);
                     found.extend(surface.map(|surface| Place { order, other, sample: *sample, surface, cluster }));
                 }

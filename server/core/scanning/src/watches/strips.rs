@@ -48,8 +48,7 @@ impl Condenser {
         let Some(Stage::Linear(stage)) = calibration.stage else { return None };
         let along = stage.direction.try_normalize(f64::MIN_POSITIVE)?;
         let depth = (Vector3::z() - along * along.z).try_normalize(1e-3)?;
-        let range = calibration.depth_range_mm;
-        let column_mm = 0.5 * (range.near_mm + range.far_mm) / calibration.camera.fx_px;
+        let column_mm = calibration.depth_range_mm.middle_mm() / calibration.camera.fx_px;
         let width_mm = column_mm * calibration.camera.width_px.max(calibration.camera.height_px) as f64;
         let bin_mm = column_mm * BIN_COLUMNS as f64;
         // The field is wider at the far end of the range than in its middle.

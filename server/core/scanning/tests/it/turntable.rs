@@ -200,8 +200,8 @@ fn an_axis_error_shows_in_the_closure_of_other_lines_and_not_of_the_same_line() 
     let mut biases = Vec::new();
     for error_mm in [0.0, 0.1, 0.2] {
         let wrong = RotaryAxis { point_mm: axis().point_mm + sideways * error_mm, ..axis() };
-        let believed = Calibration { stage: Some(wrong.into()), ..station.clone() };
-        let result = scan_cloud(&known.frames, &believed, &ScanParams::default()).unwrap();
+        let assumed = Calibration { stage: Some(wrong.into()), ..station.clone() };
+        let result = scan_cloud(&known.frames, &assumed, &ScanParams::default()).unwrap();
         let closure = result.report.closure.unwrap();
         let (same, other) = (closure.same_line.unwrap(), closure.other_lines.unwrap());
         let expected_mm = error_mm * (azimuths[0].sin() - azimuths[1].sin()).abs();

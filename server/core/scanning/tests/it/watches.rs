@@ -170,7 +170,7 @@ fn dirt_a_rotated_grating_and_an_ageing_laser_are_distinguished_by_their_powers(
     let dirty = by(|order| 1.0 - 0.15 * order.abs());
     assert!(is_warning(&dirty) && dirty.reason.contains("dirty"), "{dirty:?}");
     let turned = by(|order| 1.0 + 0.15 * order);
-    assert!(is_warning(&turned) && turned.reason.contains("turned"), "{turned:?}");
+    assert!(is_warning(&turned) && turned.reason.contains("rotated"), "{turned:?}");
     let aged = by(|_| 0.6);
     assert!(is_warning(&aged) && aged.reason.contains("laser ages"), "{aged:?}");
     // 60 % of the light.

@@ -1,4 +1,4 @@
-//! A recorded capture folder is complete, valid, repeatable, and honest about being cut short.
+//! A recorded capture folder is complete, valid and repeatable, and recognisable when incomplete.
 
 use std::ops::ControlFlow;
 use std::path::Path;
@@ -35,7 +35,7 @@ fn a_recording_opens_fits_the_schema_and_holds_its_truth() {
     let capture = Capture::open(folder.path()).unwrap();
     assert_eq!(capture.warnings, Vec::<String>::new());
     assert_eq!(capture.files().len(), 2 * 2 + 2 + 5);
-    assert_eq!(capture.manifest.line_direction(), LineDirection::Columns);
+    assert_eq!(capture.manifest.projector.direction_of(0), LineDirection::Columns);
     for named in capture.files() {
         capture.image(&named.entry, &named.path).unwrap();
     }

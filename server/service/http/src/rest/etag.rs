@@ -1,4 +1,4 @@
-//! Versions of what people edit: `ETag` in answers, `If-Match` in edits.
+//! Versions of shared resources: `ETag` in responses, `If-Match` in changes.
 
 use axum::http::HeaderMap;
 use axum::response::{IntoResponse, Response};
@@ -6,7 +6,7 @@ use headers::{ETag, HeaderMapExt as _, IfMatch};
 
 use crate::problem::{Problem, ProblemKind};
 
-/// An answer with its version.
+/// A response with its version.
 pub struct Versioned<T>(pub String, pub T);
 
 impl<T: IntoResponse> IntoResponse for Versioned<T> {
@@ -37,7 +37,7 @@ pub fn check_if_given(headers: &HeaderMap, current: &str) -> Result<(), Problem>
 /// Passes only if `If-Match` names the version `current` (or `*`).
 pub fn check(headers: &HeaderMap, current: &str) -> Result<(), Problem> {
     if if_match(headers)?.is_none() {
-        return Err(Problem::new(ProblemKind::PreconditionRequired, "an edit needs the header If-Match")
+        return Err(Problem::new(ProblemKind::PreconditionRequired, "a change needs the header If-Match")
             .remedy("read the resource and send its ETag as If-Match"));
     }
     check_if_given(headers, current)

@@ -1,4 +1,4 @@
-//! Ranges of large files, RFC 9110 section 14: what a program needs that reads an index first and then what it points at.
+//! Range requests for large files (RFC 9110 section 14), for programs that read an index first and then parts of the file.
 
 use std::io::{Read as _, Seek as _, SeekFrom};
 use std::ops::RangeInclusive;
@@ -16,20 +16,21 @@ use crate::problem::{Problem, ProblemKind};
 use crate::rest::answers::{artifact, bytes, header_text};
 use crate::rest::etag::tag;
 
-/// Read and sent at once.
+/// Chunk size.
 const STEP_BYTES: usize = 256 * 1024;
 
-/// What a header `Range` asks of a file.
+/// A parsed `Range` header.
 #[derive(Debug, PartialEq, Eq)]
 enum Wanted {
-    /// All of it: no range, several at once, or one that is not understood and may be ignored.
+    /// The whole file: no range, several ranges, or an invalid one, which may be ignored.
     Whole,
     /// These bytes, all within the file.
     Part(RangeInclusive<u64>),
-    /// Nothing that is there.
+    /// Outside the file.
     Nowhere,
 }
 
+/// Parses one range; for several ranges the whole file is returned.
 fn wanted(range: Option<&str>, size_bytes: u64) -> Wanted {
     let Some(ranges) = range.and_then(|range| parse_range_header(range).ok()) else { return Wanted::Whole };
     match ranges.validate(size_bytes).as_deref() {
@@ -39,8 +40,8 @@ fn wanted(range: Option<&str>, size_bytes: u64) -> Wanted {
     }
 }
 
-/// The bytes of an artifact whose parts carry their own checksums. The whole is checked before it is sent; a part is
-/// not, because to check it all of it would have to be read.
+/// The bytes of an artifact whose parts carry their own checksums. The whole file is verified before it is sent; a range
+/// is not, because that would require reading the whole file.
 pub async fn ranged_artifact(
     app: &app::App,
     id: &ArtifactId,
@@ -71,9 +72,9 @@ pub async fn ranged_artifact(
             response
         }
         Wanted::Nowhere => {
-            let detail = format!("the file has {size_bytes} bytes, and none in that range");
+            let detail = format!("the file has {size_bytes} bytes; the range lies outside it");
             let problem = Problem::new(ProblemKind::RangeNotSatisfiable, detail).at("Range");
-            let mut response = problem.remedy("ask for bytes that are there").into_response();
+            let mut response = problem.remedy("request a range within the file").into_response();
             response.headers_mut().typed_insert(ContentRange::unsatisfied_bytes(size_bytes));
             response
         }
@@ -82,7 +83,7 @@ pub async fn ranged_artifact(
     Ok(response)
 }
 
-/// Reads step by step, on threads that may wait for a disk.
+/// Reads chunk by chunk on blocking threads.
 fn body_of(file: ArtifactBytes, part: &RangeInclusive<u64>) -> Body {
     let last = *part.end();
     let steps = futures_util::stream::try_unfold((file, *part.start()), move |(mut file, at)| async move {
@@ -107,7 +108,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_range_is_part_of_the_file_or_nowhere() {
+    fn a_range_is_within_the_file_or_not_satisfiable() {
         for (range, expected) in [
             (None, Wanted::Whole),
             (Some("bytes=0-0"), Wanted::Part(0..=0)),

@@ -1,6 +1,7 @@
 //! The light sheets' part of the report: the three models side by side, residuals per order and per pose.
 
 use calibration::{CrossValidation, LaserPoint, LightReport};
+use capture::Projector;
 use maud::{Markup, html};
 use vision::LineDirection;
 
@@ -37,7 +38,7 @@ pub fn models(models: &CrossValidation) -> Markup {
             ],
         })
         .collect();
-    let head = ["model", "held-out RMS, px", "held-out RMS, µm", "of it bias, µm", "RMS of the fit, px", ""];
+    let head = ["model", "held-out RMS, px", "held-out RMS, µm", "bias, µm", "RMS of the fit, px", ""];
     let fitted: Vec<_> = models.scores.iter().filter(|score| score.failure.is_none()).collect();
     let entries: Vec<(String, f64)> =
         fitted.iter().map(|score| (score.model.name().to_owned(), score.held_out_bias_mm * 1e3)).collect();
@@ -47,13 +48,13 @@ pub fn models(models: &CrossValidation) -> Markup {
         (table(&head, &rows, marked))
         (figure(
             bars(&entries, "µm", 1, |idx| fitted[idx].model == models.recommended),
-            "Systematic depth error at poses the model has not seen: mean error per pose and order, RMS.",
+            "Systematic depth error on held-out poses: mean error per pose and order, RMS.",
         ))
     }
 }
 
 /// Residuals of the chosen model.
-pub fn residuals(light: &LightReport, direction: LineDirection) -> Markup {
+pub fn residuals(light: &LightReport, projector: &Projector) -> Markup {
     let sums = order_sums(light);
     let rows: Vec<Vec<String>> = sums
         .iter()
@@ -72,7 +73,7 @@ pub fn residuals(light: &LightReport, direction: LineDirection) -> Markup {
         sums.iter().map(|sum| (format!("order {}", order_name(sum.order)), order_hex(sum.order))).collect();
     let extent = extent(light);
     let mut figures: Vec<Markup> =
-        sums.iter().map(|sum| order_plot(light, sum.order, direction, extent)).collect();
+        sums.iter().map(|sum| order_plot(light, sum.order, projector.direction_of(sum.order), extent)).collect();
     figures.push(pose_order_map(light));
     let head = ["order", "points", "mean, px", "RMS, px", "RMS / σ", "outliers"];
     html! { (legend(&keys)) (table(&head, &rows, |_| false)) (grid(&figures)) }
@@ -105,7 +106,7 @@ fn order_plot(light: &LightReport, order: i8, direction: LineDirection, extent: 
     figure(
         plot.svg(),
         &format!(
-            "Order {}: residual along the line, all poses; the line is the running mean. A bow is a wrong model.",
+            "Order {}: residual along the line, all poses; the line is the running mean. A bow indicates a wrong model.",
             order_name(order)
         ),
     )
@@ -163,6 +164,6 @@ fn pose_order_map(light: &LightReport) -> Markup {
     };
     figure(
         svg,
-        "Mean residual in px of every pose (rows) and order (columns). A row of one colour is a moved board.",
+        "Mean residual in px of every pose (rows) and order (columns). A row of one colour indicates a moved board.",
     )
 }

@@ -121,7 +121,6 @@ impl Rig {
             projector: ProjectorSheet {
                 grating: Some(GratingSheet { wavelength_nm: 660.0, lines_per_mm: 50.0 }),
                 orders: self.orders.clone(),
-                line_direction: LineDirection::Rows,
             },
             poses,
             stage_views,

@@ -11,10 +11,10 @@ use vision::LineDirection;
 
 use crate::error::ScanError;
 use crate::input::motions::FrameMotion;
-use crate::label::{PatchGrid, ReferenceView, ViewPoint};
+use crate::label::{Labels, PatchGrid, ReferenceView, ViewPoint};
 use crate::params::{
-    AGREEMENT_SIGMAS, COMPARE_STRIDE_PX, CONTRADICTING_SURFACES, CONTRADICTION_TOLERANCES, PATCH_CURVATURE_PER_MM,
-    PATCH_MAX_GRADIENT, PATCH_RADIUS_SPACINGS, SMOOTH_SIGMAS,
+    AGREEMENT_SIGMAS, COMPARE_STRIDE_PX, CONTRADICTING_SURFACES, CONTRADICTION_TOLERANCES, PATCH_MAX_GRADIENT,
+    PATCH_RADIUS_SPACINGS, SMOOTH_SIGMAS,
 };
 use crate::points::profile::{Profile, ProfilePoint};
 use crate::points::profiles::Profiles;
@@ -110,7 +110,7 @@ impl<'a> Surfaces<'a> {
                 .map(|place| travel_order[place])
                 .map(|f| Ok((f, profiles.of(f)?)))
                 .collect();
-            let lookup = Lookup::new(seen?, profiles.labels.direction, profiles.calibration);
+            let lookup = Lookup::new(seen?, &profiles.labels, profiles.calibration);
             let per_frame: Vec<Vec<Patch>> = (first..end)
                 .into_par_iter()
                 .map(|place| lookup.patches_of(place - from, motions, &reference_view))
@@ -179,7 +179,8 @@ impl<'a> Surfaces<'a> {
         let offset = view.xy_mm - patch_view.xy_mm;
         let apart = view.depth_mm - patch_view.depth_mm - patch.gradient.dot(&offset);
         let noise = AGREEMENT_SIGMAS * point.noise_sigma_mm.hypot(patch.sigma_mm);
-        (apart, noise + self.reference_view.floor_mm + 0.5 * PATCH_CURVATURE_PER_MM * offset.norm_squared())
+        let curvature = 0.5 * self.reference_view.curvature_per_mm() * offset.norm_squared();
+        (apart, noise + self.reference_view.floor_mm + curvature)
     }
 
     /// Whether the nearer of the two would have occluded the farther one in frame `seen_at`.
@@ -269,25 +270,23 @@ const ABSENT: u32 = u32::MAX;
 struct Lookup<'a> {
     profiles: Vec<(usize, Cow<'a, Profile>)>,
     orders: &'a [i8],
-    direction: LineDirection,
+    labels: &'a Labels,
     n_along: usize,
     slots: Vec<u32>,
 }
 
 impl<'a> Lookup<'a> {
-    fn new(
-        profiles: Vec<(usize, Cow<'a, Profile>)>,
-        direction: LineDirection,
-        calibration: &'a Calibration,
-    ) -> Self {
-        let n_along = match direction {
-            LineDirection::Rows => calibration.camera.width_px,
-            LineDirection::Columns => calibration.camera.height_px,
+    fn new(profiles: Vec<(usize, Cow<'a, Profile>)>, labels: &'a Labels, calibration: &'a Calibration) -> Self {
+        let (width_px, height_px) = (calibration.camera.width_px, calibration.camera.height_px);
+        let n_along = match (labels.crossing, labels.direction) {
+            (Some(_), _) => width_px.max(height_px),
+            (None, LineDirection::Rows) => width_px,
+            (None, LineDirection::Columns) => height_px,
         };
         let orders = &calibration.orders[..];
         let mut lookup = Self {
             orders,
-            direction,
+            labels,
             n_along,
             slots: vec![ABSENT; profiles.len() * orders.len() * n_along],
             profiles,
@@ -304,7 +303,7 @@ impl<'a> Lookup<'a> {
     }
 
     fn along(&self, point: &ProfilePoint) -> i64 {
-        point.seen.along_across(self.direction).0.round() as i64
+        self.labels.along_across(point.order, &point.seen).0.round() as i64
     }
 
     fn slot(&self, place: usize, order: i8, along: i64) -> Option<usize> {

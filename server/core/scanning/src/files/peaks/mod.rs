@@ -33,7 +33,10 @@ const NO_TIME: u64 = u64::MAX;
 /// Bytes of a point: u, v, normal, σ as f64; intensity and width as f32; one byte of flags.
 const POINT_BYTES: usize = 5 * 8 + 2 * 4 + 1;
 
-/// Longest record, bytes: a frame of 1.3 million points, far more than the lines on a 50 megapixel sensor give.
+/// Set beside the number of a line that was lit alone: it runs along columns, whatever the header says of the others.
+const ALONG_COLUMNS: u32 = 1 << 31;
+
+/// Longest record, bytes: a frame of 1.3 million points, far beyond what lines on a 50 megapixel sensor give.
 const RECORD_LIMIT_BYTES: u32 = 64 << 20;
 
 /// Common properties of all frames of the file.

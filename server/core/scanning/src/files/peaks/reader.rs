@@ -6,7 +6,8 @@ use optics::StageKind;
 use vision::{CentrelinePoint, Centrelines, LineDirection, Segment};
 
 use super::{
-    Checksum, END_RECORD, FRAME_RECORD, MAGIC, NO_TIME, POINT_BYTES, Peaks, PeaksHeader, RECORD_LIMIT_BYTES,
+    ALONG_COLUMNS, Checksum, END_RECORD, FRAME_RECORD, MAGIC, NO_TIME, POINT_BYTES, Peaks, PeaksHeader,
+    RECORD_LIMIT_BYTES,
 };
 use crate::error::ContentError;
 use crate::input::frames::ScanFrame;
@@ -177,7 +178,9 @@ pub(super) fn read_frame(
 ) -> Result<(ScanFrame, Option<u64>), ContentError> {
     let mut cursor = Cursor { bytes: body, place };
     let (position, time_ns, correlation_px) = (cursor.f64()?, cursor.u64()?, cursor.f64()?);
-    let (n_segments, lit_line) = counted_segments(cursor.u32()?);
+    let packed = cursor.u32()?;
+    let (n_segments, lit_line) = counted_segments(packed & !ALONG_COLUMNS);
+    let direction = if packed & ALONG_COLUMNS != 0 { LineDirection::Columns } else { header.line_direction };
     let mut segments = Vec::new();
     for _ in 0..n_segments {
         let n_points = cursor.u32()? as usize;
@@ -189,7 +192,7 @@ pub(super) fn read_frame(
         segments.push(Segment { points });
     }
     cursor.end()?;
-    let centrelines = Centrelines { segments, direction: header.line_direction, correlation_px, lit_line };
+    let centrelines = Centrelines { segments, direction, correlation_px, lit_line };
     let frame = ScanFrame { centrelines, position: header.stage.position(position) };
     Ok((frame, (time_ns != NO_TIME).then_some(time_ns)))
 }

@@ -4,11 +4,11 @@ use std::fs::{File, OpenOptions};
 use std::io::{BufReader, Seek, SeekFrom, Write};
 use std::path::Path;
 
-use vision::{CentrelinePoint, Centrelines};
+use vision::{CentrelinePoint, Centrelines, LineDirection};
 
 use super::{
-    Checksum, END_RECORD, FRAME_RECORD, MAGIC, NO_TIME, POINT_BYTES, PeaksHeader, PeaksPrefix, RECORD_LIMIT_BYTES,
-    read_peaks_prefix, word_of, word_of_stage,
+    ALONG_COLUMNS, Checksum, END_RECORD, FRAME_RECORD, MAGIC, NO_TIME, POINT_BYTES, PeaksHeader, PeaksPrefix,
+    RECORD_LIMIT_BYTES, read_peaks_prefix, word_of, word_of_stage,
 };
 use crate::error::ContentError;
 use crate::files::FileError;
@@ -170,14 +170,15 @@ fn pack_record(
 }
 
 fn write_frame(body: &mut Vec<u8>, centrelines: &Centrelines, position: f64, captured_at_ns: Option<u64>) {
-    let Centrelines { segments, correlation_px, lit_line, .. } = centrelines;
+    let Centrelines { segments, correlation_px, lit_line, direction } = centrelines;
     body.extend(position.to_le_bytes());
     body.extend(captured_at_ns.unwrap_or(NO_TIME).to_le_bytes());
     body.extend(correlation_px.to_le_bytes());
     // Counts beyond 24 bits would exceed the record limit, which is checked before anything is written; lines switched
     // on one by one are numbered from 0.
     let line = lit_line.and_then(|line| u32::try_from(line).ok()).map_or(0, |line| line + 1);
-    body.extend((segments.len() as u32 | line << 24).to_le_bytes());
+    let along_columns = if line > 0 && *direction == LineDirection::Columns { ALONG_COLUMNS } else { 0 };
+    body.extend((segments.len() as u32 | line << 24 | along_columns).to_le_bytes());
     for segment in segments {
         body.extend((segment.points.len() as u32).to_le_bytes());
         body.reserve(segment.points.len() * POINT_BYTES);

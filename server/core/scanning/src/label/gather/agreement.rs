@@ -11,8 +11,8 @@ use super::tracks::Partners;
 use crate::input::motions::FrameMotion;
 use crate::label::pieces::Piece;
 use crate::params::{
-    AGREEMENT_SIGMAS, CLOSE_TOLERANCES, CONTRADICTION_TOLERANCES, PATCH_CURVATURE_PER_MM, PATCH_MAX_GRADIENT,
-    PATCH_RADIUS_SPACINGS, SAME_ORDER_MIN_FRAMES, SAMPLE_STRIDE_PX, SMOOTH_SIGMAS,
+    AGREEMENT_SIGMAS, CLOSE_TOLERANCES, CONTRADICTION_TOLERANCES, PATCH_MAX_GRADIENT, PATCH_RADIUS_SPACINGS,
+    SAME_ORDER_MIN_FRAMES, SAMPLE_STRIDE_PX, SMOOTH_SIGMAS,
 };
 
 /// Inputs of the second look.
@@ -106,6 +106,7 @@ impl Scene<'_> {
 
     fn patches_of_sample(&self, idx: usize, of_piece: &std::ops::Range<usize>) -> Vec<Patch> {
         let sample = &self.samples.all[idx];
+        let curvature_per_mm = self.reference_view.curvature_per_mm();
         let line = [(idx > of_piece.start).then(|| idx - 1), (idx + 1 < of_piece.end).then_some(idx + 1)];
         let travel = [self.partners.previous[idx], self.partners.next[idx]];
         let patch = |label: usize| {
@@ -116,7 +117,8 @@ impl Scene<'_> {
             let view = self.reference_view.view_of(&hypothesis.in_part_mm);
             let (line, travel) = (line.map(at), travel.map(at));
             let gradient = gradient(&difference(&view, &line)?, &difference(&view, &travel)?)?;
-            let interior = [line, travel].iter().all(|ends| continues_smoothly(&view, ends, hypothesis.sigma_mm));
+            let interior =
+                [line, travel].iter().all(|ends| goes_on(&view, ends, hypothesis.sigma_mm, curvature_per_mm));
             Some(Patch {
                 in_part_mm: hypothesis.in_part_mm,
                 view,
@@ -177,7 +179,7 @@ impl Scene<'_> {
         {
             return 0.0;
         }
-        let ratio = apart_in_tolerances(hypothesis, view, patch, self.reference_view.floor_mm);
+        let ratio = apart_in_tolerances(hypothesis, view, patch, self.reference_view);
         if ratio < CLOSE_TOLERANCES && !same_order {
             return 1.0 - (ratio / CLOSE_TOLERANCES).powi(2);
         }
@@ -201,13 +203,18 @@ impl Scene<'_> {
     }
 }
 
-/// Difference in depth between a hypothesis and a patch, in tolerances.
-fn apart_in_tolerances(hypothesis: &Hypothesis, view: &ViewPoint, patch: &Patch, floor_mm: f64) -> f64 {
+/// Distance in depth between a hypothesis and a patch, in tolerances.
+fn apart_in_tolerances(
+    hypothesis: &Hypothesis,
+    view: &ViewPoint,
+    patch: &Patch,
+    reference_view: &ReferenceView,
+) -> f64 {
     let offset = view.xy_mm - patch.view.xy_mm;
     let apart = (view.depth_mm - patch.view.depth_mm - patch.gradient.dot(&offset)).abs();
     let tolerance = AGREEMENT_SIGMAS * hypothesis.sigma_mm.hypot(patch.sigma_mm)
-        + floor_mm
-        + 0.5 * PATCH_CURVATURE_PER_MM * offset.norm_squared();
+        + reference_view.floor_mm
+        + 0.5 * reference_view.curvature_per_mm() * offset.norm_squared();
     apart / tolerance
 }
 
@@ -229,11 +236,11 @@ pub fn gradient(along: &Vector3<f64>, travel: &Vector3<f64>) -> Option<Vector2<f
     (normal.z.abs() > 0.1 * spread && gradient.norm() <= PATCH_MAX_GRADIENT).then_some(gradient)
 }
 
-/// Whether both neighbours exist and the surface continues through the point without a bend beyond noise and curvature.
-fn continues_smoothly(at: &ViewPoint, ends: &[Option<ViewPoint>; 2], sigma_mm: f64) -> bool {
+/// Whether both neighbours exist and the surface passes them without a bend beyond noise and curvature.
+fn goes_on(at: &ViewPoint, ends: &[Option<ViewPoint>; 2], sigma_mm: f64, curvature_per_mm: f64) -> bool {
     let [Some(from), Some(to)] = ends else { return false };
     let bend = (from.depth_mm + to.depth_mm - 2.0 * at.depth_mm).abs();
     let reach = 0.25 * (to.xy_mm - from.xy_mm).norm_squared();
     // A second difference has √6 times the noise of one point.
-    bend <= SMOOTH_SIGMAS * 6f64.sqrt() * sigma_mm + PATCH_CURVATURE_PER_MM * reach
+    bend <= SMOOTH_SIGMAS * 6f64.sqrt() * sigma_mm + curvature_per_mm * reach
 }

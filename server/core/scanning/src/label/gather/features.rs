@@ -1,6 +1,7 @@
 //! The features of every frame needed for labelling, extracted in a few passes: a scan's points need not be in memory
 //! together.
 
+use statistics::median;
 use vision::{Centrelines, LineDirection};
 
 use super::hypotheses::{Samples, View};
@@ -8,6 +9,7 @@ use super::ranks::{SharedColumns, shared_columns};
 use super::tracks::{End, ends_of, joined};
 use crate::error::ScanError;
 use crate::input::frames::{Frames, in_order, lines_of, of_every_frame};
+use crate::input::line_step::sharp_width_px;
 use crate::input::motions::FrameMotion;
 use crate::label::columns::{Columns, pieces_of};
 use crate::label::pieces::{self, Joint, Piece};
@@ -57,24 +59,34 @@ pub fn extract_features(
     Ok(features)
 }
 
-/// The pieces of all frames, cut at their own kinks and at the joints of their neighbours. `travel_order`: the frames
-/// in the sequence of their stage positions.
-pub fn cut_pieces(
-    frames: &dyn Frames,
-    travel_order: &[usize],
-    direction: LineDirection,
-) -> Result<Vec<Piece>, ScanError> {
+/// The lines of all frames in pieces.
+pub struct CutLines {
+    /// Ordered by frame, segment, then along the line.
+    pub pieces: Vec<Piece>,
+    /// Per frame: which way its lines run.
+    pub directions: Vec<LineDirection>,
+    /// Full width of lines in focus, px: the median over the frames.
+    pub width_px: f64,
+}
+
+/// The lines of all frames, cut at their own kinks and at the joints of their neighbours. `travel_order`: the frames in
+/// the sequence of their stage positions.
+pub fn cut_pieces(frames: &dyn Frames, travel_order: &[usize]) -> Result<CutLines, ScanError> {
     let found = of_every_frame(frames, |frame, lines| {
-        let pieces = pieces::pieces_of_frame(lines, frame, direction);
-        let joints = pieces::joints_of_frame(&pieces, lines, direction);
-        (pieces, joints)
+        let pieces = pieces::pieces_of_frame(lines, frame, lines.direction);
+        let joints = pieces::joints_of_frame(&pieces, lines, lines.direction);
+        ((pieces, joints), (lines.direction, sharp_width_px(lines)))
     })?;
+    let (found, looks): (Vec<(Vec<Piece>, Vec<Joint>)>, Vec<(LineDirection, f64)>) = found.into_iter().unzip();
+    let (directions, mut widths_px): (Vec<LineDirection>, Vec<f64>) = looks.into_iter().unzip();
+    widths_px.retain(|width_px| *width_px > 0.0);
     let (pieces, joints): (Vec<Vec<Piece>>, Vec<Vec<Joint>>) = found.into_iter().unzip();
     let nearby = pieces::joints_nearby(&joints, travel_order);
     let cut = of_every_frame(frames, |frame, lines| {
-        pieces::cut_at_joints(&pieces[frame], lines, direction, &nearby[frame])
+        pieces::cut_at_joints(&pieces[frame], lines, lines.direction, &nearby[frame])
     })?;
-    Ok(cut.into_iter().flatten().collect())
+    let pieces = cut.into_iter().flatten().collect();
+    Ok(CutLines { pieces, directions, width_px: median(&mut widths_px).unwrap_or(0.0) })
 }
 
 /// The features of one frame.
@@ -90,21 +102,23 @@ impl OneFrameFeatures {
     fn new(view: &View, pieces: &[Piece], frame: usize, lines: &Centrelines, motion: &FrameMotion) -> Self {
         let own = pieces_of(pieces, frame);
         let samples = view.samples(&pieces[own.clone()], own.start, lines, motion);
-        let follows =
-            |idx: usize| idx > own.start && joined(&pieces[idx - 1], &pieces[idx], lines, view.direction);
+        let width_px = sharp_width_px(lines);
+        let follows = |idx: usize| {
+            idx > own.start && joined(&pieces[idx - 1], &pieces[idx], lines, width_px, view.direction)
+        };
         let columns = Columns { pieces, own: own.clone(), lines, direction: view.direction };
         Self {
             shared_columns: shared_columns(&samples.all, &columns),
             ends: pieces[own.clone()].iter().map(|piece| both_ends(piece, lines, view.direction)).collect(),
             joined: own.clone().map(follows).collect(),
-            widths_px: pieces[own.clone()].iter().map(|piece| width_px(piece, lines)).collect(),
+            widths_px: pieces[own.clone()].iter().map(|piece| mean_width_px(piece, lines)).collect(),
             samples,
         }
     }
 }
 
-/// Mean line width over the points of a piece.
-fn width_px(piece: &Piece, lines: &Centrelines) -> f64 {
+/// Mean over the points of a piece.
+fn mean_width_px(piece: &Piece, lines: &Centrelines) -> f64 {
     let widths = piece.points(lines).iter().map(|point| f64::from(point.width_px));
     widths.sum::<f64>() / piece.n_points() as f64
 }

@@ -6,7 +6,7 @@ use nalgebra::{Vector2, Vector3};
 
 use super::patches::ViewPoint;
 use crate::input::motions::{Chart, FrameMotion};
-use crate::params::SAMPLE_STRIDE_PX;
+use crate::params::{PATCH_RADIUS_RELATIVE, SAMPLE_STRIDE_PX};
 
 /// The view from the middle of the scan.
 #[derive(Debug, Clone, Copy)]
@@ -64,7 +64,12 @@ impl ReferenceView {
         view_point(&frame.seen_from(in_part_mm, self.reference_depth_mm))
     }
 
-    /// Sampling interval of a line in frames: steps much finer than the samples along the line add nothing.
+    /// Curvature of a surface that is allowed for when a patch of it is extended.
+    pub fn curvature_per_mm(&self) -> f64 {
+        1.0 / (PATCH_RADIUS_RELATIVE * self.reference_depth_mm)
+    }
+
+    /// Every how many frames a line is sampled: steps much finer than the samples along the line add nothing.
     pub fn frame_stride(&self) -> usize {
         let sample_mm = self.column_mm * SAMPLE_STRIDE_PX as f64;
         ((sample_mm / 4.0 / self.step_mm.norm()) as usize).max(1)

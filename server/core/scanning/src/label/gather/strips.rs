@@ -3,20 +3,33 @@
 use std::collections::BTreeMap;
 
 use super::hypotheses::Samples;
+use super::reference_view::ReferenceView;
 use super::tracks::Partners;
 use crate::label::pieces::Piece;
 use crate::label::union_find::UnionFind;
 use crate::params::{
-    PATCH_CURVATURE_PER_MM, SMOOTH_SIGMAS, STRIP_LINK_FLOOR_MM, STRIP_LINK_OVERLAP_PX, STRIP_LINK_PITCHES,
-    STRIP_LINK_SHARE, STRIP_LINK_SHARE_OF_LONGER,
+    SMOOTH_SIGMAS, STRIP_LINK_FLOOR_RELATIVE, STRIP_LINK_OVERLAP_WIDTHS, STRIP_LINK_PITCHES, STRIP_LINK_SHARE,
+    STRIP_LINK_SHARE_OF_LONGER,
 };
 
 /// Per piece: its strip, numbered by first piece.
 ///
-/// Pieces of one label are linked if their shared samples continue from one frame to the next like a smooth surface: on
-/// average no bend beyond noise and curvature. Joints at kinks and continuations across gaps do not count: a part that
-/// rises by exactly one wrap looks the same.
-pub fn strips(labels: &[usize], samples: &Samples, pieces: &[Piece], partners: &Partners) -> Vec<usize> {
+/// Pieces of one label hang together if the samples they share pass from one frame to the next as a smooth surface
+/// would: on the mean no bend beyond noise and curvature. Joints at kinks and continuations beyond gaps do not count: a
+/// part that rises by just a wrap looks like that.
+///
+/// `line_width_px`: that of lines in focus.
+pub fn strips(
+    labels: &[usize],
+    samples: &Samples,
+    pieces: &[Piece],
+    line_width_px: f64,
+    partners: &Partners,
+    reference_view: &ReferenceView,
+) -> Vec<usize> {
+    let curvature_per_mm = reference_view.curvature_per_mm();
+    let floor_mm = STRIP_LINK_FLOOR_RELATIVE * reference_view.reference_depth_mm;
+    let bend = |chain, label| bend(chain, label, samples, curvature_per_mm);
     let mut links: BTreeMap<(usize, usize), Link> = BTreeMap::new();
     for (idx, sample) in samples.all.iter().enumerate() {
         let Some(next) = partners.next[idx] else { continue };
@@ -24,8 +37,8 @@ pub fn strips(labels: &[usize], samples: &Samples, pieces: &[Piece], partners: &
         if labels[sample.piece] == labels[other.piece] {
             let link = links.entry((sample.piece, other.piece)).or_default();
             let label = labels[sample.piece];
-            link.add(partners.previous[idx].and_then(|before| bend([before, idx, next], label, samples)), 0);
-            link.add(partners.next[next].and_then(|after| bend([idx, next, after], label, samples)), 1);
+            link.add(partners.previous[idx].and_then(|before| bend([before, idx, next], label)), 0);
+            link.add(partners.next[next].and_then(|after| bend([idx, next, after], label)), 1);
             link.moved_pitches =
                 link.moved_pitches.max((sample.across_px - other.across_px).abs() / sample.pitch_px);
         }
@@ -35,11 +48,11 @@ pub fn strips(labels: &[usize], samples: &Samples, pieces: &[Piece], partners: &
         let (a, b) = (&pieces[a], &pieces[b]);
         let end = |piece: &Piece| piece.along + piece.n_points() as i64;
         let shared = (end(a).min(end(b)) - a.along.max(b.along)) as f64;
-        shared >= STRIP_LINK_OVERLAP_PX
+        shared >= STRIP_LINK_OVERLAP_WIDTHS * line_width_px
             && shared >= STRIP_LINK_SHARE * a.n_points().min(b.n_points()) as f64
             && shared >= STRIP_LINK_SHARE_OF_LONGER * a.n_points().max(b.n_points()) as f64
     };
-    for ((a, b), _) in links.iter().filter(|(pair, link)| overlaps(pair) && link.is_smooth()) {
+    for ((a, b), _) in links.iter().filter(|(pair, link)| overlaps(pair) && link.is_smooth(floor_mm)) {
         unions.join(*a, *b);
     }
     let mut number = BTreeMap::new();
@@ -79,7 +92,7 @@ impl Link {
         sum.allowed_mm += bend.allowed_mm;
     }
 
-    fn is_smooth(&self) -> bool {
+    fn is_smooth(&self, floor_mm: f64) -> bool {
         let known = self.bends.iter().filter(|bend| bend.n > 0.0);
         if known.clone().count() == 0 {
             return self.moved_pitches <= STRIP_LINK_PITCHES;
@@ -87,13 +100,13 @@ impl Link {
         known.into_iter().all(|bend| {
             // Samples are statistically independent.
             let noise = SMOOTH_SIGMAS * bend.sigma_mm / bend.n / bend.n.sqrt();
-            bend.sum_mm.abs() / bend.n <= noise + bend.allowed_mm / bend.n + STRIP_LINK_FLOOR_MM
+            bend.sum_mm.abs() / bend.n <= noise + bend.allowed_mm / bend.n + floor_mm
         })
     }
 }
 
 /// `None` if one of the three has no hypothesis of this label ("none" included).
-fn bend(chain: [usize; 3], label: usize, samples: &Samples) -> Option<Bend> {
+fn bend(chain: [usize; 3], label: usize, samples: &Samples, curvature_per_mm: f64) -> Option<Bend> {
     let [before, here, after] = chain.map(|idx| samples.by_order(idx).get(label).and_then(Option::as_ref));
     let (before, here, after) = (before?, here?, after?);
     let (back, ahead) = (here.in_part_mm - before.in_part_mm, after.in_part_mm - here.in_part_mm);
@@ -104,6 +117,6 @@ fn bend(chain: [usize; 3], label: usize, samples: &Samples) -> Option<Bend> {
         n: 1.0,
         sum_mm: ahead.z - back.z * ratio,
         sigma_mm: 6f64.sqrt() * here.sigma_mm,
-        allowed_mm: PATCH_CURVATURE_PER_MM * reach,
+        allowed_mm: curvature_per_mm * reach,
     })
 }

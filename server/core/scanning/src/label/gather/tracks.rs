@@ -8,11 +8,12 @@ use super::evidence::Evidence;
 use super::hypotheses::{Sample, Samples};
 use crate::error::ScanError;
 use crate::input::frames::{Frames, lines_of};
+use crate::input::line_step::largest_step_px;
 use crate::label::columns::{Columns, pieces_of};
-use crate::label::pieces::Piece;
+use crate::label::pieces::{Piece, cut_trim};
 use crate::params::{
-    CONTINUATION_GAP_PITCHES, CONTINUATION_GATE_PITCHES, CONTINUATION_POINTS, CONTINUATION_WEIGHT,
-    CUT_TRIM_POINTS, JOINT_WEIGHT, KINK_STEP_PX, SECTION_WEIGHT, TRACK_GATE_PITCHES, TRACK_WEIGHT,
+    CONTINUATION_GAP_PITCHES, CONTINUATION_GATE_PITCHES, CONTINUATION_POINTS, CONTINUATION_WEIGHT, JOINT_WEIGHT,
+    SECTION_WEIGHT, TRACK_GATE_PITCHES, TRACK_WEIGHT,
 };
 
 /// Per sample: the sample of the same line in the neighbouring frames.
@@ -109,15 +110,16 @@ pub fn add_joints(evidence: &mut Evidence, joined: &[bool]) {
     }
 }
 
-/// Whether `b` follows `a` in its segment without a jump.
-pub fn joined(a: &Piece, b: &Piece, lines: &Centrelines, direction: LineDirection) -> bool {
-    if (a.frame, a.segment, a.end + 2 * CUT_TRIM_POINTS) != (b.frame, b.segment, b.first) {
+/// Whether `b` follows `a` in its segment without a jump. `width_px`: that of the frame's lines in focus.
+pub fn joined(a: &Piece, b: &Piece, lines: &Centrelines, width_px: f64, direction: LineDirection) -> bool {
+    let trim = cut_trim(width_px);
+    if (a.frame, a.segment, a.end + 2 * trim) != (b.frame, b.segment, b.first) {
         return false;
     }
     let points = &lines.segments[a.segment].points;
+    let cut = a.end + trim;
     let across = |idx: usize| points[idx].along_across(direction).1;
-    let cut = a.end + CUT_TRIM_POINTS;
-    (across(cut) - across(cut - 1)).abs() <= KINK_STEP_PX
+    (across(cut) - across(cut - 1)).abs() <= largest_step_px(&points[cut], width_px, direction)
 }
 
 /// One end of a piece: its position and the line's slope there.

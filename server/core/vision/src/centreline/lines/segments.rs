@@ -50,19 +50,19 @@ impl Linker {
     /// Closes all traces and drops those that are not lines.
     pub fn finish(&mut self) {
         self.closed.extend(self.open.drain(..).map(|open| open.trace));
-        let (spare, believed) = (&mut self.spare, &mut self.closed);
+        let (spare, significant) = (&mut self.spare, &mut self.closed);
         let mut idx = 0;
-        while idx < believed.len() {
-            if believed[idx].is_significant() {
-                let n = believed[idx].len();
-                believed[idx].clearance_px.clear();
-                believed[idx].clearance_px.resize(n, ALONE);
+        while idx < significant.len() {
+            if significant[idx].is_significant() {
+                let n = significant[idx].len();
+                significant[idx].clearance_px.clear();
+                significant[idx].clearance_px.resize(n, ALONE);
                 idx += 1;
             } else {
-                spare.push(believed.swap_remove(idx));
+                spare.push(significant.swap_remove(idx));
             }
         }
-        believed.sort_unstable_by(|a, b| {
+        significant.sort_unstable_by(|a, b| {
             (a.first_u, a.v[0]).partial_cmp(&(b.first_u, b.v[0])).unwrap_or(Ordering::Equal)
         });
     }

@@ -9,14 +9,14 @@ use super::sequence::{Picture, Source, copy};
 use super::{Pictures, ReplayError};
 use crate::StageKind;
 
-/// A capture folder, and which of its files are played.
+/// A capture folder, with the files that are played.
 pub struct Folder {
     capture: Capture,
     files: Vec<LaserPicture>,
 }
 
 impl Folder {
-    /// Lists the pictures asked for.
+    /// Lists the requested pictures.
     pub fn open(folder: &Path, wanted: &Pictures) -> Result<(Self, Vec<Picture>), ReplayError> {
         let capture = Capture::open(folder)?;
         for warning in &capture.warnings {
@@ -50,7 +50,7 @@ impl Source for Folder {
         Ok(())
     }
 
-    /// One that the manifest names several times is one.
+    /// A file named several times in the manifest counts once.
     fn same_as(&self, idx: usize) -> usize {
         let path = &self.files[idx].path;
         self.files[..idx].iter().position(|other| other.path == *path).unwrap_or(idx)

@@ -85,13 +85,13 @@ impl Averager {
             let places = piece.places.start + start..(piece.places.start + start + LANES).min(piece.places.end);
             let mut cross_variance_px2 = [0.0f32; LANES];
             cross_variance_px2[..places.len()].copy_from_slice(&crossings.cross_variance_px2[places.clone()]);
-            let told = chosen.described(&cross_variance_px2);
+            let description = chosen.described(&cross_variance_px2);
             // One block of every group is sampled, and one of a short piece.
             if start % GROUP == GROUP / 2 || n <= GROUP / 2 && start == 0 {
                 gains.push(self.variances[self.longest + start] / chosen.mean.variance.0[0]);
             }
             let (first_u, row) = (piece.first_u + start, rows[start - start % GROUP]);
-            told.write(crossings, places.clone(), first_u, row, &mut points[start..start + places.len()]);
+            description.write(crossings, places.clone(), first_u, row, &mut points[start..start + places.len()]);
         }
     }
 
