@@ -1,5 +1,5 @@
 //! STL files, binary and text, read as triangles: three corners each, in the file's unit (millimetres by custom).
-//! Normals are not read: they follow from the corners.
+//! Normals are computed from the corners, not read.
 
 use std::borrow::Cow;
 
@@ -17,38 +17,38 @@ const BINARY_TRIANGLE: usize = 50;
 /// Why bytes cannot be read as STL.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum StlError {
-    /// More than is taken.
-    #[error("the file says {count} triangles, more than {max}")]
+    /// Too many triangles.
+    #[error("the file declares {count} triangles, more than {max}")]
     TooMany {
-        /// How many.
+        /// Number of triangles.
         count: usize,
-        /// What is allowed.
+        /// The permitted number.
         max: usize,
     },
-    /// The length does not fit the count.
-    #[error("the file says {count} triangles and has {got_bytes} bytes instead of {needed_bytes}")]
+    /// The length does not match the count.
+    #[error("the file declares {count} triangles and has {got_bytes} bytes instead of {needed_bytes}")]
     WrongLength {
-        /// Triangles by its header.
+        /// Number of triangles in the header.
         count: usize,
-        /// Bytes for so many.
+        /// Bytes required for them.
         needed_bytes: usize,
-        /// Bytes there are.
+        /// Bytes in the file.
         got_bytes: usize,
     },
     /// Neither text nor long enough to be binary.
-    #[error("{got_bytes} bytes are no STL file")]
+    #[error("{got_bytes} bytes are not an STL file")]
     TooShort {
-        /// Bytes there are.
+        /// Bytes in the file.
         got_bytes: usize,
     },
-    /// Text that is not as it should be.
+    /// A syntax error in a text file.
     #[error("line {line}: expected {expected}, found \"{found}\"")]
     Syntax {
         /// Line, from 1.
         line: usize,
-        /// What should be there.
+        /// Expected text.
         expected: &'static str,
-        /// What is there, shortened.
+        /// Text found, shortened.
         found: String,
     },
 }
@@ -73,7 +73,7 @@ impl Remedy for StlError {
 /// Reads the triangles of an STL file, at most `max` of them. Numbers are not checked: corners may be infinite or NaN.
 ///
 /// # Errors
-/// [`StlError`] for a file that is cut, says a wrong count, is no STL, or is too large.
+/// [`StlError`] for a file that is truncated, has a wrong count, is not STL, or is too large.
 pub fn read(bytes: &[u8], max: usize) -> Result<Vec<Triangle>, StlError> {
     let needed_bytes = |count: usize| BINARY_HEADER + count * BINARY_TRIANGLE;
     match binary_count(bytes) {
@@ -92,7 +92,7 @@ fn binary_count(bytes: &[u8]) -> Option<usize> {
     Some(u32::from_le_bytes(count.try_into().ok()?) as usize)
 }
 
-/// Binary headers may begin with "solid" too; a text has its first facet soon.
+/// Binary headers may begin with "solid" too; a text file has its first facet soon.
 fn looks_like_text(bytes: &[u8]) -> bool {
     let start = &bytes[..bytes.len().min(1024)];
     start.trim_ascii_start().starts_with(b"solid") && !start.contains(&0)

@@ -13,10 +13,10 @@ pub const STL_MAX_TRIANGLES: usize = 2_000_000;
 /// Why a file cannot be read as a part.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum PartFileError {
-    /// No STL file, or too large.
+    /// Not STL, or too large.
     #[error(transparent)]
     Stl(#[from] StlError),
-    /// Triangles that make no part.
+    /// Triangles that do not form a part.
     #[error("the triangles make no part")]
     Solid(#[source] SolidError),
 }
@@ -33,7 +33,7 @@ impl Remedy for PartFileError {
 /// Reads a part from the bytes of an STL file, mm.
 ///
 /// # Errors
-/// [`PartFileError`] for a file that is no STL, is cut or too large, or holds no part.
+/// [`PartFileError`] for a file that is not STL, is truncated or too large, or contains no part.
 pub fn read_stl(bytes: &[u8]) -> Result<Solid, PartFileError> {
     Solid::new(&stl::read(bytes, STL_MAX_TRIANGLES)?).map_err(PartFileError::Solid)
 }
