@@ -120,7 +120,7 @@ impl Room {
             (spread + apart * apart, lean + apart * (f64::from(*on) - on_mean))
         });
         let gain = lean / spread;
-        gain.is_finite().then(|| Self { gain: gain as f32, offset: (on_mean - gain * off_mean) as f32 })
+        gain.is_finite().then_some(Self { gain: gain as f32, offset: (on_mean - gain * off_mean) as f32 })
     }
 
     /// The room's light in the picture with the laser on where the other shows `off`.

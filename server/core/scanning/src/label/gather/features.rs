@@ -77,7 +77,7 @@ pub fn cut_pieces(frames: &dyn Frames, travel_order: &[usize]) -> Result<CutLine
         let joints = pieces::joints_of_frame(&pieces, lines, lines.direction);
         ((pieces, joints), (lines.direction, sharp_width_px(lines)))
     })?;
-    let (found, looks): (Vec<(Vec<Piece>, Vec<Joint>)>, Vec<(LineDirection, f64)>) = found.into_iter().unzip();
+    let (found, looks): (Vec<_>, Vec<(LineDirection, f64)>) = found.into_iter().unzip();
     let (directions, mut widths_px): (Vec<LineDirection>, Vec<f64>) = looks.into_iter().unzip();
     widths_px.retain(|width_px| *width_px > 0.0);
     let (pieces, joints): (Vec<Vec<Piece>>, Vec<Vec<Joint>>) = found.into_iter().unzip();
