@@ -1,4 +1,4 @@
-/** Archives as people upload them. */
+/** Archives as users upload them. */
 
 import { readdirSync, readFileSync } from "node:fs";
 import { join } from "node:path";

@@ -1,4 +1,4 @@
-/** Calibrating as people do it: by the virtual operator, step by step in two browsers, from a file that is refused. */
+/** Calibrating in the page: with the virtual operator, step by step in two browsers, from a file that is refused. */
 
 import type { Browser, Locator, Page } from "playwright-core";
 import { afterAll, beforeAll, expect, test } from "vitest";
@@ -9,10 +9,10 @@ import { expectAccessible, expectAccessibleInBoth, launch, picture, Server, unti
 /** Longest time a calibration may take on a busy machine. */
 const SOLVED_WITHIN_MS = 160_000;
 
-/** A test that calibrates; alone on an idle machine it takes less than a minute. */
+/** Time limit of a test that calibrates; less than a minute on an idle machine. */
 const TEST_WITHIN_MS = 420_000;
 
-/** Longest time for a picture, a look, an answer. */
+/** Time limit for an image, a board detection, a response. */
 const SEEN_WITHIN_MS = 60_000;
 
 let server: Server;
@@ -36,8 +36,8 @@ const answer = (page: Page, name: string) =>
   page.locator("dialog").getByRole("button", { name, exact: true }).click();
 
 /**
- * Waits for a condition. A simulated camera that a busy machine starves is a fault of the station, as a slow camera
- * would be; the person acknowledges it and goes on, and so does this one.
+ * Waits for a condition. A simulated camera that misses frames on a busy machine is a station fault, as a slow camera
+ * would be; like an operator, this function acknowledges the fault and continues.
  */
 async function patiently(
   page: Page,
@@ -82,7 +82,7 @@ test(
     const fresh = page.locator("[data-fresh]");
     await patiently(page, "a calibration", () => fresh.isVisible(), "Calibrate now");
     first_id = (await fresh.getAttribute("data-fresh")) ?? "";
-    // A draft until somebody decides.
+    // A draft until it is activated.
     expect(await page.locator("[data-active]").first().getAttribute("data-active")).toBe("none");
     await page.getByRole("link", { name: "View the new calibration" }).click();
     await page.locator("[data-model=grating] .big").waitFor();
@@ -94,7 +94,7 @@ test(
     expect(models.map(([name]) => name)).toEqual(["planes", "pencil", "grating"]);
     for (const [, figure] of models) expect(figure).toMatch(/^\d+\.\d µm$/);
     expect(await page.locator(".sentence").textContent()).toMatch(/curved.*Use “grating”/);
-    // Residual maps are drawn, and their numbers stand beside them.
+    // Residual maps are drawn, with their figures.
     const maps = page.locator(".residuals canvas");
     await until("six maps with points", async () => {
       const inked = await inkOf(maps);
@@ -174,8 +174,8 @@ test(
     await page.waitForSelector('.wizard[data-step="camera"]');
     expect(await covered(page)).toBe(0);
     await press(page, "Start live view");
-    await page.locator(".look, .told").first().waitFor();
-    // The board is held still: the picture is taken by itself.
+    await page.locator(".look, .board-facts").first().waitFor();
+    // The board is held still: the image is captured automatically.
     await press(page, "Next pose");
     await taken(page, 1);
     const after_one = await covered(page);
@@ -200,7 +200,7 @@ test(
     await page.close();
     await context.close();
 
-    // Another browser finds step and pictures.
+    // Another browser shows the same step and images.
     const phone = { viewport: { width: 390, height: 844 }, hasTouch: true };
     const other = await visit(browser, server.url, address, phone);
     await other.page.waitForSelector('.wizard[data-step="camera"]');
@@ -234,7 +234,7 @@ test(
     await last.page.locator(".stage-figures svg").waitFor();
     await expectAccessible(last.page);
     await picture(last.page, "calibration-solved");
-    // Without a chosen step the session says where it is.
+    // Without a chosen step the page opens at the session's current step.
     await last.page.evaluate((hash) => {
       location.hash = hash;
     }, address);
@@ -247,24 +247,24 @@ test(
     await last.page.getByRole("link", { name: "Finish" }).click();
     const rms = last.page.locator("table.difference [data-rms-mm]");
     await rms.first().waitFor();
-    // Two calibrations of one station from other pictures differ, by far less than a millimetre.
+    // Two calibrations of one station from different images differ, by far less than a millimetre.
     const rms_mm = Number(await rms.first().getAttribute("data-rms-mm"));
     expect(rms_mm).toBeGreaterThan(0);
     expect(rms_mm).toBeLessThan(1);
-    // The table stands a moment before its maps are drawn.
+    // The table is shown shortly before its maps are drawn.
     await until("five maps with points", async () => {
       const inked = await inkOf(last.page.locator(".comparison canvas"));
       return inked.length === 5 && inked.every((n) => n > 1000);
     });
     await expectAccessible(last.page);
     await picture(last.page, "calibration-finish");
-    // Until somebody activates it, the active calibration stays.
-    const active = await server.call<Schemas["ActiveDto"]>("GET", "/api/v1/calibrations/active");
+    // The active calibration does not change until the draft is activated.
+    const active = await server.call<Schemas["ActiveCalibrationDto"]>("GET", "/api/v1/calibrations/active");
     expect(active.calibration_id).toBe(first_id);
     await press(last.page, "Activate…");
     await answer(last.page, "Activate");
     await last.page.getByText("This calibration is active.").waitFor();
-    const now = await server.call<Schemas["ActiveDto"]>("GET", "/api/v1/calibrations/active");
+    const now = await server.call<Schemas["ActiveCalibrationDto"]>("GET", "/api/v1/calibrations/active");
     expect(now.calibration_id).toBe(made_id);
     expect([...complaints, ...other.complaints, ...last.complaints]).toEqual([]);
     await last.context.close();
@@ -272,7 +272,7 @@ test(
   TEST_WITHIN_MS,
 );
 
-test("a board of another kind is described in its own words, and the session has it", async () => {
+test("a board of another kind is described correctly, and the session has it", async () => {
   const { page, context, complaints } = await visit(browser, server.url, "#/calibration");
   await page.getByRole("link", { name: "Step by step" }).click();
   const kind = page.getByLabel("kind of board");
@@ -299,7 +299,7 @@ test("a board of another kind is described in its own words, and the session has
     square_mm: [16, 16.1],
     diameter_mm: 9,
   });
-  // What it was begun with is shown again.
+  // The initial settings are shown again.
   await page.evaluate((id) => location.assign(`#/calibration/${id}?step=check`), session.id);
   await page.getByText("16.000 × 16.100 mm").waitFor();
   await server.call("DELETE", `/api/v1/calibration-sessions/${session.id}`);

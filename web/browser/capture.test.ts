@@ -1,5 +1,5 @@
 /**
- * A recording that somebody brings: uploaded, calibrated from, a draft, activated, named in the log; results of it,
+ * An uploaded capture: uploaded, calibrated from, a draft, activated, named in the log; results of it,
  * deleted and damaged.
  */
 
@@ -22,7 +22,7 @@ let folder = "";
 
 beforeAll(async () => {
   folder = join(mkdtempSync(join(tmpdir(), "sheaf-capture-")), "capture");
-  // Small pictures: what is shown here is the way of a capture, not how good a calibration gets.
+  // Small images: this tests the workflow, not the quality of the calibration.
   const size = ["--width-px", "640", "--height-px", "512", "--poses", "6", "--frames", "1", "--scene", "plate"];
   execFileSync(SHEAF, ["twin", "capture", "--quiet", ...size, "--output", folder]);
   [server, browser] = await Promise.all([Server.start(), launch()]);
@@ -34,7 +34,7 @@ afterAll(async () => {
   rmSync(join(folder, ".."), { recursive: true, force: true });
 });
 
-test("an uploaded capture becomes a draft, and active only by a person's act", async () => {
+test("an uploaded capture becomes a draft and is activated only by the user", async () => {
   const { page, context, complaints } = await visit(browser, server.url, "#/calibration");
   const archive = { name: "night shift.tar", mimeType: "application/x-tar", buffer: tarOfFolder(folder) };
   await page.getByLabel("From an uploaded capture").setInputFiles(archive);
@@ -43,7 +43,7 @@ test("an uploaded capture becomes a draft, and active only by a person's act", a
   await expectAccessible(page);
   await picture(page, "calibration-uploaded");
   const id = (await fresh.getAttribute("data-fresh")) ?? "";
-  const active = () => server.call<Schemas["ActiveDto"]>("GET", "/api/v1/calibrations/active");
+  const active = () => server.call<Schemas["ActiveCalibrationDto"]>("GET", "/api/v1/calibrations/active");
   expect((await active()).calibration_id ?? null).toBeNull();
   const made = await server.call<Schemas["CalibrationItemDto"]>("GET", `/api/v1/calibrations/${id}`);
   const capture = await server.call<Schemas["CaptureDto"]>("GET", `/api/v1/captures/${made.capture_id}`);
@@ -96,7 +96,7 @@ async function damaged(): Promise<{ scans: string[]; job: string; event: string 
   return { scans, job: jobs.find(({ kind }) => kind === "calibration")?.id ?? "", event: `${event?.seq}` };
 }
 
-test("what is damaged is named, what can be done is said; deleting asks first", async () => {
+test("damage is shown with its remedy; deleting asks for confirmation", async () => {
   const { scans, job, event } = await damaged();
   const { page, context, complaints } = await visit(browser, server.url, "#/results");
   const answer = (name: string) => page.getByRole("dialog").getByRole("button", { name, exact: true }).click();

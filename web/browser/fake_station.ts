@@ -1,6 +1,6 @@
 /**
- * A server that has the page, says what state it is in, counts every Stop that reaches it, and fails as networks do.
- * It stands for the real program where the subject is the way to it: the real one answers.
+ * A server that serves the page, reports a chosen state, counts every Stop request, and simulates network failures.
+ * It replaces the real server in tests of the connection.
  */
 
 import { createHash } from "node:crypto";
@@ -59,13 +59,14 @@ const DEVICES = {
   },
   stage: {
     connected: true,
+    kind: "linear",
     homed: true,
     needs_homing: true,
     moving: false,
     position_mm: 0,
     travel_mm: [-100, 100],
   },
-  laser: { connected: true, light: "off", power: 0, interlock_closed: true },
+  laser: { connected: true, state: "off", power: 0, interlock_closed: true },
   frames: { arrived: 0, dropped: {} },
 };
 
@@ -77,12 +78,12 @@ export class FakeStation {
   /** Texts of all pages, in the order they came, but for pings. */
   readonly texts: { op: string; id?: number; streams?: unknown[] }[] = [];
   n_connections = 0;
-  /** What it says of any scan. */
+  /** The response for any scan. */
   plan: unknown = PLAN;
   /** Which way each Stop came that this server has read. */
   readonly stops: ("post" | "websocket")[] = [];
   state = "Operational.SingleExecution";
-  /** Whether everything is taken in and nothing answered, like a cable that was cut behind a switch. */
+  /** Whether requests are accepted and never answered, like a cable cut behind a switch. */
   silent = false;
   private readonly sockets = new Set<Duplex>();
   private readonly server: Server;
@@ -108,7 +109,7 @@ export class FakeStation {
     await new Promise((ended) => this.server.close(ended));
   }
 
-  /** Goes into a state and says so to everybody. */
+  /** Changes its state and notifies all clients. */
   enter(state: string): void {
     this.state = state;
     for (const socket of this.sockets) this.say(socket, this.stateText());
@@ -117,7 +118,7 @@ export class FakeStation {
   /** Answers a request, or leaves it hanging. */
   private async answer(request: IncomingMessage, response: ServerResponse): Promise<void> {
     const path = new URL(request.url ?? "/", this.url).pathname;
-    // A download over a line that does not move.
+    // A stalled download.
     if (this.silent || path === "/stalled") return;
     const asked = `${request.method} ${path}`;
     if (request.method !== "GET" && !path.endsWith("/stop")) {
@@ -142,7 +143,7 @@ export class FakeStation {
         return HALTED;
       case "POST /api/v1/station/control":
       case "PUT /api/v1/station/control":
-        return { id: "lease", holder: "Test", ends_in_s: 5 };
+        return { id: "lease", holder: "Test", expires_in_s: 5 };
       case "POST /api/v1/station/reset":
         this.enter("Operational.Ready");
         return this.station();

@@ -1,4 +1,4 @@
-/** What is typed into number fields, what becomes of it, and what is sent; and what a page asks for that nobody sees. */
+/** Number fields: typed text, validation, requests. And the requests of a hidden page. */
 
 import type { Browser, Page } from "playwright-core";
 import { afterAll, afterEach, beforeAll, beforeEach, expect, test } from "vitest";
@@ -43,7 +43,7 @@ function moveButton(page: Page) {
   return page.getByRole("button", { name: "Move", exact: true });
 }
 
-test("a position beyond the travel, or no number, moves nothing and says why on the button", async () => {
+test("a position beyond the travel, or no number, moves nothing, and the button shows the reason", async () => {
   const { page, complaints } = await enter("#/live");
   const field = page.getByLabel("Go to position");
   const cases = [
@@ -75,7 +75,7 @@ test("a position beyond the travel, or no number, moves nothing and says why on 
   expect(complaints).toEqual([]);
 });
 
-test("what is typed counts on Enter and when the field is left, not with every key; Escape takes it back", async () => {
+test("a value is applied on Enter and on leaving the field, not on every key; Escape restores it", async () => {
   const { page, complaints } = await enter("#/scan");
   const kept = () => page.evaluate(() => localStorage.getItem("sheaf.scan_to_mm"));
   const field = page.getByLabel("To", { exact: true });
@@ -188,7 +188,7 @@ test("a hidden page is no viewer, and subscribes again over the same connection 
   expect(complaints).toEqual([]);
 });
 
-test("without a link the page does not claim control", async () => {
+test("without a connection the page does not claim control", async () => {
   const { page, complaints } = await enter("#/help");
   await page.getByRole("button", { name: "No one in control" }).click();
   await page.getByRole("dialog").getByRole("button", { name: "Take control", exact: true }).click();

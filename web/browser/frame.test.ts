@@ -22,7 +22,7 @@ afterEach(async () => {
   for (const { context } of open.splice(0)) await context.close();
 });
 
-// A test that failed may have left the station stopped: the others are not to wait for it.
+// A failed test may have left the station stopped; that must not block the others.
 beforeEach(async () => {
   if ((await state()) !== "Operational.Initialized") await server.reset();
 });
@@ -74,7 +74,7 @@ test("Stop is on the screen at the width of a phone, and a finger on it is enoug
   expect((box?.x ?? 0) + (box?.width ?? 0)).toBeLessThanOrEqual(390);
   expect(box?.height).toBeGreaterThanOrEqual(56);
   expect(await page.evaluate(() => document.documentElement.scrollWidth)).toBeLessThanOrEqual(390);
-  // Down alone: a finger that slides off has asked, too.
+  // Only pointer down: a finger that slides off the button counts, too.
   await stop.dispatchEvent("pointerdown");
   await until("Halted", async () => (await state()) === "Halted");
   await picture(page, "phone-stopped");
@@ -113,7 +113,7 @@ test("the data of a dead server is called stale, and the page reconnects automat
   expect(await page.getByRole("status").filter({ hasText: "stale" }).isVisible()).toBe(true);
   expect(await page.title()).toMatch(/^no link/);
   await picture(page, "stale");
-  // Stop cannot reach a dead server: the page says so instead of waiting, and does not give up.
+  // Stop cannot reach a dead server: the page reports it at once and keeps retrying.
   await page.keyboard.press("Pause");
   await page.getByText("Use the emergency stop of the machine").waitFor();
   server = await server.startAgain();
@@ -152,7 +152,7 @@ test("two browsers see who is in control; taking over is explicit and reported t
   await ben.page.locator(".banners").getByRole("button", { name: "Reset" }).click();
   for (const { page } of [anna, ben]) await page.locator(".bar", { hasText: "Not ready to scan" }).waitFor();
 
-  // A page that goes gives control back.
+  // A page that is closed releases control.
   await ben.context.close();
   await anna.page.getByRole("button", { name: "No one in control" }).waitFor();
   expect([...anna.complaints, ...ben.complaints]).toEqual([]);
@@ -206,7 +206,7 @@ test("in German no English is left where a job is shown, at every step and after
   await page.reload();
   for (const [phase, doing] of Object.entries(de.jobs.phases)) {
     staged.tell({
-      step: { phase: phase as Schemas["PhaseDto"], number: 3, of: 12 },
+      step: { phase: phase as Schemas["PhaseDto"], number: 3, total: 12 },
       message: `${phase} of the board`,
     });
     const told = de.jobs.counted(doing, 3, 12);
@@ -236,7 +236,7 @@ test("in German no English is left where a job is shown, at every step and after
   expect(complaints).toEqual([]);
 });
 
-/** Waits until an element has the focus: pages give it when they are drawn. */
+/** Waits until an element has the focus; pages set it when they are drawn. */
 async function focused(page: Page, id: string): Promise<void> {
   await until(
     `focus on ${id}`,

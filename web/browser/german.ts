@@ -32,7 +32,7 @@ export const AT_WORK: Job = {
   state: "running",
   progress: 0.2,
   message: "pose 3 of 12: exposing the board",
-  step: { phase: "exposing_board", number: 3, of: 12 },
+  step: { phase: "exposing_board", number: 3, total: 12 },
   remaining_s: 21,
   source: "rest",
   input: { kind: "calibration", source: { kind: "station" }, leave_out_unreadable: false },
@@ -56,7 +56,7 @@ export const ENDED: readonly Job[] = [
     message: "the stage is not there",
     problem: {
       type: "urn:sheaf:problem:device-fault",
-      title: "A device does not do what it should",
+      title: "Device fault",
       status: 503,
       detail: "the stage is not there",
       remedy: "see to the cable of the stage",

@@ -2,7 +2,7 @@
  * Stable states of the page look as they did: `golden/*.png`, written by `SHEAF_GOLDEN=write`.
  *
  * What changes from run to run is covered. Fonts differ between computers: where the page's font is another one, the
- * comparison says so and is left out, for it would only show the font.
+ * comparison is skipped with a message, because it would only show the font.
  */
 
 import { existsSync, mkdirSync, readFileSync, writeFileSync } from "node:fs";
@@ -57,7 +57,7 @@ async function fontsAreThoseOfGolden(page: Page): Promise<boolean> {
   return golden.every((width, at) => Math.abs(width - (widths[at] ?? 0)) < FONT_TOLERANCE_PX);
 }
 
-/** Share of pixels that differ; 1 if the sizes do. Compared by the browser itself: it can read its pictures. */
+/** Share of pixels that differ; 1 if the sizes do. Compared in the browser, which can decode the images. */
 async function shareOfDifferentPixels(page: Page, a: Buffer, b: Buffer): Promise<number> {
   const pair = [a, b].map((png) => `data:image/png;base64,${png.toString("base64")}`);
   return await page.evaluate(

@@ -28,7 +28,7 @@ export const SHEAF =
   process.env.SHEAF_BIN ?? join(process.env.CARGO_TARGET_DIR ?? join(ROOT, "target"), "debug/sheaf");
 const CHROMIUM = process.env.SHEAF_CHROMIUM ?? "/usr/bin/chromium";
 
-/** Pictures for the README and the documents are written here; look at every one of them. */
+/** Screenshots for the README and the documents are written here; check each of them. */
 export const PICTURES = process.env.SHEAF_PICTURES ?? join(ROOT, "target/browser");
 
 /** A running `sheaf serve` on a folder of its own. */
@@ -139,14 +139,14 @@ export class Server {
     return calibration_id;
   }
 
-  /** A scan of the sphere that lies on the simulated stage; answers its id. */
+  /** Scans the sphere on the simulated stage and returns the id of the scan. */
   async scan(step_mm = 0.4): Promise<string> {
     const job = await this.job("/api/v1/scans", { source: { kind: "station" }, from_mm: -20, to_mm: 20, step_mm });
     return job.result?.id ?? "";
   }
 }
 
-/** The environment without this harness's own variables, which the program would take for misspelt settings. */
+/** The environment without the variables of this harness, which the server would report as misspelt settings. */
 function environment(): NodeJS.ProcessEnv {
   const own = ["SHEAF_BIN", "SHEAF_CHROMIUM", "SHEAF_PICTURES", "SHEAF_GOLDEN"];
   return Object.fromEntries(Object.entries(process.env).filter(([name]) => !own.includes(name)));
@@ -177,7 +177,7 @@ export interface Visit {
   complaints: string[];
 }
 
-/** Opens a page of the station as a new person would: nothing remembered, English, light. */
+/** Opens a page of the station as a new user: no stored settings, English, light theme. */
 export async function visit(browser: Browser, url: string, hash = "", options = {}): Promise<Visit> {
   const context = await browser.newContext({
     viewport: { width: 1280, height: 800 },
@@ -204,13 +204,13 @@ export async function visit(browser: Browser, url: string, hash = "", options = 
 /** Demands that the page has no violation of WCAG 2.2 A and AA that axe knows. */
 export async function expectAccessible(page: Page): Promise<void> {
   const tags = ["wcag2a", "wcag2aa", "wcag21a", "wcag21aa", "wcag22aa"];
-  // There are no frames to look into, which the other mode opens a page of its own for.
+  // The page has no iframes, so the other mode, which opens an extra page, is not needed.
   const { violations } = await new AxeBuilder({ page }).withTags(tags).setLegacyMode().analyze();
   const told = violations.map(({ id, nodes }) => `${id}: ${nodes.map((node) => node.html).join(" | ")}`);
   expect(told).toEqual([]);
 }
 
-/** Demands it in light and in dark, and leaves the page in light. */
+/** Checks both themes and leaves the page in the light theme. */
 export async function expectAccessibleInBoth(page: Page): Promise<void> {
   for (const colorScheme of ["dark", "light"] as const) {
     await page.emulateMedia({ colorScheme });
@@ -219,7 +219,7 @@ export async function expectAccessibleInBoth(page: Page): Promise<void> {
   }
 }
 
-/** Writes a picture of what the person sees now. */
+/** Writes a screenshot. */
 export async function picture(page: Page, name: string): Promise<void> {
   mkdirSync(PICTURES, { recursive: true });
   await page.screenshot({ path: join(PICTURES, `${name}.png`) });

@@ -89,7 +89,7 @@ test(
   async () => {
     const { page, context, complaints } = await visit(browser, server.url);
 
-    // Operate says what is missing, and leads there.
+    // Operate states what is missing and links to it.
     await page.getByText("The station is not calibrated.").waitFor();
     await picture(page, "operate-first");
     await page.getByRole("link", { name: "Calibrate", exact: true }).click();
@@ -119,7 +119,7 @@ test(
 
     // Scan: what will happen, then the cloud that grows.
     await rail(page, "Scan");
-    // Fewer rows than a person would take: a test waits for each of them.
+    // Fewer rows than in practice, to keep the test short.
     await page.getByLabel("Step", { exact: true }).fill("1");
     await page.getByLabel("Name or serial number").fill("First sphere");
     await page.locator("[data-plan=there]", { hasText: "41, one every" }).waitFor();

@@ -1,5 +1,5 @@
 /**
- * The operator's page by keys alone: a part is scanned and judged, the next one stopped, the station reset. And what is
+ * The Operate page with the keyboard only: a part is scanned and judged, the next scan stopped, the station reset. And what is
  * left of a scan that was ended early.
  */
 
@@ -103,7 +103,7 @@ test(
       const state = (await newestJob())?.state;
       return state === "cancelled" || state === "failed";
     });
-    expect((await station()).laser.light).toBe("off");
+    expect((await station()).laser.state).toBe("off");
     await page.getByText("The station was stopped. Check that the area is clear, then reset.").waitFor();
     await picture(page, "operate-stopped");
     await tabTo(page, "Reset");

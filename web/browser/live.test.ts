@@ -1,8 +1,8 @@
 /**
- * Live against the simulated station: what is drawn over the picture lies on the picture's lines, pixel by pixel.
+ * Live against the simulated station: the overlay matches the lines in the image, pixel by pixel.
  *
- * The lines are judged by the brightness of the picture itself; that the server finds them where the simulator put them
- * is held by the server's own tests.
+ * The lines are located by the brightness of the image; that the server finds them where the simulator drew them
+ * is tested in the server.
  */
 
 import type { Browser } from "playwright-core";
@@ -47,7 +47,7 @@ async function startedLive(): Promise<void> {
     const { state } = await server.call<{ state: string }>("GET", "/api/v1/station");
     if (state === "Operational.ContinuousExecution") return true;
     if (state === "Error") await server.reset();
-    // Never the button that ends it: it stands in the same place as soon as the live view runs.
+    // Never the button that ends it, which takes the same place once the live view runs.
     const start = page.locator(".controls .card").first().getByRole("button", { name: "Start live view" });
     if (await start.isVisible()) await start.click({ timeout: 1000 }).catch(() => undefined);
     return false;
@@ -55,7 +55,7 @@ async function startedLive(): Promise<void> {
   await until("the live view runs", started);
 }
 
-/** Waits until the page has drawn what it was told: two of its frames. */
+/** Waits for two animation frames, so that the page has drawn the last message. */
 async function drawnAgain(): Promise<void> {
   await seen.page.evaluate(
     () => new Promise((resolve) => requestAnimationFrame(() => requestAnimationFrame(() => resolve(undefined)))),
@@ -112,7 +112,7 @@ async function distancesOf(colour: string): Promise<number[]> {
         if (alpha < 40 || Math.max(...off) > 40) continue;
         [weight, centre, first, last] = [weight + alpha, centre + alpha * y, Math.min(first, y), y];
       }
-      // Where a name or a second piece of the order crosses the column, one centre says nothing.
+      // Where a name or a second piece of the order crosses the column, one centre is ambiguous.
       if (named || weight === 0 || last - first > 6) continue;
       const drawn_at = centre / weight;
       let [light, bright_at] = [0, 0];
@@ -144,7 +144,7 @@ async function heldWithLines(): Promise<boolean> {
 
 const sequence = async () => Number(await seen.page.getAttribute(".picture-area", "data-sequence"));
 
-test("an empty page says how to begin; an exposure is accepted and shown; the picture comes", async () => {
+test("an empty page shows how to start; an exposure is accepted and shown; the image appears", async () => {
   const { page } = seen;
   await page.waitForSelector(".start-here button");
   await expectAccessible(page);
@@ -164,7 +164,7 @@ test("an empty page says how to begin; an exposure is accepted and shown; the pi
   await expectAccessible(page);
 });
 
-test("drawn lines lie on the lines of the picture, whole, pixel by pixel and enlarged", async () => {
+test("the overlay lies on the lines of the image, complete, pixel by pixel and enlarged", async () => {
   const { page } = seen;
   await until("a frame with all lines is held", heldWithLines);
   const zooms = [
@@ -205,12 +205,12 @@ test("a key hides the lines of its order, and only those", async () => {
   await until("order −2 is back", async () => (await both())[0] === before);
 });
 
-test("picture and plot point at the same place, by mouse and by keys", async () => {
+test("image and plot point at the same place, by mouse and by keys", async () => {
   const { page } = seen;
   const area = await page.locator(".picture-area").boundingBox();
   const over = await page.locator(".plot-area .u-over").boundingBox();
   if (!area || !over) throw new Error("no place");
-  // Down a column of the picture until the pointer means a line that was measured.
+  // Down a column of the picture until the pointer selects a measured line.
   const swept = async () => {
     for (let y = 0.2; y < 0.95; y += 0.01) {
       await page.mouse.move(area.x + 0.4 * area.width, area.y + y * area.height);
@@ -221,7 +221,7 @@ test("picture and plot point at the same place, by mouse and by keys", async () 
     return "";
   };
   let readout = await swept();
-  // Pictures and profiles come at rates of their own: a held frame may be without its profile.
+  // Images and profiles have different rates: a frozen frame may lack its profile.
   for (let attempt = 0; attempt < 5 && readout === ""; attempt++) {
     const before = await sequence();
     await page.keyboard.press("f");
@@ -241,7 +241,7 @@ test("picture and plot point at the same place, by mouse and by keys", async () 
   const start = await u_px();
   for (let step = 0; step < 3; step++) await page.keyboard.press("ArrowRight");
   await until("three points on", async () => (await u_px()) === start + 3);
-  // The cross in the picture stands where the readout says.
+  // The cross in the image is at the position of the readout.
   await drawnAgain();
   const { drawn_u, n } = await page.evaluate(() => {
     const canvas = document.querySelector<HTMLCanvasElement>(".picture-area canvas.lines");
@@ -280,7 +280,7 @@ test("a frozen frame stays while the station continues, and resumes", async () =
   });
 });
 
-test("an exposure that is too long becomes a good one by one click", async () => {
+test("one click corrects an exposure that is too long", async () => {
   const { page } = seen;
   await page.getByLabel("Exposure time").fill("20000");
   await page.getByRole("button", { name: "Apply" }).click();
@@ -303,7 +303,7 @@ test("an exposure that is too long becomes a good one by one click", async () =>
   expect(settings.exposure_us).toBeLessThan(20_000);
 });
 
-test("in the dark theme, in German, and ended: nothing is out of reach", async () => {
+test("in the dark theme, in German, and ended: all controls remain reachable", async () => {
   const { page } = seen;
   await page.emulateMedia({ colorScheme: "dark" });
   await until("the theme is dark", async () => (await page.getAttribute("html", "data-theme")) === "dark");

@@ -1,4 +1,4 @@
-/** The colours of what a person sees: a picture of the screen, read pixel by pixel. */
+/** The colours on the screen: a screenshot, read pixel by pixel. */
 
 import type { BrowserContext, Locator, Page } from "playwright-core";
 import { orderColour } from "../src/theme";
@@ -6,7 +6,7 @@ import { orderColour } from "../src/theme";
 /** Orders of the simulated station. */
 export const ORDERS = [-2, -1, 0, 1, 2];
 
-/** A screenshot is exact; neighbours of the same colour differ by nothing. */
+/** A screenshot is lossless; pixels of the same colour are equal. */
 const SAME = 2;
 
 /** How many pixels of an element have each of the colours, `#rrggbb`. */
@@ -18,7 +18,7 @@ export async function pixelsOf(element: Locator, colours: readonly string[]): Pr
 
 const blanks = new WeakMap<BrowserContext, Page>();
 
-/** A page without a policy of its own, where pictures are taken apart. */
+/** A page without a content security policy, in which images are decoded. */
 export async function blankPage(context: BrowserContext): Promise<Page> {
   const blank = blanks.get(context) ?? (await context.newPage());
   blanks.set(context, blank);

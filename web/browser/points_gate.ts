@@ -16,7 +16,7 @@ export class PointsGate {
 
   private constructor(private n_blocks_left: number) {}
 
-  /** Stands before the connections that the page opens from now on. */
+  /** Intercepts the connections that the page opens from now on. */
   static async before(page: Page, n_blocks: number): Promise<PointsGate> {
     const gate = new PointsGate(n_blocks);
     await page.routeWebSocket(/\/api\/v1\/stream$/, (socket) => {
@@ -31,7 +31,7 @@ export class PointsGate {
     return this.n_blocks_left === 0;
   }
 
-  /** Lets through what was held, in its order, and all that comes. */
+  /** Forwards the held messages in order, and all that follow. */
   open(): void {
     this.n_blocks_left = Number.POSITIVE_INFINITY;
     for (const go_on of this.held.splice(0)) go_on();

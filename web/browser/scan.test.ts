@@ -58,7 +58,7 @@ async function blocksAtServer(id: string) {
 const newestScan = async () =>
   (await server.call<Schemas["ListDto_ScanDto"]>("GET", "/api/v1/scans?limit=1")).items[0]?.id ?? "";
 
-test("an uncalibrated station says why it cannot scan and where to go", async () => {
+test("an uncalibrated station shows why it cannot scan and links to the remedy", async () => {
   const { page, complaints } = await open("#/scan");
   await page.waitForSelector("[data-plan=refused]");
   expect(await page.getByRole("link", { name: "Go to Calibration" }).getAttribute("href")).toBe("#/calibration");
@@ -141,7 +141,7 @@ test("radius and RMSE are two clicks from the scan; picks are exact; colours cos
   expect(complaints).toEqual([]);
 });
 
-/** The result leaves the page: as a file that holds what was measured, and on paper with picture, value and provenance. */
+/** Export of the result: as a file with the measured values, and printed with image, value and provenance. */
 async function reported(page: Page): Promise<void> {
   const card = page.getByRole("region", { name: "Report" });
   const saved = page.waitForEvent("download");
@@ -162,7 +162,7 @@ async function reported(page: Page): Promise<void> {
   await page.emulateMedia({ media: "screen" });
 }
 
-/** The section follows the slider to the last frame, is drawn in the colours of the orders, and says a point of it. */
+/** The section follows the slider to the last frame, is drawn in the colours of the orders, and shows the coordinates of a point. */
 async function sectioned(page: Page): Promise<void> {
   const card = page.getByRole("region", { name: "Section" });
   const slider = card.getByRole("slider");

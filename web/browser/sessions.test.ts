@@ -5,7 +5,7 @@ import { afterAll, beforeAll, expect, test } from "vitest";
 import type { Schemas } from "../src/api/client";
 import { expectAccessible, expectAccessibleInBoth, launch, picture, Server, until, visit } from "./harness";
 
-/** A picture of the simulated station on a busy machine. */
+/** Time limit for an image of the simulated station on a busy machine. */
 const TAKEN_WITHIN_MS = 120_000;
 
 let server: Server;
@@ -20,7 +20,7 @@ afterAll(async () => {
   await server?.stop();
 });
 
-/** A session with pictures of the first poses of the virtual operator. */
+/** A session with images of the first poses of the virtual operator. */
 async function sessionWith(n_poses: number): Promise<string> {
   const { target, projector } = await server.call<Schemas["SessionDefaultsDto"]>(
     "GET",
@@ -35,7 +35,7 @@ async function sessionWith(n_poses: number): Promise<string> {
   return id;
 }
 
-/** Takes a picture as a third program would. A camera that a busy machine starves is acknowledged, as a person would. */
+/** Captures an image as a third client would. Camera faults caused by a busy machine are acknowledged, as an operator would. */
 async function takePose(session_id: string): Promise<void> {
   await until(
     "a picture",
@@ -61,7 +61,7 @@ const posesOf = (page: Page) =>
 
 const sessionAt = (id: string) => server.call<Schemas["SessionDto"]>("GET", `/api/v1/calibration-sessions/${id}`);
 
-/** The pictures that are drawn, not only named. */
+/** The images that are drawn, not only listed. */
 const drawn = (page: Page) =>
   page
     .locator(".poses .pose img")
@@ -98,7 +98,7 @@ test("an outdated browser changes nothing, sees the newest state and the reason"
   const { page, context, complaints } = await visit(browser, server.url, `#/calibration/${id}?step=camera`);
   await until("both poses", async () => (await posesOf(page)).length === 2);
   const [first, second] = (await sessionAt(id)).body.poses.map((pose) => pose.id);
-  // From now on this browser hears nothing of the session.
+  // From now on this browser gets no events of the session.
   let hear = () => {};
   const deaf = new Promise<void>((resolve) => {
     hear = resolve;

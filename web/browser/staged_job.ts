@@ -14,7 +14,7 @@ export class StagedJob {
     private readonly others: readonly Job[],
   ) {}
 
-  /** Stands before all that the page will hear of jobs; `others`: jobs before it. */
+  /** Intercepts all messages about jobs; `others`: earlier jobs. */
   static async before(page: Page, job: Job, others: readonly Job[]): Promise<StagedJob> {
     const staged = new StagedJob(job, others);
     await page.routeWebSocket(/\/api\/v1\/stream$/, (socket) => {
@@ -33,7 +33,7 @@ export class StagedJob {
     for (const socket of this.sockets) socket.send(JSON.stringify({ op: "job", job: this.job }));
   }
 
-  /** What the server says, with a station that works for the job. */
+  /** The server's status, with the station working for the job. */
   private retold(message: string | Buffer): string | Buffer {
     if (typeof message !== "string") return message;
     const told = JSON.parse(message) as { op: string; station?: Station };

@@ -1,4 +1,4 @@
-/** Stop arrives through what networks do: full connection pools, lines on which nothing comes back. */
+/** Stop arrives despite network problems: full connection pools, lines without responses. */
 
 import type { Browser, Page } from "playwright-core";
 import { afterAll, afterEach, beforeAll, beforeEach, expect, test } from "vitest";
@@ -25,7 +25,7 @@ afterEach(async () => {
   await station?.end();
 });
 
-/** As many downloads as a browser has connections, none of which goes on. */
+/** As many stalled downloads as a browser has connections. */
 async function saturate(page: Page): Promise<void> {
   await page.evaluate(() => {
     for (let n = 0; n < 6; n++) void fetch(`/stalled?${n}`).catch(() => undefined);
@@ -56,7 +56,7 @@ test("six stalled downloads do not delay Stop", async () => {
   expect(complaints).toEqual([]);
 });
 
-test("on a dead line Stop is repeated, says so, and arrives when the line is back", async () => {
+test("on a dead line Stop is repeated with a message, and arrives when the line is back", async () => {
   const { page, complaints } = visitor;
   station.silent = true;
   await press(page);

@@ -1,4 +1,4 @@
-/** Makes the parts of the page and hands them to each other. */
+/** Creates the parts of the page and connects them. */
 
 import { effect } from "@preact/signals";
 import { render } from "preact";

@@ -178,13 +178,13 @@ test("angles of the orders are those of the grating equation", () => {
   expect(orderAngles(planes).map(({ calibrated_deg }) => Math.round(calibrated_deg))).toEqual([-20, 0, 20]);
 });
 
-test("a roll-back takes back the last activation that still stands", () => {
-  const act = (act: string, to: string | null, previous_id: string | null) =>
-    ({ seq: 0, act, actor: "Anna", at_ms: 0, calibration_id: to, previous_id }) as Schemas["ActivationDto"];
+test("a roll-back reverts the last activation still in effect", () => {
+  const entry = (action: string, to: string | null, previous_id: string | null) =>
+    ({ seq: 0, action, actor: "Anna", at_ms: 0, calibration_id: to, previous_id }) as Schemas["ActivationDto"];
   expect(lastStanding([])).toBeUndefined();
-  expect(lastStanding([act("activate", "b", "a"), act("activate", "a", null)])).toBe("a");
-  // b was rolled back: the next roll-back takes a back, and nothing was before it.
-  const acts = [act("roll_back", "a", "b"), act("activate", "b", "a"), act("activate", "a", null)];
+  expect(lastStanding([entry("activate", "b", "a"), entry("activate", "a", null)])).toBe("a");
+  // b was rolled back: the next roll-back reverts a, with nothing before it.
+  const acts = [entry("roll_back", "a", "b"), entry("activate", "b", "a"), entry("activate", "a", null)];
   expect(lastStanding(acts)).toBeUndefined();
 });
 
@@ -210,7 +210,7 @@ test("verifications belong to the calibration they were made with", () => {
     ({
       id,
       kind,
-      input: { kind, artefact: "sphere", nominal_mm: 18.9, scan: { calibration_id } },
+      input: { kind, reference_part: "sphere", nominal_mm: 18.9, scan: { calibration_id } },
     }) as unknown as Job;
   const jobs = [job("1", "verification", "c"), job("2", "verification", "d"), job("3", "scan", "c")];
   expect(verificationsOf(jobs, "c").map((one) => one.job.id)).toEqual(["1"]);

@@ -15,7 +15,7 @@ interface Asked {
 let asked: Asked[];
 let answer: (asked: Asked) => { status: number; body?: unknown };
 
-const LEASE = { id: "lease-1", holder: "Anna", ends_in_s: 5 };
+const LEASE = { id: "lease-1", holder: "Anna", expires_in_s: 5 };
 const problem = (kind: string) => ({
   status: 409,
   body: { type: `urn:sheaf:problem:${kind}`, title: kind, status: 409, detail: kind },
@@ -84,7 +84,7 @@ test("control that ran out because the page slept is called so", async () => {
 test("control that lapses is idle also when its last renewal was for a moment only", async () => {
   const { control } = made();
   await control.take();
-  answer = () => ({ status: 200, body: { ...LEASE, ends_in_s: 0.2 } });
+  answer = () => ({ status: 200, body: { ...LEASE, expires_in_s: 0.2 } });
   await vi.advanceTimersByTimeAsync(1600);
   answer = () => problem("control-expired");
   await vi.advanceTimersByTimeAsync(1600);

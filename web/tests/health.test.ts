@@ -75,7 +75,7 @@ test("every act at the station has words in both languages, and says who did it"
   const kinds = [
     ["station.stopped", "station.reset", "stage.moved", "stage.homed", "stage.jogged", "laser.switched"],
     ["camera.configured", "live.started", "live.ended"],
-    ["control.taken", "control.taken_over", "control.given_back", "control.expired"],
+    ["control.taken", "control.taken_over", "control.released", "control.expired"],
   ].flat();
   for (const words of [en, de])
     for (const kind of kinds) expect(words.health.event_kinds[kind], kind).toBeDefined();

@@ -26,9 +26,9 @@ test("the texts of the server are known by their op", () => {
 test("the picture's sample reads by the table", () => {
   const image = decode(golden("image.bin"));
   if (image?.kind !== "image") throw new Error("no picture");
-  const { number, sequence, captured_ms, position_mm, laser_shone, calibrated } = image;
+  const { number, sequence, captured_ms, position_mm, laser_on, calibrated } = image;
   expect([number, sequence, captured_ms, position_mm]).toEqual([17, 4711, 12345.678901, -7.25]);
-  expect([laser_shone, calibrated]).toEqual([true, true]);
+  expect([laser_on, calibrated]).toEqual([true, true]);
   expect([image.width_px, image.height_px, image.jpeg_width_px, image.jpeg_height_px]).toEqual([64, 48, 16, 12]);
   expect([image.scale, image.bit_depth, image.exposure_us, image.n_saturated]).toEqual([4, 8, 2000, 2]);
   expect([image.histogram[0], image.histogram[35], image.histogram[63]]).toEqual([3000, 70, 2]);

@@ -1,4 +1,4 @@
-//! The table of drivers: every kind of device that a station can be made of, and who of them makes what.
+//! The table of drivers: all device kinds, and which driver provides them.
 
 use std::sync::Arc;
 
@@ -43,7 +43,7 @@ pub struct StationSettings {
 /// Who makes a device.
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 pub struct DeviceSettings {
-    /// kind of the driver that makes it: twin, replay, genicam, v4l2 (camera), grbl, marlin, zaber (stage) or none (laser that is always on); a laser of kind genicam is on an output line of that camera
+    /// driver kind: twin, replay, genicam, v4l2 (camera), grbl, marlin, zaber (stage) or none (laser that is always on); a laser of kind genicam is on an output line of that camera
     pub kind: String,
 }
 
@@ -91,7 +91,7 @@ impl NoStation {
     }
 }
 
-/// The table, one row for each kind; the simulated world is needed by itself, too.
+/// The table, one row for each kind; the simulated world is also needed alone.
 fn drivers(settings: &StationSettings) -> (Arc<TwinDriver>, Vec<Arc<dyn Driver>>) {
     let twin = Arc::new(TwinDriver::new(settings.twin.clone()));
     let rows: Vec<Arc<dyn Driver>> = vec![

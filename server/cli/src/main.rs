@@ -1,7 +1,7 @@
 //! `sheaf`: the command line of the scanner. Parses, dispatches, prints, and ends with a documented exit code.
 //!
-//! Here live the commands, the layers of the configuration, the benches and studies, and the one place that puts the
-//! service together: its use cases and the doors before them. Nothing imports this crate.
+//! Contains the commands, the layers of the configuration, benchmarks and studies, and the composition of the service.
+//! Nothing imports this crate.
 
 mod answer;
 mod arguments;

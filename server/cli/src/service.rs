@@ -1,4 +1,4 @@
-//! The service as the program runs it: the use cases, and before them the doors that the configuration opens.
+//! The service as run by the program: use cases and the interfaces enabled by the configuration.
 
 use std::time::Duration;
 
@@ -32,7 +32,7 @@ pub async fn run(http: Http, listener: TcpListener, ended: impl Future<Output = 
     watching.iter().for_each(tokio::task::JoinHandle::abort);
     app.drain().await;
     if edge.await.is_err() {
-        tracing::error!("the edge did not end well");
+        tracing::error!("the HTTP server ended with an error");
     }
     tracing::info!("ended");
 }

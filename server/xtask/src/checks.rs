@@ -1,4 +1,4 @@
-//! `cargo xtask test`: every check, side by side where they do not need the same thing, and what was not run.
+//! `cargo xtask test`: all checks, in parallel where they need no common resource, and a list of what was not run.
 
 use std::collections::BTreeSet;
 use std::io::{BufRead as _, BufReader};
@@ -12,11 +12,14 @@ use crate::page::{check_page, ensure_browser, ensure_page, test_in_browser};
 use crate::steps::{debug_program, is_root};
 use crate::tools::{GENICAM, ensure_genicam, ensure_python};
 
-/// Lines of the test runner repeated at the very end, where a person looks first.
+/// Lines of the test runner repeated at the end, where a reader looks first.
 const CLOSING_LINES: usize = 3;
 
-/// Every check. What needs cargo's build folder is one row; the page, its checks, and what is downloaded run beside it.
-/// Tests have the machine to themselves, since some of them hold promised times.
+/// Slots of a processor that `.config/nextest.toml` divides among tests.
+const SLOTS_PER_PROCESSOR: usize = 4;
+
+/// All checks. Steps that need cargo's build folder run in sequence; the page, its checks, and downloads run beside
+/// them. Tests run alone, since some of them check promised times.
 pub fn test() -> Outcome {
     let started = Instant::now();
     ensure_component("fmt", "rustfmt")?;
@@ -31,7 +34,7 @@ pub fn test() -> Outcome {
         let build = ["test", "--workspace", "--lib", "--bins", "--tests", "--no-run", "--quiet"];
         run("build", cargo(&build).args(features))?;
         run("doc tests", cargo(&["test", "--workspace", "--doc", "--quiet"]).args(features))?;
-        // There are no examples; asking for them makes cargo choose the libraries' features as for clippy.
+        // There are no examples; requesting them makes cargo choose the libraries' features as for clippy.
         let mut doc = cargo(&["doc", "--workspace", "--lib", "--bins", "--examples", "--no-deps", "--quiet"]);
         run("documentation", doc.args(features).env("RUSTDOCFLAGS", "-D warnings"))
     };
@@ -53,14 +56,14 @@ pub fn test() -> Outcome {
     } else {
         not_run.insert("docker/Dockerfile: its folders are entered by chroot, which needs root".to_owned());
     }
-    println!("\n── all checks passed in {} s; the test runner said:", started.elapsed().as_secs());
+    println!("\n── all checks passed in {} s; the test runner's summary:", started.elapsed().as_secs());
     closing.iter().for_each(|line| println!("{line}"));
     println!("── {} not run", not_run.len());
     not_run.iter().for_each(|line| println!("   {line}"));
     Ok(())
 }
 
-/// Features of the program that need what Debian packages hold: all of them, unless those cannot be had.
+/// Features of the program that need Debian packages: all of them, unless these are unavailable.
 fn features(not_run: &mut BTreeSet<String>) -> &'static [&'static str] {
     match ensure_genicam() {
         Ok(()) => GENICAM,
@@ -71,8 +74,8 @@ fn features(not_run: &mut BTreeSet<String>) -> &'static [&'static str] {
     }
 }
 
-/// Runs the tests (with nextest where it is installed), adds those that lacked something to `not_run`, and returns the
-/// runner's closing lines.
+/// Runs the tests (with nextest where it is installed), adds those with missing requirements to `not_run`, and returns
+/// the runner's closing lines.
 fn run_tests(
     nextest: bool,
     features: &[&str],
@@ -80,7 +83,10 @@ fn run_tests(
     not_run: &mut BTreeSet<String>,
 ) -> Outcome<Vec<String>> {
     let mut command = if nextest {
-        cargo(&["nextest", "run", "--workspace", "--no-fail-fast", "--color", "never"])
+        let mut command = cargo(&["nextest", "run", "--workspace", "--no-fail-fast", "--color", "never"]);
+        let n_processors = std::thread::available_parallelism().map_or(1, usize::from);
+        command.arg("--test-threads").arg((SLOTS_PER_PROCESSOR * n_processors).to_string());
+        command
     } else {
         println!("── cargo-nextest is not installed: using cargo test");
         cargo(&["test", "--workspace", "--lib", "--bins", "--tests", "--no-fail-fast", "--color", "never"])
@@ -92,7 +98,7 @@ fn run_tests(
         command.env("SHEAF_TEST_PYTHON", python);
     }
     title("tests", &command);
-    // Both runners are read on one pipe, so that their lines stay in order.
+    // Both output streams share one pipe, so that their lines stay in order.
     let (reader, writer) = std::io::pipe()?;
     command.stdout(writer.try_clone()?).stderr(writer);
     let mut child = command.spawn()?;
@@ -114,7 +120,7 @@ fn run_tests(
     Ok(closing.split_off(first))
 }
 
-/// The empty file in which tests that lack their data or their Python write their names.
+/// The empty file in which tests without their data or their Python record their names.
 fn noted_file() -> Outcome<PathBuf> {
     let file = target_folder().join("not-run.txt");
     std::fs::create_dir_all(target_folder())?;
@@ -122,7 +128,7 @@ fn noted_file() -> Outcome<PathBuf> {
     Ok(file.canonicalize()?)
 }
 
-/// Installs a toolchain component if the machine lacks it, and says so.
+/// Installs a missing toolchain component, with a message.
 fn ensure_component(subcommand: &str, component: &str) -> Outcome {
     if succeeds(Command::new("cargo").args([subcommand, "--version"])) {
         return Ok(());

@@ -1,19 +1,19 @@
-//! Child processes and the folders they work in.
+//! Child processes and their folders.
 
 use std::cell::RefCell;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
-/// How a step ends.
+/// Result of a step.
 pub type Outcome<T = ()> = Result<T, Failure>;
 
-/// Why a step failed; steps that run side by side hand it from thread to thread.
+/// Why a step failed; can be sent between threads.
 pub type Failure = Box<dyn std::error::Error + Send + Sync>;
 
 thread_local! {
-    /// What the steps of this thread print, where they run beside others.
-    static KEPT: RefCell<Option<Vec<u8>>> = const { RefCell::new(None) };
+    /// Captured output of this thread's steps while they run in parallel with others.
+    static CAPTURED: RefCell<Option<Vec<u8>>> = const { RefCell::new(None) };
 }
 
 /// The root of the repository.
@@ -22,7 +22,7 @@ pub fn workspace() -> PathBuf {
     root.canonicalize().unwrap_or(root)
 }
 
-/// Where cargo puts what it builds.
+/// Cargo's target folder.
 pub fn target_folder() -> PathBuf {
     std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| workspace().join("target"), PathBuf::from)
 }
@@ -34,46 +34,47 @@ pub fn cargo(arguments: &[&str]) -> Command {
     command
 }
 
-/// Runs a command with its output on this terminal; beside others ([`side_by_side`]), when they have ended.
+/// Runs a command with its output on this terminal; in parallel with others ([`side_by_side`]) the output is printed at
+/// the end.
 pub fn run(name: &str, command: &mut Command) -> Outcome {
     title(name, command);
-    let status = if KEPT.with_borrow(Option::is_some) { run_kept(command) } else { command.status() };
+    let status = if CAPTURED.with_borrow(Option::is_some) { run_captured(command) } else { command.status() };
     let status = status.map_err(|error| format!("{name} could not be started: {error}"))?;
     if status.success() { Ok(()) } else { Err(format!("{name} failed: {status}").into()) }
 }
 
-/// Says what runs now.
+/// Prints what runs now.
 pub fn title(name: &str, command: &Command) {
     let arguments: Vec<_> = command.get_args().map(|argument| argument.to_string_lossy()).collect();
     say(&format!("── {name}: {} {}", command.get_program().to_string_lossy(), arguments.join(" ")));
 }
 
-/// Prints a line where the output of this thread's steps goes.
+/// Prints a line to the output of this thread's steps.
 pub fn say(line: &str) {
-    KEPT.with_borrow_mut(|kept| match kept {
+    CAPTURED.with_borrow_mut(|kept| match kept {
         Some(kept) => kept.extend_from_slice(format!("{line}\n").as_bytes()),
         None => println!("{line}"),
     });
 }
 
-/// Whether a command can be started and ends well; its output is not shown.
+/// Whether a command starts and succeeds; its output is discarded.
 pub fn succeeds(command: &mut Command) -> bool {
     command.stdout(Stdio::null()).stderr(Stdio::null()).status().is_ok_and(|status| status.success())
 }
 
-/// Runs two rows of steps at the same time where there are two processors, and otherwise one after the other.
+/// Runs two sequences of steps in parallel if there are two processors, otherwise one after the other.
 ///
-/// The first prints as it goes, the second when both have ended, so that their lines do not mix. Both are always
-/// finished; the first failure is returned.
+/// The first prints immediately, the second when both have ended, so that their lines do not mix. Both always run to
+/// their end; the first failure is returned.
 pub fn side_by_side(first: impl FnOnce() -> Outcome, second: impl FnOnce() -> Outcome + Send) -> Outcome {
     if std::thread::available_parallelism().map_or(1, usize::from) < 2 {
         return first().and_then(|()| second());
     }
     std::thread::scope(|scope| {
         let beside = scope.spawn(|| {
-            KEPT.set(Some(Vec::new()));
+            CAPTURED.set(Some(Vec::new()));
             let outcome = second();
-            (outcome, KEPT.take().unwrap_or_default())
+            (outcome, CAPTURED.take().unwrap_or_default())
         });
         let outcome = first();
         let (beside, output) = beside.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic));
@@ -82,15 +83,15 @@ pub fn side_by_side(first: impl FnOnce() -> Outcome, second: impl FnOnce() -> Ou
     })
 }
 
-/// Runs a command whose output is kept, both streams in the order they came.
-fn run_kept(command: &mut Command) -> std::io::Result<std::process::ExitStatus> {
+/// Runs a command with its output captured, both streams in order.
+fn run_captured(command: &mut Command) -> std::io::Result<std::process::ExitStatus> {
     let (mut reader, writer) = std::io::pipe()?;
     let mut child = command.stdout(writer.try_clone()?).stderr(writer).spawn()?;
-    // The command holds the pipe's other end, too: without this it would never be read to its end.
+    // The command holds the other end of the pipe as well; otherwise reading would never end.
     command.stdout(Stdio::null()).stderr(Stdio::null());
     let mut output = Vec::new();
     std::io::Read::read_to_end(&mut reader, &mut output)?;
-    KEPT.with_borrow_mut(|kept| kept.get_or_insert_default().extend_from_slice(&output));
+    CAPTURED.with_borrow_mut(|kept| kept.get_or_insert_default().extend_from_slice(&output));
     child.wait()
 }
 
@@ -101,7 +102,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn both_rows_are_finished_and_a_failure_of_either_is_told() {
+    fn both_sequences_are_finished_and_a_failure_of_either_is_returned() {
         for (first, second, expected) in
             [("false", "true", Some("first")), ("true", "false", Some("second")), ("true", "true", None)]
         {
@@ -114,8 +115,8 @@ mod tests {
                     outcome
                 },
             );
-            let told = outcome.err().map(|error| error.to_string());
-            assert_eq!(told.as_deref().and_then(|told| told.split(' ').next()), expected);
+            let message = outcome.err().map(|error| error.to_string());
+            assert_eq!(message.as_deref().and_then(|message| message.split(' ').next()), expected);
             assert!(
                 finished.load(Ordering::SeqCst) || std::thread::available_parallelism().is_ok_and(|n| n.get() < 2)
             );
@@ -123,10 +124,10 @@ mod tests {
     }
 
     #[test]
-    fn what_runs_beside_others_is_kept_with_both_its_streams_in_order() {
-        KEPT.set(Some(Vec::new()));
+    fn output_of_parallel_steps_is_captured_with_both_streams_in_order() {
+        CAPTURED.set(Some(Vec::new()));
         run("echo", Command::new("sh").args(["-c", "echo one; echo two >&2; echo three"])).unwrap();
-        let kept = String::from_utf8(KEPT.take().unwrap()).unwrap();
+        let kept = String::from_utf8(CAPTURED.take().unwrap()).unwrap();
         assert!(kept.starts_with("── echo: sh") && kept.ends_with("one\ntwo\nthree\n"), "{kept}");
     }
 }

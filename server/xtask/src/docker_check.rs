@@ -1,5 +1,5 @@
-//! `cargo xtask docker-check`: the image without a container engine. Every stage becomes a Debian 12 folder made by
-//! debootstrap, its RUN steps are replayed there by chroot, and the station's program is started in the last one.
+//! `cargo xtask docker-check`: checks the image without a container engine. Every stage becomes a Debian 12 folder made
+//! by debootstrap, its RUN steps are replayed there by chroot, and the station's program is started in the last one.
 
 use std::io::{Read as _, Write as _};
 use std::net::TcpStream;
@@ -12,22 +12,23 @@ use crate::command::{Outcome, run, target_folder, workspace};
 use crate::dockerfile::{Instruction, Stage, parse};
 use crate::tools::ensure_program;
 
-/// The mirror the folders are made from.
+/// Mirror from which the folders are created.
 const MIRROR: &str = "http://deb.debian.org/debian";
 
-/// What the base image of the build stage brings beside the toolchain.
+/// Packages of the build stage's base image beside the toolchain.
 const BUILD_PACKAGES: &str = "ca-certificates,gcc,libc6-dev,pkg-config";
 
-/// What the station's folder begins with.
+/// Packages of the station's base image.
 const STATION_PACKAGES: &str = "ca-certificates";
 
-/// The port the image listens on.
+/// The port of the image.
 const PORT: u16 = 8080;
 
-/// Longest time from the program's start to its readiness: promised are five seconds, the rest is a busy machine.
+/// Longest time from the program's start to its readiness: five seconds are promised, the rest allows for a busy
+/// machine.
 const READY_WITHIN: Duration = Duration::from_secs(30);
 
-/// Replays the Dockerfile. With `binary` the stages before the last are left out and that program is put in their place.
+/// Replays the Dockerfile. With `binary` the stages before the last are skipped and that program is used instead.
 pub fn docker_check(binary: Option<&Path>) -> Outcome {
     ensure_program("debootstrap", "debootstrap")?;
     let stages = parse(&std::fs::read_to_string(workspace().join("docker/Dockerfile"))?)?;
@@ -45,7 +46,7 @@ pub fn docker_check(binary: Option<&Path>) -> Outcome {
     check_unit()
 }
 
-/// Downloads what the station's folder is made of.
+/// Downloads the packages of the station's folder.
 pub fn ensure_station_base() -> Outcome {
     ensure_program("debootstrap", "debootstrap")?;
     debian_base(STATION_PACKAGES).map(drop)
@@ -80,8 +81,8 @@ fn debian_folder(name: &str, packages: &str) -> Outcome<PathBuf> {
     Ok(root)
 }
 
-/// Builds the page from the files under version control with this machine's Node, which stands in for the base image's;
-/// returns where the image's root would be.
+/// Builds the page from the files under version control with this machine's Node instead of the base image's; returns
+/// the folder that corresponds to the image's root.
 fn replay_page(stage: &Stage) -> Outcome<PathBuf> {
     let root = target_folder().join("docker-page");
     if root.exists() {
@@ -101,7 +102,7 @@ fn replay_page(stage: &Stage) -> Outcome<PathBuf> {
     Ok(root)
 }
 
-/// Compiles in the build stage's folder with this machine's toolchain, which stands in for the base image's.
+/// Compiles in the build stage's folder with this machine's toolchain instead of the base image's.
 fn replay_build(stage: &Stage, page_root: &Path) -> Outcome<PathBuf> {
     let root = debian_folder("docker-build", BUILD_PACKAGES)?;
     let mut mounts = Mounts(Vec::new());
@@ -110,7 +111,7 @@ fn replay_build(stage: &Stage, page_root: &Path) -> Outcome<PathBuf> {
     let rustup = std::env::var_os("RUSTUP_HOME").map_or_else(|| home.join(".rustup"), PathBuf::from);
     mounts.add(cargo, root.join("usr/local/cargo"));
     mounts.add(rustup, root.join("usr/local/rustup"));
-    // What every container has; rustup looks itself up in /proc.
+    // Present in every container; rustup finds its own path in /proc.
     mounts.add(PathBuf::from("/proc"), root.join("proc"));
     mounts.add(PathBuf::from("/dev"), root.join("dev"));
     let output = target_folder().join("docker-target");
@@ -143,7 +144,7 @@ fn replay_build(stage: &Stage, page_root: &Path) -> Outcome<PathBuf> {
     Ok(output.join("release/sheaf"))
 }
 
-/// The files under version control, as the build context would hold them.
+/// The files under version control, as in the build context.
 fn copy_context(target: &Path) -> Outcome {
     let list = Command::new("git").args(["ls-files", "-z"]).current_dir(workspace()).output()?;
     for file in list.stdout.split(|&byte| byte == 0).filter(|file| !file.is_empty()) {
@@ -155,7 +156,7 @@ fn copy_context(target: &Path) -> Outcome {
     Ok(())
 }
 
-/// Entry point with arguments, and who runs it.
+/// Entry point with arguments, and its user.
 struct Program {
     user: String,
     words: Vec<String>,
@@ -194,7 +195,7 @@ fn start(program: &Program, root: &Path) -> Outcome<Child> {
     Ok(command.env_clear().env("PATH", "/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin").spawn()?)
 }
 
-/// A running server that ends with this value.
+/// A running server, killed on drop.
 struct Started(Child);
 
 impl Drop for Started {
@@ -208,7 +209,7 @@ fn wait_until_ready(mut server: Started) -> Outcome {
     let begun = Instant::now();
     while begun.elapsed() < READY_WITHIN {
         if let Some(status) = server.0.try_wait()? {
-            return Err(format!("the station ended by itself: {status}").into());
+            return Err(format!("the station ended unexpectedly: {status}").into());
         }
         if ready().unwrap_or(false) {
             println!("── ready after {:.1} s", begun.elapsed().as_secs_f64());
@@ -217,7 +218,7 @@ fn wait_until_ready(mut server: Started) -> Outcome {
             return if status.success() {
                 Ok(())
             } else {
-                Err(format!("the station did not end well: {status}").into())
+                Err(format!("the station did not exit successfully: {status}").into())
             };
         }
         std::thread::sleep(Duration::from_millis(100));
@@ -234,7 +235,7 @@ fn ready() -> std::io::Result<bool> {
     Ok(answer.starts_with("HTTP/1.1 200"))
 }
 
-/// The service unit's exposure by systemd's own reckoning, where systemd is there to ask.
+/// Checks the service unit's exposure with systemd-analyze, if installed.
 fn check_unit() -> Outcome {
     let unit = workspace().join("docker/sheaf.service");
     let mut command = Command::new("systemd-analyze");
@@ -257,11 +258,11 @@ fn inside(root: &Path, path: &str) -> PathBuf {
     root.join(path.trim_start_matches('/'))
 }
 
-/// What stands where while a command runs: (from, to). It is mounted in a mount namespace of the command's own, so that
-/// nothing stays mounted however the command ends; what stayed would be emptied with the folder at the next run.
+/// Bind mounts during a command: (from, to). They are made in the command's own mount namespace, so that none remain
+/// however the command ends; a remaining mount would be emptied with the folder at the next run.
 struct Mounts(Vec<(PathBuf, PathBuf)>);
 
-/// Takes pairs up to `--` and mounts them, then becomes the command behind.
+/// Takes pairs up to `--` and mounts them, then executes the command behind.
 const MOUNT_AND_RUN: &str =
     r#"while [ "$1" != -- ]; do mkdir -p "$2"; mount --bind "$1" "$2"; shift 2; done; shift; exec "$@""#;
 
@@ -275,7 +276,7 @@ impl Mounts {
         around.args(["--mount", "/bin/sh", "-ec", MOUNT_AND_RUN, "sh"]);
         around.args(self.0.iter().flat_map(|(from, to)| [from, to])).arg("--");
         around.arg(command.get_program()).args(command.get_args());
-        // Where the program is built is the image's affair.
+        // The target folder is defined by the image.
         around.env_remove("CARGO_TARGET_DIR");
         around
     }

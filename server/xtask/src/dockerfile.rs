@@ -1,23 +1,23 @@
-//! The part of the Dockerfile language that our image uses; anything else is an error, so that the check never
-//! passes by overlooking a line.
+//! Parser of the Dockerfile instructions used by our image; anything else is an error, so that the check never passes
+//! by overlooking a line.
 
 /// One instruction.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Instruction {
-    /// A command of the build, run by `/bin/sh -c`.
+    /// A build command, run by `/bin/sh -c`.
     Run(String),
-    /// Working directory of what follows.
+    /// Working directory of the following instructions.
     Workdir(String),
     /// Files from the build context or, with `from`, from another stage.
     Copy {
         /// The stage.
         from: Option<String>,
-        /// Path there.
+        /// Source path.
         source: String,
-        /// Path here.
+        /// Target path.
         target: String,
     },
-    /// Who runs what follows.
+    /// User of the following instructions.
     User(String),
     /// The program.
     Entrypoint(Vec<String>),
@@ -25,22 +25,22 @@ pub enum Instruction {
     Cmd(Vec<String>),
     /// The command that checks the container's health.
     HealthCheck(String),
-    /// Says something about the image without changing it: `VOLUME`, `EXPOSE`, `STOPSIGNAL`.
+    /// An instruction without effect on the files: `VOLUME`, `EXPOSE`, `STOPSIGNAL`.
     Note,
 }
 
 /// A stage of the build.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Stage {
-    /// What it is built on.
+    /// Base image.
     pub base: String,
-    /// Its name.
+    /// Name.
     pub name: String,
-    /// What is done, in order.
+    /// Instructions, in order.
     pub instructions: Vec<Instruction>,
 }
 
-/// The stages of a Dockerfile.
+/// Parses the stages of a Dockerfile.
 pub fn parse(text: &str) -> Result<Vec<Stage>, String> {
     let mut stages: Vec<Stage> = Vec::new();
     for line in joined_lines(text) {
@@ -53,7 +53,7 @@ pub fn parse(text: &str) -> Result<Vec<Stage>, String> {
             stages.push(Stage { base: base.to_owned(), name: name.to_owned(), instructions: Vec::new() });
             continue;
         }
-        let stage = stages.last_mut().ok_or_else(|| format!("`{line}` stands before the first FROM"))?;
+        let stage = stages.last_mut().ok_or_else(|| format!("`{line}` is before the first FROM"))?;
         stage.instructions.push(instruction(word, rest)?);
     }
     Ok(stages)
@@ -80,7 +80,7 @@ fn instruction(word: &str, rest: &str) -> Result<Instruction, String> {
         "VOLUME" | "EXPOSE" | "STOPSIGNAL" => Instruction::Note,
         _ => {
             return Err(format!(
-                "the check does not know the instruction {word}; teach it in xtask/src/dockerfile.rs"
+                "the check does not support the instruction {word}; add it in xtask/src/dockerfile.rs"
             ));
         }
     })
@@ -102,7 +102,7 @@ fn copy(rest: &str) -> Result<Instruction, String> {
 fn words(list: &str) -> Result<Vec<String>, String> {
     let inner = list.strip_prefix('[').and_then(|list| list.strip_suffix(']'));
     let inner = inner.ok_or_else(|| format!("`{list}` is not in the exec form [\"…\"]"))?;
-    // Outside of the quotes stand commas alone, inside anything but quotes.
+    // Only commas outside of the quotes, anything but quotes inside.
     let parts: Vec<&str> = inner.split('"').collect();
     let between = parts.iter().step_by(2).all(|part| matches!(part.trim(), "" | ","));
     if parts.len().is_multiple_of(2) || !between {
@@ -133,7 +133,7 @@ mod tests {
     }
 
     #[test]
-    fn what_the_check_does_not_know_is_an_error() {
+    fn an_unsupported_instruction_is_an_error() {
         assert!(parse("FROM a AS b\nADD x y").unwrap_err().contains("ADD"));
         assert!(parse("RUN x").unwrap_err().contains("before the first FROM"));
         assert!(parse("FROM a AS b\nCMD serve").unwrap_err().contains("exec form"));

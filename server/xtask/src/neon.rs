@@ -1,5 +1,5 @@
-//! `cargo xtask neon`: the tests that concern instruction sets, compiled for aarch64 and run in an emulator, so that a
-//! machine without NEON knows that it gives the same bits.
+//! `cargo xtask neon`: compiles the tests about instruction sets for aarch64 and runs them in an emulator, to verify on
+//! a machine without NEON that it gives the same bits.
 
 use std::process::Command;
 
@@ -8,13 +8,13 @@ use crate::tools::{ensure_file, ensure_program};
 
 /// Linux on aarch64, by its name in the toolchain …
 const TARGET: &str = "aarch64-unknown-linux-gnu";
-/// … and where Debian keeps the libraries for it.
+/// … and Debian's path of its libraries.
 const LIBRARIES: &str = "/usr/aarch64-linux-gnu";
 
-/// The crates with code that is compiled for several instruction sets and runs beside the camera.
+/// The crates with code that is compiled for several instruction sets and runs on camera frames.
 const PACKAGES: [&str; 3] = ["sheaf-optics", "sheaf-vision", "sheaf-scanning"];
 
-/// Parts of the names of the tests; all the others say nothing about instruction sets and take an emulator minutes.
+/// Parts of the test names; all other tests do not depend on instruction sets and take an emulator minutes.
 const TESTS: [&str; 3] = ["every_instruction_set", "every_architecture", "the_exponential"];
 
 /// Installs what is missing, compiles and runs.

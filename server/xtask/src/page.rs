@@ -1,4 +1,4 @@
-//! The browser station's own steps: packages, build, checks, and the tests in a real browser.
+//! Steps of the web page: packages, build, checks, and the tests in a real browser.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -7,10 +7,10 @@ use std::time::SystemTime;
 use crate::command::{Outcome, run, workspace};
 use crate::tools::{ensure_file, ensure_program};
 
-/// What the built page follows from.
+/// Sources of the built page.
 const SOURCES: [&str; 6] = ["src", "public", "index.html", "vite.config.ts", "tsconfig.json", "package-lock.json"];
 
-/// Builds the page into `web/dist`, from where the program embeds it; does nothing where it is newer than its sources.
+/// Builds the page into `web/dist`, from where the program embeds it; does nothing if it is newer than its sources.
 pub fn ensure_page() -> Outcome {
     let web = workspace().join("web");
     ensure_packages(&web)?;
@@ -22,7 +22,7 @@ pub fn ensure_page() -> Outcome {
     run("page", npm(&web).args(["run", "--silent", "build"]))
 }
 
-/// Lint, types, unit tests and the client's drift from the API document.
+/// Lint, types, unit tests, and agreement of the client with the API document.
 pub fn check_page() -> Outcome {
     let web = workspace().join("web");
     for script in ["lint", "types", "test"] {
@@ -31,13 +31,13 @@ pub fn check_page() -> Outcome {
     Ok(())
 }
 
-/// Debian's Chromium, and a font: text without fonts is boxes, and a minimal Debian has none.
+/// Installs Debian's Chromium, and a font, which a minimal Debian lacks.
 pub fn ensure_browser() -> Outcome {
     ensure_program("chromium", "chromium")?;
     ensure_file("/usr/share/fonts/truetype/dejavu/DejaVuSans.ttf", "fonts-dejavu-core")
 }
 
-/// The page in Chromium against the real program, which was built before.
+/// Tests the page in Chromium against the real program, which must be built before.
 pub fn test_in_browser(program: &Path) -> Outcome {
     let web = workspace().join("web");
     run("browser", npm(&web).args(["run", "--silent", "browser"]).env("SHEAF_BIN", program))
@@ -73,12 +73,12 @@ fn modified(file: &Path) -> Option<SystemTime> {
     std::fs::metadata(file).ok()?.modified().ok()
 }
 
-/// When the newest file under a path was written.
+/// Modification time of the newest file under a path.
 fn newest(path: &Path) -> Option<SystemTime> {
     if path.is_file() {
         return modified(path);
     }
     let entries: Vec<PathBuf> = std::fs::read_dir(path).ok()?.flatten().map(|entry| entry.path()).collect();
-    // A folder's own time shows files that went.
+    // The folder's own time shows removed files.
     entries.iter().filter_map(|entry| newest(entry)).chain(modified(path)).max()
 }

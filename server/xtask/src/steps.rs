@@ -1,4 +1,4 @@
-//! The steps behind the commands: each is one child process whose failure ends the run.
+//! The steps of the commands: each is one child process whose failure ends the run.
 
 use std::path::PathBuf;
 use std::process::Command;
@@ -28,16 +28,16 @@ pub fn write_openapi() -> Outcome {
     write_schema()
 }
 
-/// Builds the page and the debug program, and tries both in a browser.
+/// Builds the page and the debug program, and tests both in a browser.
 pub fn test_in_browser() -> Outcome {
     ensure_page()?;
     ensure_browser()?;
     crate::page::test_in_browser(&build_program()?)
 }
 
-/// Builds the debug program with the libraries that the tests are linked with, and says where it is.
+/// Builds the debug program with the libraries that the tests are linked with, and returns its path.
 ///
-/// Cargo chooses the features of all libraries by the packages and kinds of targets asked for. With `--workspace` and
+/// Cargo chooses the features of all libraries by the requested packages and kinds of targets. With `--workspace` and
 /// `--examples`, of which there are none, they are those of `cargo test --workspace`, so nothing is compiled twice.
 fn build_program() -> Outcome<PathBuf> {
     let mut build = cargo(&["build", "--quiet", "--workspace", "--bin", "sheaf", "--examples"]);
@@ -45,13 +45,14 @@ fn build_program() -> Outcome<PathBuf> {
     Ok(debug_program())
 }
 
-/// The program that tests and build leave behind.
+/// The program built by tests and build.
 pub fn debug_program() -> PathBuf {
     target_folder().join("debug/sheaf")
 }
 
-/// The tests of labelling on scores of random scenes, each against the rate of wrong labels stated beside it, stations of
-/// all sizes from pictures to a measured ball, a thousand serial faults for each controller, and 500 faults of cameras.
+/// Runs the labelling tests on dozens of random scenes, each against its stated rate of wrong labels, stations of all
+/// sizes from images to a measured ball, all characteristics of plans on twenty seeds, a thousand serial faults for each
+/// controller, 500 camera faults, and thirty kills of the server.
 pub fn campaign() -> Outcome {
     let filter = ["--", "campaign", "--ignored", "--nocapture", "--test-threads", "1"];
     run("serial faults", cargo(&["test", "--package", "sheaf-devices", "--lib"]).args(filter))?;
@@ -59,16 +60,18 @@ pub fn campaign() -> Outcome {
     let features: &[&str] = if has_aravis() { &["--features", "sheaf-genicam/aravis"] } else { &[] };
     cameras.args(features);
     run("camera faults", cameras.args(filter))?;
+    run("characteristics of plans", cargo(&["test", "--package", "sheaf-metrology", "--lib"]).args(filter))?;
+    run("kills", cargo(&["test", "--package", "sheaf", "--test", "it"]).args(filter))?;
     run("stations of all sizes", cargo(&["test", "--package", "sheaf-pipeline", "--test", "it"]).args(filter))?;
     run("campaign", cargo(&["test", "--package", "sheaf-scanning", "--test", "it"]).args(filter))
 }
 
-/// Whether steps may do what only root may.
+/// Whether steps may use root privileges.
 pub fn is_root() -> bool {
     Command::new("id").arg("-u").output().is_ok_and(|output| output.stdout == b"0\n")
 }
 
-/// Where the reference data are, if they are anywhere.
+/// Folder of the reference data, if any.
 pub fn data_folder() -> PathBuf {
     std::env::var_os("SHEAF_DATA").map_or_else(|| workspace().join("../shared/data"), PathBuf::from)
 }

@@ -1,11 +1,11 @@
-//! Tools that the checks need beside Rust, installed by name where they are missing.
+//! Tools required by the checks beside Rust, installed by name if missing.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use crate::command::{Outcome, run, say, succeeds, target_folder, workspace};
 
-/// A Python of the checks' own, with what `server/cli/tests/requirements.txt` lists.
+/// A separate Python environment with the packages of `server/cli/tests/requirements.txt`.
 pub fn ensure_python() -> Outcome<PathBuf> {
     let requirements = workspace().join("server/cli/tests/requirements.txt");
     let folder = target_folder().join("python");
@@ -27,14 +27,14 @@ pub fn ensure_python() -> Outcome<PathBuf> {
     Ok(python)
 }
 
-/// Installs a program's Debian package unless the program is there.
+/// Installs a program's Debian package unless the program exists.
 pub fn ensure_program(program: &str, package: &str) -> Outcome {
     let on_path = std::env::var_os("PATH")
         .is_some_and(|path| std::env::split_paths(&path).any(|folder| folder.join(program).is_file()));
     if on_path || Path::new("/usr/sbin").join(program).is_file() { Ok(()) } else { ensure_apt(package) }
 }
 
-/// Installs the Debian package of a file unless the file is there.
+/// Installs the Debian package of a file unless the file exists.
 pub fn ensure_file(file: &str, package: &str) -> Outcome {
     if Path::new(file).is_file() { Ok(()) } else { ensure_apt(package) }
 }
@@ -47,7 +47,7 @@ pub fn has_aravis() -> bool {
     succeeds(Command::new("pkg-config").args(["--exists", "aravis-0.8", "libusb-1.0"]))
 }
 
-/// The C library of GenICam cameras with what it is linked by, and the camera process that its driver is tested with.
+/// Installs the C library of GenICam cameras with its link dependencies, and the camera process for the driver's tests.
 pub fn ensure_genicam() -> Outcome {
     ensure_program("pkg-config", "pkg-config")?;
     for (library, package) in [("aravis-0.8", "libaravis-dev"), ("libusb-1.0", "libusb-1.0-0-dev")] {

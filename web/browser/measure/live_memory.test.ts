@@ -11,7 +11,7 @@
 import { expect, test } from "vitest";
 import { launch, NO_GRAPHICS, Server } from "../harness";
 
-/** How long is measured; without it nothing is. */
+/** Duration of the measurement; without it the test is skipped. */
 const MINUTES = Number(process.env.LIVE_MEMORY_MINUTES ?? 0);
 const EVERY_MS = 20_000;
 

@@ -3,10 +3,10 @@
  *
  * 1,000 blocks of 6,000 points, 120 blocks a second, through the page's own decoder into its own viewer. Demands that
  * every block arrived in order and is counted, and tells the script time of the frames. Without a card the drawing is
- * done by the processor, takes a second per picture and keeps the script waiting: while times are taken, everything is
- * carried out but the draw calls themselves (`SHEAF_DRAW=1` carries out these, too). The picture at rest is drawn.
+ * done on the CPU, takes a second per frame and blocks the script: during the measurement everything is
+ * executed except the draw calls (`SHEAF_DRAW=1` executes these, too). The frame at rest is drawn.
  *
- * Two times are told. That of the processor, from the browser's own trace, is the page's work: decoding, appending,
+ * Two times are reported. The CPU time, from the browser's own trace, is the page's work: decoding, appending,
  * writing and drawing. That of the clock also has what other programs took meanwhile, and on a processor that draws by
  * itself the drawing is such a program.
  */

@@ -35,7 +35,7 @@ interface Answer<T> {
   response: Response;
 }
 
-/** The answer's data; a refusal is thrown as `Refusal`. */
+/** The data of the response; a refusal is thrown as `Refusal`. */
 export async function data<T>(asked: Promise<Answer<T>>): Promise<T> {
   const { data, error, response } = await asked;
   if (response.ok) return data as T;
@@ -55,7 +55,7 @@ export async function bytes(href: string, init?: RequestInit): Promise<Response>
   return response;
 }
 
-/** Asks for Stop. Kept alive when the page goes; how long it may take is not this request's to say. */
+/** Requests Stop, with `keepalive` so that it survives the page. The caller sets the time limit. */
 export async function postStop(actor: string, signal: AbortSignal): Promise<Partial<StopAnswer>> {
   const headers = { "Sheaf-Actor": headerText(actor) };
   const answer = await fetch("/api/v1/station/stop", { method: "POST", keepalive: true, headers, signal });
@@ -64,7 +64,7 @@ export async function postStop(actor: string, signal: AbortSignal): Promise<Part
 
 export type Api = Client<paths>;
 
-/** Makes the client; `control` tells the id of the control lease this page holds, `actor` who sits before it. */
+/** Creates the client; `control` returns the id of this page's control lease, `actor` the user's name. */
 export function makeApi(control: () => string | undefined, actor: () => string): Api {
   const api = createClient<paths>({ baseUrl: location.origin });
   const carryControl: Middleware = {

@@ -11,11 +11,11 @@ export interface paths {
             path?: never;
             cookie?: never;
         };
-        /** Sessions, newest first. */
+        /** Lists calibration sessions, newest first. */
         get: operations["list_sessions"];
         put?: never;
-        /** Begins a session; it is kept on the server and goes on in any browser. */
-        post: operations["begin_session"];
+        /** Creates a calibration session. It is stored on the server and can be continued from any browser. */
+        post: operations["create_session"];
         delete?: never;
         options?: never;
         head?: never;
@@ -29,7 +29,7 @@ export interface paths {
             path?: never;
             cookie?: never;
         };
-        /** What a new session has where nothing else is said: the configured board and projector. */
+        /** Returns the defaults of a new session: the configured board and projector. */
         get: operations["get_session_defaults"];
         put?: never;
         post?: never;
@@ -46,18 +46,18 @@ export interface paths {
             path?: never;
             cookie?: never;
         };
-        /** A session with everything that was found so far. */
+        /** Returns a session with all its images and detections. */
         get: operations["get_session"];
         put?: never;
         post?: never;
-        /** Forgets a session; calibrations made from it stay. */
+        /** Deletes a session; calibrations computed from it are kept. */
         delete: operations["delete_session"];
         options?: never;
         head?: never;
         patch?: never;
         trace?: never;
     };
-    "/api/v1/calibration-sessions/{id}/look": {
+    "/api/v1/calibration-sessions/{id}/detect-board": {
         parameters: {
             query?: never;
             header?: never;
@@ -67,25 +67,25 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Looks at the board as it is held now, without keeping anything: what a picture taken now would show.
-         * @description Takes the newest frame of a running live view; without one the camera exposes once as it is set.
+         * Detects the board in the current frame without storing anything: what an image captured now would show.
+         * @description Uses the newest frame of a running live view; otherwise the camera captures one frame with its current settings.
          */
-        post: operations["look_at_board"];
+        post: operations["detect_board"];
         delete?: never;
         options?: never;
         head?: never;
         patch?: never;
         trace?: never;
     };
-    "/api/v1/calibration-sessions/{id}/pictures/{artifact}": {
+    "/api/v1/calibration-sessions/{id}/images/{artifact}": {
         parameters: {
             query?: never;
             header?: never;
             path?: never;
             cookie?: never;
         };
-        /** A picture of a session, by the artifact it names. */
-        get: operations["get_session_picture"];
+        /** Returns an image of a session, by the artifact id from the session. */
+        get: operations["get_session_image"];
         put?: never;
         post?: never;
         delete?: never;
@@ -103,8 +103,8 @@ export interface paths {
         };
         get?: never;
         put?: never;
-        /** Takes the board as it is held now, by ordinary and by laser light, and says at once what the pictures show. */
-        post: operations["take_pose"];
+        /** Captures the board as held now, with the laser off and with the laser on, and returns the detections. */
+        post: operations["capture_pose"];
         delete?: never;
         options?: never;
         head?: never;
@@ -121,7 +121,7 @@ export interface paths {
         get?: never;
         put?: never;
         post?: never;
-        /** Forgets a pose. */
+        /** Deletes a pose. */
         delete: operations["delete_pose"];
         options?: never;
         head?: never;
@@ -137,7 +137,7 @@ export interface paths {
         };
         get?: never;
         put?: never;
-        /** Starts the calibration from the session's readable pictures. */
+        /** Starts the calibration job from the session's usable images. */
         post: operations["solve_session"];
         delete?: never;
         options?: never;
@@ -154,8 +154,8 @@ export interface paths {
         };
         get?: never;
         put?: never;
-        /** Moves the stage to a position and takes the board that lies on it. */
-        post: operations["take_stage_view"];
+        /** Moves the stage to a position and captures the board on it. */
+        post: operations["capture_stage_view"];
         delete?: never;
         options?: never;
         head?: never;
@@ -172,7 +172,7 @@ export interface paths {
         get?: never;
         put?: never;
         post?: never;
-        /** Forgets a stage view. */
+        /** Deletes a stage view. */
         delete: operations["delete_stage_view"];
         options?: never;
         head?: never;
@@ -186,10 +186,10 @@ export interface paths {
             path?: never;
             cookie?: never;
         };
-        /** Calibrations, newest first. */
+        /** Lists calibrations, newest first. */
         get: operations["list_calibrations"];
         put?: never;
-        /** Starts a calibration; it becomes a draft, activated by a separate act. */
+        /** Starts a calibration job. Its result is a draft; activate it with a separate request. */
         post: operations["start_calibration"];
         delete?: never;
         options?: never;
@@ -204,7 +204,7 @@ export interface paths {
             path?: never;
             cookie?: never;
         };
-        /** The log of activations, newest first. */
+        /** Lists the activation log, newest first. */
         get: operations["list_activations"];
         put?: never;
         post?: never;
@@ -221,11 +221,11 @@ export interface paths {
             path?: never;
             cookie?: never;
         };
-        /** Which calibration is active; the `ETag` may be sent with a change of it. */
+        /** Returns the active calibration. Its `ETag` may be sent as `If-Match` when another one is activated. */
         get: operations["get_active_calibration"];
         /**
-         * Makes a calibration the active one; a logged act. Refused with 409 if its newest verification is not `ok`, unless
-         *     the request says that this is known.
+         * Activates a calibration; the activation is logged. Refused with 409 if its latest verification is not `ok`, unless the
+         *     request says `despite_verification`.
          */
         put: operations["activate_calibration"];
         post?: never;
@@ -244,7 +244,7 @@ export interface paths {
         };
         get?: never;
         put?: never;
-        /** Takes the last activation back; a logged act. */
+        /** Rolls back the last activation; the roll-back is logged. */
         post: operations["roll_back_activation"];
         delete?: never;
         options?: never;
@@ -259,7 +259,7 @@ export interface paths {
             path?: never;
             cookie?: never;
         };
-        /** A calibration with its document. */
+        /** Returns a calibration with its document. */
         get: operations["get_calibration"];
         put?: never;
         post?: never;
@@ -276,7 +276,7 @@ export interface paths {
             path?: never;
             cookie?: never;
         };
-        /** How far another calibration reads from this one, in mm over the working volume. */
+        /** Compares two calibrations: depth difference in mm over the working volume. */
         get: operations["diff_calibrations"];
         put?: never;
         post?: never;
@@ -293,7 +293,7 @@ export interface paths {
             path?: never;
             cookie?: never;
         };
-        /** Residuals, tables and pictures, as a page for people. */
+        /** Returns the calibration report as an HTML page: residuals, tables, images. */
         get: operations["get_calibration_report"];
         put?: never;
         post?: never;
@@ -310,8 +310,8 @@ export interface paths {
             path?: never;
             cookie?: never;
         };
-        /** What the calibration left unexplained, point by point, for residual maps. */
-        get: operations["get_residuals"];
+        /** Returns the residuals of a calibration, point by point, for residual maps. */
+        get: operations["get_calibration_residuals"];
         put?: never;
         post?: never;
         delete?: never;
@@ -327,10 +327,10 @@ export interface paths {
             path?: never;
             cookie?: never;
         };
-        /** Captures, newest first. */
+        /** Lists captures, newest first. */
         get: operations["list_captures"];
         put?: never;
-        /** Uploads a capture folder as zip or tar, at most 2 GiB; every picture of it is checked before the answer. */
+        /** Uploads a capture folder as ZIP or TAR, at most 2 GiB. Every image is checked before the response. */
         post: operations["upload_capture"];
         delete?: never;
         options?: never;
@@ -345,11 +345,11 @@ export interface paths {
             path?: never;
             cookie?: never;
         };
-        /** A capture. */
+        /** Returns a capture. */
         get: operations["get_capture"];
         put?: never;
         post?: never;
-        /** Forgets a capture. */
+        /** Deletes a capture. */
         delete: operations["delete_capture"];
         options?: never;
         head?: never;
@@ -363,7 +363,7 @@ export interface paths {
             path?: never;
             cookie?: never;
         };
-        /** The archive as it was uploaded. */
+        /** Downloads the archive as it was uploaded. */
         get: operations["download_capture"];
         put?: never;
         post?: never;
@@ -380,7 +380,7 @@ export interface paths {
             path?: never;
             cookie?: never;
         };
-        /** The camera. */
+        /** Returns the camera: capabilities, settings, measured frame rate. */
         get: operations["get_camera"];
         put?: never;
         post?: never;
@@ -399,7 +399,7 @@ export interface paths {
         };
         get?: never;
         put?: never;
-        /** Sets the exposure so that the lines are bright and not flattened; needs a live view with light. */
+        /** Adjusts the exposure so that the laser lines are bright but not saturated. Needs a live view with the laser on. */
         post: operations["auto_expose_camera"];
         delete?: never;
         options?: never;
@@ -414,14 +414,14 @@ export interface paths {
             path?: never;
             cookie?: never;
         };
-        /** The camera's own features by name, and how its link does. 404 if the camera has none beyond its settings. */
+        /** Returns the camera's features by name and the state of its link. 404 if the camera has no features of its own. */
         get: operations["get_camera_features"];
         put?: never;
         post?: never;
         delete?: never;
         options?: never;
         head?: never;
-        /** Sets features of the camera by name; answers with what it says then. Kept until the service ends. */
+        /** Sets camera features by name; returns them as read back. They apply until the service restarts. */
         patch: operations["change_camera_features"];
         trace?: never;
     };
@@ -432,14 +432,14 @@ export interface paths {
             path?: never;
             cookie?: never;
         };
-        /** How the camera is set; the `ETag` is needed to change it. */
+        /** Returns the camera settings; their `ETag` is needed to change them. */
         get: operations["get_camera_settings"];
         put?: never;
         post?: never;
         delete?: never;
         options?: never;
         head?: never;
-        /** Sets the camera; answers with what it accepted. */
+        /** Changes camera settings; returns the settings that the camera accepted. */
         patch: operations["change_camera_settings"];
         trace?: never;
     };
@@ -450,7 +450,7 @@ export interface paths {
             path?: never;
             cookie?: never;
         };
-        /** One picture as the camera is set now. */
+        /** Captures one JPEG image with the current settings. */
         get: operations["get_snapshot"];
         put?: never;
         post?: never;
@@ -467,9 +467,9 @@ export interface paths {
             path?: never;
             cookie?: never;
         };
-        /** The laser. */
+        /** Returns the laser: state, power, interlock. */
         get: operations["get_laser"];
-        /** Shines with a share of full power while frames arrive; 0 goes dark. */
+        /** Sets the laser power as a share of full power; 0 turns it off. The laser is on only while frames arrive. */
         put: operations["set_laser"];
         post?: never;
         delete?: never;
@@ -485,7 +485,7 @@ export interface paths {
             path?: never;
             cookie?: never;
         };
-        /** The stage. */
+        /** Returns the stage: capabilities and position. */
         get: operations["get_stage"];
         put?: never;
         post?: never;
@@ -504,7 +504,7 @@ export interface paths {
         };
         get?: never;
         put?: never;
-        /** Looks for the stage's zero; goes on after the answer. */
+        /** Starts homing the stage; returns before the motion ends. */
         post: operations["home_stage"];
         delete?: never;
         options?: never;
@@ -521,7 +521,7 @@ export interface paths {
         };
         get?: never;
         put?: never;
-        /** Moves the stage while this is repeated; it stops 300 ms after the last time. */
+        /** Jogs the stage while the request is repeated; it stops 300 ms after the last request. */
         post: operations["jog_stage"];
         delete?: never;
         options?: never;
@@ -538,7 +538,7 @@ export interface paths {
         };
         get?: never;
         put?: never;
-        /** Moves the stage; goes on after the answer. */
+        /** Starts a move of the stage; returns before the motion ends. */
         post: operations["move_stage"];
         delete?: never;
         options?: never;
@@ -554,10 +554,10 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * What happened, oldest first.
-         * @description With `Accept: text/event-stream` a stream that does not end: durable events with their `id`, which a client that
-         *     comes back sends as `Last-Event-ID` and misses none; the progress of jobs as `job.progress` without `id`; an event
-         *     that is damaged in the database as `event.damaged` without `id`.
+         * Lists or streams events, oldest first.
+         * @description With `Accept: text/event-stream` the response is an endless stream. Durable events have an `id`; a client that
+         *     reconnects sends the last one as `Last-Event-ID` and misses none. Job progress is sent as `job.progress` without
+         *     `id`; an event that is damaged in the database as `event.damaged` without `id`.
          */
         get: operations["list_events"];
         put?: never;
@@ -575,7 +575,7 @@ export interface paths {
             path?: never;
             cookie?: never;
         };
-        /** Jobs, newest first. */
+        /** Lists jobs, newest first. */
         get: operations["list_jobs"];
         put?: never;
         post?: never;
@@ -592,7 +592,7 @@ export interface paths {
             path?: never;
             cookie?: never;
         };
-        /** A job now. */
+        /** Returns a job. */
         get: operations["get_job"];
         put?: never;
         post?: never;
@@ -612,8 +612,8 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Asks a job to end; works in every state, a job that has ended stays as it is. While somebody is in control, a job
-         *     that needs the station is ended by nobody else.
+         * Cancels a job. A job that has already ended is not changed. While someone is in control, only they can cancel a job
+         *     that needs the station.
          */
         post: operations["cancel_job"];
         delete?: never;
@@ -629,10 +629,10 @@ export interface paths {
             path?: never;
             cookie?: never;
         };
-        /** The measurement plan of the station; its `ETag` is sent with a change. */
+        /** Returns the measurement plan of the station; its `ETag` is needed to change it. */
         get: operations["get_measurement_plan"];
-        /** Changes the measurement plan for everybody. Scans that run keep the one they were started with. */
-        put: operations["put_measurement_plan"];
+        /** Replaces the measurement plan for all users. Running scans keep the plan they were started with. */
+        put: operations["set_measurement_plan"];
         post?: never;
         delete?: never;
         options?: never;
@@ -647,8 +647,8 @@ export interface paths {
             path?: never;
             cookie?: never;
         };
-        /** Measurements on all scans, newest first. */
-        get: operations["list_all_measurements"];
+        /** Lists measurements on all scans, newest first. */
+        get: operations["list_measurements"];
         put?: never;
         post?: never;
         delete?: never;
@@ -664,15 +664,15 @@ export interface paths {
             path?: never;
             cookie?: never;
         };
-        /** Recordings, newest first. */
+        /** Lists recordings, newest first. */
         get: operations["list_recordings"];
         put?: never;
         /**
-         * Records the live view from now on: every frame that the camera delivers, bit by bit, with devices, stage, events,
-         *     lines and profiles beside it. It ends when it is stopped, when the live view ends, or when the disk has no more room
-         *     than must stay free. A scan is recorded with `record` in its own request.
+         * Starts recording the live view: every frame that the camera delivers, losslessly, with devices, stage, events, lines
+         *     and profiles. The recording ends when it is stopped, when the live view ends, or when free disk space reaches its
+         *     lower limit. To record a scan, set `record` in the scan request.
          */
-        post: operations["begin_recording"];
+        post: operations["start_recording"];
         delete?: never;
         options?: never;
         head?: never;
@@ -686,11 +686,11 @@ export interface paths {
             path?: never;
             cookie?: never;
         };
-        /** A recording; while it runs, with what is written so far. */
+        /** Returns a recording; while it runs, with the figures so far. */
         get: operations["get_recording"];
         put?: never;
         post?: never;
-        /** Forgets a recording and frees its bytes; one that runs must be stopped first. */
+        /** Deletes a recording and frees its disk space. A running recording must be stopped first. */
         delete: operations["delete_recording"];
         options?: never;
         head?: never;
@@ -704,7 +704,7 @@ export interface paths {
             path?: never;
             cookie?: never;
         };
-        /** The file (MCAP), in whole or in ranges. Foxglove and rerun open it; `sheaf recording` and `station.replay` do, too. */
+        /** Downloads the MCAP file, whole or in ranges, for Foxglove, Rerun, `sheaf recording` or `station.replay`. */
         get: operations["download_recording"];
         put?: never;
         post?: never;
@@ -723,7 +723,7 @@ export interface paths {
         };
         get?: never;
         put?: never;
-        /** Ends a recording; answers when its file is finished. One that has ended stays as it is. */
+        /** Stops a recording; responds when its file is complete. A recording that has ended is not changed. */
         post: operations["stop_recording"];
         delete?: never;
         options?: never;
@@ -738,10 +738,10 @@ export interface paths {
             path?: never;
             cookie?: never;
         };
-        /** Scans, newest first. */
+        /** Lists scans, newest first. */
         get: operations["list_scans"];
         put?: never;
-        /** Starts a scan from the station or from a capture. */
+        /** Starts a scan job, from the station or from a capture. */
         post: operations["start_scan"];
         delete?: never;
         options?: never;
@@ -758,7 +758,7 @@ export interface paths {
         };
         get?: never;
         put?: never;
-        /** Says what a scan from the station will be, before anything moves: rows, duration, density, σ, depths, disk. */
+        /** Plans a scan on the station before anything moves: rows, duration, point density, σ, depth range, disk space. */
         post: operations["plan_scan"];
         delete?: never;
         options?: never;
@@ -773,11 +773,11 @@ export interface paths {
             path?: never;
             cookie?: never;
         };
-        /** A scan. */
+        /** Returns a scan. */
         get: operations["get_scan"];
         put?: never;
         post?: never;
-        /** Forgets a scan and its measurements. */
+        /** Deletes a scan and its measurements. */
         delete: operations["delete_scan"];
         options?: never;
         head?: never;
@@ -791,7 +791,7 @@ export interface paths {
             path?: never;
             cookie?: never;
         };
-        /** The points of a scan. */
+        /** Downloads the point cloud of a scan. */
         get: operations["get_cloud"];
         put?: never;
         post?: never;
@@ -810,7 +810,7 @@ export interface paths {
         };
         get?: never;
         put?: never;
-        /** Writes a scan in another format, as a job. */
+        /** Starts a job that writes a scan in another format. */
         post: operations["export_scan"];
         delete?: never;
         options?: never;
@@ -825,7 +825,7 @@ export interface paths {
             path?: never;
             cookie?: never;
         };
-        /** What an export wrote, by its file name: `cloud.csv`, `mesh.stl`. */
+        /** Downloads an exported file by name: `cloud.csv`, `mesh.stl`. */
         get: operations["get_export"];
         put?: never;
         post?: never;
@@ -842,14 +842,14 @@ export interface paths {
             path?: never;
             cookie?: never;
         };
-        /** The measurements of a scan, newest first. */
-        get: operations["list_measurements"];
+        /** Lists the measurements of a scan, newest first. */
+        get: operations["list_scan_measurements"];
         put?: never;
         /**
-         * Measures on a scan; answers when it is done, which takes up to some seconds. What was to be judged and cannot be
-         *     measured is recorded with the verdict `invalid`.
+         * Measures on a scan; responds when done, which can take some seconds. A characteristic with a tolerance that cannot be
+         *     measured is stored with the verdict `invalid`.
          */
-        post: operations["measure"];
+        post: operations["create_measurement"];
         delete?: never;
         options?: never;
         head?: never;
@@ -863,7 +863,7 @@ export interface paths {
             path?: never;
             cookie?: never;
         };
-        /** A measurement. */
+        /** Returns a measurement. */
         get: operations["get_measurement"];
         put?: never;
         post?: never;
@@ -880,7 +880,7 @@ export interface paths {
             path?: never;
             cookie?: never;
         };
-        /** The surface through the points of a scan. */
+        /** Downloads the mesh of a scan. */
         get: operations["get_mesh"];
         put?: never;
         post?: never;
@@ -897,7 +897,7 @@ export interface paths {
             path?: never;
             cookie?: never;
         };
-        /** Display points of a scan in blocks, as the live stream sends them: what a viewer missed, also while it runs. */
+        /** Returns display points of a scan in blocks, as in the live stream: for viewers that missed some, also while it runs. */
         get: operations["get_points"];
         put?: never;
         post?: never;
@@ -914,7 +914,7 @@ export interface paths {
             path?: never;
             cookie?: never;
         };
-        /** Where the frames of a scan were taken. */
+        /** Lists the frames of a scan with their stage positions. */
         get: operations["list_profiles"];
         put?: never;
         post?: never;
@@ -931,7 +931,10 @@ export interface paths {
             path?: never;
             cookie?: never;
         };
-        /** The profile of one frame: all orders, labelled by this frame alone; the cloud's labels also use its neighbours. */
+        /**
+         * Returns the profile of one frame with all orders, labelled from this frame alone; the labels of the cloud also use the
+         *     neighbouring frames.
+         */
         get: operations["get_profile"];
         put?: never;
         post?: never;
@@ -950,7 +953,7 @@ export interface paths {
         };
         get?: never;
         put?: never;
-        /** Computes a scan again from its peaks, with another calibration; the old one stays. */
+        /** Starts a job that recomputes a scan from its peaks with another calibration; the original scan is kept. */
         post: operations["recompute_scan"];
         delete?: never;
         options?: never;
@@ -966,7 +969,7 @@ export interface paths {
             cookie?: never;
         };
         get?: never;
-        /** Where the virtual operator of a simulated station holds the board. */
+        /** Sets where the virtual operator of the simulated station holds the board. */
         put: operations["place_board"];
         post?: never;
         delete?: never;
@@ -982,10 +985,10 @@ export interface paths {
             path?: never;
             cookie?: never;
         };
-        /** The faults that are switched on. */
+        /** Lists the active simulated faults. */
         get: operations["list_faults"];
-        /** Switches a fault on. */
-        put: operations["switch_fault_on"];
+        /** Activates a simulated fault. */
+        put: operations["enable_fault"];
         post?: never;
         delete?: never;
         options?: never;
@@ -1003,8 +1006,8 @@ export interface paths {
         get?: never;
         put?: never;
         post?: never;
-        /** Switches a fault off; what it did to a device may need a reset of the station. */
-        delete: operations["switch_fault_off"];
+        /** Deactivates a simulated fault; the station may need a reset afterwards. */
+        delete: operations["disable_fault"];
         options?: never;
         head?: never;
         patch?: never;
@@ -1017,9 +1020,9 @@ export interface paths {
             path?: never;
             cookie?: never;
         };
-        /** What lies on the simulated stage. */
+        /** Returns what is on the simulated stage. */
         get: operations["get_scene"];
-        /** Puts something on the simulated stage, as a person would with hands; the real part of a real station stays real. */
+        /** Places an object on the simulated stage. Refused on a real station. */
         put: operations["place_scene"];
         post?: never;
         delete?: never;
@@ -1036,8 +1039,8 @@ export interface paths {
             cookie?: never;
         };
         get?: never;
-        /** Puts a part from an STL file (binary or text, mm) on the simulated stage's plate. */
-        put: operations["place_solid"];
+        /** Places a part from an STL file (binary or ASCII, mm) on the plate of the simulated stage. */
+        put: operations["place_part"];
         post?: never;
         delete?: never;
         options?: never;
@@ -1052,7 +1055,7 @@ export interface paths {
             path?: never;
             cookie?: never;
         };
-        /** The station as last seen. */
+        /** Returns the latest state of the station and its devices. */
         get: operations["get_station"];
         put?: never;
         post?: never;
@@ -1069,14 +1072,14 @@ export interface paths {
             path?: never;
             cookie?: never;
         };
-        /** Who commands the station. */
+        /** Returns who is in control of the station. */
         get: operations["get_control"];
-        /** Keeps control for five more seconds; it lapses two minutes after the last command all the same. */
+        /** Renews the lease for five seconds. It expires two minutes after the last command in any case. */
         put: operations["renew_control"];
-        /** Takes control for five seconds; renew it with PUT. Taking it from somebody else is said explicitly and logged. */
+        /** Takes control for five seconds; renew the lease with PUT. Taking over from another holder needs `take_over` and is logged. */
         post: operations["take_control"];
-        /** Gives control back. */
-        delete: operations["give_control_back"];
+        /** Releases control. */
+        delete: operations["release_control"];
         options?: never;
         head?: never;
         patch?: never;
@@ -1092,8 +1095,8 @@ export interface paths {
         get?: never;
         /**
          * Starts or ends the live view.
-         * @description Light needs a viewer: the laser is turned off 4 s after the last connection that is subscribed to `image` or
-         *     `profile` was there, and only another request turns it on again. The view itself ends after 30 s.
+         * @description The laser needs a viewer: it is turned off 4 s after the last connection subscribed to `image` or `profile` has gone,
+         *     and only a new request turns it on again. The live view itself ends after 30 s.
          */
         put: operations["set_live_view"];
         post?: never;
@@ -1112,7 +1115,7 @@ export interface paths {
         };
         get?: never;
         put?: never;
-        /** Acknowledges faults, reaches devices again, leaves Halted. Motion and laser stay off. */
+        /** Acknowledges faults, reconnects devices and leaves `Halted`. Motion and laser stay off. */
         post: operations["reset_station"];
         delete?: never;
         options?: never;
@@ -1130,9 +1133,9 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Stops motion, turns the laser off, ends what runs and empties the station's queue.
-         * @description Works for everybody at any time, needs no control, no body, no key; answers once the devices received it. It latches:
-         *     motion and laser stay off until a reset, over restarts too.
+         * Stops motion, turns the laser off, ends running jobs and clears the station's queue.
+         * @description Available to everyone at any time, without control, body or key. Responds once the devices have received it. Stop
+         *     latches: motion and laser stay off until a reset, across restarts too.
          */
         post: operations["stop_station"];
         delete?: never;
@@ -1148,7 +1151,7 @@ export interface paths {
             path?: never;
             cookie?: never;
         };
-        /** What the watches said of the last scans: lost steps, wavelength, order powers, stage scale. */
+        /** Returns the results of the watches on recent scans: lost steps, wavelength, order powers, stage scale. */
         get: operations["get_watches"];
         put?: never;
         post?: never;
@@ -1167,7 +1170,7 @@ export interface paths {
         };
         get?: never;
         put?: never;
-        /** Starts the scan of a known part and its comparison with its nominal. */
+        /** Starts a verification job: scans a reference part and compares it with its nominal value. */
         post: operations["start_verification"];
         delete?: never;
         options?: never;
@@ -1182,8 +1185,8 @@ export interface paths {
             path?: never;
             cookie?: never;
         };
-        /** Whether the process answers. */
-        get: operations["health"];
+        /** Liveness: responds while the process runs. */
+        get: operations["get_health"];
         put?: never;
         post?: never;
         delete?: never;
@@ -1199,8 +1202,8 @@ export interface paths {
             path?: never;
             cookie?: never;
         };
-        /** Figures for Prometheus. */
-        get: operations["figures"];
+        /** Returns metrics in Prometheus format. */
+        get: operations["get_metrics"];
         put?: never;
         post?: never;
         delete?: never;
@@ -1216,8 +1219,8 @@ export interface paths {
             path?: never;
             cookie?: never;
         };
-        /** This document. */
-        get: operations["document"];
+        /** Returns this document. */
+        get: operations["get_openapi"];
         put?: never;
         post?: never;
         delete?: never;
@@ -1233,8 +1236,8 @@ export interface paths {
             path?: never;
             cookie?: never;
         };
-        /** Whether jobs can run; if not, the problem says why. */
-        get: operations["ready"];
+        /** Readiness: whether jobs can run; if not, the problem says why. */
+        get: operations["get_readiness"];
         put?: never;
         post?: never;
         delete?: never;
@@ -1247,52 +1250,38 @@ export interface paths {
 export type webhooks = Record<string, never>;
 export interface components {
     schemas: {
-        /**
-         * @description What may be done with a feature now.
-         * @enum {string}
-         */
-        AccessDto: "read_only" | "write_only" | "read_write" | "not_available";
-        /** @description Who did it, and from where. */
-        Act: {
-            /** @description Who: the holder of the control lease, else the name that came along. */
-            actor: string;
-            /** @description What kind of principal: `local`, somebody at this station. */
-            principal: string;
-            /** @description From which address. */
-            source: string;
-        };
-        /** @description Which calibration shall be active. */
-        ActivateDto: {
-            /** @description Its id. */
+        /** @description Request to activate a calibration. */
+        ActivateCalibrationDto: {
+            /** @description Id of the calibration. */
             calibration_id: string;
-            /** @description Activate although its newest verification is not `ok`; without this it is refused with 409. The log says so. */
+            /** @description Activate even if its latest verification is not `ok`; otherwise refused with 409. Logged. */
             despite_verification?: boolean;
         };
-        /** @description Which calibration is active, and which was. */
+        /** @description A change of the active calibration. */
         Activation: {
-            /** @description Who. */
+            /** @description Who did it. */
             actor: string;
-            /** @description The one that is active now; missing: none. */
+            /** @description The active calibration; absent: none. */
             calibration_id?: string | null;
-            /** @description The one that was. */
+            /** @description The previously active calibration. */
             previous_id?: string | null;
-            /** @description The verdict of the newest verification with it, if there was one. */
+            /** @description Verdict of its latest verification, if any. */
             verification?: string | null;
         };
-        /** @description An entry of the log of activations. */
+        /** @description An entry of the activation log. */
         ActivationDto: {
             /** @description `activate` or `roll_back`. */
-            act: string;
-            /** @description Who did it. */
+            action: string;
+            /** @description Who activated or rolled back. */
             actor: string;
             /**
              * Format: int64
-             * @description When, wall clock, ms since 1970.
+             * @description Time of the activation, ms since 1970 (UTC).
              */
             at_ms: number;
-            /** @description Active from here on; missing: none. */
+            /** @description The calibration active since then; absent: none. */
             calibration_id?: string | null;
-            /** @description Active before. */
+            /** @description The calibration active before. */
             previous_id?: string | null;
             /**
              * Format: int64
@@ -1300,182 +1289,252 @@ export interface components {
              */
             seq: number;
         };
-        /** @description Which calibration is active. */
-        ActiveDto: {
+        /** @description The active calibration. */
+        ActiveCalibrationDto: {
             /** @description Who activated it. */
             actor?: string | null;
             /**
              * Format: int64
-             * @description When, wall clock, ms since 1970.
+             * @description Time of the activation, ms since 1970 (UTC).
              */
             at_ms?: number | null;
-            /** @description Its id; missing: none is. */
+            /** @description Id of the active calibration; absent if none is active. */
             calibration_id?: string | null;
-            /** @description What was active before. */
+            /** @description The calibration that was active before. */
             previous_id?: string | null;
         };
-        /** @description What went wrong; as JSON it is stored with jobs that failed. */
+        /** @description An error; stored as JSON with failed jobs. */
         AppError: {
-            /** @description Why, as far as known. */
+            /** @description The cause, if known. */
             cause?: string | null;
-            /** @description What happened here. */
+            /** @description What went wrong in this case. */
             detail: string;
             /** @description Its kind. */
             kind: components["schemas"]["ErrorKind"];
-            /** @description Where in the input: a JSON pointer, a file, an entry. */
+            /** @description Where in the input: a JSON pointer, a file or an entry. */
             pointer?: string | null;
             /** @description What to do about it. */
             remedy?: string | null;
             /**
              * Format: int64
-             * @description When to try again.
+             * @description Seconds after which to retry.
              */
             retry_after_s?: number | null;
-        };
-        /**
-         * @description A known part.
-         * @enum {string}
-         */
-        ArtefactDto: "gauge" | "sphere";
-        /** @description The axis of a turntable as calibrated. */
-        AxisFiguresDto: {
-            /**
-             * Format: double
-             * @description σ of the table's angles; missing if nobody knows.
-             */
-            angle_sigma_deg?: number | null;
-            /** @description Whether that was stated in the capture, or else estimated from the views. */
-            angle_sigma_stated: boolean;
-            /** @description Per view: angle, degrees; deviation along the turn, radially and along the axis, µm. */
-            deviations_um: number[][];
-            /** @description Unit vector about which growing angles turn the part by the right-hand rule. */
-            direction: number[];
-            /**
-             * Format: double
-             * @description RMS of the boards' deviations from a pure turn over their noise.
-             */
-            noise_ratio: number;
-            /** @description A point of the axis, camera frame. */
-            point_mm: number[];
-            /** @description σ of the point along two ways across the axis. */
-            shift_sigma_mm: number[];
-            /** @description σ of the direction along the same two. */
-            tilt_sigma_deg: number[];
         };
         /** @description The fit of a turntable's axis. */
         AxisFitDto: {
             /**
              * Format: double
-             * @description σ of the table's angles; missing if nobody knows.
+             * @description σ of the angles of the table; absent if unknown.
              */
             angle_sigma_deg?: number | null;
-            /** @description Whether that was stated in the capture, or else estimated from the views. */
+            /** @description Whether it was stated in the capture (true) or estimated from the views (false). */
             angle_sigma_stated: boolean;
-            /** @description Per view: angle, degrees; deviation along the turn, radially and along the axis, µm. */
+            /** @description Per view: angle in degrees; tangential, radial and axial deviation in µm. */
             deviations: number[][];
             /**
              * Format: double
-             * @description RMS of the boards' deviations from a pure turn over their noise.
+             * @description RMS deviation of the boards from a pure rotation, divided by their noise.
              */
             noise_ratio: number;
-            /** @description σ of the point along the same two. */
+            /** @description σ of the axis point in the same two directions. */
             shift_sigma_mm: number[];
-            /** @description σ of the direction along two ways across it. */
+            /** @description σ of the axis direction in two perpendicular directions. */
             tilt_sigma_deg: number[];
         };
-        /** @description When pictures with the laser off are taken during a scan, to be taken away from its frames. */
+        /** @description Summary of a calibrated turntable axis. */
+        AxisSummaryDto: {
+            /**
+             * Format: double
+             * @description σ of the angles of the table; absent if unknown.
+             */
+            angle_sigma_deg?: number | null;
+            /** @description Whether it was stated in the capture (true) or estimated from the views (false). */
+            angle_sigma_stated: boolean;
+            /** @description Per view: angle in degrees; tangential, radial and axial deviation in µm. */
+            deviations_um: number[][];
+            /** @description Unit vector of the axis; positive angles turn the part by the right-hand rule. */
+            direction: number[];
+            /**
+             * Format: double
+             * @description RMS deviation of the boards from a pure rotation, divided by their noise.
+             */
+            noise_ratio: number;
+            /** @description A point of the axis, camera frame. */
+            point_mm: number[];
+            /** @description σ of the axis point in two directions perpendicular to the axis. */
+            shift_sigma_mm: number[];
+            /** @description σ of the axis direction in the same two directions. */
+            tilt_sigma_deg: number[];
+        };
+        /** @description When laser-off images are captured during a scan, for ambient light subtraction. */
         BackgroundDto: {
             /**
              * Format: double
-             * @description Only while the ambient light, in levels of 255, is above this; missing: always.
+             * @description Only if the ambient light exceeds this level, of 255; default: always.
              */
             above_levels?: number | null;
             /**
-             * @description Stop-and-go: one at least every so many rows, 1 if missing; one that no longer shows what a frame shows is taken
-             *     anew. A continuous scan has one before it, and one after it to compare.
+             * @description Stop-and-go: at least one every so many rows, default 1; an outdated one is captured again. A continuous scan has one
+             *     before it, and one after it for comparison.
              */
             every_rows?: number | null;
         };
-        /** @description The ambient light of a scan, and how many frames were freed from it. */
+        /** @description Ambient light of a scan and its subtraction. */
         BackgroundReportDto: {
             /**
              * Format: double
-             * @description The level, of 255, that a twentieth of the first picture with the laser off exceeds.
+             * @description Level, of 255, exceeded by 5 % of the pixels of the first laser-off image.
              */
             ambient_levels?: number | null;
             /**
              * Format: double
-             * @description The same of the last one.
+             * @description The same for the last laser-off image.
              */
             ambient_levels_at_end?: number | null;
-            /** @description Frames that one of them was taken away from. */
+            /** @description Frames with ambient light subtracted. */
             n_frames_with: number;
-            /** @description Frames in which lines were looked for as they are: the room was dark enough, or had changed. */
+            /** @description Frames processed without subtraction: the room was dark enough, or had changed. */
             n_frames_without: number;
-            /** @description Pictures with the laser off. */
+            /** @description Number of laser-off images. */
             n_pictures: number;
         };
-        /** @description A board picture and what was found in it. */
-        BoardPictureDto: {
+        /** @description The board as detected in one frame. Nothing is stored. */
+        BoardDetectionDto: {
             /**
              * Format: double
-             * @description Typical standard deviation of a corner: grows with blur, darkness and noise.
+             * @description Middle of the exposure on the station's monotonic clock, ms.
+             */
+            captured_ms: number;
+            /**
+             * Format: double
+             * @description Typical standard deviation of a corner; grows with blur, underexposure and noise.
              */
             corner_sigma_px?: number | null;
-            /** @description Corners: column and row on the board, u and v in the picture (px), standard deviation (px). */
+            /** @description Detected corners: column and row on the board, u and v in the frame (px), standard deviation (px). */
             corners: number[][];
-            /** @description Cells of the coverage map (8 × 6, row by row from the top left) that hold corners. */
+            /** @description Cells of the coverage map (8 × 6, row by row from the top left) that contain corners. */
             coverage_cells: number[];
             /**
              * Format: double
-             * @description Distance of the board's middle; once the camera is known.
+             * @description Distance of the board centre; available from three images on.
              */
             distance_mm?: number | null;
-            /** @description The picture. */
-            picture: components["schemas"]["PictureDto"];
-            /** @description What is wrong with it, and what to do. */
+            /** @description Frame height. */
+            height_px: number;
+            /** @description What is wrong and what to do. */
             problem?: string | null;
             /**
              * Format: double
-             * @description RMS distance of the corners from where the camera so far expects them.
+             * @description RMS reprojection error of the corners, with the camera fitted to this frame as well.
              */
             rms_px?: number | null;
             /**
              * Format: double
-             * @description Share of pixels at the sensor's limit.
+             * @description Share of saturated pixels.
+             */
+            saturated_share: number;
+            /**
+             * Format: int64
+             * @description Sequence number of the frame, as in the live stream.
+             */
+            sequence: number;
+            /**
+             * Format: double
+             * @description Angle between the board and the image plane; available from three images on.
+             */
+            tilt_deg?: number | null;
+            /** @description Frame width. */
+            width_px: number;
+        };
+        /** @description A board image and its detections. */
+        BoardImageDto: {
+            /**
+             * Format: double
+             * @description Typical standard deviation of a corner; grows with blur, underexposure and noise.
+             */
+            corner_sigma_px?: number | null;
+            /** @description Detected corners: column and row on the board, u and v in the image (px), standard deviation (px). */
+            corners: number[][];
+            /** @description Cells of the coverage map (8 × 6, row by row from the top left) that contain corners. */
+            coverage_cells: number[];
+            /**
+             * Format: double
+             * @description Distance of the board centre; available from three images on.
+             */
+            distance_mm?: number | null;
+            /** @description The image. */
+            image: components["schemas"]["ImageDto"];
+            /** @description What is wrong and what to do. */
+            problem?: string | null;
+            /**
+             * Format: double
+             * @description RMS reprojection error with the current camera estimate.
+             */
+            rms_px?: number | null;
+            /**
+             * Format: double
+             * @description Share of saturated pixels.
              */
             saturated_share: number;
             /**
              * Format: double
-             * @description Angle between the board and the picture plane; once the camera is known.
+             * @description Angle between the board and the image plane; available once the camera is estimated.
              */
             tilt_deg?: number | null;
         };
-        /** @description A box of the part frame, mm. */
+        /** @description The fit of one board image. */
+        BoardImageFitDto: {
+            /** @description Number of corners. */
+            n_corners: number;
+            /** @description The image. */
+            picture: string;
+            /**
+             * Format: double
+             * @description RMS reprojection error of its corners.
+             */
+            rms_px: number;
+        };
+        /** @description An axis-aligned box in the part frame, mm. */
         BoxDto: {
-            /** @description Highest x, y, z. */
+            /** @description Maximum x, y, z. */
             max: number[];
-            /** @description Lowest x, y, z. */
+            /** @description Minimum x, y, z. */
             min: number[];
         };
-        /** @description The stage as calibrated: what moves the part. */
+        /** @description The calibrated stage. */
         CalibratedStageDto: components["schemas"]["StageAxisDto"] | components["schemas"]["RotaryAxisDto"];
         /** @description A calibration that was computed. */
         CalibrationCreated: {
             /**
              * Format: double
-             * @description RMS distance of board corners from where the camera expects them.
+             * @description RMS reprojection error of the board corners.
              */
             corner_rms_px: number;
-            /** @description By which job. */
+            /** @description The job that computed it. */
             job_id: string;
-            /** @description Model of its light sheets; missing without laser pictures. */
+            /** @description Model of the light sheets; absent without laser images. */
             model?: string | null;
             /**
              * Format: double
-             * @description What it leaves of depth uncertainty over the working volume.
+             * @description Systematic depth uncertainty over the working volume, 1 σ.
              */
             systematic_sigma_mm?: number | null;
+        };
+        /** @description Depth difference of two calibrations over the working volume of the first. */
+        CalibrationDifferenceDto: {
+            /** @description The first calibration. */
+            calibration_id: string;
+            /** @description Number of grid columns. */
+            columns: number;
+            /** @description Per order that both calibrations have. */
+            orders: components["schemas"]["OrderDifferenceDto"][];
+            /** @description The second calibration; differences are second minus first. */
+            other_calibration_id: string;
+            /** @description Number of grid rows. */
+            rows: number;
+            /** @description Statistics over all orders. */
+            total: components["schemas"]["DepthDifferenceDto"];
         };
         /** @description The document `sheaf-calibration/1`, as `sheaf calibrate` writes it. */
         CalibrationDocumentDto: {
@@ -1483,67 +1542,67 @@ export interface components {
             camera: components["schemas"]["CameraModelDto"];
             /** @description Joint covariance of camera, light and stage. */
             covariance: components["schemas"]["CovarianceDto"];
-            /** @description z between which the board was seen. */
+            /** @description Range of z in which the board was seen. */
             depth_range: components["schemas"]["DepthRangeDto"];
             /** @description `sheaf-calibration/1`. */
             format: string;
-            /** @description First digits of the document's SHA-256, computed with an empty id. */
+            /** @description First digits of the SHA-256 of the document, computed with an empty id. */
             id: string;
-            /** @description The files it was computed from, by content. */
+            /** @description The files it was computed from, with their hashes. */
             inputs: components["schemas"]["InputFileDto"][];
             /** @description The light sheets. */
             light: components["schemas"]["LightSheetsDto"];
             /** @description Diffraction orders from the top (left) of the image downwards (rightwards). */
             orders: number[];
-            /** @description Constants of the computation that shape the result, by name. */
+            /** @description Constants of the computation that affect the result, by name. */
             parameters: {
                 [key: string]: number;
             };
-            /** @description What the calibration says about itself. */
+            /** @description Quality figures of the calibration. */
             report: components["schemas"]["CalibrationReportDto"];
-            /** @description What computed it. */
+            /** @description The program that computed it. */
             software: components["schemas"]["SoftwareDto"];
             stage?: components["schemas"]["CalibratedStageDto"] | null;
         };
         /** @description A calibration with its document. */
         CalibrationDto: components["schemas"]["CalibrationItemDto"] & {
-            /** @description Its document. */
+            /** @description The document. */
             calibration: components["schemas"]["CalibrationDocumentDto"];
         };
         /** @description A calibration in a list. */
         CalibrationItemDto: {
-            /** @description Whether scans use it now. */
+            /** @description Whether it is the active calibration. */
             active: boolean;
-            /** @description The pictures it was made from. */
+            /** @description The capture it was computed from. */
             capture_id?: string | null;
             /**
              * Format: int64
-             * @description When it was made, wall clock, ms since 1970.
+             * @description Time of creation, ms since 1970 (UTC).
              */
             created_at_ms: number;
-            /** @description Its id: a hash of its content. */
+            /** @description Id: a hash of the content. */
             id: string;
-            /** @description The job that made it. */
+            /** @description The job that computed it. */
             job_id?: string | null;
-            /** @description Address of its report, if there is one. */
+            /** @description URL of its report, if it has one. */
             report?: string | null;
-            /** @description Figures: residuals by model, chosen model, poses, working volume. */
+            /** @description Summary: residuals, light model, poses, working depth. */
             summary: components["schemas"]["CalibrationSummaryDto"];
         };
         /** @description Calibrate camera, light and stage. */
         CalibrationJobDto: {
             k3?: components["schemas"]["K3Dto"] | null;
-            /** @description Go on without pictures that show no board or no line. */
+            /** @description Ignore images without a readable board or line. */
             leave_out_unreadable: boolean;
             light_model?: components["schemas"]["LightModelDto"] | null;
-            /** @description Board poses to take at the station. */
+            /** @description Number of board poses to capture at the station. */
             n_poses?: number | null;
-            /** @description The session whose pictures are used. */
+            /** @description The session whose images are used. */
             session_id?: string | null;
-            /** @description Where pictures come from. */
-            source: components["schemas"]["SourceDto"];
+            /** @description Source of the images. */
+            source: components["schemas"]["CalibrationSourceDto"];
         };
-        /** @description What a calibration says about itself. */
+        /** @description Quality figures of a calibration. */
         CalibrationReportDto: {
             axis?: components["schemas"]["AxisFitDto"] | null;
             /** @description The fit of the camera. */
@@ -1551,223 +1610,250 @@ export interface components {
             cross_validation?: components["schemas"]["CrossValidationDto"] | null;
             light?: components["schemas"]["LightFitDto"] | null;
             stage?: components["schemas"]["StageFitDto"] | null;
-            /** @description What to know about it, in sentences. */
+            /** @description Warnings, in sentences. */
             warnings: string[];
         };
-        /** @description Figures of a calibration. */
+        /** @description Source of the images. */
+        CalibrationSourceDto: {
+            /** @enum {string} */
+            kind: "station";
+        } | {
+            /** @description Id of the capture. */
+            capture_id: string;
+            /** @enum {string} */
+            kind: "capture";
+        };
+        /** @description Summary of a calibration. */
         CalibrationSummaryDto: {
-            axis?: components["schemas"]["AxisFiguresDto"] | null;
-            /** @description Parameters of the camera by name: `fx`, `fy`, `cx`, `cy`, `k1`, … */
+            axis?: components["schemas"]["AxisSummaryDto"] | null;
+            /** @description Camera parameters by name: `fx`, `fy`, `cx`, `cy`, `k1`, … */
             camera: {
                 [key: string]: components["schemas"]["EstimateDto"];
             };
             /**
              * Format: double
-             * @description RMS distance of board corners from where the camera expects them.
+             * @description RMS reprojection error of the board corners.
              */
             corner_rms_px: number;
             /**
              * Format: double
-             * @description Standard deviation of a corner per axis, as estimated from the residuals.
+             * @description Standard deviation of a corner per axis, estimated from the residuals.
              */
             corner_sigma_px: number;
             /**
              * Format: double
-             * @description z of the camera frame at which the board was seen farthest.
+             * @description Farthest depth (z of the camera frame) at which the board was seen.
              */
             depth_far_mm: number;
             /**
              * Format: double
-             * @description z of the camera frame at which the board was seen nearest.
+             * @description Nearest depth (z of the camera frame) at which the board was seen.
              */
             depth_near_mm: number;
-            /** @description Why the sixth-power distortion was estimated or not, in a sentence. */
+            /** @description Why k3 was estimated or not, in a sentence. */
             k3_reason: string;
-            /** @description Pictures that were left out, in sentences. */
+            /** @description Images that were left out and why, in sentences. */
             left_out: string[];
             /**
              * Format: double
-             * @description RMS distance of laser points from their predicted curves.
+             * @description RMS distance of the laser points from their predicted curves.
              */
             light_rms_px?: number | null;
             model?: components["schemas"]["LightModelNameDto"] | null;
             models?: components["schemas"]["ModelComparisonDto"] | null;
-            /** @description Of them with a laser picture. */
+            /** @description Poses with a laser image. */
             n_laser_poses: number;
-            /** @description Board poses. */
+            /** @description Number of board poses. */
             n_poses: number;
-            /** @description Board pictures on the moving stage. */
+            /** @description Number of stage views. */
             n_stage_views: number;
-            /** @description The board pictures. */
-            pictures: components["schemas"]["PictureFitDto"][];
-            stage?: components["schemas"]["StageFiguresDto"] | null;
+            /** @description The board images. */
+            pictures: components["schemas"]["BoardImageFitDto"][];
+            stage?: components["schemas"]["StageSummaryDto"] | null;
             /**
              * Format: double
-             * @description What the calibration leaves of depth uncertainty over the working volume.
+             * @description Systematic depth uncertainty over the working volume, 1 σ.
              */
             systematic_sigma_mm?: number | null;
-            /** @description What to know about it, in sentences. */
+            /** @description Warnings, in sentences. */
             warnings: string[];
         };
-        /** @description What the camera can do; a missing range is a setting that it does not have. */
+        /** @description Capabilities of the camera; a range is absent if the camera lacks the setting. */
         CameraCapabilitiesDto: {
             exposure_us?: components["schemas"]["RangeDto"] | null;
             frame_rate_hz?: components["schemas"]["RangeDto"] | null;
             gain_db?: components["schemas"]["RangeDto"] | null;
-            /** @description Rows of the whole sensor. */
+            /** @description Sensor height. */
             height_px: number;
-            /** @description Pixel formats. */
+            /** @description Supported pixel formats. */
             pixel_formats: components["schemas"]["PixelFormatDto"][];
-            /** @description Whether a part of the sensor can be read alone. */
+            /** @description Whether the camera supports a region of interest. */
             roi: boolean;
-            /** @description Ways to trigger. */
+            /** @description Supported trigger modes. */
             triggers: components["schemas"]["TriggerDto"][];
-            /** @description Columns of the whole sensor. */
+            /** @description Sensor width. */
             width_px: number;
         };
-        /** @description The camera, as it is set now. */
-        CameraConfigured: components["schemas"]["Act"] & {
-            /** @description What it accepted. */
-            settings: components["schemas"]["KeptSettings"];
+        /** @description The camera settings after a change. */
+        CameraConfigured: components["schemas"]["Initiator"] & {
+            /** @description The accepted settings. */
+            settings: components["schemas"]["StoredCameraSettings"];
         };
         /** @description The camera. */
         CameraDto: {
-            /** @description What it can do. */
+            /** @description Capabilities. */
             capabilities: components["schemas"]["CameraCapabilitiesDto"];
-            /** @description Whether it answers. */
+            /** @description Whether the device is connected. */
             connected: boolean;
-            /** @description Which one. */
+            /** @description Vendor, model and serial number. */
             identity: components["schemas"]["IdentityDto"];
             /**
              * Format: double
-             * @description Frames per second over the last second.
+             * @description Frame rate over the last second.
              */
             measured_rate_hz: number;
-            /** @description How it is set. */
+            /** @description Current settings. */
             settings: components["schemas"]["CameraSettingsDto"];
         };
-        /** @description A feature as the camera describes it. */
+        /** @description Camera estimate from the boards so far. */
+        CameraEstimateDto: {
+            /**
+             * Format: double
+             * @description Focal length along u.
+             */
+            focal_px?: number | null;
+            /** @description What is still missing and what to do. */
+            problem?: string | null;
+            /**
+             * Format: double
+             * @description RMS reprojection error of all corners.
+             */
+            rms_px?: number | null;
+            /** @description Cells of the coverage map not covered by any board yet. */
+            uncovered_cells: number[];
+        };
+        /** @description A camera feature. */
         CameraFeatureDto: {
-            /** @description What may be done with it now. */
-            access: components["schemas"]["AccessDto"];
-            /** @description The camera's own explanation; may be empty. */
+            /** @description Current access mode. */
+            access: components["schemas"]["FeatureAccessDto"];
+            /** @description Description from the camera; may be empty. */
             description: string;
-            /** @description What an enumeration may be set to. */
+            /** @description Entries of an enumeration. */
             entries: string[];
-            /** @description What its value is. */
+            /** @description Type of the value. */
             kind: components["schemas"]["CameraFeatureKindDto"];
             /**
              * Format: double
-             * @description Largest value of a number.
+             * @description Maximum of a number.
              */
             max?: number | null;
             /**
              * Format: double
-             * @description Smallest value of a number.
+             * @description Minimum of a number.
              */
             min?: number | null;
-            /** @description Its name: of GenICam's standard, or of the camera's maker. */
+            /** @description Name, from the GenICam SFNC or vendor-specific. */
             name: string;
-            /** @description Its value as text, as the camera says; missing if it cannot be read. */
+            /** @description Value as text; absent if it cannot be read. */
             value?: string | null;
         };
         /**
-         * @description What a feature's value is.
+         * @description Type of a feature.
          * @enum {string}
          */
         CameraFeatureKindDto: "integer" | "float" | "boolean" | "enumeration" | "text" | "command";
-        /** @description What a camera says about itself beyond its settings. */
+        /** @description Features and link of a camera. */
         CameraFeaturesDto: {
-            /** @description All its features, in its own order. */
+            /** @description All features, in the order of the camera. */
             features: components["schemas"]["CameraFeatureDto"][];
-            /** @description How its link does. */
+            /** @description State of the link. */
             link: components["schemas"]["CameraLinkDto"];
         };
-        /** @description Features of the camera, set by their names. */
-        CameraFeaturesSet: components["schemas"]["Act"] & {
-            /** @description In their order. */
+        /** @description Camera features set by name. */
+        CameraFeaturesSet: components["schemas"]["Initiator"] & {
+            /** @description The features, in the order of the request. */
             features: components["schemas"]["FeatureSet"][];
         };
         /** @description The fit of the camera. */
         CameraFitDto: {
             /**
              * Format: double
-             * @description Standard deviation of a corner per axis, as estimated from the residuals.
+             * @description Standard deviation of a corner per axis, estimated from the residuals.
              */
             corner_sigma_px: number;
-            /** @description Why the sixth-power distortion was estimated or not, in a sentence. */
+            /** @description Why k3 was estimated or not, in a sentence. */
             k3: string;
             /**
              * Format: double
-             * @description RMS distance of the corners from where the camera expects them.
+             * @description RMS reprojection error of the corners.
              */
             rms_px: number;
             /** @description σ of fx, fy, cx, cy, k1, k2, p1, p2, k3. */
             sigma: number[];
-            /** @description Why the fit stopped: `gradient`, `step` or `cost`; missing in documents of earlier versions. */
+            /** @description Termination reason of the solver: `gradient`, `step` or `cost`; absent in documents of earlier versions. */
             termination?: string | null;
-            /** @description The board pictures. */
+            /** @description The board images. */
             views: components["schemas"]["ViewFitDto"][];
         };
-        /** @description How the link to the camera does; counts are since it was connected, those of packets since acquisition started. */
+        /** @description State of the camera link. Frame counts are since connection, packet counts since the start of acquisition. */
         CameraLinkDto: {
-            /** @description Where the camera is: an IP address, a place on USB. */
+            /** @description Address of the camera: IP address or USB path. */
             address: string;
             /**
              * Format: double
-             * @description How well the camera's clock is known in this computer's time, the shortest way of a frame left out; missing before
-             *     that is known.
+             * @description Uncertainty of the mapping from camera time to computer time, excluding the constant transfer delay; absent until
+             *     it is known.
              */
             clock_uncertainty_us?: number | null;
             /**
              * Format: int64
-             * @description Frames that arrived whole.
+             * @description Frames received completely.
              */
             frames_complete: number;
             /**
              * Format: int64
-             * @description Frames of which packets never came; they are not processed.
+             * @description Frames with missing packets; they are not processed.
              */
             frames_incomplete: number;
             /**
              * Format: int64
-             * @description Frames of which nothing came, by gaps in the camera's count.
+             * @description Frames not received at all, from gaps in the frame counter.
              */
             frames_missing: number;
             /**
              * Format: int32
-             * @description Size of the packets agreed on; missing where it has none.
+             * @description Negotiated packet size; absent on links without packets.
              */
             packet_size_bytes?: number | null;
             /**
              * Format: int64
-             * @description Packets that never came.
+             * @description Packets not received.
              */
             packets_missing: number;
             /**
              * Format: int64
-             * @description Packets that came when they were asked for again.
+             * @description Packets received after a resend request.
              */
             packets_resent: number;
-            /** @description The camera's own pixel format, and what is made of it. */
+            /** @description Native pixel format and its conversion. */
             pixels_from: string;
             /**
              * Format: int64
-             * @description Packets asked for again.
+             * @description Packet resend requests.
              */
             resend_requests: number;
             /**
              * Format: double
-             * @description Temperature of the camera; missing if it does not say.
+             * @description Temperature of the camera; absent if it does not report one.
              */
             temperature_c?: number | null;
             /**
              * Format: int64
-             * @description Times that no buffer was free for a frame.
+             * @description Frames for which no buffer was free.
              */
             underruns: number;
         };
-        /** @description A pinhole with Brown–Conrady distortion in OpenCV's convention. */
+        /** @description Pinhole camera with Brown–Conrady distortion, OpenCV convention. */
         CameraModelDto: {
             /**
              * Format: double
@@ -1789,7 +1875,7 @@ export interface components {
              * @description Focal length along v.
              */
             fy_px: number;
-            /** @description Rows of the pictures. */
+            /** @description Image height. */
             height_px: number;
             /**
              * Format: double
@@ -1816,10 +1902,10 @@ export interface components {
              * @description Tangential distortion.
              */
             p2: number;
-            /** @description Columns of the pictures. */
+            /** @description Image width. */
             width_px: number;
         };
-        /** @description How the camera is set. */
+        /** @description Camera settings. */
         CameraSettingsDto: {
             /**
              * Format: double
@@ -1828,7 +1914,7 @@ export interface components {
             exposure_us: number;
             /**
              * Format: double
-             * @description Frame rate of the free trigger.
+             * @description Frame rate in free-running mode.
              */
             frame_rate_hz: number;
             /**
@@ -1836,58 +1922,41 @@ export interface components {
              * @description Gain.
              */
             gain_db: number;
-            /** @description How pixels come. */
+            /** @description Pixel format. */
             pixel_format: components["schemas"]["PixelFormatDto"];
-            /** @description Which part of the sensor is read. */
+            /** @description Region of interest. */
             roi: components["schemas"]["RoiDto"];
-            /** @description When it exposes. */
+            /** @description Trigger mode. */
             trigger: components["schemas"]["TriggerDto"];
         };
-        /** @description The camera as the boards so far give it. */
-        CameraSoFarDto: {
-            /**
-             * Format: double
-             * @description Focal length along u.
-             */
-            focal_px?: number | null;
-            /** @description What is still missing, and what to do. */
-            problem?: string | null;
-            /**
-             * Format: double
-             * @description RMS distance of all corners.
-             */
-            rms_px?: number | null;
-            /** @description Cells of the coverage map that no board has reached yet. */
-            uncovered_cells: number[];
-        };
-        /** @description Pictures that were uploaded or recorded. */
+        /** @description A capture that was uploaded or recorded. */
         CaptureCreated: {
-            /** @description What people call them. */
+            /** @description Its name. */
             name: string;
             /** @description `upload`, `calibration`, `scan`. */
             origin: string;
         };
-        /** @description Recorded pictures with their manifest. */
+        /** @description A set of images with its manifest. */
         CaptureDto: {
-            /** @description Address of the archive. */
+            /** @description URL of the archive. */
             archive: string;
             /**
              * Format: int64
-             * @description When it came, wall clock, ms since 1970.
+             * @description Time of creation, ms since 1970 (UTC).
              */
             created_at_ms: number;
             /** @description Its id. */
             id: string;
-            /** @description What a person calls it. */
+            /** @description Its name. */
             name: string;
-            /** @description `upload`, `calibration`, `scan`. */
+            /** @description Origin: `upload`, `calibration` or `scan`. */
             origin: string;
             /**
              * Format: int64
-             * @description Bytes of the archive.
+             * @description Size of the archive.
              */
             size_bytes: number;
-            /** @description Counts and names from the manifest. */
+            /** @description Summary of the manifest. */
             summary: components["schemas"]["CaptureSummaryDto"];
         };
         /** @description A scan of a capture. */
@@ -1899,10 +1968,10 @@ export interface components {
             from_deg?: number | null;
             /**
              * Format: double
-             * @description Lowest position of a stage that travels; missing without frames.
+             * @description Lowest position of a linear stage; absent without frames.
              */
             from_mm?: number | null;
-            /** @description Its frames. */
+            /** @description Number of frames. */
             n_frames: number;
             /** @description Its name. */
             name: string;
@@ -1913,33 +1982,47 @@ export interface components {
             to_deg?: number | null;
             /**
              * Format: double
-             * @description Highest position of a stage that travels; missing without frames.
+             * @description Highest position of a linear stage; absent without frames.
              */
             to_mm?: number | null;
         };
-        /** @description What a capture holds. */
+        /** @description Stage position for the image; exactly one of the two. */
+        CaptureStageViewDto: {
+            /**
+             * Format: double
+             * @description Angle of a turntable.
+             */
+            angle_deg?: number | null;
+            /**
+             * Format: double
+             * @description Position of a linear stage.
+             * @example 5
+             */
+            position_mm?: number | null;
+        };
+        /** @description Content of a capture. */
         CaptureSummaryDto: {
-            /** @description Rows of the pictures. */
+            /** @description Image height. */
             height_px: number;
-            /** @description Of them with a laser picture. */
+            /** @description Poses with a laser image. */
             n_laser_poses: number;
-            /** @description Poses of the board. */
+            /** @description Number of board poses. */
             n_poses: number;
-            /** @description Board pictures on the moving stage. */
+            /** @description Number of stage views. */
             n_stage_views: number;
             /** @description Its scans. */
             scans: components["schemas"]["CaptureScanDto"][];
             /**
              * Format: int64
-             * @description Bytes of its files.
+             * @description Unpacked size.
              */
             unpacked_bytes: number;
-            /** @description What to know about it, in sentences. */
+            /** @description Warnings, in sentences. */
             warnings: string[];
-            /** @description Columns of the pictures. */
+            /** @description Image width. */
             width_px: number;
         };
-        /** @description What shall be set; what is missing stays as it is. The camera answers with the nearest it can. */
+        /** @description Settings to change; absent settings are not changed. The camera uses the nearest supported value. */
         ChangeCameraDto: {
             /**
              * Format: double
@@ -1949,7 +2032,7 @@ export interface components {
             exposure_us?: number | null;
             /**
              * Format: double
-             * @description Frame rate of the free trigger.
+             * @description Frame rate in free-running mode.
              */
             frame_rate_hz?: number | null;
             /**
@@ -1961,68 +2044,68 @@ export interface components {
             roi?: components["schemas"]["RoiDto"] | null;
             trigger?: components["schemas"]["TriggerDto"] | null;
         };
-        /** @description Features that shall be set, one after the other. */
+        /** @description Features to set, one after the other. */
         ChangeFeaturesDto: {
-            /** @description In this order; the first that is refused ends it. */
+            /** @description Set in this order; stops at the first one refused. */
             features: components["schemas"]["SetFeatureDto"][];
         };
-        /** @description The measurement that stands for a characteristic of a part: the newest with a verdict, else the newest. */
+        /** @description The current measurement of a characteristic: the newest with a verdict, else the newest. */
         CharacteristicDto: {
             /**
              * Format: int64
-             * @description When it was measured, wall clock, ms since 1970.
+             * @description Time of the measurement, ms since 1970 (UTC).
              */
             created_at_ms: number;
             /**
              * Format: double
-             * @description U, k = 2.
+             * @description Expanded uncertainty U (k = 2).
              */
             expanded_uncertainty?: number | null;
-            /** @description The measurement. */
+            /** @description Id of the measurement. */
             measurement_id: string;
-            /** @description Which one, where a tool is used more than once. */
+            /** @description Name of the characteristic, if the same tool is used more than once. */
             name?: string | null;
             /**
              * Format: double
-             * @description What it should be.
+             * @description Nominal value.
              */
             nominal?: number | null;
             /**
              * Format: double
-             * @description Root mean square of the points' distances from the fitted feature, mm.
+             * @description RMS distance of the points from the fitted feature, mm.
              */
             rmse_mm?: number | null;
             /**
              * Format: double
-             * @description Symmetric limits around the nominal.
+             * @description Symmetric tolerance around the nominal.
              */
             tolerance?: number | null;
-            /** @description With what. */
+            /** @description The tool. */
             tool: string;
-            /** @description `mm` or `°`, of all figures but the RMSE. */
+            /** @description `mm` or `°`, unit of all values except `rmse_mm`. */
             unit: string;
             /**
              * Format: double
-             * @description What was found; missing if it could not be measured.
+             * @description The value; absent if it could not be measured.
              */
             value?: number | null;
             verdict?: components["schemas"]["VerdictDto"] | null;
         };
-        /** @description The surface seen first against the same seen a turn later. */
+        /** @description Comparison of a surface with the same surface seen one full turn later. */
         ClosureDto: {
             other_lines?: components["schemas"]["ClosureGapDto"] | null;
             same_line?: components["schemas"]["ClosureGapDto"] | null;
         };
-        /** @description How far apart a surface is after a turn. */
+        /** @description Difference of a surface after a full turn. */
         ClosureGapDto: {
             /**
              * Format: double
-             * @description Mean of later minus earlier along the surface's normal, positive towards the axis.
+             * @description Mean of later minus earlier along the surface normal, positive towards the axis.
              */
             bias_mm: number;
-            /** @description Pairs left out as they are farther apart than all others. */
+            /** @description Pairs rejected as outliers. */
             n_outliers: number;
-            /** @description Points compared. */
+            /** @description Number of points compared. */
             n_pairs: number;
             /**
              * Format: double
@@ -2035,141 +2118,117 @@ export interface components {
          * @enum {string}
          */
         CloudFormatDto: "ply" | "csv" | "pcd" | "e57";
-        /** @description Who commands. */
+        /** @description Who is in control. */
         ControlDto: {
             /**
              * Format: double
-             * @description Time left unless it is renewed.
+             * @description Seconds until the lease expires unless it is renewed.
              */
-            ends_in_s: number;
-            /** @description Who. */
+            expires_in_s: number;
+            /** @description Name of the holder. */
             holder: string;
         };
-        /** @description The lease, for its holder alone. */
+        /** @description The control lease, returned only to its holder. */
         ControlLeaseDto: {
             /**
              * Format: double
-             * @description Renew it before.
+             * @description Seconds until the lease expires; renew it earlier.
              */
-            ends_in_s: number;
-            /** @description Who. */
+            expires_in_s: number;
+            /** @description Name of the holder. */
             holder: string;
-            /** @description Send it as `Sheaf-Control` with every command. */
+            /** @description Send it in the header `Sheaf-Control` with every command. */
             id: string;
+        };
+        /** @description A takeover of control. */
+        ControlTakenOver: components["schemas"]["Initiator"] & {
+            /** @description Previous holder. */
+            from: string;
+            /** @description New holder. */
+            to: string;
         };
         /** @description Covariance of the parameters. */
         CovarianceDto: {
-            /** @description Its rows. */
+            /** @description The matrix, row by row. */
             matrix: number[][];
-            /** @description Names of rows and columns: camera, light (local steps), stage. */
+            /** @description Names of rows and columns: camera, light (local increments), stage. */
             parameters: string[];
         };
-        /** @description The light models, compared on poses that were left out of their fits. */
+        /** @description Comparison of the light models on held-out poses. */
         CrossValidationDto: {
-            /** @description One per model, simplest first. */
+            /** @description One entry per model, simplest first. */
             models: components["schemas"]["ModelScoreDto"][];
-            /** @description Why, in a sentence. */
+            /** @description The reason, in a sentence. */
             reason: string;
-            /** @description The one with evidence on its side. */
+            /** @description The recommended model. */
             recommended: components["schemas"]["LightModelNameDto"];
         };
-        /** @description A record that is not what was written. */
-        DamagedDto: {
+        /** @description A damaged record. */
+        DamagedRecordDto: {
             /** @description What is wrong. */
             detail: string;
-            /** @description Its id, as far as it can be read. */
+            /** @description Its id, as far as readable. */
             id: string;
             /**
-             * @description What it was.
+             * @description Kind of record.
              * @example scan
              */
             kind: string;
             /** @description What to do about it. */
             remedy: string;
         };
-        /** @description Delays of frames, ms. */
-        DelaysDto: {
-            /**
-             * Format: double
-             * @description The longest.
-             */
-            max: number;
-            /**
-             * Format: double
-             * @description Half of them took no longer.
-             */
-            p50: number;
-            /**
-             * Format: double
-             * @description All but one in a hundred took no longer.
-             */
-            p99: number;
-        };
-        /** @description Differences in depth over many pixels. */
+        /** @description Statistics of depth differences over many pixels. */
         DepthDifferenceDto: {
             /**
              * Format: double
-             * @description The largest, signed.
+             * @description Largest difference, signed.
              */
             max_mm: number;
             /**
              * Format: double
-             * @description Mean, signed.
+             * @description Signed mean.
              */
             mean_mm: number;
-            /** @description Pixels compared. */
+            /** @description Number of pixels compared. */
             n_pixels: number;
             /**
              * Format: double
-             * @description Root of the mean square.
+             * @description Root mean square.
              */
             rms_mm: number;
             /**
              * Format: double
-             * @description Where that is: depth by the first.
+             * @description Location of the largest difference: depth measured with the first calibration.
              */
             worst_depth_mm: number;
             /**
              * Format: int32
-             * @description Where that is: order.
+             * @description Location of the largest difference: order.
              */
             worst_order: number;
-            /** @description Where that is: column and row of the pixel. */
+            /** @description Location of the largest difference: column and row of the pixel. */
             worst_px: number[];
         };
-        /** @description Depths, z of the camera frame. */
+        /** @description Range of depth, z of the camera frame. */
         DepthRangeDto: {
             /**
              * Format: double
-             * @description The farthest.
+             * @description Farthest.
              */
             far_mm: number;
             /**
              * Format: double
-             * @description The nearest.
+             * @description Nearest.
              */
             near_mm: number;
         };
-        /** @description How far one calibration reads from another, over the working volume of the first. */
-        DifferenceDto: {
-            /** @description The first. */
-            calibration_id: string;
-            /** @description Columns of the grids. */
-            columns: number;
-            /** @description Per order that both know. */
-            orders: components["schemas"]["OrderDifferenceDto"][];
-            /** @description Rows of the grids. */
-            rows: number;
-            /** @description All orders together. */
-            total: components["schemas"]["DepthDifferenceDto"];
-            /** @description The second; differences are second minus first. */
-            with: string;
-        };
-        /** @description Depths, z of the camera frame: nearest and farthest. */
+        /** @description An empty body. */
+        EmptyBody: Record<string, never>;
+        /** @description Depth ranges, z of the camera frame: nearest and farthest. */
         EnvelopeDto: {
-            /** @description In which points are taken. */
+            /** @description Range in which points are accepted. */
             stated_mm: number[];
-            /** @description In which a line's image position alone determines its order. */
+            /** @description Range in which the image position of a line alone determines its order. */
             unambiguous_mm: number[];
         };
         /**
@@ -2177,7 +2236,7 @@ export interface components {
          * @enum {string}
          */
         ErrorKind: "bad_request" | "not_found" | "control_required" | "control_expired" | "halted" | "station_busy" | "conflict" | "changed" | "too_large" | "impossible" | "too_many" | "internal" | "device_fault" | "damaged" | "unavailable" | "storage_full" | "stopped";
-        /** @description Signed distances of points from their feature, summed up. */
+        /** @description Statistics of the signed distances of points from their feature. */
         ErrorsDto: {
             /**
              * Format: double
@@ -2189,15 +2248,15 @@ export interface components {
              * @description Mean.
              */
             mean_mm: number;
-            /** @description How many. */
+            /** @description Number of points. */
             n_points: number;
             /**
              * Format: double
-             * @description Root of the mean square.
+             * @description Root mean square.
              */
             rmse_mm: number;
         };
-        /** @description A value with its standard deviation; 0 for one that was held. */
+        /** @description A value with its standard deviation; σ is 0 for a fixed parameter. */
         EstimateDto: {
             /**
              * Format: double
@@ -2210,60 +2269,60 @@ export interface components {
              */
             value: number;
         };
-        /** @description Something that happened. */
+        /** @description An event. */
         Event: {
             /** @description A job was accepted. */
             body: components["schemas"]["JobEvent"];
             /** @enum {string} */
             kind: "job.queued";
         } | {
-            /** @description A job began. */
+            /** @description A job started. */
             body: components["schemas"]["JobEvent"];
             /** @enum {string} */
             kind: "job.running";
         } | {
-            /** @description A job ended with a result. */
+            /** @description A job succeeded. */
             body: components["schemas"]["JobEvent"];
             /** @enum {string} */
             kind: "job.succeeded";
         } | {
-            /** @description A job ended with a problem. */
+            /** @description A job failed. */
             body: components["schemas"]["JobEvent"];
             /** @enum {string} */
             kind: "job.failed";
         } | {
-            /** @description A job was ended by a person. */
+            /** @description A job was cancelled by a user. */
             body: components["schemas"]["JobEvent"];
             /** @enum {string} */
             kind: "job.cancelled";
         } | {
-            /** @description A job ended because the service ended. */
+            /** @description A job was interrupted by the end of the service. */
             body: components["schemas"]["JobEvent"];
             /** @enum {string} */
             kind: "job.interrupted";
         } | {
-            /** @description Pictures were uploaded or recorded. */
+            /** @description A capture was uploaded or recorded. */
             body: components["schemas"]["CaptureCreated"];
             /** @enum {string} */
             kind: "capture.created";
         } | {
             /** @description A capture was deleted. */
-            body: components["schemas"]["Act"];
+            body: components["schemas"]["Initiator"];
             /** @enum {string} */
             kind: "capture.deleted";
         } | {
-            /** @description A recording of what the camera delivers began. */
+            /** @description A recording was started. */
             body: components["schemas"]["RecordingStarted"];
             /** @enum {string} */
             kind: "recording.started";
         } | {
-            /** @description A recording has ended, whatever ended it. */
+            /** @description A recording ended. */
             body: components["schemas"]["RecordingEnded"];
             /** @enum {string} */
             kind: "recording.ended";
         } | {
             /** @description A recording was deleted. */
-            body: components["schemas"]["Act"];
+            body: components["schemas"]["Initiator"];
             /** @enum {string} */
             kind: "recording.deleted";
         } | {
@@ -2272,33 +2331,33 @@ export interface components {
             /** @enum {string} */
             kind: "calibration.created";
         } | {
-            /** @description Another calibration is active. */
+            /** @description A calibration was activated. */
             body: components["schemas"]["Activation"];
             /** @enum {string} */
             kind: "calibration.activated";
         } | {
-            /** @description The calibration before is active again. */
+            /** @description An activation was rolled back. */
             body: components["schemas"]["Activation"];
             /** @enum {string} */
             kind: "calibration.rolled_back";
         } | {
-            /** @description A scan was made, in whole or in part. */
+            /** @description A scan was completed or stored as partial. */
             body: components["schemas"]["ScanCreated"];
             /** @enum {string} */
             kind: "scan.created";
         } | {
-            /** @description A watch over the station warns: during a scan, or of one that was made. */
+            /** @description A watch raised a warning during or after a scan. */
             body: components["schemas"]["WatchWarned"];
             /** @enum {string} */
             kind: "watch.warned";
         } | {
-            /** @description A scan was written in another format. */
+            /** @description A scan was exported. */
             body: components["schemas"]["ScanExported"];
             /** @enum {string} */
             kind: "scan.exported";
         } | {
             /** @description A scan was deleted with its measurements. */
-            body: components["schemas"]["Act"];
+            body: components["schemas"]["Initiator"];
             /** @enum {string} */
             kind: "scan.deleted";
         } | {
@@ -2307,12 +2366,12 @@ export interface components {
             /** @enum {string} */
             kind: "measurement.created";
         } | {
-            /** @description What Start scans and measures was changed. */
-            body: components["schemas"]["PlanChanged"];
+            /** @description The measurement plan was changed. */
+            body: components["schemas"]["MeasurementPlanChanged"];
             /** @enum {string} */
             kind: "measurement_plan.changed";
         } | {
-            /** @description A calibration session was begun. */
+            /** @description A calibration session was created. */
             body: components["schemas"]["SessionVersion"];
             /** @enum {string} */
             kind: "session.created";
@@ -2323,37 +2382,37 @@ export interface components {
             kind: "session.changed";
         } | {
             /** @description A calibration session was deleted. */
-            body: components["schemas"]["Act"];
+            body: components["schemas"]["Initiator"];
             /** @enum {string} */
             kind: "session.deleted";
         } | {
-            /** @description Somebody took control of the station. */
-            body: components["schemas"]["Act"];
+            /** @description Control of the station was taken. */
+            body: components["schemas"]["Initiator"];
             /** @enum {string} */
             kind: "control.taken";
         } | {
-            /** @description Somebody took control from somebody else. */
-            body: components["schemas"]["TakenOver"];
+            /** @description Control was taken over from another holder. */
+            body: components["schemas"]["ControlTakenOver"];
             /** @enum {string} */
             kind: "control.taken_over";
         } | {
-            /** @description Somebody gave control back. */
-            body: components["schemas"]["Act"];
+            /** @description Control was released. */
+            body: components["schemas"]["Initiator"];
             /** @enum {string} */
-            kind: "control.given_back";
+            kind: "control.released";
         } | {
-            /** @description Control lapsed. */
-            body: components["schemas"]["Act"];
+            /** @description Control expired. */
+            body: components["schemas"]["Initiator"];
             /** @enum {string} */
             kind: "control.expired";
         } | {
             /** @description The station was stopped. */
-            body: components["schemas"]["Act"];
+            body: components["schemas"]["Initiator"];
             /** @enum {string} */
             kind: "station.stopped";
         } | {
             /** @description The station was reset. */
-            body: components["schemas"]["Act"];
+            body: components["schemas"]["Initiator"];
             /** @enum {string} */
             kind: "station.reset";
         } | {
@@ -2367,51 +2426,51 @@ export interface components {
             /** @enum {string} */
             kind: "live.ended";
         } | {
-            /** @description The stage was sent to its zero. */
-            body: components["schemas"]["Motion"];
+            /** @description Homing of the stage was started. */
+            body: components["schemas"]["StageMotion"];
             /** @enum {string} */
             kind: "stage.homed";
         } | {
-            /** @description The stage was moved by hand, for as long as a key was held. */
-            body: components["schemas"]["Motion"];
+            /** @description The stage was jogged. */
+            body: components["schemas"]["StageMotion"];
             /** @enum {string} */
             kind: "stage.jogged";
         } | {
-            /** @description The stage was sent to a position. */
-            body: components["schemas"]["Motion"];
+            /** @description A move of the stage was started. */
+            body: components["schemas"]["StageMotion"];
             /** @enum {string} */
             kind: "stage.moved";
         } | {
-            /** @description The laser was switched by hand. */
+            /** @description The laser power was set manually. */
             body: components["schemas"]["LaserSwitched"];
             /** @enum {string} */
             kind: "laser.switched";
         } | {
-            /** @description The camera was set by a person. */
+            /** @description Camera settings were changed by a user. */
             body: components["schemas"]["CameraConfigured"];
             /** @enum {string} */
             kind: "camera.configured";
         } | {
-            /** @description Features of the camera were set by their names. */
+            /** @description Camera features were set by name. */
             body: components["schemas"]["CameraFeaturesSet"];
             /** @enum {string} */
             kind: "camera.features_set";
         } | {
-            /** @description A fault of the simulated station was switched on. */
+            /** @description A simulated fault was activated. */
             body: components["schemas"]["SimulatedFault"];
             /** @enum {string} */
-            kind: "simulation.fault_on";
+            kind: "simulation.fault_enabled";
         } | {
-            /** @description A fault of the simulated station was switched off. */
-            body: components["schemas"]["NoBody"];
+            /** @description A simulated fault was deactivated. */
+            body: components["schemas"]["EmptyBody"];
             /** @enum {string} */
-            kind: "simulation.fault_off";
+            kind: "simulation.fault_disabled";
         };
-        /** @description Something that happened. */
+        /** @description An event. */
         EventDto: components["schemas"]["Event"] & {
             /**
              * Format: int64
-             * @description When, wall clock, ms since 1970.
+             * @description Time, ms since 1970 (UTC).
              */
             at_ms: number;
             /**
@@ -2419,42 +2478,42 @@ export interface components {
              * @description Position in the log; also the id in the event stream.
              */
             seq: number;
-            /** @description The id it is about. */
+            /** @description Id of the resource concerned. */
             subject: string;
         };
         /** @description Events, oldest first. */
         EventListDto: {
-            /** @description Events between these that are damaged in the database; missing if all are whole. */
-            damaged?: components["schemas"]["DamagedDto"][];
+            /** @description Damaged events in this range; absent if there are none. */
+            damaged?: components["schemas"]["DamagedRecordDto"][];
             /** @description The events. */
             items: components["schemas"]["EventDto"][];
-            /** @description Address of those after them. */
+            /** @description URL of the next events. */
             next: string;
         };
         /** @description Write a scan in another format. */
         ExportJobDto: {
-            /** @description `ply`, `csv`, `pcd`, `e57` of a cloud; `stl`, `glb`, `ply` of a mesh. */
+            /** @description `ply`, `csv`, `pcd` or `e57` for a cloud; `stl`, `glb` or `ply` for a mesh. */
             format: string;
             /** @description The scan. */
             scan_id: string;
-            /** @description What is written. */
+            /** @description Point cloud or mesh. */
             what: components["schemas"]["ExportWhatDto"];
         };
         /**
-         * @description What is written.
+         * @description What an export contains.
          * @enum {string}
          */
         ExportWhatDto: "cloud" | "mesh";
-        /** @description How long the camera looks, and how bright the laser is. */
+        /** @description Exposure times and laser power. */
         ExposuresDto: {
             /**
              * Format: double
-             * @description For the board, with the laser off.
+             * @description Exposure time for the board, laser off.
              */
             board_exposure_us: number;
             /**
              * Format: double
-             * @description For the laser lines.
+             * @description Exposure time for the laser lines.
              */
             laser_exposure_us: number;
             /**
@@ -2463,14 +2522,14 @@ export interface components {
              */
             laser_power: number;
         };
-        /** @description A fault that waits for a person. */
+        /** @description A fault that must be acknowledged. */
         FaultDto: {
             /** @description What happened. */
             detail: string;
             /** @description `camera`, `stage`, `laser`. */
             device: string;
             /**
-             * @description A stable word.
+             * @description A stable code.
              * @example gone
              */
             kind: string;
@@ -2478,102 +2537,115 @@ export interface components {
             remedy: string;
             /**
              * Format: int64
-             * @description When, wall clock, ms since 1970.
+             * @description Time of the fault, ms since 1970 (UTC).
              */
             since_ms: number;
         };
-        /** @description The faults that are switched on. */
+        /** @description The active faults. */
         FaultListDto: {
             /** @description The faults. */
-            items: components["schemas"]["FaultSwitchDto"][];
+            items: components["schemas"]["SimulatedFaultDto"][];
         };
         /**
-         * @description A fault of the simulated station.
-         * @example {
-         *       "name": "lost_frames",
-         *       "value": 10
-         *     }
+         * @description Current access mode of a feature.
+         * @enum {string}
          */
-        FaultSwitchDto: {
-            /** @description Its name, such as `camera_unplugged`; a wrong one is answered with all names. */
-            name: string;
-            /**
-             * Format: double
-             * @description Its number, if it has one: every n-th frame, mm, a relative change, a share.
-             */
-            value?: number | null;
-        };
+        FeatureAccessDto: "read_only" | "write_only" | "read_write" | "not_available";
         /** @description A fitted feature. */
         FeatureDto: {
-            /** @description Points left out because they are near its border. */
+            /** @description Points rejected because they are near the border. */
             n_border: number;
-            /** @description Points left out because they are off the surface. */
+            /** @description Points rejected as outliers. */
             n_outliers: number;
-            /** @description Points it was fitted to. */
+            /** @description Number of points used in the fit. */
             n_points: number;
             region?: components["schemas"]["SurfaceRegionDto"] | null;
             /**
              * Format: double
-             * @description Root mean square of the points' distances from it.
+             * @description RMS distance of the points from the feature.
              */
             rms_mm: number;
-            /** @description What it is to the measurement: `plane`, `top`, `base`, … */
+            /** @description Its role in the measurement: `plane`, `top`, `base`, … */
             role: string;
             /** @description Its shape. */
             shape: components["schemas"]["ShapeDto"];
         };
-        /** @description A feature as the camera says it is. */
+        /** @description A feature as read back from the camera. */
         FeatureSet: {
             /** @description Its name. */
             name: string;
-            /** @description Its value as text; missing for what it does, and what cannot be read. */
+            /** @description Value as text; absent for commands and unreadable features. */
             value?: string | null;
         };
-        /** @description What speaks against the fitted model. */
+        /** @description A finding that questions the fitted model. */
         FindingDto: {
-            /** @description Its name: `model_misfit`, `off_surface`, `short_arc`. */
+            /** @description Its code: `model_misfit`, `off_surface`, `short_arc`. */
             kind: string;
-            /** @description The same in a sentence. */
+            /** @description Its text. */
             text: string;
         };
-        /** @description Frames since the service began: exposed = arrived + dropped. */
-        FramesDto: {
+        /** @description Frame counts since the service started: exposed = arrived + dropped. */
+        FrameCountsDto: {
             /**
              * Format: int64
              * @description Frames that arrived.
              */
             arrived: number;
-            /** @description Frames lost, by reason. */
+            /** @description Lost frames by reason. */
             dropped: {
                 [key: string]: number;
             };
         };
-        /** @description The process answers. */
+        /** @description The process is running. */
         HealthDto: {
             /**
              * @description `alive`.
              * @example alive
              */
             status: string;
-            /** @description Whether users and TLS are left to a reverse proxy before this server (`http.trusted_proxy`). */
+            /** @description Whether a reverse proxy in front of this server handles users and TLS (`http.trusted_proxy`). */
             trusted_proxy: boolean;
-            /** @description Version of the program. */
+            /** @description Program version. */
             version: string;
         };
-        /** @description What a device says about itself. */
+        /** @description Identity of a device, as it reports it. */
         IdentityDto: {
-            /** @description The driver: `twin`, `replay`, `grbl`. */
+            /** @description Driver, such as `twin`, `replay` or `grbl`. */
             driver: string;
-            /** @description Version of its firmware. */
+            /** @description Firmware version. */
             firmware: string;
-            /** @description Which model. */
+            /** @description Model. */
             model: string;
-            /** @description Which one of them. */
+            /** @description Serial number. */
             serial: string;
-            /** @description Who made it. */
+            /** @description Vendor. */
             vendor: string;
         };
-        /** @description A file. */
+        /** @description A stored image. */
+        ImageDto: {
+            /** @description SHA-256 of the PNG file. */
+            artifact: string;
+            /**
+             * Format: double
+             * @description Exposure time.
+             */
+            exposure_us: number;
+            /**
+             * Format: int64
+             * @description Time of capture, ms since 1970 (UTC).
+             */
+            taken_at_ms: number;
+        };
+        /** @description Who initiated an action, and from where. */
+        Initiator: {
+            /** @description Name: the holder of the control lease, else the name in the request. */
+            actor: string;
+            /** @description Kind of principal: `local`, a user of this station. */
+            principal: string;
+            /** @description Network address. */
+            source: string;
+        };
+        /** @description An input file. */
         InputFileDto: {
             /** @description Its path in the capture. */
             path: string;
@@ -2584,12 +2656,12 @@ export interface components {
         JobDto: {
             /**
              * Format: int64
-             * @description When it was accepted, wall clock, ms since 1970.
+             * @description Time of acceptance, ms since 1970 (UTC).
              */
             created_at_ms: number;
             /**
              * Format: int64
-             * @description When it ended.
+             * @description Time of the end, ms since 1970 (UTC).
              */
             ended_at_ms?: number | null;
             /** @description Its id. */
@@ -2597,49 +2669,49 @@ export interface components {
             input?: components["schemas"]["JobInputDto"] | null;
             /** @description `calibration`, `scan`, `recomputation`, `verification`, `export`. */
             kind: string;
-            /** @description In the operator's words. */
+            /** @description Progress message for the operator. */
             message: string;
             problem?: components["schemas"]["Problem"] | null;
             /**
              * Format: double
-             * @description 0 to 1.
+             * @description Progress, 0 to 1.
              */
             progress: number;
             /**
              * Format: double
-             * @description Seconds to its end; missing if unknown.
+             * @description Seconds remaining; absent if unknown.
              */
             remaining_s?: number | null;
-            result?: components["schemas"]["ResultDto"] | null;
-            /** @description Who asked. */
+            result?: components["schemas"]["JobResultDto"] | null;
+            /** @description Who requested it. */
             source: string;
             /**
              * Format: int64
-             * @description When it began.
+             * @description Time of the start, ms since 1970 (UTC).
              */
             started_at_ms?: number | null;
-            /** @description Where it is in its life. */
+            /** @description State. */
             state: components["schemas"]["JobStateDto"];
-            step?: components["schemas"]["StepDto"] | null;
+            step?: components["schemas"]["JobStepDto"] | null;
         };
-        /** @description A job, as far as the event knows it. */
+        /** @description A job in an event. */
         JobEvent: {
-            /** @description Who ended it. */
+            /** @description Who cancelled it. */
             actor?: string | null;
-            /** @description The job. */
+            /** @description Id of the job. */
             id: string;
             /** @description `calibration`, `scan`, `recomputation`, `verification`, `export`. */
             kind: string;
-            /** @description Last words to the operator. */
+            /** @description Final message for the operator. */
             message?: string | null;
             problem?: components["schemas"]["AppError"] | null;
             result?: components["schemas"]["JobResult"] | null;
-            /** @description Who asked for it. */
+            /** @description Who requested it. */
             source?: string | null;
             /** @description `queued`, `running`, `succeeded`, `failed`, `cancelled`, `interrupted`. */
             state: string;
         };
-        /** @description What a job was asked to do. */
+        /** @description Input of a job. */
         JobInputDto: (components["schemas"]["CalibrationJobDto"] & {
             /** @enum {string} */
             kind: "calibration";
@@ -2656,164 +2728,164 @@ export interface components {
             /** @enum {string} */
             kind: "export";
         });
-        /** @description What a job made. */
+        /** @description Result of a job. */
         JobResult: {
-            /** @description Which one of it. */
+            /** @description Its id. */
             id: string;
-            /** @description Which collection. */
+            /** @description Kind of resource. */
+            kind: string;
+        };
+        /** @description Result of a job. */
+        JobResultDto: {
+            /** @description Its URL. */
+            href: string;
+            /** @description Its id. */
+            id: string;
+            /**
+             * @description Kind of resource.
+             * @example scan
+             */
             kind: string;
         };
         /**
-         * @description Where a job is in its life.
+         * @description State of a job.
          * @enum {string}
          */
         JobStateDto: "queued" | "running" | "succeeded" | "failed" | "cancelled" | "interrupted";
-        /** @description Move while this is repeated; it stops 300 ms after the last one. */
+        /** @description Current step of a job: `message` in machine-readable form. Phases may be added. */
+        JobStepDto: {
+            /** @description Number of the current item, from 1; absent if the phase has no items. */
+            number?: number | null;
+            /** @description The phase. */
+            phase: components["schemas"]["PhaseDto"];
+            /** @description Number of items. */
+            total?: number | null;
+        };
+        /**
+         * @description Request to jog the stage, in the unit of its kind; the motion stops 300 ms after the last request.
+         * @example {
+         *       "velocity_mm_s": 2
+         *     }
+         */
         JogDto: {
             /**
              * Format: double
-             * @description Signed speed; 0 stops.
-             * @example 2
+             * @description Signed velocity of a rotary stage; 0 stops.
              */
-            velocity_mm_s: number;
+            velocity_deg_s?: number | null;
+            /**
+             * Format: double
+             * @description Signed velocity of a linear stage; 0 stops.
+             */
+            velocity_mm_s?: number | null;
         };
         /**
-         * @description Whether the sixth-power distortion is estimated.
+         * @description Whether the sixth-power radial distortion k3 is estimated.
          * @enum {string}
          */
         K3Dto: "auto" | "on" | "off";
-        /**
-         * @description How pixels come.
-         * @enum {string}
-         */
-        KeptFormat: "mono8" | "mono16";
-        /** @description A part of the sensor. */
-        KeptRoi: {
-            /** @description Rows. */
-            height_px: number;
-            /** @description First column. */
-            left_px: number;
-            /** @description First row. */
-            top_px: number;
-            /** @description Columns. */
-            width_px: number;
-        };
-        /** @description How the camera is set, as it is stored and published: what nobody asked for is missing. */
-        KeptSettings: {
-            /**
-             * Format: double
-             * @description Exposure time.
-             * @default null
-             */
-            exposure_us: number | null;
-            /**
-             * Format: double
-             * @description Frame rate of the free trigger.
-             * @default null
-             */
-            frame_rate_hz: number | null;
-            /**
-             * Format: double
-             * @description Gain.
-             * @default null
-             */
-            gain_db: number | null;
-            /** @default null */
-            pixel_format: components["schemas"]["KeptFormat"] | null;
-            /** @default null */
-            roi: components["schemas"]["KeptRoi"] | null;
-            /** @default null */
-            trigger: components["schemas"]["KeptTrigger"] | null;
-        };
-        /**
-         * @description When the camera exposes.
-         * @enum {string}
-         */
-        KeptTrigger: "free" | "software" | "hardware";
         /** @description The laser. */
         LaserDto: {
-            /** @description Whether it answers. */
+            /** @description Whether the device is connected. */
             connected: boolean;
-            /** @description Which one. */
+            /** @description Vendor, model and serial number. */
             identity: components["schemas"]["IdentityDto"];
-            /** @description Whether the interlock is closed; missing if it is not read back. */
+            /** @description Whether the interlock is closed; absent if it is not read back. */
             interlock_closed?: boolean | null;
-            /** @description Whether it is on. */
-            light: components["schemas"]["LightDto"];
             /**
              * Format: double
-             * @description Share of full power.
+             * @description Current power, share of full power.
              */
             power: number;
             powers?: components["schemas"]["RangeDto"] | null;
+            /** @description State of the laser. */
+            state: components["schemas"]["LaserStateDto"];
         };
-        /** @description A laser picture and what was found in it. */
-        LaserPictureDto: {
-            /** @description Every sixteenth point of each piece, u and v, for drawing. */
+        /** @description A laser image and its detections. */
+        LaserImageDto: {
+            /** @description The image. */
+            image: components["schemas"]["ImageDto"];
+            /** @description Every sixteenth point of each segment, u and v, for display. */
             lines_px: number[][][];
-            /** @description Points on them. */
+            /** @description Number of line points. */
             n_points: number;
-            /** @description Pieces of lines. */
+            /** @description Number of line segments. */
             n_segments: number;
-            /** @description The picture. */
-            picture: components["schemas"]["PictureDto"];
-            /** @description What is wrong with it, and what to do. */
+            /** @description What is wrong and what to do. */
             problem?: string | null;
             /**
              * Format: double
-             * @description Share of pixels at the sensor's limit.
+             * @description Share of saturated pixels.
              */
             saturated_share: number;
         };
-        /** @description The laser, switched by hand. */
-        LaserSwitched: components["schemas"]["Act"] & {
+        /**
+         * @description State of the laser.
+         * @enum {string}
+         */
+        LaserStateDto: "off" | "armed" | "on" | "unknown" | "not_controlled";
+        /** @description A manual change of the laser power. */
+        LaserSwitched: components["schemas"]["Initiator"] & {
             /**
              * Format: double
              * @description Share of full power, 0 to 1.
              */
             power: number;
         };
-        /** @description Points that are not in the cloud. */
+        /** @description Latency of frames, ms. */
+        LatencyDto: {
+            /**
+             * Format: double
+             * @description Maximum.
+             */
+            max: number;
+            /**
+             * Format: double
+             * @description Median.
+             */
+            p50: number;
+            /**
+             * Format: double
+             * @description 99th percentile.
+             */
+            p99: number;
+        };
+        /** @description Points rejected from the cloud. */
         LeftOutDto: {
-            /** @description Of how many pieces of lines. */
+            /** @description Number of line segments. */
             n_pieces: number;
-            /** @description How many points. */
+            /** @description Number of points. */
             n_points: number;
-            /** @description Why: `too short`, `no hit`, `outside depth range`, `doubtful order`, `contradicted`. */
+            /** @description Reason: `too short`, `no hit`, `outside depth range`, `doubtful order`, `contradicted`. */
             reason: string;
         };
-        /**
-         * @description Whether there is laser light.
-         * @enum {string}
-         */
-        LightDto: "off" | "armed" | "on" | "unknown" | "not_controlled";
         /** @description The fit of the light sheets. */
         LightFitDto: {
-            /** @description Residuals of each order on each board. */
+            /** @description Residuals per order and board. */
             lines: components["schemas"]["LineFitDto"][];
             /** @description The model. */
             model: components["schemas"]["LightModelNameDto"];
-            /** @description Points off the board. */
+            /** @description Points rejected because they are off the board. */
             rejected_off_board: number;
-            /** @description Points too far from their curve. */
+            /** @description Points rejected as outliers. */
             rejected_outlier: number;
-            /** @description Points at the edges of squares. */
+            /** @description Points rejected because they are at the edge of a square. */
             rejected_square_edge: number;
-            /** @description Points without a certain order. */
+            /** @description Points rejected because their order is ambiguous. */
             rejected_unlabelled: number;
             /**
              * Format: double
-             * @description RMS distance of the points from their predicted curves.
+             * @description RMS distance of the laser points from their predicted curves.
              */
             rms_px: number;
             /**
              * Format: double
-             * @description What it leaves of depth uncertainty over the working volume.
+             * @description Systematic depth uncertainty over the working volume, 1 σ.
              */
             systematic_sigma_mm: number;
-            /** @description Why the fit stopped: `gradient`, `step` or `cost`; missing in documents of earlier versions. */
+            /** @description Termination reason of the solver: `gradient`, `step` or `cost`; absent in documents of earlier versions. */
             termination?: string | null;
-            /** @description Estimate, σ, data sheet; missing for free planes. */
+            /** @description Estimate, σ and nominal value; absent for free planes. */
             wavelength_over_period?: number[] | null;
         };
         /**
@@ -2822,7 +2894,7 @@ export interface components {
          */
         LightModelDto: "auto" | "planes" | "pencil" | "grating";
         /**
-         * @description A model of the light sheets.
+         * @description Model of the light sheets.
          * @enum {string}
          */
         LightModelNameDto: "planes" | "pencil" | "grating";
@@ -2841,7 +2913,7 @@ export interface components {
              */
             order: number;
         };
-        /** @description The light sheets by one of the three models. */
+        /** @description The light sheets, in one of the three models. */
         LightSheetsDto: {
             /** @enum {string} */
             model: "planes";
@@ -2862,22 +2934,22 @@ export interface components {
              */
             wavelength_over_period: number;
         } | {
-            /** @description Where the laser points. */
+            /** @description Direction of the laser beam. */
             axis: number[];
-            /** @description Along which it spreads. */
+            /** @description Direction in which the beam is fanned out. */
             fan: number[];
             /**
              * Format: double
-             * @description From the source to the grating.
+             * @description Distance from the source to the grating.
              */
             gap_mm: number;
-            /** @description Direction of its grooves. */
+            /** @description Direction of the grooves. */
             groove: number[];
             /** @enum {string} */
             model: "grating";
             /** @description Normal of the grating. */
             normal: number[];
-            /** @description From where the light spreads. */
+            /** @description Point source of the fan. */
             source_mm: number[];
             /**
              * Format: double
@@ -2885,14 +2957,14 @@ export interface components {
              */
             wavelength_over_period: number;
         };
-        /** @description How an order on a board fits its light sheet. */
+        /** @description The fit of one order on one board. */
         LineFitDto: {
             /**
              * Format: double
              * @description Mean signed distance.
              */
             mean_px: number;
-            /** @description Points left out. */
+            /** @description Outliers. */
             n_outliers: number;
             /** @description Points used. */
             n_points: number;
@@ -2914,27 +2986,27 @@ export interface components {
              */
             rms_px: number;
         };
-        /** @description A part of a list. */
+        /** @description A page of a list. */
         ListDto_ActivationDto: {
             /**
-             * @description Records between these that are damaged in the database and cannot be shown, whatever the list was asked for;
-             *     missing if all are whole.
+             * @description Records in this range that are damaged in the database and cannot be shown, regardless of the filter; absent if
+             *     there are none.
              */
-            damaged?: components["schemas"]["DamagedDto"][];
+            damaged?: components["schemas"]["DamagedRecordDto"][];
             /** @description The records, newest first. */
             items: {
                 /** @description `activate` or `roll_back`. */
-                act: string;
-                /** @description Who did it. */
+                action: string;
+                /** @description Who activated or rolled back. */
                 actor: string;
                 /**
                  * Format: int64
-                 * @description When, wall clock, ms since 1970.
+                 * @description Time of the activation, ms since 1970 (UTC).
                  */
                 at_ms: number;
-                /** @description Active from here on; missing: none. */
+                /** @description The calibration active since then; absent: none. */
                 calibration_id?: string | null;
-                /** @description Active before. */
+                /** @description The calibration active before. */
                 previous_id?: string | null;
                 /**
                  * Format: int64
@@ -2942,89 +3014,89 @@ export interface components {
                  */
                 seq: number;
             }[];
-            /** @description Address of the next page; missing on the last one. */
+            /** @description URL of the next page; absent on the last page. */
             next?: string | null;
         };
-        /** @description A part of a list. */
+        /** @description A page of a list. */
         ListDto_CalibrationItemDto: {
             /**
-             * @description Records between these that are damaged in the database and cannot be shown, whatever the list was asked for;
-             *     missing if all are whole.
+             * @description Records in this range that are damaged in the database and cannot be shown, regardless of the filter; absent if
+             *     there are none.
              */
-            damaged?: components["schemas"]["DamagedDto"][];
+            damaged?: components["schemas"]["DamagedRecordDto"][];
             /** @description The records, newest first. */
             items: {
-                /** @description Whether scans use it now. */
+                /** @description Whether it is the active calibration. */
                 active: boolean;
-                /** @description The pictures it was made from. */
+                /** @description The capture it was computed from. */
                 capture_id?: string | null;
                 /**
                  * Format: int64
-                 * @description When it was made, wall clock, ms since 1970.
+                 * @description Time of creation, ms since 1970 (UTC).
                  */
                 created_at_ms: number;
-                /** @description Its id: a hash of its content. */
+                /** @description Id: a hash of the content. */
                 id: string;
-                /** @description The job that made it. */
+                /** @description The job that computed it. */
                 job_id?: string | null;
-                /** @description Address of its report, if there is one. */
+                /** @description URL of its report, if it has one. */
                 report?: string | null;
-                /** @description Figures: residuals by model, chosen model, poses, working volume. */
+                /** @description Summary: residuals, light model, poses, working depth. */
                 summary: components["schemas"]["CalibrationSummaryDto"];
             }[];
-            /** @description Address of the next page; missing on the last one. */
+            /** @description URL of the next page; absent on the last page. */
             next?: string | null;
         };
-        /** @description A part of a list. */
+        /** @description A page of a list. */
         ListDto_CaptureDto: {
             /**
-             * @description Records between these that are damaged in the database and cannot be shown, whatever the list was asked for;
-             *     missing if all are whole.
+             * @description Records in this range that are damaged in the database and cannot be shown, regardless of the filter; absent if
+             *     there are none.
              */
-            damaged?: components["schemas"]["DamagedDto"][];
+            damaged?: components["schemas"]["DamagedRecordDto"][];
             /** @description The records, newest first. */
             items: {
-                /** @description Address of the archive. */
+                /** @description URL of the archive. */
                 archive: string;
                 /**
                  * Format: int64
-                 * @description When it came, wall clock, ms since 1970.
+                 * @description Time of creation, ms since 1970 (UTC).
                  */
                 created_at_ms: number;
                 /** @description Its id. */
                 id: string;
-                /** @description What a person calls it. */
+                /** @description Its name. */
                 name: string;
-                /** @description `upload`, `calibration`, `scan`. */
+                /** @description Origin: `upload`, `calibration` or `scan`. */
                 origin: string;
                 /**
                  * Format: int64
-                 * @description Bytes of the archive.
+                 * @description Size of the archive.
                  */
                 size_bytes: number;
-                /** @description Counts and names from the manifest. */
+                /** @description Summary of the manifest. */
                 summary: components["schemas"]["CaptureSummaryDto"];
             }[];
-            /** @description Address of the next page; missing on the last one. */
+            /** @description URL of the next page; absent on the last page. */
             next?: string | null;
         };
-        /** @description A part of a list. */
+        /** @description A page of a list. */
         ListDto_JobDto: {
             /**
-             * @description Records between these that are damaged in the database and cannot be shown, whatever the list was asked for;
-             *     missing if all are whole.
+             * @description Records in this range that are damaged in the database and cannot be shown, regardless of the filter; absent if
+             *     there are none.
              */
-            damaged?: components["schemas"]["DamagedDto"][];
+            damaged?: components["schemas"]["DamagedRecordDto"][];
             /** @description The records, newest first. */
             items: {
                 /**
                  * Format: int64
-                 * @description When it was accepted, wall clock, ms since 1970.
+                 * @description Time of acceptance, ms since 1970 (UTC).
                  */
                 created_at_ms: number;
                 /**
                  * Format: int64
-                 * @description When it ended.
+                 * @description Time of the end, ms since 1970 (UTC).
                  */
                 ended_at_ms?: number | null;
                 /** @description Its id. */
@@ -3032,338 +3104,300 @@ export interface components {
                 input?: components["schemas"]["JobInputDto"] | null;
                 /** @description `calibration`, `scan`, `recomputation`, `verification`, `export`. */
                 kind: string;
-                /** @description In the operator's words. */
+                /** @description Progress message for the operator. */
                 message: string;
                 problem?: components["schemas"]["Problem"] | null;
                 /**
                  * Format: double
-                 * @description 0 to 1.
+                 * @description Progress, 0 to 1.
                  */
                 progress: number;
                 /**
                  * Format: double
-                 * @description Seconds to its end; missing if unknown.
+                 * @description Seconds remaining; absent if unknown.
                  */
                 remaining_s?: number | null;
-                result?: components["schemas"]["ResultDto"] | null;
-                /** @description Who asked. */
+                result?: components["schemas"]["JobResultDto"] | null;
+                /** @description Who requested it. */
                 source: string;
                 /**
                  * Format: int64
-                 * @description When it began.
+                 * @description Time of the start, ms since 1970 (UTC).
                  */
                 started_at_ms?: number | null;
-                /** @description Where it is in its life. */
+                /** @description State. */
                 state: components["schemas"]["JobStateDto"];
-                step?: components["schemas"]["StepDto"] | null;
+                step?: components["schemas"]["JobStepDto"] | null;
             }[];
-            /** @description Address of the next page; missing on the last one. */
+            /** @description URL of the next page; absent on the last page. */
             next?: string | null;
         };
-        /** @description A part of a list. */
+        /** @description A page of a list. */
         ListDto_MeasurementDto: {
             /**
-             * @description Records between these that are damaged in the database and cannot be shown, whatever the list was asked for;
-             *     missing if all are whole.
+             * @description Records in this range that are damaged in the database and cannot be shown, regardless of the filter; absent if
+             *     there are none.
              */
-            damaged?: components["schemas"]["DamagedDto"][];
+            damaged?: components["schemas"]["DamagedRecordDto"][];
             /** @description The records, newest first. */
             items: {
                 /**
                  * Format: int64
-                 * @description When, wall clock, ms since 1970.
+                 * @description Time of the measurement, ms since 1970 (UTC).
                  */
                 created_at_ms: number;
                 /** @description Its id. */
                 id: string;
-                /** @description What was asked. */
+                /** @description The request. */
                 request: components["schemas"]["MeasurementRequestDto"];
-                /** @description Value, uncertainty (k = 2), verdict, tables by order. */
+                /** @description Value, expanded uncertainty (k = 2), verdict, results per order. */
                 result: components["schemas"]["MeasurementResultDto"];
                 /** @description The scan. */
                 scan_id: string;
             }[];
-            /** @description Address of the next page; missing on the last one. */
+            /** @description URL of the next page; absent on the last page. */
             next?: string | null;
         };
-        /** @description A part of a list. */
+        /** @description A page of a list. */
         ListDto_RecordingDto: {
             /**
-             * @description Records between these that are damaged in the database and cannot be shown, whatever the list was asked for;
-             *     missing if all are whole.
+             * @description Records in this range that are damaged in the database and cannot be shown, regardless of the filter; absent if
+             *     there are none.
              */
-            damaged?: components["schemas"]["DamagedDto"][];
+            damaged?: components["schemas"]["DamagedRecordDto"][];
             /** @description The records, newest first. */
             items: {
-                /** @description The calibration whose document is in the file. */
+                /** @description The calibration stored in the file. */
                 calibration_id?: string | null;
                 /**
                  * Format: double
-                 * @description From the first frame to the last; while it runs, since it began.
+                 * @description From the first to the last frame; while recording, since the start.
                  */
                 duration_s: number;
                 ended?: components["schemas"]["RecordingEndedDto"] | null;
-                /** @description Address of the file; missing until it is finished. */
+                /** @description URL of the file; absent until it is complete. */
                 file?: string | null;
                 /** @description Its id. */
                 id: string;
-                /** @description Exposures that are not in it. */
+                /** @description Missing exposures. */
                 lost: components["schemas"]["RecordingLossesDto"];
                 /**
                  * Format: int64
-                 * @description Frames in it.
+                 * @description Recorded frames.
                  */
                 n_frames: number;
                 /**
                  * Format: int64
-                 * @description Places where they are missing.
+                 * @description Number of gaps.
                  */
                 n_gaps: number;
                 /**
                  * Format: int64
-                 * @description Messages beside the frames that found no room in their queue.
+                 * @description Messages other than frames that were dropped because their queue was full.
                  */
                 n_notes_lost: number;
                 /**
                  * Format: int64
-                 * @description Rows of the scan in it.
+                 * @description Recorded rows of the scan.
                  */
                 n_rows: number;
-                /** @description What a person calls it. */
+                /** @description Its name. */
                 name: string;
                 /** @description What was recorded. */
                 origin: components["schemas"]["RecordingOriginDto"];
-                /** @description What went wrong at its end. */
+                /** @description What went wrong at the end. */
                 problem?: string | null;
                 /** @description The scan that was recorded; it may have been deleted. */
                 scan_id?: string | null;
                 /**
                  * Format: int64
-                 * @description Bytes of the file.
+                 * @description Size of the file.
                  */
                 size_bytes: number;
                 /**
                  * Format: int64
-                 * @description When it began, wall clock, ms since 1970.
+                 * @description Time of the start, ms since 1970 (UTC).
                  */
                 started_at_ms: number;
-                /** @description Where it is in its life. */
+                /** @description State. */
                 state: components["schemas"]["RecordingStateDto"];
             }[];
-            /** @description Address of the next page; missing on the last one. */
+            /** @description URL of the next page; absent on the last page. */
             next?: string | null;
         };
-        /** @description A part of a list. */
+        /** @description A page of a list. */
         ListDto_ScanDto: {
             /**
-             * @description Records between these that are damaged in the database and cannot be shown, whatever the list was asked for;
-             *     missing if all are whole.
+             * @description Records in this range that are damaged in the database and cannot be shown, regardless of the filter; absent if
+             *     there are none.
              */
-            damaged?: components["schemas"]["DamagedDto"][];
+            damaged?: components["schemas"]["DamagedRecordDto"][];
             /** @description The records, newest first. */
             items: {
                 /** @description The calibration of the cloud. */
                 calibration_id: string;
-                /** @description Its frames, if they were kept. */
+                /** @description The capture with its frames, if they were kept. */
                 capture_id?: string | null;
-                /** @description The measurement that stands for each characteristic, newest first. */
+                /** @description The current measurement of each characteristic, newest first. */
                 characteristics: components["schemas"]["CharacteristicDto"][];
-                /** @description Address of the cloud; missing if no point could be computed. */
+                /** @description URL of the cloud; absent if no points could be computed. */
                 cloud?: string | null;
                 /**
                  * Format: int64
-                 * @description When it was made, wall clock, ms since 1970.
+                 * @description Time of creation, ms since 1970 (UTC).
                  */
                 created_at_ms: number;
                 /** @description Its id. */
                 id: string;
-                /** @description The job that made it. */
+                /** @description The job that created it. */
                 job_id?: string | null;
-                /** @description What a person calls it. */
+                /** @description Its name. */
                 name: string;
                 /** @description How it was made. */
                 plan: components["schemas"]["ScanRunDto"];
-                /** @description What it was made for; a verification is no part of the production. */
+                /** @description Purpose; verifications are not production parts. */
                 purpose: components["schemas"]["ScanPurposeDto"];
-                /** @description The scan it was computed from again. */
+                /** @description The scan it was recomputed from. */
                 recomputed_from?: string | null;
-                /** @description Figures: points, dropped by reason, self-consistency, envelope. */
+                /** @description Report: points, rejected points by reason, self-consistency, depth range. */
                 report: components["schemas"]["ScanReportDto"];
                 /** @description Version of the software that computed it. */
                 software_version: string;
                 /**
-                 * @description `complete`, `partial` (can be resumed), `invalid` (frames were lost: never the base of a verdict).
+                 * @description `complete`, `partial` (can be resumed) or `invalid` (frames were lost: no verdict possible).
                  * @example complete
                  */
                 state: string;
                 verdict?: components["schemas"]["VerdictDto"] | null;
             }[];
-            /** @description Address of the next page; missing on the last one. */
+            /** @description URL of the next page; absent on the last page. */
             next?: string | null;
         };
-        /** @description A part of a list. */
+        /** @description A page of a list. */
         ListDto_SessionDto: {
             /**
-             * @description Records between these that are damaged in the database and cannot be shown, whatever the list was asked for;
-             *     missing if all are whole.
+             * @description Records in this range that are damaged in the database and cannot be shown, regardless of the filter; absent if
+             *     there are none.
              */
-            damaged?: components["schemas"]["DamagedDto"][];
+            damaged?: components["schemas"]["DamagedRecordDto"][];
             /** @description The records, newest first. */
             items: {
-                /** @description Everything else. */
+                /** @description The content. */
                 body: components["schemas"]["SessionBodyDto"];
                 /**
                  * Format: int64
-                 * @description When it was changed last, ms since 1970.
+                 * @description Time of the last change, ms since 1970 (UTC).
                  */
                 changed_at_ms: number;
                 /**
                  * Format: int64
-                 * @description When it was begun, ms since 1970.
+                 * @description Time of creation, ms since 1970 (UTC).
                  */
                 created_at_ms: number;
                 /** @description UUID v7. */
                 id: string;
-                /** @description What its steps have, and what a good calibration wants. */
+                /** @description What its steps have, and what a good calibration needs. */
                 needs: components["schemas"]["SessionNeedsDto"];
                 /**
                  * Format: int64
-                 * @description Grows with every change.
+                 * @description Version; increases with every change.
                  */
                 version: number;
             }[];
-            /** @description Address of the next page; missing on the last one. */
+            /** @description URL of the next page; absent on the last page. */
             next?: string | null;
         };
         /** @description The live view. */
-        LiveView: components["schemas"]["Act"] & {
+        LiveView: components["schemas"]["Initiator"] & {
             /**
              * Format: double
              * @description Share of full laser power, 0 to 1.
              */
             laser_power: number;
         };
-        /** @description What one frame shows of the board. Nothing of it is kept. */
-        LookDto: {
-            /**
-             * Format: double
-             * @description Middle of its exposure on the station's clock, ms.
-             */
-            captured_ms: number;
-            /**
-             * Format: double
-             * @description Typical standard deviation of a corner: grows with blur, darkness and noise.
-             */
-            corner_sigma_px?: number | null;
-            /** @description Corners: column and row on the board, u and v in the frame (px), standard deviation (px). */
-            corners: number[][];
-            /** @description Cells of the coverage map (8 × 6, row by row from the top left) that hold corners. */
-            coverage_cells: number[];
-            /**
-             * Format: double
-             * @description Distance of the board's middle; once the camera is known.
-             */
-            distance_mm?: number | null;
-            /** @description Rows of the frame. */
-            height_px: number;
-            /** @description What is wrong with it, and what to do. */
-            problem?: string | null;
-            /**
-             * Format: double
-             * @description RMS distance of the corners from where the camera, fitted with this frame too, expects them.
-             */
-            rms_px?: number | null;
-            /**
-             * Format: double
-             * @description Share of pixels at the sensor's limit.
-             */
-            saturated_share: number;
-            /**
-             * Format: int64
-             * @description The station's count of the frame, as in the live stream.
-             */
-            sequence: number;
-            /**
-             * Format: double
-             * @description Angle between the board and the picture plane; once the camera is known, from three pictures on.
-             */
-            tilt_deg?: number | null;
-            /** @description Columns of the frame. */
-            width_px: number;
-        };
         /**
-         * @description What to measure, and what it should be.
+         * @description A measurement to make, with nominal value and tolerance.
          * @example {
          *       "nominal_mm": 18.9,
          *       "tool": "sphere"
          *     }
          */
         MeasureDto: {
-            /** @description Tells two characteristics of one tool apart: each has a verdict of its own. */
+            /** @description Name of the characteristic; distinguishes several uses of one tool, each with its own verdict. */
             name?: string | null;
             /**
              * Format: double
-             * @description Nominal value (mm; degrees for an angle); flatness is judged against zero if it is missing.
+             * @description Nominal value (mm; degrees for an angle); flatness is compared with zero by default.
              */
             nominal_mm?: number | null;
-            /** @description Look only inside this box of the part frame: x, y, z of one corner, x, y, z of the other. */
+            /** @description Only use points in this box of the part frame: x, y, z of one corner, x, y, z of the other. */
             region_mm?: number[] | null;
             /**
              * Format: int64
-             * @description Seed of the search; 1 if not said.
+             * @description Random seed of the search; default 1.
              */
             seed?: number | null;
             /**
              * Format: double
-             * @description Symmetric tolerance around the nominal; asks for a verdict by ISO 14253-1.
+             * @description Symmetric tolerance around the nominal; required for a verdict according to ISO 14253-1.
              */
             tolerance_mm?: number | null;
-            /** @description What to measure. */
+            /** @description Measurement tool. */
             tool: components["schemas"]["ToolDto"];
         };
         /** @description A characteristic that was measured. */
         MeasurementCreated: {
-            /** @description Who asked; missing where it was measured in a job. */
+            /** @description Who requested it; absent if measured in a job. */
             actor?: string | null;
             /**
              * Format: double
              * @description Expanded uncertainty (k = 2), in `unit`.
              */
             expanded_uncertainty?: number | null;
-            /** @description What people call it. */
+            /** @description Its name. */
             name?: string | null;
-            /** @description On which scan. */
+            /** @description Id of the scan. */
             scan_id: string;
-            /** @description By which tool. */
+            /** @description The tool. */
             tool: string;
             /** @description `mm` or `°`. */
             unit: string;
             /**
              * Format: double
-             * @description The value, in `unit`; missing where it is not measurable.
+             * @description The value, in `unit`; absent if not measurable.
              */
             value?: number | null;
-            /** @description `ok`, `not_ok`, `undecided`, `invalid`; missing without limits. */
+            /** @description `ok`, `not_ok`, `undecided` or `invalid`; absent without a tolerance. */
             verdict?: string | null;
         };
         /** @description A measurement. */
         MeasurementDto: {
             /**
              * Format: int64
-             * @description When, wall clock, ms since 1970.
+             * @description Time of the measurement, ms since 1970 (UTC).
              */
             created_at_ms: number;
             /** @description Its id. */
             id: string;
-            /** @description What was asked. */
+            /** @description The request. */
             request: components["schemas"]["MeasurementRequestDto"];
-            /** @description Value, uncertainty (k = 2), verdict, tables by order. */
+            /** @description Value, expanded uncertainty (k = 2), verdict, results per order. */
             result: components["schemas"]["MeasurementResultDto"];
             /** @description The scan. */
             scan_id: string;
         };
+        /** @description A new version of the measurement plan. */
+        MeasurementPlanChanged: {
+            /** @description Who did it. */
+            actor: string;
+            /**
+             * Format: int64
+             * @description Version after the change.
+             */
+            version: number;
+        };
         /**
-         * @description What is scanned and measured when somebody presses Start, the same in every browser.
+         * @description What *Start* scans and measures, the same in every browser.
          * @example {
          *       "from_mm": -20,
          *       "measure": [
@@ -3380,72 +3414,72 @@ export interface components {
         MeasurementPlanDto: {
             /**
              * Format: double
-             * @description Exposure of the frames; missing: as the station thinks best.
+             * @description Exposure time of the frames; default: chosen by the station.
              */
             exposure_us?: number | null;
             /**
              * Format: double
-             * @description First angle, of a turntable.
+             * @description First angle of a turntable.
              */
             from_deg?: number | null;
             /**
              * Format: double
-             * @description First position, of a stage that travels.
+             * @description First position of a linear stage.
              */
             from_mm?: number | null;
-            /** @description What is measured on every part; nothing: the parts are scanned only. */
+            /** @description What is measured on every part; empty: scan only. */
             measure?: components["schemas"]["MeasureDto"][];
             /**
              * Format: double
-             * @description Angle between frames.
+             * @description Angle between rows.
              */
             step_deg?: number | null;
             /**
              * Format: double
-             * @description Distance between frames.
+             * @description Distance between rows.
              */
             step_mm?: number | null;
             /**
              * Format: double
-             * @description Last angle.
+             * @description Last angle of a turntable.
              */
             to_deg?: number | null;
             /**
              * Format: double
-             * @description Last position.
+             * @description Last position of a linear stage.
              */
             to_mm?: number | null;
         };
-        /** @description What was asked of a measurement, with what was filled in. */
+        /** @description The requested measurement, with defaults filled in. */
         MeasurementRequestDto: {
-            /** @description Which one, where a tool is used more than once. */
+            /** @description Name of the characteristic, if the same tool is used more than once. */
             name?: string | null;
             /**
              * Format: double
-             * @description What it should be, mm (degrees for an angle).
+             * @description Nominal value, mm (degrees for an angle).
              */
             nominal_mm?: number | null;
             region_mm?: components["schemas"]["BoxDto"] | null;
             /**
              * Format: int64
-             * @description Seed of the search.
+             * @description Random seed of the search.
              */
             seed: number;
             /**
              * Format: double
-             * @description Symmetric limits around the nominal, mm (degrees for an angle).
+             * @description Symmetric tolerance around the nominal, mm (degrees for an angle).
              */
             tolerance_mm?: number | null;
-            /** @description What was measured. */
+            /** @description The tool. */
             tool: components["schemas"]["ToolDto"];
         };
-        /** @description What a measurement gave. Lengths are in `unit`, but for those that name theirs. */
+        /** @description Result of a measurement. Values are in `unit` unless the field name states another unit. */
         MeasurementResultDto: {
             /** @description The calibration of the cloud. */
             calibration_id: string;
             /**
              * Format: double
-             * @description k.
+             * @description Coverage factor k.
              */
             coverage_factor: number;
             /**
@@ -3456,54 +3490,54 @@ export interface components {
             errors?: components["schemas"]["ErrorsDto"] | null;
             /**
              * Format: double
-             * @description U, `coverage_factor` times the standard uncertainty.
+             * @description Expanded uncertainty U: `coverage_factor` times the standard uncertainty.
              */
             expanded_uncertainty?: number | null;
-            /** @description The features it rests on. */
+            /** @description The fitted features. */
             features: components["schemas"]["FeatureDto"][];
-            /** @description What speaks against the fitted model. */
+            /** @description Findings that question the fitted model. */
             findings?: components["schemas"]["FindingDto"][];
-            /** @description Which one, where a tool is used more than once. */
+            /** @description Name of the characteristic, if the same tool is used more than once. */
             name?: string | null;
             /**
              * Format: double
-             * @description The value it should have.
+             * @description Nominal value.
              */
             nominal?: number | null;
-            /** @description What a reader must know, in sentences. */
+            /** @description Notes, in sentences. */
             notes: string[];
-            /** @description The same for each order. */
+            /** @description The same per order. */
             per_order: components["schemas"]["OrderErrorsDto"][];
-            /** @description `complete`, `partial` or `invalid`: what the scan was worth when it was measured. */
+            /** @description State of the scan when it was measured: `complete`, `partial` or `invalid`. */
             scan_state: string;
-            /** @description Of an angle: how far the second face is turned from the first about x and y of the part frame, degrees. */
+            /** @description For angles: rotation of the second face relative to the first about x and y of the part frame, degrees. */
             tilts_deg?: number[] | null;
             /**
              * Format: double
-             * @description Symmetric limits around the nominal.
+             * @description Symmetric tolerance around the nominal.
              */
             tolerance?: number | null;
-            /** @description What was measured. */
+            /** @description The tool. */
             tool: components["schemas"]["ToolDto"];
             /**
              * Format: double
-             * @description Standard uncertainty from the noise of the points.
+             * @description Standard uncertainty due to the noise of the points.
              */
             u_noise?: number | null;
             /**
              * Format: double
-             * @description Standard uncertainty from all that the points share: calibration, temperature, thickness of the lines.
+             * @description Standard uncertainty due to effects common to the points: calibration, temperature, line thickness.
              */
             u_systematic?: number | null;
-            /** @description Whether U holds all it should; missing if nothing was measured. */
+            /** @description Whether U contains all contributions; absent if nothing was measured. */
             uncertainty_complete?: boolean | null;
-            /** @description What U lacks, by name. */
+            /** @description Names of the contributions missing from U. */
             uncertainty_missing?: string[];
             /** @description `mm` or `°`. */
             unit: string;
             /**
              * Format: double
-             * @description The value; missing if it could not be measured: the notes say why.
+             * @description The value; absent if it could not be measured (see `notes`).
              */
             value?: number | null;
             verdict?: components["schemas"]["VerdictDto"] | null;
@@ -3513,32 +3547,32 @@ export interface components {
          * @enum {string}
          */
         MeshFormatDto: "stl" | "glb" | "ply";
-        /** @description The light models, compared on poses that were left out of their fits. */
+        /** @description Comparison of the light models on held-out poses. */
         ModelComparisonDto: {
-            /** @description Why, in a sentence. */
+            /** @description The reason, in a sentence. */
             reason: string;
-            /** @description The one with evidence on its side. */
+            /** @description The recommended model. */
             recommended: components["schemas"]["LightModelNameDto"];
-            /** @description One per model, simplest first. */
+            /** @description One entry per model, simplest first. */
             scores: components["schemas"]["ModelScoreDto"][];
         };
-        /** @description Error of one light model on poses that were left out of its fit; missing where it could not be fitted. */
+        /** @description Error of one light model on held-out poses; figures are absent if it could not be fitted. */
         ModelScoreDto: {
-            /** @description Why it could not be fitted, if so. */
+            /** @description Why it could not be fitted. */
             failure?: string | null;
             /**
              * Format: double
-             * @description RMS on the poses used for the fit.
+             * @description RMS on the poses used in the fit.
              */
             fit_rms_px?: number | null;
             /**
              * Format: double
-             * @description The part of it that is common to the points of a pose and order.
+             * @description The systematic part of it: common to all points of a pose and order.
              */
             held_out_bias_mm?: number | null;
             /**
              * Format: double
-             * @description The same as depth, along the camera ray.
+             * @description The same as a depth error along the camera ray.
              */
             held_out_rms_mm?: number | null;
             /**
@@ -3549,92 +3583,86 @@ export interface components {
             /** @description The model. */
             model: components["schemas"]["LightModelNameDto"];
         };
-        /** @description A motion by hand. */
-        Motion: components["schemas"]["Act"] & {
-            /**
-             * Format: double
-             * @description How fast, mm/s.
-             */
-            speed_mm_s?: number | null;
-            /**
-             * Format: double
-             * @description Where to, mm; missing where the command has no target.
-             */
-            target_mm?: number | null;
-        };
-        /** @description A motion as accepted; it goes on. */
+        /** @description An accepted motion; it continues after the response. */
         MotionDto: {
             /**
              * Format: double
-             * @description How fast, at most.
+             * @description Speed of a rotary stage, at most.
+             */
+            speed_deg_s?: number | null;
+            /**
+             * Format: double
+             * @description Speed of a linear stage, at most.
              */
             speed_mm_s?: number | null;
             /**
              * Format: double
-             * @description Where it goes, if that is fixed.
+             * @description Target angle of a rotary stage, if the motion has one.
+             */
+            target_deg?: number | null;
+            /**
+             * Format: double
+             * @description Target position of a linear stage, if the motion has one.
              */
             target_mm?: number | null;
         };
-        /** @description Where to. */
+        /**
+         * @description Request to move the stage, in the unit of its kind.
+         * @example {
+         *       "target_mm": 5
+         *     }
+         */
         MoveDto: {
             /**
              * Format: double
-             * @description At most so fast; missing: as fast as the stage can.
+             * @description Maximum speed of a rotary stage; default: that of the stage.
+             */
+            speed_deg_s?: number | null;
+            /**
+             * Format: double
+             * @description Maximum speed of a linear stage; default: that of the stage.
              */
             speed_mm_s?: number | null;
             /**
              * Format: double
-             * @description Position.
-             * @example 5
+             * @description Target angle of a rotary stage.
              */
-            target_mm: number;
-        };
-        /** @description One thing a calibration wants. */
-        NeedDto: {
+            target_deg?: number | null;
             /**
              * Format: double
-             * @description What is there.
+             * @description Target position of a linear stage.
              */
-            have: number;
-            /** @description Whether that is enough. */
-            met: boolean;
-            /**
-             * Format: double
-             * @description What is wanted.
-             */
-            want: number;
+            target_mm?: number | null;
         };
-        /** @description What a new session is to be. */
+        /** @description Request to create a session. */
         NewSessionDto: {
             /** @default null */
             exposures: components["schemas"]["ExposuresDto"] | null;
             /**
-             * @description What a person calls it.
+             * @description Its name.
              * @default null
              */
             name: string | null;
             /** @default null */
-            projector: components["schemas"]["ProjectorSheetDto"] | null;
+            projector: components["schemas"]["ProjectorDto"] | null;
             /** @default null */
             target: components["schemas"]["TargetDto"] | null;
         };
-        /** @description Nothing more is to be said. */
-        NoBody: Record<string, never>;
-        /** @description The difference on the line of one order. */
+        /** @description Depth difference of one order. */
         OrderDifferenceDto: {
-            /** @description Row by row over the grid; nothing outside the working volume. */
+            /** @description Grid, row by row; null outside the working volume. */
             depth_mm: (number | null)[];
             /**
              * Format: int32
              * @description The order.
              */
             order: number;
-            /** @description All its pixels together. */
+            /** @description Statistics over all its pixels. */
             total: components["schemas"]["DepthDifferenceDto"];
         };
-        /** @description The points of one order. */
+        /** @description Results for the points of one order. */
         OrderErrorsDto: {
-            /** @description Centre of a sphere by its points alone, part frame. */
+            /** @description Sphere centre computed from its points alone, part frame. */
             centre_mm?: number[] | null;
             /** @description Distances of its points from the features. */
             errors: components["schemas"]["ErrorsDto"];
@@ -3645,18 +3673,18 @@ export interface components {
             order: number;
             /**
              * Format: double
-             * @description The value by its points alone, if they determine it.
+             * @description The value computed from its points alone, if they determine it.
              */
             value_mm?: number | null;
         };
-        /** @description How two orders agree where both saw the same surface. */
+        /** @description Agreement of two orders where both saw the same surface. */
         OrderPairDto: {
             /**
              * Format: double
              * @description Mean depth of `order_b` minus `order_a` along z.
              */
             bias_mm: number;
-            /** @description Points compared. */
+            /** @description Number of points compared. */
             n_pairs: number;
             /**
              * Format: int32
@@ -3682,81 +3710,44 @@ export interface components {
              */
             order: number;
             /**
-             * @description Number of the pose, from 0; u, v where seen; signed distance across the line from the curve that the light
-             *     sheet predicts, px.
+             * @description Index of the pose, from 0; detected u, v; signed distance from the curve predicted by the light sheet,
+             *     perpendicular to the line, px.
              */
             points: number[][];
         };
         /**
-         * @description What a job does.
+         * @description Phase of a job.
          * @enum {string}
          */
-        PhaseDto: "homing" | "exposing_board" | "exposing_laser" | "exposing_stage" | "gathering_pictures" | "storing_pictures" | "unpacking_capture" | "reading_pictures" | "calibrating" | "writing_report" | "placing_part" | "reading_rows" | "taking_rows" | "packing_pictures" | "reading_frames" | "reading_peaks" | "computing_cloud" | "storing_cloud" | "measuring" | "exporting";
-        /** @description A picture in the store. */
-        PictureDto: {
-            /** @description The PNG file's SHA-256. */
-            artifact: string;
-            /**
-             * Format: double
-             * @description How long it was exposed.
-             */
-            exposure_us: number;
-            /**
-             * Format: int64
-             * @description When it was taken, ms since 1970.
-             */
-            taken_at_ms: number;
-        };
-        /** @description How a board picture fits the camera. */
-        PictureFitDto: {
-            /** @description Its corners. */
-            n_corners: number;
-            /** @description The picture. */
-            picture: string;
-            /**
-             * Format: double
-             * @description RMS distance of its corners from where the camera expects them.
-             */
-            rms_px: number;
-        };
+        PhaseDto: "homing" | "exposing_board" | "exposing_laser" | "exposing_stage" | "collecting_images" | "storing_images" | "unpacking_capture" | "reading_images" | "calibrating" | "writing_report" | "placing_part" | "reading_rows" | "capturing_rows" | "packing_images" | "reading_frames" | "reading_peaks" | "computing_cloud" | "storing_cloud" | "measuring" | "exporting";
         /**
-         * @description How pixels come.
+         * @description Pixel format.
          * @enum {string}
          */
         PixelFormatDto: "mono8" | "mono16";
         /**
-         * @description What shall lie on the simulated stage.
+         * @description Request to place a scene on the simulated stage.
          * @example {
          *       "scene": "sphere"
          *     }
          */
         PlaceSceneDto: {
-            /** @description What. */
+            /** @description The scene. */
             scene: components["schemas"]["SceneNameDto"];
-        };
-        /** @description What Start scans and measures, in its new version. */
-        PlanChanged: {
-            /** @description Who. */
-            actor: string;
-            /**
-             * Format: int64
-             * @description How often it was changed.
-             */
-            version: number;
         };
         /** @description The body `application/problem+json`. */
         Problem: {
-            /** @description Why, as far as known. */
+            /** @description The cause, if known. */
             cause?: string | null;
-            /** @description What happened here. */
+            /** @description What went wrong in this case. */
             detail: string;
-            /** @description Where in the input: a JSON pointer, a file, an entry. */
+            /** @description Where in the input: a JSON pointer, a file or an entry. */
             pointer?: string | null;
             /** @description What to do about it. */
             remedy?: string | null;
             /**
              * Format: int64
-             * @description When to try again.
+             * @description Seconds after which to retry.
              */
             retry_after_s?: number | null;
             /**
@@ -3764,12 +3755,12 @@ export interface components {
              * @description The HTTP status.
              */
             status: number;
-            /** @description Short and the same for every problem of this type. */
+            /** @description Short summary, the same for every problem of this type. */
             title: string;
             /** @description `urn:sheaf:problem:…`, stable. */
             type: string;
         };
-        /** @description The profile of one frame, in the camera frame; column by column, so that it plots as it comes. */
+        /** @description The profile of one frame in the camera frame, as parallel arrays. */
         ProfileDto: {
             /**
              * Format: double
@@ -3780,69 +3771,69 @@ export interface components {
             calibration_id: string;
             /**
              * Format: int64
-             * @description When, by the station's monotonic clock.
+             * @description Time of exposure on the station's monotonic clock.
              */
             captured_at_ns?: number | null;
-            /** @description Order of every point. */
+            /** @description Order of each point. */
             order: number[];
             /**
              * Format: double
-             * @description Position of a stage that travels.
+             * @description Position of a linear stage.
              */
             position_mm?: number | null;
             /**
              * Format: int32
-             * @description Frame of the scan, from 0.
+             * @description Index of the frame, from 0.
              */
             sequence: number;
-            /** @description Standard deviation of every point along its ray. */
+            /** @description Standard deviation of each point along its camera ray. */
             sigma_mm: number[];
-            /** @description Column in the picture. */
+            /** @description Image column of each point. */
             u_px: number[];
-            /** @description Row in the picture. */
+            /** @description Image row of each point. */
             v_px: number[];
-            /** @description x of every point. */
+            /** @description x of each point. */
             x_mm: number[];
-            /** @description y of every point. */
+            /** @description y of each point. */
             y_mm: number[];
-            /** @description z of every point. */
+            /** @description z of each point. */
             z_mm: number[];
         };
-        /** @description The frames of a scan. */
-        ProfileListDto: {
-            /** @description In the order they were taken. */
-            items: components["schemas"]["ProfilePlaceDto"][];
-        };
         /** @description A frame of a scan. */
-        ProfilePlaceDto: {
+        ProfileItemDto: {
             /**
              * Format: double
              * @description Angle of a turntable.
              */
             angle_deg?: number | null;
-            /** @description Address of its profile. */
+            /** @description URL of its profile. */
             href: string;
             /**
              * Format: double
-             * @description Position of a stage that travels.
+             * @description Position of a linear stage.
              */
             position_mm?: number | null;
             /**
              * Format: int32
-             * @description From 0.
+             * @description Index of the frame, from 0.
              */
             sequence: number;
         };
-        /** @description Laser and grating by their data sheets. */
-        ProjectorSheetDto: {
+        /** @description The frames of a scan. */
+        ProfileListDto: {
+            /** @description In order of capture. */
+            items: components["schemas"]["ProfileItemDto"][];
+        };
+        /** @description Nominal values of laser and grating. */
+        ProjectorDto: {
             /**
              * Format: double
-             * @description Grooves of the grating.
+             * @description Groove density of the grating.
              */
             grating_lines_per_mm: number;
-            /** @description `rows` or `columns`. */
+            /** @description Lines run along image `rows` or `columns`. */
             line_direction: string;
-            /** @description Orders from the top (left) of the image. */
+            /** @description Orders, from the top (left) of the image. */
             orders: number[];
             /**
              * Format: double
@@ -3850,7 +3841,7 @@ export interface components {
              */
             wavelength_nm: number;
         };
-        /** @description What a number may be set to. */
+        /** @description Allowed range of a number. */
         RangeDto: {
             /**
              * Format: double
@@ -3867,10 +3858,10 @@ export interface components {
         ReadyDto: {
             /**
              * Format: int64
-             * @description Room on the disk of the data folder.
+             * @description Free space on the disk of the data folder.
              */
             free_bytes?: number | null;
-            /** @description State of the station in words; a station in error does not keep captures from being computed. */
+            /** @description State of the station in plain words; captures can be processed even if the station has a fault. */
             station: string;
             /**
              * @description `ready`.
@@ -3878,73 +3869,73 @@ export interface components {
              */
             status: string;
         };
-        /** @description Compute a scan again from its peaks. */
+        /** @description Recompute a scan from its peaks. */
         RecomputationJobDto: {
-            /** @description With which calibration; missing: the active one. */
+            /** @description The calibration; default: the active one. */
             calibration_id?: string | null;
             /** @description The scan. */
             scan_id: string;
         };
-        /** @description Compute a scan again. */
+        /** @description Request to recompute a scan. */
         RecomputeDto: {
-            /** @description With which calibration; missing: the active one. */
+            /** @description The calibration; default: the active one. */
             calibration_id?: string | null;
         };
-        /** @description What camera and stage delivered, as an MCAP file. */
+        /** @description A recording of camera and stage as an MCAP file. */
         RecordingDto: {
-            /** @description The calibration whose document is in the file. */
+            /** @description The calibration stored in the file. */
             calibration_id?: string | null;
             /**
              * Format: double
-             * @description From the first frame to the last; while it runs, since it began.
+             * @description From the first to the last frame; while recording, since the start.
              */
             duration_s: number;
             ended?: components["schemas"]["RecordingEndedDto"] | null;
-            /** @description Address of the file; missing until it is finished. */
+            /** @description URL of the file; absent until it is complete. */
             file?: string | null;
             /** @description Its id. */
             id: string;
-            /** @description Exposures that are not in it. */
+            /** @description Missing exposures. */
             lost: components["schemas"]["RecordingLossesDto"];
             /**
              * Format: int64
-             * @description Frames in it.
+             * @description Recorded frames.
              */
             n_frames: number;
             /**
              * Format: int64
-             * @description Places where they are missing.
+             * @description Number of gaps.
              */
             n_gaps: number;
             /**
              * Format: int64
-             * @description Messages beside the frames that found no room in their queue.
+             * @description Messages other than frames that were dropped because their queue was full.
              */
             n_notes_lost: number;
             /**
              * Format: int64
-             * @description Rows of the scan in it.
+             * @description Recorded rows of the scan.
              */
             n_rows: number;
-            /** @description What a person calls it. */
+            /** @description Its name. */
             name: string;
             /** @description What was recorded. */
             origin: components["schemas"]["RecordingOriginDto"];
-            /** @description What went wrong at its end. */
+            /** @description What went wrong at the end. */
             problem?: string | null;
             /** @description The scan that was recorded; it may have been deleted. */
             scan_id?: string | null;
             /**
              * Format: int64
-             * @description Bytes of the file.
+             * @description Size of the file.
              */
             size_bytes: number;
             /**
              * Format: int64
-             * @description When it began, wall clock, ms since 1970.
+             * @description Time of the start, ms since 1970 (UTC).
              */
             started_at_ms: number;
-            /** @description Where it is in its life. */
+            /** @description State. */
             state: components["schemas"]["RecordingStateDto"];
         };
         /** @description A recording that has ended. */
@@ -3956,19 +3947,19 @@ export interface components {
             ended: string;
             /**
              * Format: int64
-             * @description Frames in it.
+             * @description Recorded frames.
              */
             n_frames: number;
             /**
              * Format: int64
-             * @description Exposures that are not in it.
+             * @description Missing exposures.
              */
             n_lost: number;
-            /** @description What people call it. */
+            /** @description Its name. */
             name: string;
             /**
              * Format: int64
-             * @description Bytes of its file.
+             * @description Size of the file.
              */
             size_bytes: number;
             /** @description `complete`, `interrupted`, `failed`. */
@@ -3979,31 +3970,31 @@ export interface components {
          * @enum {string}
          */
         RecordingEndedDto: "stopped" | "live_ended" | "scan_ended" | "scan_began" | "disk_floor" | "disk_full" | "write_failed" | "service_ended" | "crashed";
-        /** @description Exposures that are not in a recording, by reason. */
+        /** @description Exposures missing from a recording, by reason. */
         RecordingLossesDto: {
             /**
              * Format: int64
-             * @description Lost between sensor and driver. While it runs, all that did not arrive.
+             * @description Lost between sensor and driver; while recording, all frames that did not arrive.
              */
             camera: number;
             /**
              * Format: int64
-             * @description Packets of them were missing.
+             * @description Packets missing.
              */
             incomplete: number;
             /**
              * Format: int64
-             * @description They came with another size or format.
+             * @description Wrong size or format.
              */
             malformed: number;
             /**
              * Format: int64
-             * @description There was no free buffer.
+             * @description No free buffer.
              */
             no_buffer: number;
             /**
              * Format: int64
-             * @description They arrived, and the recorder did not take them in time.
+             * @description Received, but the recorder was too slow.
              */
             recorder: number;
         };
@@ -4012,44 +4003,52 @@ export interface components {
          * @enum {string}
          */
         RecordingOriginDto: "live" | "scan";
-        /** @description A recording that began. */
+        /** @description A recording that was started. */
         RecordingStarted: {
-            /** @description Who asked; missing where a job did. */
+            /** @description Who started it; absent if a job did. */
             actor?: string | null;
-            /** @description What people call it. */
+            /** @description Its name. */
             name: string;
-            /** @description The scan that is recorded; missing for a live view. */
+            /** @description The recorded scan; absent for a live view. */
             scan_id?: string | null;
         };
         /**
-         * @description Where a recording is in its life.
+         * @description State of a recording.
          * @enum {string}
          */
         RecordingStateDto: "recording" | "finishing" | "complete" | "interrupted" | "failed";
-        /** @description Residuals of a calibration over the picture. */
+        /**
+         * @description A reference part.
+         * @enum {string}
+         */
+        ReferencePartDto: "gauge" | "sphere";
+        /** @description One requirement of a calibration. */
+        RequirementDto: {
+            /**
+             * Format: double
+             * @description Current value.
+             */
+            have: number;
+            /** @description Whether the requirement is met. */
+            met: boolean;
+            /**
+             * Format: double
+             * @description Required value.
+             */
+            want: number;
+        };
+        /** @description Residuals of a calibration over the image. */
         ResidualsDto: {
-            /** @description Board corners of all pictures: u, v where seen; du, dv from where the camera expects it to there, px. */
+            /** @description Board corners of all images: detected u, v and reprojection error du, dv (detected minus predicted), px. */
             corners: number[][];
-            /** @description Rows of the pictures. */
+            /** @description Image height. */
             height_px: number;
-            /** @description Laser points by order, thinned for drawing. */
+            /** @description Laser points by order, subsampled for display. */
             orders: components["schemas"]["OrderResidualsDto"][];
-            /** @description Columns of the pictures. */
+            /** @description Image width. */
             width_px: number;
         };
-        /** @description What a job made. */
-        ResultDto: {
-            /** @description Its address. */
-            href: string;
-            /** @description Its id. */
-            id: string;
-            /**
-             * @description What it is.
-             * @example scan
-             */
-            kind: string;
-        };
-        /** @description A part of the sensor. */
+        /** @description Region of interest of the sensor. */
         RoiDto: {
             /**
              * Format: int32
@@ -4076,29 +4075,29 @@ export interface components {
         RotaryAxisDto: {
             /**
              * Format: double
-             * @description One standard deviation of the table's angles; missing where that is unknown, which is not zero.
+             * @description Standard deviation of the angles of the table; absent if unknown (unknown does not mean zero).
              */
             angle_sigma_deg?: number | null;
-            /** @description Unit vector about which growing angles turn the part by the right-hand rule. */
+            /** @description Unit vector of the axis; positive angles turn the part by the right-hand rule. */
             direction: number[];
             /** @description Always `rotary`. */
-            kind: components["schemas"]["RotaryWordDto"];
+            kind: components["schemas"]["RotaryKindDto"];
             /** @description A point of the axis, camera frame. */
             point_mm: number[];
         };
         /**
-         * @description The word that distinguishes a turntable from a linear stage.
+         * @description The kind that distinguishes a rotary from a linear stage.
          * @enum {string}
          */
-        RotaryWordDto: "rotary";
-        /** @description A scan that was made. */
+        RotaryKindDto: "rotary";
+        /** @description A scan that was stored. */
         ScanCreated: {
             /**
              * Format: int64
-             * @description Points of its cloud; missing where it has none.
+             * @description Number of points; absent without a cloud.
              */
             n_points?: number | null;
-            /** @description What people call it. */
+            /** @description Its name. */
             name: string;
             /** @description `complete`, `partial`, `invalid`. */
             state: string;
@@ -4107,175 +4106,175 @@ export interface components {
         ScanDto: {
             /** @description The calibration of the cloud. */
             calibration_id: string;
-            /** @description Its frames, if they were kept. */
+            /** @description The capture with its frames, if they were kept. */
             capture_id?: string | null;
-            /** @description The measurement that stands for each characteristic, newest first. */
+            /** @description The current measurement of each characteristic, newest first. */
             characteristics: components["schemas"]["CharacteristicDto"][];
-            /** @description Address of the cloud; missing if no point could be computed. */
+            /** @description URL of the cloud; absent if no points could be computed. */
             cloud?: string | null;
             /**
              * Format: int64
-             * @description When it was made, wall clock, ms since 1970.
+             * @description Time of creation, ms since 1970 (UTC).
              */
             created_at_ms: number;
             /** @description Its id. */
             id: string;
-            /** @description The job that made it. */
+            /** @description The job that created it. */
             job_id?: string | null;
-            /** @description What a person calls it. */
+            /** @description Its name. */
             name: string;
             /** @description How it was made. */
             plan: components["schemas"]["ScanRunDto"];
-            /** @description What it was made for; a verification is no part of the production. */
+            /** @description Purpose; verifications are not production parts. */
             purpose: components["schemas"]["ScanPurposeDto"];
-            /** @description The scan it was computed from again. */
+            /** @description The scan it was recomputed from. */
             recomputed_from?: string | null;
-            /** @description Figures: points, dropped by reason, self-consistency, envelope. */
+            /** @description Report: points, rejected points by reason, self-consistency, depth range. */
             report: components["schemas"]["ScanReportDto"];
             /** @description Version of the software that computed it. */
             software_version: string;
             /**
-             * @description `complete`, `partial` (can be resumed), `invalid` (frames were lost: never the base of a verdict).
+             * @description `complete`, `partial` (can be resumed) or `invalid` (frames were lost: no verdict possible).
              * @example complete
              */
             state: string;
             verdict?: components["schemas"]["VerdictDto"] | null;
         };
-        /** @description A file that was written. */
+        /** @description An exported file. */
         ScanExported: {
-            /** @description The format. */
+            /** @description File format. */
             format: string;
             /** @description The scan. */
             scan_id: string;
             /** @description `cloud` or `mesh`. */
             what: string;
         };
-        /** @description Scan a part: as it was asked for, field by field, since the request itself admits no other. */
+        /** @description Scan a part: the fields of the request. */
         ScanJobDto: {
             background?: components["schemas"]["BackgroundDto"] | null;
-            /** @description With which calibration; missing: the active one. */
+            /** @description The calibration; default: the active one. */
             calibration_id?: string | null;
             /**
              * Format: double
-             * @description Exposure of the frames.
+             * @description Exposure time of the frames.
              */
             exposure_us?: number | null;
-            /** @description Exposures of every row in place of one. */
+            /** @description Two to four exposure times per row instead of one (HDR). */
             exposures_us: number[];
             /**
              * Format: double
-             * @description First angle, of a turntable.
+             * @description First angle of a turntable.
              */
             from_deg?: number | null;
             /**
              * Format: double
-             * @description First stage position.
+             * @description First position of a linear stage.
              */
             from_mm?: number | null;
             /** @description Keep the frames as a capture. */
             keep_frames: boolean;
             /**
              * Format: double
-             * @description Share of full laser power.
+             * @description Laser power, share of full power.
              */
             laser_power?: number | null;
-            /** @description What is measured on it in the same job. */
+            /** @description What is measured in the same job. */
             measure: components["schemas"]["MeasureDto"][];
             mode?: components["schemas"]["ScanModeDto"] | null;
-            /** @description What a person calls it. */
+            /** @description Its name. */
             name?: string | null;
-            /** @description What it is made for. */
+            /** @description Purpose of the scan. */
             purpose: components["schemas"]["ScanPurposeDto"];
-            /** @description Record everything that the camera delivers meanwhile, as an MCAP file. */
+            /** @description Record everything that the camera delivers during the scan as an MCAP file. */
             record: boolean;
-            /** @description The partial scan that is continued. */
+            /** @description The partial scan to resume. */
             resume_scan_id?: string | null;
-            /** @description Where frames come from. */
+            /** @description Source of the frames. */
             source: components["schemas"]["ScanSourceDto"];
             /**
              * Format: double
-             * @description Speed of a continuous scan on a turntable.
+             * @description Speed of a continuous scan on a turntable; the step follows from the frame rate.
              */
             speed_deg_s?: number | null;
             /**
              * Format: double
-             * @description Speed of a continuous scan; the step follows from the frame rate.
+             * @description Speed of a continuous scan on a linear stage; the step follows from the frame rate.
              */
             speed_mm_s?: number | null;
             /**
              * Format: double
-             * @description Angle between frames.
+             * @description Angle between rows.
              */
             step_deg?: number | null;
             /**
              * Format: double
-             * @description Distance between frames.
+             * @description Distance between rows.
              */
             step_mm?: number | null;
             /**
              * Format: double
-             * @description Last angle.
+             * @description Last angle of a turntable.
              */
             to_deg?: number | null;
             /**
              * Format: double
-             * @description Last stage position.
+             * @description Last position of a linear stage.
              */
             to_mm?: number | null;
         };
         /**
-         * @description How the stage moves.
+         * @description Motion of the stage.
          * @enum {string}
          */
         ScanModeDto: "stop_and_go" | "continuous";
-        /** @description A scan as it will be run. */
+        /** @description The plan of a scan. */
         ScanPlanDto: {
             /**
              * Format: double
-             * @description How long the frames take, from the first motion to the last row, s.
+             * @description Duration of the acquisition, from the first motion to the last row, s.
              */
             acquisition_s: number;
             background?: components["schemas"]["BackgroundDto"] | null;
-            /** @description Depths (z of the camera) in which the part may lie, mm: nearest and farthest. */
+            /** @description Depth range (z of the camera frame) for the part, mm: nearest and farthest. */
             depth_mm: number[];
             /**
              * Format: int64
-             * @description Room on the disk that it needs, bytes.
+             * @description Disk space needed, bytes.
              */
             disk_bytes: number;
             /**
              * Format: double
-             * @description How long the whole job will take, s: frames, cloud and measurements, by the pace of this machine's last scans.
+             * @description Estimated duration of the whole job, s: frames, cloud and measurements, from recent scans on this machine.
              */
             duration_s: number;
             /**
              * Format: double
-             * @description How long the cloud takes after the last row, s.
+             * @description Duration of the evaluation after the last row, s.
              */
             evaluation_s: number;
             /**
              * Format: double
-             * @description Exposure of the laser frames, µs; of several the longest.
+             * @description Exposure time of the laser frames, µs; with several, the longest.
              */
             exposure_us: number;
-            /** @description All exposures of a row, µs, the shortest first; empty where a row has one. */
+            /** @description All exposure times of a row, µs, shortest first; empty if there is only one. */
             exposures_us: number[];
             /**
              * Format: double
-             * @description Frames per second of a continuous scan.
+             * @description Frame rate of a continuous scan.
              */
             frame_rate_hz?: number | null;
             /**
              * Format: double
-             * @description Angle of the first row, of a turntable.
+             * @description Angle of the first row, turntable.
              */
             from_deg?: number | null;
             /**
              * Format: double
-             * @description Position of the first row, of a stage that travels.
+             * @description Position of the first row, linear stage.
              */
             from_mm?: number | null;
-            /** @description Whether the pictures are kept as a capture. */
+            /** @description Whether the images are kept as a capture. */
             keep_frames: boolean;
             /**
              * Format: double
@@ -4284,25 +4283,25 @@ export interface components {
             laser_power: number;
             /**
              * Format: int64
-             * @description Most points the cloud can have.
+             * @description Maximum number of points in the cloud.
              */
             max_points: number;
             /**
              * Format: double
-             * @description How long the measurements take after that, s.
+             * @description Duration of the measurements, s.
              */
             measuring_s: number;
-            /** @description How the stage moves. */
+            /** @description Motion of the stage. */
             mode: components["schemas"]["ScanModeDto"];
-            /** @description Lines: every order sweeps the part on its own. */
+            /** @description Number of orders; each sweeps the whole part. */
             n_orders: number;
-            /** @description Number of rows, each one frame. */
+            /** @description Number of rows; each row is one frame. */
             n_rows: number;
-            /** @description What a person should know before it begins. */
+            /** @description Notes for the operator before the start. */
             notes: string[];
             /**
              * Format: double
-             * @description Points per mm² of a flat part across the camera, for each order that sees it.
+             * @description Points per mm² on a flat part perpendicular to the camera axis, per order.
              */
             points_per_mm2: number;
             /**
@@ -4312,55 +4311,58 @@ export interface components {
             points_per_mm_along_line: number;
             /**
              * Format: double
-             * @description Standard deviation of a point along its camera ray, mm: image noise on matt grey paint and the calibration;
-             *     nothing if the calibrated depths are out of view.
+             * @description Predicted standard deviation of a point along its camera ray, mm, from image noise on matt grey paint and the
+             *     calibration; absent if the calibrated depths are out of view.
              */
             predicted_sigma_mm?: number | null;
             /**
              * Format: double
-             * @description Rows per mm of a flat part across the camera, for each order; on a turntable, of a surface half-way between its axis
-             *     and the nearest calibrated depth.
+             * @description Rows per mm on a flat part perpendicular to the camera axis, per order; on a turntable, on a surface half-way between
+             *     the axis and the nearest calibrated depth.
              */
             rows_per_mm: number;
             /**
              * Format: double
-             * @description Speed during a continuous scan on a turntable.
+             * @description Speed of a continuous scan, turntable.
              */
             speed_deg_s?: number | null;
             /**
              * Format: double
-             * @description Speed during a continuous scan.
+             * @description Speed of a continuous scan, linear stage.
              */
             speed_mm_s?: number | null;
             /**
              * Format: double
-             * @description Angle between rows, positive in both directions.
+             * @description Angle between rows, always positive.
              */
             step_deg?: number | null;
             /**
              * Format: double
-             * @description Distance between rows, positive in both directions.
+             * @description Distance between rows, always positive.
              */
             step_mm?: number | null;
             /**
              * Format: double
-             * @description No row lies beyond this angle.
+             * @description Angle of the last row at most, turntable.
              */
             to_deg?: number | null;
             /**
              * Format: double
-             * @description No row lies beyond this position.
+             * @description Position of the last row at most, linear stage.
              */
             to_mm?: number | null;
-            /** @description Depths in which a line's image position alone determines its order, mm; beyond, a second look is needed. */
+            /**
+             * @description Depth range in which the image position of a line alone determines its order, mm; beyond it, a surface must be seen
+             *     twice.
+             */
             unambiguous_depth_mm: number[];
         };
         /**
-         * @description What a scan is made for.
+         * @description Purpose of a scan.
          * @enum {string}
          */
         ScanPurposeDto: "production" | "verification";
-        /** @description Figures of a scan. One that was stopped has rows and losses alone. */
+        /** @description Report of a scan. A stopped scan has only rows and losses. */
         ScanReportDto: {
             /** @default null */
             background: components["schemas"]["BackgroundReportDto"] | null;
@@ -4371,107 +4373,107 @@ export interface components {
             /** @default null */
             exposures: components["schemas"]["ExposuresDto"] | null;
             /**
-             * @description What was left out of the cloud, by reason.
+             * @description Points rejected from the cloud, by reason.
              * @default []
              */
             left_out: components["schemas"]["LeftOutDto"][];
             /**
-             * @description What was lost, in sentences; with any of it the scan is invalid.
+             * @description Losses, in sentences; with any loss the scan is invalid.
              * @default []
              */
             losses: string[];
             /**
              * Format: double
-             * @description Median of the points' own σ along the camera ray; missing without points.
+             * @description Median of the point σ along the camera ray; absent without points.
              * @default null
              */
             median_sigma_mm: number | null;
             /**
-             * @description Frames it was made of.
+             * @description Number of frames.
              * @default 0
              */
             n_frames: number;
             /**
-             * @description Points of the cloud.
+             * @description Number of points in the cloud.
              * @default null
              */
             n_points: number | null;
             /**
-             * @description Pieces of lines that were found.
+             * @description Number of detected line segments.
              * @default null
              */
             n_segments: number | null;
             /**
-             * @description What the cloud's header calls it.
+             * @description Name of the scan in the header of the cloud.
              * @default
              */
             scan: string;
             /**
-             * @description How orders agree that saw the same surface.
+             * @description Agreement of orders on surfaces that both saw.
              * @default []
              */
             self_consistency: components["schemas"]["OrderPairDto"][];
             /**
-             * @description Why it was stopped.
+             * @description Why the scan was stopped.
              * @default null
              */
             stopped: string | null;
             /** @default null */
             timing: components["schemas"]["ScanTimingDto"] | null;
             /**
-             * @description What the watches over the station say; none for scans of a turntable, and those that were stopped.
+             * @description Results of the watches; empty for turntable scans and stopped scans.
              * @default []
              */
             watches: components["schemas"]["WatchVerdictDto"][];
         };
-        /** @description How a scan was made. What only the station knows is missing for a scan of a capture. */
+        /** @description How a scan was made. Fields that only a station provides are absent for a scan of a capture. */
         ScanRunDto: {
             /**
              * Format: double
-             * @description How long the frames take, from the first motion to the last row, s.
+             * @description Duration of the acquisition, from the first motion to the last row, s.
              */
             acquisition_s?: number | null;
             background?: components["schemas"]["BackgroundDto"] | null;
-            /** @description Depths (z of the camera) in which the part may lie, mm: nearest and farthest. */
+            /** @description Depth range (z of the camera frame) for the part, mm: nearest and farthest. */
             depth_mm?: number[] | null;
             /**
              * Format: int64
-             * @description Room on the disk that it needs, bytes.
+             * @description Disk space needed, bytes.
              */
             disk_bytes?: number | null;
             /**
              * Format: double
-             * @description How long the whole job will take, s: frames, cloud and measurements, by the pace of this machine's last scans.
+             * @description Estimated duration of the whole job, s: frames, cloud and measurements, from recent scans on this machine.
              */
             duration_s?: number | null;
             /**
              * Format: double
-             * @description How long the cloud takes after the last row, s.
+             * @description Duration of the evaluation after the last row, s.
              */
             evaluation_s?: number | null;
             /**
              * Format: double
-             * @description Exposure of the laser frames, µs; of several the longest.
+             * @description Exposure time of the laser frames, µs; with several, the longest.
              */
             exposure_us?: number | null;
-            /** @description All exposures of a row, µs, the shortest first; empty where a row has one. */
+            /** @description All exposure times of a row, µs, shortest first; empty if there is only one. */
             exposures_us: number[];
             /**
              * Format: double
-             * @description Frames per second of a continuous scan.
+             * @description Frame rate of a continuous scan.
              */
             frame_rate_hz?: number | null;
             /**
              * Format: double
-             * @description Angle of the first row, of a turntable.
+             * @description Angle of the first row, turntable.
              */
             from_deg?: number | null;
             /**
              * Format: double
-             * @description Position of the first row, of a stage that travels.
+             * @description Position of the first row, linear stage.
              */
             from_mm?: number | null;
-            /** @description Whether the pictures are kept as a capture. */
+            /** @description Whether the images are kept as a capture. */
             keep_frames?: boolean | null;
             /**
              * Format: double
@@ -4480,26 +4482,26 @@ export interface components {
             laser_power?: number | null;
             /**
              * Format: int64
-             * @description Most points the cloud can have.
+             * @description Maximum number of points in the cloud.
              */
             max_points?: number | null;
-            /** @description What was measured on it in the same job. */
+            /** @description What was measured in the same job. */
             measure: components["schemas"]["MeasureDto"][];
             /**
              * Format: double
-             * @description How long the measurements take after that, s.
+             * @description Duration of the measurements, s.
              */
             measuring_s?: number | null;
             mode?: components["schemas"]["ScanModeDto"] | null;
-            /** @description Lines: every order sweeps the part on its own. */
+            /** @description Number of orders; each sweeps the whole part. */
             n_orders?: number | null;
-            /** @description Rows it has, or would have if it had not been stopped. */
+            /** @description Number of planned rows. */
             n_rows: number;
-            /** @description What a person should know before it begins. */
+            /** @description Notes for the operator before the start. */
             notes?: string[] | null;
             /**
              * Format: double
-             * @description Points per mm² of a flat part across the camera, for each order that sees it.
+             * @description Points per mm² on a flat part perpendicular to the camera axis, per order.
              */
             points_per_mm2?: number | null;
             /**
@@ -4509,227 +4511,230 @@ export interface components {
             points_per_mm_along_line?: number | null;
             /**
              * Format: double
-             * @description Standard deviation of a point along its camera ray, mm: image noise on matt grey paint and the calibration;
-             *     nothing if the calibrated depths are out of view.
+             * @description Predicted standard deviation of a point along its camera ray, mm, from image noise on matt grey paint and the
+             *     calibration; absent if the calibrated depths are out of view.
              */
             predicted_sigma_mm?: number | null;
-            /** @description What it was made for. */
+            /** @description Purpose. */
             purpose: components["schemas"]["ScanPurposeDto"];
             /**
              * Format: double
-             * @description Rows per mm of a flat part across the camera, for each order; on a turntable, of a surface half-way between its axis
-             *     and the nearest calibrated depth.
+             * @description Rows per mm on a flat part perpendicular to the camera axis, per order; on a turntable, on a surface half-way between
+             *     the axis and the nearest calibrated depth.
              */
             rows_per_mm?: number | null;
-            /** @description What the header of its cloud calls it. */
+            /** @description Name of the scan in the header of its cloud. */
             scan: string;
-            /** @description Where its frames come from. */
+            /** @description Source of its frames. */
             source: components["schemas"]["ScanSourceDto"];
             /**
              * Format: double
-             * @description Speed during a continuous scan on a turntable.
+             * @description Speed of a continuous scan, turntable.
              */
             speed_deg_s?: number | null;
             /**
              * Format: double
-             * @description Speed during a continuous scan.
+             * @description Speed of a continuous scan, linear stage.
              */
             speed_mm_s?: number | null;
             /**
              * Format: double
-             * @description Angle between rows, positive in both directions.
+             * @description Angle between rows, always positive.
              */
             step_deg?: number | null;
             /**
              * Format: double
-             * @description Distance between rows, positive in both directions.
+             * @description Distance between rows, always positive.
              */
             step_mm?: number | null;
             /**
              * Format: double
-             * @description No row lies beyond this angle.
+             * @description Angle of the last row at most, turntable.
              */
             to_deg?: number | null;
             /**
              * Format: double
-             * @description No row lies beyond this position.
+             * @description Position of the last row at most, linear stage.
              */
             to_mm?: number | null;
-            /** @description Depths in which a line's image position alone determines its order, mm; beyond, a second look is needed. */
+            /**
+             * @description Depth range in which the image position of a line alone determines its order, mm; beyond it, a surface must be seen
+             *     twice.
+             */
             unambiguous_depth_mm?: number[] | null;
         };
-        /** @description Where a scan's frames come from. */
+        /** @description Source of the frames of a scan. */
         ScanSourceDto: {
             /** @enum {string} */
             kind: "station";
         } | {
-            /** @description Which capture. */
+            /** @description Id of the capture. */
             capture_id: string;
             /** @enum {string} */
             kind: "capture";
-            /** @description Which of its scans; missing: the only one. */
+            /** @description Name of the scan in the capture; default: the only one. */
             scan?: string | null;
         };
         /**
-         * @description What a scan is worth.
+         * @description State of a scan.
          * @enum {string}
          */
         ScanStateDto: "complete" | "partial" | "invalid";
-        /** @description How long the parts of a scan took; what was not done is missing. */
+        /** @description Durations of the parts of a scan; parts that were not run are absent. */
         ScanTimingDto: {
             /**
              * Format: double
-             * @description From the first motion to the last row.
+             * @description Duration from the first motion to the last row.
              * @default null
              */
             acquisition_s: number | null;
             /** @default null */
-            arrival_to_file_ms: components["schemas"]["DelaysDto"] | null;
+            arrival_to_file_ms: components["schemas"]["LatencyDto"] | null;
             /** @default null */
-            arrival_to_profile_ms: components["schemas"]["DelaysDto"] | null;
+            arrival_to_profile_ms: components["schemas"]["LatencyDto"] | null;
             /**
              * Format: double
-             * @description From lines to a stored cloud.
+             * @description Duration from lines to a stored cloud.
              * @default 0
              */
             evaluation_s: number;
             /**
              * Format: double
-             * @description Frames that were recorded in a second.
+             * @description Frames captured per second.
              * @default null
              */
             frames_per_s: number | null;
             /**
-             * @description How often a frame was read for that, all together.
+             * @description Total number of frame reads for the evaluation.
              * @default 0
              */
             frames_read: number;
             /**
              * Format: double
-             * @description How long it was measured.
+             * @description Duration of the measurements.
              * @default null
              */
             measuring_s: number | null;
             /**
-             * @description Frames that were evaluated.
+             * @description Number of evaluated frames.
              * @default 0
              */
             n_frames: number;
             /**
-             * @description Measurements that were taken in this time.
+             * @description Number of measurements in this time.
              * @default null
              */
             n_measured: number | null;
             /**
-             * @description Rows that were taken in this time.
+             * @description Rows captured in this time.
              * @default null
              */
             rows_taken: number | null;
             /**
              * Format: double
-             * @description Of that neither motion nor exposure.
+             * @description Time in it spent neither moving nor exposing.
              * @default null
              */
             waiting_s: number | null;
         };
-        /** @description What lies on the simulated stage. */
+        /** @description What is on the simulated stage. */
         SceneDto: {
             /**
-             * @description `plate`, `gauge`, `sphere`, `freeform`, `part` from an STL file, `board` while a calibration moves it.
+             * @description `plate`, `gauge`, `sphere`, `freeform`, `part` (from an STL file) or `board` (during a calibration).
              * @example sphere
              */
             scene: string;
         };
         /**
-         * @description What can be put on the simulated stage.
+         * @description Scenes for the simulated stage.
          * @enum {string}
          */
         SceneNameDto: "plate" | "gauge" | "sphere" | "freeform";
-        /** @description What a session has gathered. */
+        /** @description The content of a calibration session. */
         SessionBodyDto: {
-            /** @description The camera as the boards so far give it. */
-            camera: components["schemas"]["CameraSoFarDto"];
-            /** @description How pictures are exposed. */
+            /** @description Camera estimate from the boards so far. */
+            camera: components["schemas"]["CameraEstimateDto"];
+            /** @description Exposure settings. */
             exposures: components["schemas"]["ExposuresDto"];
-            /** @description Rows of the pictures; 0 before the first. */
+            /** @description Image height; 0 before the first image. */
             height_px: number;
-            /** @description The job that was started to solve it. */
+            /** @description The calibration job started from this session. */
             job_id?: string | null;
-            /** @description What a person calls it. */
+            /** @description Its name. */
             name: string;
-            /** @description The board at rest. */
+            /** @description Captured poses of the board. */
             poses: components["schemas"]["SessionPoseDto"][];
-            /** @description The laser and its grating. */
-            projector: components["schemas"]["ProjectorSheetDto"];
-            /** @description The board carried by the stage. */
+            /** @description Laser and grating. */
+            projector: components["schemas"]["ProjectorDto"];
+            /** @description The board on the stage, at several positions. */
             stage_views: components["schemas"]["SessionStageViewDto"][];
-            /** @description The board. */
+            /** @description The calibration board. */
             target: components["schemas"]["TargetDto"];
-            /** @description Columns of the pictures; 0 before the first. */
+            /** @description Image width; 0 before the first image. */
             width_px: number;
         };
-        /** @description What a new session has where nothing else is said. */
+        /** @description Defaults of a new session. */
         SessionDefaultsDto: {
-            /** @description How pictures are exposed. */
+            /** @description Exposure settings. */
             exposures: components["schemas"]["ExposuresDto"];
-            /** @description The configured projector. */
-            projector: components["schemas"]["ProjectorSheetDto"];
+            /** @description The configured laser and grating. */
+            projector: components["schemas"]["ProjectorDto"];
             /** @description The configured board. */
             target: components["schemas"]["TargetDto"];
         };
         /** @description A session with its version. */
         SessionDto: {
-            /** @description Everything else. */
+            /** @description The content. */
             body: components["schemas"]["SessionBodyDto"];
             /**
              * Format: int64
-             * @description When it was changed last, ms since 1970.
+             * @description Time of the last change, ms since 1970 (UTC).
              */
             changed_at_ms: number;
             /**
              * Format: int64
-             * @description When it was begun, ms since 1970.
+             * @description Time of creation, ms since 1970 (UTC).
              */
             created_at_ms: number;
             /** @description UUID v7. */
             id: string;
-            /** @description What its steps have, and what a good calibration wants. */
+            /** @description What its steps have, and what a good calibration needs. */
             needs: components["schemas"]["SessionNeedsDto"];
             /**
              * Format: int64
-             * @description Grows with every change.
+             * @description Version; increases with every change.
              */
             version: number;
         };
-        /** @description What the steps of a session have and want. */
+        /** @description What the steps of a session have and need. */
         SessionNeedsDto: {
-            /** @description Boards with corners. */
-            boards: components["schemas"]["NeedDto"];
-            /** @description Whether the camera's step has all of these. */
+            /** @description Boards with detected corners. */
+            boards: components["schemas"]["RequirementDto"];
+            /** @description Whether all requirements of the camera step are met. */
             camera_met: boolean;
-            /** @description Cells of the coverage map with corners. */
-            cells: components["schemas"]["NeedDto"];
-            /** @description Range of the boards' distances, mm. */
-            distance_mm: components["schemas"]["NeedDto"];
-            /** @description Boards with laser lines. */
-            lit_boards: components["schemas"]["NeedDto"];
-            /** @description Positions of the stage with a readable board. */
-            stage_views: components["schemas"]["NeedDto"];
+            /** @description Covered cells of the coverage map. */
+            cells: components["schemas"]["RequirementDto"];
+            /** @description Spread of the board distances, mm. */
+            distance_mm: components["schemas"]["RequirementDto"];
+            /** @description Boards with detected laser lines. */
+            lit_boards: components["schemas"]["RequirementDto"];
+            /** @description Stage positions with a detected board. */
+            stage_views: components["schemas"]["RequirementDto"];
             /** @description Boards tilted by `tilted_deg` or more. */
-            tilted_boards: components["schemas"]["NeedDto"];
+            tilted_boards: components["schemas"]["RequirementDto"];
             /**
              * Format: double
              * @description Tilt from which a board counts as tilted, degrees.
              */
             tilted_deg: number;
         };
-        /** @description A pose of the board at rest. */
+        /** @description A captured pose of the board. */
         SessionPoseDto: {
-            /** @description By ordinary light. */
-            board: components["schemas"]["BoardPictureDto"];
+            /** @description Image with the laser off. */
+            board: components["schemas"]["BoardImageDto"];
             /** @description UUID v7. */
             id: string;
-            laser?: components["schemas"]["LaserPictureDto"] | null;
+            laser?: components["schemas"]["LaserImageDto"] | null;
         };
         /** @description The board at a stage position. */
         SessionStageViewDto: {
@@ -4738,27 +4743,27 @@ export interface components {
              * @description Angle read back from a turntable.
              */
             angle_deg?: number | null;
-            /** @description By ordinary light. */
-            board: components["schemas"]["BoardPictureDto"];
+            /** @description Image with the laser off. */
+            board: components["schemas"]["BoardImageDto"];
             /** @description UUID v7. */
             id: string;
             /**
              * Format: double
-             * @description Position read back from a stage that travels.
+             * @description Position read back from a linear stage.
              */
             position_mm?: number | null;
         };
-        /** @description A session, in its new version. */
+        /** @description A new version of a session. */
         SessionVersion: {
-            /** @description Who. */
+            /** @description Who did it. */
             actor: string;
             /**
              * Format: int64
-             * @description How often it was changed.
+             * @description Version after the change.
              */
             version: number;
         };
-        /** @description A feature that shall be set. */
+        /** @description A feature to set. */
         SetFeatureDto: {
             /**
              * @description Its name.
@@ -4766,36 +4771,36 @@ export interface components {
              */
             name: string;
             /**
-             * @description Its value as text: a number, `true` or `false`, an entry.
+             * @description Value as text: a number, `true` or `false`, or an entry.
              * @example false
              */
             value: string;
         };
-        /** @description The laser power to set. */
+        /** @description Request to set the laser power. */
         SetLaserDto: {
             /**
              * Format: double
-             * @description Share of full power; 0 is off. It is on only while frames arrive.
+             * @description Share of full power; 0 is off. The laser is on only while frames arrive.
              */
             power: number;
         };
-        /** @description What the live view shall do. */
+        /** @description Request to start or end the live view. */
         SetLiveDto: {
             /**
              * Format: double
-             * @description Share of full laser power; 0 is dark.
+             * @description Share of full laser power; 0 is off.
              */
             laser_power?: number;
-            /** @description Whether it shall run. */
+            /** @description Whether the live view runs. */
             running: boolean;
         };
         /** @description A shape in the part frame, mm. */
         ShapeDto: {
             /** @enum {string} */
             kind: "plane";
-            /** @description Its normal, of length 1. */
+            /** @description Unit normal. */
             normal: number[];
-            /** @description A point of it. */
+            /** @description A point on the plane. */
             point_mm: number[];
         } | {
             /** @description Its centre. */
@@ -4808,11 +4813,11 @@ export interface components {
              */
             radius_mm: number;
         } | {
-            /** @description Direction of its axis, of length 1. */
+            /** @description Unit direction of the axis. */
             axis: number[];
             /** @enum {string} */
             kind: "cylinder";
-            /** @description A point of its axis. */
+            /** @description A point on the axis. */
             point_mm: number[];
             /**
              * Format: double
@@ -4824,7 +4829,23 @@ export interface components {
         SimulatedFault: {
             /**
              * Format: double
-             * @description How strong, where the fault has a strength.
+             * @description Magnitude, if the fault has one.
+             */
+            value?: number | null;
+        };
+        /**
+         * @description A fault of the simulated station.
+         * @example {
+         *       "name": "lost_frames",
+         *       "value": 10
+         *     }
+         */
+        SimulatedFaultDto: {
+            /** @description Name, such as `camera_unplugged`; the error for an unknown name lists all names. */
+            name: string;
+            /**
+             * Format: double
+             * @description Magnitude, if the fault has one: every n-th frame, mm, a relative change or a share.
              */
             value?: number | null;
         };
@@ -4835,7 +4856,7 @@ export interface components {
             /** @description Its version. */
             version: string;
         };
-        /** @description How a session is to be solved. */
+        /** @description Options of the calibration job. */
         SolveSessionDto: {
             /**
              * @description `auto`, `on`, `off`.
@@ -4848,120 +4869,149 @@ export interface components {
              */
             light_model: string | null;
         };
-        /** @description Where pictures come from. */
-        SourceDto: {
-            /** @enum {string} */
-            kind: "station";
-        } | {
-            /** @description Which. */
-            capture_id: string;
-            /** @enum {string} */
-            kind: "capture";
-        };
         /** @description One length, or one along a row and one along a column of the board. */
         SquareMmDto: number | number[];
         /** @description The travel of the stage. */
         StageAxisDto: {
-            /** @description Millimetres per millimetre of the stage's own count. */
+            /** @description Travel per commanded millimetre. */
             direction_mm_per_mm: number[];
             straightness?: components["schemas"]["StraightnessDto"] | null;
         };
         /** @description The stage. */
         StageDto: {
+            /**
+             * Format: double
+             * @description Angle of a rotary stage as read back; absent if unknown.
+             */
+            angle_deg?: number | null;
             /** @description Whether it answers. */
             connected: boolean;
             /**
-             * @description Whether nobody commands it and it is where the frame last delivered was taken, as that of a recording or a
-             *     conveyor whose encoder triggers the camera: continuous scans then take the frames that come, `resolution_mm`
-             *     apart.
+             * @description Whether it cannot be commanded and its position is that of the latest frame, as for a recording, or a conveyor
+             *     whose encoder triggers the camera: continuous scans then take the frames as they arrive, one resolution apart.
              */
             follows_frames: boolean;
             /** @description Whether its zero is established. */
             homed: boolean;
             /** @description Which one. */
             identity: components["schemas"]["IdentityDto"];
-            /** @description How it moves the part. Positions and speeds of a rotary stage are degrees and °/s. */
+            /** @description Whether it is linear or rotary; fields in the unit of the other kind are absent. */
             kind: components["schemas"]["StageKindDto"];
             /**
              * Format: double
-             * @description Fastest move.
+             * @description Maximum speed of a rotary stage.
              */
-            max_speed_mm_s: number;
+            max_speed_deg_s?: number | null;
+            /**
+             * Format: double
+             * @description Maximum speed of a linear stage.
+             */
+            max_speed_mm_s?: number | null;
             /** @description Whether it moves. */
             moving: boolean;
             /** @description Whether it must be homed before it moves. */
             needs_homing: boolean;
             /**
              * Format: double
-             * @description Position as read back; missing if unknown.
+             * @description Position of a linear stage as read back; absent if unknown.
              */
             position_mm?: number | null;
             /**
              * Format: double
-             * @description The smallest step; 0 if unknown.
+             * @description Resolution of a rotary stage; 0 if unknown.
              */
-            resolution_mm: number;
-            /** @description Lowest and highest position. */
-            travel_mm: number[];
-        };
-        /** @description The stage as calibrated. */
-        StageFiguresDto: {
-            /** @description Travel per mm of the stage's own count, camera frame. */
-            direction: number[];
+            resolution_deg?: number | null;
             /**
              * Format: double
-             * @description Length of `direction` minus 1.
+             * @description Resolution of a linear stage; 0 if unknown.
+             */
+            resolution_mm?: number | null;
+            /** @description Lowest and highest angle of a rotary stage. */
+            travel_deg?: number[] | null;
+            /** @description Lowest and highest position of a linear stage. */
+            travel_mm?: number[] | null;
+        };
+        /** @description The fit of the stage. */
+        StageFitDto: {
+            /**
+             * Format: double
+             * @description Relative scale error of the stage: length of the direction minus 1.
              */
             scale_error: number;
             /**
              * Format: double
-             * @description σ of it.
+             * @description σ of the scale error.
+             */
+            scale_sigma: number;
+            /** @description σ of the direction's components. */
+            sigma: number[];
+            /** @description Per view: position in mm; one deviation along and two perpendicular to the travel in µm. */
+            straightness: number[][];
+            /**
+             * Format: double
+             * @description RMS deviation perpendicular to the travel, µm.
+             */
+            straightness_rms_um: number;
+        };
+        /**
+         * @description Kind of a stage.
+         * @enum {string}
+         */
+        StageKindDto: "linear" | "rotary";
+        /** @description A manual motion of the stage. */
+        StageMotion: components["schemas"]["Initiator"] & {
+            /**
+             * Format: double
+             * @description Speed of a rotary stage.
+             */
+            speed_deg_s?: number | null;
+            /**
+             * Format: double
+             * @description Speed of a linear stage.
+             */
+            speed_mm_s?: number | null;
+            /**
+             * Format: double
+             * @description Target angle of a rotary stage, if the motion has one.
+             */
+            target_deg?: number | null;
+            /**
+             * Format: double
+             * @description Target position of a linear stage, if the motion has one.
+             */
+            target_mm?: number | null;
+        };
+        /** @description Summary of a calibrated linear stage. */
+        StageSummaryDto: {
+            /** @description Travel per commanded millimetre, camera frame. */
+            direction: number[];
+            /**
+             * Format: double
+             * @description Relative scale error of the stage: length of `direction` minus 1.
+             */
+            scale_error: number;
+            /**
+             * Format: double
+             * @description σ of the scale error.
              */
             scale_sigma: number;
             /** @description σ of `direction`. */
             sigma: number[];
             /**
              * Format: double
-             * @description RMS deviation across the travel, µm.
+             * @description RMS deviation perpendicular to the travel, µm.
              */
             straightness_rms_um: number;
             /**
              * Format: double
-             * @description σ per axis of how far the travel may be from straight and even, µm; missing in earlier versions.
+             * @description σ per axis of the deviation from straight and even travel, µm; absent in earlier versions.
              */
             straightness_sigma_um?: number | null;
-            /** @description Per view: position, mm; deviation along, and two across, µm. */
+            /** @description Per view: position in mm; one deviation along and two perpendicular to the travel in µm. */
             straightness_um: number[][];
         };
-        /** @description The fit of the stage. */
-        StageFitDto: {
-            /**
-             * Format: double
-             * @description Length of the direction minus 1.
-             */
-            scale_error: number;
-            /**
-             * Format: double
-             * @description σ of it.
-             */
-            scale_sigma: number;
-            /** @description σ of the direction's components. */
-            sigma: number[];
-            /** @description Per view: position, mm; deviation along, and two across, µm. */
-            straightness: number[][];
-            /**
-             * Format: double
-             * @description RMS deviation across the travel, µm.
-             */
-            straightness_rms_um: number;
-        };
         /**
-         * @description How a stage moves the part.
-         * @enum {string}
-         */
-        StageKindDto: "linear" | "rotary";
-        /**
-         * @description Calibrate camera, light and stage.
+         * @description Request to calibrate camera, light sheets and stage.
          * @example {
          *       "source": {
          *         "kind": "station"
@@ -4970,34 +5020,34 @@ export interface components {
          */
         StartCalibrationDto: {
             k3?: components["schemas"]["K3Dto"] | null;
-            /** @description Go on without pictures that show no board or no line even if they are the most. */
+            /** @description Ignore images without a readable board or line, even if most are unreadable. */
             leave_out_unreadable?: boolean;
             light_model?: components["schemas"]["LightModelDto"] | null;
-            /** @description Board poses to take at the station; 12 if not said. */
+            /** @description Number of board poses to capture at the station; default 12. */
             n_poses?: number | null;
-            /** @description Where pictures come from; on the simulated station a virtual operator moves the board. */
-            source: components["schemas"]["SourceDto"];
+            /** @description Source of the images; on the simulated station a virtual operator moves the board. */
+            source: components["schemas"]["CalibrationSourceDto"];
         };
         /**
-         * @description Write a scan in another format.
+         * @description Request to write a scan in another format.
          * @example {
          *       "format": "stl",
          *       "what": "mesh"
          *     }
          */
         StartExportDto: {
-            /** @description `ply`, `csv`, `pcd`, `e57` of a cloud; `stl`, `glb`, `ply` of a mesh. */
+            /** @description `ply`, `csv`, `pcd` or `e57` for a cloud; `stl`, `glb` or `ply` for a mesh. */
             format: string;
-            /** @description What is written. */
+            /** @description What an export contains. */
             what: components["schemas"]["ExportWhatDto"];
         };
-        /** @description Record the live view. */
+        /** @description Request to record the live view. */
         StartRecordingDto: {
-            /** @description What a person calls it; `live view` if not said. */
+            /** @description Its name; default `live view`. */
             name?: string | null;
         };
         /**
-         * @description Scan a part.
+         * @description Request to scan a part.
          * @example {
          *       "from_mm": -20,
          *       "source": {
@@ -5009,48 +5059,49 @@ export interface components {
          */
         StartScanDto: {
             background?: components["schemas"]["BackgroundDto"] | null;
-            /** @description With which calibration; missing: the active one. */
+            /** @description The calibration; default: the active one. */
             calibration_id?: string | null;
             /**
              * Format: double
-             * @description Exposure of the frames.
+             * @description Exposure time of the frames; default: chosen by the station.
              */
             exposure_us?: number | null;
             /**
-             * @description Two to four exposures of every row in place of one, stop and go: dark places of a part are taken from the long ones,
-             *     bright places from the short ones. Each at least one and a half times another; four to eight times is usual.
+             * @description Two to four exposure times per row instead of one (HDR), stop-and-go only: dark areas of a part are taken from the
+             *     long exposures, bright areas from the short ones. Each at least 1.5 times the next shorter one; four to eight times is
+             *     usual.
              */
             exposures_us?: number[];
             /**
              * Format: double
-             * @description First angle, of a turntable.
+             * @description First angle of a turntable.
              */
             from_deg?: number | null;
             /**
              * Format: double
-             * @description First position, of a stage that travels.
+             * @description First position of a linear stage.
              */
             from_mm?: number | null;
             /** @description Keep the frames as a capture. */
             keep_frames?: boolean;
             /**
              * Format: double
-             * @description Share of full laser power.
+             * @description Laser power, share of full power; default: chosen by the station.
              */
             laser_power?: number | null;
-            /** @description What is measured on it in the same job: the verdict needs nobody to wait for the scan. */
+            /** @description What is measured in the same job; the verdict does not depend on a connected client. */
             measure?: components["schemas"]["MeasureDto"][];
             mode?: components["schemas"]["ScanModeDto"] | null;
-            /** @description What a person calls it. */
+            /** @description Its name. */
             name?: string | null;
             /**
-             * @description Record everything that the camera delivers meanwhile, as an MCAP file (`GET /recordings`). A disk without room
-             *     ends the recording, not the scan.
+             * @description Record everything that the camera delivers during the scan as an MCAP file (`GET /recordings`). A full disk ends the
+             *     recording, not the scan.
              */
             record?: boolean;
-            /** @description The partial scan that is continued; it measures what it was begun for. */
+            /** @description The partial scan to resume; its own measurements apply. */
             resume_scan_id?: string | null;
-            /** @description Where frames come from. */
+            /** @description Source of the frames. */
             source: components["schemas"]["ScanSourceDto"];
             /**
              * Format: double
@@ -5059,35 +5110,35 @@ export interface components {
             speed_deg_s?: number | null;
             /**
              * Format: double
-             * @description Speed of a continuous scan; the step follows from the frame rate.
+             * @description Speed of a continuous scan on a linear stage; the step follows from the frame rate.
              */
             speed_mm_s?: number | null;
             /**
              * Format: double
-             * @description Angle between frames.
+             * @description Angle between rows.
              */
             step_deg?: number | null;
             /**
              * Format: double
-             * @description Distance between frames.
+             * @description Distance between rows.
              */
             step_mm?: number | null;
             /**
              * Format: double
-             * @description Last angle; more than a whole turn shows how well it closes.
+             * @description Last angle of a turntable; more than a full turn shows the closure.
              */
             to_deg?: number | null;
             /**
              * Format: double
-             * @description Last position.
+             * @description Last position of a linear stage.
              */
             to_mm?: number | null;
         };
         /**
-         * @description Scan a known part and compare.
+         * @description Request to scan a reference part and compare it with its nominal value.
          * @example {
-         *       "artefact": "sphere",
          *       "nominal_mm": 18.9,
+         *       "reference_part": "sphere",
          *       "scan": {
          *         "source": {
          *           "kind": "station"
@@ -5096,72 +5147,111 @@ export interface components {
          *     }
          */
         StartVerificationDto: {
-            /** @description What it is. */
-            artefact: components["schemas"]["ArtefactDto"];
             /**
              * Format: double
-             * @description Its height or radius.
+             * @description Nominal height or radius.
              */
             nominal_mm: number;
-            /** @description How to scan it. */
+            /** @description Kind of the reference part. */
+            reference_part: components["schemas"]["ReferencePartDto"];
+            /** @description The scan. */
             scan: components["schemas"]["StartScanDto"];
             /**
              * Format: double
-             * @description Largest deviation allowed.
+             * @description Symmetric tolerance of the deviation.
              */
             tolerance_mm?: number | null;
         };
-        /** @description The station as last seen. */
+        /** @description The latest state of the station. */
         StationDto: {
-            /** @description What it does. */
+            /** @description Current activity. */
             activity: string;
             /** @description The camera. */
             camera: components["schemas"]["CameraDto"];
             control?: components["schemas"]["ControlDto"] | null;
-            /** @description Faults that wait for a person. */
+            /** @description Active faults. */
             faults: components["schemas"]["FaultDto"][];
-            /** @description Frames since the service began. */
-            frames: components["schemas"]["FramesDto"];
-            /** @description The job that has the station. */
+            /** @description Frame counts since the service started. */
+            frames: components["schemas"]["FrameCountsDto"];
+            /** @description The job that uses the station. */
             job_id?: string | null;
             /** @description The laser. */
             laser: components["schemas"]["LaserDto"];
-            /** @description `twin` or `replay` if the devices are not real; then nothing measured here is a real part. */
+            /** @description `twin` or `replay` if the data are simulated or replayed. */
             simulated?: string | null;
             /** @description The stage. */
             stage: components["schemas"]["StageDto"];
             /**
-             * @description Name of the state by OPC 40100-1.
+             * @description State name of OPC 40100-1.
              * @example Operational.Ready
              */
             state: string;
             /**
-             * @description The state in words.
+             * @description The state in plain words.
              * @example ready
              */
-            words: string;
+            state_label: string;
         };
-        /** @description What a job does at this moment: `message` for programs and other languages. More phases may come. */
-        StepDto: {
-            /** @description At which one of them it is, from 1; missing where nothing is counted. */
-            number?: number | null;
-            /** @description How many they are. */
-            of?: number | null;
-            /** @description What it does. */
-            phase: components["schemas"]["PhaseDto"];
-        };
-        /** @description What Stop did. */
-        StoppedDto: {
+        /** @description Result of a Stop. */
+        StopResultDto: {
             /**
-             * @description Whether the devices received it; `false`: the station thread has ended, which leaves the laser off and
-             *     at rest.
+             * @description Whether the devices received the Stop; `false`: the station thread has ended, with the laser off and the
+             *     stage at rest.
              */
             acknowledged: boolean;
-            /** @description What kept the Stop from the devices or from being stored. */
+            /** @description Why the Stop did not reach the devices or could not be stored. */
             detail?: string | null;
-            /** @description Name of the state after it. */
+            /** @description State after the Stop (OPC 40100-1). */
             state: string;
         };
+        /** @description The user's camera settings as stored and published; settings that no user changed are absent. */
+        StoredCameraSettings: {
+            /**
+             * Format: double
+             * @description Exposure time.
+             * @default null
+             */
+            exposure_us: number | null;
+            /**
+             * Format: double
+             * @description Frame rate in free-running mode.
+             * @default null
+             */
+            frame_rate_hz: number | null;
+            /**
+             * Format: double
+             * @description Gain.
+             * @default null
+             */
+            gain_db: number | null;
+            /** @default null */
+            pixel_format: components["schemas"]["StoredPixelFormat"] | null;
+            /** @default null */
+            roi: components["schemas"]["StoredRoi"] | null;
+            /** @default null */
+            trigger: components["schemas"]["StoredTrigger"] | null;
+        };
+        /**
+         * @description Pixel format.
+         * @enum {string}
+         */
+        StoredPixelFormat: "mono8" | "mono16";
+        /** @description Region of interest of the sensor. */
+        StoredRoi: {
+            /** @description Rows. */
+            height_px: number;
+            /** @description First column. */
+            left_px: number;
+            /** @description First row. */
+            top_px: number;
+            /** @description Columns. */
+            width_px: number;
+        };
+        /**
+         * @description Trigger mode of the camera.
+         * @enum {string}
+         */
+        StoredTrigger: "free" | "software" | "hardware";
         /** @description Deviations from straight and even travel. */
         StraightnessDto: {
             /**
@@ -5178,61 +5268,40 @@ export interface components {
             n_nodes: number;
             /**
              * Format: double
-             * @description One standard deviation, alike along every axis.
+             * @description Standard deviation, the same along every axis.
              */
             sigma_mm: number;
         };
-        /** @description Cells of space that hold the points of a feature, part frame. */
+        /** @description Voxels that contain the points of a feature, part frame. */
         SurfaceRegionDto: {
             /**
              * Format: double
-             * @description Largest distance from the shape of a point that belongs.
+             * @description Maximum distance of a point from the shape.
              */
             band_mm: number;
             /**
              * Format: double
-             * @description Edge of a cell.
+             * @description Voxel size.
              */
             cell_mm: number;
-            /** @description Numbers of the cells with points: x + size_x · (y + size_y · z). */
+            /** @description Indices of the voxels with points: x + size_x · (y + size_y · z). */
             cells: number[];
-            /** @description Lowest corner of the first cell. */
+            /** @description Minimum corner of the first voxel. */
             origin_mm: number[];
-            /** @description Cells along x, y, z. */
+            /** @description Number of voxels along x, y, z. */
             size: number[];
         };
-        /** @description Who wants to command. */
+        /** @description Request to take control. */
         TakeControlDto: {
             /**
-             * @description Shown to the others.
+             * @description Name shown to others.
              * @example Anna
              */
             holder: string;
-            /** @description Take it from whoever has it; that is an event. */
+            /** @description Take control from the current holder; logged as an event. */
             take_over?: boolean;
         };
-        /** @description Where the stage shall be for the picture. */
-        TakeStageViewDto: {
-            /**
-             * Format: double
-             * @description Angle of a turntable.
-             */
-            angle_deg?: number | null;
-            /**
-             * Format: double
-             * @description Position of a stage that travels.
-             * @example 5
-             */
-            position_mm?: number | null;
-        };
-        /** @description Control that changed hands. */
-        TakenOver: components["schemas"]["Act"] & {
-            /** @description From whom. */
-            from: string;
-            /** @description To whom. */
-            to: string;
-        };
-        /** @description The board used for calibration. Without `kind` it is a chessboard. */
+        /** @description The calibration board. Without `kind` it is a chessboard. */
         TargetDto: {
             /** @description Inner corners along a row. */
             inner_columns: number;
@@ -5240,23 +5309,23 @@ export interface components {
             inner_rows: number;
             /** @enum {string} */
             kind: "chessboard";
-            /** @description Side of a square, or [along a row, along a column] where a printer has stretched them. */
+            /** @description Square size, or [along a row, along a column] if the print is stretched. */
             square_mm: components["schemas"]["SquareMmDto"];
         } | {
             /** @description Squares along a row. */
             columns: number;
-            /** @description OpenCV's name of the markers' dictionary, such as `DICT_4X4_50`. */
+            /** @description OpenCV name of the marker dictionary, such as `DICT_4X4_50`. */
             dictionary: string;
             /** @enum {string} */
             kind: "charuco";
             /**
              * Format: double
-             * @description Side of a marker.
+             * @description Marker size.
              */
             marker_mm: number;
             /** @description Squares along a column. */
             rows: number;
-            /** @description Side of a square, or [along a row, along a column] where a printer has stretched them. */
+            /** @description Square size, or [along a row, along a column] if the print is stretched. */
             square_mm: components["schemas"]["SquareMmDto"];
         } | {
             /** @description Discs in a row. */
@@ -5270,7 +5339,7 @@ export interface components {
             kind: "circles";
             /** @description Rows. */
             rows: number;
-            /** @description Distance of neighbouring centres, or [along a row, along a column]. */
+            /** @description Distance between neighbouring centres, or [along a row, along a column]. */
             square_mm: components["schemas"]["SquareMmDto"];
         } | {
             /** @description Discs in a row. */
@@ -5284,58 +5353,58 @@ export interface components {
             kind: "asymmetric_circles";
             /** @description Rows. */
             rows: number;
-            /** @description Distance of neighbouring rows, and half of that of the centres in a row; or [that half, that distance]. */
+            /** @description Row spacing, which is half the disc spacing within a row; or [half the disc spacing, row spacing]. */
             square_mm: components["schemas"]["SquareMmDto"];
         };
         /**
-         * @description What to measure.
+         * @description Measurement tool.
          * @enum {string}
          */
         ToolDto: "plane" | "sphere" | "cylinder" | "step" | "distance" | "angle" | "flatness";
         /**
-         * @description When the camera exposes.
+         * @description Trigger mode of the camera.
          * @enum {string}
          */
         TriggerDto: "free" | "software" | "hardware";
         /**
-         * @description How a characteristic or a part was judged; of several the worst counts: `ok` < `undecided` < `invalid` < `not_ok`.
+         * @description Verdict on a characteristic or a part; of several the worst counts: `ok` < `undecided` < `invalid` < `not_ok`.
          * @enum {string}
          */
         VerdictDto: "ok" | "undecided" | "invalid" | "not_ok";
-        /** @description Scan a known part and compare. */
+        /** @description Scan a reference part and compare. */
         VerificationJobDto: {
-            /** @description What it is. */
-            artefact: components["schemas"]["ArtefactDto"];
             /**
              * Format: double
-             * @description Its height or radius.
+             * @description Nominal height or radius.
              */
             nominal_mm: number;
-            /** @description How it is scanned. */
+            /** @description Kind of the reference part. */
+            reference_part: components["schemas"]["ReferencePartDto"];
+            /** @description The scan. */
             scan: components["schemas"]["ScanJobDto"];
             /**
              * Format: double
-             * @description Largest deviation allowed.
+             * @description Symmetric tolerance of the deviation.
              */
             tolerance_mm?: number | null;
         };
-        /** @description How a board picture fits the camera. */
+        /** @description The fit of one board image. */
         ViewFitDto: {
-            /** @description Its corners. */
+            /** @description Number of corners. */
             n_corners: number;
-            /** @description The picture. */
+            /** @description The image. */
             name: string;
             /**
              * Format: double
-             * @description RMS distance of its corners from where the camera expects them.
+             * @description RMS reprojection error of its corners.
              */
             rms_px: number;
         };
-        /** @description Where the virtual operator of a simulated station is to hold the board. */
+        /** @description Where the virtual operator of the simulated station holds the board. */
         VirtualBoardDto: {
             /** @enum {string} */
             place: "pose";
-            /** @description Which. */
+            /** @description Index of the pose, from 0. */
             pose: number;
         } | {
             /** @enum {string} */
@@ -5345,88 +5414,88 @@ export interface components {
             place: "away";
         };
         /**
-         * @description A watch over the station.
+         * @description A watch: a continuous check of the station on every scan.
          * @enum {string}
          */
         WatchDto: "lost_steps" | "wavelength" | "order_powers" | "stage_scale";
-        /** @description The last scans of the station, as the watches saw them. */
+        /** @description Results of the watches on the recent scans of the station. */
         WatchHistoryDto: {
-            /** @description Scans with the newest reading's calibration that were taken for normal powers. */
+            /** @description Scans with the current calibration used so far as the reference for the order powers. */
             n_reference_scans: number;
-            /** @description How many it takes. */
+            /** @description Scans needed for the reference. */
             n_reference_scans_needed: number;
-            /** @description Oldest first; at most 300 are kept. */
+            /** @description Oldest first, at most 300. */
             readings: components["schemas"]["WatchReadingDto"][];
         };
-        /** @description What the watches said of one scan. */
+        /** @description Results of all watches on one scan. */
         WatchReadingDto: {
             /**
              * Format: int64
-             * @description When it was made, ms since 1970.
+             * @description Time of the scan, ms since 1970 (UTC).
              */
             at_ms: number;
             /** @description The calibration it was computed with. */
             calibration_id: string;
-            /** @description The scan; it may be deleted by now. */
+            /** @description The scan; it may have been deleted. */
             scan_id: string;
-            /** @description What people called it. */
+            /** @description Name of the scan. */
             scan_name: string;
-            /** @description One verdict for every watch. */
+            /** @description One result per watch. */
             verdicts: components["schemas"]["WatchVerdictDto"][];
         };
         /**
-         * @description What a watch says of a scan.
+         * @description State of a watch.
          * @enum {string}
          */
         WatchStateDto: "quiet" | "blind" | "warning" | "invalid";
-        /** @description What one watch says of a scan. */
+        /** @description Result of one watch on a scan. */
         WatchVerdictDto: {
             /**
              * Format: double
-             * @description The error of points that it causes.
+             * @description Point error caused by the deviation.
              */
             error_mm?: number | null;
             /**
              * Format: double
-             * @description The stage position where it begins.
+             * @description Stage position at which it starts.
              */
             position_mm?: number | null;
-            /** @description In words, with what to do. */
+            /** @description The result in a sentence, with the remedy. */
             reason: string;
             /**
              * Format: double
-             * @description One σ of the figure; of lost steps that were not noticed, the smallest loss that would have been, mm.
+             * @description Standard deviation of the value; if no lost steps were detected, the smallest detectable loss, mm.
              */
             sigma?: number | null;
-            /** @description Whether all is well. */
+            /** @description Its state. */
             state: components["schemas"]["WatchStateDto"];
             /**
              * Format: double
-             * @description Its figure, in the unit of the watch; missing where it is blind.
+             * @description Measured deviation, in the unit of the watch; absent if `blind`.
              */
             value?: number | null;
-            /** @description Which. */
+            /** @description The watch. */
             watch: components["schemas"]["WatchDto"];
         };
-        /** @description A watch that warns; the subject is the scan. */
+        /** @description A warning of a watch; the subject is the scan. */
         WatchWarned: {
             /**
              * Format: double
-             * @description The stage position where it begins.
+             * @description Stage position at which it starts.
              */
             position_mm?: number | null;
-            /** @description In words. */
+            /** @description The warning in a sentence. */
             reason: string;
             /**
              * Format: double
-             * @description One σ of it.
+             * @description Standard deviation of the value.
              */
             sigma?: number | null;
-            /** @description `warning`, or `invalid`: the error exceeds the uncertainty that the points state. */
+            /** @description `warning`, or `invalid`: the error exceeds the stated uncertainty of the points. */
             state: string;
             /**
              * Format: double
-             * @description Its figure: mm for lost steps, else relative (a logarithm for powers).
+             * @description Measured deviation: mm for lost steps, else relative (natural logarithm for powers).
              */
             value?: number | null;
             /** @description `lost_steps`, `wavelength`, `order_powers`, `stage_scale`. */
@@ -5434,7 +5503,7 @@ export interface components {
         };
     };
     responses: {
-        /** @description What went wrong, why, and what to do about it */
+        /** @description Problem details: what went wrong, its cause and remedy */
         Problem: {
             headers: {
                 [name: string]: unknown;
@@ -5454,9 +5523,9 @@ export interface operations {
     list_sessions: {
         parameters: {
             query?: {
-                /** @description Id of the last record of the page before. */
+                /** @description Id of the last record of the previous page. */
                 before?: string;
-                /** @description Records of a page, 1 to 200; 50 if not said. */
+                /** @description Records per page, 1 to 200; default 50. */
                 limit?: number;
             };
             header?: never;
@@ -5481,11 +5550,11 @@ export interface operations {
             503: components["responses"]["Problem"];
         };
     };
-    begin_session: {
+    create_session: {
         parameters: {
             query?: never;
             header?: {
-                /** @description The same key with the same body and query is the same request, for seven days: it is done once and answered alike */
+                /** @description Repeating a request with the same key, body and query within seven days does not repeat the action; it returns the same response */
                 "Idempotency-Key"?: string;
             };
             path?: never;
@@ -5607,7 +5676,7 @@ export interface operations {
             507: components["responses"]["Problem"];
         };
     };
-    look_at_board: {
+    detect_board: {
         parameters: {
             query?: never;
             header?: never;
@@ -5623,7 +5692,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["LookDto"];
+                    "application/json": components["schemas"]["BoardDetectionDto"];
                 };
             };
             400: components["responses"]["Problem"];
@@ -5640,7 +5709,7 @@ export interface operations {
             507: components["responses"]["Problem"];
         };
     };
-    get_session_picture: {
+    get_session_image: {
         parameters: {
             query?: never;
             header?: never;
@@ -5668,7 +5737,7 @@ export interface operations {
             503: components["responses"]["Problem"];
         };
     };
-    take_pose: {
+    capture_pose: {
         parameters: {
             query?: never;
             header: {
@@ -5676,7 +5745,7 @@ export interface operations {
                 "Sheaf-Control": string;
                 /** @description ETag of the session */
                 "If-Match"?: string | null;
-                /** @description The same key with the same body and query is the same request, for seven days: it is done once and answered alike */
+                /** @description Repeating a request with the same key, body and query within seven days does not repeat the action; it returns the same response */
                 "Idempotency-Key"?: string;
             };
             path: {
@@ -5753,7 +5822,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description The same key with the same body and query is the same request, for seven days: it is done once and answered alike */
+                /** @description Repeating a request with the same key, body and query within seven days does not repeat the action; it returns the same response */
                 "Idempotency-Key"?: string;
             };
             path: {
@@ -5793,7 +5862,7 @@ export interface operations {
             507: components["responses"]["Problem"];
         };
     };
-    take_stage_view: {
+    capture_stage_view: {
         parameters: {
             query?: never;
             header: {
@@ -5801,7 +5870,7 @@ export interface operations {
                 "Sheaf-Control": string;
                 /** @description ETag of the session */
                 "If-Match"?: string | null;
-                /** @description The same key with the same body and query is the same request, for seven days: it is done once and answered alike */
+                /** @description Repeating a request with the same key, body and query within seven days does not repeat the action; it returns the same response */
                 "Idempotency-Key"?: string;
             };
             path: {
@@ -5811,7 +5880,7 @@ export interface operations {
         };
         requestBody: {
             content: {
-                "application/json": components["schemas"]["TakeStageViewDto"];
+                "application/json": components["schemas"]["CaptureStageViewDto"];
             };
         };
         responses: {
@@ -5883,9 +5952,9 @@ export interface operations {
     list_calibrations: {
         parameters: {
             query?: {
-                /** @description Id of the last record of the page before. */
+                /** @description Id of the last record of the previous page. */
                 before?: string;
-                /** @description Records of a page, 1 to 200; 50 if not said. */
+                /** @description Records per page, 1 to 200; default 50. */
                 limit?: number;
             };
             header?: never;
@@ -5914,7 +5983,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description The same key with the same body and query is the same request, for seven days: it is done once and answered alike */
+                /** @description Repeating a request with the same key, body and query within seven days does not repeat the action; it returns the same response */
                 "Idempotency-Key"?: string;
             };
             path?: never;
@@ -5955,9 +6024,9 @@ export interface operations {
     list_activations: {
         parameters: {
             query?: {
-                /** @description Id of the last record of the page before. */
+                /** @description Id of the last record of the previous page. */
                 before?: string;
-                /** @description Records of a page, 1 to 200; 50 if not said. */
+                /** @description Records per page, 1 to 200; default 50. */
                 limit?: number;
             };
             header?: never;
@@ -5998,7 +6067,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["ActiveDto"];
+                    "application/json": components["schemas"]["ActiveCalibrationDto"];
                 };
             };
             400: components["responses"]["Problem"];
@@ -6013,9 +6082,9 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description ETag of what is active, to be sure of it */
+                /** @description ETag of the active calibration */
                 "If-Match"?: string | null;
-                /** @description Who does it, for the log; a control lease says it, too */
+                /** @description Name for the log; not needed with a control lease */
                 "Sheaf-Actor"?: string | null;
             };
             path?: never;
@@ -6023,7 +6092,7 @@ export interface operations {
         };
         requestBody: {
             content: {
-                "application/json": components["schemas"]["ActivateDto"];
+                "application/json": components["schemas"]["ActivateCalibrationDto"];
             };
         };
         responses: {
@@ -6034,7 +6103,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["ActiveDto"];
+                    "application/json": components["schemas"]["ActiveCalibrationDto"];
                 };
             };
             400: components["responses"]["Problem"];
@@ -6057,9 +6126,9 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description Who does it, for the log; a control lease says it, too */
+                /** @description Name for the log; not needed with a control lease */
                 "Sheaf-Actor"?: string | null;
-                /** @description The same key with the same body and query is the same request, for seven days: it is done once and answered alike */
+                /** @description Repeating a request with the same key, body and query within seven days does not repeat the action; it returns the same response */
                 "Idempotency-Key"?: string;
             };
             path?: never;
@@ -6074,7 +6143,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["ActiveDto"];
+                    "application/json": components["schemas"]["ActiveCalibrationDto"];
                 };
             };
             400: components["responses"]["Problem"];
@@ -6122,7 +6191,7 @@ export interface operations {
     diff_calibrations: {
         parameters: {
             query: {
-                /** @description Id of the other one. */
+                /** @description Id of the other calibration. */
                 with: string;
             };
             header?: never;
@@ -6138,7 +6207,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["DifferenceDto"];
+                    "application/json": components["schemas"]["CalibrationDifferenceDto"];
                 };
             };
             400: components["responses"]["Problem"];
@@ -6178,7 +6247,7 @@ export interface operations {
             503: components["responses"]["Problem"];
         };
     };
-    get_residuals: {
+    get_calibration_residuals: {
         parameters: {
             query?: never;
             header?: never;
@@ -6208,9 +6277,9 @@ export interface operations {
     list_captures: {
         parameters: {
             query?: {
-                /** @description Id of the last record of the page before. */
+                /** @description Id of the last record of the previous page. */
                 before?: string;
-                /** @description Records of a page, 1 to 200; 50 if not said. */
+                /** @description Records per page, 1 to 200; default 50. */
                 limit?: number;
             };
             header?: never;
@@ -6238,11 +6307,11 @@ export interface operations {
     upload_capture: {
         parameters: {
             query?: {
-                /** @description What a person calls it; `upload` if not said. */
+                /** @description Its name; default `upload`. */
                 name?: string;
             };
             header?: {
-                /** @description The same key with the same body and query is the same request, for seven days: it is done once and answered alike */
+                /** @description Repeating a request with the same key, body and query within seven days does not repeat the action; it returns the same response */
                 "Idempotency-Key"?: string;
             };
             path?: never;
@@ -6525,7 +6594,7 @@ export interface operations {
             header: {
                 /** @description Id of the control lease */
                 "Sheaf-Control": string;
-                /** @description ETag of the settings that are changed */
+                /** @description ETag of the current settings */
                 "If-Match": string;
             };
             path?: never;
@@ -6687,7 +6756,7 @@ export interface operations {
             header: {
                 /** @description Id of the control lease */
                 "Sheaf-Control": string;
-                /** @description The same key with the same body and query is the same request, for seven days: it is done once and answered alike */
+                /** @description Repeating a request with the same key, body and query within seven days does not repeat the action; it returns the same response */
                 "Idempotency-Key"?: string;
             };
             path?: never;
@@ -6763,7 +6832,7 @@ export interface operations {
             header: {
                 /** @description Id of the control lease */
                 "Sheaf-Control": string;
-                /** @description The same key with the same body and query is the same request, for seven days: it is done once and answered alike */
+                /** @description Repeating a request with the same key, body and query within seven days does not repeat the action; it returns the same response */
                 "Idempotency-Key"?: string;
             };
             path?: never;
@@ -6802,13 +6871,13 @@ export interface operations {
     list_events: {
         parameters: {
             query?: {
-                /** @description Only those after this one; a list begins with the oldest otherwise, a stream with what happens from now on. */
+                /** @description Only events after this one. Default: a list starts with the oldest event, a stream with the next one. */
                 after?: number;
-                /** @description Events of a list, 1 to 200; 50 if not said. */
+                /** @description Maximum number of events, 1 to 200; default 50. */
                 limit?: number;
             };
             header?: {
-                /** @description Last id seen of the stream */
+                /** @description Id of the last event received */
                 "Last-Event-ID"?: string | null;
             };
             path?: never;
@@ -6836,11 +6905,11 @@ export interface operations {
     list_jobs: {
         parameters: {
             query?: {
-                /** @description Only those in this state. */
+                /** @description Only jobs in this state. */
                 state?: components["schemas"]["JobStateDto"];
-                /** @description Id of the last job of the page before. */
+                /** @description Id of the last job of the previous page. */
                 before?: string;
-                /** @description Jobs of a page, 1 to 200; 50 if not said. */
+                /** @description Jobs per page, 1 to 200; default 50. */
                 limit?: number;
             };
             header?: never;
@@ -6952,11 +7021,11 @@ export interface operations {
             503: components["responses"]["Problem"];
         };
     };
-    put_measurement_plan: {
+    set_measurement_plan: {
         parameters: {
             query?: never;
             header: {
-                /** @description ETag of the plan that is changed, or `*` */
+                /** @description ETag of the current plan, or `*` */
                 "If-Match": string;
             };
             path?: never;
@@ -6994,16 +7063,16 @@ export interface operations {
             507: components["responses"]["Problem"];
         };
     };
-    list_all_measurements: {
+    list_measurements: {
         parameters: {
             query?: {
-                /** @description Only those by this tool. */
+                /** @description Only measurements with this tool. */
                 tool?: components["schemas"]["ToolDto"];
-                /** @description Only those with this verdict. */
+                /** @description Only measurements with this verdict. */
                 verdict?: components["schemas"]["VerdictDto"];
-                /** @description Id of the last measurement of the page before. */
+                /** @description Id of the last measurement of the previous page. */
                 before?: string;
-                /** @description Measurements of a page, 1 to 200; 50 if not said. */
+                /** @description Measurements per page, 1 to 200; default 50. */
                 limit?: number;
             };
             header?: never;
@@ -7031,9 +7100,9 @@ export interface operations {
     list_recordings: {
         parameters: {
             query?: {
-                /** @description Id of the last record of the page before. */
+                /** @description Id of the last record of the previous page. */
                 before?: string;
-                /** @description Records of a page, 1 to 200; 50 if not said. */
+                /** @description Records per page, 1 to 200; default 50. */
                 limit?: number;
             };
             header?: never;
@@ -7058,13 +7127,13 @@ export interface operations {
             503: components["responses"]["Problem"];
         };
     };
-    begin_recording: {
+    start_recording: {
         parameters: {
             query?: never;
             header: {
                 /** @description Id of the control lease */
                 "Sheaf-Control": string;
-                /** @description The same key with the same body and query is the same request, for seven days: it is done once and answered alike */
+                /** @description Repeating a request with the same key, body and query within seven days does not repeat the action; it returns the same response */
                 "Idempotency-Key"?: string;
             };
             path?: never;
@@ -7163,7 +7232,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description One range of bytes */
+                /** @description A single byte range */
                 Range?: string | null;
             };
             path: {
@@ -7181,7 +7250,7 @@ export interface operations {
                     "application/octet-stream": number[];
                 };
             };
-            /** @description A range */
+            /** @description The requested range */
             206: {
                 headers: {
                     [name: string]: unknown;
@@ -7237,17 +7306,17 @@ export interface operations {
     list_scans: {
         parameters: {
             query?: {
-                /** @description Only those worth that much. */
+                /** @description Only scans in this state. */
                 state?: components["schemas"]["ScanStateDto"];
-                /** @description Only those computed with this calibration. */
+                /** @description Only scans computed with this calibration. */
                 calibration_id?: string;
                 /** @description Only parts with this verdict. */
                 verdict?: components["schemas"]["VerdictDto"];
-                /** @description Only those made for this. */
+                /** @description Only scans with this purpose. */
                 purpose?: components["schemas"]["ScanPurposeDto"];
-                /** @description Id of the last scan of the page before. */
+                /** @description Id of the last scan of the previous page. */
                 before?: string;
-                /** @description Scans of a page, 1 to 200; 50 if not said. */
+                /** @description Scans per page, 1 to 200; default 50. */
                 limit?: number;
             };
             header?: never;
@@ -7276,7 +7345,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description The same key with the same body and query is the same request, for seven days: it is done once and answered alike */
+                /** @description Repeating a request with the same key, body and query within seven days does not repeat the action; it returns the same response */
                 "Idempotency-Key"?: string;
             };
             path?: never;
@@ -7413,7 +7482,7 @@ export interface operations {
     get_cloud: {
         parameters: {
             query?: {
-                /** @description `ply` if not said. */
+                /** @description Default `ply`. */
                 format?: components["schemas"]["CloudFormatDto"];
             };
             header?: never;
@@ -7449,7 +7518,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description The same key with the same body and query is the same request, for seven days: it is done once and answered alike */
+                /** @description Repeating a request with the same key, body and query within seven days does not repeat the action; it returns the same response */
                 "Idempotency-Key"?: string;
             };
             path: {
@@ -7524,12 +7593,12 @@ export interface operations {
             507: components["responses"]["Problem"];
         };
     };
-    list_measurements: {
+    list_scan_measurements: {
         parameters: {
             query?: {
-                /** @description Id of the last record of the page before. */
+                /** @description Id of the last record of the previous page. */
                 before?: string;
-                /** @description Records of a page, 1 to 200; 50 if not said. */
+                /** @description Records per page, 1 to 200; default 50. */
                 limit?: number;
             };
             header?: never;
@@ -7556,11 +7625,11 @@ export interface operations {
             503: components["responses"]["Problem"];
         };
     };
-    measure: {
+    create_measurement: {
         parameters: {
             query?: never;
             header?: {
-                /** @description The same key with the same body and query is the same request, for seven days: it is done once and answered alike */
+                /** @description Repeating a request with the same key, body and query within seven days does not repeat the action; it returns the same response */
                 "Idempotency-Key"?: string;
             };
             path: {
@@ -7629,7 +7698,7 @@ export interface operations {
     get_mesh: {
         parameters: {
             query?: {
-                /** @description `stl` if not said. */
+                /** @description Default `stl`. */
                 format?: components["schemas"]["MeshFormatDto"];
             };
             header?: never;
@@ -7664,7 +7733,7 @@ export interface operations {
     get_points: {
         parameters: {
             query?: {
-                /** @description The first block wanted; 0 if not said. */
+                /** @description First block; default 0. */
                 from_block?: number;
             };
             header?: never;
@@ -7677,9 +7746,9 @@ export interface operations {
         responses: {
             200: {
                 headers: {
-                    /** @description Whether there are no more and will be none */
+                    /** @description Whether these are the last blocks of the scan */
                     "Sheaf-Complete"?: boolean;
-                    /** @description Ask for the next blocks from here on */
+                    /** @description First block of the next request */
                     "Sheaf-Next-Block"?: number;
                     [name: string]: unknown;
                 };
@@ -7730,7 +7799,7 @@ export interface operations {
             header?: never;
             path: {
                 id: string;
-                /** @description Frame of the scan, from 0 */
+                /** @description Index of the frame, from 0 */
                 sequence: number;
             };
             cookie?: never;
@@ -7759,7 +7828,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description The same key with the same body and query is the same request, for seven days: it is done once and answered alike */
+                /** @description Repeating a request with the same key, body and query within seven days does not repeat the action; it returns the same response */
                 "Idempotency-Key"?: string;
             };
             path: {
@@ -7812,7 +7881,7 @@ export interface operations {
             };
         };
         responses: {
-            /** @description It is there */
+            /** @description The board is there */
             204: {
                 headers: {
                     [name: string]: unknown;
@@ -7860,7 +7929,7 @@ export interface operations {
             503: components["responses"]["Problem"];
         };
     };
-    switch_fault_on: {
+    enable_fault: {
         parameters: {
             query?: never;
             header?: never;
@@ -7869,7 +7938,7 @@ export interface operations {
         };
         requestBody: {
             content: {
-                "application/json": components["schemas"]["FaultSwitchDto"];
+                "application/json": components["schemas"]["SimulatedFaultDto"];
             };
         };
         responses: {
@@ -7897,7 +7966,7 @@ export interface operations {
             507: components["responses"]["Problem"];
         };
     };
-    switch_fault_off: {
+    disable_fault: {
         parameters: {
             query?: never;
             header?: never;
@@ -7908,7 +7977,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description It is off */
+            /** @description Deactivated */
             204: {
                 headers: {
                     [name: string]: unknown;
@@ -7991,7 +8060,7 @@ export interface operations {
             507: components["responses"]["Problem"];
         };
     };
-    place_solid: {
+    place_part: {
         parameters: {
             query?: never;
             header?: never;
@@ -8072,7 +8141,7 @@ export interface operations {
             };
             400: components["responses"]["Problem"];
             403: components["responses"]["Problem"];
-            /** @description Nobody does */
+            /** @description No one is in control */
             404: {
                 headers: {
                     [name: string]: unknown;
@@ -8155,7 +8224,7 @@ export interface operations {
             507: components["responses"]["Problem"];
         };
     };
-    give_control_back: {
+    release_control: {
         parameters: {
             query?: never;
             header: {
@@ -8167,7 +8236,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description Given back, or not held */
+            /** @description Released, or not held */
             204: {
                 headers: {
                     [name: string]: unknown;
@@ -8276,7 +8345,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["StoppedDto"];
+                    "application/json": components["schemas"]["StopResultDto"];
                 };
             };
         };
@@ -8310,7 +8379,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description The same key with the same body and query is the same request, for seven days: it is done once and answered alike */
+                /** @description Repeating a request with the same key, body and query within seven days does not repeat the action; it returns the same response */
                 "Idempotency-Key"?: string;
             };
             path?: never;
@@ -8348,7 +8417,7 @@ export interface operations {
             507: components["responses"]["Problem"];
         };
     };
-    health: {
+    get_health: {
         parameters: {
             query?: never;
             header?: never;
@@ -8373,7 +8442,7 @@ export interface operations {
             503: components["responses"]["Problem"];
         };
     };
-    figures: {
+    get_metrics: {
         parameters: {
             query?: never;
             header?: never;
@@ -8398,7 +8467,7 @@ export interface operations {
             503: components["responses"]["Problem"];
         };
     };
-    document: {
+    get_openapi: {
         parameters: {
             query?: never;
             header?: never;
@@ -8423,7 +8492,7 @@ export interface operations {
             503: components["responses"]["Problem"];
         };
     };
-    ready: {
+    get_readiness: {
         parameters: {
             query?: never;
             header?: never;

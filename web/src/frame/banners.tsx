@@ -1,4 +1,4 @@
-/** What a person must know before anything else: a Stop that failed, old data, faults, a stopped station, lost control. */
+/** Banners: a failed Stop, stale data, faults, a stopped station, lost control. */
 
 import type { Station } from "../api/client";
 import { useApp } from "../app";
@@ -39,7 +39,7 @@ export function Banners() {
       {status?.state === "Halted" && (
         <div class="note banner row">
           <span class="grow">
-            {status.laser.light === "not_controlled" ? words.reset_after_stop_lit : words.reset_after_stop}
+            {status.laser.state === "not_controlled" ? words.reset_after_stop_lit : words.reset_after_stop}
           </span>
           <ResetButton label={words.reset_stop} />
         </div>

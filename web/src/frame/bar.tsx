@@ -21,16 +21,16 @@ export function Bar() {
         </span>
       )}
       <span class={`item state ${status?.state === "Error" ? "abnormal" : ""}`} title={status?.state}>
-        <strong>{status ? (words.states[status.state] ?? status.words) : words.loading}</strong>
+        <strong>{status ? (words.states[status.state] ?? status.state_label) : words.loading}</strong>
         <small>{working ? activityOf(status, jobs.get(status.job_id ?? "")) : (status?.state ?? "–")}</small>
       </span>
       <span class="lights">
         <span class="item laser">
           <small>{words.laser}</small>
           <strong
-            class={status?.laser.light === "on" || status?.laser.light === "not_controlled" ? "lit" : undefined}
+            class={status?.laser.state === "on" || status?.laser.state === "not_controlled" ? "lit" : undefined}
           >
-            {words.light[status?.laser.light ?? "unknown"]}
+            {words.light[status?.laser.state ?? "unknown"]}
           </strong>
         </span>
         <span class={`item interlock ${interlock === false ? "abnormal" : ""}`}>
@@ -48,7 +48,7 @@ export function Bar() {
         <small>{words.link}</small>
         <strong>
           {station.stale.value ? words.link_stale : words.link_live}
-          {/* Counted for the eye alone: who listens would hear it every second. */}
+          {/* Hidden from screen readers, which would announce it every second. */}
           {station.stale.value && <span aria-hidden="true"> {station.stale_s.value} s</span>}
         </strong>
       </span>

@@ -13,7 +13,7 @@ export function ControlButton() {
   const { control, station } = useApp();
   const open = useSignal(false);
   const words = text.value.frame;
-  // Without a link nobody here knows who commands; a lease runs out within seconds.
+  // Without a link the holder of control is unknown; a lease expires within seconds.
   const stale = station.stale.value;
   const other = stale ? undefined : control.other.value;
   const label = stale

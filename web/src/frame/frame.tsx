@@ -1,4 +1,4 @@
-/** The frame around every page: bar, rail, what a person must know now, and the page itself. */
+/** The frame around every page: bar, rail, banners and the page itself. */
 
 import { useEffect } from "preact/hooks";
 import { useApp } from "../app";

@@ -9,7 +9,7 @@ import { ProblemCard } from "./problem";
 interface Properties {
   command: Command;
   children: ComponentChildren;
-  /** Why it cannot be pressed now; shown to whoever tries. */
+  /** Why it is disabled; shown on activation. */
   blocked?: string | false | undefined;
   kind?: "primary" | "danger" | "quiet" | "operator" | "primary operator" | undefined;
 }

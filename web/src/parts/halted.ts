@@ -1,4 +1,4 @@
-/** After Stop nothing that moves or shines is accepted until somebody in control resets the station. */
+/** After Stop, motion and laser commands are refused until the holder of control resets the station. */
 
 import { useApp } from "../app";
 import { text } from "../text";

@@ -14,7 +14,7 @@ function titleOf({ type, title }: Problem): string {
   return text.value.problems[type.slice(OF_SERVER.length)] ?? title;
 }
 
-/** A refusal: what happened, why, and what to do. The server speaks English. */
+/** A problem: detail, cause and remedy. Server texts are English. */
 export function ProblemCard({ problem, onDismiss }: { problem: Problem; onDismiss?: () => void }) {
   const words = text.value.parts;
   // What the page itself says is in the chosen language.

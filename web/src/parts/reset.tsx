@@ -1,4 +1,4 @@
-/** The way back after a Stop or a fault: a person's word that the machine may move and shine again. */
+/** Reset after a Stop or a fault: a user confirms that motion and laser are allowed again. */
 
 import { useMemo } from "preact/hooks";
 import { data } from "../api/client";

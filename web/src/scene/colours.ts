@@ -27,7 +27,7 @@ export type Rgb = readonly [number, number, number];
 /** Stops of a palette, equally spaced from low to high. */
 export const PALETTE_STOPS = 9;
 
-/** Viridis: ordered in lightness, readable without telling red from green. */
+/** Viridis: ordered in lightness, readable without distinguishing red and green. */
 const SEQUENTIAL = [
   "#440154",
   "#472d7b",

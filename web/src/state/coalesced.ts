@@ -1,6 +1,6 @@
 /** Work that is wanted often and worth doing once. */
 
-/** Begins `work` at once; wanted while it goes on, it is done once more afterwards, however often it was wanted. */
+/** Starts `work` at once; requests while it is running cause exactly one more run afterwards. */
 export function coalesced(work: () => Promise<void>): () => Promise<void> {
   let going_on: Promise<void> | undefined;
   let again = false;

@@ -1,5 +1,5 @@
 /**
- * The one WebSocket of the page: it keeps the subscriptions of all parts, reconnects automatically, and knows its age.
+ * The WebSocket of the page: holds the subscriptions of all parts, reconnects automatically, and tracks its age.
  *
  * Parts call `subscribe` with a stream and a listener; the connection asks the server for the fastest rate and the
  * finest scale of all subscribers, and unsubscribes when the last one has gone.
@@ -9,14 +9,14 @@ import { signal } from "@preact/signals";
 import { type BinaryMessage, decode } from "./protocol";
 import type { ClientText, DropCount, ServerText, StreamName, Subscription } from "./text_messages";
 
-/** The page asks the server so often whether it is there; the answer also tells the age of frames. */
+/** Ping interval; the reply also gives the age of frames. */
 const PING_EVERY_MS = 500;
 
 /** First pause before connecting again; it doubles up to `LONGEST_PAUSE_MS`. */
 const FIRST_PAUSE_MS = 250;
 const LONGEST_PAUSE_MS = 2000;
 
-/** A page that nobody sees tries again so seldom: fifty forgotten tabs are no load on a server that comes back. */
+/** Retry interval of a hidden page: many open tabs must not overload a restarted server. */
 const HIDDEN_PAUSE_MS = 30_000;
 
 /** Pauses differ by up to this share, so that pages which lost the same server do not come back all at once. */
@@ -44,13 +44,13 @@ interface Subscriber {
 export class StreamConnection {
   /** Whether the socket is open. */
   readonly connected = signal(false);
-  /** When the server was last heard, by `performance.now()`. */
+  /** Time of the last message from the server, by `performance.now()`. */
   last_message_at_ms = performance.now();
   /** What this viewer missed, by stream. */
   readonly dropped = signal<readonly DropCount[]>([]);
   /** Time from this page to the server and back, ms. */
   readonly round_trip_ms = signal<number | undefined>(undefined);
-  /** The software version the server said. */
+  /** The software version reported by the server. */
   readonly server_version = signal("");
   /** The version of a server that was updated since this page was loaded. */
   readonly updated_to = signal<string | undefined>(undefined);
@@ -64,9 +64,9 @@ export class StreamConnection {
   private pause_ms = FIRST_PAUSE_MS;
   private retry: ReturnType<typeof setTimeout> | undefined;
   private attempt: ReturnType<typeof setTimeout> | undefined;
-  /** When the oldest ping went out that nothing was heard after. */
+  /** Time of the oldest ping without any later message. */
   private unanswered_since_ms: number | undefined;
-  /** The first version that was said. */
+  /** The first version reported. */
   private loaded_from: string | undefined;
   private pings = new Map<number, number>();
   private next_ping = 1;
@@ -152,7 +152,7 @@ export class StreamConnection {
     for (const callback of this.reconnected) callback();
   }
 
-  /** A dead cable closes nothing by itself. */
+  /** A disconnected cable does not close the socket. */
   private giveUp(socket: WebSocket): void {
     socket.close();
     this.closed(socket);

@@ -7,7 +7,7 @@ export interface FrameMoment {
   /** Middle of the exposure on the station's clock. */
   captured_ms: number;
   position_mm: number;
-  laser_shone: boolean;
+  laser_on: boolean;
   calibrated: boolean;
 }
 
@@ -123,7 +123,7 @@ function moment(view: DataView): FrameMoment {
     sequence: Number(view.getBigUint64(8, true)),
     captured_ms: Number(view.getBigUint64(16, true)) / 1e6,
     position_mm: view.getFloat64(24, true),
-    laser_shone: (flags & 1) !== 0,
+    laser_on: (flags & 1) !== 0,
     calibrated: (flags & 2) !== 0,
   };
 }

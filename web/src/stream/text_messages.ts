@@ -4,7 +4,7 @@ import type { Job, Station } from "../api/client";
 
 export type StreamName = "image" | "profile" | "points" | "state" | "jobs" | "events";
 
-/** What a part of the page wants of a stream. */
+/** The demand of a part of the page on a stream. */
 export interface Subscription {
   stream: StreamName;
   max_rate_hz?: number;

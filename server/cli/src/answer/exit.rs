@@ -1,4 +1,4 @@
-//! How a command ended: exit codes, and failures as JSON.
+//! Exit codes, and failures as JSON.
 
 use pipeline::{Failure, FailureKind};
 use serde_json::{Value, json};
@@ -9,19 +9,19 @@ use serde_json::{Value, json};
 pub enum Exit {
     /// Done; with a tolerance: pass.
     Done = 0,
-    /// A defect of the program or the machine under it.
+    /// An internal error, or a failure of the machine.
     Internal = 1,
     /// Wrong usage of the command line.
     Usage = 2,
     /// A file is missing, damaged, malformed or of the wrong size.
     BadInput = 3,
-    /// The data cannot carry the result.
+    /// The data are not sufficient for a result.
     Unobservable = 4,
     /// Measured; verdict: fail.
     VerdictFail = 5,
     /// Measured; verdict: undecided.
     VerdictUndecided = 6,
-    /// Done with a recording that lacks something, or of which parts cannot be read.
+    /// Done, but parts of the recording are missing or unreadable.
     Lossy = 7,
 }
 
@@ -46,7 +46,7 @@ fn name(kind: FailureKind) -> &'static str {
     }
 }
 
-/// A failure for a machine.
+/// A failure as JSON.
 pub fn failure_json(failure: &Failure) -> Value {
     json!({ "problem": {
         "kind": name(failure.kind()),

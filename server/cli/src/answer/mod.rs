@@ -1,4 +1,4 @@
-//! What a person or a script sees of a command: progress, files written, exit code.
+//! Output of commands: progress, files written, exit code.
 
 pub mod exit;
 pub mod output;

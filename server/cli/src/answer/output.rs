@@ -5,12 +5,12 @@ use std::path::{Path, PathBuf};
 
 use pipeline::Failure;
 
-/// Makes a folder with its parents.
+/// Creates a folder with its parents.
 pub fn create_folder(folder: &Path) -> Result<(), Failure> {
     std::fs::create_dir_all(folder).map_err(|error| Failure::unwritable(folder, &error))
 }
 
-/// Writes a file in one step: a reader never sees half of it.
+/// Writes a file atomically.
 pub fn write_file(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
     let mut part = path.as_os_str().to_owned();
     part.push(".part");

@@ -1,4 +1,4 @@
-//! `sheaf calibrate`: which capture, which light model, which lens.
+//! Arguments of `sheaf calibrate` and `sheaf axis`.
 
 use std::path::PathBuf;
 
@@ -8,19 +8,19 @@ use optics::LightModelKind;
 /// Light model on the command line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
 pub enum LightModelArg {
-    /// The one that cross-validation over the poses recommends.
+    /// The one recommended by cross-validation over the poses.
     #[default]
     Auto,
     /// One free plane per order.
     Planes,
-    /// Planes through one line at the angles of the grating equation.
+    /// A pencil of planes through one line, at the angles of the grating equation.
     Pencil,
     /// The exact curved sheets of the vector grating equation.
     Grating,
 }
 
 impl LightModelArg {
-    /// The model asked for; `None` for `auto`.
+    /// The requested model; `None` for `auto`.
     pub fn kind(self) -> Option<LightModelKind> {
         match self {
             Self::Auto => None,
@@ -34,7 +34,7 @@ impl LightModelArg {
 /// k3 on the command line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
 pub enum K3Arg {
-    /// Only if the pictures distinguish it from zero.
+    /// Only if it is significantly different from zero.
     #[default]
     Auto,
     /// Always.
@@ -44,7 +44,7 @@ pub enum K3Arg {
 }
 
 impl K3Arg {
-    /// The choice as the calibration takes it; `None` decides by significance.
+    /// The choice; `None` decides by significance.
     pub fn estimate(self) -> Option<bool> {
         match self {
             Self::Auto => None,
@@ -59,7 +59,7 @@ impl K3Arg {
 pub struct CalibrateArgs {
     /// Capture folder, with `capture.json`.
     pub capture: PathBuf,
-    /// Where the calibration document goes.
+    /// Output file of the calibration document.
     #[arg(short, long, value_name = "CAL.json")]
     pub output: PathBuf,
     /// Light model of the result.
@@ -68,10 +68,10 @@ pub struct CalibrateArgs {
     /// Also write a self-contained HTML report.
     #[arg(long, value_name = "REPORT.html")]
     pub report: Option<PathBuf>,
-    /// Whether the sixth-power distortion k3 is estimated.
+    /// Whether to estimate the sixth-power radial distortion k3.
     #[arg(long, value_enum, default_value_t)]
     pub k3: K3Arg,
-    /// Go on without board and laser pictures that cannot be read even if they are the most.
+    /// Ignore unreadable board and laser images even if most are unreadable.
     #[arg(long)]
     pub leave_out_unreadable: bool,
 }
@@ -84,18 +84,18 @@ pub struct AxisArgs {
     /// The calibration of camera and light.
     #[arg(short, long, value_name = "CAL.json")]
     pub calibration: PathBuf,
-    /// The scan that shows the part all round, a bit more than a turn.
+    /// Scan of the part over slightly more than a full turn.
     #[arg(long)]
     pub scan: String,
-    /// Where the calibration with the axis goes.
+    /// Output file of the calibration with the axis.
     #[arg(short, long, value_name = "CAL.json")]
     pub output: PathBuf,
-    /// A point within some millimetres of the axis, camera frame; else the calibration's own, or the middle of its depths before
-    /// the camera.
+    /// Initial point on the axis, to a few millimetres, camera frame; default: that of the calibration, or the middle of its
+    /// depth range in front of the camera.
     #[arg(long, value_name = "X,Y,Z", value_delimiter = ',', allow_hyphen_values = true)]
     pub near_mm: Option<Vec<f64>>,
-    /// Which way the axis points, within a few degrees: growing angles turn the part about it by the right-hand rule; else the
-    /// calibration's own, or along the lines (upwards, or to the right).
+    /// Initial direction of the axis, to a few degrees; positive angles turn the part by the right-hand rule. Default: that of
+    /// the calibration, or along the lines (upwards, or to the right).
     #[arg(long, value_name = "X,Y,Z", value_delimiter = ',', allow_hyphen_values = true)]
     pub along: Option<Vec<f64>>,
 }

@@ -9,14 +9,14 @@ use clap::{Args, ValueEnum};
 /// Kind of a board on the command line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
 pub enum TargetKind {
-    /// Black and white squares; the whole board must be in every picture.
+    /// Chessboard; the whole board must be in every image.
     #[default]
     Chessboard,
-    /// With markers in the white squares: a part of the board in sight is enough.
+    /// ChArUco board; a part of the board in view is enough.
     Charuco,
-    /// Discs in rows and columns; all of them must be in every picture.
+    /// Symmetric circle grid; all discs must be in every image.
     Circles,
-    /// Discs of which every other row is shifted by half their distance, as OpenCV's asymmetric grid.
+    /// Asymmetric circle grid as in OpenCV: every other row is shifted by half the spacing.
     AsymmetricCircles,
 }
 
@@ -26,21 +26,21 @@ pub struct TargetArgs {
     /// Kind of the board.
     #[arg(long, value_enum, default_value_t)]
     pub kind: TargetKind,
-    /// Squares along a row (12), or circles in a row (9; asymmetric 4). One even and one odd count of squares make a
-    /// chessboard that cannot be mistaken for itself turned round.
+    /// Squares along a row (12), or circles in a row (9; asymmetric 4). A chessboard with one even and one odd number of
+    /// squares is unambiguous under rotation by 180°.
     #[arg(long)]
     pub columns: Option<usize>,
-    /// Squares along a column (9), or rows of circles (7; asymmetric 11, an odd number for a grid that cannot be mistaken
-    /// for itself turned round).
+    /// Squares along a column (9), or rows of circles (7; asymmetric 11: an odd number is unambiguous under rotation by
+    /// 180°).
     #[arg(long)]
     pub rows: Option<usize>,
-    /// Side of a square, or distance of neighbouring circles; asymmetric: distance of the rows.
+    /// Square size, or distance between neighbouring circles; asymmetric: row spacing.
     #[arg(long, value_name = "MM", default_value_t = 20.0)]
     pub square_mm: f64,
-    /// charuco: OpenCV's name of the markers' dictionary.
+    /// charuco: OpenCV name of the marker dictionary.
     #[arg(long, default_value = "DICT_5X5_100")]
     pub dictionary: String,
-    /// The page; the smallest of A4 to A0 that holds the board.
+    /// Page size; default: the smallest of A4 to A0 that fits the board.
     #[arg(short, long, value_name = "TARGET.pdf")]
     pub output: PathBuf,
 }
@@ -51,8 +51,8 @@ pub struct TriangulateArgs {
     /// Calibration document.
     #[arg(short, long, value_name = "CAL.json")]
     pub calibration: PathBuf,
-    /// Standard deviation of the pixels across their line; adds image noise to sigma_mm, which otherwise states
-    /// the calibration's own uncertainty.
+    /// Standard deviation of the pixels perpendicular to their line; adds image noise to sigma_mm, which otherwise only
+    /// contains the uncertainty of the calibration.
     #[arg(long, value_name = "PX", default_value_t = 0.0)]
     pub pixel_sigma: f64,
 }
@@ -84,7 +84,7 @@ pub enum DirectionArg {
     Rows,
     /// Lines run along columns: one crossing per row and line.
     Columns,
-    /// Lines run either way: each piece as it runs.
+    /// Both: each segment in its own direction.
     Both,
 }
 
@@ -144,39 +144,38 @@ pub struct CentrelinesArgs {
     /// Images: PNG, TIFF, BMP or JPEG, 8 or 16 bit, grey or colour.
     #[arg(required_unless_present = "pairs", value_name = "IMAGE")]
     pub images: Vec<PathBuf>,
-    /// Folder for both: a CSV and a picture with the lines drawn over it (NAME-lines.png) per image.
+    /// Folder for a CSV and an image with the lines drawn on it (NAME-lines.png), per input image.
     #[arg(short, long, value_name = "DIR", required_unless_present_any = ["csv", "picture"])]
     pub output: Option<PathBuf>,
     /// Folder for one CSV per image: u_px,v_px,sigma_px,intensity,width_px.
     #[arg(long, value_name = "DIR")]
     pub csv: Option<PathBuf>,
-    /// Folder for one picture per image with the lines drawn over it.
+    /// Folder for one image with the lines drawn on it, per input image.
     #[arg(long, value_name = "DIR")]
     pub picture: Option<PathBuf>,
-    /// Which way the lines run.
+    /// Direction of the lines.
     #[arg(long, alias = "line-direction", value_enum, default_value_t)]
     pub direction: DirectionArg,
-    /// How the centre is found.
+    /// Method for the centre of a line.
     #[arg(long, value_enum, default_value_t)]
     pub method: CentrelineMethodArg,
-    /// What is looked at of colour pictures: red, green, blue, luma, red-minus-others (or green-, blue-), or auto, decided
-    /// from the pictures and said in the output.
+    /// Channel of colour images: red, green, blue, luma, red-minus-others (or green-, blue-), or auto (selected from the
+    /// images and reported in the output).
     #[arg(long, value_name = "CHANNEL", default_value_t)]
     pub channel: ChannelChoice,
-    /// Pictures with the laser off, taken away before lines are looked for: one for all images, or one for each in their
-    /// order.
+    /// Laser-off images, subtracted before lines are detected: one for all images, or one per image in the same order.
     #[arg(long, value_name = "IMAGE", num_args = 1..)]
     pub background: Vec<PathBuf>,
-    /// A list of images with their backgrounds instead: one pair a line, LASER_ON,LASER_OFF, relative to the list's folder.
+    /// Instead, a list of images with their backgrounds: one pair LASER_ON,LASER_OFF per line, relative to the folder of the list.
     #[arg(long, value_name = "LIST.csv", conflicts_with_all = ["images", "background"])]
     pub pairs: Option<PathBuf>,
-    /// Keeps points inside a rectangle only: first column, first row, columns, rows.
+    /// Region of interest: first column, first row, width, height.
     #[arg(long, value_name = "U,V,WIDTH,HEIGHT")]
     pub roi: Option<RoiArg>,
-    /// Fewest points of a piece of line.
+    /// Minimum number of points of a line segment.
     #[arg(long, value_name = "POINTS", default_value_t = 1)]
     pub min_length: usize,
-    /// Least median height of a piece over its surroundings, in grey levels; 4 of 255 of JPEG if not given, else 0.
+    /// Minimum median contrast of a segment, in grey levels; default 4 of 255 for JPEG, else 0.
     #[arg(long, value_name = "LEVELS")]
     pub min_contrast: Option<f32>,
 }
@@ -196,10 +195,10 @@ pub struct CornersArgs {
     /// The same along a board column.
     #[arg(long)]
     pub rows: usize,
-    /// charuco: side of a marker over the side of a square.
+    /// charuco: ratio of marker size to square size.
     #[arg(long, default_value_t = 0.7)]
     pub marker_share: f64,
-    /// charuco: OpenCV's name of the markers' dictionary.
+    /// charuco: OpenCV name of the marker dictionary.
     #[arg(long, default_value = "DICT_5X5_100")]
     pub dictionary: String,
     /// Folder for one CSV per image: row,column,u_px,v_px,sigma_px.

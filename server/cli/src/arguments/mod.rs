@@ -1,4 +1,4 @@
-//! The command line: what can be asked of `sheaf`, as types.
+//! The command line of `sheaf` as types.
 
 mod bench;
 mod calibrate;
@@ -23,7 +23,7 @@ pub use bench::{
 };
 pub use calibrate::{AxisArgs, CalibrateArgs};
 pub use images::{CentrelinesArgs, CornersArgs, LineDirectionArg, TargetArgs, TargetKind, TriangulateArgs};
-pub use scan::{MeasureArgs, ScanArgs};
+pub use scan::{CompareArgs, MeasureArgs, ScanArgs};
 pub use service::{DoctorArgs, OpenapiArgs, ServeArgs, SettingsArgs};
 pub use simulation::{
     DemoArgs, StationArgs, Study, StudyArgs, StudyPaperArgs, TwinAction, TwinArgs, TwinCaptureArgs,
@@ -37,7 +37,7 @@ Exit codes:
   2  wrong usage of the command line
   3  bad input: a file is missing, damaged, malformed or of the wrong size
   4  the data cannot carry the result: the quantity that stays undetermined is named
-  5  measured: NOT OK
+  5  measured: NOT OK, or INVALID: something to be judged could not be measured
   6  measured: UNDECIDED (the tolerance lies inside the uncertainty, the uncertainty
      is incomplete, or the model does not fit)
   7  done, but the recording lacks something that was exposed, or parts of its file cannot be read
@@ -45,19 +45,19 @@ Exit codes:
 Results go to stdout, progress and messages to stderr. With --json stdout holds exactly one JSON value:
 the result, or {\"problem\": …} naming what, file, entry, cause and remedy.";
 
-/// Multi-line laser scanning: a folder of pictures in, a calibrated scanner and measured parts out.
+/// Multi-line laser scanning: from a folder of images to a calibrated scanner and measured parts.
 #[derive(Debug, Parser)]
 #[command(name = "sheaf", version, about, after_help = EXIT_CODES, propagate_version = true)]
 pub struct Cli {
-    /// How to talk.
+    /// Output options.
     #[command(flatten)]
     pub voice: Voice,
-    /// What to do.
+    /// The command.
     #[command(subcommand)]
     pub command: Command,
 }
 
-/// How to talk.
+/// Output options.
 #[derive(Debug, Clone, Args)]
 pub struct Voice {
     /// Print the result as one JSON value on stdout, or write it to FILE.
@@ -68,12 +68,12 @@ pub struct Voice {
     pub quiet: bool,
 }
 
-/// Where the result goes as JSON.
+/// Destination of the JSON result.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum JsonTo {
-    /// Onto stdout, instead of the text.
+    /// To stdout, instead of the text.
     Stdout,
-    /// Into a file, beside the text on stdout.
+    /// To a file, in addition to the text on stdout.
     File(PathBuf),
 }
 
@@ -91,57 +91,61 @@ pub enum Command {
     /// Calibrate camera, light sheets and stage from a capture folder.
     #[command(after_help = EXIT_CODES)]
     Calibrate(CalibrateArgs),
-    /// Find the axis of a turntable from a part that a scan shows all round, without a board.
+    /// Calibrate the axis of a turntable from a full-turn scan of a part, without a board.
     #[command(after_help = EXIT_CODES)]
     Axis(AxisArgs),
-    /// Turn a scan of a capture folder into a point cloud, and into a mesh if asked.
+    /// Compute a point cloud, and optionally a mesh, from a scan in a capture folder.
     #[command(after_help = EXIT_CODES)]
     Scan(ScanArgs),
     /// Triangulate labelled pixels: CSV with order,u_px,v_px on stdin, the same rows with x_mm,y_mm,z_mm,sigma_mm
     /// (camera frame) on stdout.
     #[command(after_help = EXIT_CODES)]
     Triangulate(TriangulateArgs),
-    /// Find the laser lines of images with sub-pixel accuracy.
+    /// Extract the laser lines of images with sub-pixel accuracy.
     #[command(after_help = EXIT_CODES)]
     Centrelines(CentrelinesArgs),
-    /// Write a calibration board as a PDF page, true to scale, with a ruler to check the print.
+    /// Write a calibration board as a PDF page at true scale, with a ruler to check the print.
     #[command(after_help = EXIT_CODES)]
     Target(TargetArgs),
-    /// Find the corners of a chessboard or ChArUco board, or the centres of a circle grid, in images.
+    /// Detect the corners of a chessboard or ChArUco board, or the centres of a circle grid, in images.
     #[command(after_help = EXIT_CODES)]
     Corners(CornersArgs),
     /// Measure a point cloud: value, uncertainty and, with a tolerance, the verdict.
     #[command(after_help = EXIT_CODES)]
     Measure(MeasureArgs),
-    /// What is in a recording (MCAP), and what can be made of it.
+    /// Compare a point cloud with the nominal surface of its part: deviations, worst places and, with a tolerance, the
+    /// verdict.
+    #[command(after_help = EXIT_CODES)]
+    Compare(CompareArgs),
+    /// Inspect, export or repair a recording (MCAP).
     #[command(after_help = EXIT_CODES)]
     Recording(RecordingArgs),
     /// Numerical studies of the method.
     #[command(after_help = EXIT_CODES)]
     Study(StudyArgs),
-    /// How fast this machine does what a scan does for every frame.
+    /// Benchmark this machine.
     #[command(after_help = EXIT_CODES)]
     Bench(BenchArgs),
     /// The simulated station.
     #[command(after_help = EXIT_CODES)]
     Twin(TwinArgs),
-    /// Render a small station, calibrate it by all three models, scan two parts, compare with the truth.
+    /// Render a small station, calibrate it with all three models, scan two parts, and compare with the truth.
     #[command(after_help = EXIT_CODES)]
     Demo(DemoArgs),
-    /// The service: REST under /api/v1, live stream, API page at /docs; prints its URL once it listens. SHEAF_LOG sets
-    /// what is logged.
+    /// Run the service: REST under /api/v1, live stream, API documentation at /docs; prints its URL once it listens. SHEAF_LOG
+    /// sets the log level.
     #[command(after_help = EXIT_CODES)]
     Serve(ServeArgs),
-    /// The configuration in force, and where each value came from.
+    /// Print the effective configuration and the origin of each value.
     #[command(after_help = EXIT_CODES)]
     Config(SettingsArgs),
-    /// What is attached to this computer, and the setting that chooses it. Opens nothing.
+    /// List attached devices and the settings that select them. Opens none of them.
     #[command(after_help = EXIT_CODES)]
     Devices,
-    /// Try the configured station, first without moving or shining, then, if you agree, with; ends with a table of check,
-    /// figure, limit and remedy. The service must not run on the same devices.
+    /// Check the configured station, first without motion and laser, then, if you agree, with both; ends with a table of
+    /// check, figure, limit and remedy. The service must not use the same devices.
     #[command(after_help = EXIT_CODES)]
     Doctor(DoctorArgs),
-    /// The document of the service's API (OpenAPI).
+    /// Print the OpenAPI document of the service.
     Openapi(OpenapiArgs),
 }

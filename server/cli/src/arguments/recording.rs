@@ -1,4 +1,4 @@
-//! `sheaf recording`: what is in a recording, and what can be made of it.
+//! Arguments of `sheaf recording`.
 
 use std::path::PathBuf;
 
@@ -7,21 +7,21 @@ use clap::{Args, Subcommand};
 /// `sheaf recording`.
 #[derive(Debug, Args)]
 pub struct RecordingArgs {
-    /// What to do with it.
+    /// The subcommand.
     #[command(subcommand)]
     pub action: RecordingAction,
 }
 
-/// What is done with a recording.
+/// Subcommands of `sheaf recording`.
 #[derive(Debug, Subcommand)]
 pub enum RecordingAction {
-    /// What is inside: frames, messages, gaps, calibration, whether it is whole. Exit code 7 if something is missing.
+    /// Show its content: frames, messages, gaps, calibration, completeness. Exit code 7 if something is missing.
     Info(RecordingInfoArgs),
-    /// Make a capture folder of it: the frames of its scan, or all that have a stage position, and its calibration.
+    /// Export it to a capture folder: the frames of its scan, or all frames with a stage position, and its calibration.
     /// Exit code 7 if frames are missing.
     Export(RecordingExportArgs),
-    /// Make a whole file of one that was broken off or damaged: everything that can be read, with an index. Exit code 7 if
-    /// something could not be read.
+    /// Repair an interrupted or damaged file: copies everything readable and adds an index. Exit code 7 if something could
+    /// not be read.
     Repair(RecordingRepairArgs),
 }
 
@@ -45,7 +45,7 @@ pub struct RecordingExportArgs {
 /// `sheaf recording repair`.
 #[derive(Debug, Args)]
 pub struct RecordingRepairArgs {
-    /// The file (.mcap), also one of another program.
+    /// The file (.mcap), which may be from another program.
     pub recording: PathBuf,
     /// The new file; it must not exist yet.
     #[arg(short, long, value_name = "FILE.mcap")]

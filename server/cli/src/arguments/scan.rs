@@ -1,4 +1,4 @@
-//! `sheaf scan` and `sheaf measure`: from a capture to a cloud, from a cloud to a verdict.
+//! Arguments of `sheaf scan` and `sheaf measure`.
 
 use std::path::PathBuf;
 
@@ -15,7 +15,7 @@ pub struct ScanArgs {
     /// Name of the scan in the capture.
     #[arg(long, value_name = "NAME")]
     pub scan: String,
-    /// Where the cloud goes: .ply, .csv, .pcd or .e57.
+    /// Output file of the cloud: .ply, .csv, .pcd or .e57.
     #[arg(short, long, value_name = "CLOUD.ply")]
     pub output: PathBuf,
     /// Also write a mesh: .stl, .glb or .ply.
@@ -65,21 +65,69 @@ pub struct MeasureArgs {
     /// Point cloud written by `sheaf scan`.
     pub cloud: PathBuf,
     /// What to measure.
-    #[arg(long, value_enum)]
-    pub tool: ToolArg,
+    #[arg(long, value_enum, required_unless_present = "plan")]
+    pub tool: Option<ToolArg>,
+    /// Measure all characteristics of this plan instead; the verdict is the part's.
+    #[arg(long, value_name = "PLAN.json", conflicts_with_all = ["tool", "nominal_mm", "tolerance_mm", "region_mm", "seed"])]
+    pub plan: Option<PathBuf>,
     /// Nominal value (mm; degrees for an angle; below zero for a pocket's depth).
     #[arg(long, value_name = "MM", allow_negative_numbers = true)]
     pub nominal_mm: Option<f64>,
-    /// Symmetric tolerance around the nominal; asks for a verdict by ISO 14253-1.
+    /// Symmetric tolerance around the nominal value; required for a verdict according to ISO 14253-1.
     #[arg(long, value_name = "MM", requires = "nominal_mm")]
     pub tolerance_mm: Option<f64>,
+    /// Only use points in this box of the part frame: x, y, z of one corner, x, y, z of the other.
+    #[arg(long, value_name = "X,Y,Z,X,Y,Z", value_delimiter = ',', num_args = 6, allow_negative_numbers = true)]
+    pub region_mm: Option<Vec<f64>>,
+    /// Calibration document; default: the one stored in the cloud.
+    #[arg(short, long, value_name = "CAL.json")]
+    pub calibration: Option<PathBuf>,
+    /// Random seed of the search; the same seed gives the same result.
+    #[arg(long, default_value_t = 1)]
+    pub seed: u64,
+}
+
+/// `sheaf compare`.
+#[derive(Debug, Args)]
+pub struct CompareArgs {
+    /// Point cloud written by `sheaf scan`.
+    pub cloud: PathBuf,
+    /// The surface the part should have: .stl, .glb or .ply, mm (GLB: metres).
+    pub part: PathBuf,
+    /// Align by the datums of this plan; the part is drawn in their frame.
+    #[arg(long, value_name = "PLAN.json")]
+    pub plan: Option<PathBuf>,
+    /// Bring all points to the surface, from the datums if there is a plan, else from the start pose.
+    #[arg(long, required_unless_present = "plan")]
+    pub best_fit: bool,
+    /// Where the part's origin lies in the scan, x, y, z in mm, and how it is turned, as turns about x, y, z in degrees, one
+    /// after the other.
+    #[arg(
+        long,
+        value_name = "X,Y,Z,RX,RY,RZ",
+        value_delimiter = ',',
+        num_args = 6,
+        allow_negative_numbers = true,
+        conflicts_with = "plan"
+    )]
+    pub start: Option<Vec<f64>>,
+    /// Largest permitted deviation to either side; asks for a verdict by ISO 14253-1.
+    #[arg(long, value_name = "MM")]
+    pub tolerance_mm: Option<f64>,
+    /// Points further from the surface do not belong to it; by default 2 % of the part's diagonal.
+    #[arg(long, value_name = "MM")]
+    pub reach_mm: Option<f64>,
+    /// How far a best fit may start from the surface; by default 6 % of the part's diagonal.
+    #[arg(long, value_name = "MM")]
+    pub capture_mm: Option<f64>,
     /// Look only inside this box of the part frame: x, y, z of one corner, x, y, z of the other.
     #[arg(long, value_name = "X,Y,Z,X,Y,Z", value_delimiter = ',', num_args = 6, allow_negative_numbers = true)]
     pub region_mm: Option<Vec<f64>>,
     /// Calibration document; by default the one that the cloud carries.
     #[arg(short, long, value_name = "CAL.json")]
     pub calibration: Option<PathBuf>,
-    /// Seed of the search; the same seed gives the same result.
-    #[arg(long, default_value_t = 1)]
-    pub seed: u64,
+    /// Also write every point with its deviation and standard uncertainty: CSV with x_mm,y_mm,z_mm (part frame),
+    /// deviation_mm,u_mm.
+    #[arg(long, value_name = "MAP.csv")]
+    pub map: Option<PathBuf>,
 }

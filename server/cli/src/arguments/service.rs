@@ -1,4 +1,4 @@
-//! The service: its settings and its document.
+//! Arguments of the service commands.
 
 use std::path::PathBuf;
 
@@ -7,7 +7,7 @@ use clap::Args;
 /// `sheaf openapi`.
 #[derive(Debug, Args)]
 pub struct OpenapiArgs {
-    /// The catalogue of events instead, as Markdown.
+    /// Print the event catalogue as Markdown instead.
     #[arg(long)]
     pub events: bool,
 }
@@ -15,7 +15,7 @@ pub struct OpenapiArgs {
 /// `sheaf serve`.
 #[derive(Debug, Args)]
 pub struct ServeArgs {
-    /// How it is set up.
+    /// Configuration.
     #[command(flatten)]
     pub settings: SettingsArgs,
 }
@@ -23,22 +23,22 @@ pub struct ServeArgs {
 /// `sheaf doctor`.
 #[derive(Debug, Args)]
 pub struct DoctorArgs {
-    /// Move and turn the laser on without asking: the area is clear, and eyes are safe.
+    /// Move the stage and turn the laser on without asking: the area is clear and eyes are protected.
     #[arg(long)]
     pub yes: bool,
-    /// Exposure, µs; as the camera is set if not given.
+    /// Exposure time, µs; default: the current camera setting.
     #[arg(long, value_name = "US")]
     pub exposure_us: Option<f64>,
-    /// Gain, dB; as the camera is set if not given.
+    /// Gain, dB; default: the current camera setting.
     #[arg(long, value_name = "DB")]
     pub gain_db: Option<f64>,
-    /// Frames per second; as the camera is set if not given.
+    /// Frames per second; default: the current camera setting.
     #[arg(long, value_name = "HZ")]
     pub frame_rate_hz: Option<f64>,
     /// Share of full laser power, above 0 to 1.
     #[arg(long, value_name = "SHARE", default_value_t = 1.0, value_parser = power)]
     pub power: f64,
-    /// How the station is set up; the board under `[target]` is that of the stage's scale.
+    /// Configuration; the board under `[target]` is used to check the scale of the stage.
     #[command(flatten)]
     pub settings: SettingsArgs,
 }
@@ -48,16 +48,16 @@ fn power(text: &str) -> Result<f64, &'static str> {
     share.ok_or("write a share of full power above 0 and up to 1")
 }
 
-/// What the command line says about the configuration; it wins over environment (SHEAF_…) and file.
+/// Configuration options of the command line; they override environment (SHEAF_…) and file.
 #[derive(Debug, Clone, Default, Args)]
 pub struct SettingsArgs {
-    /// Address and port; port 0 takes a free one.
+    /// Address and port; port 0 selects a free port.
     #[arg(long, value_name = "ADDRESS:PORT")]
     pub listen: Option<String>,
-    /// Folder of everything that is kept.
+    /// Data directory.
     #[arg(long, value_name = "DIR")]
     pub data: Option<PathBuf>,
-    /// Configuration file; by default DIR/sheaf.toml, if it is there.
+    /// Configuration file; default: DIR/sheaf.toml, if it exists.
     #[arg(long, value_name = "FILE")]
     pub config: Option<PathBuf>,
     /// Any other setting, such as station.twin.scene=gauge; may be repeated.

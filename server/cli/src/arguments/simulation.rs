@@ -1,4 +1,4 @@
-//! What is computed without a station: studies, the twin, the demo.
+//! Arguments of commands without a station: studies, the twin, the demo.
 
 use std::path::PathBuf;
 
@@ -10,7 +10,7 @@ use crate::arguments::images::LineDirectionArg;
 /// `sheaf study`.
 #[derive(Debug, Args)]
 pub struct StudyArgs {
-    /// Which study.
+    /// The study.
     #[command(subcommand)]
     pub study: Study,
 }
@@ -18,7 +18,7 @@ pub struct StudyArgs {
 /// The studies.
 #[derive(Debug, Subcommand)]
 pub enum Study {
-    /// The paper's regime by Monte Carlo: the three models side by side, where planes break, the Cramér–Rao bound.
+    /// Monte Carlo study in the regime of the paper: the three models compared, where plane models fail, the Cramér–Rao bound.
     Paper(StudyPaperArgs),
 }
 
@@ -28,7 +28,7 @@ pub struct StudyPaperArgs {
     /// Seeds per row of the first table.
     #[arg(long, default_value_t = 100)]
     pub seeds: u64,
-    /// Where the plot goes.
+    /// Output file of the plot.
     #[arg(long, value_name = "PLOT.html", default_value = "study-paper.html")]
     pub plot: PathBuf,
 }
@@ -36,28 +36,28 @@ pub struct StudyPaperArgs {
 /// `sheaf twin`.
 #[derive(Debug, Args)]
 pub struct TwinArgs {
-    /// What the twin does.
+    /// Subcommands of `sheaf twin`.
     #[command(subcommand)]
     pub action: TwinAction,
 }
 
-/// What the twin does.
+/// Subcommands of `sheaf twin`.
 #[derive(Debug, Subcommand)]
 pub enum TwinAction {
-    /// Render a capture folder with the truth beside it.
+    /// Render a capture folder together with its ground truth.
     Capture(TwinCaptureArgs),
 }
 
-/// What lies on the simulated stage.
+/// Scene on the simulated stage.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum SceneArg {
     /// A gauge block of 8.9 mm on a plate.
     Gauge,
-    /// A ball of radius 18.9 mm on a plate.
+    /// A sphere of radius 18.9 mm on a plate.
     Sphere,
-    /// The bare plate.
+    /// The empty plate.
     Plate,
-    /// Smooth hills on a plate.
+    /// A freeform surface on a plate.
     Freeform,
 }
 
@@ -75,13 +75,13 @@ impl From<SceneArg> for twin::SceneKind {
 /// `sheaf twin capture`.
 #[derive(Debug, Args)]
 pub struct TwinCaptureArgs {
-    /// What lies on the stage; several, separated by commas, are scanned one after another.
+    /// Scene on the stage; several, separated by commas, are scanned one after another.
     #[arg(long, value_enum, value_delimiter = ',', default_value = "gauge")]
     pub scene: Vec<SceneArg>,
-    /// Seed of the station and of its noise.
+    /// Random seed of the station and its noise.
     #[arg(long, default_value_t = 1)]
     pub seed: u64,
-    /// Capture folder to make.
+    /// Capture folder to create.
     #[arg(short, long, value_name = "DIR")]
     pub output: PathBuf,
     /// Board poses.
@@ -90,18 +90,18 @@ pub struct TwinCaptureArgs {
     /// Frames per scan.
     #[arg(long, default_value_t = 40)]
     pub frames: usize,
-    /// What the station is like.
+    /// Parameters of the station.
     #[command(flatten)]
     pub station: StationArgs,
 }
 
-/// What the simulated station is like; by default 1280 × 1024 pixels at 400 mm with five red lines.
+/// Parameters of the simulated station; default: 1280 × 1024 pixels at 400 mm with five red lines.
 #[derive(Debug, Clone, Default, Args)]
 pub struct StationArgs {
-    /// Image columns.
+    /// Image width.
     #[arg(long, value_name = "PX")]
     pub width_px: Option<usize>,
-    /// Image rows.
+    /// Image height.
     #[arg(long, value_name = "PX")]
     pub height_px: Option<usize>,
     /// Bits per pixel: 8 or 16.
@@ -113,10 +113,10 @@ pub struct StationArgs {
     /// Grooves per millimetre.
     #[arg(long)]
     pub grating_lines_per_mm: Option<f64>,
-    /// Orders that carry light, separated by commas.
+    /// Visible diffraction orders, separated by commas.
     #[arg(long, value_delimiter = ',', allow_hyphen_values = true)]
     pub orders: Option<Vec<i8>>,
-    /// Which way the lines run.
+    /// Direction of the lines.
     #[arg(long, value_enum)]
     pub line_direction: Option<LineDirectionArg>,
     /// The stage is a turntable; frames of a scan are spread over 375°.
@@ -125,28 +125,28 @@ pub struct StationArgs {
     /// Distance to the middle of the working volume.
     #[arg(long, value_name = "MM")]
     pub standoff_mm: Option<f64>,
-    /// Half of what the image's width covers at the standoff.
+    /// Half the field of view (width) at the standoff.
     #[arg(long, value_name = "MM")]
     pub field_half_width_mm: Option<f64>,
-    /// Tilt of the grating against the light's axis.
+    /// Tilt of the grating relative to the optical axis of the laser.
     #[arg(long, value_name = "DEG")]
     pub grating_tilt_deg: Option<f64>,
-    /// Relative error of the true λ/d_g against the data sheets.
+    /// Relative error of the nominal λ/d_g.
     #[arg(long, value_name = "RATIO", allow_hyphen_values = true)]
     pub wavelength_over_period_error: Option<f64>,
-    /// Mean ridge of the brightest line on white, as a fraction of full scale; above 1 it saturates.
+    /// Mean peak level of the brightest line on white, as a fraction of full scale; above 1 it saturates.
     #[arg(long, value_name = "RATIO")]
     pub line_peak: Option<f64>,
     /// Standard deviation of a line's profile at the standoff, before lens blur.
     #[arg(long, value_name = "PX")]
     pub line_sigma_px: Option<f64>,
-    /// How far from the standoff the lines are √2 times as wide as there; without it they are equally wide everywhere.
+    /// Distance from the standoff at which lines are √2 times wider; default: the same width everywhere.
     #[arg(long, value_name = "MM")]
     pub focus_depth_mm: Option<f64>,
     /// Standard deviation of the speckle over its mean, 0–1.
     #[arg(long)]
     pub speckle_contrast: Option<f64>,
-    /// Full width at half height of the speckle's correlation.
+    /// Full width at half maximum of the speckle correlation.
     #[arg(long, value_name = "PX")]
     pub speckle_grain_px: Option<f64>,
     /// Grey levels (of 255) of ambient light on white in laser images.
@@ -160,7 +160,7 @@ pub struct DemoArgs {
     /// Folder for captures, clouds, mesh and report.
     #[arg(long, value_name = "DIR", default_value = "sheaf-demo")]
     pub out: PathBuf,
-    /// Seed of the station and of its noise.
+    /// Random seed of the station and its noise.
     #[arg(long, default_value_t = 7)]
     pub seed: u64,
 }

@@ -1,4 +1,4 @@
-//! `sheaf axis`: a turntable's axis from a part that it turned through a circle.
+//! `sheaf axis`: the axis of a turntable from a full-turn scan of a part.
 
 use nalgebra::Vector3;
 use optics::RotaryAxis;
@@ -71,7 +71,7 @@ pub fn run(args: &AxisArgs, reporter: &dyn Reporter) -> Result<Answer, Failure> 
     Ok(Answer::done(text, json))
 }
 
-/// Three numbers, or what is usual.
+/// Three numbers, or the default.
 fn vector(given: Option<&[f64]>, usual: [f64; 3], flag: &str) -> Result<Vector3<f64>, Failure> {
     match given {
         None => Ok(usual.into()),

@@ -1,9 +1,9 @@
-//! `sheaf measure`: one measurement on a cloud, with its uncertainty and, with a tolerance, the verdict.
+//! `sheaf measure`: one measurement on a cloud, or all of a plan, with uncertainty and, with limits, the verdict.
 
 use crate::answer::exit::Exit;
 use std::path::Path;
 
-use metrology::{MeasureRequest, Measurement, Region, Verdict, measure};
+use metrology::{MeasureRequest, Measurement, PartVerdict, Plan, Region, Tool, Verdict, evaluate, measure};
 use optics::Calibration;
 use scanning::Cloud;
 use scanning::files::read_cloud;
@@ -15,7 +15,7 @@ use pipeline::Failure;
 use pipeline::Reporter;
 use pipeline::extract;
 use pipeline::read_document;
-use report::tables::{measurement_json, measurement_text};
+use report::tables::{measurement_json, measurement_text, plan_json, plan_text};
 
 /// Measures; the exit code is the verdict's.
 pub fn run(args: &MeasureArgs, reporter: &dyn Reporter) -> Result<Answer, Failure> {
@@ -23,8 +23,11 @@ pub fn run(args: &MeasureArgs, reporter: &dyn Reporter) -> Result<Answer, Failur
     let calibration = calibration_of(&cloud, args.calibration.as_deref())?;
     if calibration.is_none() {
         reporter.warn(
-            "the cloud carries no calibration: the uncertainty is incomplete and decides nothing; name one with --calibration",
+            "the cloud contains no calibration: the uncertainty is incomplete and no verdict is possible; give one with --calibration",
         );
+    }
+    if let Some(path) = &args.plan {
+        return run_plan(&read_plan(path)?, &cloud, calibration.as_ref(), args);
     }
     let measurement = measure(&cloud, calibration.as_ref(), &request(args))
         .map_err(|error| Failure::from(error).in_file(&args.cloud))?;
@@ -35,22 +38,58 @@ pub fn run(args: &MeasureArgs, reporter: &dyn Reporter) -> Result<Answer, Failur
 }
 
 fn request(args: &MeasureArgs) -> MeasureRequest {
-    let region = args.region_mm.as_deref().map(|corners| {
-        let corner = |idx: usize| [corners[idx], corners[idx + 3]];
-        let [x, y, z] = [corner(0), corner(1), corner(2)];
-        Region { min_mm: [x, y, z].map(|[a, b]| f64::min(a, b)), max_mm: [x, y, z].map(|[a, b]| f64::max(a, b)) }
-    });
+    let region = args.region_mm.as_deref().map(region_between);
     MeasureRequest {
         nominal_mm: args.nominal_mm,
         tolerance_mm: args.tolerance_mm,
         seed: args.seed,
         region,
-        ..MeasureRequest::new(args.tool.into())
+        ..MeasureRequest::new(args.tool.map_or(Tool::Plane, Into::into))
+    }
+}
+
+/// The box between two corners, six numbers.
+pub fn region_between(corners_mm: &[f64]) -> Region {
+    let corner = |first: usize| [corners_mm[first], corners_mm[first + 1], corners_mm[first + 2]];
+    Region::between(corner(0), corner(3))
+}
+
+/// All characteristics of a plan; the exit code is that of the part's verdict.
+fn run_plan(
+    plan: &Plan,
+    cloud: &Cloud,
+    calibration: Option<&Calibration>,
+    args: &MeasureArgs,
+) -> Result<Answer, Failure> {
+    let result = evaluate(plan, cloud, calibration).map_err(|error| Failure::from(error).in_file(&args.cloud))?;
+    let mut json = plan_json(&result);
+    json["cloud"] = json!(args.cloud);
+    json["plan"] = json!(plan.name);
+    json["calibration_id"] = json!(calibration.map(|calibration| &calibration.id));
+    let is_judged = result.characteristics.iter().any(|characteristic| characteristic.verdict.is_some());
+    let exit = if is_judged { exit_of_part(result.verdict) } else { Exit::Done };
+    Ok(Answer { text: plan_text(&result), json, exit })
+}
+
+/// A plan from its file.
+pub fn read_plan(path: &Path) -> Result<Plan, Failure> {
+    let text = std::fs::read_to_string(path).map_err(|cause| {
+        Failure::bad_input(format!("{}: the plan cannot be read", path.display())).because(&cause).in_file(path)
+    })?;
+    Plan::from_json(&text).map_err(|error| Failure::from(error).in_file(path))
+}
+
+/// The exit code of a verdict on a part.
+pub fn exit_of_part(verdict: PartVerdict) -> Exit {
+    match verdict {
+        PartVerdict::Ok => Exit::Done,
+        PartVerdict::Undecided => Exit::VerdictUndecided,
+        PartVerdict::Invalid | PartVerdict::NotOk => Exit::VerdictFail,
     }
 }
 
 /// The calibration the cloud was made with: as named, else as carried by the cloud.
-fn calibration_of(cloud: &Cloud, named: Option<&Path>) -> Result<Option<Calibration>, Failure> {
+pub fn calibration_of(cloud: &Cloud, named: Option<&Path>) -> Result<Option<Calibration>, Failure> {
     match named {
         Some(path) => Ok(Some(read_document(path)?.calibration())),
         None => Ok(extract(cloud)?.map(|text| text.value())),

@@ -1,8 +1,9 @@
-//! One file per command: parse what it was given, call the core, answer.
+//! One file per command: parse the arguments, call the core, print the result.
 
 mod axis;
 mod bench;
 mod calibrate;
+mod compare;
 pub mod demo;
 mod doctor;
 pub mod images;
@@ -24,10 +25,10 @@ use crate::arguments::Command;
 use pipeline::Failure;
 use pipeline::Reporter;
 
-/// What a command has to say.
+/// The output of a command.
 #[derive(Debug)]
 pub struct Answer {
-    /// For a person; empty if everything was streamed already.
+    /// As text; empty if everything was streamed already.
     pub text: String,
     /// For a machine.
     pub json: Value,
@@ -93,6 +94,7 @@ pub fn run(command: Command, json: bool, reporter: &dyn Reporter) -> Result<Answ
         Command::Centrelines(args) => images::centrelines::run(&args, reporter),
         Command::Corners(args) => images::corners::run(&args, reporter),
         Command::Measure(args) => measure::run(&args, reporter),
+        Command::Compare(args) => compare::run(&args, reporter),
         Command::Recording(args) => recording::run(&args, reporter),
         Command::Bench(args) => bench::run(&args, reporter),
         Command::Study(args) => study::run(&args, reporter),

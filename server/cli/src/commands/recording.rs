@@ -1,4 +1,4 @@
-//! `sheaf recording`: what is in a recording, and what can be made of it.
+//! Arguments of `sheaf recording`.
 
 use std::fmt::Write as _;
 
@@ -81,7 +81,7 @@ fn info_text(file: &RecordingFile) -> String {
 fn wholeness(file: &RecordingFile) -> &'static str {
     match file.is_whole {
         true => "whole",
-        false => "without an index: sheaf recording repair makes one",
+        false => "without an index: sheaf recording repair adds one",
     }
 }
 
@@ -141,22 +141,22 @@ fn info_json(file: &RecordingFile) -> Value {
 fn export(args: &RecordingExportArgs, reporter: &dyn Reporter) -> Result<Answer, Failure> {
     if args.output.exists() {
         return Err(Failure::new(FailureKind::BadParameter, format!("{} exists already", args.output.display()))
-            .remedy("name a folder that does not exist yet"));
+            .remedy("give a folder that does not exist yet"));
     }
     let file = RecordingFile::open(&args.recording).map_err(failed)?;
     let task = reporter.fraction("exporting");
-    let told = |row: usize, n_rows: usize| {
+    let report_progress = |row: usize, n_rows: usize| {
         task.at(&format!("picture {} of {n_rows}", row + 1), row as f64 / n_rows.max(1) as f64);
     };
-    let exported = recording::export(&file, &args.output, told).map_err(failed)?;
-    let is_lossy = exported.n_rows_missing > 0 || exported.n_nowhere > 0 || file.is_lossy();
+    let exported = recording::export(&file, &args.output, report_progress).map_err(failed)?;
+    let is_lossy = exported.n_rows_missing > 0 || exported.n_without_position > 0 || file.is_lossy();
     let mut text =
         format!("{} frames as scan {:?} → {}\n", exported.n_frames, exported.scan, args.output.display());
-    if exported.n_nowhere > 0 {
-        let _ = writeln!(text, "{} frames without a stage position are left out", exported.n_nowhere);
+    if exported.n_without_position > 0 {
+        let _ = writeln!(text, "{} frames without a stage position were skipped", exported.n_without_position);
     }
     if exported.n_rows_missing > 0 {
-        let _ = writeln!(text, "{} rows of the scan are not in the recording", exported.n_rows_missing);
+        let _ = writeln!(text, "{} rows of the scan are missing from the recording", exported.n_rows_missing);
     }
     if let Some(path) = &exported.calibration {
         let _ = writeln!(text, "calibration → {}", path.display());
@@ -168,7 +168,7 @@ fn export(args: &RecordingExportArgs, reporter: &dyn Reporter) -> Result<Answer,
         "output": args.output,
         "scan": exported.scan,
         "n_frames": exported.n_frames,
-        "n_nowhere": exported.n_nowhere,
+        "n_without_position": exported.n_without_position,
         "n_rows_missing": exported.n_rows_missing,
         "calibration": exported.calibration,
         "lossy": is_lossy,

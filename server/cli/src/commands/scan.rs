@@ -32,7 +32,7 @@ pub fn run(args: &ScanArgs, reporter: &dyn Reporter) -> Result<Answer, Failure> 
     let (frames, calibration) = (PeaksFile::open(&peaks)?, document.calibration());
     let evaluation = evaluated_scan(&frames, &document, &calibration, &args.scan, reporter)
         .map_err(|failure| failure.in_file(&capture.manifest_path()))?;
-    let told = |report: &ScanReport, median_sigma_mm: f64| {
+    let output = |report: &ScanReport, median_sigma_mm: f64| {
         let mut text = channel_text(&capture);
         text.push_str(&scan_text(&args.scan, report, median_sigma_mm));
         text.push_str(&format!("cloud → {}\n", args.output.display()));
@@ -44,12 +44,12 @@ pub fn run(args: &ScanArgs, reporter: &dyn Reporter) -> Result<Answer, Failure> 
     };
     if cloud_format != CloudFormat::E57 && args.mesh.is_none() && args.report.is_none() {
         let written = write_scan_cloud(&args.output, cloud_format, &evaluation, |_| Ok::<(), Failure>(()));
-        let (text, json) = told(&evaluation.report, written?);
+        let (text, json) = output(&evaluation.report, written?);
         return Ok(Answer::done(text, json));
     }
     let result = collected(evaluation)?;
     write_cloud(&args.output, cloud_format, &result.cloud)?;
-    let (mut text, mut json) = told(&result.report, median_sigma_mm(&result));
+    let (mut text, mut json) = output(&result.report, median_sigma_mm(&result));
     if let (Some(path), Some(format)) = (&args.mesh, mesh_format) {
         let mesh = write_part_mesh(path, format, &result.cloud)?;
         let (n_vertices, n_triangles) = (mesh.vertices_mm.len(), mesh.triangles.len());
@@ -65,7 +65,7 @@ pub fn run(args: &ScanArgs, reporter: &dyn Reporter) -> Result<Answer, Failure> 
     Ok(Answer::done(text, json))
 }
 
-/// A folder on the disk of `path` that goes away by itself.
+/// A folder on the disk of `path` that is removed when dropped.
 fn folder_beside(path: &Path) -> Result<tempfile::TempDir, Failure> {
     let home = path.parent().filter(|home| !home.as_os_str().is_empty()).unwrap_or(Path::new("."));
     tempfile::Builder::new()

@@ -1,4 +1,4 @@
-//! Why a configuration is refused.
+//! Configuration errors.
 
 use std::borrow::Cow;
 use std::path::PathBuf;
@@ -9,7 +9,7 @@ use remedy::Remedy;
 use crate::config::origin::Origin;
 use crate::drivers::NoStation;
 
-/// Why a configuration is refused: what, where it was said, and what to do.
+/// A configuration error: the setting, its origin, and the remedy.
 #[derive(Debug, thiserror::Error)]
 pub enum ConfigError {
     /// The file cannot be read.
@@ -32,25 +32,25 @@ pub enum ConfigError {
         what: String,
     },
     /// No setting of that name.
-    #[error("there is no setting \"{key}\" ({origin})")]
+    #[error("unknown setting \"{key}\" ({origin})")]
     UnknownKey {
         /// The key.
         key: String,
-        /// Where it was said.
+        /// Its origin.
         origin: Origin,
-        /// What may have been meant.
+        /// A suggestion.
         hint: String,
     },
-    /// A value that the setting cannot take.
+    /// An invalid value.
     #[error("{key} cannot be {found} ({origin})")]
     BadValue {
         /// The key.
         key: String,
-        /// What was said.
+        /// The value.
         found: String,
         /// Where.
         origin: Origin,
-        /// What is possible.
+        /// The allowed values.
         expected: String,
     },
     /// A value that a board of this kind cannot have, or that it lacks.
@@ -58,7 +58,7 @@ pub enum ConfigError {
     BadTarget {
         /// The key.
         key: String,
-        /// What was said.
+        /// The value.
         found: String,
         /// Where.
         origin: Origin,
@@ -70,7 +70,7 @@ pub enum ConfigError {
     /// `--set` without `=`.
     #[error("--set {text} has no \"=\"")]
     NoEqualSign {
-        /// What was said.
+        /// The value.
         text: String,
     },
     /// A driver without what it needs.
@@ -80,7 +80,7 @@ pub enum ConfigError {
         key: String,
         /// The driver's kind.
         kind: &'static str,
-        /// Where that was said.
+        /// Its origin.
         origin: Origin,
         /// The setting that it needs.
         name: &'static str,
@@ -94,15 +94,15 @@ pub enum ConfigError {
         key: String,
         /// Who is to make it.
         found: String,
-        /// Where that was said.
+        /// Its origin.
         origin: Origin,
         /// Who must make both.
         kind: &'static str,
     },
     /// The key that was split in three.
-    #[error("there is no setting \"station.kind\" any more ({origin}), each device has a kind of its own")]
+    #[error("the setting \"station.kind\" no longer exists ({origin}), each device has its own kind")]
     OldKind {
-        /// Where it was said.
+        /// Its origin.
         origin: Origin,
         /// What to write there instead.
         lines: String,
@@ -110,7 +110,7 @@ pub enum ConfigError {
     /// The data folder inside its own file.
     #[error("\"data\" cannot be set in the data folder's own file ({origin})")]
     DataInside {
-        /// Where it was said.
+        /// Its origin.
         origin: Origin,
     },
 }
@@ -118,7 +118,7 @@ pub enum ConfigError {
 impl Remedy for ConfigError {
     fn remedy(&self) -> Option<Cow<'_, str>> {
         Some(match self {
-            Self::Unreadable { .. } => "name a readable file with --config".into(),
+            Self::Unreadable { .. } => "give a readable file with --config".into(),
             Self::NotToml { .. } => "correct the file (TOML)".into(),
             Self::UnknownKey { hint, .. } => hint.into(),
             Self::BadValue { expected, .. } => format!("give {expected}").into(),

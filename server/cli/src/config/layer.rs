@@ -215,7 +215,7 @@ mod tests {
     }
 
     #[test]
-    fn a_list_of_tables_is_read_and_each_value_knows_its_line() {
+    fn a_list_of_tables_is_read_and_each_value_has_its_line() {
         let settings = of::<Doors>();
         let mut layer = Layer::new(&settings);
         layer.add_toml(Path::new("sheaf.toml"), "[[doors]]\nport = 1\n[[doors]]\nport = 2\n").unwrap();

@@ -1,4 +1,4 @@
-//! Where a value came from.
+//! The origin of a value.
 
 use std::fmt;
 use std::path::PathBuf;
@@ -6,11 +6,11 @@ use std::path::PathBuf;
 use config::{Value, ValueKind};
 use serde::{Deserialize, Serialize};
 
-/// Where a value came from; as JSON, it is what `sheaf config --json` prints.
+/// The origin of a value, in the form of `sheaf config --json`.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(tag = "layer", rename_all = "snake_case")]
 pub enum Origin {
-    /// Nobody said anything.
+    /// The default.
     Default,
     /// A file.
     File {

@@ -1,5 +1,5 @@
-//! The settings there are. A setting is a field: its doc comment is what it means, its attributes what it may be, and
-//! [`Settings::default`] what it is if nobody says otherwise; file, environment, flags and `sheaf config` follow from it.
+//! The settings. Each setting is a field: its doc comment is the description, its attributes define the allowed values,
+//! and [`Settings::default`] the default; file, environment, flags and `sheaf config` follow from it.
 
 use std::net::{Ipv4Addr, SocketAddr};
 use std::path::PathBuf;
@@ -20,7 +20,7 @@ use crate::drivers::StationSettings;
 pub struct Settings {
     /// address and port of the service, such as 127.0.0.1:8080
     pub listen: SocketAddr,
-    /// folder of everything that is kept
+    /// data directory
     pub data: PathBuf,
     pub station: StationSettings,
     pub target: TargetSettings,
@@ -31,7 +31,7 @@ pub struct Settings {
 /// `[target]`: the board used for calibration.
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 pub struct TargetSettings {
-    /// what is on the board
+    /// kind of the calibration board
     #[schemars(extend("enum" = ["chessboard", "charuco", "circles", "asymmetric_circles"]))]
     pub kind: String,
     /// inner corners along a row of a chessboard
@@ -46,15 +46,15 @@ pub struct TargetSettings {
     /// squares of a ChArUco board, or discs of a circle grid, along a column
     #[schemars(range(min = 0, max = 200))]
     pub rows: usize,
-    /// side of a square, or step of a circle grid; two numbers, along a row and along a column, if they differ
+    /// square size, or spacing of a circle grid; two numbers (along a row, along a column) if they differ
     #[schemars(with = "SquareSetting")]
     pub square_mm: SquareMm,
-    /// side of a ChArUco board's markers
+    /// marker size of a ChArUco board
     #[schemars(range(min = 0.0, max = 1000.0))]
     pub marker_mm: f64,
-    /// OpenCV's name of a ChArUco board's markers, such as DICT_4X4_50
+    /// OpenCV name of the marker dictionary of a ChArUco board, such as DICT_4X4_50
     pub dictionary: String,
-    /// diameter of a circle grid's discs
+    /// disc diameter of a circle grid
     #[schemars(range(min = 0.0, max = 1000.0))]
     pub diameter_mm: f64,
 }
@@ -68,31 +68,31 @@ enum SquareSetting {
     Two(#[schemars(length(min = 2, max = 2), inner(range(min = 0.01, max = 1000.0)))] Vec<f64>),
 }
 
-/// `[projector]`: by its data sheet.
+/// `[projector]`: nominal values of laser and grating.
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 pub struct ProjectorSettings {
-    /// of the laser
+    /// wavelength of the laser
     #[schemars(range(min = 100.0, max = 20_000.0))]
     pub wavelength_nm: f64,
-    /// grooves of the grating
+    /// groove density of the grating
     #[schemars(range(min = 0.1, max = 10_000.0))]
     pub grating_lines_per_mm: f64,
     /// diffraction orders from the top of the image
     #[schemars(length(min = 1), inner(range(min = -100, max = 100)))]
     pub orders: Vec<i8>,
-    /// which way the lines run
+    /// direction of the lines
     #[schemars(extend("enum" = ["rows", "columns"]))]
     pub line_direction: String,
 }
 
-/// `[http]`: who may talk to the service.
+/// `[http]`: access to the service.
 #[derive(Debug, Clone, Default, Serialize, Deserialize, JsonSchema)]
 pub struct HttpSettings {
-    /// further names of this server
+    /// additional host names of this server
     pub allowed_hosts: Vec<String>,
-    /// further pages that may use it
+    /// additional origins of pages that may use it
     pub allowed_origins: Vec<String>,
-    /// a proxy that sees to users and TLS is before it
+    /// a reverse proxy in front handles users and TLS
     pub trusted_proxy: bool,
 }
 
@@ -100,7 +100,7 @@ pub struct HttpSettings {
 const SQUARE_MM: f64 = 12.0;
 
 impl Default for Settings {
-    /// The simulated station, for this computer alone.
+    /// The simulated station, reachable from this computer only.
     fn default() -> Self {
         let (inner_columns, inner_rows) = twin::poses::BOARD_CORNERS;
         let shape = StationShape::default();

@@ -1,5 +1,4 @@
-//! Counts what every thread asks memory for, in programs built with `--features count-allocations`; they are for
-//! measuring only.
+//! Counts allocations per thread in builds with `--features count-allocations`, for measurements only.
 
 /// Whether this program counts.
 pub const COUNTED: bool = cfg!(feature = "count-allocations");

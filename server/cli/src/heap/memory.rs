@@ -5,7 +5,7 @@
 #[cfg(target_env = "gnu")]
 const LARGE_BYTES: std::ffi::c_int = 512 * 1024;
 
-/// Keeps the C library from raising that limit by itself: after one mesh it would keep 100 MiB for the next.
+/// Keeps the C library from raising that limit automatically: after one mesh it would keep 100 MiB for the next.
 #[cfg(target_env = "gnu")]
 #[allow(unsafe_code, reason = "a function of the C library")]
 pub fn give_large_blocks_back() {

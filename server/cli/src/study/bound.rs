@@ -1,7 +1,7 @@
 //! The Cramér–Rao bound of the joint problem: no unbiased estimator's depth can be known better from these pixels.
 
+use calibration::bundle_state::BundleState;
 use calibration::solver::Problem;
-use calibration::station::Station;
 use nalgebra::Vector2;
 use optics::{Calibration, LightSurfaces};
 
@@ -16,7 +16,7 @@ pub fn depth_bound_mm(
     volume: &[(i8, Vector2<f64>, f64)],
     known_camera: KnownCamera,
 ) -> Option<f64> {
-    let truth = Station {
+    let truth = BundleState {
         camera: simulation.camera,
         light: Some(LightSurfaces::Grating(simulation.grating)),
         stage: None,

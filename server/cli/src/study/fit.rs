@@ -1,10 +1,10 @@
 //! The fits of a study, made with the calibration's own solver, and their depth errors.
 
 use calibration::bundle::Bundle;
+use calibration::bundle_state::BundleState;
 use calibration::light_fit::{Scene, fit_light, light_priors, lit_points};
 use calibration::prior::Priors;
 use calibration::solver::minimise;
-use calibration::station::Station;
 use nalgebra::{DMatrix, Vector2};
 use optics::{CAMERA_PARAMETERS, Calibration, Camera, LightModelKind, LightSurfaces};
 
@@ -40,7 +40,7 @@ pub fn fitted(
     if kind != LightModelKind::Grating {
         return Some(calibration(regime, boards.camera, light));
     }
-    let station = Station { light: Some(light), ..boards.clone() };
+    let station = BundleState { light: Some(light), ..boards.clone() };
     let bundle = joint_bundle(regime, simulation, &station, known_camera);
     let refined = minimise(&bundle, station)?.state;
     Some(calibration(regime, refined.camera, refined.light?))
@@ -50,7 +50,7 @@ pub fn fitted(
 pub fn joint_bundle(
     regime: &Regime,
     simulation: &Simulation,
-    station: &Station,
+    station: &BundleState,
     known_camera: KnownCamera,
 ) -> Bundle {
     let orders = regime.orders();
@@ -95,7 +95,7 @@ pub fn calibration(regime: &Regime, camera: Camera, light: LightSurfaces) -> Cal
 }
 
 /// Which globals are estimated: k3 never, the rest of the camera if it is not known, all of the light.
-pub fn free_parameters(station: &Station, known_camera: KnownCamera) -> Vec<bool> {
+pub fn free_parameters(station: &BundleState, known_camera: KnownCamera) -> Vec<bool> {
     let mut free = vec![known_camera == KnownCamera::No; CAMERA_PARAMETERS];
     free[CAMERA_PARAMETERS - 1] = false;
     free.resize(station.globals(), true);
@@ -110,8 +110,9 @@ fn camera_priors(camera: &Camera, known_camera: KnownCamera) -> Vec<calibration:
 }
 
 /// Poses (and camera) from the corners alone, started at the truth: the minimum does not depend on the start.
-fn boards_from_corners(simulation: &Simulation, known_camera: KnownCamera) -> Option<Station> {
-    let truth = Station { camera: simulation.camera, light: None, stage: None, poses: simulation.poses.clone() };
+fn boards_from_corners(simulation: &Simulation, known_camera: KnownCamera) -> Option<BundleState> {
+    let truth =
+        BundleState { camera: simulation.camera, light: None, stage: None, poses: simulation.poses.clone() };
     let priors = Priors { camera: camera_priors(&truth.camera, known_camera), ..Priors::default() };
     let free = free_parameters(&truth, known_camera);
     let bundle = Bundle::new(simulation.views.clone(), Vec::new(), free, true, priors, truth.poses.len());

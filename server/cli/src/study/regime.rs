@@ -1,6 +1,6 @@
 //! The station of a study case: camera, grating and board poses, all known.
 
-use calibration::station::BoardPose;
+use calibration::bundle_state::BoardPose;
 use nalgebra::{Rotation3, Unit, Vector3};
 use optics::{Camera, DepthRangeMm, Grating, Rigid};
 use rand::Rng;

@@ -1,7 +1,7 @@
 //! What the processing core would observe in a regime: corners and laser points with known noise.
 
+use calibration::bundle_state::BoardPose;
 use calibration::observation::{CornerObservation, CornerView, LaserObservation};
-use calibration::station::BoardPose;
 use nalgebra::{Vector2, Vector3};
 use optics::{Camera, Grating};
 use rand_distr::{Distribution, StandardNormal};
@@ -125,7 +125,7 @@ fn line(
                 order,
                 pixel: seen,
                 sigma_px: regime.line_sigma_px,
-                independence: 1.0,
+                effective_weight: 1.0,
             });
             next_u += regime.line_spacing_px;
         }

@@ -1,5 +1,5 @@
-//! The joint refinement of 15 boards with five lines each: `cargo bench --package sheaf-calibration --bench joint`.
-//! Promised are 1,000 columns within a second, and a time per point that does not grow with the points;
+//! The joint refinement of 15 boards with five lines each: `cargo bench --package sheaf-calibration --bench joint`. The
+//! promise is 1,000 columns within a second, and a time per point that does not grow with their number;
 //! `RAYON_NUM_THREADS=1` measures one thread.
 
 use criterion::{BatchSize, BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
@@ -11,10 +11,10 @@ use common::refinement::refinement;
 #[path = "../tests/it/common/mod.rs"]
 mod common;
 
-/// Columns of the image in which every line is seen.
+/// Columns of the image with a point of every line.
 const COLUMNS: [usize; 4] = [250, 500, 1000, 2000];
 
-/// Refinements of each size: the fewest that criterion takes, for they last up to a second.
+/// Refinements of each size: criterion's minimum, because each takes up to a second.
 const SAMPLES: usize = 10;
 
 fn joint_refinement(criterion: &mut Criterion) {

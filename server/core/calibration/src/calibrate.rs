@@ -1,4 +1,4 @@
-//! The procedure: camera, labels, light models side by side, joint refinement, stage, report.
+//! The calibration procedure: camera, labels, comparison of light models, joint refinement, stage, report.
 
 use nalgebra::Vector2;
 use optics::{BoardFrame, CAMERA_PARAMETERS, Calibration, DepthRangeMm, LightModelKind, LightSurfaces, PointMm};
@@ -17,7 +17,7 @@ use crate::reporting::{axis_section, camera_report, light_report, stage_section}
 use crate::solving::normal::Derived;
 use crate::solving::observation::{CornerObservation, CornerView};
 
-/// A calibration and what it says about itself.
+/// A calibration with its report.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CalibrationResult {
     /// The calibrated station; `light` holds no planes for a camera-only calibration.
@@ -26,30 +26,30 @@ pub struct CalibrationResult {
     pub report: CalibrationReport,
 }
 
-/// Whether a long computation goes on.
+/// Whether a long computation continues.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Stop {
-    /// Go on.
+pub enum ProgressControl {
+    /// Continue.
     Continue,
-    /// Give up with [`CalibrationError::Cancelled`].
+    /// ProgressControl with [`CalibrationError::Cancelled`].
     Cancel,
 }
 
 /// Calibrates a station.
 ///
-/// `progress` gets the step in the operator's words and the fraction done, and may cancel.
-/// Without laser pictures the result is a camera (and stage) alone.
+/// `progress` gets the step in the operator's words and the fraction done, and may cancel. Without laser pictures the
+/// result is a camera (and stage) alone.
 ///
 /// # Errors
-/// [`CalibrationError`], which names what the data cannot determine.
+/// [`CalibrationError`], which names what the data do not determine.
 pub fn calibrate(
     input: &CalibrationInput,
     options: &CalibrationOptions,
-    progress: &mut dyn FnMut(&str, f64) -> Stop,
+    progress: &mut dyn FnMut(&str, f64) -> ProgressControl,
 ) -> Result<CalibrationResult, CalibrationError> {
     let mut step = |words: &str, done: f64| match progress(words, done) {
-        Stop::Continue => Ok(()),
-        Stop::Cancel => Err(CalibrationError::Cancelled),
+        ProgressControl::Continue => Ok(()),
+        ProgressControl::Cancel => Err(CalibrationError::Cancelled),
     };
     check_orders(&input.projector.orders)?;
     step("fitting the camera", 0.0)?;
@@ -121,7 +121,7 @@ fn chosen(choice: LightModelChoice, comparison: &CrossValidation) -> Result<Ligh
     let refused = |reason| Err(CalibrationError::LightModel { model: kind.name(), reason });
     match comparison.scores.iter().find(|score| score.model == kind) {
         Some(score) => score.failure.clone().map_or(Ok(kind), refused),
-        None => refused("nothing ties lines together that come from no grating".to_owned()),
+        None => refused("without a grating the lines are independent".to_owned()),
     }
 }
 

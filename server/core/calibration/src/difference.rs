@@ -1,4 +1,4 @@
-//! How far two calibrations of one station disagree, in millimetres, where it measures.
+//! Difference of two calibrations of one station, in millimetres, over the measuring volume.
 //!
 //! Definition and limits: `server/docs/maths/calibration.md`, section "Difference of two calibrations".
 
@@ -8,13 +8,13 @@ use nalgebra::Vector2;
 use optics::Calibration;
 use remedy::Remedy;
 
-/// Columns and rows of the grid of pixels at which depths are compared: finer than any distortion is smooth.
+/// Columns and rows of the grid of pixels at which depths are compared: finer than the structure of any distortion.
 pub const GRID: (usize, usize) = (64, 48);
 
 /// Why two calibrations cannot be compared.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum DifferenceError {
-    /// Pixels do not mean the same.
+    /// The images have different sizes.
     #[error(
         "one calibration is for images of {one_width_px}×{one_height_px} pixels, the other for \
          {other_width_px}×{other_height_px}"
@@ -29,7 +29,7 @@ pub enum DifferenceError {
         /// Rows of the second.
         other_height_px: usize,
     },
-    /// No pixel at which both give a depth within the first one's working volume.
+    /// At no pixel do both give a depth within the first one's working volume.
     #[error("the calibrations share no order in their working volumes")]
     NothingShared,
 }
@@ -65,9 +65,9 @@ pub struct DepthDifference {
     pub mean_mm: f64,
     /// Root of the mean square.
     pub rms_mm: f64,
-    /// The one of largest magnitude, signed.
+    /// The difference of largest magnitude, signed.
     pub max_mm: f64,
-    /// Where that is.
+    /// Where it occurs.
     pub worst: WorstPlace,
 }
 
@@ -91,11 +91,11 @@ pub struct CalibrationDifference {
     pub rows: usize,
     /// All orders together.
     pub total: DepthDifference,
-    /// Per order that both know, in the first one's sequence.
+    /// Per common order, in the first one's sequence.
     pub orders: Vec<OrderDifference>,
 }
 
-/// Compares the depths that `one` and `other` give the same pixels, within the depths that `one` covers.
+/// Compares the depths that `one` and `other` give for the same pixels, within the depth range of `one`.
 ///
 /// # Errors
 /// [`DifferenceError`] if no pixel can be compared.
@@ -219,7 +219,7 @@ mod tests {
         }
     }
 
-    /// A plane n·X = d moved to n·X = d(1 + ε) is met by every ray at the depth z(1 + ε).
+    /// A ray meets a plane n·X = d moved to n·X = d(1 + ε) at the depth z(1 + ε).
     #[test]
     fn planes_moved_by_a_tenth_of_a_percent_move_every_depth_by_that() {
         let epsilon = 1e-3;

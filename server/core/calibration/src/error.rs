@@ -1,4 +1,4 @@
-//! Why a calibration is refused, each with what to do about it.
+//! Why a calibration is refused, each with a remedy.
 
 use std::borrow::Cow;
 
@@ -15,7 +15,7 @@ pub enum CalibrationError {
     TooFewViews {
         /// Pictures needed.
         needed: usize,
-        /// Pictures given.
+        /// Pictures available.
         got: usize,
     },
     /// Fewer poses with laser light than the light sheets need.
@@ -23,7 +23,7 @@ pub enum CalibrationError {
     TooFewLaserPoses {
         /// Poses needed.
         needed: usize,
-        /// Poses given.
+        /// Poses available.
         got: usize,
     },
     /// The boards are all parallel: focal length and distance cannot be separated.
@@ -36,7 +36,7 @@ pub enum CalibrationError {
         /// Angle needed.
         needed_deg: f64,
     },
-    /// The focal length has too large a σ.
+    /// The σ of the focal length is too large.
     #[error("the focal length is unobservable: {focal_px:.0} ± {sigma_px:.0} px")]
     FocalUnobservable {
         /// Estimate.
@@ -46,41 +46,41 @@ pub enum CalibrationError {
     },
     /// Stage views at too few positions.
     #[error(
-        "the straightness of the stage is unobservable: the board was seen at {got} of its positions, {needed} are needed (any two lie on a straight line)"
+        "the straightness of the stage is unobservable: the board was observed at {got} of its positions, {needed} are needed (any two lie on a straight line)"
     )]
     TooFewStageViews {
         /// Positions needed.
         needed: usize,
-        /// Positions that differ.
+        /// Different positions available.
         got: usize,
     },
     /// Views of a turntable at too few angles.
     #[error(
-        "the axis of the turntable is unobservable: the board was seen at {got} of its angles, {needed} are needed (whole turns apart are one angle)"
+        "the axis of the turntable is unobservable: the board was observed at {got} of its angles, {needed} are needed (modulo full turns)"
     )]
     TooFewStageAngles {
         /// Angles needed.
         needed: usize,
-        /// Angles that differ.
+        /// Different angles available.
         got: usize,
     },
-    /// A board that did not turn by what was stated.
+    /// A board did not turn by the stated angle.
     #[error(
         "the board of stage view {view} turned by {seen_deg:.2}° against {reference}, but its angle_deg states {stated_deg:.2}°"
     )]
     TurnMismatch {
-        /// The view that disagrees most.
+        /// The view with the largest disagreement.
         view: String,
-        /// The view that agrees most.
+        /// The view with the smallest disagreement.
         reference: String,
-        /// Stated turn between them.
+        /// Stated rotation between them.
         stated_deg: f64,
-        /// Turn of the board.
+        /// Observed rotation of the board.
         seen_deg: f64,
     },
-    /// The views leave the axis open.
+    /// The views do not determine the axis.
     #[error(
-        "the axis of the turntable is unobservable: its place is known to ± {shift_mm:.2} mm and its direction to ± {tilt_deg:.2}°"
+        "the axis of the turntable is unobservable: its position is uncertain by ± {shift_mm:.2} mm and its direction by ± {tilt_deg:.2}°"
     )]
     AxisUnobservable {
         /// σ across the axis.
@@ -91,17 +91,17 @@ pub enum CalibrationError {
     /// Stage views of both kinds of stage.
     #[error("stage view {view} states the position of a {found} stage, the others those of a {expected} one")]
     MixedStages {
-        /// The first that differs.
+        /// The first view of another kind.
         view: String,
         /// Kind of its position.
         found: &'static str,
         /// Kind of the first view.
         expected: &'static str,
     },
-    /// A fit ended away from a minimum.
-    #[error("the fit got stuck before it reached a minimum: {fit}")]
-    Stuck {
-        /// Which fit.
+    /// A fit did not converge.
+    #[error("the fit did not converge: {fit}")]
+    NotConverged {
+        /// The fit.
         fit: &'static str,
     },
     /// The corner positions do not fit any camera.
@@ -109,42 +109,42 @@ pub enum CalibrationError {
     CameraUnobservable,
     /// Too few laser pictures with a line on the board.
     #[error(
-        "the light sheets need {needed} board poses with laser light, but a line lies on the board in {got} only (on none in {dark})"
+        "the light sheets need {needed} board poses with laser light, but only {got} have a line on the board (none in {dark})"
     )]
     LinesOffBoard {
         /// Poses needed.
         needed: usize,
         /// Poses with a line on the board.
         got: usize,
-        /// The others, by name.
+        /// The other poses, by name.
         dark: String,
     },
-    /// The orders of the data sheet are not in order.
-    #[error("the orders {orders:?} are not strictly rising or falling")]
+    /// The orders of the data sheet are not monotonic.
+    #[error("the orders {orders:?} are not strictly increasing or decreasing")]
     OrdersUnsorted {
         /// As given.
         orders: Vec<i8>,
     },
-    /// Too few pictures show all lines side by side, so the lines cannot be given their orders.
+    /// Too few pictures show all lines side by side, so the lines cannot be assigned to orders.
     #[error(
-        "the orders are unobservable: {pictures} laser pictures show all {needed} lines side by side, {needed_pictures} are needed (most lines seen at once: {seen})"
+        "the orders are unobservable: {pictures} laser pictures show all {needed} lines side by side, {needed_pictures} are needed (most lines in one picture: {seen})"
     )]
     OrdersUnobservable {
         /// Lines listed.
         needed: usize,
-        /// Most lines seen side by side in one picture.
+        /// Most lines side by side in one picture.
         seen: usize,
         /// Pictures that show them all.
         pictures: usize,
         /// Such pictures needed.
         needed_pictures: usize,
     },
-    /// An order was never seen with certainty.
-    #[error("order {order} is unobservable: it was seen on {got} boards, {needed} are needed")]
+    /// An order was never observed with certainty.
+    #[error("order {order} is unobservable: it was found on {got} boards, {needed} are needed")]
     OrderUnseen {
         /// The order.
         order: i8,
-        /// Boards it was seen on.
+        /// Boards on which it was observed.
         got: usize,
         /// Boards needed.
         needed: usize,
@@ -154,9 +154,9 @@ pub enum CalibrationError {
         "the direction of the light sheets is unobservable: along the lines the boards' depths span {span_mm:.1} mm, {needed_mm:.1} mm are needed"
     )]
     NoDepthRange {
-        /// Range seen.
+        /// Observed range.
         span_mm: f64,
-        /// Range needed.
+        /// Required range.
         needed_mm: f64,
     },
     /// The chosen light model does not fit, with the reason.
@@ -178,10 +178,10 @@ impl Remedy for CalibrationError {
             Self::FocalUnobservable { .. } => "add poses with the board tilted by 15–30° about both of its axes and filling the image".into(),
             Self::TooFewStageViews { .. } => "add stage views at other positions, or leave them all out and calibrate without a stage".into(),
             Self::TooFewStageAngles { .. } => "add stage views at other angles, or leave them all out and calibrate without a stage".into(),
-            Self::TurnMismatch { .. } => "correct angle_deg, take the view out, or check that the board is fixed to the table and turns with it".into(),
+            Self::TurnMismatch { .. } => "correct angle_deg, remove the view, or check that the board is fixed to the table and turns with it".into(),
             Self::AxisUnobservable { .. } => "add stage views at angles that are 30–90° apart".into(),
             Self::MixedStages { .. } => "state all positions of one kind".into(),
-            Self::Stuck { .. } => "look for pictures that do not belong to the others (a board or camera that was moved, another focus), take them out or take them again".into(),
+            Self::NotConverged { .. } => "look for inconsistent pictures (a board or camera that was moved, another focus) and remove or retake them".into(),
             Self::CameraUnobservable => "check the board's size in the capture".into(),
             Self::LinesOffBoard { .. } => "check exposure and laser, and that the light falls on the board".into(),
             Self::OrdersUnsorted { .. } => "list them from the top (left) of the image".into(),

@@ -1,4 +1,4 @@
-//! What a calibration is made from: features of every picture, the data sheets, the choices.
+//! The input of a calibration: features of every picture, data sheets, options.
 
 use nalgebra::{Vector2, Vector3};
 use optics::{LightModelKind, StagePosition};
@@ -13,19 +13,19 @@ pub struct BoardGeometry {
     pub inner_rows: usize,
     /// Sides of a square along a board row and a board column.
     pub square_mm: Vector2<f64>,
-    /// What is on it besides.
+    /// Its pattern.
     pub pattern: BoardPattern,
 }
 
-/// What a board shows.
+/// The pattern of a board.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub enum BoardPattern {
     /// Dark and bright squares.
     #[default]
     Squares,
-    /// Markers in the bright squares: lines are read on the dark ones alone.
+    /// Markers in the bright squares: lines are used on the dark ones only.
     Markers,
-    /// Discs, whose centres are the corners.
+    /// Discs, with their centres as corners.
     Circles {
         /// Whether every other row is shifted by a step, and the discs of a row are two steps apart.
         staggered: bool,
@@ -41,13 +41,13 @@ impl BoardGeometry {
         Vector3::new(half.x * self.square_mm.x, half.y * self.square_mm.y, 0.0)
     }
 
-    /// Place of an inner corner or of a disc's centre on the board, mm from corner (0, 0).
+    /// Position of an inner corner or of a disc's centre on the board, mm from corner (0, 0).
     pub fn corner_mm(&self, column: usize, row: usize) -> Vector3<f64> {
         let steps = if self.is_staggered() { 2 * column + row % 2 } else { column };
         Vector3::new(steps as f64 * self.square_mm.x, row as f64 * self.square_mm.y, 0.0)
     }
 
-    /// Squares (steps of a circle grid) from corner (0, 0) to the end of the square behind the last corner.
+    /// Squares (steps of a circle grid) from corner (0, 0) to the end of the square after the last corner.
     pub fn extent_squares(&self) -> Vector2<f64> {
         let columns = if self.is_staggered() { 2 * self.inner_columns } else { self.inner_columns };
         Vector2::new(columns as f64, self.inner_rows as f64)
@@ -57,11 +57,11 @@ impl BoardGeometry {
         matches!(self.pattern, BoardPattern::Circles { staggered: true, .. })
     }
 
-    /// What lies at a place of the board (squares from corner (0, 0)): places with the same answer have no edge between
-    /// them but where they are far apart.
+    /// The field at a position of the board (squares from corner (0, 0)): positions in the same field have no edge
+    /// between them unless they are far apart.
     pub(crate) fn field(&self, at: Vector2<f64>) -> BoardField {
         let BoardPattern::Circles { staggered, diameter_mm } = self.pattern else {
-            // The square beyond corner (0, 0) is a dark one.
+            // The square beyond corner (0, 0) is dark.
             let (column, row) = (at.x.floor(), at.y.floor());
             let is_bright = (column + row).rem_euclid(2.0) != 0.0;
             return BoardField {
@@ -81,7 +81,7 @@ impl BoardGeometry {
     }
 }
 
-/// A part of the board of one brightness.
+/// A region of the board of one brightness.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct BoardField {
     /// The square, or the disc; infinite between discs.
@@ -90,13 +90,13 @@ pub(crate) struct BoardField {
     pub holds_marker: bool,
 }
 
-/// What makes the lines, by its data sheets.
+/// The line projector, by its data sheets.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ProjectorSheet {
-    /// What ties the lines together; `None` if nothing does, so that each has a plane of its own.
+    /// The grating; `None` if the lines are independent, each with a plane of its own.
     pub grating: Option<GratingSheet>,
-    /// Orders (without a grating: numbers) of the lines from the top (left) of the image downwards (rightwards); strictly
-    /// rising or falling.
+    /// Orders (without a grating: numbers) of the lines from the top (left) of the image downwards (rightwards);
+    /// strictly increasing or decreasing.
     pub orders: Vec<i8>,
 }
 
@@ -123,36 +123,37 @@ pub struct PoseInput {
     pub name: String,
     /// Corners found at normal exposure.
     pub corners: BoardCorners,
-    /// Laser lines found at low exposure; `None` if the pose serves the camera alone, or its lines were lit one by one.
+    /// Laser lines found at low exposure; `None` if the pose is for the camera alone, or its lines were switched on one
+    /// by one.
     pub centrelines: Option<Centrelines>,
-    /// The same of every line that was lit alone, by [`Centrelines::lit_line`].
+    /// The same for every line that was switched on alone, by [`Centrelines::lit_line`].
     pub lit_alone: Vec<Centrelines>,
 }
 
 impl PoseInput {
-    /// Whether there is a picture of it by laser light.
+    /// Whether there is a picture of it in laser light.
     pub fn is_lit(&self) -> bool {
         self.centrelines.is_some() || !self.lit_alone.is_empty()
     }
 
-    /// Its pictures by laser light.
+    /// Its pictures in laser light.
     pub(crate) fn laser_pictures(&self) -> impl Iterator<Item = &Centrelines> {
         self.centrelines.iter().chain(&self.lit_alone)
     }
 }
 
-/// Features of the board carried by the stage.
+/// Features of the board on the stage.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StageViewInput {
     /// Name for reports.
     pub name: String,
     /// Corners.
     pub corners: BoardCorners,
-    /// Where the stage stood, by its own count.
+    /// Stage position, as stated by the stage.
     pub position: StagePosition,
 }
 
-/// Everything a calibration is computed from.
+/// The input of a calibration.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CalibrationInput {
     /// Image width.
@@ -167,26 +168,26 @@ pub struct CalibrationInput {
     pub poses: Vec<PoseInput>,
     /// Stage views, all of one kind of stage.
     pub stage_views: Vec<StageViewInput>,
-    /// One standard deviation of a turntable's angles, if it is known.
+    /// One standard deviation of a turntable's angles, if known.
     pub angle_sigma_deg: Option<f64>,
 }
 
-/// Which light model goes into the result.
+/// Which light model is used in the result.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum LightModelChoice {
-    /// The one that cross-validation recommends.
+    /// The one recommended by cross-validation.
     #[default]
     Auto,
     /// This one.
     Fixed(LightModelKind),
 }
 
-/// The caller's choices.
+/// Options of a calibration.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct CalibrationOptions {
-    /// Which light model goes into the result.
+    /// Which light model is used in the result.
     pub light_model: LightModelChoice,
-    /// Whether k3 is estimated (`true`), held at zero (`false`), or decided by its significance (`None`).
+    /// Whether k3 is estimated (`true`), fixed at zero (`false`), or decided by its significance (`None`).
     pub estimate_k3: Option<bool>,
 }
 

@@ -14,14 +14,14 @@ pub use findings::report;
 pub use first::camera_fit;
 pub use first::homography::homography_from_points;
 pub use fits::light_fit;
-pub use solving::{bundle, normal, observation, prior, solver, station};
+pub use solving::{bundle, bundle_state, normal, observation, prior, solver};
 pub mod calibrate;
 pub mod error;
 pub mod input;
 
 mod params;
 
-pub use calibrate::{CalibrationResult, Stop, calibrate};
+pub use calibrate::{CalibrationResult, ProgressControl, calibrate};
 pub use difference::{
     CalibrationDifference, DepthDifference, DifferenceError, OrderDifference, WorstPlace, difference,
 };

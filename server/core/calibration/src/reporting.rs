@@ -1,4 +1,4 @@
-//! Puts the numbers of a finished fit into the report.
+//! Compiles the report of a finished fit.
 
 use nalgebra::{DMatrix, Matrix3, Vector2};
 use optics::{CAMERA_PARAMETERS, Calibration, LightSurfaces};
@@ -14,8 +14,8 @@ use crate::fits::turn_fit::TurnFit;
 use crate::input::CalibrationInput;
 use crate::params::{MAX_REPORT_POINTS, WAVELENGTH_OVER_PERIOD_RELATIVE_SIGMA};
 use crate::solving::bundle::sheet_residual;
+use crate::solving::bundle_state::BundleState;
 use crate::solving::observation::CornerView;
-use crate::solving::station::Station;
 
 /// Pixels per side of the grid on which the predicted σ is averaged.
 const SIGMA_GRID: usize = 9;
@@ -24,7 +24,7 @@ const SIGMA_GRID: usize = 9;
 pub fn camera_report(
     input: &CalibrationInput,
     fit: &CameraFit,
-    station: &Station,
+    station: &BundleState,
     views: &[CornerView],
     covariance: &DMatrix<f64>,
 ) -> CameraReport {
@@ -141,8 +141,7 @@ fn wavelength_figures(input: &CalibrationInput, calibration: &Calibration) -> Op
     Some([value, sigma, sheet])
 }
 
-/// RMS over orders and image of the depth σ that the covariance leaves, where the sheets are inside the
-/// calibrated depths.
+/// RMS over orders and image of the depth σ from the covariance, where the sheets are inside the calibrated depths.
 fn systematic_sigma(calibration: &Calibration) -> f64 {
     let (width, height) = (calibration.camera.width_px as f64, calibration.camera.height_px as f64);
     let (mut squares, mut n) = (0.0, 0usize);

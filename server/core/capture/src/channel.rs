@@ -1,4 +1,4 @@
-//! The channel in which colour pictures show the laser: named, or decided from the pictures.
+//! The channel in which colour pictures show the laser: given, or selected from the pictures.
 
 use std::fmt;
 use std::str::FromStr;
@@ -8,11 +8,11 @@ use vision::{CentrelineParams, Channel, ChannelView, ColourImage, Picture, laser
 
 use crate::params::CHANNEL_SAMPLE_PICTURES;
 
-/// The channel asked for, as in `camera.channel` and on the command line.
+/// The channel, as in `camera.channel` and on the command line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum ChannelChoice {
-    /// The one that shows the laser best, decided from the pictures.
+    /// The one that shows the laser best, selected from the pictures.
     #[default]
     Auto,
     /// See [`Channel::Red`].
@@ -32,7 +32,7 @@ pub enum ChannelChoice {
 }
 
 impl ChannelChoice {
-    /// The channel, unless the pictures decide.
+    /// The channel, unless it is selected from the pictures.
     pub fn fixed(self) -> Option<Channel> {
         match self {
             Self::Auto => None,
@@ -46,44 +46,44 @@ impl ChannelChoice {
         }
     }
 
-    /// Whether the pictures decide.
+    /// Whether it is selected from the pictures.
     pub fn is_auto(&self) -> bool {
         *self == Self::Auto
     }
 }
 
-/// A word that names no channel.
+/// Not the name of a channel.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("no channel has this name: write auto, {}", Channel::ALL.map(Channel::word).join(", "))]
+#[error("unknown channel: use auto, {}", Channel::ALL.map(Channel::name).join(", "))]
 pub struct UnknownChannel;
 
 impl FromStr for ChannelChoice {
     type Err = UnknownChannel;
 
-    fn from_str(word: &str) -> Result<Self, UnknownChannel> {
-        let word = serde_json::Value::from(word);
-        serde_json::from_value(word).map_err(|_| UnknownChannel)
+    fn from_str(name: &str) -> Result<Self, UnknownChannel> {
+        let name = serde_json::Value::from(name);
+        serde_json::from_value(name).map_err(|_| UnknownChannel)
     }
 }
 
 impl fmt::Display for ChannelChoice {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(self.fixed().map_or("auto", Channel::word))
+        f.write_str(self.fixed().map_or("auto", Channel::name))
     }
 }
 
 /// Why it is this channel.
 #[derive(Debug, Clone, PartialEq)]
 pub enum ChannelBasis {
-    /// It was named.
+    /// It was given.
     Given,
     /// No picture has colour.
     GreyPictures,
-    /// Some of the pictures were looked at.
+    /// It was selected from some of the pictures.
     Decided {
-        /// How many.
+        /// Their number.
         n_pictures: usize,
-        /// What each channel showed.
+        /// The result for each channel.
         views: Vec<ChannelView>,
     },
 }
@@ -98,15 +98,15 @@ pub struct LaserChannel {
 }
 
 impl LaserChannel {
-    /// Of pictures without colour.
+    /// For pictures without colour.
     pub fn of_grey() -> Self {
         Self { channel: Channel::Luma, basis: ChannelBasis::GreyPictures }
     }
 
-    /// Decides from up to [`CHANNEL_SAMPLE_PICTURES`] of `n_lit` pictures with the laser on, evenly spread.
+    /// Selects the channel from up to [`CHANNEL_SAMPLE_PICTURES`] of `n_lit` pictures with the laser on, evenly spread.
     ///
-    /// `read`: picture by index, a picture with the laser off already taken away where there is one; `None` where it
-    /// cannot be read. `params`: how lines are looked for, once for each direction they may run in.
+    /// `read`: picture by index, with the background already subtracted if there is one; `None` if it cannot be read.
+    /// `params`: settings of the extraction, one for each direction the lines may run in.
     pub fn decided(n_lit: usize, read: impl Fn(usize) -> Option<Picture>, params: &[CentrelineParams]) -> Self {
         let n_looks = n_lit.min(CHANNEL_SAMPLE_PICTURES);
         let looks = (0..n_looks).map(|k| (2 * k + 1) * n_lit / (2 * n_looks));
@@ -128,12 +128,12 @@ impl LaserChannel {
 impl fmt::Display for LaserChannel {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match &self.basis {
-            ChannelBasis::Given => write!(f, "channel {}", self.channel.word()),
+            ChannelBasis::Given => write!(f, "channel {}", self.channel.name()),
             ChannelBasis::GreyPictures => f.write_str("grey pictures"),
             ChannelBasis::Decided { n_pictures, views } => {
-                write!(f, "channel {} (auto, from {n_pictures} pictures", self.channel.word())?;
+                write!(f, "channel {} (auto, from {n_pictures} pictures", self.channel.name())?;
                 if views.iter().all(|view| view.n_laser_points == 0) {
-                    f.write_str(": none shows light of one colour")?;
+                    f.write_str(": none shows coloured light")?;
                 }
                 f.write_str(")")
             }
@@ -146,10 +146,10 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_channel_is_named_by_its_word() {
+    fn every_channel_is_parsed_from_its_name() {
         for channel in Channel::ALL {
-            let choice: ChannelChoice = channel.word().parse().unwrap();
-            assert_eq!((choice.fixed(), choice.to_string().as_str()), (Some(channel), channel.word()));
+            let choice: ChannelChoice = channel.name().parse().unwrap();
+            assert_eq!((choice.fixed(), choice.to_string().as_str()), (Some(channel), channel.name()));
         }
         assert_eq!("auto".parse(), Ok(ChannelChoice::Auto));
         let refused = "purple".parse::<ChannelChoice>().unwrap_err().to_string();

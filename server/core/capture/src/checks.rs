@@ -1,4 +1,4 @@
-//! What the manifest's values must satisfy before any image is looked at.
+//! Checks of the manifest's values before any image is read.
 
 use std::collections::HashSet;
 use std::path::Path;
@@ -11,7 +11,7 @@ use crate::stage::{StageKind, StageSheet};
 use crate::target::Target;
 use crate::target_check::TargetError;
 
-/// Checks every value of the manifest read from `file`; the first that is wrong is the error.
+/// Checks every value of the manifest read from `file`; returns an error for the first wrong one.
 pub(crate) fn check_values(file: &Path, manifest: &Manifest) -> Result<(), CaptureError> {
     if manifest.format != FORMAT {
         return Err(CaptureError::UnknownFormat { file: file.to_owned(), found: manifest.format.clone() });
@@ -84,7 +84,7 @@ fn check_orders(file: &Path, orders: &[i8]) -> Result<(), CaptureError> {
     Ok(())
 }
 
-/// The stage stands somewhere in every stage view and every frame, by the key of its kind.
+/// Every stage view and frame must state a position, with the key of the stage's kind.
 fn check_positions(file: &Path, manifest: &Manifest) -> Result<(), CaptureError> {
     let StageSheet { kind, angle_sigma_deg } = manifest.stage;
     if let Some(angle_sigma_deg) = angle_sigma_deg {
@@ -129,21 +129,21 @@ fn check_positions(file: &Path, manifest: &Manifest) -> Result<(), CaptureError>
     Ok(())
 }
 
-/// Lines that are lit one by one have a picture each, which says so; others have none.
+/// If lines are switched on one by one, each has a picture that states its line; otherwise none does.
 fn check_lines(file: &Path, manifest: &Manifest) -> Result<(), CaptureError> {
     let wrong = |entry: String, problem: String, remedy: &'static str| {
         Err(CaptureError::LitOneByOne { file: file.to_owned(), entry, problem, remedy })
     };
     const SWITCHED: &str =
-        "write \"switched\": true in the projector if its lines are lit one by one, or leave it out";
+        "write \"switched\": true in the projector if its lines are switched on one by one, or omit it";
     let switched = manifest.projector.switched_lines();
     for (idx, pose) in manifest.poses.iter().enumerate() {
         let (one, several) = (format!("poses[{idx}].laser"), format!("poses[{idx}].lasers"));
         match (switched, pose.lasers.len()) {
             (None, 0) => {}
-            (None, _) => return wrong(several, "is stated, but the lines are lit together".into(), SWITCHED),
+            (None, _) => return wrong(several, "is stated, but the lines are on together".into(), SWITCHED),
             (Some(_), _) if pose.laser.is_some() => {
-                let problem = "is stated, but the lines are lit one by one".into();
+                let problem = "is stated, but the lines are switched on one by one".into();
                 return wrong(one, problem, "name one picture per line in \"lasers\" instead");
             }
             (Some(lines), n) if n != 0 && n != lines => {
@@ -160,10 +160,10 @@ fn check_lines(file: &Path, manifest: &Manifest) -> Result<(), CaptureError> {
     for (entry, line) in frames {
         match (switched, line) {
             (None, None) => {}
-            (None, Some(_)) => return wrong(entry, "is stated, but the lines are lit together".into(), SWITCHED),
+            (None, Some(_)) => return wrong(entry, "is stated, but the lines are on together".into(), SWITCHED),
             (Some(_), None) => {
-                let problem = "is missing: the lines are lit one by one".into();
-                return wrong(entry, problem, "state which line was lit, counted from 0");
+                let problem = "is missing: the lines are switched on one by one".into();
+                return wrong(entry, problem, "state which line was on, counted from 0");
             }
             (Some(lines), Some(line)) => {
                 let known = usize::try_from(line).is_ok_and(|line| line < lines);

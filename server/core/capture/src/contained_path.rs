@@ -1,8 +1,8 @@
-//! Paths a manifest may name: relative, and inside the capture folder even after symbolic links.
+//! Paths allowed in a manifest: relative, and inside the capture folder even after symbolic links.
 
 use std::path::{Component, Path};
 
-/// Why `path`, as written in a manifest, must not be opened; `None` if it may.
+/// Why `path`, as written in a manifest, must not be opened; `None` if it may be.
 pub(crate) fn reason_outside(path: &Path) -> Option<&'static str> {
     if path.as_os_str().is_empty() {
         return Some("is empty");

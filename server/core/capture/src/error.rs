@@ -1,4 +1,4 @@
-//! What can be wrong with a capture folder: each error names the file and the entry, and has a remedy.
+//! Errors of a capture folder: each names the file and the entry, and has a remedy.
 
 use std::borrow::Cow;
 use std::path::PathBuf;
@@ -27,7 +27,7 @@ pub enum CaptureError {
         #[source]
         cause: std::io::Error,
     },
-    /// Pictures of lines that are lit one by one, where they are lit together, or the other way round.
+    /// Pictures of lines switched on one by one, where they are on together, or vice versa.
     #[error("{}: {entry} {problem}", file.display())]
     LitOneByOne {
         /// The manifest.
@@ -39,9 +39,9 @@ pub enum CaptureError {
         /// What to do about it.
         remedy: &'static str,
     },
-    /// A picture with the laser off that shows something else than the one it would be taken from.
+    /// A background that shows a different scene from the picture it would be subtracted from.
     #[error("{entry} ({}) cannot be taken from {of}: {change}", path.display())]
-    OtherRoom {
+    BackgroundMismatch {
         /// Entry of the picture with the laser off.
         entry: String,
         /// The file as named.
@@ -51,7 +51,7 @@ pub enum CaptureError {
         /// What differs.
         change: RoomChange,
     },
-    /// The manifest is absurdly large.
+    /// The manifest is too large.
     #[error("{} has {size_bytes} bytes, more than the {limit_bytes} a manifest may have",
         file.display())]
     ManifestTooLarge {
@@ -75,7 +75,7 @@ pub enum CaptureError {
         /// As written.
         found: String,
     },
-    /// The manifest is not JSON, misses a key or has a value of the wrong type.
+    /// The manifest is not JSON, lacks a key or has a value of the wrong type.
     #[error("{}, line {line}, column {column}, {entry}",
         file.display())]
     Malformed {
@@ -91,7 +91,7 @@ pub enum CaptureError {
         #[source]
         cause: serde_json::Error,
     },
-    /// A key that must be there is not.
+    /// A required key is missing.
     #[error("{}, line {line}: {entry} is missing", file.display())]
     EntryMissing {
         /// The manifest.
@@ -103,7 +103,7 @@ pub enum CaptureError {
         /// What to write, in words.
         remedy: &'static str,
     },
-    /// A stage view or frame that does not say where the stage stood.
+    /// A stage view or frame without a stage position.
     #[error("{}: {entry} is missing, but the stage is {kind}",
         file.display())]
     NoPosition {
@@ -121,7 +121,7 @@ pub enum CaptureError {
         file: PathBuf,
         /// Path of keys.
         entry: String,
-        /// The last of them.
+        /// The last key of the path.
         key: &'static str,
         /// Kind of the stage.
         kind: &'static str,
@@ -169,8 +169,8 @@ pub enum CaptureError {
         /// What is allowed.
         allowed: &'static str,
     },
-    /// The markers of a ChArUco board cannot be.
-    #[error("{}: target.dictionary cannot serve this board", file.display())]
+    /// The markers of a ChArUco board are impossible.
+    #[error("{}: target.dictionary is not suitable for this board", file.display())]
     Markers {
         /// The manifest.
         file: PathBuf,
@@ -194,14 +194,14 @@ pub enum CaptureError {
         /// As written.
         order: i8,
     },
-    /// The orders neither rise nor fall throughout.
+    /// The orders are not strictly increasing or decreasing.
     #[error("{}: {entry} is {order} after {previous}", file.display())]
     OrdersNotMonotonic {
         /// The manifest.
         file: PathBuf,
         /// Path of keys.
         entry: String,
-        /// The order out of line.
+        /// The order out of sequence.
         order: i8,
         /// The one before it.
         previous: i8,
@@ -216,7 +216,7 @@ pub enum CaptureError {
         /// As written.
         name: String,
     },
-    /// A path that leaves the folder.
+    /// A path outside the folder.
     #[error("{}: {entry} names \"{}\", which {reason}", file.display(), path.display())]
     PathOutside {
         /// The manifest.
@@ -225,10 +225,10 @@ pub enum CaptureError {
         entry: String,
         /// As written.
         path: PathBuf,
-        /// How it leaves.
+        /// Why it is outside.
         reason: &'static str,
     },
-    /// An image that is not there.
+    /// A missing image.
     #[error("missing image \"{}\" named by {entry} of {}",
         path.display(), file.display())]
     ImageMissing {
@@ -238,10 +238,10 @@ pub enum CaptureError {
         entry: String,
         /// Relative to the folder.
         path: PathBuf,
-        /// What to take out of the manifest instead.
+        /// What could be removed from the manifest instead.
         removable: &'static str,
     },
-    /// An image that cannot be used; the cause says why and what to do.
+    /// An image that cannot be used; the cause states why and the remedy.
     #[error("image \"{}\" named by {entry} cannot be used", path.display())]
     ImageUnusable {
         /// Path of keys.
@@ -253,7 +253,7 @@ pub enum CaptureError {
         cause: Box<ImageFileError>,
     },
     /// An image of another size than the camera's.
-    #[error("image \"{}\" named by {entry} has {width_px}×{height_px} pixels, but camera says {camera_width_px}×{camera_height_px}", path.display())]
+    #[error("image \"{}\" named by {entry} has {width_px}×{height_px} pixels, but camera states {camera_width_px}×{camera_height_px}", path.display())]
     ImageSize {
         /// Path of keys.
         entry: String,
@@ -282,14 +282,14 @@ pub enum CaptureError {
         /// Its depth.
         first_bits: u32,
     },
-    /// A scan that the capture does not hold.
-    #[error("{} holds no scan \"{name}\"", file.display())]
+    /// A scan that the capture does not contain.
+    #[error("{} has no scan \"{name}\"", file.display())]
     UnknownScan {
         /// The manifest.
         file: PathBuf,
         /// As asked for.
         name: String,
-        /// What there is.
+        /// The available names.
         available: Vec<String>,
     },
 }
@@ -297,17 +297,17 @@ pub enum CaptureError {
 impl Remedy for CaptureError {
     fn remedy(&self) -> Option<Cow<'_, str>> {
         Some(match self {
-            Self::ManifestMissing { .. } => "name a folder that holds capture.json".into(),
+            Self::ManifestMissing { .. } => "use a folder that contains capture.json".into(),
             Self::Inaccessible { .. } => "check that it exists and that its permissions allow it".into(),
             Self::LitOneByOne { remedy, .. } => (*remedy).into(),
-            Self::OtherRoom { .. } => {
-                "name the picture of the same pose with the laser off as its background, or none".into()
+            Self::BackgroundMismatch { .. } => {
+                "use the picture of the same pose with the laser off as its background, or none".into()
             }
             Self::ManifestTooLarge { .. } => "name a capture folder".into(),
             Self::NotFinite { .. } => "write the true value or remove the entry".into(),
             Self::Malformed { .. } => "correct the entry as described in capture.schema.json".into(),
             Self::EntryMissing { remedy, .. } => (*remedy).into(),
-            Self::NoPosition { .. } => "state where the stage stood, or leave the picture out".into(),
+            Self::NoPosition { .. } => "state the stage position, or leave the picture out".into(),
             Self::OtherStage { key, .. } => other_stage_remedy(key).into(),
             Self::UnknownFormat { .. } => "convert the capture or update the program".into(),
             Self::OutOfRange { expected, .. } => format!("give {expected}").into(),
@@ -317,12 +317,12 @@ impl Remedy for CaptureError {
             Self::NoOrders { .. } => "list the orders from the top of the image downwards".into(),
             Self::OrderTooHigh { .. } => format!("list orders between −{ORDER_LIMIT} and {ORDER_LIMIT}").into(),
             Self::OrdersNotMonotonic { .. } => {
-                "list each order once, from the top of the image downwards, so that they rise or fall throughout"
+                "list each order once, from the top of the image downwards, in increasing or decreasing order"
                     .into()
             }
-            Self::ScanName { .. } => "give every scan a name of its own".into(),
+            Self::ScanName { .. } => "give every scan a unique name".into(),
             Self::PathOutside { .. } => {
-                "copy the image into the capture folder and name it relative to that".into()
+                "copy the image into the capture folder and use a path relative to it".into()
             }
             Self::ImageMissing { removable, .. } => format!("restore the file or remove the {removable}").into(),
             Self::ImageSize { .. } => {
@@ -335,7 +335,7 @@ impl Remedy for CaptureError {
     }
 }
 
-/// What to do about a key of the other kind of stage.
+/// Remedy for a key of another kind of stage.
 fn other_stage_remedy(key: &str) -> &'static str {
     match key {
         "position_mm" => "state angle_deg instead or, if the stage travels, leave stage.kind \"rotary\" out",

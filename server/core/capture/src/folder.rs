@@ -24,11 +24,11 @@ pub struct Capture {
     pub folder: PathBuf,
     /// Its manifest, validated.
     pub manifest: Manifest,
-    /// Unknown keys and other oddities that were ignored, in words for the operator.
+    /// Unknown keys and other ignored irregularities, in words for the operator.
     pub warnings: Vec<String>,
     /// Whether any file has colour.
     has_colour: bool,
-    /// Decided when it is first asked for.
+    /// Selected on first use.
     channel: OnceLock<LaserChannel>,
 }
 
@@ -39,30 +39,30 @@ pub struct NamedFile {
     pub entry: String,
     /// Relative to the folder, as written.
     pub path: PathBuf,
-    /// What would have to leave the manifest with it: `pose`, `laser image`, `stage view`, `frame`.
+    /// What would have to be removed from the manifest with it: `pose`, `laser image`, `stage view`, `frame`.
     removable: &'static str,
 }
 
-/// A picture with the laser on, and the one with the laser off that belongs to it.
+/// A picture with the laser on, and its background (laser off).
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct LaserPicture {
     /// Path of keys, as `poses[4].laser`.
     pub entry: String,
     /// Relative to the folder, as written.
     pub path: PathBuf,
-    /// Entry and path of the picture with the laser off: its own, or the one of the whole capture.
+    /// Entry and path of the background: its own, or the one of the whole capture.
     pub background: Option<(String, PathBuf)>,
-    /// The line that was lit alone.
+    /// The line that was switched on alone.
     pub line: Option<i8>,
 }
 
 impl Capture {
     /// Reads and validates `folder/capture.json` and the header of every image it names.
     ///
-    /// Images are not decoded: a truncated one shows in [`Capture::image`].
+    /// Images are not decoded: truncation is detected by [`Capture::image`].
     ///
     /// # Errors
-    /// [`CaptureError`] names the file, the entry and the remedy of the first thing that is wrong.
+    /// [`CaptureError`] names the file, the entry and the remedy of the first problem.
     pub fn open(folder: &Path) -> Result<Self, CaptureError> {
         let file = folder.join(MANIFEST_FILE);
         let text = read_text(&file)?;
@@ -80,13 +80,13 @@ impl Capture {
         self.folder.join(MANIFEST_FILE)
     }
 
-    /// Reads the image `path` (relative, as written in the manifest) that `entry` names: the grey levels of one channel,
-    /// that of the laser ([`Capture::laser_channel`]) or, of a board, the one beside it ([`Channel::for_boards`]).
+    /// Reads the image `path` (relative, as written in the manifest) named by `entry`: the grey levels of one channel,
+    /// that of the laser ([`Capture::laser_channel`]) or, for a board, the corresponding one ([`Channel::for_boards`]).
     ///
     /// [`Channel::for_boards`]: vision::Channel::for_boards
     ///
     /// # Errors
-    /// [`CaptureError::ImageMissing`], [`CaptureError::PathOutside`], [`CaptureError::ImageUnusable`] (of no known
+    /// [`CaptureError::ImageMissing`], [`CaptureError::PathOutside`], [`CaptureError::ImageUnusable`] (of unknown
     /// format, truncated) or [`CaptureError::ImageSize`].
     pub fn image(&self, entry: &str, path: &Path) -> Result<GreyImage, CaptureError> {
         match self.photograph(entry, path)?.picture {
@@ -98,7 +98,7 @@ impl Capture {
         }
     }
 
-    /// Reads the image `path` that `entry` names, with all its colours.
+    /// Reads the image `path` named by `entry`, with all its colours.
     ///
     /// # Errors
     /// As [`Capture::image`].
@@ -110,8 +110,8 @@ impl Capture {
         Ok(photograph)
     }
 
-    /// The channel in which the pictures show the laser: as the manifest says, or else decided from some of the
-    /// pictures themselves when it is first asked for. A picture that cannot be read has no say.
+    /// The channel in which the pictures show the laser: from the manifest, or selected from some of the pictures on
+    /// first use. Pictures that cannot be read are ignored.
     pub fn laser_channel(&self) -> &LaserChannel {
         self.channel.get_or_init(|| {
             if !self.has_colour {
@@ -136,7 +136,7 @@ impl Capture {
         })
     }
 
-    /// Every picture with the laser on, poses first, with the picture to take away from it.
+    /// Every picture with the laser on, poses first, with its background.
     pub fn laser_pictures(&self) -> Vec<LaserPicture> {
         let manifest = &self.manifest;
         let poses = manifest.poses.iter().enumerate().flat_map(|(idx, pose)| {
@@ -170,17 +170,17 @@ impl Capture {
         LaserPicture { entry: format!("{of}.{key}"), path: path.to_owned(), background, line }
     }
 
-    /// Reads a picture with the laser on: the laser's channel, with the picture with the laser off taken away.
+    /// Reads the laser's channel of a picture with the laser on, minus its background.
     ///
     /// # Errors
-    /// As [`Capture::image`], of either picture; [`CaptureError::OtherRoom`] where they do not show the same.
+    /// As [`Capture::image`], for either picture; [`CaptureError::BackgroundMismatch`] if they show different scenes.
     pub fn laser_image(&self, laser: &LaserPicture) -> Result<GreyImage, CaptureError> {
         let Some((entry, path)) = &laser.background else { return self.image(&laser.entry, &laser.path) };
         let on = self.photograph(&laser.entry, &laser.path)?.picture;
         let off = self.photograph(entry, path)?.picture;
         match room_change(&on, &off) {
             None => Ok(self.laser_light(&on, &off)),
-            Some(change) => Err(CaptureError::OtherRoom {
+            Some(change) => Err(CaptureError::BackgroundMismatch {
                 entry: entry.clone(),
                 path: path.clone(),
                 of: laser.entry.clone(),
@@ -189,23 +189,23 @@ impl Capture {
         }
     }
 
-    /// The laser's channel of a picture of this capture with the laser on, `off` taken away.
+    /// The laser's channel of a picture of this capture with the laser on, minus `off`.
     pub fn laser_light(&self, on: &Picture, off: &Picture) -> GreyImage {
         let difference = on.minus(off).expect("the images of a capture have one size and one bit depth");
         difference.channel(self.laser_channel().channel)
     }
 
-    /// Whether that is a picture of the board at normal exposure.
+    /// Whether it is a picture of the board at normal exposure.
     fn is_board(&self, path: &Path) -> bool {
         let manifest = &self.manifest;
         let of_poses = manifest.poses.iter().map(|pose| &pose.board);
         of_poses.chain(manifest.stage_views.iter().map(|view| &view.board)).any(|board| board == path)
     }
 
-    /// The scan of that name.
+    /// The scan with that name.
     ///
     /// # Errors
-    /// [`CaptureError::UnknownScan`] lists the names there are.
+    /// [`CaptureError::UnknownScan`] lists the available names.
     pub fn scan(&self, name: &str) -> Result<&Scan, CaptureError> {
         self.manifest.scans.iter().find(|scan| scan.name == name).ok_or_else(|| CaptureError::UnknownScan {
             file: self.manifest_path(),
@@ -248,7 +248,7 @@ impl Capture {
         files
     }
 
-    /// Every file's header; whether any has colour.
+    /// Checks every file's header; returns whether any has colour.
     fn check_files(&self) -> Result<bool, CaptureError> {
         let files = self.files();
         for named in &files {
@@ -274,7 +274,7 @@ impl Capture {
         Ok(has_colour)
     }
 
-    /// Inside the folder, and there.
+    /// Checks that the file exists and is inside the folder.
     fn check_place(&self, named: &NamedFile) -> Result<(), CaptureError> {
         let outside = |reason| CaptureError::PathOutside {
             file: self.manifest_path(),
@@ -287,7 +287,7 @@ impl Capture {
         }
         match links_outside(&self.folder, &named.path) {
             Ok(false) => Ok(()),
-            Ok(true) => Err(outside("is a link to a place outside the folder")),
+            Ok(true) => Err(outside("is a link to a path outside the folder")),
             Err(cause) if cause.kind() == std::io::ErrorKind::NotFound => Err(CaptureError::ImageMissing {
                 file: self.manifest_path(),
                 entry: named.entry.clone(),
@@ -324,7 +324,7 @@ impl NamedFile {
     }
 }
 
-/// Writes `manifest` as `folder/capture.json`, replacing it in one step.
+/// Writes `manifest` as `folder/capture.json`, replacing it atomically.
 ///
 /// # Errors
 /// [`CaptureError::Inaccessible`]; the values are checked as on reading.
@@ -371,8 +371,8 @@ fn parse(file: &Path, text: &str) -> Result<Manifest, CaptureError> {
 
 fn warnings(file: &Path, text: &str) -> Result<Vec<String>, CaptureError> {
     let value = serde_json::from_str(text).map_err(|cause| malformed(file, text, cause))?;
-    let told = |key: String| format!("{}: unknown key {key} is ignored", file.display());
-    Ok(unknown_keys(&value).into_iter().map(told).collect())
+    let warning = |key: String| format!("{}: unknown key {key} is ignored", file.display());
+    Ok(unknown_keys(&value).into_iter().map(warning).collect())
 }
 
 fn malformed(file: &Path, text: &str, cause: serde_json::Error) -> CaptureError {
@@ -394,17 +394,17 @@ fn malformed(file: &Path, text: &str, cause: serde_json::Error) -> CaptureError 
     }
 }
 
-/// What to do about a projector whose grating is not described.
+/// Remedy for a projector without a description of its grating.
 const GRATING_REMEDY: &str = "add it from the data sheets of laser and grating or, if the lines come from lasers \
     without a grating, write the kind \"planes\" and how many \"lines\" there are, or the kind \"cross\"";
 
-/// The path of the key that the parser missed, if that is what it stopped at.
+/// The path of the missing key, if the parser stopped at one.
 fn missing_entry(text: &str, cause: &serde_json::Error) -> Option<String> {
-    let told = cause.to_string();
-    if let Some((entry, _)) = told.strip_prefix(MISSING).and_then(|rest| rest.split_once('`')) {
+    let reported = cause.to_string();
+    if let Some((entry, _)) = reported.strip_prefix(MISSING).and_then(|rest| rest.split_once('`')) {
         return Some(entry.to_owned());
     }
-    let (key, _) = told.strip_prefix("missing field `")?.split_once('`')?;
+    let (key, _) = reported.strip_prefix("missing field `")?.split_once('`')?;
     Some(match entry_ended_at(text, cause.line(), cause.column()) {
         Some(object) => format!("{object}.{key}"),
         None => key.to_owned(),

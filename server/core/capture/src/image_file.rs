@@ -1,4 +1,4 @@
-//! Image files: grey or colour in, grey out, with limits on what a file may ask for.
+//! Image files: grey or colour in, grey out, with limits on the size of a file.
 
 use std::borrow::Cow;
 use std::fs::File;
@@ -16,7 +16,7 @@ use vision::{Channel, ColourImage, GreyImage, ImageError, Picture, Pixels};
 
 use crate::params::{DECODE_LIMIT_BYTES, IMAGE_LIMIT_PX};
 
-/// What is read, everywhere.
+/// Supported formats.
 const FORMATS: [ImageFormat; 4] = [ImageFormat::Png, ImageFormat::Tiff, ImageFormat::Bmp, ImageFormat::Jpeg];
 
 /// Bytes read at a time while hashing.
@@ -34,13 +34,13 @@ pub enum ImageFileError {
         #[source]
         cause: std::io::Error,
     },
-    /// Not an image of an allowed format, whatever its name says.
+    /// Not an image of a supported format, whatever its name.
     #[error("{} is not a PNG, TIFF, BMP or JPEG image", path.display())]
     UnknownFormat {
         /// The file.
         path: PathBuf,
     },
-    /// Truncated, corrupt or of a kind the decoder does not know.
+    /// Truncated, corrupt or of a kind that the decoder does not support.
     #[error("{} is truncated or corrupt", path.display())]
     Undecodable {
         /// The file.
@@ -64,7 +64,7 @@ pub enum ImageFileError {
     BitDepth {
         /// The file.
         path: PathBuf,
-        /// What the file says it holds.
+        /// The kind of pixels in the file.
         kind: String,
     },
     /// An image without pixels.
@@ -72,7 +72,7 @@ pub enum ImageFileError {
     Empty {
         /// The file.
         path: PathBuf,
-        /// What is wrong with it.
+        /// What is wrong with the image.
         #[source]
         cause: ImageError,
     },
@@ -81,7 +81,7 @@ pub enum ImageFileError {
     Unwritable {
         /// The file.
         path: PathBuf,
-        /// What the encoder met.
+        /// The encoder's error.
         #[source]
         cause: DecodeError,
     },
@@ -96,12 +96,12 @@ impl Remedy for ImageFileError {
             Self::TooLarge { .. } => "crop it".into(),
             Self::BitDepth { .. } => "record it with 8 or 16 bits per pixel".into(),
             Self::Empty { .. } => "record it again".into(),
-            Self::Unwritable { .. } => "check that the disk has room".into(),
+            Self::Unwritable { .. } => "check that the disk is not full".into(),
         })
     }
 }
 
-/// What an image file says about itself before it is decoded.
+/// Properties of an image file before it is decoded.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ImageHeader {
     /// Columns.
@@ -114,12 +114,12 @@ pub struct ImageHeader {
     pub is_colour: bool,
 }
 
-/// A picture as its file holds it.
+/// A picture as stored in its file.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Photograph {
     /// Grey or colour.
     pub picture: Picture,
-    /// Whether the file's compression loses part of what the camera saw: JPEG.
+    /// Whether the file's compression is lossy: JPEG.
     pub is_lossy: bool,
 }
 
@@ -133,7 +133,7 @@ pub fn read_photograph(path: &Path) -> Result<Photograph, ImageFileError> {
     Ok(Photograph { picture, is_lossy: format == ImageFormat::Jpeg })
 }
 
-/// Reads any photograph as grey levels; colour becomes brightness ([`Channel::Luma`]).
+/// Reads any photograph as grey levels; colour is converted to luma ([`Channel::Luma`]).
 ///
 /// # Errors
 /// [`ImageFileError`] names the file and the remedy.
@@ -163,7 +163,7 @@ pub(crate) fn read_header(path: &Path) -> Result<ImageHeader, ImageFileError> {
     })
 }
 
-/// Writes an image as PNG of its own bit depth.
+/// Writes an image as PNG with its own bit depth.
 ///
 /// # Errors
 /// [`ImageFileError::Inaccessible`] or [`ImageFileError::Unwritable`].
@@ -174,7 +174,7 @@ pub fn write_png(path: &Path, image: &GreyImage) -> Result<(), ImageFileError> {
     let written = match image.pixels() {
         Pixels::Eight(pixels) => encoder.write_image(pixels, width, height, ExtendedColorType::L8),
         Pixels::Sixteen(pixels) => {
-            // The encoder takes samples in the machine's byte order and writes PNG's.
+            // The encoder takes samples in native byte order.
             let bytes: Vec<u8> = pixels.iter().flat_map(|level| level.to_ne_bytes()).collect();
             encoder.write_image(&bytes, width, height, ExtendedColorType::L16)
         }
@@ -199,7 +199,7 @@ pub fn sha256_of(path: &Path) -> Result<String, ImageFileError> {
     }
 }
 
-/// Opens a file, whose format is detected from its content, and checks its size.
+/// Opens a file, detects its format from its content, and checks its size.
 fn open(path: &Path) -> Result<(ImageFormat, impl ImageDecoder + use<>), ImageFileError> {
     let file = File::open(path).map_err(|cause| inaccessible(path, cause))?;
     let unknown = || ImageFileError::UnknownFormat { path: path.to_owned() };

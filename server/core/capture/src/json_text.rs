@@ -1,6 +1,6 @@
-//! Where in a JSON text something stands: line, and path of keys (`stage_views[1].position_mm`).
+//! Locates a position in a JSON text: line, and path of keys (`stage_views[1].position_mm`).
 //!
-//! Works on text that is not valid JSON up to the place in question, because that is when it is needed.
+//! Works on text that is valid JSON only up to that position, because it is used for error messages.
 
 /// A bare `NaN`, `Infinity` or `-Infinity` outside of strings.
 #[derive(Debug, PartialEq, Eq)]
@@ -18,7 +18,7 @@ enum Level {
     Array { idx: usize },
 }
 
-/// A walk through the text that knows the path of keys at every token.
+/// A tokeniser that keeps track of the path of keys.
 struct Walk<'t> {
     text: &'t str,
     at: usize,
@@ -35,7 +35,7 @@ pub(crate) fn entry_ended_at(text: &str, line: usize, column: usize) -> Option<S
     entry_before(text, line, column)
 }
 
-/// The path of keys after that many bytes of a line; `None` at the top.
+/// The path of keys after `n_bytes` bytes of a line; `None` at the top.
 fn entry_before(text: &str, line: usize, n_bytes: usize) -> Option<String> {
     let start: usize = text.split_inclusive('\n').take(line.saturating_sub(1)).map(str::len).sum();
     let end = (start + n_bytes).min(text.len());
@@ -48,7 +48,7 @@ fn entry_before(text: &str, line: usize, n_bytes: usize) -> Option<String> {
     walk.entry()
 }
 
-/// What an error names that lies in no entry.
+/// The name used for errors outside any entry.
 fn whole() -> String {
     "the document".to_owned()
 }
@@ -67,7 +67,7 @@ pub(crate) fn first_not_finite(text: &str) -> Option<NotFinite> {
 }
 
 impl<'t> Walk<'t> {
-    /// Passes one token and returns it; `None` at the end.
+    /// Consumes one token and returns it; `None` at the end.
     fn step(&mut self) -> Option<&'t str> {
         let rest = &self.text[self.at..];
         let first = rest.chars().next()?;
@@ -104,7 +104,7 @@ impl<'t> Walk<'t> {
         }
     }
 
-    /// The path of keys here; `None` at the top.
+    /// The current path of keys; `None` at the top.
     fn entry(&self) -> Option<String> {
         let mut path = String::new();
         for level in &self.levels {
@@ -123,7 +123,7 @@ fn is_word(c: char) -> bool {
     c.is_ascii_alphanumeric() || matches!(c, '+' | '-' | '.')
 }
 
-/// Length in bytes of the string that `text` begins with, quotes included.
+/// Length in bytes of the string at the beginning of `text`, quotes included.
 fn string_length(text: &str) -> usize {
     let mut escaped = false;
     for (at, c) in text.char_indices().skip(1) {

@@ -1,4 +1,4 @@
-//! Keys of the manifest that this version does not know: not kept here, but reported to the operator.
+//! Keys of the manifest that this version does not know: ignored, but reported to the operator.
 
 use serde_json::Value;
 

@@ -1,7 +1,7 @@
-//! The capture folder `sheaf-capture/1`: what a camera and a stage delivered, as files.
+//! The capture folder `sheaf-capture/1`: the output of a camera and a stage, as files.
 //!
-//! Reading validates everything the manifest says and names the entry that is wrong; writing is the twin's and
-//! the recorder's side of the same format.
+//! Reading validates the whole manifest and names the entry that is wrong; the twin and the recorder write the same
+//! format.
 
 pub mod channel;
 pub mod error;

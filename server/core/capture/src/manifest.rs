@@ -18,18 +18,18 @@ pub struct Manifest {
     pub camera: CameraFormat,
     /// The calibration target.
     pub target: Target,
-    /// What makes the lines.
+    /// The line projector.
     pub projector: Projector,
-    /// What moves the part.
+    /// The stage.
     #[serde(default, skip_serializing_if = "StageSheet::is_default")]
     pub stage: StageSheet,
-    /// A picture with the laser off for everything that has none of its own; only if nothing in it moves.
+    /// A background (laser off) for all pictures without their own; only if nothing in it moves.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub background: Option<PathBuf>,
-    /// The board at rest, seen by normal light and by laser light.
+    /// The board at rest, in normal light and in laser light.
     #[serde(default)]
     pub poses: Vec<Pose>,
-    /// The board carried by the stage.
+    /// The board on the stage.
     #[serde(default)]
     pub stage_views: Vec<StageView>,
     /// Scans of objects.
@@ -37,7 +37,7 @@ pub struct Manifest {
     pub scans: Vec<Scan>,
 }
 
-/// Size of every image of the capture, and what is looked at of those in colour.
+/// Size of every image of the capture, and the channel used of colour images.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub struct CameraFormat {
     /// Columns.
@@ -54,13 +54,13 @@ pub struct CameraFormat {
 pub struct Pose {
     /// Image at normal exposure.
     pub board: PathBuf,
-    /// Image at low exposure with the laser on; without it the pose serves the camera alone.
+    /// Image at low exposure with the laser on; without it the pose is used for the camera alone.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub laser: Option<PathBuf>,
-    /// Lines that are lit one by one: in place of `laser` one such image per line, in the order of their numbers.
+    /// If lines are switched on one by one: instead of `laser` one such image per line, in the order of their numbers.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub lasers: Vec<PathBuf>,
-    /// The same as `laser` or `lasers` with the laser off, to be taken away from it.
+    /// The background of `laser` or `lasers`: the same view with the laser off, to be subtracted.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub background: Option<PathBuf>,
 }
@@ -98,35 +98,35 @@ pub struct Frame {
     /// Nominal angle of a turntable.
     #[serde(default, deserialize_with = "number", skip_serializing_if = "Option::is_none")]
     pub angle_deg: Option<f64>,
-    /// The same as `image` with the laser off, to be taken away from it.
+    /// The background of `image`: the same view with the laser off, to be subtracted.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub background: Option<PathBuf>,
-    /// Lines that are lit one by one: which was lit.
+    /// If lines are switched on one by one: the line that was on.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub line: Option<i8>,
 }
 
 impl StageView {
-    /// The board seen while the stage stood there.
+    /// A view of the board at a stage position.
     pub fn new(board: impl Into<PathBuf>, place: StagePlace) -> Self {
         let (position_mm, angle_deg) = place.keys();
         Self { board: board.into(), position_mm, angle_deg }
     }
 
-    /// Where the stage stood; a manifest that was read or written has one of the two keys.
+    /// The stage position; a manifest that was read or written has exactly one of the two keys.
     pub fn place(&self) -> StagePlace {
         StagePlace::of_keys(self.position_mm, self.angle_deg)
     }
 }
 
 impl Frame {
-    /// A frame, taken while the stage stood there, without a background of its own.
+    /// A frame at a stage position, without a background of its own.
     pub fn new(image: impl Into<PathBuf>, place: StagePlace) -> Self {
         let (position_mm, angle_deg) = place.keys();
         Self { image: image.into(), position_mm, angle_deg, background: None, line: None }
     }
 
-    /// Where the stage stood; a manifest that was read or written has one of the two keys.
+    /// The stage position; a manifest that was read or written has exactly one of the two keys.
     pub fn place(&self) -> StagePlace {
         StagePlace::of_keys(self.position_mm, self.angle_deg)
     }

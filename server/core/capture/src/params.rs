@@ -1,4 +1,4 @@
-//! Limits of what is read, each with its reason.
+//! Limits of reading, each with its reason.
 
 /// The only format this crate reads and writes.
 pub const FORMAT: &str = "sheaf-capture/1";
@@ -15,16 +15,16 @@ pub const IMAGE_LIMIT_PX: usize = 50_000_000;
 /// Memory a decoder may take, bytes: 50 Mpx of 16-bit colour plus the decoder's own rows.
 pub const DECODE_LIMIT_BYTES: u64 = 512 << 20;
 
-/// Pictures by which the laser's channel is decided: lines of several poses or frames, read in a second or two.
+/// Pictures from which the laser's channel is selected: lines of several poses or frames, read in a second or two.
 pub const CHANNEL_SAMPLE_PICTURES: usize = 4;
 
-/// Highest diffraction order; real line gratings carry light in fewer than ten on each side.
+/// Highest diffraction order; real line gratings have light in fewer than ten on each side.
 pub const ORDER_LIMIT: i8 = 20;
 
-/// Most lines that nothing ties together: as many as a grating may have.
+/// Most independent lines: as many as a grating may have.
 pub const LINES_MAX: usize = 2 * ORDER_LIMIT as usize + 1;
 
-/// Fewest inner corners along a side that still define a pose and a lattice.
+/// Fewest inner corners along a side that still determine a pose and a lattice.
 pub const CORNERS_MIN: usize = 2;
 
 /// Most inner corners along a side; finer boards cannot be resolved within [`IMAGE_LIMIT_PX`].

@@ -1,13 +1,13 @@
-//! `projector` of the manifest: what makes the lines, by its data sheets.
+//! `projector` of the manifest: the line projector, by its data sheets.
 
 use serde::de::{Deserializer, Error};
 use serde::{Deserialize, Serialize};
 use vision::LineDirection;
 
-/// How `line_direction` says that the lines run along image columns.
+/// Value of `line_direction` for lines along image columns.
 pub(crate) const COLUMNS: &str = "columns";
 
-/// How `line_direction` says that the lines run along image rows.
+/// Value of `line_direction` for lines along image rows.
 pub(crate) const ROWS: &str = "rows";
 
 /// The words of `projector.kind`.
@@ -16,16 +16,16 @@ const KINDS: &[&str] = &["grating", "planes", "cross"];
 /// The lines of a cross, by their numbers.
 const CROSS: [(i8, LineDirection); 2] = [(0, LineDirection::Rows), (1, LineDirection::Columns)];
 
-/// How the parser's error begins that names a missing entry by its whole path, up to a backtick.
+/// Beginning of the parser's error for a missing entry with its whole path, up to a backtick.
 pub(crate) const MISSING: &str = "missing entry `";
 
-/// What makes the lines.
+/// The line projector.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(tag = "kind", rename_all = "snake_case")]
 pub enum Projector {
-    /// One laser behind a grating; what `kind` is where nothing is said.
+    /// One laser behind a grating; the default `kind`.
     Grating(GratingProjector),
-    /// Lasers, or lines of one, that nothing ties together.
+    /// Independent lasers, or independent lines of one.
     Planes(PlanesProjector),
     /// Two lines that cross, of one laser or two: line 0 along rows, line 1 along columns.
     Cross(CrossProjector),
@@ -45,15 +45,15 @@ pub struct GratingProjector {
     pub line_direction: Option<String>,
 }
 
-/// Lasers that nothing ties together.
+/// Independent lasers.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct PlanesProjector {
-    /// How many lines there are. They are numbered from 0, from the top (left) of the image downwards (rightwards).
+    /// Number of lines. They are numbered from 0, from the top (left) of the image downwards (rightwards).
     pub lines: usize,
     /// `rows` (default) or `columns`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub line_direction: Option<String>,
-    /// Whether they are lit one by one, each in a picture of its own: which line a picture shows is then stated.
+    /// Whether they are switched on one by one, each in a picture that states its line.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub switched: bool,
 }
@@ -77,7 +77,7 @@ impl Projector {
         }
     }
 
-    /// How many lines are lit one by one; `None` if they are lit together.
+    /// Number of lines switched on one by one; `None` if they are on together.
     pub fn switched_lines(&self) -> Option<usize> {
         match self {
             Self::Planes(planes) if planes.switched => Some(planes.lines),
@@ -123,13 +123,13 @@ impl GratingProjector {
         direction(self.line_direction.as_deref())
     }
 
-    /// λ/d_g, the sine by which neighbouring orders part at normal incidence.
+    /// λ/d_g, the sine of the angle between neighbouring orders at normal incidence.
     pub fn wavelength_over_period(&self) -> f64 {
         self.wavelength_nm * 1e-6 * self.grating_lines_per_mm
     }
 
-    /// The manifest's word for a line direction: nothing for rows, the default.
-    pub fn word_for(direction: LineDirection) -> Option<String> {
+    /// The manifest's value for a line direction: `None` for rows, the default.
+    pub fn name_of(direction: LineDirection) -> Option<String> {
         (direction == LineDirection::Columns).then(|| COLUMNS.to_owned())
     }
 }
@@ -140,7 +140,7 @@ impl From<GratingProjector> for Projector {
     }
 }
 
-/// All keys that any kind has.
+/// All keys of every kind.
 #[derive(Deserialize)]
 struct Keys {
     kind: Option<String>,

@@ -1,11 +1,11 @@
-//! `stage` of the manifest: what moves the part, and where it stood.
+//! `stage` of the manifest: the stage and its positions.
 
 use serde::{Deserialize, Deserializer, Serialize};
 
-/// What moves the part.
+/// The stage.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct StageSheet {
-    /// How it moves.
+    /// Its kind.
     #[serde(default)]
     pub kind: StageKind,
     /// rotary: one standard deviation of the stated angles, by data sheet or test.
@@ -13,23 +13,23 @@ pub struct StageSheet {
     pub angle_sigma_deg: Option<f64>,
 }
 
-/// How a stage moves the part.
+/// Kind of a stage.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum StageKind {
-    /// Along a line; what it is where nothing is said.
+    /// Linear; the default.
     #[default]
     Linear,
     /// About an axis: a turntable.
     Rotary,
 }
 
-/// Where the stage stood.
+/// A stage position.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum StagePlace {
     /// Nominal position of a linear stage.
     PositionMm(f64),
-    /// Nominal angle of a turntable; more than one turn counts on.
+    /// Nominal angle of a turntable; not reduced to one turn.
     AngleDeg(f64),
 }
 
@@ -40,7 +40,7 @@ impl StageSheet {
 }
 
 impl StageKind {
-    /// The word of the manifest.
+    /// Its name in the manifest.
     pub fn name(self) -> &'static str {
         match self {
             Self::Linear => "linear",
@@ -48,7 +48,7 @@ impl StageKind {
         }
     }
 
-    /// A place of such a stage, from its number in mm or degrees.
+    /// A position of such a stage, from its value in mm or degrees.
     pub fn place(self, value: f64) -> StagePlace {
         match self {
             Self::Linear => StagePlace::PositionMm(value),
@@ -56,7 +56,7 @@ impl StageKind {
         }
     }
 
-    /// The key that states where such a stage stood.
+    /// The key for positions of such a stage.
     pub fn key(self) -> &'static str {
         match self {
             Self::Linear => "position_mm",
@@ -66,7 +66,7 @@ impl StageKind {
 }
 
 impl StagePlace {
-    /// As the values of position_mm and angle_deg.
+    /// As values of position_mm and angle_deg.
     pub(crate) fn keys(self) -> (Option<f64>, Option<f64>) {
         match self {
             Self::PositionMm(position_mm) => (Some(position_mm), None),
@@ -74,7 +74,7 @@ impl StagePlace {
         }
     }
 
-    /// From the values of position_mm and angle_deg, one of which is there.
+    /// From the values of position_mm and angle_deg, exactly one of which is present.
     pub(crate) fn of_keys(position_mm: Option<f64>, angle_deg: Option<f64>) -> Self {
         match angle_deg {
             Some(angle_deg) => Self::AngleDeg(angle_deg),
@@ -82,7 +82,7 @@ impl StagePlace {
         }
     }
 
-    /// The number alone, in mm or degrees.
+    /// The value, in mm or degrees.
     pub fn value(self) -> f64 {
         match self {
             Self::PositionMm(value) | Self::AngleDeg(value) => value,

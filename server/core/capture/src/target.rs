@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::projector::needed;
 
-/// The words of `target.kind`.
+/// Values of `target.kind`.
 const KINDS: &[&str] = &["chessboard", "charuco", "circles", "asymmetric_circles"];
 
 /// The calibration board.
@@ -19,7 +19,7 @@ pub enum Target {
     Charuco(CharucoTarget),
     /// Discs in rows and columns.
     Circles(CirclesTarget),
-    /// Discs of which every other row is shifted by half the distance of the discs in a row.
+    /// Discs in rows, with every other row shifted by half the spacing of the discs in a row.
     AsymmetricCircles(CirclesTarget),
 }
 
@@ -56,14 +56,14 @@ pub struct CirclesTarget {
     pub columns: usize,
     /// Rows.
     pub rows: usize,
-    /// Steps of the grid: the distances between neighbouring centres; of an asymmetric grid the distance between its rows,
-    /// and half of that between the centres of a row.
+    /// Steps of the grid: the distances between neighbouring centres; for an asymmetric grid the distance between its
+    /// rows, and half of that between the centres of a row.
     pub square_mm: SquareMm,
     /// Diameter of a disc.
     pub diameter_mm: f64,
 }
 
-/// Sides of a square: one number, or [x, y] where a printer has stretched them.
+/// Sides of a square: one number, or [x, y] if a printer has stretched them.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SquareMm {
     /// Along a board row.
@@ -92,7 +92,7 @@ impl Target {
         }
     }
 
-    /// The grid of discs, and whether it is an asymmetric one.
+    /// The grid of discs, and whether it is asymmetric.
     pub fn circles(&self) -> Option<(&CirclesTarget, bool)> {
         match self {
             Self::Circles(grid) => Some((grid, false)),
@@ -170,7 +170,7 @@ impl<'de> Visitor<'de> for Sides {
     }
 }
 
-/// All keys that any kind has.
+/// All keys of every kind.
 #[derive(Deserialize)]
 struct Keys {
     kind: Option<String>,

@@ -1,4 +1,4 @@
-//! What the values of a calibration board must satisfy.
+//! Checks of the values of a calibration board.
 
 use std::borrow::Cow;
 
@@ -8,7 +8,7 @@ use vision::{CharucoError, CharucoParams};
 use crate::params::{CORNERS_MAX, CORNERS_MIN};
 use crate::target::{CharucoTarget, ChessboardTarget, CirclesTarget, SquareMm, Target};
 
-/// Why there is no such board.
+/// Why a board is impossible.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum TargetError {
     /// A count or length outside its range.
@@ -21,8 +21,8 @@ pub enum TargetError {
         /// What is allowed, in words.
         expected: &'static str,
     },
-    /// The markers of a ChArUco board cannot be.
-    #[error("a target's dictionary cannot serve this board")]
+    /// The markers of a ChArUco board are impossible.
+    #[error("a target's dictionary is not suitable for this board")]
     Markers {
         /// Why, and the remedy.
         #[source]
@@ -31,7 +31,7 @@ pub enum TargetError {
 }
 
 impl TargetError {
-    /// The entry of `target` that is at fault.
+    /// The wrong entry of `target`.
     pub fn entry(&self) -> &'static str {
         match self {
             Self::OutOfRange { entry, .. } => entry,
@@ -50,7 +50,7 @@ impl Remedy for TargetError {
 }
 
 impl Target {
-    /// Whether there can be such a board; the first entry that is wrong is the error.
+    /// Checks that such a board is possible; returns an error for the first wrong entry.
     ///
     /// # Errors
     /// [`TargetError`].
@@ -90,7 +90,7 @@ fn check_charuco(board: &CharucoTarget) -> Result<(), TargetError> {
     params.check().map_err(|cause| TargetError::Markers { cause })
 }
 
-/// Discs that do not touch: their centres are a step apart, of an asymmetric grid one along and one across.
+/// Discs must not touch: their centres are one step apart, or on the diagonal in an asymmetric grid.
 fn check_circles(grid: &CirclesTarget, asymmetric: bool) -> Result<(), TargetError> {
     for (entry, count) in [("columns", grid.columns), ("rows", grid.rows)] {
         check_count(entry, count, count, "the number of discs along that side, between 2 and 1000")?;
@@ -103,14 +103,14 @@ fn check_circles(grid: &CirclesTarget, asymmetric: bool) -> Result<(), TargetErr
     check_range("diameter_mm", grid.diameter_mm, fits, expected)
 }
 
-/// `count` is the entry's, `n_corners` that of the corners it means.
+/// `count` is the entry's, `n_corners` the resulting number of corners.
 fn check_count(
     entry: &'static str,
-    told: usize,
+    count: usize,
     n_corners: usize,
     expected: &'static str,
 ) -> Result<(), TargetError> {
-    check_range(entry, told as f64, (CORNERS_MIN..=CORNERS_MAX).contains(&n_corners), expected)
+    check_range(entry, count as f64, (CORNERS_MIN..=CORNERS_MAX).contains(&n_corners), expected)
 }
 
 fn check_square(SquareMm { x_mm, y_mm }: SquareMm) -> Result<(), TargetError> {

@@ -1,16 +1,16 @@
-//! What the least-squares solvers share: Levenberg–Marquardt's damping, and the reasons for which a solver ends.
+//! Common parts of the least-squares solvers: Levenberg–Marquardt damping, and termination reasons.
 //!
-//! Equations, the unit of damping, and how little counts as nothing belong to each problem; no formula of optics,
-//! calibration or metrology lives here.
+//! Equations, the unit of damping, and tolerances belong to each problem; no formula of optics, calibration or
+//! metrology is here.
 
-/// Damping is taken back by this factor after a good step and raised by it after a bad one.
+/// Factor by which damping is reduced after a good step and increased after a bad one.
 const FACTOR: f64 = 10.0;
 
-/// Damping up to which a step says how far the minimum is: as if every parameter were known to thirty times its unit
-/// beforehand. Harder damped steps are short whatever the distance.
+/// Damping up to which the length of a step indicates the distance of the minimum: as if every parameter had a prior of
+/// thirty times its unit. Steps with stronger damping are short at any distance.
 const LIGHT: f64 = 1e-3;
 
-/// How much of its unit squared is added to the diagonal of the normal equations for every parameter.
+/// Multiple of its squared unit added to the diagonal of the normal equations for every parameter.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Damping {
     value: f64,
@@ -19,28 +19,28 @@ pub struct Damping {
 }
 
 impl Damping {
-    /// Damping that begins with `first` and stays from `least`, below which it plays no part, to `most`, beyond which no
-    /// step is worth a try.
+    /// Damping that starts at `first` and stays between `least`, below which it has no effect, and `most`, above which
+    /// no step is worth trying.
     pub fn new(first: f64, least: f64, most: f64) -> Self {
         Self { value: first, least, most }
     }
 
-    /// As it is now.
+    /// Current value.
     pub fn value(&self) -> f64 {
         self.value
     }
 
-    /// Whether a step under it says how far the minimum is.
+    /// Whether the length of a step indicates the distance of the minimum.
     pub fn is_light(&self) -> bool {
         self.value <= LIGHT
     }
 
-    /// After a step that led downhill.
+    /// After a step that reduced the cost.
     pub fn ease(&mut self) {
         self.value = (self.value / FACTOR).max(self.least);
     }
 
-    /// After a step that did not; `false` where no harder damped step is worth a try.
+    /// After a step that did not; `false` if no step with stronger damping is worth trying.
     #[must_use]
     pub fn raise(&mut self) -> bool {
         self.value *= FACTOR;
@@ -51,14 +51,16 @@ impl Damping {
 /// Why a solver ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Termination {
-    /// The gradient vanished: the whole step promised less than counts.
+    /// The gradient vanished: the predicted gain of the full step was negligible.
     Gradient,
-    /// The step vanished: it moved, or would have moved, no parameter by more than counts.
+    /// The step vanished: no parameter moved, or would have moved, significantly.
     Step,
-    /// The cost stopped falling: a lightly damped step promised and gave less than counts, or several in a row gave it.
+    /// The cost stopped falling: the predicted and actual gain of a lightly damped step, or of several consecutive
+    /// steps, was negligible.
     Cost,
-    /// It got stuck: no step led downhill, or the steps ran out, while a lower cost was still promised. No solution.
-    Stuck,
+    /// No convergence: no step reduced the cost, or the steps ran out, while a lower cost was still predicted. Not a
+    /// solution.
+    NotConverged,
 }
 
 impl Termination {
@@ -68,17 +70,19 @@ impl Termination {
             Self::Gradient => "gradient",
             Self::Step => "step",
             Self::Cost => "cost",
-            Self::Stuck => "stuck",
+            Self::NotConverged => "stuck",
         }
     }
 
-    /// What it means, a sentence.
+    /// Its meaning, as a sentence.
     pub fn sentence(self) -> &'static str {
         match self {
             Self::Gradient => "The fit converged: the gradient vanished.",
             Self::Step => "The fit converged: the next step would not have moved any parameter.",
             Self::Cost => "The fit converged: the last step no longer lowered the residuals.",
-            Self::Stuck => "The fit got stuck: lower residuals were in sight, but no step led there.",
+            Self::NotConverged => {
+                "The fit did not converge: lower residuals were predicted, but no step reached them."
+            }
         }
     }
 }
@@ -88,7 +92,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn damping_stays_in_its_range_and_says_when_it_has_left_it() {
+    fn damping_stays_in_its_range_and_reports_its_limit() {
         let mut damping = Damping::new(1e-2, 1e-4, 1.0);
         assert!(!damping.is_light());
         for expected in [1e-3, 1e-4, 1e-4] {

@@ -4,18 +4,36 @@
 //! robust weighted geometric least squares, and states the value with an expanded uncertainty (k = 2).
 //! Units: millimetres, degrees for the tool `angle`; frame: the cloud's (part) frame.
 
+mod cad;
+mod evaluation;
 mod fitting;
 mod interface;
 mod measuring;
 pub mod params;
+mod plan;
 
 pub use interface::doubts::{Finding, Missing};
 pub use interface::measurement::{ErrorSummary, FittedFeature, Measurement, OrderRow, Unit};
 pub use interface::part_verdict::{CharacteristicKey, PartVerdict, part_verdict};
-pub use interface::request::{MeasureError, MeasureRequest, Region, Tool};
+pub use interface::region::Region;
+pub use interface::request::{MeasureError, MeasureRequest, Tool};
 pub use interface::shape::Shape;
-pub use interface::verdict::{Verdict, verdict};
+pub use interface::verdict::{Limits, Verdict, verdict};
 pub use measuring::measure::measure;
+
+pub use cad::compare::compare;
+pub use cad::comparison::{AlignTo, CompareError, CompareRequest, Comparison};
+pub use cad::nominal::{Nominal, NominalError};
+pub use cad::statistics::{DeviationStatistics, WorstPlace};
+pub use evaluation::alignment::DatumFrame;
+pub use evaluation::evaluate::evaluate;
+pub use evaluation::geometry::Geometry;
+pub use evaluation::result::{CharacteristicResult, FeatureResult, PlanResult};
+pub use plan::alignment::Alignment;
+pub use plan::characteristic::{Axis, Characteristic, Measure};
+pub use plan::check::PlanError;
+pub use plan::document::{Plan, PlanDocumentError, PlanFormat};
+pub use plan::feature::{Facing, Feature, FeatureShape, LineOf, PointOf, Selection};
 
 #[cfg(test)]
 mod tests;

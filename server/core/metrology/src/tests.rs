@@ -1,10 +1,16 @@
-//! Values against known truth. What these tests do not show: how real centrelines err at edges and on shiny metal.
+//! Values compared with known truth. Not covered: errors of real centrelines at edges and on shiny metal.
 
+mod cad;
 mod coverage;
+mod document;
 mod doubts;
 mod offset;
+mod plan;
 mod rig_a;
+mod seams;
 mod shading;
+mod shaped_scan;
+mod speed;
 pub(crate) mod station;
 mod surfaces;
 mod synthetic;

@@ -1,4 +1,4 @@
-//! What a mesh and a measurement take beside the cloud itself: a server may be asked for many while the laser is on.
+//! Memory needed by a mesh and a measurement in addition to the cloud: a server may compute many while the laser is on.
 
 #![allow(clippy::unwrap_used)]
 
@@ -8,28 +8,28 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use metrology::{MeasureRequest, Tool, measure};
 use scanning::{Cloud, CloudPoint, MeshParams, mesh_from_cloud};
 
-/// Largest of the requests at one time beside the cloud, bytes a point. A point of the cloud has 48.
+/// Largest allocation at one time in addition to the cloud, bytes per point. A point of the cloud has 48.
 const MEASUREMENT_BYTES: usize = 64;
 const MESH_BYTES: usize = 112;
 
 static HELD: AtomicUsize = AtomicUsize::new(0);
 static PEAK: AtomicUsize = AtomicUsize::new(0);
 
-/// Counts the bytes that the program holds.
+/// Counts the allocated bytes.
 struct Counting;
 
 #[expect(unsafe_code, reason = "an allocator that counts cannot be written without")]
-// SAFETY: every request is handed on to the system's allocator as it is.
+// SAFETY: every request is forwarded to the system allocator unchanged.
 unsafe impl GlobalAlloc for Counting {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
         PEAK.fetch_max(HELD.fetch_add(layout.size(), Ordering::Relaxed) + layout.size(), Ordering::Relaxed);
-        // SAFETY: the caller's promise.
+        // SAFETY: guaranteed by the caller.
         unsafe { System.alloc(layout) }
     }
 
     unsafe fn dealloc(&self, block: *mut u8, layout: Layout) {
         HELD.fetch_sub(layout.size(), Ordering::Relaxed);
-        // SAFETY: the caller's promise.
+        // SAFETY: guaranteed by the caller.
         unsafe { System.dealloc(block, layout) }
     }
 }
@@ -37,7 +37,7 @@ unsafe impl GlobalAlloc for Counting {
 #[global_allocator]
 static COUNTING: Counting = Counting;
 
-/// Most bytes held at once during `work` beyond those before it.
+/// Peak of the allocated bytes during `work`, relative to those before it.
 fn peak_bytes<T>(work: impl FnOnce() -> T) -> (usize, T) {
     let before = HELD.load(Ordering::Relaxed);
     PEAK.store(before, Ordering::Relaxed);
@@ -45,14 +45,14 @@ fn peak_bytes<T>(work: impl FnOnce() -> T) -> (usize, T) {
     (PEAK.load(Ordering::Relaxed) - before, done)
 }
 
-/// A block of 5 mm on a table, seen by five orders in 120 frames: 360,000 points.
+/// A block of 5 mm on a table, scanned by five orders in 120 frames: 360,000 points.
 fn block_on_table() -> Cloud {
     let (n_frames, n_along) = (120, 600);
     let at = |frame: u32, order: i8, along: u32| {
         let x_mm = f64::from(along) * 0.1 - 30.0;
         let y_mm = f64::from(frame) * 0.2 + f64::from(order) * 4.0;
         let on_block = x_mm.abs() < 12.0 && (y_mm - 12.0).abs() < 8.0;
-        // Noise that repeats itself after a while will do here.
+        // Noise that repeats periodically is sufficient here.
         let noise_mm = 0.01 * f64::from((frame * 31 + along * 17) % 13) / 6.0 - 0.01;
         CloudPoint {
             x_mm,
@@ -71,7 +71,7 @@ fn block_on_table() -> Cloud {
     Cloud { points: points.collect(), comments: Vec::new() }
 }
 
-/// One test, because all share the count.
+/// One test, because the count is global.
 #[test]
 fn a_mesh_and_a_measurement_take_little_more_than_the_cloud() {
     let cloud = block_on_table();

@@ -1,4 +1,4 @@
-//! Everything needed to turn a labelled pixel into a point with its uncertainty.
+//! Everything needed to convert a labelled pixel to a point with its uncertainty.
 
 use nalgebra::{DMatrix, DVector, Vector2, Vector3};
 
@@ -11,7 +11,7 @@ use crate::surface::{LightSurfaces, SurfaceHit};
 /// Parameters of a linear stage's travel.
 pub const STAGE_PARAMETERS: usize = 3;
 
-/// z of the camera frame between which the calibration has seen its target.
+/// Range of z (camera frame) covered by the target during calibration.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DepthRangeMm {
     /// Nearest depth.
@@ -46,7 +46,7 @@ pub struct Calibration {
     pub light: LightSurfaces,
     /// The stage, if it was calibrated.
     pub stage: Option<Stage>,
-    /// Depths covered by the calibration.
+    /// Depth range of the calibration.
     pub depth_range_mm: DepthRangeMm,
     /// Covariance of [`Calibration::parameter_names`], square; rows and columns of fixed parameters are zero.
     pub covariance: DMatrix<f64>,
@@ -62,13 +62,13 @@ pub struct TriangulatedPoint {
     /// The sheet at the hit.
     pub hit: SurfaceHit,
     /// Distance along the ray per pixel, d|X| / d(u, v), mm/px.
-    pub reach_by_pixel: Vector2<f64>,
+    pub range_by_pixel: Vector2<f64>,
 }
 
 impl TriangulatedPoint {
-    /// Standard deviation along the ray, mm, of a pixel noise of `sigma_px` along the image direction `normal`.
+    /// Standard deviation along the ray, mm, for pixel noise of `sigma_px` along the image direction `normal`.
     pub fn noise_sigma_mm(&self, normal: &[f64; 2], sigma_px: f64) -> f64 {
-        (self.reach_by_pixel.x * normal[0] + self.reach_by_pixel.y * normal[1]).abs() * sigma_px
+        (self.range_by_pixel.x * normal[0] + self.range_by_pixel.y * normal[1]).abs() * sigma_px
     }
 }
 
@@ -97,18 +97,18 @@ impl Calibration {
         let normal = hit.normal;
         let steepness = normal.dot(&ray);
         let length = ray.norm();
-        // The hit stays on the sheet: N·(dλ·D + λ·dD) = 0. |X| = λ|D| moves by dλ|D|: the part along the ray.
-        let reach_by_ray = Vector2::new(normal.x, normal.y) * (-hit.depth_mm / steepness * length);
+        // The hit stays on the sheet: N·(dλ·D + λ·dD) = 0. |X| = λ|D| changes by dλ|D|: the component along the ray.
+        let range_by_ray = Vector2::new(normal.x, normal.y) * (-hit.depth_mm / steepness * length);
         Some(TriangulatedPoint {
             hit_in_camera: PointMm::new(ray * hit.depth_mm),
             ray,
             hit,
-            reach_by_pixel: ray_by_pixel.transpose() * reach_by_ray,
+            range_by_pixel: ray_by_pixel.transpose() * range_by_ray,
         })
     }
 
-    /// How far the hit moves along its ray per parameter (mm per unit), for the camera and light parameters.
-    pub fn reach_by_parameters(&self, order: i8, point: &TriangulatedPoint) -> Option<DVector<f64>> {
+    /// Movement of the hit along its ray per parameter (mm per unit), for the camera and light parameters.
+    pub fn range_by_parameters(&self, order: i8, point: &TriangulatedPoint) -> Option<DVector<f64>> {
         let ideal = point.ray.xy();
         let distorted = self.camera.distort(&ideal);
         let ideal_by_camera =
@@ -128,23 +128,23 @@ impl Calibration {
         Some(reach)
     }
 
-    /// Standard deviation along the ray, mm, that the calibration's own covariance leaves at a point.
+    /// Standard deviation along the ray, mm, at a point, from the calibration's covariance.
     pub fn systematic_sigma_mm(&self, order: i8, point: &TriangulatedPoint) -> Option<f64> {
-        let reach = self.reach_by_parameters(order, point)?;
+        let reach = self.range_by_parameters(order, point)?;
         let n = reach.len();
         let covariance = self.covariance.view((0, 0), (n, n));
         Some((reach.transpose() * covariance * &reach)[(0, 0)].max(0.0).sqrt())
     }
 
-    /// What is not known of the stage itself, for the σ of single points.
+    /// The uncertainty of the stage itself, for the σ of single points.
     pub fn stage_spread(&self) -> StageSpread {
         let n = self.stage.map_or(0, |stage| stage.parameters()).min(self.covariance.nrows());
         let first = self.covariance.nrows() - n;
         StageSpread::new(self.stage.as_ref(), &self.covariance.view((first, first), (n, n)).into_owned())
     }
 
-    /// The calibration moved by a parameter step in the order of [`Calibration::parameter_names`], after which a step may
-    /// go on with the deviations at the nodes of the stage's [`crate::stage::Straightness`] or [`crate::stage::AngleError`].
+    /// The calibration moved by a parameter step in the order of [`Calibration::parameter_names`], optionally followed
+    /// by deviations at the nodes of the stage's [`crate::stage::Straightness`] or [`crate::stage::AngleError`].
     pub fn stepped(&self, step: &[f64]) -> Self {
         let mut parameters = self.camera.parameters();
         for (value, change) in parameters.iter_mut().zip(step) {
@@ -160,12 +160,12 @@ impl Calibration {
         }
     }
 
-    /// Independent one-σ steps for [`Calibration::stepped`]: those whose outer products add up to the covariance, largest
-    /// first, then one per node and axis of the stage's straightness, or per node of a turntable's angle, if that is known.
+    /// Independent one-σ steps for [`Calibration::stepped`]: those whose outer products sum to the covariance, largest
+    /// first, then one per node and axis of the stage's straightness, or per node of a turntable's angle, if known.
     ///
-    /// Re-evaluating any result at `stepped(mode)` and adding the squared changes propagates covariance, straightness and angle.
-    /// What deviates at a node has also turned the straight line that was fitted to all of them, so a node's step takes
-    /// that turn back; the covariance holds the same turn, and is taken without it.
+    /// Re-evaluating any result at `stepped(mode)` and summing the squared changes propagates covariance, straightness
+    /// and angle. A deviation at a node has also rotated the straight line fitted to all nodes, so a node's step
+    /// subtracts that rotation; the covariance contains the same rotation, and is used without it.
     pub fn sigma_modes(&self) -> Vec<Vec<f64>> {
         let straightness = self.stage.and_then(|stage| stage.linear()?.straightness);
         let angle_error = self.stage.and_then(|stage| stage.rotary()?.angle_error);

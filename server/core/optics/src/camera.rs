@@ -45,7 +45,7 @@ pub struct Camera {
 /// A projected pixel with its derivatives.
 #[derive(Debug, Clone, Copy)]
 pub struct ProjectedPixel {
-    /// Where the point is seen (u, v).
+    /// The pixel (u, v) of the point.
     pub pixel: Vector2<f64>,
     /// d(u, v) / d(x, y, z) of the point in the camera frame, px/mm.
     pub by_point: Matrix2x3<f64>,
@@ -104,7 +104,7 @@ impl Camera {
         }
     }
 
-    /// The pixel at which a point of the camera frame is seen; `None` behind the camera.
+    /// The pixel of a camera-frame point; `None` behind the camera.
     pub fn project(&self, point: &Vector3<f64>) -> Option<Vector2<f64>> {
         if point.z <= 0.0 {
             return None;
@@ -113,7 +113,7 @@ impl Camera {
         Some(self.pixel_from_normalised(&distorted))
     }
 
-    /// [`Camera::project`] with derivatives by point and camera parameters.
+    /// [`Camera::project`] with derivatives with respect to point and camera parameters.
     pub fn project_with_jacobian(&self, point: &Vector3<f64>) -> Option<ProjectedPixel> {
         if point.z <= 0.0 {
             return None;
@@ -227,7 +227,7 @@ mod tests {
     }
 
     #[test]
-    fn projecting_agrees_with_opencv() {
+    fn projection_agrees_with_opencv() {
         // cv2.projectPoints of (40, −35, 390) with the same matrix and coefficients, OpenCV 5.0.
         let pixel = camera().project(&Vector3::new(40.0, -35.0, 390.0)).unwrap();
         assert!((pixel - Vector2::new(893.055_031_052_301, 276.106_481_071_578)).norm() < 1e-6, "{pixel}");

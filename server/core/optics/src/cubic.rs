@@ -5,7 +5,7 @@ use nalgebra::{DMatrix, DVector};
 /// Coefficients of a cubic: 1, s, s², s³, t, ts, ts², t², t²s, t³.
 pub const TERMS: usize = 10;
 
-/// Samples along each side; a cubic needs four, the fifth evens out what it cannot follow.
+/// Samples along each side; a cubic needs four, the fifth averages its deviations.
 const SIDE: usize = 5;
 
 /// A cubic in s and t, both within −1…1.
@@ -27,13 +27,13 @@ impl CubicFit {
         Self { inverse }
     }
 
-    /// Where samples are taken: Chebyshev's places, which keep the largest error small.
+    /// Sample positions: Chebyshev nodes, which keep the largest error small.
     pub fn places() -> impl Iterator<Item = (f64, f64)> {
         let place = |idx: usize| ((2 * idx + 1) as f64 * std::f64::consts::PI / (2 * SIDE) as f64).cos();
         (0..SIDE * SIDE).map(move |idx| (place(idx % SIDE), place(idx / SIDE)))
     }
 
-    /// The cubic nearest to one value a place.
+    /// The least-squares cubic for one value per position.
     pub fn fit(&self, values: &DVector<f64>) -> Cubic {
         let coefficients = &self.inverse * values;
         std::array::from_fn(|term| coefficients[term])
@@ -51,7 +51,7 @@ pub fn value(c: &Cubic, s: f64, t: f64) -> f64 {
         + t * (c[4] + s * (c[5] + s * c[6]) + t * (c[7] + s * c[8] + t * c[9]))
 }
 
-/// Derivatives by s and t.
+/// Derivatives with respect to s and t.
 #[inline(always)]
 pub fn slopes(c: &Cubic, s: f64, t: f64) -> (f64, f64) {
     let by_s = c[1] + s * (2.0 * c[2] + s * (3.0 * c[3])) + t * (c[5] + s * (2.0 * c[6]) + t * c[8]);
@@ -64,7 +64,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_cubic_is_found_again_with_its_slopes() {
+    fn a_cubic_is_recovered_with_its_slopes() {
         let sought: Cubic = [0.3, -1.2, 0.7, 0.11, 2.0, -0.4, 0.05, 0.9, -0.33, 0.21];
         let values = CubicFit::places().map(|(s, t)| value(&sought, s, t)).collect::<Vec<_>>();
         let found = CubicFit::new().fit(&DVector::from_vec(values));

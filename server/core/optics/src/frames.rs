@@ -1,4 +1,4 @@
-//! Points and transforms that know their frame.
+//! Points and transforms typed by their frame.
 
 use std::marker::PhantomData;
 use std::ops::{Mul, Sub};
@@ -32,7 +32,7 @@ impl<F> PointMm<F> {
     }
 }
 
-/// The way from one point of a frame to another of the same frame, mm.
+/// The vector between two points of the same frame, mm.
 impl<F> Sub for PointMm<F> {
     type Output = Vector3<f64>;
 
@@ -41,7 +41,7 @@ impl<F> Sub for PointMm<F> {
     }
 }
 
-/// A rigid motion that takes points of frame `From` to frame `To`; named `to_from_from` so that neighbours cancel.
+/// A rigid motion from frame `From` to frame `To`; named `to_from_from` so that neighbours cancel.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Rigid<To, From> {
     /// Rotation part.
@@ -57,18 +57,18 @@ impl<To, From> Rigid<To, From> {
         Self { rotation, translation_mm, frames: PhantomData }
     }
 
-    /// The motion that does nothing.
+    /// The identity.
     pub fn identity() -> Self {
         Self::new(Rotation3::identity(), Vector3::zeros())
     }
 
-    /// The motion back.
+    /// The inverse motion.
     pub fn inverse(&self) -> Rigid<From, To> {
         let back = self.rotation.inverse();
         Rigid::new(back, -(back * self.translation_mm))
     }
 
-    /// The rotation as a matrix whose columns are the axes of `From` seen in `To`.
+    /// The rotation as a matrix whose columns are the axes of `From` in `To`.
     pub fn axes(&self) -> &Matrix3<f64> {
         self.rotation.matrix()
     }
@@ -82,11 +82,11 @@ impl<To, From> Rigid<To, From> {
     }
 }
 
-/// A rotation without the rounding that products of rotations gather, in one step of Newton's iteration for the nearest
-/// rotation: R' = R (3·1 − RᵀR) / 2.
+/// Removes the rounding errors that accumulate in products of rotations, by one step of Newton's iteration for the
+/// nearest rotation: R' = R (3·1 − RᵀR) / 2.
 ///
 /// With RᵀR = 1 + E it gives R'ᵀR' = 1 − ¾E² + ¼E³: a product of two rotations, whose E is rounding, is orthonormal to
-/// rounding again, whatever has gone before; there is nothing to wait for.
+/// rounding again; no iteration is needed.
 fn orthonormal(rotation: &Rotation3<f64>) -> Rotation3<f64> {
     let matrix = rotation.matrix();
     let towards = Matrix3::from_diagonal_element(1.5) - matrix.tr_mul(matrix) * 0.5;
@@ -123,7 +123,7 @@ mod tests {
     }
 
     #[test]
-    fn a_hundred_thousand_steps_leave_a_rotation_a_rotation() {
+    fn after_a_hundred_thousand_steps_a_rotation_is_still_orthonormal() {
         // Rounding of nine products of three terms each.
         const ROUNDING: f64 = 8.0 * f64::EPSILON;
         let mut pose: Rigid<CameraFrame, BoardFrame> = Rigid::identity();
@@ -139,7 +139,7 @@ mod tests {
     }
 
     #[test]
-    fn a_step_takes_away_what_rounding_has_left() {
+    fn a_step_removes_accumulated_rounding() {
         let askew = Matrix3::identity() + Matrix3::new(1.0, 2.0, -1.0, 0.5, -2.0, 1.0, 3.0, 0.0, 1.0) * 1e-9;
         let pose: Rigid<CameraFrame, BoardFrame> =
             Rigid::new(Rotation3::from_matrix_unchecked(askew), Vector3::zeros());

@@ -23,7 +23,8 @@ pub const GRATING_PARAMETER_NAMES: [&str; GRATING_PARAMETERS] = [
     "wavelength_over_period",
 ];
 
-/// Squared sine of the angle between projector and camera axes below which they have no nearest point to speak of.
+/// Squared sine of the angle between projector and camera axes below which they are treated as parallel, without a
+/// nearest point.
 const PARALLEL_AXES: f64 = 1e-6;
 
 /// A laser line source behind a plane transmission grating, in the camera frame.
@@ -32,7 +33,7 @@ const PARALLEL_AXES: f64 = 1e-6;
 /// along `normal`, and leaves it with `order` grating momenta added along the period direction normal × groove.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Grating {
-    /// S, where the fan's rays come from.
+    /// S, the origin of the fan's rays.
     pub source_mm: Vector3<f64>,
     /// a, the fan's optical axis; unit, perpendicular to `fan`.
     pub axis: Vector3<f64>,
@@ -73,7 +74,7 @@ impl Grating {
         self.diffracted(&self.fan_ray(phi_rad), order)
     }
 
-    /// What becomes of the fan's ray `k`: [`Grating::ray`].
+    /// The diffracted ray for the fan's ray `k`: see [`Grating::ray`].
     pub(crate) fn diffracted(&self, k: &Vector3<f64>, order: i8) -> Option<LightRay> {
         let incidence = k.dot(&self.normal);
         if incidence <= 0.0 {
@@ -91,16 +92,16 @@ impl Grating {
         })
     }
 
-    /// How far the sheet of `order` moves along its unit `normal`, `reach_mm` from the grating along the ray of φ, per
-    /// local parameter (mm per unit): normal · (dQ + reach · dk'), by `docs/maths/grating.md`, eq. 6–8, summed up from
-    /// their end, so that the ten parameters share nearly all of the work.
+    /// Movement of the sheet of `order` along its unit `normal`, at `path_length_mm` from the grating along the ray of φ, per
+    /// local parameter (mm per unit): normal · (dQ + reach · dk'), by `docs/maths/grating.md`, eq. 6–8, in reverse
+    /// mode, so that the ten parameters share nearly all of the work.
     ///
     /// `None` where there is no such ray.
     pub fn normal_motion(
         &self,
         phi_rad: f64,
         order: i8,
-        reach_mm: f64,
+        path_length_mm: f64,
         normal: &Vector3<f64>,
     ) -> Option<[f64; GRATING_PARAMETERS]> {
         let (sin, cos) = phi_rad.sin_cos();
@@ -110,11 +111,12 @@ impl Grating {
         let direction = self.diffracted(&k, order)?.direction;
         let (incidence, forward) = (k.dot(&n), direction.dot(&n));
         let tangential = direction - n * forward;
-        // What the distance gains per unit of each quantity that moves, the ones before held.
-        let by_tangential = (normal - tangential * (normal.dot(&n) / forward)) * reach_mm;
-        let by_incidence = -normal.dot(&k) * self.gap_mm / (incidence * incidence) - reach_mm * normal.dot(&n);
+        // Derivative of the distance with respect to each moving quantity, for fixed earlier ones.
+        let by_tangential = (normal - tangential * (normal.dot(&n) / forward)) * path_length_mm;
+        let by_incidence =
+            -normal.dot(&k) * self.gap_mm / (incidence * incidence) - path_length_mm * normal.dot(&n);
         let by_ray = normal * (self.gap_mm / incidence) + by_tangential + n * by_incidence;
-        let by_normal = normal * (reach_mm * forward) - by_tangential * incidence + k * by_incidence;
+        let by_normal = normal * (path_length_mm * forward) - by_tangential * incidence + k * by_incidence;
         let by_gap = normal.dot(&k) / incidence;
         let by_momentum = by_tangential * f64::from(order);
         let by_period = by_momentum * self.wavelength_over_period;
@@ -123,7 +125,7 @@ impl Grating {
             normal.y,
             normal.z,
             by_ray.dot(&across) * sin,
-            normal.dot(&across) * self.pivot_reach_mm() - by_ray.dot(&across) * cos,
+            normal.dot(&across) * self.pivot_distance_mm() - by_ray.dot(&across) * cos,
             by_normal.dot(&g),
             by_normal.dot(&p) - by_period.dot(&n),
             -by_period.dot(&g),
@@ -132,9 +134,10 @@ impl Grating {
         ])
     }
 
-    /// Distance from the source along the axis to where it comes nearest to the camera's optical axis: the middle of
-    /// what both see. The fan pitches about this point, so that its position there and its angle are estimated apart.
-    fn pivot_reach_mm(&self) -> f64 {
+    /// Distance from the source along the axis to its point nearest to the camera's optical axis: the middle of the
+    /// common volume. The fan pitches about this point, so that its position there and its angle are estimated
+    /// independently.
+    fn pivot_distance_mm(&self) -> f64 {
         let across_z = 1.0 - self.axis.z * self.axis.z;
         if across_z < PARALLEL_AXES {
             return 0.0;
@@ -145,7 +148,8 @@ impl Grating {
     /// Moved by a local step, in the order of [`GRATING_PARAMETER_NAMES`]; directions stay unit and perpendicular.
     ///
     /// The fan pitches about the point of its axis nearest to the camera's optical axis, and the gap grows by moving
-    /// the source away from the lit line: both leave the sheets' place in the scene to the source's own coordinates.
+    /// the source away from the lit line: both leave the position of the sheets in the scene to the source's own
+    /// coordinates.
     pub fn stepped(&self, step: &[f64; GRATING_PARAMETERS]) -> Self {
         let across = self.axis.cross(&self.fan);
         let fan = (self.fan + across * step[3]).normalize();
@@ -153,13 +157,13 @@ impl Grating {
         let axis = (axis - fan * axis.dot(&fan)).normalize();
         let period = self.period_direction();
         let normal = (self.normal + self.groove * step[5] + period * step[6]).normalize();
-        // The grating momentum s·p moves in a straight line within the grating's plane.
+        // The grating momentum s·p moves linearly within the grating's plane.
         let momentum = period * (self.wavelength_over_period + step[9])
             - self.groove * (self.wavelength_over_period * step[7]);
         let momentum_size = momentum.norm();
         let groove = momentum.cross(&self.normal) / momentum_size;
         let groove = (groove - normal * groove.dot(&normal)).normalize();
-        let pitch = (self.axis - axis) * self.pivot_reach_mm();
+        let pitch = (self.axis - axis) * self.pivot_distance_mm();
         let retreat = self.axis * (step[8] / self.axis.dot(&self.normal));
         Self {
             source_mm: self.source_mm + Vector3::new(step[0], step[1], step[2]) + pitch - retreat,
@@ -172,7 +176,7 @@ impl Grating {
         }
     }
 
-    /// The same surfaces with the fan's axis turned by `angle_rad` within the fan plane: only φ is renamed.
+    /// The same surfaces with the fan's axis rotated by `angle_rad` within the fan plane, which only shifts φ.
     pub fn with_axis_turned(&self, angle_rad: f64) -> Self {
         let across = self.axis.cross(&self.fan);
         Self { axis: turned(&self.axis, &across, angle_rad), fan: turned(&self.fan, &across, angle_rad), ..*self }
@@ -195,7 +199,7 @@ pub(crate) mod tests {
     }
 
     #[test]
-    fn order_zero_goes_straight_on() {
+    fn order_zero_is_not_deflected() {
         let grating = grating();
         let ray = grating.ray(0.2, 0).unwrap();
         assert!((ray.direction - grating.fan_ray(0.2)).norm() < 1e-14);
@@ -221,11 +225,11 @@ pub(crate) mod tests {
         // Second-order truncation of a step of 1e-5 stays below 1e-7 at these lengths (≤ 20 mm) and directions …
         const STEP: f64 = 1e-5;
         const TOLERANCE: f64 = 1e-7;
-        // … which reach this far behind the grating.
-        const REACHES_MM: [f64; 2] = [0.0, 400.0];
+        // … at these distances behind the grating.
+        const PATH_LENGTHS_MM: [f64; 2] = [0.0, 400.0];
         let grating = grating();
         for (phi, order) in [(0.25, -2), (-0.1, 1), (0.3, 4)] {
-            for reach in REACHES_MM {
+            for reach in PATH_LENGTHS_MM {
                 let point = |step: &[f64; GRATING_PARAMETERS]| {
                     let ray = grating.stepped(step).ray(phi, order).unwrap();
                     ray.origin_mm + ray.direction * reach

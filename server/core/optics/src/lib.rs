@@ -1,7 +1,7 @@
-//! What light does on its way from the laser through the grating onto the part and into the camera.
+//! Geometry of the light from the laser through the grating to the part and the camera.
 //!
-//! Units: millimetres, pixels, radians. Pixel (0, 0) is the centre of the top-left pixel.
-//! Camera frame: x right, y down, z forward. Mathematics: `server/docs/maths/`.
+//! Units: millimetres, pixels, radians. Pixel (0, 0) is the centre of the top-left pixel. Camera frame: x right, y
+//! down, z forward. Mathematics: `server/docs/maths/`.
 
 pub mod calibration;
 pub mod camera;

@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-/// One-σ steps whose outer products add up to `covariance`, largest first.
+/// One-σ steps whose outer products sum to `covariance`, largest first.
 pub(crate) fn independent_steps(covariance: &DMatrix<f64>) -> Vec<Vec<f64>> {
     let scale: DVector<f64> = covariance.diagonal().map(|v| if v > 0.0 { v.sqrt() } else { 1.0 });
     let correlation = DMatrix::from_fn(scale.len(), scale.len(), |row, column| {

@@ -1,5 +1,5 @@
-//! Planes tied by the scalar grating equation, the paper's "proposed" model, eq. (5), (7)–(10):
-//! all planes share one line, and plane m stands at angle θ_m = asin(m·λ/d_g) to plane 0.
+//! Planes related by the scalar grating equation, the paper's "proposed" model, eq. (5), (7)–(10): all planes share one
+//! line, and plane m is at the angle θ_m = asin(m·λ/d_g) to plane 0.
 
 use nalgebra::Vector3;
 
@@ -24,7 +24,7 @@ pub const PENCIL_PARAMETER_NAMES: [&str; PENCIL_PARAMETERS] = [
 pub struct Pencil {
     /// A point of the common line.
     pub point_mm: Vector3<f64>,
-    /// Direction of the common line; unit. Order m's normal is turned about it by +asin(m·s).
+    /// Direction of the common line; unit. Order m's normal is rotated about it by +asin(m·s).
     pub direction: Vector3<f64>,
     /// Normal of plane 0; unit, perpendicular to `direction`.
     pub base_normal: Vector3<f64>,
@@ -91,7 +91,7 @@ mod tests {
     }
 
     #[test]
-    fn planes_stand_at_the_angles_of_the_grating_equation() {
+    fn planes_are_at_the_angles_of_the_grating_equation() {
         let pencil = pencil();
         let (zero, two) = (pencil.plane(0).unwrap(), pencil.plane(2).unwrap());
         assert!((zero.normal.cross(&two.normal).norm() - 0.066).abs() < 1e-14);

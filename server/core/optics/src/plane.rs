@@ -12,7 +12,7 @@ pub const PLANE_PARAMETERS: usize = 3;
 pub struct Plane {
     /// Unit normal.
     pub normal: Vector3<f64>,
-    /// d; the plane passes the origin at distance |d|.
+    /// d; the plane is at distance |d| from the origin.
     pub offset_mm: f64,
 }
 

@@ -1,8 +1,8 @@
-//! Small exact rotations of a few vectors.
+//! Exact rotations of vectors.
 
 use nalgebra::{Rotation3, Unit, Vector3};
 
-/// `vector` turned about the unit vector `axis` by `angle_rad`.
+/// `vector` rotated about the unit vector `axis` by `angle_rad`.
 pub(crate) fn turned(vector: &Vector3<f64>, axis: &Vector3<f64>, angle_rad: f64) -> Vector3<f64> {
     Rotation3::from_axis_angle(&Unit::new_unchecked(*axis), angle_rad) * vector
 }

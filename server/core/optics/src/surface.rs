@@ -1,4 +1,4 @@
-//! The three light-surface models behind one face: where a camera ray meets the sheet of an order.
+//! The three light-surface models behind one interface: the intersection of a camera ray with the sheet of an order.
 
 use nalgebra::Vector3;
 
@@ -6,7 +6,7 @@ use crate::grating::{GRATING_PARAMETER_NAMES, GRATING_PARAMETERS, Grating};
 use crate::pencil::{PENCIL_PARAMETER_NAMES, PENCIL_PARAMETERS, Pencil};
 use crate::plane::{PLANE_PARAMETERS, Plane};
 
-/// Newton steps towards φ; 2–4 suffice from the first guess.
+/// Newton steps for φ; 2–4 suffice from the initial estimate.
 const PHI_MAX_STEPS: usize = 20;
 
 /// Stop when φ moves less than this (radians): below 1e-9 mm at a metre.
@@ -54,17 +54,17 @@ pub enum LightSurfaces {
     Grating(Grating),
 }
 
-/// Where a camera ray meets a light sheet.
+/// Intersection of a camera ray with a light sheet.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SurfaceHit {
     /// z of the hit: X = `depth_mm` · ray.
     pub depth_mm: f64,
     /// Unit normal of the sheet at the hit.
     pub normal: Vector3<f64>,
-    /// Fan angle of the light ray that arrives there (0 for the plane models).
+    /// Fan angle of the light ray at the hit (0 for the plane models).
     pub phi_rad: f64,
     /// Distance from the grating along the light ray (0 for the plane models).
-    pub reach_mm: f64,
+    pub path_length_mm: f64,
 }
 
 impl LightSurfaces {
@@ -100,7 +100,8 @@ impl LightSurfaces {
         }
     }
 
-    /// Where `ray` = (x_h, y_h, 1) meets the sheet of `order`; `None` if it does not, or the order is unknown.
+    /// Intersection of `ray` = (x_h, y_h, 1) with the sheet of `order`; `None` if there is none, or the order is
+    /// unknown.
     ///
     /// `phi_guess_rad`: fan angle of a neighbouring hit, to save Newton steps.
     pub fn hit(&self, order: i8, ray: &Vector3<f64>, phi_guess_rad: Option<f64>) -> Option<SurfaceHit> {
@@ -110,10 +111,10 @@ impl LightSurfaces {
             Self::Grating(grating) => return grating_hit(grating, order, ray, phi_guess_rad),
         };
         let depth_mm = plane.depth_along(ray)?;
-        Some(SurfaceHit { depth_mm, normal: plane.normal, phi_rad: 0.0, reach_mm: 0.0 })
+        Some(SurfaceHit { depth_mm, normal: plane.normal, phi_rad: 0.0, path_length_mm: 0.0 })
     }
 
-    /// How far the sheet moves along its normal at `hit`, per local parameter (mm per unit).
+    /// Movement of the sheet along its normal at `hit`, per local parameter (mm per unit).
     pub fn normal_motion_by_parameters(
         &self,
         order: i8,
@@ -135,7 +136,7 @@ impl LightSurfaces {
                 Some(pencil.distance_by_parameters(order, &point)?.iter().map(|slope| -slope).collect())
             }
             Self::Grating(grating) => {
-                Some(grating.normal_motion(hit.phi_rad, order, hit.reach_mm, &hit.normal)?.to_vec())
+                Some(grating.normal_motion(hit.phi_rad, order, hit.path_length_mm, &hit.normal)?.to_vec())
             }
         }
     }
@@ -190,7 +191,7 @@ fn grating_hit(
     None
 }
 
-/// A ray and its derivative by φ only.
+/// A ray and its derivative with respect to φ only.
 struct RayByPhi {
     origin: Vector3<f64>,
     direction: Vector3<f64>,
@@ -218,7 +219,7 @@ fn ray_by_phi(grating: &Grating, phi: f64, order: i8) -> Option<RayByPhi> {
     })
 }
 
-/// First guess of φ: the hit on the flat sheet spanned by the central ray and the lit line, seen from the source.
+/// Initial φ: the hit on the flat sheet spanned by the central ray and the lit line, from the source.
 fn phi_from_flat_sheet(grating: &Grating, order: i8, ray: &Vector3<f64>) -> Option<f64> {
     let centre = ray_by_phi(grating, 0.0, order)?;
     let normal =
@@ -237,12 +238,17 @@ fn intersection(grating: &Grating, order: i8, ray: &Vector3<f64>, phi: f64) -> O
     let (dq, kq) = (ray.dot(&light.origin), light.direction.dot(&light.origin));
     let determinant = dd * kk - dk * dk;
     let depth_mm = (dq * kk - dk * kq) / determinant;
-    let reach_mm = (dk * dq - dd * kq) / determinant;
-    if !(depth_mm > 0.0 && reach_mm > 0.0) {
+    let path_length_mm = (dk * dq - dd * kq) / determinant;
+    if !(depth_mm > 0.0 && path_length_mm > 0.0) {
         return None;
     }
-    let along_fan = light.origin_by_phi + light.direction_by_phi * reach_mm;
-    Some(SurfaceHit { depth_mm, normal: light.direction.cross(&along_fan).normalize(), phi_rad: phi, reach_mm })
+    let along_fan = light.origin_by_phi + light.direction_by_phi * path_length_mm;
+    Some(SurfaceHit {
+        depth_mm,
+        normal: light.direction.cross(&along_fan).normalize(),
+        phi_rad: phi,
+        path_length_mm,
+    })
 }
 
 #[cfg(test)]

@@ -1,4 +1,4 @@
-//! Triangulation by tables: the exact solution, fitted cell by cell where it is needed (`docs/maths/grating.md`).
+//! Triangulation by tables: the exact solution, approximated cell by cell on demand (`docs/maths/grating.md`).
 
 mod cell;
 
@@ -12,31 +12,31 @@ use crate::cubic::CubicFit;
 use crate::frames::{CameraFrame, PointMm};
 use cell::{CELL_PX, Cell, DEPTHS_TOGETHER, HitsMut, TOGETHER};
 
-/// Largest difference to the exact hit in a cell that is used, as a share of the depth: 0.02 µm at 400 mm.
+/// Largest relative depth error of a cell that is used: 0.02 µm at 400 mm.
 const TOLERANCE: f64 = 5e-8;
 
-/// Places along each side of a cell, corners included, where the fit is compared with the exact solution.
+/// Positions along each side of a cell, corners included, at which the fit is compared with the exact solution.
 const CHECKS: usize = 5;
 
-/// Left of and above the first pixel's centre, where the first cell begins: pixels reach half a pixel out.
+/// Margin left of and above the first pixel's centre at which the first cell begins: pixels extend half a pixel.
 const MARGIN_PX: f64 = 1.0;
 
-/// Triangulates many pixels of one calibration, as [`Calibration::triangulate`] does, within 0.1 µm.
+/// Triangulates many pixels of one calibration, like [`Calibration::triangulate`], within 0.1 µm.
 ///
-/// The ray of a pixel and the inverse depth of its hit are smooth functions of the pixel; over a cell of the image a
-/// cubic each is as good as the solution. Cells are fitted when first met and compared with the exact solution; where
-/// they do not hold, and outside of the image, the exact solution itself answers.
+/// The ray of a pixel and the inverse depth of its hit are smooth functions of the pixel; within a cell of the image a
+/// cubic for each is accurate enough. Cells are fitted on first use and compared with the exact solution; where they
+/// are not accurate, and outside of the image, the exact solution is used.
 #[derive(Debug)]
 pub struct Triangulator {
     calibration: Calibration,
     fit: CubicFit,
     columns: usize,
     rows: usize,
-    /// By order, row, column; `None`: the exact solution has to answer.
+    /// By order, row, column; `None`: the exact solution is used.
     cells: Vec<OnceLock<Option<Box<Cell>>>>,
 }
 
-/// Hits of the rays through several pixels on one sheet: one entry a pixel in every list.
+/// Hits of the rays through several pixels on one sheet: one entry per pixel in every list.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Hits {
     /// x of the hit in the camera frame; NaN for no hit, as in all lists.
@@ -46,46 +46,46 @@ pub struct Hits {
     /// z of the hit.
     pub z_mm: Vec<f64>,
     /// Distance along the ray per pixel across columns, mm/px.
-    pub reach_by_u: Vec<f64>,
+    pub range_by_u: Vec<f64>,
     /// Distance along the ray per pixel across rows, mm/px.
-    pub reach_by_v: Vec<f64>,
+    pub range_by_v: Vec<f64>,
 }
 
 impl Hits {
-    /// One of them; all numbers NaN for no hit.
+    /// One of them; all numbers are NaN for no hit.
     #[inline]
     pub fn at(&self, idx: usize) -> RayHit {
         RayHit {
             in_camera: PointMm::new(Vector3::new(self.x_mm[idx], self.y_mm[idx], self.z_mm[idx])),
-            reach_by_pixel: Vector2::new(self.reach_by_u[idx], self.reach_by_v[idx]),
+            range_by_pixel: Vector2::new(self.range_by_u[idx], self.range_by_v[idx]),
         }
     }
 
     fn set(&mut self, idx: usize, hit: &RayHit) {
         let xyz = &hit.in_camera.xyz;
         (self.x_mm[idx], self.y_mm[idx], self.z_mm[idx]) = (xyz.x, xyz.y, xyz.z);
-        (self.reach_by_u[idx], self.reach_by_v[idx]) = (hit.reach_by_pixel.x, hit.reach_by_pixel.y);
+        (self.range_by_u[idx], self.range_by_v[idx]) = (hit.range_by_pixel.x, hit.range_by_pixel.y);
     }
 }
 
 /// One ray's hit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RayHit {
-    /// Where the light hit.
+    /// Position of the hit.
     pub in_camera: PointMm<CameraFrame>,
     /// Distance along the ray per pixel, d|X| / d(u, v), mm/px.
-    pub reach_by_pixel: Vector2<f64>,
+    pub range_by_pixel: Vector2<f64>,
 }
 
 impl RayHit {
-    /// Standard deviation along the ray, mm, of a pixel noise of `sigma_px` along the image direction `normal`.
+    /// Standard deviation along the ray, mm, for pixel noise of `sigma_px` along the image direction `normal`.
     pub fn noise_sigma_mm(&self, normal: &[f64; 2], sigma_px: f64) -> f64 {
-        (self.reach_by_pixel.x * normal[0] + self.reach_by_pixel.y * normal[1]).abs() * sigma_px
+        (self.range_by_pixel.x * normal[0] + self.range_by_pixel.y * normal[1]).abs() * sigma_px
     }
 }
 
 impl Triangulator {
-    /// Tables for a calibration; they are filled as they are used.
+    /// Tables for a calibration; they are filled on demand.
     pub fn new(calibration: Calibration) -> Self {
         let cells_over = |pixels: usize| ((pixels as f64 + MARGIN_PX) / CELL_PX).ceil() as usize;
         let (columns, rows) = (cells_over(calibration.camera.width_px), cells_over(calibration.camera.height_px));
@@ -94,7 +94,7 @@ impl Triangulator {
         Self { calibration, fit: CubicFit::new(), columns, rows, cells }
     }
 
-    /// Fills all tables, for those who cannot wait once pixels come: some 60 ms for 1280 × 1024 pixels and five orders.
+    /// Fills all tables, for callers with a deadline per frame: about 60 ms for 1280 × 1024 pixels and five orders.
     pub fn fill(&self) {
         for order_idx in 0..self.calibration.orders.len() {
             for (row, column) in (0..self.rows).flat_map(|row| (0..self.columns).map(move |column| (row, column)))
@@ -104,29 +104,29 @@ impl Triangulator {
         }
     }
 
-    /// Whose tables these are.
+    /// The calibration of these tables.
     pub fn calibration(&self) -> &Calibration {
         &self.calibration
     }
 
-    /// The hits of raw pixels on the sheet of the order at `order_idx`; quickest for neighbours one after another.
+    /// The hits of raw pixels on the sheet of the order at `order_idx`; fastest for consecutive neighbours.
     pub fn triangulate_all(&self, order_idx: usize, u_px: &[f64], v_px: &[f64], hits: &mut Hits) {
         let n = u_px.len().min(v_px.len());
-        for list in [&mut hits.x_mm, &mut hits.y_mm, &mut hits.z_mm, &mut hits.reach_by_u, &mut hits.reach_by_v] {
+        for list in [&mut hits.x_mm, &mut hits.y_mm, &mut hits.z_mm, &mut hits.range_by_u, &mut hits.range_by_v] {
             list.resize(n, f64::NAN);
         }
         find_hits(self, order_idx, &u_px[..n], &v_px[..n], hits);
     }
 
-    /// The depths alone of what [`Triangulator::triangulate_all`] finds, mm; NaN for no hit. All pixels under the first
-    /// order, then under the next.
+    /// Only the depths of [`Triangulator::triangulate_all`], mm; NaN for no hit. All pixels under the first order, then
+    /// under the next.
     pub fn depths(&self, u_px: &[f64], v_px: &[f64], depths_mm: &mut Vec<f64>) {
         let n = u_px.len().min(v_px.len());
         depths_mm.resize(n * self.calibration.orders.len(), f64::NAN);
         find_depths(self, &u_px[..n], &v_px[..n], depths_mm);
     }
 
-    /// One pixel of what [`Triangulator::triangulate_all`] finds; all numbers NaN for no hit.
+    /// One pixel of [`Triangulator::triangulate_all`]; all numbers are NaN for no hit.
     pub fn hit(&self, order_idx: usize, u_px: f64, v_px: f64) -> RayHit {
         match self.cell(order_idx, (place(u_px + MARGIN_PX), place(v_px + MARGIN_PX))) {
             Some(cell) => cell.hit(u_px, v_px),
@@ -134,7 +134,7 @@ impl Triangulator {
         }
     }
 
-    /// What a cell of the image sees of a sheet; `None` where the exact solution has to answer.
+    /// The cell of a sheet; `None` where the exact solution must be used.
     #[inline(always)]
     fn cell(&self, order_idx: usize, (column, row): (u32, u32)) -> Option<&Cell> {
         let (column, row) = (column as usize, row as usize);
@@ -151,14 +151,14 @@ impl Triangulator {
         let order = self.calibration.orders[order_idx];
         let nowhere = RayHit {
             in_camera: PointMm::new(Vector3::repeat(f64::NAN)),
-            reach_by_pixel: Vector2::repeat(f64::NAN),
+            range_by_pixel: Vector2::repeat(f64::NAN),
         };
         self.calibration
             .triangulate(order, &Vector2::new(u_px, v_px), None)
-            .map_or(nowhere, |hit| RayHit { in_camera: hit.hit_in_camera, reach_by_pixel: hit.reach_by_pixel })
+            .map_or(nowhere, |hit| RayHit { in_camera: hit.hit_in_camera, range_by_pixel: hit.range_by_pixel })
     }
 
-    /// A cell fitted to the exact solution; `None` where a ray misses the sheet or the fit does not hold.
+    /// A cell fitted to the exact solution; `None` if a ray misses the sheet or the fit is not accurate.
     fn fitted(&self, order_idx: usize, column: usize, row: usize) -> Option<Box<Cell>> {
         let order = self.calibration.orders[order_idx];
         let centre = |idx: usize| (idx as f64 + 0.5) * CELL_PX - MARGIN_PX;
@@ -187,14 +187,14 @@ impl Triangulator {
     }
 }
 
-/// Column or row of the cell of a pixel, which lies `shifted` from where the first cell begins; beyond the image a number
+/// Column or row of the cell of a pixel, at `shifted` from the beginning of the first cell; outside the image a number
 /// that no cell has.
 #[inline(always)]
 fn place(shifted: f64) -> u32 {
     if shifted >= 0.0 { (shifted * (1.0 / CELL_PX)) as u32 } else { u32::MAX }
 }
 
-/// Whether a place is within the cell that begins at `edge`.
+/// Whether a position is within the cell that begins at `edge`.
 #[inline(always)]
 fn is_within(place: f64, edge: f64) -> bool {
     (place >= edge) & (place < edge + CELL_PX)
@@ -208,14 +208,14 @@ fn find_hits(triangulator: &Triangulator, order_idx: usize, u_px: &[f64], v_px: 
     while first < n {
         let (cell, length) = run(&u_px[first..], &v_px[first..]);
         if let Some(cell) = triangulator.cell(order_idx, cell) {
-            // Whole registers: what is written beyond the run, the next run writes over.
+            // Whole registers: what is written beyond the run is overwritten by the next run.
             let range = first..n.min(first + length.next_multiple_of(TOGETHER));
             let out = HitsMut {
                 x: &mut hits.x_mm[range.clone()],
                 y: &mut hits.y_mm[range.clone()],
                 z: &mut hits.z_mm[range.clone()],
-                by_u: &mut hits.reach_by_u[range.clone()],
-                by_v: &mut hits.reach_by_v[range.clone()],
+                by_u: &mut hits.range_by_u[range.clone()],
+                by_v: &mut hits.range_by_v[range.clone()],
             };
             cell.hits(&u_px[range.clone()], &v_px[range], out);
         } else {
@@ -249,7 +249,7 @@ fn find_depths(triangulator: &Triangulator, u_px: &[f64], v_px: &[f64], depths_m
     }
 }
 
-/// Column and row of the cell of the first pixel, and how many pixels from the first on lie in it; beyond the image, one.
+/// Column and row of the cell of the first pixel, and how many consecutive pixels lie in it; one outside the image.
 #[inline(always)]
 fn run(u_px: &[f64], v_px: &[f64]) -> ((u32, u32), usize) {
     let (column, row) = (place(u_px[0] + MARGIN_PX), place(v_px[0] + MARGIN_PX));

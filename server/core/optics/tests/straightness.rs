@@ -1,4 +1,4 @@
-//! What a stage that is not quite straight leaves of a length along its travel.
+//! Effect of a stage that is not quite straight on a length along its travel.
 
 #![allow(clippy::unwrap_used)]
 
@@ -10,7 +10,7 @@ use optics::{CAMERA_PARAMETERS, Calibration, Camera, DepthRangeMm, LightSurfaces
 /// σ of the straightness, far above the covariance's.
 const SIGMA_MM: f64 = 0.003;
 
-/// A camera and a stage whose direction is known but for what straightness leaves of it.
+/// A camera and a stage whose direction is exact except for the effect of straightness.
 fn calibration(straightness: Option<Straightness>) -> Calibration {
     let matrix = [[2518.0, 0.0, 635.0], [0.0, 2516.0, 502.0], [0.0, 0.0, 1.0]];
     let plane = Plane::through(&Vector3::new(0.0, 0.0, 400.0), Vector3::new(0.0, -0.9, 0.4).normalize());
@@ -28,7 +28,7 @@ fn calibration(straightness: Option<Straightness>) -> Calibration {
     }
 }
 
-/// Variances of the distance along x, y, z of two points seen at the same pixel while the stage stood elsewhere.
+/// Variances of the distance along x, y, z of two points at the same pixel and different stage positions.
 fn variances(calibration: &Calibration, from_mm: f64, to_mm: f64) -> Vector3<f64> {
     let seen = PointMm::new(Vector3::new(1.0, 2.0, 400.0));
     let apart = |calibration: &Calibration| {
@@ -42,7 +42,7 @@ fn variances(calibration: &Calibration, from_mm: f64, to_mm: f64) -> Vector3<f64
 }
 
 #[test]
-fn a_length_along_the_travel_is_as_uncertain_as_a_line_through_five_views_leaves_it() {
+fn the_uncertainty_of_a_length_along_the_travel_matches_a_line_through_five_views() {
     let calibration = calibration(Straightness::new(SIGMA_MM, -20.0, 20.0, 5));
     // Residuals of a line through n points d apart: for the outer two of five, var = 2σ²(1 − L²/2Σs²) = 0.4 σ², where
     // Σs² = 10 d² and L = 4 d; for neighbours in the middle, L = d: 1.9 σ².
@@ -53,7 +53,7 @@ fn a_length_along_the_travel_is_as_uncertain_as_a_line_through_five_views_leaves
 }
 
 #[test]
-fn straightness_is_the_same_between_the_nodes_and_stays_beyond_them() {
+fn straightness_is_constant_between_and_beyond_the_nodes() {
     let calibration = calibration(Straightness::new(SIGMA_MM, -20.0, 20.0, 5));
     let n = calibration.covariance.nrows();
     for position_mm in [-20.0, -17.3, -15.0, 3.3, 19.9, 20.0, 31.0] {
@@ -69,7 +69,7 @@ fn straightness_is_the_same_between_the_nodes_and_stays_beyond_them() {
 }
 
 #[test]
-fn a_stage_of_unknown_straightness_has_no_modes_for_it_and_says_so() {
+fn a_stage_of_unknown_straightness_has_no_modes_for_it() {
     let unknown = calibration(None);
     assert_eq!(unknown.stage.unwrap().linear().unwrap().straightness, None);
     assert!(unknown.sigma_modes().is_empty());

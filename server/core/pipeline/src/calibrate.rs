@@ -1,9 +1,9 @@
-//! A capture to a calibration: pictures, features, fit, document.
+//! From a capture to a calibration: pictures, features, fit, document.
 
 use std::path::Path;
 
 use calibration::document::InputHash;
-use calibration::{CalibrationDocument, CalibrationOptions, CalibrationResult, Stop, calibrate};
+use calibration::{CalibrationDocument, CalibrationOptions, CalibrationResult, ProgressControl, calibrate};
 use capture::{Capture, ChannelBasis, sha256_of};
 use rayon::prelude::*;
 
@@ -13,13 +13,13 @@ use crate::progress::Reporter;
 
 /// A calibrated capture.
 pub struct Calibrated {
-    /// Calibration and what it says about itself.
+    /// Calibration with its report.
     pub result: CalibrationResult,
     /// The document of the result.
     pub document: CalibrationDocument,
 }
 
-/// Opens a capture, passes its oddities on and says which channel of colour pictures is looked at.
+/// Opens a capture, reports its warnings and the channel used of colour pictures.
 pub fn open_capture(folder: &Path, reporter: &dyn Reporter) -> Result<Capture, Failure> {
     let capture = Capture::open(folder)?;
     for warning in &capture.warnings {
@@ -31,7 +31,7 @@ pub fn open_capture(folder: &Path, reporter: &dyn Reporter) -> Result<Capture, F
     Ok(capture)
 }
 
-/// Reads the pictures of the calibration and names those that were left out.
+/// Reads the pictures of the calibration and reports those left out.
 pub fn read_features(
     capture: &Capture,
     leave_out_unreadable: bool,
@@ -44,7 +44,7 @@ pub fn read_features(
     Ok(features)
 }
 
-/// Calibrates what was read from the pictures.
+/// Calibrates from the features of the pictures.
 pub fn calibrate_features(
     capture: &Capture,
     features: &Features,
@@ -54,7 +54,7 @@ pub fn calibrate_features(
     let task = reporter.fraction("calibrating");
     let result = calibrate(&features.input, options, &mut |step, fraction| {
         task.at(step, fraction);
-        if reporter.go_on().is_ok() { Stop::Continue } else { Stop::Cancel }
+        if reporter.check_cancelled().is_ok() { ProgressControl::Continue } else { ProgressControl::Cancel }
     })
     .map_err(|error| Failure::from(error).in_file(&capture.manifest_path()))?;
     drop(task);
@@ -65,7 +65,7 @@ pub fn calibrate_features(
     Ok(Calibrated { result, document })
 }
 
-/// Manifest and calibration pictures by content.
+/// Hashes of the manifest and the calibration pictures.
 fn input_hashes(capture: &Capture) -> Result<Vec<InputHash>, Failure> {
     let mut paths = vec![Path::new("capture.json").to_owned()];
     let manifest = &capture.manifest;

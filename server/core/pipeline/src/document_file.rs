@@ -13,7 +13,7 @@ pub fn read_document(path: &Path) -> Result<CalibrationDocument, Failure> {
         Failure::bad_input(format!("cannot read the calibration document {}", path.display()))
             .in_file(path)
             .because(&error)
-            .remedy("name a document written by sheaf calibrate")
+            .remedy("use a document written by sheaf calibrate")
     })?;
     CalibrationDocument::parse(&text).map_err(|error| unusable_document(path, &error))
 }

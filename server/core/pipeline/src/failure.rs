@@ -1,29 +1,29 @@
-//! Why a procedure ended without its result, in words a person can act on.
+//! Why a procedure ended without a result, with a remedy.
 
 use std::error::Error;
 use std::fmt;
 use std::path::Path;
 
-/// What kind of failure it is: who can do something about it.
+/// Kind of a failure, by who can fix it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum FailureKind {
-    /// A defect of the program or the machine under it.
+    /// A defect of the program or of the machine.
     Internal,
-    /// A parameter that cannot work.
+    /// An impossible parameter.
     BadParameter,
     /// A file is missing, damaged, malformed or of the wrong size.
     BadInput,
-    /// The data cannot carry the result.
+    /// The data do not determine the result.
     Unobservable,
-    /// It was asked to end, and did.
+    /// It was cancelled.
     Cancelled,
 }
 
-/// An error on its way to the person: what failed, where, why, and what to do about it.
+/// A failure as presented to the user: what failed, where, why, and the remedy.
 #[derive(Debug)]
 pub struct Failure(Box<Content>);
 
-/// What a failure says; boxed, so that results stay small.
+/// Content of a failure; boxed, so that results stay small.
 #[derive(Debug)]
 struct Content {
     kind: FailureKind,
@@ -36,7 +36,7 @@ struct Content {
 }
 
 impl Failure {
-    /// A failure of that kind, with one line of what failed.
+    /// A failure of a kind, with one line about what failed.
     pub fn new(kind: FailureKind, what: impl Into<String>) -> Self {
         Self(Box::new(Content {
             kind,
@@ -54,12 +54,12 @@ impl Failure {
         Self::new(FailureKind::BadInput, what)
     }
 
-    /// The data cannot carry the result.
+    /// The data do not determine the result.
     pub fn unobservable(what: impl Into<String>) -> Self {
         Self::new(FailureKind::Unobservable, what)
     }
 
-    /// The procedure was asked to end, and did.
+    /// The procedure was cancelled.
     pub fn cancelled() -> Self {
         Self::new(FailureKind::Cancelled, "cancelled")
     }
@@ -74,22 +74,22 @@ impl Failure {
         Self::new(FailureKind::BadInput, format!("cannot write {}", path.display()))
             .in_file(path)
             .because(cause)
-            .remedy("choose a folder that exists, is writable and has room")
+            .remedy("choose a folder that exists, is writable and has free space")
     }
 
-    /// The file it is about.
+    /// Adds the file.
     pub fn in_file(mut self, path: &Path) -> Self {
         self.0.file = Some(path.display().to_string());
         self
     }
 
-    /// The entry of that file, such as `poses[3].laser`.
+    /// Adds the entry of that file, such as `poses[3].laser`.
     pub fn at_entry(mut self, entry: impl Into<String>) -> Self {
         self.0.entry = Some(entry.into());
         self
     }
 
-    /// The error behind it, with everything behind that one.
+    /// Adds an error and its chain of causes.
     pub fn because(mut self, error: &dyn Error) -> Self {
         let mut next = Some(error);
         while let Some(cause) = next {
@@ -102,13 +102,13 @@ impl Failure {
         self
     }
 
-    /// What the person can do.
+    /// Adds the remedy.
     pub fn remedy(mut self, remedy: impl Into<String>) -> Self {
         self.0.remedy = Some(remedy.into());
         self
     }
 
-    /// Marks a picture that was read well and shows the wrong thing: one may choose to go on without it.
+    /// Marks a picture that was read correctly and shows the wrong thing: it is possible to continue without it.
     pub fn about_content(mut self) -> Self {
         self.0.is_about_content = true;
         self
@@ -124,7 +124,7 @@ impl Failure {
         &self.0.what
     }
 
-    /// Where: an entry of the file it is about.
+    /// Where: an entry of the file.
     pub fn entry(&self) -> Option<&str> {
         self.0.entry.as_deref()
     }
@@ -134,12 +134,12 @@ impl Failure {
         &self.0.causes
     }
 
-    /// What the person can do.
+    /// The remedy.
     pub fn advice(&self) -> Option<&str> {
         self.0.remedy.as_deref()
     }
 
-    /// The file it is about.
+    /// The file.
     pub fn file(&self) -> Option<&str> {
         self.0.file.as_deref()
     }
@@ -150,7 +150,7 @@ impl Failure {
     }
 }
 
-/// Lines for a person.
+/// Formatted for the user.
 impl fmt::Display for Failure {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "error: {}", self.0.what)?;

@@ -1,8 +1,7 @@
-//! From pictures to results, as the command line and the service both do it: same input, same bytes.
+//! From pictures to results, for the command line and the service alike: same input, same bytes.
 //!
-//! Here live the procedures that open captures, read their pictures, calibrate and scan, and the one type of failure
-//! with cause and remedy that they share. What a procedure reports goes through [`Reporter`]. There is no HTTP here, no
-//! terminal, no exit code and no job.
+//! The procedures that open captures, read their pictures, calibrate and scan, and their common failure type with cause
+//! and remedy. Progress is reported through [`Reporter`]. HTTP, terminals, exit codes and jobs do not belong here.
 
 mod calibrate;
 mod document_file;

@@ -1,4 +1,4 @@
-//! A turntable's axis from a part that a scan shows all round.
+//! A turntable's axis from a scan of a part from all sides.
 
 use calibration::{CalibrationDocument, InputHash};
 use capture::{Capture, sha256_of};
@@ -11,10 +11,11 @@ use crate::failure::Failure;
 use crate::progress::Reporter;
 use crate::scan::scan_frames_of;
 
-/// Finds the axis about which the surfaces of one scan fall together, and the calibration with it; `start`: an axis near it.
+/// Estimates the axis about which the surfaces of one scan coincide, and the calibration with it; `start`: an
+/// approximate axis.
 ///
 /// # Errors
-/// [`Failure`]: the scan is of a linear stage, or its part does not say where the axis is.
+/// [`Failure`]: the scan is of a linear stage, or its part does not determine the axis.
 pub fn calibrate_axis(
     capture: &Capture,
     document: &CalibrationDocument,
@@ -32,7 +33,7 @@ pub fn calibrate_axis(
         axis.angle_error = AngleError::new(sigma_deg.to_radians());
     }
     let how = format!(
-        "the axis is that about which {} places of the part of scan \"{scan}\" fall together, not that of board views",
+        "the axis is the one about which {} places of the part of scan \"{scan}\" coincide, not that of board views",
         found.n_pairs
     );
     let inputs: Result<Vec<InputHash>, Failure> = capture

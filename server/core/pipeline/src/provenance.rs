@@ -1,7 +1,7 @@
-//! A cloud carries the calibration it was made with, so that it can be measured with full uncertainty years later.
+//! A cloud contains the calibration it was made with, so that it can be measured with full uncertainty years later.
 //!
-//! The part of the calibration document that is needed to use it is cut into comment lines `calibration_json i/n …` of the cloud's header. The
-//! lines are plain ASCII and neither begin nor end with a blank, because readers trim comments.
+//! The part of the calibration document needed to use it is split into comment lines `calibration_json i/n …` of the
+//! cloud's header. The lines are plain ASCII and neither begin nor end with a blank, because readers trim comments.
 
 use calibration::CalibrationDocument;
 use calibration::document::CalibrationText;
@@ -9,7 +9,7 @@ use scanning::Cloud;
 
 use crate::failure::Failure;
 
-/// Word that begins the lines.
+/// Key of the lines.
 const KEY: &str = "calibration_json";
 
 /// Bytes of JSON per line: short enough for any reader of headers.
@@ -25,7 +25,7 @@ pub fn embed(comments: &mut Vec<String>, document: &CalibrationDocument, scan: &
     comments.extend(chunks.iter().enumerate().map(|(idx, chunk)| format!("{KEY} {}/{n_chunks} {chunk}", idx + 1)));
 }
 
-/// The embedded calibration, checked against the id the cloud states; `None` if the cloud carries none.
+/// The embedded calibration, checked against the id stated in the cloud; `None` if the cloud has none.
 pub fn extract(cloud: &Cloud) -> Result<Option<CalibrationText>, Failure> {
     let mut text = String::new();
     let mut expected = 1;
@@ -58,7 +58,7 @@ pub fn extract(cloud: &Cloud) -> Result<Option<CalibrationText>, Failure> {
 fn damaged() -> Failure {
     Failure::bad_input("the calibration in the cloud's header is damaged")
         .at_entry(format!("comments {KEY}"))
-        .remedy("scan again, or name the calibration with --calibration")
+        .remedy("scan again, or give the calibration with --calibration")
 }
 
 /// JSON without blanks between its tokens and without characters beyond ASCII.
@@ -115,7 +115,7 @@ mod tests {
     }
 
     #[test]
-    fn chunks_join_to_the_whole_and_survive_trimming() {
+    fn chunks_are_joined_and_survive_trimming() {
         let text = "ab  cd ".repeat(700);
         let text = text.trim();
         let chunks = chunks(text);

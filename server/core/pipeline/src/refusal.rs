@@ -1,10 +1,10 @@
-//! The core's errors as failures: kind, place and remedy.
+//! Conversion of the core's errors to failures: kind, place and remedy.
 
 use std::path::Path;
 
 use calibration::{CalibrationError, DocumentError};
 use capture::{CaptureError, ImageFileError};
-use metrology::MeasureError;
+use metrology::{CompareError, MeasureError, NominalError, PlanDocumentError};
 use remedy::Remedy;
 use scanning::{FileError, ScanError};
 
@@ -62,6 +62,31 @@ impl From<MeasureError> for Failure {
     }
 }
 
+impl From<CompareError> for Failure {
+    fn from(error: CompareError) -> Self {
+        match error {
+            CompareError::Measure(error) => error.into(),
+            _ => failure_of(FailureKind::Unobservable, &error),
+        }
+    }
+}
+
+impl From<NominalError> for Failure {
+    fn from(error: NominalError) -> Self {
+        failure_of(FailureKind::BadInput, &error)
+    }
+}
+
+impl From<PlanDocumentError> for Failure {
+    fn from(error: PlanDocumentError) -> Self {
+        let failure = failure_of(FailureKind::BadInput, &error);
+        match error {
+            PlanDocumentError::Plan(error) => failure.at_entry(error.pointer),
+            PlanDocumentError::Json { .. } => failure,
+        }
+    }
+}
+
 impl From<FileError> for Failure {
     fn from(error: FileError) -> Self {
         failure_of(FailureKind::BadInput, &error)
@@ -74,12 +99,12 @@ pub fn unusable_document(path: &Path, error: &DocumentError) -> Failure {
     explained(Failure::bad_input(what), error).in_file(path)
 }
 
-/// A failure of that kind: what the error says, its remedy and the chain behind it.
+/// A failure of a kind from an error: its text, remedy and chain of causes.
 pub fn failure_of(kind: FailureKind, error: &dyn Remedy) -> Failure {
     explained(Failure::new(kind, error.to_string()), error)
 }
 
-/// With the chain behind an error, and what to do about it.
+/// Adds the chain of causes of an error, and its remedy.
 fn explained(mut failure: Failure, error: &dyn Remedy) -> Failure {
     if let Some(cause) = error.source() {
         failure = failure.because(cause);

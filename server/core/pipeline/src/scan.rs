@@ -1,4 +1,4 @@
-//! A scan's frames to a cloud.
+//! From a scan's frames to a cloud.
 
 use std::path::Path;
 
@@ -18,7 +18,7 @@ use crate::pictures::features::{scan_centrelines, stage_position};
 use crate::progress::Reporter;
 use crate::provenance::embed;
 
-/// Scans one scan of the capture; the cloud carries its calibration.
+/// Evaluates one scan of the capture; the cloud contains its calibration.
 pub fn scan_capture(
     capture: &Capture,
     document: &CalibrationDocument,
@@ -44,7 +44,7 @@ pub(crate) fn scan_frames_of(
     Ok(frames)
 }
 
-/// Writes the frames of one scan of the capture to the new file `path`: no more than a few are in memory.
+/// Writes the frames of one scan of the capture to the new file `path`, with only a few in memory.
 pub fn write_capture_peaks(
     capture: &Capture,
     document: &CalibrationDocument,
@@ -88,7 +88,7 @@ fn capture_frames(
     })
 }
 
-/// Centrelines and positions of a scan's frames to a cloud that carries its calibration.
+/// Evaluates centrelines and positions of a scan's frames to a cloud that contains its calibration.
 pub fn scan_frames(
     frames: &[ScanFrame],
     document: &CalibrationDocument,
@@ -99,7 +99,7 @@ pub fn scan_frames(
     collected(evaluated_scan(&frames, document, &calibration, name, reporter)?)
 }
 
-/// All points of a scan in memory, for what needs them together.
+/// All points of a scan in memory, for callers that need them together.
 pub fn collected(evaluation: Evaluation) -> Result<ScanResult, Failure> {
     let mut points = Vec::with_capacity(evaluation.report.n_points);
     evaluation.for_each_frame(|of_frame| -> Result<(), ScanError> {
@@ -109,7 +109,7 @@ pub fn collected(evaluation: Evaluation) -> Result<ScanResult, Failure> {
     Ok(ScanResult { cloud: Cloud { points, comments: evaluation.comments }, report: evaluation.report })
 }
 
-/// Writes the points of a scan to `path` as they are computed, and hands them to `also`. Returns their median σ, mm.
+/// Writes the points of a scan to `path` as they are computed, and passes them to `also`. Returns their median σ, mm.
 pub fn write_scan_cloud<E: From<FileError> + From<ScanError> + Send>(
     path: &Path,
     format: CloudFormat,
@@ -128,7 +128,7 @@ pub fn write_scan_cloud<E: From<FileError> + From<ScanError> + Send>(
     Ok(median_mm(sigmas_mm))
 }
 
-/// The same without the points: they are asked for frame by frame, and never need to be in memory together.
+/// The same without the points: they are computed frame by frame, and need not be in memory together.
 /// `calibration`: that of the document.
 pub fn evaluated_scan<'a>(
     frames: &'a dyn Frames,
@@ -137,7 +137,7 @@ pub fn evaluated_scan<'a>(
     name: &str,
     reporter: &dyn Reporter,
 ) -> Result<Evaluation<'a>, Failure> {
-    reporter.go_on()?;
+    reporter.check_cancelled()?;
     let mut evaluation = evaluate_scan(frames, calibration, &ScanParams::default())?;
     if evaluation.report.n_points == 0 {
         return Err(nothing_seen(name, &evaluation.report));
@@ -151,7 +151,7 @@ pub fn evaluated_scan<'a>(
     Ok(evaluation)
 }
 
-/// Whether images of that size are of the calibrated camera.
+/// Checks that images of that size belong to the calibrated camera.
 pub fn check_camera(width_px: usize, height_px: usize, camera: &optics::Camera) -> Result<(), Failure> {
     if (width_px, height_px) == (camera.width_px, camera.height_px) {
         return Ok(());
@@ -176,7 +176,7 @@ fn nothing_seen(name: &str, report: &ScanReport) -> Failure {
         .remedy("check laser and exposure, that the part is within the calibrated depth, and that the calibration is of this station")
 }
 
-/// The median of σ in mm, the upper one of two; 0 of nothing.
+/// The median of σ in mm, the upper one of two; 0 if empty.
 pub fn median_mm(mut sigmas: Vec<f32>) -> f64 {
     median(&mut sigmas).map_or(0.0, f64::from)
 }

@@ -1,4 +1,4 @@
-//! What can go wrong with a recording.
+//! Errors of recordings.
 
 use std::borrow::Cow;
 use std::path::PathBuf;
@@ -13,39 +13,39 @@ pub enum RecordingError {
     File {
         /// `open`, `read`, `write`.
         act: &'static str,
-        /// Which file.
+        /// The file.
         path: PathBuf,
-        /// What the system says.
+        /// The operating system's error.
         #[source]
         cause: std::io::Error,
     },
-    /// It is no MCAP file.
-    #[error("{} is no MCAP file", path.display())]
+    /// Not an MCAP file.
+    #[error("{} is not an MCAP file", path.display())]
     NotMcap {
-        /// Which file.
+        /// The file.
         path: PathBuf,
     },
-    /// It is MCAP, but no recording of a station.
-    #[error("{} is no recording of a station: {reason}", path.display())]
+    /// An MCAP file, but not a recording of a station.
+    #[error("{} is not a recording of a station: {reason}", path.display())]
     NotARecording {
-        /// Which file.
+        /// The file.
         path: PathBuf,
         /// What is missing or wrong.
         reason: String,
     },
-    /// What is to be written does not fit the format.
+    /// The data to write do not fit the format.
     #[error("the recording cannot be written")]
     Mcap(#[from] mcap::McapError),
     /// A frame cannot be read.
     #[error("frame {sequence} of the recording cannot be read: {reason}")]
     Frame {
-        /// The station's count of it.
+        /// Its sequence number.
         sequence: u64,
         /// What is wrong.
         reason: String,
     },
-    /// There is nothing to make a capture of.
-    #[error("the recording holds no frame with a stage position")]
+    /// No frame can be exported.
+    #[error("the recording has no frame with a stage position")]
     NothingToExport,
     /// The capture folder cannot be written.
     #[error("the capture folder cannot be written")]
@@ -56,7 +56,7 @@ pub enum RecordingError {
 }
 
 impl RecordingError {
-    /// Whether the disk had no room.
+    /// Whether the disk is full.
     pub fn is_full_disk(&self) -> bool {
         let io = match self {
             Self::File { cause, .. } | Self::Mcap(mcap::McapError::Io(cause)) => cause,
@@ -69,11 +69,11 @@ impl RecordingError {
 impl Remedy for RecordingError {
     fn remedy(&self) -> Option<Cow<'_, str>> {
         Some(Cow::Borrowed(match self {
-            Self::NotMcap { .. } => "give an .mcap file",
-            Self::NotARecording { .. } => "give a file that a station recorded",
+            Self::NotMcap { .. } => "use an .mcap file",
+            Self::NotARecording { .. } => "use a file recorded by a station",
             Self::Frame { .. } => "repair the recording first: sheaf recording repair",
             Self::NothingToExport => "record a scan, or a live view with the stage homed",
-            error if error.is_full_disk() => "make room on the disk",
+            error if error.is_full_disk() => "free disk space",
             _ => return None,
         }))
     }

@@ -1,4 +1,4 @@
-//! A recording becomes a capture folder, which `sheaf scan` and every other command read.
+//! Export of a recording as a capture folder, which `sheaf scan` and every other command read.
 
 use std::path::{Path, PathBuf};
 
@@ -11,30 +11,30 @@ use crate::params::CALIBRATION_NAME;
 /// Folder of the pictures within the capture.
 const PICTURES: &str = "scan";
 
-/// What was made of a recording.
+/// Result of an export.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Exported {
     /// The name of its scan.
     pub scan: String,
-    /// Frames that were written.
+    /// Frames written.
     pub n_frames: u64,
-    /// Frames without a stage position: a capture cannot hold them.
-    pub n_nowhere: u64,
+    /// Frames without a stage position, which a capture cannot contain.
+    pub n_without_position: u64,
     /// Rows of the scan whose frames are not in the recording.
     pub n_rows_missing: u64,
-    /// The calibration beside the manifest, if it came with the recording.
+    /// The calibration beside the manifest, if the recording contains one.
     pub calibration: Option<PathBuf>,
 }
 
-/// Writes the frames of a recording as the capture folder `folder`: those of its scan with the places that the scan took
-/// them to be at, or all. Before every picture `go_on` hears which it is, and how many there are.
+/// Writes the frames of a recording as the capture folder `folder`: those of its scan with the positions assigned by
+/// the scan, or all. Before every picture `progress` is called with its index and their number.
 ///
 /// # Errors
 /// [`RecordingError::NothingToExport`], frames that cannot be read, a folder that cannot be written.
 pub fn export(
     recording: &RecordingFile,
     folder: &Path,
-    mut go_on: impl FnMut(usize, usize),
+    mut progress: impl FnMut(usize, usize),
 ) -> Result<Exported, RecordingError> {
     let failed = |path: &Path| {
         let path = path.to_owned();
@@ -48,7 +48,7 @@ pub fn export(
     std::fs::create_dir_all(&pictures).map_err(failed(&pictures))?;
     let mut written = Vec::with_capacity(placed.len());
     for (row, (idx, place)) in placed.iter().enumerate() {
-        go_on(row, placed.len());
+        progress(row, placed.len());
         let path = Path::new(PICTURES).join(format!("{row:05}.png"));
         write_png(&folder.join(&path), &recording.image(*idx)?)?;
         written.push(Frame::new(path, *place));
@@ -79,7 +79,7 @@ pub fn export(
     Ok(Exported {
         scan,
         n_frames: placed.len() as u64,
-        n_nowhere: (frames.len() - placed.len()) as u64,
+        n_without_position: (frames.len() - placed.len()) as u64,
         n_rows_missing,
         calibration,
     })

@@ -1,4 +1,4 @@
-//! Reading a recording: one pass finds what is in it, then pictures are read at any place.
+//! Reading a recording: one pass indexes its content, then pictures are read in any order.
 
 use parking_lot::Mutex;
 use std::collections::BTreeMap;
@@ -18,31 +18,31 @@ use crate::params::CALIBRATION_NAME;
 use crate::records::{Located, Next, Records, check_count, check_kind, unpacked, within};
 use crate::topics::Topic;
 
-/// A recording whose frames can be read.
+/// A recording with readable frames.
 pub struct RecordingFile {
-    /// Where it is.
+    /// Path of the file.
     pub path: PathBuf,
-    /// Its bytes.
+    /// Size of the file.
     pub size_bytes: u64,
-    /// What it is.
+    /// Its header.
     pub header: RecordingHeader,
-    /// The calibration document that came with it.
+    /// The calibration document in the recording.
     pub calibration: Option<Bytes>,
     /// Its frames in their order.
     pub frames: Vec<RecordedFrame>,
-    /// Which of them are rows of a scan.
+    /// The frames that are rows of a scan.
     pub rows: Vec<RowNote>,
-    /// How devices were set, with the log time in ns.
+    /// Device settings, with the log time in ns.
     pub settings: Vec<(u64, SettingsNote)>,
-    /// What happened, with the log time in ns.
+    /// Events, with the log time in ns.
     pub events: Vec<(u64, EventNote)>,
     /// Messages by topic.
     pub n_messages: BTreeMap<String, u64>,
-    /// How it ended; `None`: it was broken off.
+    /// How it ended; `None` if it was interrupted.
     pub end: Option<RecordingEnd>,
-    /// Whether index and end are there, as programs for MCAP expect it.
+    /// Whether index and end are present, as MCAP programs expect.
     pub is_whole: bool,
-    /// What cannot be read.
+    /// Unreadable parts.
     pub damages: Vec<Damage>,
     reading: Mutex<Reading>,
 }
@@ -50,9 +50,9 @@ pub struct RecordingFile {
 /// A frame of a recording.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RecordedFrame {
-    /// What belongs to the picture.
+    /// Data about the picture.
     pub note: FrameNote,
-    /// The middle of its exposure, nanoseconds since 1970.
+    /// The middle of its exposure, Unix time in nanoseconds.
     pub at_ns: u64,
     /// Columns, rows and bits per pixel.
     pub shape: (usize, usize, u32),
@@ -60,18 +60,18 @@ pub struct RecordedFrame {
     message: std::ops::Range<usize>,
 }
 
-/// A part of the file that cannot be read.
+/// An unreadable part of the file.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Damage {
     /// Where it begins.
     pub at_bytes: u64,
-    /// How many bytes it has.
+    /// Its length.
     pub size_bytes: u64,
     /// What is wrong, in words.
     pub reason: String,
 }
 
-/// Where pictures are read, and the chunk read last: frames are mostly asked for in their order.
+/// Reader of pictures, with the last chunk cached: frames are usually read in order.
 struct Reading {
     records: Records,
     chunk: Option<(u64, Bytes)>,
@@ -81,7 +81,7 @@ struct Reading {
 const MESSAGE_HEAD_BYTES: usize = 22;
 
 impl RecordingFile {
-    /// Reads what is in a recording; of one that is broken off, what is whole.
+    /// Indexes the content of a recording; of an interrupted one, its intact part.
     ///
     /// # Errors
     /// [`RecordingError::NotMcap`], [`RecordingError::NotARecording`], or a file that cannot be read.
@@ -109,7 +109,7 @@ impl RecordingFile {
         let not_a_recording = |reason| RecordingError::NotARecording { path: path.to_owned(), reason };
         let header = match pass.header {
             Some(header) => header.map_err(not_a_recording)?,
-            None => return Err(not_a_recording("it does not say what it is".to_owned())),
+            None => return Err(not_a_recording("its header is missing".to_owned())),
         };
         Ok(Self {
             path: path.to_owned(),
@@ -128,17 +128,17 @@ impl RecordingFile {
         })
     }
 
-    /// Writes the pixels of frame `idx` into `target`, in its own memory: bit by bit what the camera delivered.
+    /// Writes the pixels of frame `idx` into `target`, reusing its memory: exactly as delivered by the camera.
     ///
     /// # Errors
-    /// [`RecordingError::Frame`] if the file has changed under it, or cannot be read.
+    /// [`RecordingError::Frame`] if the file has changed in the meantime, or cannot be read.
     pub fn read_into(&self, idx: usize, target: &mut GreyImage) -> Result<(), RecordingError> {
         let frame = &self.frames[idx];
         let failed = |reason| RecordingError::Frame { sequence: frame.note.sequence, reason };
         let mut reading = self.reading.lock();
         let chunk = reading.chunk_at(frame.chunk_at_bytes)?.map_err(failed)?;
         drop(reading);
-        let changed = || failed("the file was changed while it was read".to_owned());
+        let changed = || failed("the file changed while it was read".to_owned());
         if frame.message.end > chunk.len() {
             return Err(changed());
         }
@@ -165,7 +165,7 @@ impl Reading {
             return Ok(Ok(chunk.clone()));
         }
         let Next::Record(Located { op: op::CHUNK, body, .. }) = self.records.at(offset_bytes)? else {
-            return Ok(Err("its chunk is gone".to_owned()));
+            return Ok(Err("its chunk is missing".to_owned()));
         };
         let chunk = unpacked(&body);
         self.chunk = chunk.clone().ok().map(|chunk| (offset_bytes, chunk));
@@ -173,7 +173,7 @@ impl Reading {
     }
 }
 
-/// What a pass over the file has found.
+/// Result of a pass over the file.
 #[derive(Default)]
 struct Pass {
     header: Option<Result<RecordingHeader, String>>,
@@ -181,7 +181,7 @@ struct Pass {
     topics: BTreeMap<u16, Option<Topic>>,
     names: BTreeMap<u16, String>,
     n_messages: BTreeMap<String, u64>,
-    /// What belongs to the picture that comes next.
+    /// Data about the next picture.
     note: Option<(u64, FrameNote)>,
     frames: Vec<RecordedFrame>,
     rows: Vec<RowNote>,
@@ -265,7 +265,7 @@ impl Pass {
             Some(Topic::Event) => self.events.push((at_ns, json(message)?)),
             Some(Topic::Image) => {
                 let noted = self.note.take().filter(|(noted_at_ns, _)| *noted_at_ns == at_ns);
-                let (_, note) = noted.ok_or("a picture without what belongs to it")?;
+                let (_, note) = noted.ok_or("a picture without its data")?;
                 let (chunk_at_bytes, message_at) = place.ok_or("a picture outside of the chunks")?;
                 let image = RawImage::decode(message.clone()).map_err(|error| error.to_string())?;
                 let shape = frames::shape(&image)?;

@@ -1,4 +1,4 @@
-//! A picture and its bytes as `foxglove.RawImage`.
+//! Conversion between a picture and `foxglove.RawImage`.
 
 use bytes::{BufMut as _, Bytes};
 use prost::Message as _;
@@ -13,18 +13,18 @@ pub const CAMERA_FRAME: &str = "camera";
 const MONO8: &str = "mono8";
 const MONO16: &str = "mono16";
 
-/// Number of `data` in `foxglove.RawImage`.
+/// Field number of `data` in `foxglove.RawImage`.
 const DATA_TAG: u32 = 6;
 
-/// A moment, nanoseconds since 1970.
+/// A time stamp from Unix time in nanoseconds.
 pub fn timestamp(at_ns: u64) -> Timestamp {
     const NS_PER_S: u64 = 1_000_000_000;
     Timestamp { seconds: (at_ns / NS_PER_S) as i64, nanos: (at_ns % NS_PER_S) as i32 }
 }
 
-/// Writes the message of a picture into `message`, in its own memory: pixels are copied once.
+/// Encodes a picture into `message`, reusing its memory: pixels are copied once.
 pub fn encode(image: &GreyImage, at_ns: u64, message: &mut Vec<u8>) {
-    const FITS: &str = "a vector grows as it must";
+    const FITS: &str = "a vector grows on demand";
     message.clear();
     let (encoding, pixel_bytes) = match image.pixels() {
         Pixels::Eight(_) => (MONO8, 1),
@@ -54,7 +54,7 @@ pub fn encode(image: &GreyImage, at_ns: u64, message: &mut Vec<u8>) {
 /// Columns, rows and bits per pixel of a picture, from its message.
 ///
 /// # Errors
-/// What does not hold together, in words.
+/// The inconsistency, in words.
 pub fn shape(image: &RawImage) -> Result<(usize, usize, u32), String> {
     let (width, height) = (image.width as usize, image.height as usize);
     let bits = match image.encoding.as_str() {
@@ -70,10 +70,10 @@ pub fn shape(image: &RawImage) -> Result<(usize, usize, u32), String> {
     Ok((width, height, bits))
 }
 
-/// Writes the pixels of a message into `target`, in its own memory.
+/// Decodes the pixels of a message into `target`, reusing its memory.
 ///
 /// # Errors
-/// What does not hold together, in words.
+/// The inconsistency, in words.
 pub fn decode(image: &RawImage, target: &mut GreyImage) -> Result<(), String> {
     let (width, height, bits) = shape(image)?;
     let filled = match bits {

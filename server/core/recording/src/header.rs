@@ -1,4 +1,4 @@
-//! What a recording is, and how it ended: the metadata around its messages.
+//! Header and end of a recording: the metadata around its messages.
 
 use std::collections::BTreeMap;
 
@@ -9,16 +9,16 @@ use serde_json::{Value, json};
 use crate::messages::FrameLosses;
 use crate::params::FORMAT;
 
-/// The name of the metadata that comes first.
+/// Name of the first metadata record.
 pub(crate) const HEADER: &str = "sheaf.recording";
 
-/// The name of the metadata that comes last.
+/// Name of the last metadata record.
 pub(crate) const END: &str = "sheaf.recording_end";
 
-/// What is known before the first frame.
+/// Data known before the first frame.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct RecordingHeader {
-    /// What a person calls it.
+    /// Name given by a person.
     pub name: String,
     /// `live` or `scan`.
     pub origin: String,
@@ -28,28 +28,28 @@ pub struct RecordingHeader {
     pub calibration_id: Option<String>,
     /// Version of the program.
     pub software_version: String,
-    /// `twin` or `replay` where the devices are none.
+    /// `twin` or `replay` if the devices are simulated.
     pub simulated: Option<String>,
-    /// When it began, wall clock.
+    /// Start time, wall clock.
     pub started_at_ms: i64,
     /// The board of the station.
     pub target: Target,
-    /// What makes the lines.
+    /// The line projector.
     pub projector: Projector,
-    /// What moves the part.
+    /// The stage.
     pub stage: StageSheet,
 }
 
-/// How a recording ended; one without it was broken off.
+/// How a recording ended; one without it was interrupted.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct RecordingEnd {
     /// Why, in words.
     pub reason: String,
     /// Frames in it.
     pub n_frames: u64,
-    /// Exposures that are not in it, by reason, those after its last frame among them.
+    /// Missing exposures, by reason, including those after its last frame.
     pub lost: FrameLosses,
-    /// Messages beside the frames that found no room in their queue.
+    /// Messages other than frames that were dropped because their queue was full.
     pub n_notes_lost: u64,
 }
 
@@ -64,7 +64,7 @@ impl RecordingHeader {
         match texts.get("format").map(String::as_str) {
             Some(FORMAT) => value_of(texts),
             Some(other) => Err(format!("its format is {other}, this program reads {FORMAT}")),
-            None => Err("it does not say its format".to_owned()),
+            None => Err("its format is not stated".to_owned()),
         }
     }
 }
@@ -79,7 +79,7 @@ impl RecordingEnd {
     }
 }
 
-/// Metadata are texts by names: what is no text is its JSON. What is not known is left out.
+/// Metadata are strings by name: values other than strings are stored as JSON. Unknown values are left out.
 fn texts_of(value: &impl Serialize) -> BTreeMap<String, String> {
     let Ok(Value::Object(fields)) = serde_json::to_value(value) else {
         unreachable!("the structs of this module are objects of texts, numbers and their likes")
@@ -93,7 +93,7 @@ fn texts_of(value: &impl Serialize) -> BTreeMap<String, String> {
 }
 
 fn value_of<T: for<'de> Deserialize<'de>>(texts: &BTreeMap<String, String>) -> Result<T, String> {
-    // A name that is a number or true is a text all the same: only what must be JSON is read as such.
+    // A name that looks like a number or `true` is still a string: only the other fields are parsed as JSON.
     let is_text = |name: &str| {
         ["name", "origin", "scan_id", "calibration_id", "software_version", "simulated", "reason"].contains(&name)
     };

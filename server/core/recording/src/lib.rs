@@ -1,9 +1,9 @@
-//! Recordings `sheaf-recording/1`: what a station saw and did, as an MCAP file that Foxglove and rerun open.
+//! Recordings `sheaf-recording/1`: what a station observed and did, as an MCAP file that Foxglove and rerun open.
 //!
-//! Frames are kept as the camera delivered them, bit by bit, with stage, device settings, events, peaks and profiles
-//! beside them; what the file is and its calibration come first, so that a file that was broken off says what it is.
-//! [`RecordingWriter`] writes, [`RecordingFile`] reads whatever is whole, [`repair`] makes a broken file a whole one, and
-//! [`export`] makes a capture folder of it. Which frames are written and when they are synced is not known here.
+//! Frames are stored exactly as delivered by the camera, with stage, device settings, events, peaks and profiles;
+//! header and calibration come first, so that an interrupted file can be identified. [`RecordingWriter`] writes,
+//! [`RecordingFile`] reads the intact part, [`repair`] completes an interrupted file, and [`export`] converts it to a
+//! capture folder. Which frames are written and when they are synced is decided by the caller.
 
 mod error;
 mod export;

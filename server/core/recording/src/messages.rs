@@ -1,4 +1,4 @@
-//! The messages that are JSON: their types are their schemas.
+//! The JSON messages: their types define their schemas.
 
 use std::collections::BTreeMap;
 
@@ -11,7 +11,7 @@ use crate::topics::Topic;
 
 /// A message in JSON with a schema of its own.
 pub trait JsonMessage: Serialize + JsonSchema {
-    /// Where it goes.
+    /// Its topic.
     const TOPIC: Topic;
     /// The name of its schema.
     const SCHEMA: &'static str;
@@ -33,7 +33,7 @@ json_message!(RowNote, Row, "sheaf.ScanRow");
 json_message!(SettingsNote, Settings, "sheaf.DeviceSettings");
 json_message!(EventNote, Event, "sheaf.Event");
 
-/// Where the stage stood; neither is there where that is unknown.
+/// A stage position; both are missing if it is unknown.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 pub struct Place {
     /// Position of a linear stage.
@@ -54,47 +54,47 @@ impl From<StagePlace> for Place {
 }
 
 impl Place {
-    /// As the capture folder says it; `None` is unknown.
+    /// In the form of the capture folder; `None` if unknown.
     pub fn known(self) -> Option<StagePlace> {
         self.position_mm.map(StagePlace::PositionMm).or(self.angle_deg.map(StagePlace::AngleDeg))
     }
 }
 
-/// What belongs to a picture; the picture with the same log time is its own.
+/// Data about the picture with the same log time.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct FrameNote {
-    /// The station's count of frames that arrived.
+    /// The station's sequence number of the frame.
     pub sequence: u64,
     /// The middle of the exposure by the station's monotonic clock, ns.
     pub captured_at_ns: u64,
-    /// Where the stage stood in the middle of the exposure.
+    /// Stage position in the middle of the exposure.
     #[serde(flatten)]
     pub place: Place,
-    /// How long the sensor collected light, µs; 0 is unknown.
+    /// Exposure time, µs; 0 if unknown.
     pub exposure_us: f64,
     /// Whether the laser was on.
     pub laser_on: bool,
-    /// Exposures between the recorded frame before and this one that are not in the file.
+    /// Missing exposures between the previous recorded frame and this one.
     pub lost_before: FrameLosses,
 }
 
-/// Exposures that are not in the file, by reason.
+/// Missing exposures, by reason.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 pub struct FrameLosses {
     /// Lost between sensor and driver.
     pub camera: u64,
-    /// Packets of them were missing.
+    /// Incomplete: packets were missing.
     pub incomplete: u64,
-    /// There was no free buffer.
+    /// No free buffer.
     pub no_buffer: u64,
-    /// They came with another size or format.
+    /// Another size or format.
     pub malformed: u64,
-    /// They arrived, and the recorder did not take them in time.
+    /// Received, but not taken by the recorder in time.
     pub recorder: u64,
 }
 
 impl FrameLosses {
-    /// Reasons and counts.
+    /// Names and counts.
     pub fn by_reason(&self) -> [(&'static str, u64); 5] {
         [
             ("camera", self.camera),
@@ -105,7 +105,7 @@ impl FrameLosses {
         ]
     }
 
-    /// All together.
+    /// Sum.
     pub fn total(&self) -> u64 {
         self.by_reason().iter().map(|(_, n)| n).sum()
     }
@@ -120,15 +120,15 @@ impl FrameLosses {
     }
 }
 
-/// The stage between frames.
+/// State of the stage between frames.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct StageNote {
-    /// Where it stands.
+    /// Its position.
     #[serde(flatten)]
     pub place: Place,
-    /// Whether it moves.
+    /// Whether it is moving.
     pub moving: bool,
-    /// Whether its zero is established.
+    /// Whether it is homed.
     pub homed: bool,
 }
 
@@ -137,14 +137,14 @@ pub struct StageNote {
 pub struct RowNote {
     /// The frame's sequence.
     pub sequence: u64,
-    /// Which row, from 0.
+    /// Index of the row.
     pub row: u64,
-    /// Where the scan takes it to be.
+    /// Position assigned by the scan.
     #[serde(flatten)]
     pub place: Place,
 }
 
-/// The devices and how they are set.
+/// The devices and their settings.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct SettingsNote {
     /// The camera.
@@ -155,18 +155,18 @@ pub struct SettingsNote {
     pub laser: DeviceNote,
 }
 
-/// A device and how it is set.
+/// A device and its settings.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct DeviceNote {
-    /// Whether it answers.
+    /// Whether it is connected.
     pub connected: bool,
     /// Its driver.
     pub driver: String,
-    /// Who made it.
+    /// Its vendor.
     pub vendor: String,
-    /// Which model.
+    /// Its model.
     pub model: String,
-    /// Which one of them.
+    /// Its serial number.
     pub serial: String,
     /// Version of its firmware.
     pub firmware: String,
@@ -174,14 +174,14 @@ pub struct DeviceNote {
     pub settings: BTreeMap<String, Value>,
 }
 
-/// Something that happened, as the service logs it.
+/// An event, as logged by the service.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct EventNote {
-    /// What, such as `live.started`.
+    /// Its kind, such as `live.started`.
     pub kind: String,
-    /// To what.
+    /// Its subject.
     pub subject: String,
-    /// What else is known about it.
+    /// Further data.
     pub body: Value,
 }
 
@@ -207,10 +207,10 @@ pub struct PeakLine {
     pub intensity: Vec<f32>,
 }
 
-/// A point of a profile in the camera's frame.
+/// A point of a profile in the camera frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ProfilePoint {
-    /// Where it is, mm.
+    /// Position, mm.
     pub position_mm: [f64; 3],
     /// The order of its light sheet.
     pub order: i8,

@@ -1,6 +1,6 @@
 //! Sizes of a recording, each with its reason.
 
-/// The format's name, in the metadata that comes first.
+/// The format's name, in the first metadata record.
 pub const FORMAT: &str = "sheaf-recording/1";
 
 /// Bytes after which a chunk is closed: a frame of a 4-megapixel camera. Chunks are closed by time as well.
@@ -9,10 +9,10 @@ pub const CHUNK_BYTES: u64 = 4 << 20;
 /// Level of zstd: the fastest. Pictures of laser lines are mostly dark; higher levels gain a tenth for twice the time.
 pub const COMPRESSION_LEVEL: u32 = 1;
 
-/// Threads of zstd beside the one that writes: none, for the cores are for the frames.
+/// Threads of zstd besides the writing one: none, because the cores are needed for the frames.
 pub const COMPRESSION_THREADS: u32 = 0;
 
-/// The largest record that is read: a frame of 64 megapixels at 16 bits, and what the chunk held before.
+/// Largest record read: a frame of 64 megapixels at 16 bits, plus the earlier content of its chunk.
 pub const MOST_RECORD_BYTES: u64 = 256 << 20;
 
 /// The name of the calibration among the attachments.

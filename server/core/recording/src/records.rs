@@ -1,5 +1,5 @@
-//! The records of an MCAP file from its beginning, as long as they are whole: what a process that died has left as well
-//! as a finished file.
+//! The records of an MCAP file from its beginning, as far as they are intact: for finished files and for those of a
+//! process that died.
 
 use std::fs::File;
 use std::io::{BufReader, Read, Seek, SeekFrom};
@@ -11,25 +11,25 @@ use mcap::records::{ChunkHeader, Record, op};
 use crate::error::RecordingError;
 use crate::params::MOST_RECORD_BYTES;
 
-/// A record and where it lies.
+/// A record with its position.
 pub struct Located {
-    /// Where it begins.
+    /// Its offset in the file.
     pub offset_bytes: u64,
-    /// Which kind.
+    /// Its opcode.
     pub op: u8,
-    /// What it says.
+    /// Its content.
     pub body: Bytes,
 }
 
-/// What comes next.
+/// The next item of a file.
 pub enum Next {
     /// A record.
     Record(Located),
-    /// The end as it must be: footer and magic.
+    /// The regular end: footer and magic.
     End,
-    /// The file ends before its end; after so many bytes nothing whole follows.
+    /// The file ends early; no intact record follows.
     BrokenOff {
-        /// Bytes that belong to no whole record.
+        /// Bytes that do not belong to an intact record.
         rest_bytes: u64,
     },
 }
@@ -46,7 +46,7 @@ pub struct Records {
 const OP_AND_LENGTH_BYTES: u64 = 9;
 
 impl Records {
-    /// Opens a file and checks how it begins.
+    /// Opens a file and checks its beginning.
     pub fn open(path: &Path) -> Result<Self, RecordingError> {
         let failed = |act| move |cause| RecordingError::File { act, path: path.to_owned(), cause };
         let file = File::open(path).map_err(failed("open"))?;
@@ -60,7 +60,7 @@ impl Records {
         Ok(Self { file, path: path.to_owned(), offset_bytes: magic.len() as u64, size_bytes, footer: false })
     }
 
-    /// Bytes of the file.
+    /// Size of the file.
     pub fn size_bytes(&self) -> u64 {
         self.size_bytes
     }
@@ -90,7 +90,7 @@ impl Records {
         Ok(Next::Record(record))
     }
 
-    /// The record that begins there.
+    /// The record at that offset.
     pub fn at(&mut self, offset_bytes: u64) -> Result<Next, RecordingError> {
         self.file.seek(SeekFrom::Start(offset_bytes)).map_err(|cause| self.unreadable(cause))?;
         (self.offset_bytes, self.footer) = (offset_bytes, false);
@@ -102,7 +102,7 @@ impl Records {
     }
 }
 
-/// Refuses a kind of record that the format does not have: then a bit has flipped in it.
+/// Refuses opcodes that the format does not define: a sign of a flipped bit.
 ///
 /// # Errors
 /// In words.
@@ -114,7 +114,7 @@ pub fn check_kind(op: u8) -> Result<(), String> {
     }
 }
 
-/// Compares the messages that were read with those that the index counts.
+/// Compares the number of messages read with that in the index.
 ///
 /// # Errors
 /// In words.
@@ -125,42 +125,41 @@ pub fn check_count(statistics: &mcap::records::Statistics, n_read: u64) -> Resul
     Err(format!("the index counts {} messages, {n_read} were read", statistics.message_count))
 }
 
-/// The records of a chunk, unpacked and checked.
+/// The decompressed and checked records of a chunk.
 ///
 /// # Errors
 /// What is wrong with it, in words.
 pub fn unpacked(chunk: &Bytes) -> Result<Bytes, String> {
     let record = mcap::read::parse_record(op::CHUNK, chunk).map_err(|error| error.to_string())?;
-    let Record::Chunk { header, data } = record else { return Err("a chunk without a chunk's head".to_owned()) };
+    let Record::Chunk { header, data } = record else { return Err("a chunk without a header".to_owned()) };
     let bytes = decompressed(&header, &data)?;
     if header.uncompressed_crc != 0 && crc32fast::hash(&bytes) != header.uncompressed_crc {
-        return Err("its checksum is not the one that was written".to_owned());
+        return Err("its checksum does not match".to_owned());
     }
     Ok(bytes)
 }
 
 fn decompressed(header: &ChunkHeader, data: &[u8]) -> Result<Bytes, String> {
     if header.uncompressed_size > MOST_RECORD_BYTES {
-        return Err(format!("it unpacks to {} bytes, more than {MOST_RECORD_BYTES}", header.uncompressed_size));
+        return Err(format!(
+            "it decompresses to {} bytes, more than {MOST_RECORD_BYTES}",
+            header.uncompressed_size
+        ));
     }
     let bytes = match header.compression.as_str() {
         "" => data.to_vec(),
         "zstd" => {
             zstd::bulk::decompress(data, header.uncompressed_size as usize).map_err(|error| error.to_string())?
         }
-        other => return Err(format!("it is compressed by {other}, which this program does not read")),
+        other => return Err(format!("its compression {other} is not supported")),
     };
     if bytes.len() as u64 != header.uncompressed_size {
-        return Err(format!(
-            "it unpacks to {} bytes where {} were written",
-            bytes.len(),
-            header.uncompressed_size
-        ));
+        return Err(format!("it decompresses to {} bytes instead of {}", bytes.len(), header.uncompressed_size));
     }
     Ok(bytes.into())
 }
 
-/// The records within an unpacked chunk: op, and where their bodies lie.
+/// The records within a decompressed chunk: opcode, and range of the body.
 pub fn within(chunk: &Bytes) -> impl Iterator<Item = (u8, std::ops::Range<usize>)> + '_ {
     let mut at = 0;
     std::iter::from_fn(move || {

@@ -1,4 +1,4 @@
-//! A broken recording becomes a whole one: everything that can be read, with an index and an end.
+//! Completes an interrupted recording: everything readable, with an index and an end.
 
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -14,25 +14,25 @@ use crate::file::Damage;
 use crate::records::{Next, Records, check_count, check_kind, unpacked, within};
 use crate::writer::options;
 
-/// What was kept of a broken recording, and what was not.
+/// What was kept of an interrupted recording, and what was not.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Repaired {
-    /// Messages that were kept.
+    /// Messages kept.
     pub n_messages: u64,
-    /// Parts that could not be read and are left out.
+    /// Unreadable parts, which are left out.
     pub damages: Vec<Damage>,
-    /// Whether the file was whole already.
+    /// Whether the file was already complete.
     pub was_whole: bool,
 }
 
 impl Repaired {
-    /// Whether something that was in the file is not in the new one.
+    /// Whether something in the file is missing in the new one.
     pub fn is_lossy(&self) -> bool {
         !self.damages.is_empty()
     }
 }
 
-/// Copies every record of `from` that can be read to the new file `to`, and writes index and end. Any MCAP file will do.
+/// Copies every readable record of `from` to the new file `to`, and writes index and end. Accepts any MCAP file.
 ///
 /// # Errors
 /// [`RecordingError::NotMcap`], or files that cannot be read or written.
@@ -65,7 +65,7 @@ pub fn repair(from: &Path, to: &Path) -> Result<Repaired, RecordingError> {
                 Ok(chunk) => within(&chunk).try_for_each(|(op, body)| copy.take(op, &chunk.slice(body))),
                 Err(reason) => Err(NotCopied::Unreadable(reason)),
             },
-            // What stands after the data is made anew.
+            // Everything after the data is generated again.
             op => copy.take(op, &record.body),
         };
         match taken {
@@ -97,7 +97,7 @@ impl From<mcap::McapError> for NotCopied {
 
 struct Copy<W: std::io::Write> {
     file: mcap::Writer<NoSeek<W>>,
-    /// Ids of the new file by those of the old one.
+    /// Ids in the new file by ids in the old one.
     channels: BTreeMap<u16, u16>,
     schemas: BTreeMap<u16, u16>,
     n_messages: u64,
@@ -113,7 +113,7 @@ impl<W: std::io::Write> Copy<W> {
         }
         let record =
             mcap::read::parse_record(op, body).map_err(|error| NotCopied::Unreadable(error.to_string()))?;
-        let unknown = |what: &str| NotCopied::Unreadable(format!("it names {what} that was not read"));
+        let unknown = |what: &str| NotCopied::Unreadable(format!("it refers to {what} that was not read"));
         match record {
             Record::Metadata(metadata) => self.file.write_metadata(&metadata)?,
             Record::Attachment { header, data, .. } => self.file.attach(&mcap::Attachment {
@@ -126,7 +126,7 @@ impl<W: std::io::Write> Copy<W> {
             Record::Statistics(statistics) => {
                 check_count(&statistics, self.n_messages).map_err(NotCopied::Unreadable)?;
             }
-            // The summary repeats them: they are known then.
+            // The summary repeats them.
             Record::Schema { header, .. } if self.schemas.contains_key(&header.id) => {}
             Record::Channel(channel) if self.channels.contains_key(&channel.id) => {}
             Record::Schema { header, data } => {

@@ -1,11 +1,11 @@
-//! What a recording holds and what it lacks, in figures.
+//! Summary of the content of a recording and of what is missing.
 
 use capture::StagePlace;
 
 use crate::file::RecordingFile;
 use crate::messages::FrameLosses;
 
-/// A recording in figures.
+/// Summary of a recording.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RecordingSummary {
     /// From the first frame to the last.
@@ -16,9 +16,9 @@ pub struct RecordingSummary {
     pub size_px: Option<(usize, usize)>,
     /// Bits per pixel of the first.
     pub bits_per_pixel: Option<u32>,
-    /// Exposures that are not in the file, by reason.
+    /// Missing exposures, by reason.
     pub lost: FrameLosses,
-    /// Where they are missing.
+    /// Positions of missing exposures.
     pub gaps: Vec<Gap>,
     /// Rows of the scan.
     pub n_rows: u64,
@@ -31,25 +31,25 @@ pub struct RecordingSummary {
 /// A place where exposures are missing.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Gap {
-    /// The frame before, counted in the file; `None`: before the first.
+    /// The previous frame, by index in the file; `None`: before the first.
     pub after_frame: Option<usize>,
-    /// Where the stage stood when they ended.
+    /// Stage position at the end of the gap.
     pub place: Option<StagePlace>,
-    /// How many, by reason.
+    /// Their number, by reason.
     pub lost: FrameLosses,
 }
 
 /// Messages of a topic.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct TopicCount {
-    /// Which.
+    /// The topic.
     pub topic: String,
-    /// How many.
+    /// Number of messages.
     pub n_messages: u64,
 }
 
 impl RecordingFile {
-    /// What it holds and what it lacks.
+    /// Summary of its content.
     pub fn summary(&self) -> RecordingSummary {
         let (first, last) = (self.frames.first(), self.frames.last());
         let between_ns = |(first, last): (u64, u64)| last.saturating_sub(first);
@@ -84,7 +84,7 @@ impl RecordingFile {
         }
     }
 
-    /// Whether something that happened between its beginning and its end is not in it.
+    /// Whether data between its beginning and its end are missing.
     pub fn is_lossy(&self) -> bool {
         let summary = self.summary();
         summary.lost.total() > 0
@@ -93,8 +93,8 @@ impl RecordingFile {
             || self.end.as_ref().is_some_and(|end| end.n_notes_lost > 0)
     }
 
-    /// The frames of the scan, row by row, each with where the scan takes it to be, and how many rows lack their frame.
-    /// Of a recording without a scan all frames, each where it was taken.
+    /// The frames of the scan, row by row, each with its position assigned by the scan, and how many rows lack their
+    /// frame. For a recording without a scan, all frames at their own positions.
     pub fn scan_frames(&self) -> (Vec<(usize, Option<StagePlace>)>, u64) {
         if self.rows.is_empty() {
             return (self.frames.iter().map(|frame| frame.note.place.known()).enumerate().collect(), 0);

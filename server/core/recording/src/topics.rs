@@ -1,28 +1,28 @@
-//! Where messages go.
+//! Topics of the messages.
 
 /// The topics of a recording.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Topic {
     /// Pictures, `foxglove.RawImage`.
     Image,
-    /// What belongs to a picture, `sheaf.Frame`.
+    /// Data about a picture, `sheaf.Frame`.
     Frame,
     /// Profiles in metres, `foxglove.PointCloud`.
     Profile,
     /// Centrelines, `sheaf.Peaks`.
     Peaks,
-    /// The stage between frames, `sheaf.Stage`.
+    /// State of the stage between frames, `sheaf.Stage`.
     Stage,
     /// Which frames are the rows of a scan, `sheaf.ScanRow`.
     Row,
-    /// Devices and how they are set, `sheaf.DeviceSettings`.
+    /// Devices and their settings, `sheaf.DeviceSettings`.
     Settings,
-    /// What happened, `sheaf.Event`.
+    /// Events, `sheaf.Event`.
     Event,
 }
 
 impl Topic {
-    /// All of them.
+    /// All topics.
     pub const ALL: [Self; 8] = [
         Self::Image,
         Self::Frame,

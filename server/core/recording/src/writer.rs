@@ -1,4 +1,4 @@
-//! Writing a recording: what it is first, then messages in the order they come.
+//! Writing a recording: the header first, then messages in the order in which they arrive.
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -26,17 +26,17 @@ use crate::topics::Topic;
 /// Bytes of a profile's point: three coordinates, σ and the order.
 const POINT_STRIDE: u32 = 17;
 
-/// Writes a recording to `W`, without ever going back: what was flushed stays as it is.
+/// Writes a recording to `W` without seeking: flushed data is never changed.
 pub struct RecordingWriter<W: Write> {
     file: mcap::Writer<NoSeek<W>>,
     channels: BTreeMap<Topic, u16>,
-    /// Messages of each topic so far: MCAP numbers them.
+    /// Messages of each topic so far: MCAP requires sequence numbers.
     counts: BTreeMap<Topic, u32>,
     message: Vec<u8>,
 }
 
-/// How MCAP files of this crate are written: chunks are made in memory, so that a file that is broken off ends with a
-/// whole one.
+/// Options of the MCAP files of this crate: chunks are built in memory, so that an interrupted file ends with a
+/// complete one.
 pub(crate) fn options() -> mcap::WriteOptions {
     mcap::WriteOptions::new()
         .profile("")
@@ -49,7 +49,7 @@ pub(crate) fn options() -> mcap::WriteOptions {
 }
 
 impl<W: Write> RecordingWriter<W> {
-    /// Writes what the recording is, its calibration document if there is one, and what its messages are.
+    /// Writes the header, the calibration document if there is one, and the schemas of the messages.
     ///
     /// # Errors
     /// [`RecordingError::Mcap`] if `out` cannot be written.
@@ -79,19 +79,19 @@ impl<W: Write> RecordingWriter<W> {
         Ok(writer)
     }
 
-    /// Adds a frame: its picture, bit by bit, and what belongs to it. `at_ns` is the middle of its exposure,
-    /// nanoseconds since 1970.
+    /// Adds a frame: its picture, exactly as given, and the data about it. `at_ns` is the middle of its exposure, Unix
+    /// time in nanoseconds.
     ///
     /// # Errors
     /// [`RecordingError::Mcap`] if it cannot be written.
     pub fn frame(&mut self, at_ns: u64, note: &FrameNote, image: &GreyImage) -> Result<(), RecordingError> {
-        // Before its picture: a reader of one pass knows then what it looks at.
+        // Before its picture, for readers in one pass.
         self.note(at_ns, note)?;
         frames::encode(image, at_ns, &mut self.message);
         self.put(Topic::Image, at_ns)
     }
 
-    /// Adds a profile in the camera's frame, in metres.
+    /// Adds a profile in the camera frame, in metres.
     ///
     /// # Errors
     /// [`RecordingError::Mcap`] if it cannot be written.
@@ -131,11 +131,11 @@ impl<W: Write> RecordingWriter<W> {
             data: Bytes::from(data),
         };
         self.message.clear();
-        cloud.encode(&mut self.message).expect("a vector grows as it must");
+        cloud.encode(&mut self.message).expect("a vector grows on demand");
         self.put(Topic::Profile, at_ns)
     }
 
-    /// Adds a message in JSON.
+    /// Adds a JSON message.
     ///
     /// # Errors
     /// [`RecordingError::Mcap`] if it cannot be written.
@@ -145,7 +145,7 @@ impl<W: Write> RecordingWriter<W> {
         self.put(N::TOPIC, at_ns)
     }
 
-    /// Closes the chunk and hands it to the system: what was added until now can be read whatever happens to this
+    /// Closes the chunk and flushes it to the operating system: everything added so far survives the end of this
     /// process.
     ///
     /// # Errors
@@ -154,10 +154,10 @@ impl<W: Write> RecordingWriter<W> {
         Ok(self.file.flush()?)
     }
 
-    /// Writes how it ended and the index; gives back what it was written to.
+    /// Writes the end record and the index; returns the output.
     ///
     /// # Errors
-    /// [`RecordingError::Mcap`] if it cannot be written; what was flushed before can be read.
+    /// [`RecordingError::Mcap`] if it cannot be written; flushed data remain readable.
     pub fn finish(mut self, end: &RecordingEnd) -> Result<W, RecordingError> {
         self.file.write_metadata(&end.to_metadata())?;
         self.file.finish()?;

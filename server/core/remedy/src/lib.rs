@@ -1,19 +1,18 @@
-//! Errors that know what a person can do about them.
+//! Errors with remedies.
 //!
-//! What happened is the error's text, why is its source, what helps is its [`Remedy`]. Who shows an error puts the three
-//! where they belong; nobody looks for one of them within another. Everything may import this crate; it imports nothing.
+//! An error's text states what happened, its source why, and its [`Remedy`] what helps. The presentation places the
+//! three; none is parsed out of another. Every crate may import this one; it imports nothing.
 
 use std::borrow::Cow;
 use std::error::Error;
 
-/// An error that knows what a person can do about it.
+/// An error with a remedy.
 pub trait Remedy: Error {
-    /// What to do, in words that begin in lower case and end without a full stop: `home it first`. `None` where nothing
-    /// more can be said than what happened.
+    /// The remedy, beginning in lower case and without a full stop: `home it first`. `None` if there is nothing to add.
     fn remedy(&self) -> Option<Cow<'_, str>>;
 }
 
-/// An error and everything behind it in one line, the nearest cause first.
+/// An error and its chain of causes in one line, the nearest cause first.
 pub fn with_causes(error: &dyn Error) -> String {
     let mut text = error.to_string();
     let mut next = error.source();
@@ -25,7 +24,7 @@ pub fn with_causes(error: &dyn Error) -> String {
     text
 }
 
-/// What happened and what to do about it in one line, for places that have room for no more.
+/// The error and its remedy in one line, for places with limited room.
 pub fn with_remedy(error: &dyn Remedy) -> String {
     match error.remedy() {
         Some(remedy) => format!("{error}; {remedy}"),

@@ -1,5 +1,5 @@
-//! Points of a frame after its lines are found: `cargo bench --package sheaf-scanning --bench profile`. One frame of a
-//! ribbed sheet, five lines of 1,000 points, made without a picture.
+//! Points of a frame after line extraction: `cargo bench --package sheaf-scanning --bench profile`. One frame of a
+//! synthetic ribbed sheet, five lines of 1,000 points.
 
 use std::hint::black_box;
 
@@ -22,7 +22,7 @@ fn labels(criterion: &mut Criterion) {
     });
 }
 
-/// One line by tables that are filled, and by new ones, which ask the exact solution.
+/// One line with filled tables, and with new ones, which call the exact solution.
 fn triangulation(criterion: &mut Criterion) {
     let scan = SyntheticScan::new(1, N_POINTS);
     let triangulator = Triangulator::new(scan.calibration.clone());

@@ -1,4 +1,4 @@
-//! Why bytes cannot be read, and why a scan cannot be evaluated.
+//! Why data cannot be read, and why a scan cannot be evaluated.
 
 use std::borrow::Cow;
 use std::io;
@@ -12,15 +12,15 @@ pub enum ScanError {
     /// Nothing to evaluate.
     #[error("the scan has no frames")]
     NoFrames,
-    /// The stage moved, but its direction is unknown.
-    #[error("the calibration `{calibration}` knows no stage, but the scan's frames lie {travel} apart")]
+    /// The stage moved, but the calibration has no stage.
+    #[error("the calibration `{calibration}` has no stage, but the scan's frames are {travel} apart")]
     NoStage {
         /// The calibration's id.
         calibration: String,
         /// Distance between the outermost positions.
         travel: StagePosition,
     },
-    /// The frames were taken on the other kind of stage.
+    /// The frames were taken on another kind of stage.
     #[error(
         "the calibration `{calibration}` is for a {calibrated} stage, but frame {frame} was taken on a {found} one"
     )]
@@ -34,7 +34,7 @@ pub enum ScanError {
         /// Kind of the stage it was taken on.
         found: &'static str,
     },
-    /// A line was lit alone that the calibration does not have.
+    /// The calibration does not have the line that was switched on alone.
     #[error("frame {frame} shows line {line} alone, which the calibration `{calibration}` does not have")]
     UnknownLine {
         /// The calibration's id.
@@ -44,8 +44,8 @@ pub enum ScanError {
         /// Number of the line.
         line: i8,
     },
-    /// Lines were lit one by one in some frames only.
-    #[error("frame {frame} does not say which line was lit in it, others do")]
+    /// Lines were switched on one by one in some frames only.
+    #[error("frame {frame} does not state which line was on, other frames do")]
     SomeLitAlone {
         /// Index of the frame.
         frame: usize,
@@ -64,7 +64,7 @@ pub enum ScanError {
         /// Farthest depth.
         far_mm: f64,
     },
-    /// A frame that was there can no longer be read.
+    /// A frame can no longer be read.
     #[error("frame {frame} cannot be read: {problem}")]
     UnreadableFrame {
         /// Index of the frame.
@@ -90,13 +90,13 @@ impl Remedy for ScanError {
     }
 }
 
-/// Bytes could not be read or written as what they should be; which file they are in is not known here.
+/// Data could not be read or written in its format; the file name is not known here.
 #[derive(Debug, thiserror::Error)]
 pub enum ContentError {
     /// Reading or writing failed.
     #[error("input or output failed")]
     Io(#[from] io::Error),
-    /// The content is not what the format demands.
+    /// The content does not match the format.
     #[error("{place}: {problem}")]
     Malformed {
         /// Line, vertex or part of the file.
@@ -122,7 +122,7 @@ impl ContentError {
         Self::Malformed { place: place.into(), problem: problem.into(), remedy }
     }
 
-    /// An end of file where more was promised becomes a finding with its place; other errors pass.
+    /// Converts an unexpected end of file into an error with its place; other errors are unchanged.
     pub(crate) fn truncated(cause: io::Error, place: impl FnOnce() -> String) -> Self {
         if cause.kind() != io::ErrorKind::UnexpectedEof {
             return Self::Io(cause);
@@ -130,7 +130,7 @@ impl ContentError {
         Self::malformed(
             place(),
             "the file ends before the records its header promises",
-            "copy or export the file again; it is cut off or its header lies",
+            "copy or export the file again; it is truncated or its header is wrong",
         )
     }
 }

@@ -1,4 +1,4 @@
-//! Constants of labelling, triangulation and statistics, each with its unit and its reason.
+//! Constants of labelling, triangulation and statistics, each with its unit and reason.
 
 /// Distance between the points of a piece that speak for its label, scan columns (rows). Neighbours share their
 /// noise over a few columns anyway; 16 keeps forty frames of a megapixel below 20 000 samples. How densely is looked, no
@@ -13,7 +13,7 @@ pub const KINK_SPAN_WIDTHS: f64 = 1.0;
 /// Change of slope (across per along, px/px) at which a segment is cut in two: two lines may have been joined
 /// there. Cutting a line that merely bends costs nothing, its pieces are labelled alike.
 pub const KINK_SLOPE: f64 = 0.3;
-/// The same in standard deviations of the change of slope: speckle must not cut lines into crumbs.
+/// The same in standard deviations of the change of slope, so that speckle does not cut lines into fragments.
 pub const KINK_SIGMAS: f64 = 5.0;
 /// Largest step between neighbouring points that stays one line, in line widths along the scan column (row): as far as
 /// the extraction links.
@@ -36,94 +36,95 @@ pub const JOINT_SPACING_WIDTHS: f64 = 2.4;
 pub const JOINT_GAP_WIDTHS: f64 = 0.06;
 /// The same in standard deviations of their difference, over a gap of up to one correlation length: a dark speckle.
 pub const JOINT_GAP_SIGMAS: f64 = 4.0;
-/// Shortest piece that is labelled, points: fewer have no slope.
+/// Shortest piece that is labelled, points: fewer do not determine a slope.
 pub const MIN_PIECE_POINTS: usize = 4;
 
-/// A line that moves by less than this fraction of the line pitch between frames is taken for the same line.
+/// A line that moves by less than this fraction of the line pitch between frames is the same line.
 pub const TRACK_GATE_PITCHES: f64 = 0.15;
 /// Weight of one sample's bond to the same line in the next frame. Two bonds (before, after) weigh as much as one
-/// agreement with another order: continuity carries a label on, it does not overrule a second look.
+/// agreement with another order: continuity propagates a label, it does not overrule a second look.
 pub const TRACK_WEIGHT: f64 = 0.5;
 
-/// Weight of the bond between pieces cut apart at a kink, per sample and at most one sample: a bend is likelier
-/// than two lines joined.
+/// Weight of the bond between pieces cut at a kink, per sample and at most one sample: a bend is more likely than two
+/// joined lines.
 pub const JOINT_WEIGHT: f64 = 1.0;
 /// Pieces shorter than this do not hold a label against the line they hang on, in line widths.
 pub const STUB_WIDTHS: f64 = 6.4;
 
-/// Longest gap a line is continued over within its frame, in line pitches (an object standing on a plate).
+/// Longest gap across which a line is continued within its frame, in line pitches (an object on a plate).
 pub const CONTINUATION_GAP_PITCHES: f64 = 4.0;
-/// Largest departure of the continued line, in line pitches.
+/// Largest deviation of the continued line, in line pitches.
 pub const CONTINUATION_GATE_PITCHES: f64 = 0.06;
-/// Points at the end of a piece through which the continuation is drawn.
+/// Points at the end of a piece to which the continuation is fitted.
 pub const CONTINUATION_POINTS: usize = 40;
-/// Weight of a continuation, in samples' worth of bonds at gap zero; it fades with the gap.
+/// Weight of a continuation at gap zero, in samples' worth of bonds; it decreases with the gap.
 pub const CONTINUATION_WEIGHT: f64 = 2.0;
 
-/// Weight of the bond between two sections of one piece, in samples' worth: little more than one second look, so that two
-/// samples take them apart and a single one does not.
+/// Weight of the bond between two sections of one piece, in samples' worth: little more than one second look, so that
+/// two samples separate them and a single one does not.
 pub const SECTION_WEIGHT: f64 = 1.25;
 
-/// Second looks per sample under which sections may see a surface that their labels overlook: a third of a good one.
+/// Second looks per sample with which sections may form an overlooked surface: a third of a good one.
 pub const OVERLOOKED_SHARE: f64 = 0.4;
-/// Rounds in which overlooked surfaces are looked for: one uncovers the next at most a few times.
+/// Iterations of the search for overlooked surfaces: one uncovers the next at most a few times.
 pub const OVERLOOKED_ROUNDS: usize = 4;
 
-/// Rounds in which regions are shifted by one order together: one uncovers the next at most a few times.
+/// Iterations of joint shifts by one order: one uncovers the next at most a few times.
 pub const SHIFT_ROUNDS: usize = 4;
 
-/// Cost of one sample per line of its own column that stands on the wrong side. Order lines never cross on solid
+/// Cost of one sample per line of its own column that is on the wrong side. The order of lines never changes on solid
 /// parts, so this weighs more than a single agreement.
 pub const RANK_COST: f64 = 1.5;
 
-/// Cost of a sample that misses the light sheet or lies outside the depth range. No more than a rank: parts may reach
-/// beyond the stated depths, and what hangs on such a line shall not be pressed into another order.
+/// Cost of a sample that misses the light sheet or lies outside the depth range. Not more than a rank: parts may exceed
+/// the stated depths, and the neighbours of such a line must not be forced into another order.
 pub const OUTSIDE_COST: f64 = 1.5;
-/// Cost of leaving a piece unlabelled, per sample. A label must be contradicted by this much on balance
-/// before the piece is taken for a ghost.
+/// Cost of leaving a piece unlabelled, per sample. The evidence must be this much against every label before the piece
+/// is treated as a ghost.
 pub const UNLABELLED_COST: f64 = 0.4;
 
 /// Agreement tolerance between two orders in standard deviations of their difference.
 pub const AGREEMENT_SIGMAS: f64 = 5.0;
-/// Share of the tolerance within which a second look speaks for a label: 3 σ. On a part one wrap high the next label lies
-/// 0.8 mm off, and what agrees within 5 σ by chance must not outweigh what agrees within one.
+/// Fraction of the tolerance within which a second look supports a label: 3 σ. On a part one wrap high the next label
+/// is 0.8 mm off, and chance agreement within 5 σ must not outweigh agreement within one.
 pub const CLOSE_TOLERANCES: f64 = 0.6;
-/// Smallest tolerance as a fraction of depth: what stage, straightness and model may add (0.06 mm at 400 mm).
+/// Smallest tolerance as a fraction of depth: errors of stage, straightness and model (0.06 mm at 400 mm).
 pub const AGREEMENT_FLOOR_GRATING: f64 = 1.5e-4;
-/// The same for the plane models, which miss the bow of the outer lines (0.4 mm at 400 mm).
+/// The same for plane models, which do not represent the bow of the outer lines (0.4 mm at 400 mm).
 pub const AGREEMENT_FLOOR_PLANES: f64 = 1.0e-3;
-/// What the calibration's own error may add to it, in its standard deviations: orders share most of that error.
+/// Contribution of the calibration's own error to the tolerance, in its standard deviations: orders share most of that
+/// error.
 pub const SYSTEMATIC_SIGMAS: f64 = 2.0;
 /// Smallest radius of a surface that is allowed for when a patch is extended, as a share of the depth: 10 mm at 400 mm.
 /// Parts are as large as a station sees.
 pub const PATCH_RADIUS_RELATIVE: f64 = 0.025;
 /// Beyond this many tolerances apart two surfaces contradict each other; in between they say nothing.
 pub const CONTRADICTION_TOLERANCES: f64 = 2.0;
-/// Steepest patch (mm of depth per mm across the view) that may speak: at steeper ones depth is not a function.
+/// Steepest patch (mm of depth per mm across the view) used as evidence: on steeper ones depth is not a function.
 pub const PATCH_MAX_GRADIENT: f64 = 3.0;
-/// Radius of a patch in sample distances: patches overlap their neighbours without reaching past them.
+/// Radius of a patch in sample distances: patches overlap their neighbours without extending past them.
 pub const PATCH_RADIUS_SPACINGS: f64 = 0.8;
-/// Lines of one order this many frames apart see different places; nearer ones are neighbours on a slope.
+/// Frame distance from which lines of one order observe different places; closer ones are neighbours on a slope.
 pub const SAME_ORDER_MIN_FRAMES: usize = 3;
 
-/// Rounds of relaxation; marginals settle within twenty.
+/// Iterations of the relaxation; marginals converge within twenty.
 pub const RELAX_ROUNDS: usize = 40;
-/// Sharpness of marginals in the first and in the last round (inverse temperature, per sample).
+/// Sharpness of marginals in the first and in the last iteration (inverse temperature, per sample).
 pub const RELAX_SHARPNESS: [f64; 2] = [0.7, 12.0];
-/// Share of the rounds after which "none" takes part: by then lines know their places, and charge no rank in vain.
+/// Fraction of the iterations after which "none" takes part: by then lines have converged to their ranks.
 pub const UNLABELLED_FROM: f64 = 0.5;
-/// Sweeps of hard assignment after relaxation, until nothing changes.
-pub const SETTLE_SWEEPS: usize = 30;
-/// Advantage per sample that a label needs over the next best one; less is doubtful.
+/// Most sweeps of hard assignment after relaxation.
+pub const MAX_SWEEPS: usize = 30;
+/// Smallest margin per sample of a label over the next best one; with less it is doubtful.
 pub const LABEL_MARGIN: f64 = 0.3;
-/// By how much per sample another order may be ahead in depths, ranks and second looks alone: more, and it was mere
-/// continuity that carried the label.
+/// Margin per sample by which another order may lead in depths, ranks and second looks alone; if it leads by more, the
+/// label came from continuity alone.
 pub const OVERRULED_MARGIN: f64 = 0.2;
-/// Support per sample that continuity alone must bring where nothing else prefers an order: the same line before and
-/// after, not on one side only.
+/// Support per sample required from continuity where nothing else prefers an order: the same line before and after, not
+/// on one side only.
 pub const CONTINUITY_ALONE: f64 = 0.7;
-/// Advantage per sample that the labels of a connected group need over all of them shifted by an order.
-/// A fifth of what a second look brings: the group is seen twice over a good part of its area.
+/// Smallest margin per sample of a connected group over the same group shifted by an order. A fifth of a second look:
+/// the group is observed twice over a good part of its area.
 pub const GROUP_MARGIN: f64 = 0.1;
 
 /// Length two pieces must share to hang together, in line widths, and the share of the shorter one's length: where a step
@@ -131,37 +132,38 @@ pub const GROUP_MARGIN: f64 = 0.1;
 pub const STRIP_LINK_OVERLAP_WIDTHS: f64 = 2.0;
 /// See [`STRIP_LINK_OVERLAP_WIDTHS`].
 pub const STRIP_LINK_SHARE: f64 = 0.5;
-/// The same share of the longer one's: the last of a block's top shall not hang on the long line beyond it.
+/// The same fraction of the longer one: the end of a block's top must not be linked to the long line beyond it.
 pub const STRIP_LINK_SHARE_OF_LONGER: f64 = 0.3;
 /// Bend of a strip from frame to frame that the stage's own errors explain, as a share of the depth: 0.02 mm at 400 mm.
 pub const STRIP_LINK_FLOOR_RELATIVE: f64 = 5e-5;
 /// Largest movement between two frames that passes for smooth where no third frame decides, line pitches.
 pub const STRIP_LINK_PITCHES: f64 = 0.03;
-/// Advantage per sample that the label of a strip needs over every other one once all other strips have adapted.
-/// As for single pieces: a fifth of a rank, a quarter of a second look.
+/// Smallest margin per sample of a strip's label over every other one once all other strips have adapted. As for single
+/// pieces: a fifth of a rank, a quarter of a second look.
 pub const CHALLENGE_MARGIN: f64 = 0.3;
-/// The same for short strips without the ranks, which tall narrow parts can exchange.
+/// The same for short strips without the ranks, which tall narrow parts can reverse.
 pub const CHALLENGE_MARGIN_WITHOUT_RANKS: f64 = 0.05;
-/// The same for short strips whose label hardly any other strip has seen: twice that.
+/// The same for short strips whose label hardly any other strip confirms: twice that.
 pub const CHALLENGE_MARGIN_UNSEEN: f64 = 2.0 * CHALLENGE_MARGIN;
-/// Second looks per sample without which a strip counts as unseen: a fifth of what a good one has.
+/// Second looks per sample below which a strip counts as unconfirmed: a fifth of a good one's.
 pub const SEEN_SHARE: f64 = 0.3;
-/// Strips updated at most while the others adapt to a challenge; chains of lines settle within a few dozen;
-/// fewer steps only leave the challenge less convincing.
+/// Most strips updated while the others adapt to a challenge; chains of lines converge within a few dozen; a limit
+/// reached only makes the challenge weaker.
 pub const CHALLENGE_STEPS: usize = 100;
-/// What others may cost that are shifted along with a challenged strip, before they have given way, in limits of the
-/// challenge: giving way saves at most a good part of it.
+/// Largest cost of other strips shifted along with a challenged strip, before they adapt, in limits of the challenge:
+/// adapting saves at most a good part of it.
 pub const CHALLENGE_SHIFT_LIMITS: f64 = 3.0;
-/// Second looks by other strips that make a rival label plausible: per sample, and at least this many samples' worth.
+/// Second looks by other strips that make a rival label plausible: per sample, and in total at least this many samples'
+/// worth.
 pub const SECOND_LOOK_SHARE: f64 = 0.1;
 /// See [`SECOND_LOOK_SHARE`].
 pub const SECOND_LOOK_SAMPLES: f64 = 2.0;
-/// Strips shorter than this many line pitches are also tried without their ranks, and need second looks: tall narrow
-/// parts, which may change places with their ground, tops of blocks, and most reflections are shorter.
+/// Strips shorter than this many line pitches are also challenged without their ranks, and need second looks: tall
+/// narrow parts, which may change places with their ground, tops of blocks, and most reflections are shorter.
 pub const RANK_ONLY_LENGTH_PITCHES: f64 = 4.0;
 
-/// Support per sample that a label needs from other frames or orders in a scan: a third of one bond to the next
-/// frame. A chance row of speckles has none.
+/// Support per sample that a label needs from other frames or orders in a scan: a third of one bond to the next frame.
+/// A chance row of speckles has none.
 pub const CONFIRMATION: f64 = 0.15;
 
 /// Steps of the table of systematic σ along the image's longer side. Interpolation error below 2 %.
@@ -170,79 +172,81 @@ pub const SIGMA_TABLE_STEPS: f64 = 27.0;
 /// Distance along the line, in columns, between the points that are checked and compared between orders: neighbours share
 /// their noise over about as many.
 pub const COMPARE_STRIDE_PX: usize = 4;
-/// Differences after a turn farther from their median than this many median deviations are no closure: 4 σ of normal ones.
+/// Differences after a full turn that deviate from their median by more than this many median deviations are outliers:
+/// 4 σ for normal ones.
 pub const CLOSURE_MAD_LIMIT: f64 = 6.0;
-/// Surfaces of other orders that must contradict a point before it is dropped: one, for a wrong order is far worse than
-/// a missing point.
+/// Number of contradicting surfaces of other orders at which a point is dropped: one, because a wrong order is far
+/// worse than a missing point.
 pub const CONTRADICTING_SURFACES: usize = 1;
-/// How far along its line a doubt reaches, in line widths: the half-length over which the extraction smooths wide lines,
-/// which carries a line on beyond a depth step.
+/// Length along its line over which a point makes its neighbours doubtful, in line widths: the half-length over which
+/// the extraction smooths wide lines, and so continues a line beyond a depth step.
 pub const END_WIDTHS: f64 = 2.2;
-/// Where more than this share of a run of neighbouring points is contradicted, the rest goes with it.
+/// If more than this fraction of a run of neighbouring points is contradicted, the rest is dropped, too.
 pub const RUN_DENIED_SHARE: f64 = 0.5;
-/// Largest bend of a line over a comparison patch, in standard deviations, that counts as smooth.
+/// Largest bend of a line within a comparison patch, in standard deviations, that counts as smooth.
 pub const SMOOTH_SIGMAS: f64 = 4.0;
 
-/// Length of the lines that are laid before and after a place to see whether they miss each other, in line widths.
+/// Length of the lines fitted before and after a point to detect a step, in line widths.
 pub const STEP_WINDOW_WIDTHS: f64 = 3.5;
-/// Fewest points of such a line; fewer are left out with their neighbours anyway.
+/// Fewest points of such a line; shorter runs are left out with their neighbours anyway.
 pub const STEP_LEAST_POINTS: usize = 4;
-/// What the extraction smooths over on either side of a step, in line widths.
+/// Smoothing length of the extraction on either side of a step, in line widths.
 pub const STEP_BLUR_WIDTHS: f64 = 1.2;
-/// Smallest step that counts, in line widths; smaller ones are bends.
+/// Smallest step detected, in line widths; smaller ones are bends.
 pub const STEP_LEAST_WIDTHS: f64 = 0.08;
 /// The same in standard deviations of the step.
 pub const STEP_SIGMAS: f64 = 3.0;
-/// Share of a stretch that must be seen again to keep its label beyond a step.
+/// Fraction of a stretch that must be confirmed for it to keep its label beyond a step.
 pub const STEP_SEEN_SHARE: f64 = 0.2;
-/// Share of a stretch for which the ranks must leave another order for its label to be in doubt.
+/// Fraction of a stretch for which the ranks must admit another order for its label to be doubtful.
 pub const OPEN_SHARE: f64 = 0.5;
-/// Points whose profiles are kept from one step to the next: 200 MB, which no usual scan exceeds. The others are computed
-/// four times, so that a scan of any size fits into memory.
+/// Points whose profiles are kept between steps: 200 MB, which no usual scan exceeds. The others are computed four
+/// times, so that a scan of any size fits into memory.
 pub const KEPT_POINTS: usize = 2_000_000;
 
 /// Full width at half height of a Gaussian, in standard deviations.
 pub const FWHM_PER_SIGMA: f64 = 2.354_82;
-/// Points whose widths state the thickness of the light sheets: a median of thousands is good to a percent.
+/// Points from whose widths the thickness of the light sheets is computed: a median of thousands is good to a per cent.
 pub const THICKNESS_SAMPLES: usize = 4000;
 
-/// Pieces or strips that one task of the labelling looks at: fewer are not worth handing to another core.
+/// Pieces or strips per task of the labelling: fewer are not worth another thread.
 pub const PIECES_PER_TASK: usize = 64;
 
-/// Every so many points of a profile one is asked for its width: what a line's noise leaves independent.
+/// Sampling step along a profile for widths, in points: the correlation length of a line's noise.
 pub const WIDTH_STRIDE_POINTS: usize = 16;
 /// Bins of the depth range in which widths are learned: an eighth of a wrap each where the range is four wraps.
 pub const WIDTH_BINS: usize = 32;
-/// Fewest samples of such a bin: a median's noise is a quarter of theirs.
+/// Fewest samples of such a bin: the noise of the median is then a quarter of a sample's.
 pub const WIDTH_BIN_SAMPLES: usize = 24;
-/// Medians over depths and over orders in turn.
+/// Alternations between medians over depths and over orders.
 pub const WIDTH_FIT_ROUNDS: usize = 4;
-/// Least scatter of widths, as a share: what slopes do to them.
+/// Smallest relative scatter of widths: the effect of slopes.
 pub const WIDTH_SIGMA_FLOOR: f64 = 0.04;
-/// Cost of a sample whose line is not as wide as lines are at the depth its label gives it, but as wide as under another:
-/// as much as a second look.
+/// Cost of a sample whose line width does not fit the depth of its label but fits that of another: as much as a second
+/// look.
 pub const WIDTH_COST: f64 = 1.0;
-/// From so many σ on a line is not as wide as lines are at that depth.
+/// Deviation in σ from which a line's width does not fit a label.
 pub const WIDTH_DENIED_SIGMAS: f64 = 3.5;
-/// The same where another order has seen the surface: what three orders carry along alike agrees with itself.
+/// The same where another order confirms the label: errors shared by three orders agree with each other.
 pub const WIDTH_DENIED_SEEN_SIGMAS: f64 = 5.0;
-/// By so much it must be farther off its own width than off a rival's: what is smoothed over a step has a width between.
+/// Smallest ratio of the deviation from its own width to that from a rival's: a line smoothed over a step has a width
+/// in between.
 pub const WIDTH_DENIED_RATIO: f64 = 1.6;
-/// Up to so many σ the width of a line holds its label,
+/// Largest deviation in σ at which the width of a line supports its label,
 pub const WIDTH_HELD_SIGMAS: f64 = 2.0;
-/// if it is so many off that of every other one.
+/// if it deviates by at least this much from that of every other label.
 pub const WIDTH_RIVAL_SIGMAS: f64 = 5.0;
-/// Up to so many σ it is.
+/// Largest deviation in σ at which a width fits a label.
 pub const WIDTH_FITS_SIGMAS: f64 = 2.5;
-/// The width at a point is the median over so many line widths to either side.
+/// The width at a point is the median over this many line widths to either side.
 pub const WIDTH_WINDOW_WIDTHS: f64 = 1.5;
 
-/// Of all watches over the station.
+/// Constants common to all watches.
 pub mod watches {
-    /// Columns of which one place and depth is made: a mean over sixteen has a fifth of a point's noise, since neighbours
+    /// Columns averaged to one position and depth: a mean over sixteen has a fifth of a point's noise, since neighbours
     /// share theirs over two to three.
     pub const BIN_COLUMNS: usize = 16;
-    /// Steepest slope that is used, and largest change of slope from frame to frame: beyond lie edges.
+    /// Steepest slope used, and largest change of slope from frame to frame: beyond are edges.
     pub const MAX_SLOPE: f64 = 1.0;
     /// Places whose neighbours within so many bins across the travel and bins' widths along it share noise: speckle reaches
     /// a line's thickness, what a surface does to lines reaches as far as its curvature changes.
@@ -252,26 +256,28 @@ pub mod watches {
     /// Differences that share their noise, about, as far as weights against prior knowledge go: all pairs of five orders
     /// stand on four differences, and neighbouring frames on one speckle pattern.
     pub const SHARED_DIFFERENCES: f64 = 16.0;
-    /// Differences beyond so many median deviations are not the same surface.
+    /// Differences beyond this many median deviations do not belong to the same surface.
     pub const CUT_SIGMAS: f64 = 4.0;
-    /// Rounds of fitting and cutting.
+    /// Iterations of fitting and outlier removal.
     pub const FIT_ROUNDS: usize = 4;
-    /// Places that say how the station drifts: noise is then a hundredth of what the calibration itself leaves open.
+    /// Positions used for the drift of the station: noise is then a hundredth of the calibration's own uncertainty.
     pub const DRIFT_PLACES: usize = 1500;
-    /// Relative step, and step in rad, of derivatives: changes of depth are far below a line's width and far above rounding.
+    /// Relative step, and step in rad, of derivatives: changes of depth are far below a line's width and far above
+    /// rounding.
     pub const DRIFT_STEP: f64 = 1e-4;
-    /// From this σ on a surface says nothing of the stage's scale: a twentieth of a millimetre in 50; the noise of a plate's
-    /// slopes pretends to say 1.6e-3.
+    /// σ from which a surface does not determine the stage's scale: a twentieth of a millimetre in 50; the noise of a
+    /// plate's slopes simulates 1.6e-3.
     pub const SCALE_BLIND: f64 = 1e-3;
-    /// Places that say how powers of orders compare.
+    /// Positions used to compare the powers of orders.
     pub const POWER_PLACES: usize = 8000;
-    /// Scans after a calibration that say what powers are normal.
+    /// Scans after a calibration that define the normal powers.
     pub const REFERENCE_SCANS: usize = 5;
-    /// What the ratio of two orders' powers may change by from part to part, as a logarithm: tilt and finish of surfaces.
+    /// Normal variation of the ratio of two orders' powers from part to part, as a logarithm: tilt and finish of
+    /// surfaces.
     pub const POWER_SIGMA_FLOOR: f64 = 0.03;
-    /// From so many σ on a figure is beyond doubt: figures that are normally distributed give one false warning in 150,000.
+    /// Deviation in σ from which a value is significant: normally distributed values give one false warning in 150,000.
     pub const WARN_SIGMAS: f64 = 4.5;
-    /// Errors below this share of the expanded uncertainty are told as figures alone.
+    /// Errors below this fraction of the expanded uncertainty are reported as values only.
     pub const WARN_SHARE: f64 = 0.25;
     /// Errors of depth by the wavelength below this share of the depth are not corrected: 10 µm at 400 mm, a quarter of the
     /// expanded uncertainty on matt grey paint.
@@ -280,27 +286,27 @@ pub mod watches {
     pub const COVERAGE: f64 = 2.0;
 }
 
-/// Of the watch over lost steps.
+/// Constants of the lost-step watch.
 pub mod lost_steps {
     /// A watch that would notice only losses larger than this share of the depth is blind: four times the 50 µm that must be
     /// noticed at 400 mm.
     pub const BLIND_RELATIVE: f64 = 5e-4;
     /// Fewest bins that give a line of differences over slopes.
     pub const FEWEST_DIFFERENCES: usize = 12;
-    /// Differences so far off their line, in its own scatter, are left out.
+    /// Differences this far from the fitted line, in its own scatter, are left out.
     pub const OUTLIER_SIGMAS: f64 = 3.0;
-    /// Least scatter of slopes in a frame: below, they are noise, which is 0.006 a slope.
+    /// Smallest scatter of slopes in a frame: below, they are noise, which is 0.006 per slope.
     pub const LEAST_SLOPE_SPREAD: f64 = 0.03;
-    /// Fewest earlier differences that tell what two orders usually differ by in a column.
+    /// Fewest earlier differences for the usual difference of two orders in a column.
     pub const FEWEST_USUAL: u32 = 6;
-    /// Frames within which a jump is noticed or never.
+    /// Number of frames within which a jump can be detected.
     pub const REACH_FRAMES: usize = 20;
-    /// Frames before a possible jump that say what was normal.
+    /// Frames before a possible jump that define the baseline.
     pub const BASELINE_FRAMES: usize = 40;
     /// Fewest frames on either side of a jump.
     pub const FEWEST_FRAMES: usize = 3;
-    /// By how much the stated standard deviation is larger than that of independent frames: neighbouring frames and pairs of
-    /// orders share speckle and surface.
+    /// Ratio of the stated standard deviation to that of independent frames: neighbouring frames and pairs of orders
+    /// share speckle and surface.
     pub const NOISE_INFLATION: f64 = 1.4;
     /// Smallest step that is reported, as a share of the depth: half of what must be noticed, 25 µm at 400 mm.
     pub const ALARM_RELATIVE: f64 = 6.25e-5;
@@ -308,7 +314,7 @@ pub mod lost_steps {
     pub const ALARM_SIGMAS: f64 = 4.5;
 }
 
-/// Of lines from several exposures.
+/// Constants for lines from several exposures.
 pub mod exposures {
     /// Lines of different exposures nearer than this, in line widths, are the same line: what saturation displaces them by.
     pub const SAME_LINE_WIDTHS: f64 = 0.5;

@@ -1,10 +1,10 @@
-//! The report of a scan: what it gave besides its points.
+//! The report of a scan.
 
 use crate::checks::compare::{Closure, OrderPair};
 use crate::points::dropped::Dropped;
 use crate::points::envelope::DepthEnvelope;
 
-/// What a scan gave, besides its points.
+/// Results of a scan other than its points.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ScanReport {
     /// Points in the cloud.
@@ -13,12 +13,12 @@ pub struct ScanReport {
     pub n_segments: usize,
     /// What was left out, and why.
     pub dropped: Dropped,
-    /// Per frame and segment: the order most of its points were given.
+    /// Per frame and segment: the order of most of its points.
     pub labels: Vec<Vec<Option<i8>>>,
-    /// How well the orders agree where they have seen the same surface.
+    /// Agreement of the orders where they have observed the same surface.
     pub self_consistency: Vec<OrderPair>,
-    /// How well the surfaces of a turn close; `None` where no place was seen again after a turn.
+    /// Closure after a full turn; `None` where no place was observed again.
     pub closure: Option<Closure>,
-    /// Where geometry alone would have labelled.
+    /// Depth range in which geometry alone determines the labels.
     pub envelope: DepthEnvelope,
 }

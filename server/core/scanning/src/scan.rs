@@ -14,10 +14,10 @@ use crate::points::cloud::Cloud;
 use crate::points::profiles::Profiles;
 use crate::report::ScanReport;
 
-/// Settings of a scan; the defaults serve any station.
+/// Settings of a scan; the defaults suit any station.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct ScanParams {
-    /// Depths (z of the camera frame) in which the part lies; by default those the calibration covers.
+    /// Depth range (z of the camera frame) of the part; by default the range of the calibration.
     pub depth_range_mm: Option<DepthRangeMm>,
 }
 
@@ -26,14 +26,15 @@ pub struct ScanParams {
 pub struct ScanResult {
     /// The points in the part frame.
     pub cloud: Cloud,
-    /// What was done.
+    /// The report.
     pub report: ScanReport,
 }
 
-/// Turns the centrelines of a scan into a cloud in the part frame.
+/// Computes the cloud of a scan, in the part frame, from its centrelines.
 ///
-/// Labels: `label::label_frames`. Registration: the inverse of what the stage has done to the part (`optics::Motion`).
-/// σ of a point: image noise and calibration covariance along its ray. Points that the surfaces of other orders contradict are dropped and counted.
+/// Labels: `label::label_frames`. Registration: the inverse of the part's motion (`optics::Motion`). σ of a point:
+/// image noise and calibration covariance along its ray. Points that the surfaces of other orders contradict are
+/// dropped and counted.
 ///
 /// # Errors
 /// [`ScanError`]; lines that cannot be labelled are not an error, they are counted in the report.
@@ -52,8 +53,8 @@ pub fn scan_cloud(
     Ok(ScanResult { cloud, report: evaluation.report })
 }
 
-/// [`scan_cloud`] for scans that need not fit into memory: labels and checks, and leaves the points to be computed
-/// frame by frame. The points and the report are the same to the last bit.
+/// [`scan_cloud`] for scans that need not fit into memory: computes labels and checks, and leaves the points to be
+/// computed frame by frame. The points and the report are identical to the last bit.
 ///
 /// # Errors
 /// As [`scan_cloud`], and [`ScanError::UnreadableFrame`].
@@ -65,7 +66,7 @@ pub fn evaluate_scan<'a>(
     evaluate_keeping(frames, calibration, params, KEPT_POINTS)
 }
 
-/// [`evaluate_scan`] with the profiles of about `keep_points` points kept from one step to the next; the result is the same.
+/// [`evaluate_scan`] with the profiles of about `keep_points` points cached between steps; the result is the same.
 pub(crate) fn evaluate_keeping<'a>(
     frames: &'a dyn Frames,
     calibration: &'a Calibration,
@@ -92,7 +93,7 @@ fn checked_depth_range(calibration: &Calibration, params: &ScanParams) -> Result
     Err(ScanError::BadDepthRange { near_mm: range.near_mm, far_mm: range.far_mm })
 }
 
-/// What the stage has done to the part in every frame.
+/// The motion of the part in every frame.
 fn motions(
     frames: &dyn Frames,
     calibration: &Calibration,

@@ -1,10 +1,10 @@
-//! Work on many things by all threads, where there is enough of it to be worth waking another: a frame of the live view is
-//! labelled where it was taken, without waiting for threads that compute a scan.
+//! Parallel loops that use other threads only where there is enough work: a frame of the live view is labelled in the
+//! calling thread, without waiting for threads that compute a scan.
 
 use rayon::prelude::*;
 
-/// `work` on the numbers below `n`, the results in order; by one thread if they are not more than `least`. Each thread works
-/// on a `state` of its own.
+/// Runs `work` on the numbers below `n` and returns the results in order; in the calling thread if there are not more
+/// than `least`. Each thread works on its own `state`.
 pub fn map_with<S, T: Send>(
     n: usize,
     least: usize,
@@ -18,7 +18,7 @@ pub fn map_with<S, T: Send>(
     (0..n).into_par_iter().with_min_len(least).map_init(state, work).collect()
 }
 
-/// `work` on the values, `len` at once; by one thread if that is not more than `least` times.
+/// Runs `work` on the values, `len` at once; in the calling thread if that is not more than `least` times.
 pub fn for_each_chunk<T: Send>(
     values: &mut [T],
     len: usize,

@@ -1,13 +1,13 @@
-//! What a sample of numbers says as a whole.
+//! Statistics of samples.
 //!
-//! The one median of all crates: figures of the same data agree wherever they are computed. What is fitted, weighted or
-//! rejected by it belongs to whoever does so.
+//! The one median of all crates, so that results for the same data agree everywhere. Fitting, weighting and rejection
+//! belong to the callers.
 
 use std::cmp::Ordering;
 
 /// A number with a total order.
 pub trait Number: Copy {
-    /// As `f64::total_cmp`: not-a-number comes last.
+    /// Total order as `f64::total_cmp`: NaN comes last.
     fn order(&self, other: &Self) -> Ordering;
 }
 
@@ -23,7 +23,7 @@ impl Number for f64 {
     }
 }
 
-/// The median, the upper one of two; `None` of nothing. Puts `values` into another order.
+/// The median, the upper one of two; `None` if empty. Reorders `values`.
 pub fn median<T: Number>(values: &mut [T]) -> Option<T> {
     let middle = values.len() / 2;
     (!values.is_empty()).then(|| *values.select_nth_unstable_by(middle, T::order).1)

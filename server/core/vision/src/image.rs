@@ -9,7 +9,7 @@ pub enum Pixels {
     Sixteen(Vec<u16>),
 }
 
-/// Longest side of an image: rows are calculated with in 16 bits, and no camera has as many.
+/// Longest side of an image: row indices are computed in 16 bits, and no camera has more pixels.
 pub const MAX_SIDE_PX: usize = 1 << 14;
 
 /// A single-channel image of raw (distorted) sensor pixels.
@@ -81,11 +81,12 @@ impl GreyImage {
         Ok(Self { width, height, pixels })
     }
 
-    /// Makes this an 8-bit image of `width` × `height` in the same memory and hands out its pixels for writing;
-    /// what they hold before is undefined.
+    /// Makes this an 8-bit image of `width` × `height` in the same memory and returns its pixels for writing; their
+    /// content is unspecified.
     ///
     /// # Errors
-    /// [`ImageError::Empty`] if a side is zero, [`ImageError::TooLarge`] if one is too long; the image is unchanged then.
+    /// [`ImageError::Empty`] if a side is zero, [`ImageError::TooLarge`] if one is too long; the image is then
+    /// unchanged.
     pub fn eight_mut(&mut self, width: usize, height: usize) -> Result<&mut [u8], ImageError> {
         check_sides(width, height)?;
         if !matches!(self.pixels, Pixels::Eight(_)) {
@@ -104,7 +105,8 @@ impl GreyImage {
     /// As [`GreyImage::eight_mut`], with 16 bits per pixel.
     ///
     /// # Errors
-    /// [`ImageError::Empty`] if a side is zero, [`ImageError::TooLarge`] if one is too long; the image is unchanged then.
+    /// [`ImageError::Empty`] if a side is zero, [`ImageError::TooLarge`] if one is too long; the image is then
+    /// unchanged.
     pub fn sixteen_mut(&mut self, width: usize, height: usize) -> Result<&mut [u16], ImageError> {
         check_sides(width, height)?;
         if !matches!(self.pixels, Pixels::Sixteen(_)) {
@@ -160,7 +162,7 @@ impl GreyImage {
         }
     }
 
-    /// The image mirrored at its main diagonal: columns become rows.
+    /// The transposed image: columns become rows.
     pub fn transposed(&self) -> Self {
         let pixels = match &self.pixels {
             Pixels::Eight(_) => Pixels::Eight(vec![]),
@@ -171,7 +173,7 @@ impl GreyImage {
         turned
     }
 
-    /// As [`GreyImage::transposed`], in the memory of an image before.
+    /// As [`GreyImage::transposed`], into the memory of an existing image.
     pub fn transpose_into(&self, turned: &mut Self) {
         let (w, h) = (self.width, self.height);
         match (&self.pixels, &mut turned.pixels) {
@@ -186,7 +188,7 @@ impl GreyImage {
     }
 }
 
-/// Side of the blocks that are mirrored in registers.
+/// Side of the blocks that are transposed in registers.
 const BLOCK: usize = 16;
 
 type Block<T> = [[T; BLOCK]; BLOCK];
@@ -213,7 +215,7 @@ fn transpose<T: Copy + Default>(source: &[T], width: usize, height: usize, targe
     }
 }
 
-/// Interleaves the first half of the rows with the second, as often as exchanges the bits of row and column.
+/// Interleaves the first half of the rows with the second, repeatedly, until the bits of row and column are exchanged.
 #[inline(always)]
 fn transposed_block<T: Copy>(mut block: Block<T>) -> Block<T> {
     for _ in 0..BLOCK.ilog2() {
@@ -226,7 +228,7 @@ fn transposed_block<T: Copy>(mut block: Block<T>) -> Block<T> {
     block
 }
 
-/// Half of two rows, their elements in turn.
+/// Half of two rows, with their elements alternating.
 #[inline(always)]
 fn interleaved<T: Copy>(a: &[T; BLOCK], b: &[T; BLOCK], from: usize) -> [T; BLOCK] {
     let mut row = *a;

@@ -1,42 +1,43 @@
-//! Which channel of colour pictures shows the laser: decided from the pictures.
+//! Selects the channel of colour pictures that shows the laser, from the pictures themselves.
 //!
-//! Lines are looked for in every channel. A point is the laser's if its light is coloured: what it adds to the light
-//! beside it is mostly of one colour. Edges of a board, paper and reflections add light of all colours.
+//! Lines are extracted in every channel. A point belongs to the laser if its light is coloured: what it adds to the
+//! light beside it is mostly of one colour. Edges of a board, paper and reflections add light of all colours.
 
 use crate::colour::{Channel, ColourImage};
 use crate::{CentrelineExtractor, CentrelineParams, CentrelinePoint, Centrelines};
 
-/// Share of the added light by which a laser's own colour exceeds the others. White light adds equal parts; red lasers
-/// that light up the blue pixels of a phone, too, and are bright enough to fill the red ones, stay above this.
+/// Fraction of the added light by which a laser's own colour exceeds the others. White light adds equal parts; even red
+/// lasers that also excite the blue pixels of a phone, and saturate the red ones, stay above this.
 const COLOURED_SHARE: f32 = 0.2;
-/// Where the light of the line is looked at, in line widths from its middle: the flanks show the colour where the middle
-/// is too bright for it.
+/// Sample positions across the line, in line widths from its middle: the flanks show the colour where the middle is
+/// saturated.
 const INSIDE_WIDTHS: [f64; 5] = [-0.7, -0.35, 0.0, 0.35, 0.7];
-/// Where the light beside the line is looked at, in line widths from its middle.
+/// Sample positions beside the line, in line widths from its middle.
 const BESIDE_WIDTHS: [f64; 2] = [-1.6, 1.6];
-/// Share of the brightest coloured lines' height from which a point is counted: a laser on black paper still is, the noise of
-/// a camera in a dark room, coloured by chance, is not.
+/// Fraction of the brightest coloured lines' height above which a point counts: a laser on black paper is above, camera
+/// noise in a dark room, coloured by chance, below.
 const FAINT_SHARE: f32 = 0.1;
-/// A plainer channel is taken while it shows this share of what the best one does: differences of channels have the noise
+/// A simpler channel is preferred if it reaches this fraction of the best score: differences of channels have the noise
 /// of both.
 const PLAINER_SHARE: f64 = 0.98;
 
-/// What one channel shows.
+/// The result for one channel.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ChannelView {
     /// The channel.
     pub channel: Channel,
     /// Points on coloured lines.
     pub n_laser_points: usize,
-    /// Points on what is as bright in all colours.
+    /// Points whose light is equally bright in all colours.
     pub n_other_points: usize,
-    /// How well it shows the laser: the points on coloured lines less the others, each by the square root of its height
-    /// over the brightest lines', so that many faint points outweigh neither the laser nor each other's chance colours.
+    /// How well the channel shows the laser: points on coloured lines minus the others, each weighted by the square
+    /// root of its height over the brightest lines', so that many faint points with random colours do not outweigh the
+    /// laser.
     pub score: f64,
 }
 
 impl ChannelView {
-    fn new(channel: Channel, points: &[Seen], brightest: f32) -> Self {
+    fn new(channel: Channel, points: &[ChannelPoint], brightest: f32) -> Self {
         let mut view = Self { channel, n_laser_points: 0, n_other_points: 0, score: 0.0 };
         for seen in points.iter().filter(|seen| seen.height >= FAINT_SHARE * brightest) {
             let weight = f64::from((seen.height / brightest).min(1.0)).sqrt();
@@ -52,11 +53,11 @@ impl ChannelView {
     }
 }
 
-/// Looks for coloured lines in all channels of some pictures of one camera and laser.
+/// Extracts coloured lines from all channels of some pictures of one camera and laser.
 ///
-/// `pictures`: the laser is on in all; where there is a picture with the laser off, it was taken away before.
-/// `params`: how lines are looked for, once for each direction they may run in.
-/// Returns the channel to use, and what each of them shows. Without any coloured line it is brightness.
+/// `pictures`: with the laser on; if there is a background picture, it is already subtracted.
+/// `params`: settings of the extraction, one for each direction the lines may run in.
+/// Returns the channel to use, and the result for each. Without any coloured line it is luma.
 pub fn laser_channel(pictures: &[ColourImage], params: &[CentrelineParams]) -> (Channel, Vec<ChannelView>) {
     let points = Channel::ALL.map(|channel| points_in(channel, pictures, params));
     let brightest = points.iter().filter_map(|points| bright_height(points)).reduce(f32::max).unwrap_or(1.0);
@@ -68,16 +69,16 @@ pub fn laser_channel(pictures: &[ColourImage], params: &[CentrelineParams]) -> (
     (best_of(&views), views)
 }
 
-/// A point of a line as one channel shows it.
-struct Seen {
+/// A point of a line in one channel.
+struct ChannelPoint {
     /// Grey levels above its surroundings.
     height: f32,
     /// Whether its light is coloured.
     is_coloured: bool,
 }
 
-/// How bright the brightest coloured lines are, without a few glints.
-fn bright_height(points: &[Seen]) -> Option<f32> {
+/// Height of the brightest coloured lines, robust against a few glints.
+fn bright_height(points: &[ChannelPoint]) -> Option<f32> {
     let mut heights: Vec<f32> = points.iter().filter(|seen| seen.is_coloured).map(|seen| seen.height).collect();
     heights.sort_unstable_by(f32::total_cmp);
     heights.get(heights.len() * 19 / 20).copied()
@@ -86,13 +87,13 @@ fn bright_height(points: &[Seen]) -> Option<f32> {
 fn best_of(views: &[ChannelView]) -> Channel {
     let best = views.iter().filter(|view| view.n_laser_points > 0).map(|view| view.score).reduce(f64::max);
     let Some(best) = best else { return Channel::Luma };
-    // Where clutter outweighs the laser everywhere, the least bad is best.
+    // Where clutter outweighs the laser in every channel, the best negative score is used.
     let enough = best - (1.0 - PLAINER_SHARE) * best.abs();
     let good = views.iter().find(|view| view.n_laser_points > 0 && view.score >= enough);
     good.map_or(Channel::Luma, |view| view.channel)
 }
 
-fn points_in(channel: Channel, pictures: &[ColourImage], params: &[CentrelineParams]) -> Vec<Seen> {
+fn points_in(channel: Channel, pictures: &[ColourImage], params: &[CentrelineParams]) -> Vec<ChannelPoint> {
     let mut points = Vec::new();
     let (mut extractor, mut lines) = (CentrelineExtractor::default(), Centrelines::default());
     for picture in pictures {
@@ -100,7 +101,7 @@ fn points_in(channel: Channel, pictures: &[ColourImage], params: &[CentrelinePar
         for params in params {
             extractor.find(&image, params, &mut lines);
             let found = lines.segments.iter().flat_map(|segment| &segment.points);
-            points.extend(found.map(|point| Seen {
+            points.extend(found.map(|point| ChannelPoint {
                 height: point.intensity,
                 is_coloured: is_coloured(picture, point, channel.colour()),
             }));
@@ -109,7 +110,7 @@ fn points_in(channel: Channel, pictures: &[ColourImage], params: &[CentrelinePar
     points
 }
 
-/// Whether what the line adds to the light beside it is of that colour, or of any.
+/// Whether the light that the line adds to its surroundings is of that colour, or of any.
 fn is_coloured(picture: &ColourImage, point: &CentrelinePoint, colour: Option<usize>) -> bool {
     let inside = mean_light(picture, point, &INSIDE_WIDTHS);
     let beside = mean_light(picture, point, &BESIDE_WIDTHS);
@@ -122,7 +123,7 @@ fn is_coloured(picture: &ColourImage, point: &CentrelinePoint, colour: Option<us
     own > 0.0 && own - other > COLOURED_SHARE * own
 }
 
-/// Mean red, green and blue at some distances from a point across its line; outside the picture its border stands in.
+/// Mean red, green and blue at some distances from a point across its line; the picture's border is extended.
 fn mean_light(picture: &ColourImage, point: &CentrelinePoint, at_widths: &[f64]) -> [f32; 3] {
     let clamped = |at: f64, size: usize| at.round().clamp(0.0, (size - 1) as f64) as usize;
     let width_px = f64::from(point.width_px);

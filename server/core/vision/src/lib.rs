@@ -1,7 +1,7 @@
 //! Image in, sub-pixel points with standard deviations out: laser centrelines and board corners.
 //!
-//! Pixel (0, 0) is the centre of the top-left pixel; u runs along rows (right), v down columns.
-//! Nothing here knows about cameras, gratings or millimetres.
+//! Pixel (0, 0) is the centre of the top-left pixel; u runs along rows (right), v down columns. Cameras, gratings and
+//! millimetres do not belong here.
 
 pub mod centreline;
 pub mod colour;

@@ -1,4 +1,4 @@
-//! Whether a picture with the laser off shows what one with the laser on shows.
+//! Whether a picture with the laser off shows the same scene as one with the laser on.
 
 use std::fmt;
 
@@ -6,11 +6,12 @@ use crate::colour::{Channel, Picture};
 use crate::image::GreyImage;
 use statistics::median;
 
-/// Side of the blocks by whose means pictures with laser on and off are compared: a quarter of the pixels' noise.
+/// Side of the blocks whose means are compared between laser on and off: the noise of a mean is a quarter of a pixel's.
 const BLOCK_PX: usize = 4;
-/// Levels, of full scale, by which a block may be darker with the laser on: the noise of a block's mean is a sixth of it.
+/// Level difference, relative to full scale, by which a block may be darker with the laser on: the noise of a block's
+/// mean is a sixth of it.
 const DARKER: f32 = 6.0 / 255.0;
-/// Share of the blocks that may be darker with the laser on than without: a picture of the same pose has none.
+/// Fraction of the blocks that may be darker with the laser on than off: a picture of the same pose has none.
 const DARKER_SHARE: f64 = 0.005;
 /// The room may have become darker by this share before it is said.
 const DIMMER: f32 = 0.9;
@@ -25,17 +26,17 @@ const FOLLOW_SIGMAS: f32 = 3.0;
 /// Median absolute deviation of normal values, in standard deviations.
 const MAD_PER_SIGMA: f32 = 0.6745;
 
-/// What changed between a picture with the laser off and one with it on, so that the one cannot be taken from the other.
+/// What changed between a picture with the laser off and one with it on, so that they cannot be subtracted.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum RoomChange {
     /// Another pose or part.
     AnotherPose {
-        /// Share of the picture that is darker with the laser on than without.
+        /// Fraction of the picture that is darker with the laser on than off.
         darker_share: f64,
     },
     /// The room was darker in the picture with the laser on.
     Dimmer {
-        /// Its brightness, of that without the laser.
+        /// Its brightness relative to the picture without the laser.
         share: f32,
     },
 }
@@ -45,7 +46,7 @@ impl fmt::Display for RoomChange {
         match self {
             Self::AnotherPose { darker_share } => write!(
                 f,
-                "the background seems to show another pose: {:.1} % of the picture is darker with the laser on than without",
+                "the background seems to show another pose: {:.1} % of the picture is darker with the laser on than off",
                 100.0 * darker_share
             ),
             Self::Dimmer { share } => write!(

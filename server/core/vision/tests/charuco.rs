@@ -1,6 +1,7 @@
-//! ChArUco boards drawn through a homography, blurred and noisy: which corners are found, how well, and how honest σ is.
+//! ChArUco boards drawn through a homography, with blur and noise: which corners are found, how accurately, and whether
+//! σ is realistic.
 //!
-//! Not shown here: lens distortion and print; the drawing has straight edges.
+//! Not covered: lens distortion and print; the drawing has straight edges.
 
 #![allow(clippy::unwrap_used)]
 
@@ -14,8 +15,8 @@ const HEIGHT_PX: usize = 720;
 /// Grey levels of black and white, and the noise's σ.
 const LEVELS: [f64; 2] = [40.0, 190.0];
 const NOISE_LEVELS: f64 = 2.0;
-/// Places at which a pixel samples the drawing along each axis, in σ of the blur: the middles of eight equal parts of a
-/// Gaussian. Along the pixel grid edges would show the steps between them, so boards are turned.
+/// Sample positions of a pixel along each axis, in σ of the blur: the middles of eight equal parts of a Gaussian. Edges
+/// along the pixel grid would show the steps between them, so boards are rotated.
 const SAMPLES: [f64; 8] = [-1.534, -0.887, -0.489, -0.157, 0.157, 0.489, 0.887, 1.534];
 /// Blur, σ in px.
 const BLUR_PX: f64 = 0.8;
@@ -48,7 +49,7 @@ fn is_black(params: &CharucoParams, markers: &[Vec<Vec<bool>>], x: f64, y: f64) 
     on_marker(cx) && on_marker(cy) && cells[cy as usize][cx as usize]
 }
 
-/// The board seen through `pixel_from_board` (squares to pixels).
+/// The board as imaged through `pixel_from_board` (squares to pixels).
 fn drawn(params: &CharucoParams, pixel_from_board: &Matrix3<f64>, seed: u64) -> GreyImage {
     let markers: Vec<_> =
         (0..params.columns * params.rows / 2).map(|id| params.marker_cells(id).unwrap()).collect();
@@ -73,7 +74,7 @@ fn drawn(params: &CharucoParams, pixel_from_board: &Matrix3<f64>, seed: u64) -> 
     GreyImage::new(WIDTH_PX, HEIGHT_PX, Pixels::Eight(pixels)).unwrap()
 }
 
-/// Squares of 66 px, turned by `turn_rad` and slightly tilted, corner (0, 0) of the board at (`u_px`, `v_px`).
+/// Squares of 66 px, rotated by `turn_rad` and slightly tilted, with corner (0, 0) of the board at (`u_px`, `v_px`).
 fn view(turn_rad: f64, u_px: f64, v_px: f64) -> Matrix3<f64> {
     let (sin, cos) = turn_rad.sin_cos();
     Matrix3::new(66.0 * cos, -66.0 * sin, u_px, 66.0 * sin, 66.0 * cos, v_px, 0.004, -0.006, 1.0)
@@ -106,7 +107,7 @@ fn a_whole_board_gives_all_its_corners() {
 }
 
 #[test]
-fn a_board_that_reaches_out_of_the_picture_gives_the_corners_in_sight() {
+fn a_board_partly_outside_the_picture_gives_its_visible_corners() {
     let n = check("partial", &view(0.2, 620.0, 200.0));
     assert!((20..50).contains(&n), "{n}");
 }

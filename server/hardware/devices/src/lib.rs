@@ -1,11 +1,13 @@
-//! Camera, stage and laser: the traits a station is built from, the drivers, and the suite that every driver passes.
+//! Camera, stage and laser: the traits a station is built from, the drivers, and the contract suite that every driver
+//! passes.
 //!
-//! The rules all drivers keep (`contract` tests them):
-//! - Moves are started and polled, never waited for, so that `stop` is always within reach. No call takes longer
-//!   than [`CALL_LIMIT`], except [`Camera::next_frame`], which takes at most the time it is given.
-//! - Setters return what the device accepted. What a device cannot do is a value in its capabilities.
-//! - A position or a stream that cannot be trusted is said to be unknown; the device comes back ready, never active.
-//! - A laser is a lease: it goes dark by itself when nobody renews it.
+//! The rules of all drivers (tested by `contract`):
+//! - Moves are started and polled, never waited for, so that `stop` is always possible. No call takes longer   than
+//!   [`CALL_LIMIT`], except [`Camera::next_frame`], which takes at most the given time.
+//! - Setters return what the device accepted. Missing features are values in its capabilities.
+//! - A position or a stream that cannot be trusted is reported as unknown; after a fault the device comes back ready,
+//!   never active.
+//! - A laser is leased: it goes off unless the lease is renewed.
 
 #[cfg(test)]
 mod campaign;
@@ -35,8 +37,8 @@ pub use traits::stop_handle::StopHandle;
 
 use std::time::Duration;
 
-/// Longest time a driver may keep its caller: a stop waits behind at most one call.
+/// Longest time a driver may block its caller: a stop waits for at most one call.
 pub const CALL_LIMIT: Duration = Duration::from_millis(20);
 
-/// Longest lease a laser grants; what is asked beyond it is cut to it. Light without a living owner ends in a second.
+/// Longest lease of a laser; longer requests are cut to it. Light without a living owner ends within a second.
 pub const LASER_LEASE_LIMIT: Duration = Duration::from_secs(1);

@@ -1,11 +1,12 @@
 //! The clock of a thread: the computer's, or a simulated one in which waiting takes no time.
 //!
-//! A simulated clock belongs to a test ([`simulate`]) and to the threads that are started under it by [`spawn`]. One of
-//! them runs at a time; when it waits, the clock goes on to the moment that any of them waits for next. A test of
-//! seconds is over when it is computed, its order does not depend on the load of the computer, and what it runs is the
-//! product with its own time-outs. It does not show how late a computer makes threads: a few tests stay in real time.
+//! A simulated clock belongs to a test ([`simulate`]) and to the threads started under it by [`spawn`]. One of them
+//! runs at a time; when it waits, the clock advances to the next moment that any of them waits for. A test of seconds
+//! takes only its computing time, its order does not depend on the load of the computer, and it tests the product with
+//! its own timeouts. It does not test scheduling latency: a few tests stay in real time.
 //!
-//! Under a simulated clock a thread must wait by this module alone: one that blocks otherwise stops the clock for all.
+//! Under a simulated clock a thread must wait through this module alone: one that blocks otherwise stops the clock for
+//! all.
 
 use parking_lot::{Condvar, Mutex, MutexGuard};
 use std::cell::RefCell;
@@ -15,10 +16,10 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-/// Under a simulated clock, how often a thread looks for what it waits for.
+/// Under a simulated clock, polling interval of a waiting thread.
 const LOOK: Duration = Duration::from_millis(1);
 
-/// Under a simulated clock: a thread that waits for what is there already lets the others run for so long.
+/// Under a simulated clock: how long a thread lets the others run if its condition is already met.
 const TURN: Duration = Duration::from_micros(1);
 
 thread_local! {
@@ -32,10 +33,10 @@ struct Simulation {
 
 struct State {
     now: Instant,
-    /// Who waits: until when, in the order of coming, and what wakes it.
+    /// Waiting threads: until when, in the order of arrival, and how to wake them.
     waiting: BTreeMap<(Instant, u64), Arc<Condvar>>,
     n_waits: u64,
-    /// Threads that do not wait.
+    /// Number of threads that are not waiting.
     n_running: usize,
 }
 
@@ -44,7 +45,7 @@ impl Simulation {
         self.state.lock()
     }
 
-    /// Waits its turn at `until`; the caller counts as running before and after.
+    /// Waits for its turn at `until`; the caller counts as running before and after.
     fn wait(&self, until: impl FnOnce(&State) -> Instant, was_running: bool) {
         let woken = Arc::new(Condvar::new());
         let mut state = self.lock();
@@ -61,7 +62,7 @@ impl Simulation {
 }
 
 impl State {
-    /// A thread runs no more; where none does, the next one is woken.
+    /// A thread stops running; if none is left, the next one is woken.
     fn yield_turn(&mut self) {
         self.n_running -= 1;
         if self.n_running == 0
@@ -74,7 +75,7 @@ impl State {
     }
 }
 
-/// A thread under a simulated clock; it leaves it when this is dropped, also in a panic.
+/// Membership of a thread in a simulated clock; ends when dropped, also in a panic.
 #[derive(Debug)]
 pub struct Membership {
     has_left: Arc<AtomicBool>,
@@ -97,7 +98,7 @@ pub struct Thread<T> {
 }
 
 impl<T> Thread<T> {
-    /// Whether it has nothing more to do.
+    /// Whether it has ended.
     pub fn is_finished(&self) -> bool {
         self.has_left.load(Ordering::SeqCst) || self.thread.is_finished()
     }
@@ -105,7 +106,7 @@ impl<T> Thread<T> {
     /// Waits for its end.
     ///
     /// # Errors
-    /// What it panicked with.
+    /// Its panic payload.
     pub fn join(self) -> std::thread::Result<T> {
         while is_simulated() && !self.is_finished() {
             sleep(LOOK);
@@ -118,8 +119,8 @@ fn clock() -> Option<Arc<Simulation>> {
     CLOCK.with_borrow(Clone::clone)
 }
 
-/// Lets this thread, and all that it starts, live by a simulated clock for as long as the answer is kept; none if it does
-/// so already.
+/// Puts this thread, and all that it starts, under a simulated clock while the returned value is kept; `None` if it
+/// already is.
 pub fn simulate() -> Option<Membership> {
     if is_simulated() {
         return None;
@@ -129,28 +130,28 @@ pub fn simulate() -> Option<Membership> {
     Some(Membership { has_left: Arc::default() })
 }
 
-/// Lets `act` and all threads it starts live by a simulated clock.
+/// Runs `act` and all threads it starts under a simulated clock.
 pub fn simulated<T>(act: impl FnOnce() -> T) -> T {
     let _membership = simulate();
     act()
 }
 
-/// Whether this thread lives by a simulated clock.
+/// Whether this thread is under a simulated clock.
 pub fn is_simulated() -> bool {
     CLOCK.with_borrow(Option::is_some)
 }
 
-/// The present, by this thread's clock.
+/// The current time, by this thread's clock.
 pub fn now() -> Instant {
     CLOCK.with_borrow(|clock| clock.as_ref().map_or_else(Instant::now, |clock| clock.lock().now))
 }
 
-/// How long ago it was, by this thread's clock.
+/// Time since `at`, by this thread's clock.
 pub fn since(at: Instant) -> Duration {
     now().saturating_duration_since(at)
 }
 
-/// Waits for so long.
+/// Sleeps for this duration.
 pub fn sleep(duration: Duration) {
     match clock() {
         Some(clock) => clock.wait(|state| state.now + duration.max(TURN), true),
@@ -158,10 +159,10 @@ pub fn sleep(duration: Duration) {
     }
 }
 
-/// Starts a thread that lives by the clock of this one.
+/// Starts a thread with the clock of this one.
 ///
 /// # Errors
-/// If the operating system has no thread left.
+/// If the operating system cannot create a thread.
 pub fn spawn<T: Send + 'static>(
     name: &str,
     act: impl FnOnce() -> T + Send + 'static,
@@ -170,7 +171,7 @@ pub fn spawn<T: Send + 'static>(
     let has_left = Arc::new(AtomicBool::new(false));
     let Some(clock) = clock() else { return Ok(Thread { thread: builder.spawn(act)?, has_left }) };
     let membership = Membership { has_left: Arc::clone(&has_left) };
-    // It waits for its turn from the start, so that the clock does not go on without it.
+    // It waits for its turn from the start, so that the clock does not advance without it.
     let (has_begun, begun) = std::sync::mpsc::channel();
     let at_once = move |state: &State| {
         has_begun.send(()).ok();
@@ -186,7 +187,7 @@ pub fn spawn<T: Send + 'static>(
     Ok(Thread { thread, has_left })
 }
 
-/// Looks every millisecond until `seen` gives something, for `limit` at most.
+/// Polls every millisecond until `seen` returns a value, for `limit` at most.
 pub fn look_for<T>(limit: Duration, mut seen: impl FnMut() -> Option<T>) -> Option<T> {
     let until = now() + limit;
     loop {
@@ -206,29 +207,29 @@ mod tests {
     use super::*;
 
     #[test]
-    fn an_hour_of_waiting_takes_no_time_and_threads_come_in_the_order_of_their_moments() {
+    fn an_hour_of_waiting_takes_no_time_and_threads_wake_in_order_of_their_deadlines() {
         let real = Instant::now();
         simulated(|| {
-            let (begun_at, (told, tells)) = (now(), channel());
+            let (begun_at, (sender, receiver)) = (now(), channel());
             let wait_s = |s: u64| {
-                let told = told.clone();
+                let sender = sender.clone();
                 let waiting = move || {
                     sleep(Duration::from_secs(s));
-                    told.send((s, since(begun_at).as_secs())).unwrap();
+                    sender.send((s, since(begun_at).as_secs())).unwrap();
                 };
                 spawn("waiting", waiting).unwrap()
             };
             let threads = [3600, 2, 60].map(wait_s);
             sleep(Duration::from_secs(59));
-            assert_eq!(tells.try_iter().collect::<Vec<_>>(), [(2, 2)]);
+            assert_eq!(receiver.try_iter().collect::<Vec<_>>(), [(2, 2)]);
             threads.into_iter().for_each(|thread| thread.join().unwrap());
-            assert_eq!(tells.try_iter().collect::<Vec<_>>(), [(60, 60), (3600, 3600)]);
+            assert_eq!(receiver.try_iter().collect::<Vec<_>>(), [(60, 60), (3600, 3600)]);
         });
         assert!(real.elapsed() < Duration::from_secs(60) && !is_simulated());
     }
 
     #[test]
-    fn the_clock_stands_while_a_thread_computes_and_outlives_one_that_panics() {
+    fn the_clock_stops_while_a_thread_computes_and_survives_one_that_panics() {
         simulated(|| {
             let before = now();
             let thread = spawn("panicking", || panic!("as it is meant to")).unwrap();

@@ -1,4 +1,4 @@
-//! The camera as a station holds it.
+//! The camera of a station.
 
 use parking_lot::Mutex;
 use std::sync::Arc;
@@ -24,19 +24,19 @@ use crate::running::Running;
 use crate::settings::GenicamSettings;
 use crate::shared::Shared;
 
-/// Pause between questions to a camera that is silent or idle: with three lost answers it is named gone within a second.
+/// Interval of probes to a silent or idle camera: with three lost answers it is reported gone within a second.
 const PROBE_PERIOD: Duration = Duration::from_millis(300);
 
-/// How long a camera that went away is looked for after a reconnection was asked for.
+/// How long a lost camera is searched for after a reconnection was requested.
 const RECONNECT_LIMIT: Duration = Duration::from_secs(30);
 
-/// Pause between two tries to open it again.
+/// Pause between two attempts to reopen it.
 const RECONNECT_PAUSE: Duration = Duration::from_millis(100);
 
-/// Pause between readings of the temperature.
+/// Interval of temperature readings.
 const TEMPERATURE_PERIOD: Duration = Duration::from_secs(5);
 
-/// A GigE Vision or USB3 Vision camera. Its calls take as long as the camera: a station holds it as
+/// A GigE Vision or USB3 Vision camera. Its calls take as long as the camera: a station uses it through
 /// [`devices::ThreadedCamera`].
 pub struct GenicamCamera {
     config: GenicamSettings,
@@ -47,7 +47,7 @@ pub struct GenicamCamera {
     running: Option<Running>,
     last_id: Option<u64>,
     gone: Option<String>,
-    /// Tells that the camera which went away is closed.
+    /// Set when the lost camera is closed.
     closed: Arc<AtomicBool>,
     reconnecting: Option<Receiver<OpenedCamera>>,
     probed_at: Instant,
@@ -55,7 +55,7 @@ pub struct GenicamCamera {
 }
 
 impl GenicamCamera {
-    /// Opens the camera that the settings name.
+    /// Opens the configured camera.
     ///
     /// # Errors
     /// [`OpenError`].
@@ -65,7 +65,7 @@ impl GenicamCamera {
         let settings = opened.settings(Trigger::Free).map_err(|error| {
             let serial = &config.serial;
             OpenError::Settings {
-                what: format!("the camera with serial number `{serial}` does not say how it is set: {error}"),
+                what: format!("the camera with serial number `{serial}` does not report its settings: {error}"),
                 remedy: "restart the camera".to_owned(),
             }
         })?;
@@ -120,7 +120,7 @@ impl GenicamCamera {
         self.probed_at = Instant::now();
     }
 
-    /// Does something with the opened camera; an error of one that does not answer any more is that it is gone.
+    /// Calls a function with the open camera; if the camera does not answer, the error is that it is gone.
     fn with_opened<T>(
         &mut self,
         setting: &'static str,
@@ -138,7 +138,7 @@ impl GenicamCamera {
         }
     }
 
-    /// Asks whether it is still there and ours.
+    /// Checks that it is connected and still controlled by this program.
     fn probe(&mut self) -> Result<(), CameraError> {
         let (is_gige, address) = {
             let opened = self.shared.opened.lock();
@@ -149,17 +149,17 @@ impl GenicamCamera {
             match gvcp::control(&address) {
                 Some(Control::Held(_)) => None,
                 Some(Control::Free) => Some("it has forgotten this program: it restarted, or its link was cut"),
-                None => Some("it does not answer any more"),
+                None => Some("it no longer answers"),
             }
         } else {
             let answers = self.shared.opened.lock().as_ref().is_some_and(|opened| opened.device.answers());
-            (!answers).then_some("it does not answer any more")
+            (!answers).then_some("it no longer answers")
         };
         self.probed_at = Instant::now();
         trouble.map_or(Ok(()), |trouble| Err(self.lose(format!("{trouble} ({address})"))))
     }
 
-    /// Lets go of a camera that is gone; closing it takes seconds, which nobody waits for.
+    /// Drops a lost camera; closing it takes seconds, and is not waited for.
     fn lose(&mut self, reason: String) -> CameraError {
         self.close();
         self.gone = Some(reason.clone());
@@ -175,17 +175,18 @@ impl GenicamCamera {
             drop(opened);
             closed.store(true, Ordering::Release);
         };
-        // Without a thread the closure is dropped here, and with it the camera; nobody reconnects before it says so.
+        // If the thread cannot be created, the closure and the camera are dropped here; a reconnection waits until it
+        // is closed.
         if thread::Builder::new().name("genicam-close".to_owned()).spawn(close).is_err() {
             self.closed.store(true, Ordering::Release);
         }
     }
 
-    /// Asks a camera from which nothing came for longer than is normal.
+    /// Probes a camera that has been silent for longer than normal.
     fn watch(&mut self) -> Result<(), CameraError> {
         let normal = self.running.as_ref().map_or(Duration::ZERO, Running::normal_silence);
-        let heard_at = self.running.as_ref().map_or(self.probed_at, |running| running.heard_at);
-        let silent = heard_at.elapsed() > normal.max(PROBE_PERIOD);
+        let received_at = self.running.as_ref().map_or(self.probed_at, |running| running.received_at);
+        let silent = received_at.elapsed() > normal.max(PROBE_PERIOD);
         if silent && self.probed_at.elapsed() > PROBE_PERIOD { self.probe() } else { Ok(()) }
     }
 
@@ -194,7 +195,7 @@ impl GenicamCamera {
             return;
         }
         self.temperature_at = Some(Instant::now());
-        // Who reads features has the camera now: the next time is soon enough.
+        // A reader of features has the camera now: the next time is soon enough.
         let Some(opened) = self.shared.opened.try_lock() else { return };
         let device = opened.as_ref().map(|opened| &opened.device);
         let read = |device: &crate::aravis::Device| device.number(device.first(&names::TEMPERATURE)?).ok();
@@ -210,7 +211,7 @@ impl GenicamCamera {
     }
 }
 
-/// How the link begins.
+/// Initial state of the link.
 fn link_of(opened: &OpenedCamera) -> CameraLink {
     CameraLink {
         address: opened.listed.address.clone(),
@@ -220,7 +221,7 @@ fn link_of(opened: &OpenedCamera) -> CameraLink {
     }
 }
 
-/// A request for everything.
+/// A request of all settings.
 fn everything(settings: &CameraSettings, able: &CameraCapabilities) -> CameraRequest {
     CameraRequest {
         exposure_us: able.exposure_us.map(|_| settings.exposure_us),
@@ -261,7 +262,7 @@ impl Camera for GenicamCamera {
         }
         let (sensor_px, config) = (self.capabilities.sensor_px, self.config.clone());
         let trigger = wanted.trigger.unwrap_or(now.trigger);
-        // What is so already is not set: each setting is a way to the camera and back, or several.
+        // Unchanged settings are skipped: each takes one or several round trips to the camera.
         let changed = CameraRequest {
             trigger: wanted.trigger.filter(|trigger| *trigger != now.trigger),
             roi: wanted.roi.filter(|roi| *roi != now.roi),
@@ -322,7 +323,7 @@ impl Camera for GenicamCamera {
             thread::sleep(timeout);
             return Ok(None);
         };
-        // What is counted is shown after the wait, during which nobody is to wait for the counts.
+        // The counters are stored after the wait, during which readers must not be blocked.
         let mut link = self.shared.link.lock().clone();
         let taken = running.next_frame(image, timeout, &mut link);
         {
@@ -343,14 +344,14 @@ impl Camera for GenicamCamera {
         self.stop_running()
     }
 
-    /// Closes the camera and looks for it until it answers; set as it was, and with every feature set by name.
+    /// Closes the camera and searches for it until it answers; restores its settings and every feature set by name.
     fn reconnect(&mut self) -> Result<(), CameraError> {
         if self.reconnecting.is_some() {
             return Ok(());
         }
         let known = self.shared.opened.lock().as_ref().map(|opened| opened.listed.clone());
         self.close();
-        self.gone = Some("it is being reached again".to_owned());
+        self.gone = Some("it is being reconnected".to_owned());
         let (sender, receiver) = sync_channel(1);
         let (config, closed, shared) = (self.config.clone(), self.closed.clone(), self.shared.clone());
         let wanted = everything(&self.settings, &self.capabilities);
@@ -362,7 +363,7 @@ impl Camera for GenicamCamera {
                     && let Ok(opened) = OpenedCamera::open(&config, known.as_ref())
                 {
                     for (name, value) in shared.set_by_name.lock().iter() {
-                        // One that is refused now is shown as it is.
+                        // One that is refused now is shown with its current value.
                         let _ = opened.device.set_feature(name, value);
                     }
                     if opened.set(&wanted, sensor_px, &config).is_ok() {
@@ -381,7 +382,7 @@ impl Camera for GenicamCamera {
 }
 
 impl Drop for GenicamCamera {
-    /// Closes it before the program may end, so that nobody finds it in use; one that does not answer is left to itself.
+    /// Closes it before the program may end, so that it is not left in use; one that does not answer is abandoned.
     fn drop(&mut self) {
         if self.probe().is_ok() {
             drop(self.running.take());

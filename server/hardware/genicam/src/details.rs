@@ -7,7 +7,7 @@ use devices::features::{CameraDetails, CameraLink, Feature, FeatureError};
 use crate::opened::OpenedCamera;
 use crate::shared::Shared;
 
-/// Features and link of a camera, whoever holds it.
+/// Features and link of a camera, independent of its owner.
 pub struct Details(pub Arc<Shared>);
 
 impl Details {
@@ -20,7 +20,7 @@ impl Details {
 }
 
 impl CameraDetails for Details {
-    /// The camera is locked for one feature at a time: whoever takes its frames waits no longer.
+    /// The camera is locked for one feature at a time, so that the reader of its frames is not blocked for longer.
     fn features(&self) -> Result<Vec<Feature>, FeatureError> {
         let names = self.with_opened(|opened| opened.device.feature_names())?;
         let mut features = Vec::with_capacity(names.len());

@@ -1,10 +1,10 @@
-//! The driver's row.
+//! The driver's entry in the table.
 
 use devices::driver::{DeviceSet, Driver, Found, MissingSetting, OpenError, Opened};
 
 use crate::settings::GenicamSettings;
 
-/// Makes the camera that the settings name.
+/// Creates the configured camera.
 #[derive(Debug, Clone)]
 pub struct GenicamDriver(pub GenicamSettings);
 
@@ -52,7 +52,7 @@ impl Driver for GenicamDriver {
         })
     }
 
-    /// Cameras that answer, with who has them.
+    /// Cameras that answer, with their users.
     #[cfg(feature = "aravis")]
     fn discover(&self) -> Vec<Found> {
         use crate::gvcp::{Control, PROTOCOL, control};

@@ -1,5 +1,5 @@
-//! Two questions to a GigE Vision camera that the library does not ask: whether it is still there, answered in
-//! milliseconds instead of seconds, and who controls it, answered also to those who do not.
+//! Two queries to a GigE Vision camera that the library does not make: whether it is connected, answered in
+//! milliseconds instead of seconds, and who controls it, answered also to programs without control.
 //!
 //! Read-register command of the GigE Vision Control Protocol (GVCP, port 3956): key 0x42, flags 0x01, command 0x0080,
 //! length 4, request id, address; the acknowledgement is status, 0x0081, length 4, the same id, value; big-endian.
@@ -7,40 +7,40 @@
 use std::net::{IpAddr, Ipv4Addr, UdpSocket};
 use std::time::{Duration, Instant};
 
-/// Where cameras listen.
+/// Port of the control protocol.
 const PORT: u16 = 3956;
 
-/// Control channel privilege: bits 0 and 1 are set while a program has the camera.
+/// Control channel privilege: bits 0 and 1 are set while a program controls the camera.
 const PRIVILEGE: u32 = 0x0A00;
 
-/// Address of the program that has it; 0 on cameras that do not tell.
+/// Address of the controlling program; 0 on cameras that do not report it.
 const CONTROLLER_ADDRESS: u32 = 0x0A14;
 
-/// How long one answer is waited for; cameras answer within a few milliseconds.
+/// Timeout of one answer; cameras answer within a few milliseconds.
 const ANSWER: Duration = Duration::from_millis(120);
 
-/// Questions before a camera is said to be silent: a datagram may be lost.
+/// Queries before a camera counts as silent: a datagram may be lost.
 const TRIES: u16 = 3;
 
-/// Who has a camera.
+/// Who controls a camera.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Control {
     /// Nobody.
     Free,
-    /// A program at this address, if the camera tells.
+    /// A program at this address, if the camera reports it.
     Held(Option<Ipv4Addr>),
 }
 
-/// What the library calls the protocol of these cameras.
+/// Name of the protocol of these cameras in the library.
 pub const PROTOCOL: &str = "GigEVision";
 
-/// Asks who has the camera at `address`; `None` if it does not answer, or the address is none.
+/// Queries who controls the camera at `address`; `None` if it does not answer, or the address is invalid.
 pub fn control(address: &str) -> Option<Control> {
     let address: IpAddr = address.parse().ok()?;
     let socket = UdpSocket::bind((Ipv4Addr::UNSPECIFIED, 0)).ok()?;
     socket.connect((address, PORT)).ok()?;
     match read(&socket, PRIVILEGE, 1)? {
-        // A camera that lets nobody else read is held.
+        // A camera that refuses reading is controlled by another program.
         Err(_refused) => Some(Control::Held(None)),
         Ok(bits) if bits & 0b11 == 0 => Some(Control::Free),
         Ok(_) => {
@@ -50,13 +50,13 @@ pub fn control(address: &str) -> Option<Control> {
     }
 }
 
-/// Reads a register; an acknowledgement with an error is its status.
+/// Reads a register; the inner error is the status of the acknowledgement.
 fn read(socket: &UdpSocket, register: u32, first_id: u16) -> Option<Result<u32, u16>> {
     for id in first_id..first_id + TRIES {
         let mut question = [0x42, 0x01, 0x00, 0x80, 0x00, 0x04, 0, 0, 0, 0, 0, 0];
         question[6..8].copy_from_slice(&id.to_be_bytes());
         question[8..].copy_from_slice(&register.to_be_bytes());
-        // Nobody listening shows as an error of the next call; it may listen again at the next try.
+        // If nothing listens, the next call returns an error; it may listen again at the next attempt.
         let _ = socket.send(&question);
         let deadline = Instant::now() + ANSWER;
         while let Some(left) = deadline.checked_duration_since(Instant::now()).filter(|left| !left.is_zero()) {
@@ -68,7 +68,8 @@ fn read(socket: &UdpSocket, register: u32, first_id: u16) -> Option<Result<u32, 
                         return Some(value);
                     }
                 }
-                // Refused at once: the time is waited for all the same, so that the tries span a restart of the link.
+                // Refused at once: the timeout is waited for all the same, so that the attempts span a restart of the
+                // link.
                 Err(error) if error.kind() == std::io::ErrorKind::ConnectionRefused => {
                     std::thread::sleep(left);
                 }
@@ -79,7 +80,7 @@ fn read(socket: &UdpSocket, register: u32, first_id: u16) -> Option<Result<u32, 
     None
 }
 
-/// What an acknowledgement of one of `ids` says.
+/// The content of an acknowledgement of one of `ids`.
 fn value_of(answer: &[u8], ids: std::ops::RangeInclusive<u16>) -> Option<Result<u32, u16>> {
     let word = |at: usize| Some(u16::from_be_bytes(answer.get(at..at + 2)?.try_into().ok()?));
     let (status, command, id) = (word(0)?, word(2)?, word(6)?);
@@ -97,7 +98,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn answers_to_other_questions_and_errors_are_told_apart() {
+    fn answers_to_other_requests_and_errors_are_distinguished() {
         let answer = [0, 0, 0, 0x81, 0, 4, 0, 7, 0, 0, 0, 2];
         assert_eq!(value_of(&answer, 7..=7), Some(Ok(2)));
         assert_eq!(value_of(&answer, 8..=9), None, "another question's");

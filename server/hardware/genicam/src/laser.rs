@@ -1,9 +1,9 @@
 //! A laser on an output line of the camera.
 //!
-//! Lit, the line shows a signal of the camera: its exposures (`ExposureActive`), so that the laser shines while the sensor
-//! collects light and at no other time, or an output that is set by hand (`UserOutput1`). Dark, it shows `Off`, or an output
-//! at rest. A thread of its own writes to the camera, keeps the lease, and reads back: what the line shows though nobody
-//! wanted it, as after the camera restarted, is set dark.
+//! On, the line outputs a signal of the camera: its exposures (`ExposureActive`), so that the laser is on only while
+//! the sensor is exposed, or a user output (`UserOutput1`). Off, it outputs `Off`, or an inactive user output. A
+//! separate thread writes to the camera, handles the lease, and reads back: a signal that was not requested, as after a
+//! restart of the camera, is turned off.
 
 use std::sync::Arc;
 use std::thread;
@@ -19,10 +19,10 @@ use crate::shared::Shared;
 /// How long a caller waits for the camera, a part of [`devices::CALL_LIMIT`].
 const ANSWER_WAIT: Duration = Duration::from_millis(15);
 
-/// How often the line is read back.
+/// Interval at which the line is read back.
 const LOOK: Duration = Duration::from_millis(200);
 
-/// See the module. Dropping it darkens it.
+/// See the module. Dropping it turns it off.
 pub struct GenicamLaser {
     identity: DeviceIdentity,
     line: Arc<Line>,
@@ -38,9 +38,9 @@ struct Line {
 #[derive(Default)]
 struct Desk {
     lit_until: Option<Instant>,
-    /// What the camera took last; `None`: not known.
+    /// The state last accepted by the camera; `None` if unknown.
     shows: Option<bool>,
-    /// Why the camera did not take it; stands until it was reconnected.
+    /// Why the camera did not accept it; persists until a reconnection.
     fault: Option<String>,
     is_closed: bool,
     has_ended: bool,
@@ -61,7 +61,7 @@ impl Desk {
 }
 
 impl GenicamLaser {
-    /// The laser on the line that the settings name, of the camera that was opened.
+    /// The laser on the configured line of the open camera.
     pub(crate) fn over(settings: &GenicamSettings, shared: Arc<Shared>, camera: &DeviceIdentity) -> Self {
         let model = format!("{} of {}", settings.laser_line, camera.model);
         let identity = DeviceIdentity { model, ..camera.clone() };
@@ -81,7 +81,7 @@ impl Line {
         self.desk.lock()
     }
 
-    /// Changes what is wanted, and waits for the camera as long as a call may.
+    /// Changes the requested state, and waits for the camera as long as a call may.
     fn want(&self, change: impl FnOnce(&mut Desk)) -> Result<LaserState, LaserError> {
         let mut desk = self.desk();
         change(&mut desk);
@@ -91,7 +91,7 @@ impl Line {
         desk.state()
     }
 
-    /// The thread: lets the line show what is wanted, until the laser is closed and dark.
+    /// The thread: sets the line as requested, until the laser is closed and off.
     fn run(&self) {
         let mut desk = self.desk();
         loop {
@@ -180,7 +180,8 @@ impl Laser for GenicamLaser {
         self.line.desk().state()
     }
 
-    /// The camera's own reconnection brings the line back; here its fault is acknowledged, and found again if it stands.
+    /// The camera's own reconnection restores the line; here its fault is acknowledged, and detected again if it
+    /// persists.
     fn reconnect(&mut self) -> Result<(), LaserError> {
         let mut desk = self.line.desk();
         (desk.fault, desk.lit_until, desk.shows) = (None, None, None);
@@ -194,7 +195,7 @@ impl Drop for GenicamLaser {
         let mut desk = self.line.desk();
         desk.is_closed = true;
         self.line.changed.notify_all();
-        // Longer than a call may take: this is the last chance.
+        // Longer than a call may take: this is the last opportunity.
         self.line.changed.wait_while_for(&mut desk, |desk| !desk.has_ended, 20 * ANSWER_WAIT);
     }
 }

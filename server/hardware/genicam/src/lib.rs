@@ -1,8 +1,8 @@
 //! GigE Vision and USB3 Vision cameras.
 //!
-//! [`GenicamDriver`] is the row of the driver table; it finds cameras and opens one by its serial number. Everything that
-//! talks to a camera stands on the C library aravis and is compiled with the feature `aravis`; what is calculated (pixels,
-//! clocks, counts) is plain Rust and always there. Only `aravis/` holds unsafe code.
+//! [`GenicamDriver`] is the entry of the driver table; it discovers cameras and opens one by its serial number.
+//! Everything that communicates with a camera uses the C library aravis and is compiled with the feature `aravis`;
+//! computations (pixels, clocks, counts) are plain Rust and always available. Only `aravis/` contains unsafe code.
 
 pub mod driver;
 pub mod settings;

@@ -1,36 +1,36 @@
-//! Pixels as GenICam cameras send them, made into grey images in one pass.
+//! Conversion of the pixels of GenICam cameras to grey images in one pass.
 //!
-//! Formats and their numbers: Pixel Format Naming Convention (PFNC 2.4). Deeper pixels are shifted to the top of 16 bits.
-//! Of a Bayer sensor the green pixels are taken, every second one; the others are the mean of their green neighbours:
-//! red and blue light do not count, and the resolution is that of the green pixels.
+//! Formats and their codes: Pixel Format Naming Convention (PFNC 2.4). Deeper pixels are shifted to the most
+//! significant bits of 16. For a Bayer sensor the green pixels, every second one, are used; the others are the mean of
+//! their green neighbours: red and blue light is ignored, and the resolution is that of the green pixels.
 
 use vision::GreyImage;
 
-/// How pixels lie in bytes.
+/// Memory layout of pixels.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Packing {
-    /// A byte each.
+    /// One byte each.
     Eight,
-    /// Two bytes each, little end first, of which so many bits are used.
+    /// Two bytes each, little endian, with so many bits used.
     Sixteen(u32),
-    /// A row of bits, lowest first: `Mono10p`, `Mono12p`.
+    /// A bit stream, least significant first: `Mono10p`, `Mono12p`.
     Bits(u32),
-    /// Two pixels in three bytes, lowest bits in the middle: GigE Vision's `Mono10Packed`, `Mono12Packed`.
+    /// Two pixels in three bytes, least significant bits in the middle: GigE Vision's `Mono10Packed`, `Mono12Packed`.
     Packed(u32),
 }
 
-/// Which pixels of a sensor are green.
+/// Positions of the green pixels.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Green {
-    /// It has no colours.
+    /// A monochrome sensor.
     All,
-    /// Those of even column plus row: GR, GB.
+    /// Even column plus row: GR, GB.
     Even,
-    /// Those of odd column plus row: RG, BG.
+    /// Odd column plus row: RG, BG.
     Odd,
 }
 
-/// A format that is understood.
+/// A supported pixel format.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct SourceFormat {
     /// Its name in the standard.
@@ -44,7 +44,7 @@ const fn row(name: &'static str, code: u32, packing: Packing, green: Green) -> S
     SourceFormat { name, code, packing, green }
 }
 
-/// Every format that is understood; of several that serve, the one that stands first is taken.
+/// All supported formats, in order of preference.
 const FORMATS: [SourceFormat; 36] = {
     use Green::{All, Even, Odd};
     use Packing::{Bits, Eight, Packed, Sixteen};
@@ -88,19 +88,20 @@ const FORMATS: [SourceFormat; 36] = {
     ]
 };
 
-/// Why bytes are no picture.
+/// The bytes are not a picture.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct NoPicture;
 
 impl SourceFormat {
-    /// The format of that number, if it is understood.
+    /// The format with that code, if it is supported.
     pub fn of_code(code: u32) -> Option<Self> {
         FORMATS.into_iter().find(|format| format.code == code)
     }
 
-    /// Of the formats a camera offers, the best with 8 bits, or with more.
+    /// The best format among those offered by a camera, with 8 bits or with more.
     ///
-    /// `preferred` is taken if it is offered and of the depth; else grey before Bayer, more bits before fewer.
+    /// `preferred` is used if it is offered and has the depth; otherwise monochrome before Bayer, more bits before
+    /// fewer.
     pub fn choose<'o>(offered: &'o [String], deep: bool, preferred: &str) -> Option<(Self, &'o str)> {
         let serves = |format: &SourceFormat| (format.packing != Packing::Eight) == deep;
         let offered_name = |format: SourceFormat| {
@@ -116,7 +117,7 @@ impl SourceFormat {
         self.packing != Packing::Eight
     }
 
-    /// What it is and what is made of it, in words.
+    /// Description of the format and its conversion.
     pub fn words(&self) -> String {
         match self.green {
             Green::All => self.name.to_owned(),
@@ -124,8 +125,8 @@ impl SourceFormat {
         }
     }
 
-    /// Writes `width` × `height` pixels into `image`, whose memory is used again; every row is followed by
-    /// `padding_bytes` that are no pixels.
+    /// Writes `width` × `height` pixels into `image`, whose memory is reused; every row is followed by
+    /// `padding_bytes`.
     ///
     /// # Errors
     /// [`NoPicture`] if there are fewer bytes than pixels need, or no pixels.
@@ -136,7 +137,7 @@ impl SourceFormat {
         padding_bytes: usize,
         image: &mut GreyImage,
     ) -> Result<(), NoPicture> {
-        // Without padding rows follow each other within a byte.
+        // Without padding, rows follow each other within a byte.
         let (n_rows, row_px) = if padding_bytes == 0 { (1, width * height) } else { (height, width) };
         let row_bytes = self.bytes_of(row_px) + padding_bytes;
         if width == 0 || height == 0 || bytes.len() + padding_bytes < n_rows * row_bytes {
@@ -176,7 +177,7 @@ impl SourceFormat {
         }
     }
 
-    /// Gives the other pixels of a Bayer sensor the mean of their green neighbours, of which each has two to four.
+    /// Sets the other pixels of a Bayer sensor to the mean of their two to four green neighbours.
     fn interpolate<T: Copy + Into<u32>>(&self, pixels: &mut [T], width: usize, mean: impl Fn(u32, u32) -> T) {
         let odd = match self.green {
             Green::All => return,
@@ -204,7 +205,7 @@ impl SourceFormat {
     }
 }
 
-/// Pixels in a row of bits, lowest first.
+/// Pixels in a bit stream, least significant bit first.
 fn unpack_bits(bytes: &[u8], bits: u32, out: &mut [u16]) {
     let mask = (1_u32 << bits) - 1;
     let (mut held, mut n_held, mut bytes) = (0_u32, 0, bytes.iter());
@@ -218,7 +219,8 @@ fn unpack_bits(bytes: &[u8], bits: u32, out: &mut [u16]) {
     }
 }
 
-/// Two pixels in three bytes: the outer ones hold the highest bits, the middle one the lowest of both.
+/// Two pixels in three bytes: the outer ones hold the most significant bits, the middle one the least significant of
+/// both.
 fn unpack_packed(bytes: &[u8], bits: u32, out: &mut [u16]) {
     let low = bits - 8;
     let mask = (1_u16 << low) - 1;
@@ -299,7 +301,7 @@ mod tests {
     }
 
     #[test]
-    fn too_few_bytes_are_no_picture() {
+    fn too_few_bytes_are_not_an_image() {
         let mut image = GreyImage::new(1, 1, Pixels::Eight(vec![0])).unwrap();
         for format in FORMATS {
             let enough = format.bytes_of(12);

@@ -1,4 +1,4 @@
-//! An acquisition that runs: buffers that go round, and the account of frames and times.
+//! A running acquisition: circulating buffers, and the accounting of frames and times.
 
 use std::collections::VecDeque;
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
@@ -14,23 +14,23 @@ use crate::settings::{GenicamSettings, Timestamp};
 use crate::stamps::block_ids::BlockIds;
 use crate::stamps::clock::DeviceClock;
 
-/// Frames that the socket's buffer is asked to hold.
+/// Frames for which the socket's buffer is sized.
 const SOCKET_FRAMES: usize = 4;
 
-/// A software trigger that has brought no frame this long after its exposure, while later ones have been sent, was in
-/// vain. Shorter than a station waits for a triggered frame.
+/// Time after its exposure from which a software trigger without a frame counts as lost, if later frames have arrived.
+/// Shorter than a station waits for a triggered frame.
 const TRIGGER_ANSWER: Duration = Duration::from_millis(600);
 
-/// Longest way of a packet through this computer that is accepted; a wall clock that was set shows as more.
+/// Longest latency of a packet in this computer that is accepted; a wall clock that was set appears as more.
 const LONGEST_WAY: Duration = Duration::from_secs(1);
 
-/// Longest wait for one frame, whatever the caller would wait: a driver that is away for longer counts as one that hangs.
+/// Longest wait for one frame, even if the caller would wait longer: a driver that is away for longer counts as hung.
 const LONGEST_WAIT: Duration = Duration::from_millis(500);
 
-/// First ids beyond this belong to a camera that goes on counting from the acquisition before.
+/// First ids beyond this belong to a camera that continues the count of the previous acquisition.
 const SMALL_ID: u64 = 256;
 
-/// A started acquisition.
+/// A running acquisition.
 pub struct Running {
     stream: Stream,
     ids: BlockIds,
@@ -38,25 +38,25 @@ pub struct Running {
     format: SourceFormat,
     settings: CameraSettings,
     timestamp: Timestamp,
-    /// The last id of the acquisition before.
+    /// The last id of the previous acquisition.
     last_id_before: Option<u64>,
     last_id: Option<u64>,
     /// The camera's id of a first frame.
     first_id: u64,
-    /// Frames lost since the last one that was handed on, and how many of them arrived in part.
+    /// Frames lost since the last delivered one, and how many of them arrived incomplete.
     lost: u64,
     lost_incomplete: u64,
-    /// Frames that arrived in part since the last whole one.
+    /// Incomplete frames since the last complete one.
     incomplete: u64,
     /// Software triggers sent before the first frame.
     triggers: VecDeque<Instant>,
     last_exposed_at: Option<Instant>,
-    /// When anything came last.
-    pub heard_at: Instant,
+    /// When anything was last received.
+    pub received_at: Instant,
 }
 
 impl Running {
-    /// Makes a stream with buffers and starts the camera. `last_id_before`: see [`Running::last_id`].
+    /// Creates a stream with buffers and starts the camera. `last_id_before`: see [`Running::last_id`].
     pub fn start(
         opened: &OpenedCamera,
         settings: &GenicamSettings,
@@ -88,28 +88,28 @@ impl Running {
             incomplete: 0,
             triggers: VecDeque::new(),
             last_exposed_at: None,
-            heard_at: Instant::now(),
+            received_at: Instant::now(),
         })
     }
 
-    /// The last id that was seen.
+    /// The last id received.
     pub fn last_id(&self) -> Option<u64> {
         self.last_id.or(self.last_id_before)
     }
 
-    /// What may change while it runs: exposure, gain, rate.
+    /// Changes settings that may change while it runs: exposure, gain, rate.
     pub fn set(&mut self, settings: CameraSettings) {
         self.settings = settings;
     }
 
-    /// A software trigger was sent.
+    /// Notes that a software trigger was sent.
     pub fn triggered(&mut self, now: Instant) {
         if self.last_id.is_none() {
             self.triggers.push_back(now);
         }
     }
 
-    /// Silence that is normal: nothing need be asked before.
+    /// Duration of silence that is normal, during which no probe is needed.
     pub fn normal_silence(&self) -> Duration {
         let exposure = exposure(&self.settings);
         match self.settings.trigger {
@@ -118,7 +118,7 @@ impl Running {
         }
     }
 
-    /// Waits for the next frame that is whole and writes it into `image`; what is not whole is counted.
+    /// Waits for the next complete frame and writes it into `image`; incomplete ones are counted.
     pub fn next_frame(
         &mut self,
         image: &mut GreyImage,
@@ -129,7 +129,7 @@ impl Running {
         loop {
             let left = deadline.saturating_duration_since(Instant::now());
             let Some(buffer) = self.stream.pop(left) else { return Ok(None) };
-            self.heard_at = Instant::now();
+            self.received_at = Instant::now();
             let taken = self.take(&buffer, image, link);
             self.stream.push(buffer);
             self.count_packets(link);
@@ -150,7 +150,7 @@ impl Running {
             return Ok(None);
         }
         if status == BufferStatus::MissingPackets {
-            // Its id is not to be trusted, since that may have been in what is missing: the gap before the next whole
+            // Its id cannot be trusted, because it may have been in the missing part: the gap before the next complete
             // frame counts it.
             self.incomplete += 1;
             link.frames_incomplete += 1;
@@ -208,14 +208,14 @@ impl Running {
         unpacked.map_err(|_| wrong(sent.width_px, sent.height_px))
     }
 
-    /// Frames that were lost before the first one that is seen, as far as its id and the triggers show.
+    /// Frames lost before the first received one, as far as its id and the triggers show.
     fn lost_before_first(&self, id: u64) -> u64 {
         if self.settings.trigger == Trigger::Software {
             let limit = exposure(&self.settings) + TRIGGER_ANSWER;
             let in_vain = self.triggers.iter().take_while(|sent| sent.elapsed() > limit).count();
             return in_vain.min(self.triggers.len().saturating_sub(1)) as u64;
         }
-        // A camera that has begun its count again began with its first id.
+        // A camera that has restarted its count began with its first id.
         let began_again = self.last_id_before.is_some_and(|last| id <= last) && id <= SMALL_ID;
         if began_again { id.saturating_sub(self.first_id) } else { 0 }
     }
@@ -232,10 +232,10 @@ impl Running {
         let middle = match (stamped_at, self.timestamp) {
             (Some((at, _)), Timestamp::ExposureStart) => at + exposure / 2,
             (Some((at, _)), Timestamp::ExposureEnd) => at.checked_sub(exposure / 2).unwrap_or(at),
-            // Without a clock: a frame comes when it was exposed.
+            // Without a clock: a frame is assumed to arrive when it was exposed.
             (None, _) => received_at.checked_sub(exposure / 2).unwrap_or(received_at),
         };
-        // No frame is exposed after it came, nor before the one before it.
+        // No frame is exposed after its arrival, nor before the previous one.
         let middle = middle.min(received_at).max(self.last_exposed_at.unwrap_or(middle));
         self.last_exposed_at = Some(middle);
         (stamped_ns, middle)
@@ -253,7 +253,7 @@ fn exposure(settings: &CameraSettings) -> Duration {
     Duration::from_secs_f64((settings.exposure_us * 1e-6).clamp(0.0, 60.0))
 }
 
-/// A wall-clock time of a moment ago by the monotonic clock.
+/// Converts a recent wall-clock time to the monotonic clock.
 fn received_at(wall_ns: u64) -> Instant {
     let (now, wall_now) = (Instant::now(), SystemTime::now());
     let since = wall_now.duration_since(UNIX_EPOCH + Duration::from_nanos(wall_ns));

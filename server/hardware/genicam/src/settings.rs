@@ -56,7 +56,7 @@ pub enum TriggerEdge {
 }
 
 impl TriggerEdge {
-    /// Its name as a GenICam camera knows it.
+    /// Its GenICam name.
     pub fn name(self) -> &'static str {
         match self {
             Self::Rising => "RisingEdge",
@@ -66,7 +66,7 @@ impl TriggerEdge {
     }
 }
 
-/// What a camera's time stamp marks; its manual says.
+/// The event marked by a camera's time stamp, according to its manual.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Timestamp {
@@ -78,7 +78,7 @@ pub enum Timestamp {
 }
 
 impl Default for GenicamSettings {
-    /// Everything negotiated; the camera has to be named.
+    /// Everything negotiated; the camera must be given.
     fn default() -> Self {
         Self {
             serial: String::new(),

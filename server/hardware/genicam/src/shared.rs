@@ -1,4 +1,4 @@
-//! What the camera shares with those who read its features.
+//! State shared by the camera and the readers of its features.
 
 use parking_lot::Mutex;
 
@@ -6,12 +6,12 @@ use devices::features::CameraLink;
 
 use crate::opened::OpenedCamera;
 
-/// What the camera shares with those who read its features.
+/// State shared by the camera and the readers of its features.
 #[derive(Default)]
 pub struct Shared {
     /// `None` while it is gone.
     pub opened: Mutex<Option<OpenedCamera>>,
     pub link: Mutex<CameraLink>,
-    /// Features set by name, in their order; set again when it was away.
+    /// Features set by name, in their order; set again after a reconnection.
     pub set_by_name: Mutex<Vec<(String, String)>>,
 }

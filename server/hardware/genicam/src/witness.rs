@@ -1,5 +1,5 @@
-//! A GigE Vision camera that others wrote: `arv-fake-gv-camera-0.8` of aravis, a process that speaks the protocol on
-//! 127.0.0.1. For tests; one at a time, since the protocol has one port.
+//! A third-party GigE Vision camera for tests: `arv-fake-gv-camera-0.8` of aravis, a process that speaks the protocol
+//! on 127.0.0.1. Only one can run at a time, because the protocol has a fixed port.
 
 use std::fs::File;
 use std::path::PathBuf;
@@ -12,27 +12,27 @@ use nix::unistd::Pid;
 
 use crate::gvcp;
 
-/// The program.
+/// Name of the program.
 pub const PROGRAM: &str = "arv-fake-gv-camera-0.8";
 
-/// Where it listens.
+/// Address on which it listens.
 const ADDRESS: &str = "127.0.0.1";
 
 /// Longest wait until it listens.
 const START_LIMIT: Duration = Duration::from_secs(10);
 
-/// How a camera is to be.
+/// Options of a camera.
 #[derive(Debug, Clone, Default)]
 pub struct FakeOptions {
-    /// Its serial number.
+    /// Serial number.
     pub serial: String,
-    /// Packets lost of a thousand.
+    /// Packets lost per thousand.
     pub lost_per_thousand: u32,
-    /// Another description of its features.
+    /// Replacement of its feature description (GenICam XML).
     pub description: Option<PathBuf>,
 }
 
-/// The camera, which ends with this value; it alone has the address until then.
+/// A running camera process; it is killed on drop. It holds the address exclusively until then.
 pub struct FakeCamera {
     options: FakeOptions,
     process: Option<Child>,
@@ -46,10 +46,10 @@ impl FakeCamera {
             .is_some_and(|path| std::env::split_paths(&path).any(|folder| folder.join(PROGRAM).is_file()))
     }
 
-    /// Starts a camera once no other test has one, and waits until it answers.
+    /// Starts a camera as soon as no other test uses one, and waits until it answers.
     ///
     /// # Errors
-    /// What the operating system says, and a camera that does not answer.
+    /// An error of the operating system, or a camera that does not answer.
     pub fn start(options: FakeOptions) -> std::io::Result<Self> {
         let file = File::create(std::env::temp_dir().join("sheaf-fake-gige-camera.lock"))?;
         let alone = Flock::lock(file, FlockArg::LockExclusive).map_err(|(_, error)| error)?;
@@ -58,7 +58,7 @@ impl FakeCamera {
         Ok(camera)
     }
 
-    /// Ends it without a word and starts it again: switched off and on.
+    /// Kills it and starts it again, as after a power cycle.
     ///
     /// # Errors
     /// As [`FakeCamera::start`].
@@ -81,38 +81,38 @@ impl FakeCamera {
         Ok(())
     }
 
-    /// Ends it without a word: power lost.
+    /// Kills it, as after a loss of power.
     pub fn kill(&mut self) {
         if let Some(mut process) = self.process.take() {
-            // It may have ended by itself.
+            // It may already have ended.
             let _ = process.kill();
             let _ = process.wait();
         }
     }
 
-    /// Holds it: it answers nothing and sends nothing until [`FakeCamera::go_on`].
+    /// Suspends it: it neither answers nor sends until [`FakeCamera::resume`].
     pub fn hold(&self) {
         self.signal(Signal::SIGSTOP);
     }
 
-    /// Lets it go on.
-    pub fn go_on(&self) {
+    /// Resumes it.
+    pub fn resume(&self) {
         self.signal(Signal::SIGCONT);
     }
 
-    /// Whether it was ended.
+    /// Whether it has ended.
     pub fn has_ended(&self) -> bool {
         self.process.is_none()
     }
 
-    /// Its process.
+    /// Process id, or `None` if it has ended.
     pub fn pid(&self) -> Option<u32> {
         self.process.as_ref().map(Child::id)
     }
 
     fn signal(&self, signal: Signal) {
         if let Some(pid) = self.pid().and_then(|pid| i32::try_from(pid).ok()) {
-            // It may have ended by itself.
+            // It may already have ended.
             let _ = kill(Pid::from_raw(pid), signal);
         }
     }
@@ -120,7 +120,7 @@ impl FakeCamera {
 
 impl Drop for FakeCamera {
     fn drop(&mut self) {
-        self.go_on();
+        self.resume();
         self.kill();
     }
 }

@@ -1,11 +1,11 @@
-//! The station: one thread owns the hardware, everyone else sends it commands through a bounded channel.
+//! The station: one thread owns the hardware; all other threads send it commands through a bounded channel.
 //!
-//! [`StationHandle`] is what the rest of the service holds. A job takes a [`StationLease`] and drives the station
-//! through calls that read like an operator's procedure; people's single commands go through
-//! [`StationHandle::manual`] and are refused while a job has the station. [`StationHandle::stop`] is always taken.
+//! The rest of the service uses a [`StationHandle`]. A job takes a [`StationLease`] and drives the station through
+//! blocking calls. Single commands of a person go through [`StationHandle::manual`] and are refused while a job has the
+//! station. [`StationHandle::stop`] is always accepted.
 
-//! What lives here: the station thread, its state machine, faults, Stop, the leases of light and motion, the buffers of
-//! frames. What may not: jobs, HTTP, async beyond channels, configuration files.
+//! This crate contains the station thread, its state machine, faults, Stop, the light and motion leases, and the frame
+//! buffers. It contains no jobs, no HTTP, no async beyond channels, and no configuration files.
 
 mod parts;
 mod shared;

@@ -1,7 +1,7 @@
-//! How long the simulated sensor takes per picture, on one thread.
+//! Time the simulated sensor takes per image, on one thread.
 //!
-//! `cargo run --release -p sheaf-twin --example frames_per_second [SCENE [laser|moving|still]]`: all scenes, or one for a
-//! profiler.
+//! `cargo run --release -p sheaf-twin --example frames_per_second [SCENE [laser|moving|still]]`: all scenes, or one for
+//! a profiler.
 
 use std::f64::consts::TAU;
 use std::sync::Arc;
@@ -11,7 +11,7 @@ use twin::poses::board_poses;
 use twin::{Exposure, ExposureBuffers, Renderer, Scene, SceneKind, Solid, StationModel, StationShape};
 use vision::{GreyImage, Pixels};
 
-/// Pictures per row of the table.
+/// Images per row of the table.
 const N_FRAMES: u32 = 40;
 
 /// Squares along each side of the wavy part: 2 · 158² triangles are 50 thousand.
@@ -75,7 +75,7 @@ fn measured(renderer: &Renderer, scene: &Scene, laser: bool, step_mm: f64) -> St
     }
 }
 
-/// Time that this thread has had a processor for, where the system reports it: other programs do not count then.
+/// Processor time of this thread, where the system reports it; excludes other programs.
 fn computed_ns() -> Option<u64> {
     std::fs::read_to_string("/proc/thread-self/schedstat").ok()?.split_whitespace().next()?.parse().ok()
 }

@@ -1,4 +1,4 @@
-//! A capture folder as the simulated station would deliver it, with the truth beside it.
+//! A capture folder as delivered by the simulated station, with the ground truth.
 
 use parking_lot::Mutex;
 use std::borrow::Cow;
@@ -22,18 +22,18 @@ use crate::truth::{CSV_HEADER, csv_rows, truth_json};
 /// Truth is written for every fourth frame of a scan.
 pub const TRUTH_EVERY_FRAMES: usize = 4;
 
-/// Angles at which a board on a turntable is seen.
+/// Angles at which a board on a turntable is captured.
 const STAGE_VIEWS_DEG: [f64; 7] = [-30.0, -20.0, -10.0, 0.0, 10.0, 20.0, 30.0];
 
-/// Stream of the first part among those derived from a station's seed.
+/// Random stream of the first part, derived from a station's seed.
 const PART_STREAM: u64 = 0x100;
 
-/// What to record.
+/// Contents of a recording.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CaptureRequest {
-    /// Board poses, each seen by ordinary light and by laser light.
+    /// Number of board poses, each captured under ambient light and under laser light.
     pub n_poses: usize,
-    /// Stage positions at which the board is seen, mm; of a turntable, degrees.
+    /// Stage positions at which the board is captured, mm; on a turntable, degrees.
     pub stage_positions: Vec<f64>,
     /// Scans of parts.
     pub scans: Vec<ScanRequest>,
@@ -44,33 +44,33 @@ pub struct CaptureRequest {
 pub struct ScanRequest {
     /// Name of the scan and of its folder.
     pub name: String,
-    /// What lies on the stage.
+    /// The part on the stage.
     pub part: SceneKind,
     /// Number of frames.
     pub n_frames: usize,
-    /// Travel between frames, mm; of a turntable, degrees.
+    /// Travel between frames, mm; on a turntable, degrees.
     pub step: f64,
 }
 
-/// How far a recording has come.
+/// Progress of a recording.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Progress {
     /// Images written.
     pub done: usize,
-    /// Images in all.
+    /// Total number of images.
     pub total: usize,
 }
 
 /// Why a capture folder was not completed.
 #[derive(Debug, thiserror::Error)]
 pub enum TwinCaptureError {
-    /// The folder holds something already.
+    /// The folder is not empty.
     #[error("{} is not empty", folder.display())]
     FolderNotEmpty {
         /// The folder.
         folder: PathBuf,
     },
-    /// A name that cannot be a folder's.
+    /// A name that is not valid for a folder.
     #[error("scan name \"{name}\" cannot name a folder")]
     ScanName {
         /// The name.
@@ -81,30 +81,30 @@ pub enum TwinCaptureError {
     Unwritable {
         /// The folder or file.
         path: PathBuf,
-        /// The operating system's reason.
+        /// The error of the operating system.
         #[source]
         cause: std::io::Error,
     },
     /// An image cannot be written.
     #[error("an image of the capture was not written")]
     Image {
-        /// Which, and why.
+        /// The underlying error.
         #[source]
         cause: ImageFileError,
     },
     /// The manifest cannot be written.
     #[error("the manifest of the capture was not written")]
     Manifest {
-        /// Why.
+        /// The underlying error.
         #[source]
         cause: CaptureError,
     },
-    /// The caller asked to stop.
+    /// The caller cancelled.
     #[error("recording was cancelled after {done} of {total} images")]
     Cancelled {
         /// Images written.
         done: usize,
-        /// Images in all.
+        /// Total number of images.
         total: usize,
     },
 }
@@ -112,9 +112,9 @@ pub enum TwinCaptureError {
 impl Remedy for TwinCaptureError {
     fn remedy(&self) -> Option<Cow<'_, str>> {
         Some(match self {
-            Self::FolderNotEmpty { .. } => "name a new folder".into(),
+            Self::FolderNotEmpty { .. } => "give a new folder".into(),
             Self::ScanName { .. } => "use letters, digits, - and _, each name once".into(),
-            Self::Unwritable { .. } => "check that the disk has room and that its permissions allow it".into(),
+            Self::Unwritable { .. } => "check that the disk is not full and that its permissions allow it".into(),
             Self::Image { cause } => return cause.remedy(),
             Self::Manifest { cause } => return cause.remedy(),
             Self::Cancelled { .. } => return None,
@@ -123,8 +123,8 @@ impl Remedy for TwinCaptureError {
 }
 
 impl CaptureRequest {
-    /// What a calibration needs, and scans of a gauge block and a ball: 12 poses, 5 stage views (of a turntable 7), 2 × 40
-    /// frames (of a turntable a bit more than a turn).
+    /// The images for a calibration, and scans of a gauge block and a ball: 12 poses, 5 stage views (turntable: 7), 2 ×
+    /// 40 frames (turntable: slightly more than one revolution).
     pub fn standard(model: &StationModel) -> Self {
         let scale = model.shape.field_scale().min(1.0);
         let scan = |part: SceneKind| ScanRequest {
@@ -149,14 +149,14 @@ impl CaptureRequest {
 }
 
 impl ScanRequest {
-    /// Stage position of a frame, to the nanometre, so that manifests show what was meant.
+    /// Stage position of a frame, rounded to the nanometre, so that manifests are readable.
     fn position(&self, frame: usize) -> f64 {
         let at = (frame as f64 - (self.n_frames as f64 - 1.0) / 2.0) * self.step;
         (at * 1e6).round() / 1e6
     }
 }
 
-/// How a picture is taken.
+/// Illumination of an image.
 #[derive(Clone, Copy)]
 enum Light {
     Ordinary,
@@ -171,13 +171,13 @@ struct Shot {
     light: Light,
 }
 
-/// Records what `request` asks for into the new folder `folder`: images, `capture.json`, `truth.json` and
+/// Records the content of `request` into the new folder `folder`: images, `capture.json`, `truth.json` and
 /// `truth-<scan>.csv`.
 ///
-/// `on_progress` is called after every image and may end the recording. The bytes do not depend on the number of threads.
+/// `on_progress` is called after every image and may cancel. The bytes do not depend on the number of threads.
 ///
 /// # Errors
-/// [`TwinCaptureError`]; a folder that was not completed has no `capture.json`.
+/// [`TwinCaptureError`]; an incomplete folder has no `capture.json`.
 pub fn capture_folder(
     model: &StationModel,
     request: &CaptureRequest,
@@ -248,7 +248,7 @@ fn manifest(model: &StationModel, request: &CaptureRequest) -> Manifest {
             wavelength_nm: shape.wavelength_nm,
             grating_lines_per_mm: shape.lines_per_mm,
             orders: model.orders.clone(),
-            line_direction: GratingProjector::word_for(shape.line_direction),
+            line_direction: GratingProjector::name_of(shape.line_direction),
         }
         .into(),
         poses: (0..request.n_poses)
@@ -282,7 +282,7 @@ fn scan_entry(scan: &ScanRequest, stage: StageKind) -> Scan {
     Scan { name: scan.name.clone(), frames: (0..scan.n_frames).map(frame).collect() }
 }
 
-/// Every image of the manifest. Scenes: the poses, the board on the stage (if any), the parts.
+/// All images of the manifest. Scenes: the poses, the board on the stage (if any), the parts.
 fn shots(request: &CaptureRequest, manifest: &Manifest) -> Vec<Shot> {
     let mut shots = Vec::new();
     for (scene_idx, pose) in manifest.poses.iter().enumerate() {

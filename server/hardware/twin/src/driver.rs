@@ -1,9 +1,9 @@
 //! The driver: camera, stage and laser of one simulated world.
 //!
-//! However many of the three devices a station takes from here, and however often they are opened: one [`TwinDriver`]
-//! has one [`TwinStation`], made when it is first needed, and that is the one world in which its stage moves the part,
-//! its laser lights it and its camera sees it. A stage or a laser of another driver beside the simulated camera moves and
-//! lights the same world: it follows what they report ([`TwinDriver::followed`]).
+//! Each [`TwinDriver`] has one [`TwinStation`], created when it is first needed and shared by all devices that it
+//! opens: its stage moves the part, its laser lights it and its camera images it. A stage or laser of another driver
+//! combined with the simulated camera acts on the same world, which follows the reported states
+//! ([`TwinDriver::followed`]).
 
 use std::fmt;
 use std::sync::{Arc, OnceLock};
@@ -49,7 +49,7 @@ pub struct TwinSettings {
 }
 
 impl Default for TwinSettings {
-    /// A ball on the stage of the station with seed 7, without waiting.
+    /// A ball on the stage of the station with seed 7, without delays.
     fn default() -> Self {
         Self {
             seed: 7,
@@ -64,10 +64,10 @@ impl Default for TwinSettings {
     }
 }
 
-/// Makes the devices of one simulated world, see the module.
+/// Opens the devices of one simulated world, see the module.
 pub struct TwinDriver {
     settings: TwinSettings,
-    /// The one world, or why there is none: settings do not get better by trying again.
+    /// The simulated world, or why it cannot be created from the settings.
     world: OnceLock<Result<TwinStation, NoWorld>>,
 }
 
@@ -77,25 +77,25 @@ impl TwinDriver {
         Self { settings, world: OnceLock::new() }
     }
 
-    /// The driver of a given world, of any shape.
+    /// The driver of a given world.
     pub fn over(world: TwinStation) -> Self {
         Self { settings: TwinSettings::default(), world: Ok(world).into() }
     }
 
-    /// What the world was made with.
+    /// Settings of the world.
     pub fn settings(&self) -> &TwinSettings {
         &self.settings
     }
 
-    /// The control of the simulation; `None` if the settings make no world.
+    /// Control of the simulation; `None` if no world can be created from the settings.
     pub fn control(&self) -> Option<TwinControl> {
         self.world().ok().map(TwinStation::control)
     }
 
-    /// Devices of another driver beside this one's camera: from now on the world follows them.
+    /// Combines this driver's camera with devices of another driver, which the world follows from now on.
     ///
     /// # Errors
-    /// [`OpenError::Settings`] if the settings make no world.
+    /// [`OpenError::Settings`] if no world can be created from the settings.
     pub fn followed(&self, opened: Opened) -> Result<Opened, OpenError> {
         let world = self.world()?;
         Ok(Opened {
@@ -136,7 +136,7 @@ impl Driver for TwinDriver {
         let camera = || {
             let mut camera = world.camera();
             let frame_rate_hz = Some(self.settings.frame_rate_hz);
-            // A rate is moved into its range, so that nothing is left to refuse.
+            // A rate is clamped to its range, so that nothing can be refused.
             let _ = camera.configure(&CameraRequest { frame_rate_hz, ..CameraRequest::default() });
             Box::new(camera) as Box<dyn Camera>
         };
@@ -148,15 +148,15 @@ impl Driver for TwinDriver {
     }
 }
 
-/// What lies on the stage at the start.
+/// The part on the stage at the start.
 enum OnStage {
-    /// A part that is known by name.
+    /// A part selected by name.
     Part(SceneKind),
     /// A part from a file.
     Solid(Arc<Solid>),
 }
 
-/// Why settings make no world, and what to do about it.
+/// Why no world can be created from the settings, and the remedy.
 struct NoWorld {
     what: String,
     remedy: String,

@@ -1,8 +1,9 @@
-//! The physically simulated station: camera, laser, grating, stage and parts, rendered to images with known truth.
+//! The physically simulated station: camera, laser, grating, stage and parts, rendered to images with known ground
+//! truth.
 //!
-//! Everything follows from a [`StationModel`], which a seed and a [`StationShape`] determine. The same model gives
-//! the same bytes on any machine and with any number of threads.
-//! What the images show and leave out: `server/docs/maths/twin.md`.
+//! Everything derives from a [`StationModel`], which is determined by a seed and a [`StationShape`]. The same model
+//! gives the same bytes on any machine and with any number of threads. What the images include and omit:
+//! `server/docs/maths/twin.md`.
 
 mod model;
 mod part;
@@ -28,7 +29,7 @@ pub use part::freeform::Freeform;
 pub use part::mesh::{Mesh, Solid, SolidError};
 pub use part::print::{Markers, Print};
 pub use part::scene::{Gauge, Plate, Scene, SceneHit, SceneKind, Sphere};
-pub use part::stl::{STL_MAX_TRIANGLES, StlError, read_stl};
+pub use part::stl::{PartFileError, STL_MAX_TRIANGLES, read_stl};
 pub use render::exposure::{Exposure, ExposureBuffers};
 pub use render::renderer::Renderer;
 pub use truth::TruthPoint;

@@ -1,5 +1,4 @@
-//! What the pictures should have shown: noise-free pixels and points on the centre of every line, and the
-//! station's own numbers.
+//! Ground truth of the images: noise-free points on the centre of every line, and the station's own numbers.
 
 use std::fmt::Write as _;
 
@@ -17,13 +16,13 @@ use crate::render::view::laser_image::{MovedScene, Placed};
 /// Secant steps towards a whole pixel column; on a smooth surface three suffice.
 const COLUMN_MAX_STEPS: usize = 30;
 
-/// How near a truth point lies to its pixel column, pixels: far below the six decimals written.
+/// Distance of a truth point from its pixel column, pixels: far below the six decimals written.
 const COLUMN_TOLERANCE_PX: f64 = 1e-9;
 
-/// Neighbouring traced rays whose hits lie farther apart than this have met different surfaces, pixels.
+/// Hits of neighbouring traced rays farther apart than this lie on different surfaces, pixels.
 const SAME_SURFACE_PX: f64 = 6.0;
 
-/// A point on the centre of a line, lit and seen.
+/// A point on the centre of a line, lit and visible.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TruthPoint {
     /// The line's order.
@@ -37,8 +36,8 @@ pub struct TruthPoint {
 }
 
 impl Renderer {
-    /// The centre of every line as the camera sees it, one point per image column (row, for lines along columns),
-    /// ordered by order and place; shadowed and hidden parts are left out.
+    /// The centre of every line as seen by the camera, one point per image column (row, for lines along columns),
+    /// sorted by order and position; shadowed and hidden parts are left out.
     pub fn truth_points(&self, scene: &Scene, position: f64) -> Vec<TruthPoint> {
         let moved = MovedScene::new(self.model(), scene, position);
         let placed = moved.placed();
@@ -92,7 +91,7 @@ impl Renderer {
         None
     }
 
-    /// Where the light of `order` at fan angle φ lands, if the camera sees it.
+    /// The point lit by `order` at fan angle φ, if the camera sees it.
     fn lit_point(&self, scene: Placed<'_>, order: i8, phi_rad: f64) -> Option<TruthPoint> {
         if phi_rad.abs() >= self.model().fan_half_angle_rad {
             return None;

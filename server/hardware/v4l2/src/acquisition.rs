@@ -1,4 +1,4 @@
-//! The account of one acquisition: which frames came, when they were exposed, and what was lost.
+//! Frame numbers, exposure times and losses of one acquisition.
 
 use std::time::{Duration, Instant};
 
@@ -8,35 +8,35 @@ use vision::GreyImage;
 use crate::device::{Filled, Format, Stamped};
 use crate::pixels::{NoPicture, SourceFormat};
 
-/// Frames counted since the acquisition started, and what is needed to understand the next one.
+/// Frame counts since the acquisition started, and the state for the next frame.
 pub struct Acquisition {
     format: Format,
     source: SourceFormat,
     settings: CameraSettings,
-    /// The driver's number of the frame seen last, damaged ones included, and its place in the count.
+    /// The driver's number of the last frame received, including damaged ones, and its position in the count.
     last: Option<(u32, u64)>,
-    /// The place after the last frame that was handed on.
+    /// The position after the last delivered frame.
     next: u64,
-    /// Frames since then that arrived damaged.
+    /// Damaged frames since then.
     damaged: u64,
     last_exposed_at: Option<Instant>,
 }
 
 impl Acquisition {
-    /// An acquisition that begins.
+    /// Starts an acquisition.
     pub fn new(format: Format, source: SourceFormat, settings: CameraSettings) -> Self {
         Self { format, source, settings, last: None, next: 0, damaged: 0, last_exposed_at: None }
     }
 
-    /// What may change while it runs: the exposure.
+    /// Updates the settings that may change while it runs: the exposure.
     pub fn set(&mut self, settings: CameraSettings) {
         self.settings = settings;
     }
 
-    /// Writes the frame into `image` and accounts for it; `None` for one that is damaged, or not newer than the last.
+    /// Writes the frame into `image` and counts it; `None` for one that is damaged, or not newer than the last.
     ///
     /// # Errors
-    /// [`CameraError::WrongFrame`] for a picture of another size than agreed.
+    /// [`CameraError::WrongFrame`] for an image of another size than configured.
     pub fn take(
         &mut self,
         filled: &Filled,
@@ -67,7 +67,7 @@ impl Acquisition {
         self.next = place + 1;
         Ok(Some(FrameInfo {
             frame_id: place,
-            // Its time stamps are this computer's: the kernel has mapped the camera's clock already.
+            // The time stamps are this computer's: the kernel has already mapped the camera's clock.
             device_timestamp_ns: None,
             exposed_at: self.exposed_at(filled, received_at),
             lost_before,
@@ -77,13 +77,13 @@ impl Acquisition {
         }))
     }
 
-    /// The frame's place in a count that begins with the first frame that is seen; drivers do not agree on its number.
+    /// The frame's position in a count that starts with the first frame received; drivers use different first numbers.
     fn count(&mut self, sequence: u32) -> Option<u64> {
         let place = match self.last {
             None => 0,
             Some((last, place)) => {
                 let steps = sequence.wrapping_sub(last);
-                // More than half the way round is a step back: the frame came twice, or out of order.
+                // A step of more than half the range is backwards: the frame is a duplicate, or out of order.
                 if steps == 0 || steps > u32::MAX / 2 {
                     return None;
                 }
@@ -103,7 +103,7 @@ impl Acquisition {
             (Some(at), Stamped::FrameEnd) => before(at),
             (None, _) => before(received_at),
         };
-        // No frame is exposed after it came, nor before the one before it.
+        // No frame is exposed after its arrival, nor before the previous one.
         let middle = middle.min(received_at).max(self.last_exposed_at.unwrap_or(middle));
         self.last_exposed_at = Some(middle);
         middle

@@ -1,4 +1,4 @@
-//! The camera as a station holds it.
+//! The camera device.
 
 use std::io;
 use std::thread;
@@ -15,22 +15,22 @@ use crate::device::VideoDevice;
 use crate::opened::{OpenedCamera, not_opened, refused};
 use crate::settings::V4l2Settings;
 
-/// Pause between questions to a camera that is idle or silent whether it is still there.
+/// Interval at which an idle or silent camera is probed.
 const PROBE_PERIOD: Duration = Duration::from_millis(300);
 
-/// How long a camera that went away is looked for after a reconnection was asked for.
+/// How long a lost camera is searched for after a reconnection was requested.
 const RECONNECT_LIMIT: Duration = Duration::from_secs(30);
 
-/// Pause between two tries to open it again.
+/// Pause between two attempts to open it again.
 const RECONNECT_PAUSE: Duration = Duration::from_millis(100);
 
-/// Longest wait for one frame, whatever the caller would wait: a driver that is away for longer counts as one that hangs.
+/// Longest wait for one frame, whatever the caller's timeout: a driver that blocks longer counts as hanging.
 const LONGEST_WAIT: Duration = Duration::from_millis(500);
 
-/// Opens the device file, each time anew.
+/// Opens the device file.
 pub type Open = Box<dyn FnMut() -> io::Result<Box<dyn VideoDevice>> + Send>;
 
-/// A Video4Linux2 camera. Its calls take as long as the camera: a station holds it as [`devices::ThreadedCamera`].
+/// A Video4Linux2 camera. Its calls block as long as the camera: a station uses it through [`devices::ThreadedCamera`].
 pub struct V4l2Camera {
     config: V4l2Settings,
     open: Open,
@@ -42,21 +42,21 @@ pub struct V4l2Camera {
     probed_at: Instant,
 }
 
-/// Whether the camera is there.
+/// State of the connection.
 enum Link {
     Open(OpenedCamera),
     Gone {
         reason: String,
     },
-    /// Looked for until then; tried last at.
-    Sought {
+    /// Searched for until then; last attempt at.
+    Searching {
         until: Instant,
         tried_at: Option<Instant>,
     },
 }
 
 impl V4l2Camera {
-    /// Opens and prepares the camera: stopped, nothing automatic.
+    /// Opens and prepares the camera: stopped, all automatic functions off.
     ///
     /// # Errors
     /// [`OpenError`].
@@ -64,7 +64,7 @@ impl V4l2Camera {
         let device = open().map_err(|error| not_opened(&config.device, &error))?;
         let opened = OpenedCamera::prepare(device, config)?;
         let settings = opened.settings().map_err(|error| OpenError::Settings {
-            what: format!("the camera {} does not say how it is set: {error}", config.device),
+            what: format!("the camera {} does not report its settings: {error}", config.device),
             remedy: "plug it in again".to_owned(),
         })?;
         Ok(Self {
@@ -79,24 +79,24 @@ impl V4l2Camera {
         })
     }
 
-    /// The camera, if it is there; one that is sought is tried to be opened.
+    /// The camera, if it is connected; attempts to reopen one that is searched for.
     fn opened(&mut self) -> Result<&mut OpenedCamera, CameraError> {
         self.seek();
         match &mut self.link {
             Link::Open(opened) => Ok(opened),
             Link::Gone { reason } => Err(CameraError::Gone { reason: reason.clone() }),
-            Link::Sought { .. } => Err(CameraError::Gone { reason: "it is being reached again".to_owned() }),
+            Link::Searching { .. } => Err(CameraError::Gone { reason: "it is being reconnected".to_owned() }),
         }
     }
 
     fn seek(&mut self) {
-        let Link::Sought { until, tried_at } = &mut self.link else { return };
+        let Link::Searching { until, tried_at } = &mut self.link else { return };
         if tried_at.is_some_and(|at| at.elapsed() < RECONNECT_PAUSE) {
             return;
         }
         *tried_at = Some(Instant::now());
         if Instant::now() > *until {
-            self.link = Link::Gone { reason: "it did not come back".to_owned() };
+            self.link = Link::Gone { reason: "it could not be reconnected".to_owned() };
             return;
         }
         if let Some(opened) = self.reopened() {
@@ -104,7 +104,7 @@ impl V4l2Camera {
         }
     }
 
-    /// The camera opened anew and set as it was; `None` if it is not there, or another one is.
+    /// The reopened camera with its previous settings; `None` if it is missing, or is a different one.
     fn reopened(&mut self) -> Option<OpenedCamera> {
         let mut opened = OpenedCamera::prepare((self.open)().ok()?, &self.config).ok()?;
         if opened.capabilities() != self.capabilities {
@@ -122,7 +122,7 @@ impl V4l2Camera {
         Some(opened)
     }
 
-    /// Lets go of a camera if the error says that it is gone.
+    /// Closes the camera if the error means that it is gone.
     fn fail(&mut self, setting: &'static str, error: io::Error) -> CameraError {
         let failure = refused(setting, error);
         if let CameraError::Gone { reason } = &failure {
@@ -132,7 +132,7 @@ impl V4l2Camera {
         failure
     }
 
-    /// Asks now and then whether it is still there.
+    /// Probes it at intervals.
     fn probe(&mut self) -> Result<(), CameraError> {
         if self.probed_at.elapsed() < PROBE_PERIOD {
             return Ok(());
@@ -187,7 +187,7 @@ impl Camera for V4l2Camera {
         Ok(self.settings)
     }
 
-    /// Automatics are turned off again before: any other program may have turned one on.
+    /// Automatic functions are turned off again: another program may have turned one on.
     fn start(&mut self) -> Result<(), CameraError> {
         let (n_buffers, settings) = (self.config.buffers, self.settings);
         let is_running = self.acquisition.is_some();
@@ -238,11 +238,11 @@ impl Camera for V4l2Camera {
         self.stop_streaming()
     }
 
-    /// Closes the camera and looks for it, whenever it is used, until it is there again.
+    /// Closes the camera and, on every use, tries to reopen it.
     fn reconnect(&mut self) -> Result<(), CameraError> {
-        if !matches!(self.link, Link::Sought { .. }) {
+        if !matches!(self.link, Link::Searching { .. }) {
             self.stop_streaming().ok();
-            self.link = Link::Sought { until: Instant::now() + RECONNECT_LIMIT, tried_at: None };
+            self.link = Link::Searching { until: Instant::now() + RECONNECT_LIMIT, tried_at: None };
         }
         Ok(())
     }

@@ -1,4 +1,4 @@
-//! The controls that decide what a pixel means: everything automatic off, exposure and gain by hand, read back.
+//! The controls that determine the pixel values: automatic functions off, exposure and gain manual, all read back.
 
 use std::io;
 
@@ -12,7 +12,7 @@ pub const EXPOSURE_AUTO: ControlId = ControlId(0x009A_0901);
 /// `V4L2_CID_EXPOSURE_ABSOLUTE`, in [`EXPOSURE_UNIT_US`].
 pub const EXPOSURE: ControlId = ControlId(0x009A_0902);
 
-/// `V4L2_CID_GAIN`, in a unit of the camera's own.
+/// `V4L2_CID_GAIN`, in the camera's own unit.
 pub const GAIN: ControlId = ControlId(0x0098_0913);
 
 /// Unit of [`EXPOSURE`], µs: fixed by the kernel's interface.
@@ -21,8 +21,8 @@ pub const EXPOSURE_UNIT_US: f64 = 100.0;
 /// `V4L2_EXPOSURE_MANUAL`.
 const EXPOSURE_MANUAL: i32 = 1;
 
-/// What a camera would change by itself, with the value that forbids it, in the order in which they are set: some cameras
-/// admit the later ones only after the earlier.
+/// Automatic functions, with the value that turns them off, in the order in which they are set: some cameras accept the
+/// later ones only after the earlier.
 const AUTOMATICS: [(&str, ControlId, i32); 8] = [
     ("automatic exposure", EXPOSURE_AUTO, EXPOSURE_MANUAL),
     // V4L2_CID_EXPOSURE_AUTO_PRIORITY: a longer exposure may lower the frame rate.
@@ -41,16 +41,16 @@ const AUTOMATICS: [(&str, ControlId, i32); 8] = [
     ("image stabilisation", ControlId(0x009A_0916), 0),
 ];
 
-/// Why a camera cannot be set by hand.
+/// Why a camera cannot be set manually.
 #[derive(Debug)]
 pub enum NotManual {
-    /// It stays automatic.
+    /// This function stays automatic.
     Stays(&'static str),
     /// The kernel refused.
     Refused(&'static str, io::Error),
 }
 
-/// Turns off everything automatic that the camera has, and reads back that it is off.
+/// Turns off all automatic functions of the camera, and reads back that they are off.
 pub fn turn_automatics_off(device: &mut dyn VideoDevice) -> Result<(), NotManual> {
     for (name, id, off) in AUTOMATICS {
         let refused = |error| NotManual::Refused(name, error);
@@ -66,18 +66,18 @@ pub fn turn_automatics_off(device: &mut dyn VideoDevice) -> Result<(), NotManual
     Ok(())
 }
 
-/// Exposure times that can be set, µs; `None` if it cannot be set.
+/// Range of exposure times, µs; `None` if it cannot be set.
 pub fn exposure_range(device: &dyn VideoDevice) -> io::Result<Option<ValueRange>> {
     let in_us = |value: i32| f64::from(value) * EXPOSURE_UNIT_US;
     Ok(device.control(EXPOSURE)?.map(|control| ValueRange { min: in_us(control.min), max: in_us(control.max) }))
 }
 
-/// The exposure time that is set, µs; 0 if the camera does not say.
+/// The current exposure time, µs; 0 if the camera does not report it.
 pub fn exposure_us(device: &dyn VideoDevice) -> io::Result<f64> {
     Ok(device.control(EXPOSURE)?.map_or(0.0, |control| f64::from(control.value) * EXPOSURE_UNIT_US))
 }
 
-/// Sets the exposure time to the nearest that the camera can do.
+/// Sets the nearest exposure time that the camera supports.
 pub fn set_exposure(device: &mut dyn VideoDevice, exposure_us: f64) -> io::Result<()> {
     match device.control(EXPOSURE)? {
         Some(control) => device.set_control(EXPOSURE, nearest(control, exposure_us / EXPOSURE_UNIT_US)),
@@ -85,7 +85,7 @@ pub fn set_exposure(device: &mut dyn VideoDevice, exposure_us: f64) -> io::Resul
     }
 }
 
-/// Sets the gain, moved into its range, and reads it back; a camera without gain is left as it is.
+/// Sets the gain, clamped to its range, and reads it back; a camera without gain is left unchanged.
 pub fn set_gain(device: &mut dyn VideoDevice, gain: i32) -> Result<(), NotManual> {
     let refused = |error| NotManual::Refused("gain", error);
     let Some(control) = device.control(GAIN).map_err(refused)? else { return Ok(()) };
@@ -95,7 +95,7 @@ pub fn set_gain(device: &mut dyn VideoDevice, gain: i32) -> Result<(), NotManual
     if is_set { Ok(()) } else { Err(NotManual::Stays("gain")) }
 }
 
-/// The value nearest to `wanted` that lies on the control's steps and in its range.
+/// The value nearest to `wanted` on the control's steps and in its range.
 fn nearest(control: Control, wanted: f64) -> i32 {
     let step = f64::from(control.step.max(1));
     let (min, max) = (f64::from(control.min), f64::from(control.max));
@@ -103,7 +103,7 @@ fn nearest(control: Control, wanted: f64) -> i32 {
     (min + n_steps * step) as i32
 }
 
-/// Every control that is used, by its name in the kernel's header.
+/// All controls used here, by their names in the kernel's header.
 #[cfg(all(test, feature = "kernel"))]
 pub fn ids() -> Vec<(&'static str, ControlId)> {
     let automatics = [

@@ -1,4 +1,4 @@
-//! What the kernel is asked about a camera: one method a request, plain values, errors as the kernel gives them.
+//! The kernel interface of a camera: one method per request, plain values, errors as returned by the kernel.
 
 use std::fmt;
 use std::io;
@@ -14,7 +14,7 @@ impl fmt::Display for FourCc {
     }
 }
 
-/// What a device file says about its device.
+/// Description of a device file's device.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Card {
     /// The kernel's driver: `uvcvideo`.
@@ -23,29 +23,29 @@ pub struct Card {
     pub name: String,
     /// Where it is plugged in: `usb-0000:00:14.0-2`.
     pub bus: String,
-    /// Whether it delivers pictures into buffers of the kernel.
+    /// Whether it captures images into kernel buffers.
     pub streams: bool,
 }
 
-/// The pictures that are sent.
+/// Format of the images.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Format {
-    /// How pixels lie in bytes.
+    /// Pixel format.
     pub pixels: FourCc,
     /// Columns.
     pub width_px: usize,
     /// Rows.
     pub height_px: usize,
-    /// Bytes from row to row; 0 where a picture has no rows, as in MJPG.
+    /// Bytes from row to row; 0 for formats without rows, such as MJPG.
     pub row_bytes: usize,
 }
 
-/// Time from frame to frame, seconds as a fraction.
+/// Frame interval, a fraction of seconds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Interval {
-    /// Above the line.
+    /// Numerator.
     pub numerator: u32,
-    /// Below the line.
+    /// Denominator.
     pub denominator: u32,
 }
 
@@ -56,10 +56,10 @@ impl Interval {
     }
 }
 
-/// The frame intervals a camera can be set to.
+/// Frame intervals supported by a camera.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Intervals {
-    /// These alone; none where the camera does not say.
+    /// Only these; empty if the camera reports none.
     Discrete(Vec<Interval>),
     /// From the shortest to the longest.
     Between(Interval, Interval),
@@ -69,7 +69,7 @@ pub enum Intervals {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct ControlId(pub u32);
 
-/// A control as it is now.
+/// Current state of a control.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Control {
     /// Smallest value.
@@ -78,59 +78,59 @@ pub struct Control {
     pub max: i32,
     /// Distance between two values.
     pub step: i32,
-    /// Its value.
+    /// Current value.
     pub value: i32,
 }
 
-/// Which moment of a frame its time stamp marks.
+/// The moment that is marked by a frame's time stamp.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Stamped {
-    /// The exposure began.
+    /// Start of the exposure.
     ExposureStart,
-    /// The last byte arrived.
+    /// Arrival of the last byte.
     FrameEnd,
 }
 
-/// A buffer that was filled.
+/// A filled buffer.
 #[derive(Debug)]
 pub struct Filled<'b> {
-    /// What was sent; no more than that.
+    /// The received bytes only.
     pub bytes: &'b [u8],
-    /// The driver's count of frames, 32 bits, which turns over; a gap is frames that were lost.
+    /// The driver's frame count, 32 bits with wrap-around; a gap means lost frames.
     pub sequence: u32,
-    /// The time stamp by this computer's monotonic clock; `None` if the driver stamps by another clock.
+    /// Time stamp by this computer's monotonic clock; `None` if the driver uses another clock.
     pub stamped_at: Option<Instant>,
-    /// What the time stamp marks.
+    /// The moment marked by the time stamp.
     pub stamped: Stamped,
-    /// The driver says that its content is damaged.
+    /// Marked by the driver as damaged.
     pub is_damaged: bool,
 }
 
-/// A camera's device file, open.
+/// An open device file of a camera.
 ///
 /// # Errors
-/// Every method passes on the kernel's error: `ENODEV` where the camera was unplugged, `EBUSY` where another program
-/// streams from it.
+/// Every method returns the kernel's error: `ENODEV` if the camera was unplugged, `EBUSY` if another program streams
+/// from it.
 pub trait VideoDevice: Send {
-    /// What it is; fails once the camera was unplugged.
+    /// Describes the device; fails once the camera was unplugged.
     fn card(&self) -> io::Result<Card>;
 
-    /// Pixel formats it offers.
+    /// Supported pixel formats.
     fn formats(&self) -> io::Result<Vec<FourCc>>;
 
-    /// Columns and rows of the pictures it offers in a format; of a range the largest alone.
+    /// Supported columns and rows in a pixel format; of a range only the largest.
     fn sizes(&self, pixels: FourCc) -> io::Result<Vec<(usize, usize)>>;
 
-    /// Frame intervals it offers for pictures of a format.
+    /// Supported frame intervals for a format.
     fn intervals(&self, format: &Format) -> io::Result<Intervals>;
 
-    /// Sets the pictures to be sent and returns what the driver made of it. Not while it streams.
+    /// Sets the image format and returns the format chosen by the driver. Not while streaming.
     fn set_format(&mut self, wanted: &Format) -> io::Result<Format>;
 
-    /// The frame interval that is set; `None` if there is none to be set.
+    /// The current frame interval; `None` if the device has none.
     fn interval(&self) -> io::Result<Option<Interval>>;
 
-    /// Sets the frame interval and returns what the driver made of it. Not while it streams.
+    /// Sets the frame interval and returns the one chosen by the driver. Not while streaming.
     fn set_interval(&mut self, wanted: Interval) -> io::Result<Interval>;
 
     /// A control with its range; `None` if the camera does not have it.
@@ -139,14 +139,14 @@ pub trait VideoDevice: Send {
     /// Sets a control.
     fn set_control(&mut self, id: ControlId, value: i32) -> io::Result<()>;
 
-    /// Hands over `n_buffers` buffers, or as many as the driver admits, and starts to stream.
+    /// Queues `n_buffers` buffers, or as many as the driver accepts, and starts streaming.
     fn start(&mut self, n_buffers: u32) -> io::Result<()>;
 
-    /// Waits at most `timeout` for a filled buffer, shows it to `see`, and hands it back to be filled again.
+    /// Waits at most `timeout` for a filled buffer, passes it to `see`, and queues it again.
     ///
-    /// Returns `false` if none came in that time.
+    /// Returns `false` if none arrived in that time.
     fn take(&mut self, timeout: Duration, see: &mut dyn FnMut(&Filled)) -> io::Result<bool>;
 
-    /// Ends streaming and takes the buffers back. Works in every state.
+    /// Stops streaming and releases the buffers. Works in every state.
     fn stop(&mut self) -> io::Result<()>;
 }

@@ -1,14 +1,13 @@
-//! Cameras in the kernel's list of video devices. Nothing is opened: the list is files in `/sys`.
+//! Cameras in the kernel's list of video devices, read from `/sys` without opening them.
 
 use std::fs;
 use std::path::{Path, PathBuf};
 
 use devices::driver::Found;
 
-/// Cameras below `root`, which is `/` but in tests: one entry for each, by a name that stays when others are plugged in,
-/// if it has one.
+/// Cameras below `root`, which is `/` except in tests: one entry each, with a stable name if there is one.
 ///
-/// A USB camera has two device files, of which the second carries no pictures; it is left out.
+/// A USB camera has two device files; the second carries no images and is left out.
 pub fn cameras(root: &Path) -> Vec<Found> {
     let listed = entries(&root.join("sys/class/video4linux"));
     let is_first = |entry: &PathBuf| text(&entry.join("index")).is_none_or(|index| index == "0");
@@ -21,7 +20,7 @@ fn found(root: &Path, entry: &Path) -> Option<Found> {
     let leads_here = |name: &&PathBuf| fs::read_link(name).is_ok_and(|to| to.file_name() == node.file_name());
     let by_id = names.iter().find(leads_here).and_then(|name| name.file_name());
     let value = by_id.map_or_else(|| node.clone(), |name| Path::new("/dev/v4l/by-id").join(name));
-    // The interface of a USB camera lies within its device, which names the maker.
+    // The interface of a USB camera is below its device, which has the manufacturer's name.
     let interface = fs::canonicalize(entry.join("device")).ok();
     let vendor = interface.and_then(|interface| text(&interface.parent()?.join("manufacturer")));
     Some(Found {
@@ -32,7 +31,7 @@ fn found(root: &Path, entry: &Path) -> Option<Found> {
     })
 }
 
-/// What a folder holds, by name; nothing if it does not exist.
+/// Entries of a folder, sorted by name; empty if it does not exist.
 fn entries(folder: &Path) -> Vec<PathBuf> {
     let mut entries: Vec<PathBuf> =
         fs::read_dir(folder).into_iter().flatten().flatten().map(|entry| entry.path()).collect();
@@ -50,7 +49,7 @@ mod tests {
 
     use super::*;
 
-    /// A computer with one USB camera and one that is built in, as Linux 6.1 lists them.
+    /// A computer with one USB camera and one built-in camera, as listed by Linux 6.1.
     fn computer() -> tempfile::TempDir {
         let root = tempfile::tempdir().unwrap();
         let class = root.path().join("sys/class/video4linux");

@@ -1,10 +1,10 @@
-//! The driver's row.
+//! The driver's row in the driver table.
 
 use devices::driver::{DeviceSet, Driver, Found, MissingSetting, OpenError, Opened};
 
 use crate::settings::V4l2Settings;
 
-/// Makes the camera that the settings name.
+/// Opens the camera named in the settings.
 #[derive(Debug, Clone)]
 pub struct V4l2Driver(pub V4l2Settings);
 
@@ -43,7 +43,7 @@ impl Driver for V4l2Driver {
         })
     }
 
-    /// Cameras in the kernel's list; who uses one cannot be read there.
+    /// Cameras in the kernel's list, which does not show whether one is in use.
     fn discover(&self) -> Vec<Found> {
         crate::discovery::cameras("/".as_ref())
     }

@@ -1,8 +1,8 @@
-//! USB cameras of the video class (UVC) and every other camera that Linux shows as `/dev/video…`.
+//! USB cameras of the video class (UVC) and every other camera that Linux provides as `/dev/video…`.
 //!
-//! [`V4l2Driver`] is the row of the driver table; it finds cameras and opens one by its device file. What the kernel is
-//! asked for is the trait [`VideoDevice`]: behind it stands the kernel in `kernel/`, which alone holds unsafe code and is
-//! compiled with the feature `kernel`, or a scripted device in tests.
+//! [`V4l2Driver`] is the row of the driver table; it finds cameras and opens one by its device file. The kernel
+//! interface is the trait [`VideoDevice`], implemented by the kernel in `kernel/`, which contains all unsafe code and
+//! is compiled with the feature `kernel`, or by a scripted device in tests.
 
 pub mod camera;
 pub mod device;

@@ -1,4 +1,4 @@
-//! A camera that was opened and prepared: how it is described and set.
+//! An opened and prepared camera: its description and settings.
 
 use std::io;
 
@@ -18,13 +18,13 @@ pub const UNPLUGGED: i32 = 19;
 /// `EBUSY`: another program streams from it.
 const BUSY: i32 = 16;
 
-/// A camera under this program's control: stopped, nothing automatic.
+/// A camera under this program's control: stopped, all automatic functions off.
 pub struct OpenedCamera {
     pub device: Box<dyn VideoDevice>,
     card: Card,
-    /// The pictures that it sends.
+    /// Format of the images.
     pub format: Format,
-    /// How they are made grey.
+    /// Conversion to grey.
     pub source: SourceFormat,
     intervals: Intervals,
     exposure_us: Option<ValueRange>,
@@ -35,21 +35,21 @@ impl OpenedCamera {
     /// Prepares a camera whose device file was just opened.
     ///
     /// # Errors
-    /// [`OpenError::Absent`] if another program has it, [`OpenError::Settings`] if it is no camera, offers no format that
-    /// is understood, or stays automatic.
+    /// [`OpenError::Absent`] if another program uses it, [`OpenError::Settings`] if it is not a camera, supports no
+    /// known format, or stays automatic.
     pub fn prepare(mut device: Box<dyn VideoDevice>, settings: &V4l2Settings) -> Result<Self, OpenError> {
-        let trouble = Trouble(&settings.device);
+        let trouble = CameraErrors(&settings.device);
         let card = device.card().map_err(|error| trouble.kernel("does not answer as a video device", error))?;
         if !card.streams {
             return Err(trouble.settings("delivers no pictures", "choose a device that `sheaf devices` lists"));
         }
-        let failed = |error| trouble.kernel("does not say what it can do", error);
+        let failed = |error| trouble.kernel("does not report its capabilities", error);
         let offered = device.formats().map_err(failed)?;
         let in_depth = |deep, preferred| SourceFormat::choose(&offered, deep, preferred);
         let (eight, sixteen) = (in_depth(false, &settings.format_8), in_depth(true, &settings.format_16));
         let Some(source) = eight.or(sixteen) else {
             let names: Vec<String> = offered.iter().map(ToString::to_string).collect();
-            let what = format!("sends no format that is understood: {}", names.join(", "));
+            let what = format!("offers no supported format: {}", names.join(", "));
             return Err(trouble.settings(&what, "take a camera with GREY, YUYV, MJPG, Y16, Y12 or Y10"));
         };
         let size = match (settings.width_px, settings.height_px) {
@@ -57,7 +57,7 @@ impl OpenedCamera {
                 let sizes = device.sizes(source.code).map_err(failed)?;
                 let largest = sizes.into_iter().max_by_key(|(width, height)| width * height);
                 largest.ok_or_else(|| {
-                    trouble.settings("does not say how large its pictures are", "set width_px and height_px")
+                    trouble.settings("does not report its image sizes", "set width_px and height_px")
                 })?
             }
             size => size,
@@ -66,11 +66,11 @@ impl OpenedCamera {
         let format = device.set_format(&wanted).map_err(|error| trouble.kernel("cannot be set", error))?;
         if !is_same(&format, &wanted) {
             let what = format!(
-                "sends {} with {}×{} pixels where {} with {}×{} was wanted",
+                "sends {} with {}×{} pixels instead of {} with {}×{}",
                 format.pixels, format.width_px, format.height_px, source.code, size.0, size.1
             );
             return Err(
-                trouble.settings(&what, "set station.v4l2 to what it can do: `v4l2-ctl --list-formats-ext`")
+                trouble.settings(&what, "set station.v4l2 to a supported format: `v4l2-ctl --list-formats-ext`")
             );
         }
         controls::turn_automatics_off(&mut *device).map_err(|error| trouble.not_manual(error))?;
@@ -87,7 +87,7 @@ impl OpenedCamera {
         Ok(Self { device, card, format, source, intervals, exposure_us, pixel_formats })
     }
 
-    /// Which camera it is.
+    /// Identity of the camera.
     pub fn identity(&self) -> DeviceIdentity {
         DeviceIdentity {
             driver: "v4l2",
@@ -98,7 +98,7 @@ impl OpenedCamera {
         }
     }
 
-    /// What it can do as it is prepared.
+    /// Capabilities with the current format.
     pub fn capabilities(&self) -> CameraCapabilities {
         CameraCapabilities {
             sensor_px: (self.format.width_px, self.format.height_px),
@@ -112,7 +112,7 @@ impl OpenedCamera {
         }
     }
 
-    /// How it is set, as it says itself.
+    /// Settings as read from the camera.
     pub fn settings(&self) -> io::Result<CameraSettings> {
         let depth = if self.source.is_deep() { PixelFormat::Mono16 } else { PixelFormat::Mono8 };
         Ok(CameraSettings {
@@ -125,13 +125,13 @@ impl OpenedCamera {
         })
     }
 
-    /// Whether what is wanted can be set only while nothing streams: format and interval, if they differ from `now`.
+    /// Whether the request requires a stop of streaming: format and interval, if they differ from `now`.
     pub fn needs_stop(now: &CameraSettings, wanted: &CameraRequest) -> bool {
         wanted.pixel_format.is_some_and(|format| format != now.pixel_format)
             || wanted.frame_rate_hz.is_some_and(|rate_hz| rate_hz != now.frame_rate_hz)
     }
 
-    /// Sets what is wanted, of which its capabilities admit everything.
+    /// Applies a request that is within the capabilities.
     pub fn set(&mut self, wanted: &CameraRequest, settings: &V4l2Settings) -> io::Result<()> {
         if let Some(depth) = wanted.pixel_format {
             self.set_depth(depth == PixelFormat::Mono16, settings)?;
@@ -152,7 +152,7 @@ impl OpenedCamera {
         let preferred = if deep { &settings.format_16 } else { &settings.format_8 };
         let chosen = SourceFormat::choose(&self.device.formats()?, deep, preferred);
         let source = chosen.ok_or(io::ErrorKind::Unsupported)?;
-        // A new format brings its own frame interval; the one that was set is set again.
+        // A new format resets the frame interval; the previous one is set again.
         let interval = self.device.interval()?;
         let wanted = Format { pixels: source.code, row_bytes: 0, ..self.format };
         let format = self.device.set_format(&wanted)?;
@@ -183,7 +183,7 @@ fn rates(intervals: &Intervals) -> Option<ValueRange> {
     Some(ValueRange { min, max })
 }
 
-/// The interval whose rate is nearest to the one wanted.
+/// The interval whose rate is nearest to the requested one.
 fn nearest(intervals: &Intervals, rate_hz: f64) -> Option<Interval> {
     match intervals {
         Intervals::Discrete(intervals) => {
@@ -196,17 +196,17 @@ fn nearest(intervals: &Intervals, rate_hz: f64) -> Option<Interval> {
             } else if rate_hz <= longest.rate_hz() {
                 Some(*longest)
             } else {
-                // In tenths of a microsecond, the unit that UVC counts in.
+                // In tenths of a microsecond, the unit of UVC.
                 Some(Interval { numerator: (1e7 / rate_hz).round() as u32, denominator: 10_000_000 })
             }
         }
     }
 }
 
-/// Errors of the camera of that device file.
-struct Trouble<'d>(&'d str);
+/// Errors of the camera with this device file.
+struct CameraErrors<'d>(&'d str);
 
-impl Trouble<'_> {
+impl CameraErrors<'_> {
     fn settings(&self, what: &str, remedy: &str) -> OpenError {
         OpenError::Settings { what: format!("the camera {} {what}", self.0), remedy: remedy.to_owned() }
     }
@@ -225,17 +225,18 @@ impl Trouble<'_> {
 
     fn not_manual(&self, error: NotManual) -> OpenError {
         match error {
-            NotManual::Stays(what) => {
-                self.settings(&format!("does not let its {what} be set"), "take a camera that can be set by hand")
-            }
-            NotManual::Refused(what, error) => self.kernel(&format!("refuses to have its {what} set"), error),
+            NotManual::Stays(what) => self.settings(
+                &format!("does not allow its {what} to be set"),
+                "use a camera that can be set manually",
+            ),
+            NotManual::Refused(what, error) => self.kernel(&format!("refuses to set its {what}"), error),
         }
     }
 }
 
 /// Why a device file cannot be opened.
 pub fn not_opened(device: &str, error: &io::Error) -> OpenError {
-    let trouble = Trouble(device);
+    let trouble = CameraErrors(device);
     match error.kind() {
         io::ErrorKind::NotFound => trouble.absent("is not there", "check its cable, then reset"),
         io::ErrorKind::PermissionDenied => trouble.settings(
@@ -249,10 +250,10 @@ pub fn not_opened(device: &str, error: &io::Error) -> OpenError {
     }
 }
 
-/// Answers of the kernel as those of a camera.
+/// Converts a kernel error to a camera error.
 pub fn refused(setting: &'static str, error: io::Error) -> CameraError {
     if error.raw_os_error() == Some(UNPLUGGED) {
         return CameraError::Gone { reason: "it was unplugged".to_owned() };
     }
-    CameraError::Unsupported { setting, value: "what was wanted".to_owned(), expected: error.to_string() }
+    CameraError::Unsupported { setting, value: "the requested value".to_owned(), expected: error.to_string() }
 }

@@ -1,7 +1,7 @@
-//! Pixels as video devices send them, made into grey images in the one copy from the kernel's buffer.
+//! Conversion of the pixels of video devices to grey images, in the one copy from the kernel's buffer.
 //!
-//! Deeper pixels are shifted to the top of 16 bits. Of YUYV and MJPG the luma is taken as it was sent: of a camera that
-//! sends studio range (16 to 235) white is 235, which no one recognises as saturated.
+//! Deeper pixels are shifted to the top of 16 bits. Of YUYV and MJPG the luma is used unchanged: with studio range (16
+//! to 235) white is 235, which is not recognised as saturated.
 
 mod huffman;
 
@@ -15,20 +15,20 @@ use zune_jpeg::JpegDecoder;
 
 use crate::device::{Format, FourCc};
 
-/// How pixels lie in bytes.
+/// Byte layout of pixels.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Packing {
-    /// A byte each.
+    /// One byte each.
     Eight,
-    /// Two bytes each, little end first, of which so many bits are used.
+    /// Two bytes each, little-endian, with this number of used bits.
     Sixteen(u32),
     /// Two bytes each, luma first.
     LumaFirst,
-    /// A JPEG picture.
+    /// A JPEG image.
     Jpeg,
 }
 
-/// A format that is understood.
+/// A supported format.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct SourceFormat {
     /// Its four letters.
@@ -36,7 +36,7 @@ pub struct SourceFormat {
     packing: Packing,
 }
 
-/// Every format that is understood; of several that serve, the one that stands first is taken.
+/// All supported formats; the first suitable one is used.
 const FORMATS: [SourceFormat; 6] = [
     SourceFormat { code: FourCc(*b"GREY"), packing: Packing::Eight },
     SourceFormat { code: FourCc(*b"YUYV"), packing: Packing::LumaFirst },
@@ -46,18 +46,18 @@ const FORMATS: [SourceFormat; 6] = [
     SourceFormat { code: FourCc(*b"Y10 "), packing: Packing::Sixteen(10) },
 ];
 
-/// Why bytes are no picture.
+/// Why bytes are not a valid image.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum NoPicture {
     /// Bytes are missing or damaged.
     Incomplete,
-    /// It is a picture of another size: columns and rows.
+    /// An image of another size: columns and rows.
     WrongSize(usize, usize),
 }
 
 impl SourceFormat {
-    /// Of the formats a camera offers, the best with 8 bits, or with more; `preferred` is taken if it is offered and of
-    /// the depth.
+    /// Of the formats a camera offers, the best with 8 bits, or with more; `preferred` is used if it is offered with
+    /// that depth.
     pub fn choose(offered: &[FourCc], deep: bool, preferred: &str) -> Option<Self> {
         let serves = |format: &SourceFormat| format.is_deep() == deep && offered.contains(&format.code);
         let mut known = FORMATS.into_iter().filter(serves);
@@ -70,10 +70,10 @@ impl SourceFormat {
         matches!(self.packing, Packing::Sixteen(_))
     }
 
-    /// Writes the picture into `image`, whose memory is used again.
+    /// Writes the image into `image`, whose memory is reused.
     ///
     /// # Errors
-    /// [`NoPicture`]; what is in `image` then is undefined.
+    /// [`NoPicture`]; the content of `image` is then undefined.
     pub fn unpack(&self, bytes: &[u8], format: &Format, image: &mut GreyImage) -> Result<(), NoPicture> {
         let (width, height) = (format.width_px, format.height_px);
         match self.packing {
@@ -103,7 +103,7 @@ impl SourceFormat {
     }
 }
 
-/// Rows of a picture, without the bytes after each that are no pixels.
+/// Rows of an image, without padding bytes.
 struct Rows;
 
 impl Rows {
@@ -118,9 +118,9 @@ impl Rows {
     }
 }
 
-/// Decodes the luma alone. A picture that is cut off is none: what a tolerant decoder puts in its place is made up.
+/// Decodes only the luma. A truncated image is an error: a tolerant decoder would fill it with invented content.
 ///
-/// Bytes lost in its middle are not detectable: the kernel marks such frames, where it knows of them.
+/// Bytes lost in its middle are not detectable: the kernel marks such frames if it knows of them.
 fn decode_jpeg(bytes: &[u8], size: (usize, usize), image: &mut GreyImage) -> Result<(), NoPicture> {
     let bytes = with_tables(trimmed(bytes)?)?;
     let options = DecoderOptions::default().set_strict_mode(true).jpeg_set_out_colorspace(ColorSpace::Luma);
@@ -134,7 +134,7 @@ fn decode_jpeg(bytes: &[u8], size: (usize, usize), image: &mut GreyImage) -> Res
     decoder.decode_into(pixels).map_err(|_| NoPicture::Incomplete)
 }
 
-/// The picture up to its end marker; cameras fill up with zeros behind it.
+/// The image up to its end marker; cameras pad with zeros behind it.
 fn trimmed(bytes: &[u8]) -> Result<&[u8], NoPicture> {
     const END: [u8; 2] = [0xFF, 0xD9];
     let last = bytes.iter().rposition(|&byte| byte != 0).ok_or(NoPicture::Incomplete)?;
@@ -142,7 +142,7 @@ fn trimmed(bytes: &[u8]) -> Result<&[u8], NoPicture> {
     if used.ends_with(&END) { Ok(used) } else { Err(NoPicture::Incomplete) }
 }
 
-/// The picture with the standard's Huffman tables before its scan, if it has none.
+/// The image with the standard's Huffman tables before its scan, if it has none.
 fn with_tables(jpeg: &[u8]) -> Result<Cow<'_, [u8]>, NoPicture> {
     const SCAN: u8 = 0xDA;
     const TABLES: u8 = 0xC4;

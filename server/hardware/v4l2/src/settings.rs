@@ -24,7 +24,7 @@ pub struct V4l2Settings {
 }
 
 impl Default for V4l2Settings {
-    /// Best format, largest picture, lowest gain; the camera has to be named.
+    /// Best format, largest image, lowest gain; the camera must be named.
     fn default() -> Self {
         Self {
             device: String::new(),

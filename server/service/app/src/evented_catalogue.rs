@@ -1,12 +1,12 @@
-//! The catalogue as the service uses it: after every commit, whoever follows the events is woken, and who deletes what
-//! nobody names any more.
+//! The catalogue with notifications: every commit wakes the followers of events and the sweep of unreferenced
+//! artifacts.
 
 use std::sync::Arc;
 
 use store::{Catalogue, Change, EventRecord, StoreError};
 use tokio::sync::{Notify, watch};
 
-/// The catalogue and the bell that rings when events were added.
+/// The catalogue, and a notification when events were added.
 #[derive(Clone)]
 pub struct EventedCatalogue {
     catalogue: Arc<dyn Catalogue>,
@@ -15,18 +15,18 @@ pub struct EventedCatalogue {
 }
 
 impl EventedCatalogue {
-    /// Over a catalogue.
+    /// Wraps a catalogue.
     pub async fn open(catalogue: Arc<dyn Catalogue>) -> Result<Self, StoreError> {
         let seq = catalogue.last_event_seq().await?;
         Ok(Self { catalogue, newest_event: watch::Sender::new(seq), artifacts_left: Arc::default() })
     }
 
-    /// Reads.
+    /// Read access.
     pub fn read(&self) -> &dyn Catalogue {
         &*self.catalogue
     }
 
-    /// Makes all changes or none, and wakes the followers of events.
+    /// Commits all changes or none, and wakes the followers of events.
     pub async fn commit(&self, changes: Vec<Change>) -> Result<Vec<EventRecord>, StoreError> {
         let leaves_artifacts = changes.iter().any(Change::leaves_artifacts);
         let events = self.catalogue.commit(changes).await?;
@@ -43,13 +43,13 @@ impl EventedCatalogue {
         Ok(events)
     }
 
-    /// Returns once records were changed or deleted so that nobody may name their artifacts any more, since the last time
+    /// Returns once records were changed or deleted so that their artifacts may no longer be referenced, since the last time
     /// it returned. One task waits.
     pub async fn artifacts_left(&self) {
         self.artifacts_left.notified().await;
     }
 
-    /// Sequence of the newest event; followers read the events themselves, so that none is missed or doubled.
+    /// Sequence of the newest event; followers read the events from the catalogue, so that none is missed or duplicated.
     pub fn watch_events(&self) -> watch::Receiver<i64> {
         self.newest_event.subscribe()
     }

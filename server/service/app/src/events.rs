@@ -1,81 +1,82 @@
-//! What happens, as it is stored and published: one kind of event for one kind of act, each with its own body.
+//! Events as stored and published: one kind per action, each with its own body.
 //!
-//! `openapi/events.md` lists them; it is written from the types below.
+//! `openapi/events.md` lists them; it is generated from the types below.
 
+use devices::StageKind;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use station::wall_clock::now_ms;
 use store::{CaptureRecord, Change, EventRecord};
 use utoipa::ToSchema;
 
-use crate::camera::memory::KeptSettings;
+use crate::camera::memory::StoredCameraSettings;
 use crate::error::AppError;
 
-/// Something that happened.
+/// An event.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(tag = "kind", content = "body")]
 pub enum Event {
     /// A job was accepted.
     #[serde(rename = "job.queued")]
     JobQueued(JobEvent),
-    /// A job began.
+    /// A job started.
     #[serde(rename = "job.running")]
     JobRunning(JobEvent),
-    /// A job ended with a result.
+    /// A job succeeded.
     #[serde(rename = "job.succeeded")]
     JobSucceeded(JobEvent),
-    /// A job ended with a problem.
+    /// A job failed.
     #[serde(rename = "job.failed")]
     JobFailed(JobEvent),
-    /// A job was ended by a person.
+    /// A job was cancelled by a user.
     #[serde(rename = "job.cancelled")]
     JobCancelled(JobEvent),
-    /// A job ended because the service ended.
+    /// A job was interrupted by the end of the service.
     #[serde(rename = "job.interrupted")]
     JobInterrupted(JobEvent),
-    /// Pictures were uploaded or recorded.
+    /// A capture was uploaded or recorded.
     #[serde(rename = "capture.created")]
     CaptureCreated(CaptureCreated),
     /// A capture was deleted.
     #[serde(rename = "capture.deleted")]
-    CaptureDeleted(Act),
-    /// A recording of what the camera delivers began.
+    CaptureDeleted(Initiator),
+    /// A recording was started.
     #[serde(rename = "recording.started")]
     RecordingStarted(RecordingStarted),
-    /// A recording has ended, whatever ended it.
+    /// A recording ended.
     #[serde(rename = "recording.ended")]
     RecordingEnded(RecordingEnded),
     /// A recording was deleted.
     #[serde(rename = "recording.deleted")]
-    RecordingDeleted(Act),
+    RecordingDeleted(Initiator),
     /// A calibration was computed.
     #[serde(rename = "calibration.created")]
     CalibrationCreated(CalibrationCreated),
-    /// Another calibration is active.
+    /// A calibration was activated.
     #[serde(rename = "calibration.activated")]
     CalibrationActivated(Activation),
-    /// The calibration before is active again.
+    /// An activation was rolled back.
     #[serde(rename = "calibration.rolled_back")]
     CalibrationRolledBack(Activation),
-    /// A scan was made, in whole or in part.
+    /// A scan was completed or stored as partial.
     #[serde(rename = "scan.created")]
     ScanCreated(ScanCreated),
-    /// A watch over the station warns: during a scan, or of one that was made.
+    /// A watch raised a warning during or after a scan.
     #[serde(rename = "watch.warned")]
     WatchWarned(WatchWarned),
-    /// A scan was written in another format.
+    /// A scan was exported.
     #[serde(rename = "scan.exported")]
     ScanExported(ScanExported),
     /// A scan was deleted with its measurements.
     #[serde(rename = "scan.deleted")]
-    ScanDeleted(Act),
+    ScanDeleted(Initiator),
     /// A characteristic was measured.
     #[serde(rename = "measurement.created")]
     MeasurementCreated(MeasurementCreated),
-    /// What Start scans and measures was changed.
+    /// The measurement plan was changed.
     #[serde(rename = "measurement_plan.changed")]
-    MeasurementPlanChanged(PlanChanged),
-    /// A calibration session was begun.
+    MeasurementPlanChanged(MeasurementPlanChanged),
+    /// A calibration session was created.
     #[serde(rename = "session.created")]
     SessionCreated(SessionVersion),
     /// A calibration session was changed.
@@ -83,101 +84,101 @@ pub enum Event {
     SessionChanged(SessionVersion),
     /// A calibration session was deleted.
     #[serde(rename = "session.deleted")]
-    SessionDeleted(Act),
-    /// Somebody took control of the station.
+    SessionDeleted(Initiator),
+    /// Control of the station was taken.
     #[serde(rename = "control.taken")]
-    ControlTaken(Act),
-    /// Somebody took control from somebody else.
+    ControlTaken(Initiator),
+    /// Control was taken over from another holder.
     #[serde(rename = "control.taken_over")]
-    ControlTakenOver(TakenOver),
-    /// Somebody gave control back.
-    #[serde(rename = "control.given_back")]
-    ControlGivenBack(Act),
-    /// Control lapsed.
+    ControlTakenOver(ControlTakenOver),
+    /// Control was released.
+    #[serde(rename = "control.released")]
+    ControlReleased(Initiator),
+    /// Control expired.
     #[serde(rename = "control.expired")]
-    ControlExpired(Act),
+    ControlExpired(Initiator),
     /// The station was stopped.
     #[serde(rename = "station.stopped")]
-    StationStopped(Act),
+    StationStopped(Initiator),
     /// The station was reset.
     #[serde(rename = "station.reset")]
-    StationReset(Act),
+    StationReset(Initiator),
     /// The live view was started.
     #[serde(rename = "live.started")]
     LiveStarted(LiveView),
     /// The live view was ended.
     #[serde(rename = "live.ended")]
     LiveEnded(LiveView),
-    /// The stage was sent to its zero.
+    /// Homing of the stage was started.
     #[serde(rename = "stage.homed")]
-    StageHomed(Motion),
-    /// The stage was moved by hand, for as long as a key was held.
+    StageHomed(StageMotion),
+    /// The stage was jogged.
     #[serde(rename = "stage.jogged")]
-    StageJogged(Motion),
-    /// The stage was sent to a position.
+    StageJogged(StageMotion),
+    /// A move of the stage was started.
     #[serde(rename = "stage.moved")]
-    StageMoved(Motion),
-    /// The laser was switched by hand.
+    StageMoved(StageMotion),
+    /// The laser power was set manually.
     #[serde(rename = "laser.switched")]
     LaserSwitched(LaserSwitched),
-    /// The camera was set by a person.
+    /// Camera settings were changed by a user.
     #[serde(rename = "camera.configured")]
     CameraConfigured(CameraConfigured),
-    /// Features of the camera were set by their names.
+    /// Camera features were set by name.
     #[serde(rename = "camera.features_set")]
     CameraFeaturesSet(CameraFeaturesSet),
-    /// A fault of the simulated station was switched on.
-    #[serde(rename = "simulation.fault_on")]
+    /// A simulated fault was activated.
+    #[serde(rename = "simulation.fault_enabled")]
     SimulationFaultOn(SimulatedFault),
-    /// A fault of the simulated station was switched off.
-    #[serde(rename = "simulation.fault_off")]
-    SimulationFaultOff(NoBody),
+    /// A simulated fault was deactivated.
+    #[serde(rename = "simulation.fault_disabled")]
+    SimulationFaultOff(EmptyBody),
 }
 
-/// Nothing more is to be said.
+/// An empty body.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
-pub struct NoBody {}
+pub struct EmptyBody {}
 
-/// A job, as far as the event knows it.
+/// A job in an event.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct JobEvent {
-    /// The job.
+    /// Id of the job.
     pub id: String,
     /// `calibration`, `scan`, `recomputation`, `verification`, `export`.
     pub kind: String,
     /// `queued`, `running`, `succeeded`, `failed`, `cancelled`, `interrupted`.
     pub state: String,
-    /// Who asked for it.
+    /// Who requested it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub source: Option<String>,
-    /// Last words to the operator.
+    /// Final message for the operator.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub message: Option<String>,
-    /// What it made.
+    /// The result.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub result: Option<JobResult>,
-    /// Why it failed.
+    /// Why the job failed.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub problem: Option<AppError>,
-    /// Who ended it.
+    /// Who cancelled it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub actor: Option<String>,
 }
 
-/// What a job made.
+/// Result of a job.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct JobResult {
-    /// Which collection.
+    /// Kind of resource.
     pub kind: String,
-    /// Which one of it.
+    /// Its id.
     pub id: String,
 }
 
-/// Pictures that were uploaded or recorded.
+/// A capture that was uploaded or recorded.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct CaptureCreated {
-    /// What people call them.
+    /// Its name.
     pub name: String,
     /// `upload`, `calibration`, `scan`.
     pub origin: String,
@@ -189,231 +190,243 @@ impl From<&CaptureRecord> for CaptureCreated {
     }
 }
 
-/// A recording that began.
+/// A recording that was started.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct RecordingStarted {
-    /// What people call it.
+    /// Its name.
     pub name: String,
-    /// The scan that is recorded; missing for a live view.
+    /// The recorded scan; absent for a live view.
     pub scan_id: Option<String>,
-    /// Who asked; missing where a job did.
+    /// Who started it; absent if a job did.
     pub actor: Option<String>,
 }
 
 /// A recording that has ended.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct RecordingEnded {
-    /// What people call it.
+    /// Its name.
     pub name: String,
     /// `complete`, `interrupted`, `failed`.
     pub state: String,
     /// `stopped`, `live_ended`, `scan_ended`, `scan_began`, `disk_floor`, `disk_full`, `write_failed`, `service_ended`,
     /// `crashed`.
     pub ended: String,
-    /// Frames in it.
+    /// Recorded frames.
     pub n_frames: u64,
-    /// Exposures that are not in it.
+    /// Missing exposures.
     pub n_lost: u64,
-    /// Bytes of its file.
+    /// Size of the file.
     pub size_bytes: u64,
 }
 
 /// A calibration that was computed.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct CalibrationCreated {
-    /// By which job.
+    /// The job that computed it.
     pub job_id: String,
-    /// Model of its light sheets; missing without laser pictures.
+    /// Model of the light sheets; absent without laser images.
     pub model: Option<String>,
-    /// RMS distance of board corners from where the camera expects them.
+    /// RMS reprojection error of the board corners.
     pub corner_rms_px: f64,
-    /// What it leaves of depth uncertainty over the working volume.
+    /// Systematic depth uncertainty over the working volume, 1 σ.
     pub systematic_sigma_mm: Option<f64>,
 }
 
-/// Which calibration is active, and which was.
+/// A change of the active calibration.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct Activation {
-    /// The one that is active now; missing: none.
+    /// The active calibration; absent: none.
     pub calibration_id: Option<String>,
-    /// The one that was.
+    /// The previously active calibration.
     pub previous_id: Option<String>,
-    /// Who.
+    /// Who did it.
     pub actor: String,
-    /// The verdict of the newest verification with it, if there was one.
+    /// Verdict of its latest verification, if any.
     pub verification: Option<String>,
 }
 
-/// A scan that was made.
+/// A scan that was stored.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct ScanCreated {
-    /// What people call it.
+    /// Its name.
     pub name: String,
     /// `complete`, `partial`, `invalid`.
     pub state: String,
-    /// Points of its cloud; missing where it has none.
+    /// Number of points; absent without a cloud.
     pub n_points: Option<u64>,
 }
 
-/// A watch that warns; the subject is the scan.
+/// A warning of a watch; the subject is the scan.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct WatchWarned {
     /// `lost_steps`, `wavelength`, `order_powers`, `stage_scale`.
     pub watch: String,
-    /// `warning`, or `invalid`: the error exceeds the uncertainty that the points state.
+    /// `warning`, or `invalid`: the error exceeds the stated uncertainty of the points.
     pub state: String,
-    /// Its figure: mm for lost steps, else relative (a logarithm for powers).
+    /// Measured deviation: mm for lost steps, else relative (natural logarithm for powers).
     pub value: Option<f64>,
-    /// One σ of it.
+    /// Standard deviation of the value.
     pub sigma: Option<f64>,
-    /// The stage position where it begins.
+    /// Stage position at which it starts.
     pub position_mm: Option<f64>,
-    /// In words.
+    /// The warning in a sentence.
     pub reason: String,
 }
 
-/// A file that was written.
+/// An exported file.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct ScanExported {
     /// The scan.
     pub scan_id: String,
     /// `cloud` or `mesh`.
     pub what: String,
-    /// The format.
+    /// File format.
     pub format: String,
 }
 
 /// A characteristic that was measured.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct MeasurementCreated {
-    /// On which scan.
+    /// Id of the scan.
     pub scan_id: String,
-    /// By which tool.
+    /// The tool.
     pub tool: String,
-    /// What people call it.
+    /// Its name.
     pub name: Option<String>,
-    /// The value, in `unit`; missing where it is not measurable.
+    /// The value, in `unit`; absent if not measurable.
     pub value: Option<f64>,
     /// `mm` or `°`.
     pub unit: String,
     /// Expanded uncertainty (k = 2), in `unit`.
     pub expanded_uncertainty: Option<f64>,
-    /// `ok`, `not_ok`, `undecided`, `invalid`; missing without limits.
+    /// `ok`, `not_ok`, `undecided` or `invalid`; absent without a tolerance.
     pub verdict: Option<String>,
-    /// Who asked; missing where it was measured in a job.
+    /// Who requested it; absent if measured in a job.
     pub actor: Option<String>,
 }
 
-/// What Start scans and measures, in its new version.
+/// A new version of the measurement plan.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
-pub struct PlanChanged {
-    /// How often it was changed.
+pub struct MeasurementPlanChanged {
+    /// Version after the change.
     pub version: u64,
-    /// Who.
+    /// Who did it.
     pub actor: String,
 }
 
-/// A session, in its new version.
+/// A new version of a session.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct SessionVersion {
-    /// Who.
+    /// Who did it.
     pub actor: String,
-    /// How often it was changed.
+    /// Version after the change.
     pub version: i64,
 }
 
-/// Who did it, and from where.
+/// Who initiated an action, and from where.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
-pub struct Act {
-    /// What kind of principal: `local`, somebody at this station.
+pub struct Initiator {
+    /// Kind of principal: `local`, a user of this station.
     pub principal: String,
-    /// Who: the holder of the control lease, else the name that came along.
+    /// Name: the holder of the control lease, else the name in the request.
     pub actor: String,
-    /// From which address.
+    /// Network address.
     pub source: String,
 }
 
-/// Control that changed hands.
+/// A takeover of control.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
-pub struct TakenOver {
-    /// Who and from where.
+pub struct ControlTakenOver {
+    /// Who initiated it.
     #[serde(flatten)]
-    pub act: Act,
-    /// From whom.
+    pub initiator: Initiator,
+    /// Previous holder.
     pub from: String,
-    /// To whom.
+    /// New holder.
     pub to: String,
 }
 
 /// The live view.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct LiveView {
-    /// Who and from where.
+    /// Who initiated it.
     #[serde(flatten)]
-    pub act: Act,
+    pub initiator: Initiator,
     /// Share of full laser power, 0 to 1.
     pub laser_power: f64,
 }
 
-/// A motion by hand.
+/// A manual motion of the stage.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
-pub struct Motion {
-    /// Who and from where.
+pub struct StageMotion {
+    /// Who initiated it.
     #[serde(flatten)]
-    pub act: Act,
-    /// Where to, mm; missing where the command has no target.
+    pub initiator: Initiator,
+    /// Target position of a linear stage, if the motion has one.
     pub target_mm: Option<f64>,
-    /// How fast, mm/s.
+    /// Target angle of a rotary stage, if the motion has one.
+    pub target_deg: Option<f64>,
+    /// Speed of a linear stage.
     pub speed_mm_s: Option<f64>,
+    /// Speed of a rotary stage.
+    pub speed_deg_s: Option<f64>,
 }
 
-/// The laser, switched by hand.
+/// A value in the unit of the stage as two fields: millimetres of a linear stage, degrees of a rotary one.
+pub fn by_kind<T>(kind: StageKind, value: Option<T>) -> (Option<T>, Option<T>) {
+    match kind {
+        StageKind::Linear => (value, None),
+        StageKind::Rotary => (None, value),
+    }
+}
+
+/// A manual change of the laser power.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct LaserSwitched {
-    /// Who and from where.
+    /// Who initiated it.
     #[serde(flatten)]
-    pub act: Act,
+    pub initiator: Initiator,
     /// Share of full power, 0 to 1.
     pub power: f64,
 }
 
-/// The camera, as it is set now.
+/// The camera settings after a change.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct CameraConfigured {
-    /// Who and from where.
+    /// Who initiated it.
     #[serde(flatten)]
-    pub act: Act,
-    /// What it accepted.
-    pub settings: KeptSettings,
+    pub initiator: Initiator,
+    /// The accepted settings.
+    pub settings: StoredCameraSettings,
 }
 
-/// Features of the camera, set by their names.
+/// Camera features set by name.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct CameraFeaturesSet {
-    /// Who and from where.
+    /// Who initiated it.
     #[serde(flatten)]
-    pub act: Act,
-    /// In their order.
+    pub initiator: Initiator,
+    /// The features, in the order of the request.
     pub features: Vec<FeatureSet>,
 }
 
-/// A feature as the camera says it is.
+/// A feature as read back from the camera.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct FeatureSet {
     /// Its name.
     pub name: String,
-    /// Its value as text; missing for what it does, and what cannot be read.
+    /// Value as text; absent for commands and unreadable features.
     pub value: Option<String>,
 }
 
 /// A fault of the simulated station.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct SimulatedFault {
-    /// How strong, where the fault has a strength.
+    /// Magnitude, if the fault has one.
     pub value: Option<f64>,
 }
 
-/// An event of now about `subject`, to be appended.
+/// An event about `subject` with the current time, to be appended.
 pub fn event(subject: &str, event: Event) -> Change {
     let Ok(Value::Object(mut parts)) = serde_json::to_value(event) else {
         unreachable!("an event is a kind and a body of texts and numbers")
@@ -430,8 +443,9 @@ mod tests {
     #[test]
     fn an_event_is_stored_by_kind_and_body() {
         let [principal, actor, source] = ["local", "Anna", "127.0.0.1"].map(str::to_owned);
-        let act = Act { principal, actor, source };
-        let Change::AppendEvent(record) = event("laser", Event::LaserSwitched(LaserSwitched { act, power: 0.5 }))
+        let initiator = Initiator { principal, actor, source };
+        let Change::AppendEvent(record) =
+            event("laser", Event::LaserSwitched(LaserSwitched { initiator, power: 0.5 }))
         else {
             panic!("an event is appended")
         };
@@ -439,9 +453,9 @@ mod tests {
         let body =
             serde_json::json!({ "principal": "local", "actor": "Anna", "source": "127.0.0.1", "power": 0.5 });
         assert_eq!(record.body, body);
-        let Change::AppendEvent(gone) = event("7", Event::SimulationFaultOff(NoBody {})) else {
+        let Change::AppendEvent(gone) = event("7", Event::SimulationFaultOff(EmptyBody {})) else {
             panic!("appended")
         };
-        assert_eq!((gone.kind.as_str(), gone.body), ("simulation.fault_off", serde_json::json!({})));
+        assert_eq!((gone.kind.as_str(), gone.body), ("simulation.fault_disabled", serde_json::json!({})));
     }
 }

@@ -1,8 +1,8 @@
 //! Every use case of the service: jobs, sessions, calibrations, scans, measurements, control and Stop.
 //!
-//! A use case takes typed input and returns a typed result or an [`error::AppError`] with cause and remedy. Here is
-//! decided what may happen, in which order, and what is stored with it. There is no HTTP here, no status code, no exit
-//! code and no SQL: doors call these functions, the store keeps what they say.
+//! A use case takes typed input and returns a typed result or an [`error::AppError`] with cause and remedy. This crate
+//! decides what is allowed, in which order it happens, and what is stored with it. It contains no HTTP, no status codes,
+//! no exit codes and no SQL: interfaces call these functions, the store persists their results.
 
 mod access;
 pub mod camera;
@@ -44,42 +44,42 @@ use crate::resources::measurements::plan::MeasurementPlans;
 use crate::sessions::Sessions;
 use tokio_util::sync::CancellationToken;
 
-/// The parts of the running service, made once and handed to whoever needs them.
+/// The parts of the running service, created once and shared.
 #[derive(Clone)]
 pub struct App {
-    /// How it is set up.
+    /// Configuration.
     pub config: Arc<AppConfig>,
     /// The data directory.
     pub store: Arc<Store>,
     /// The catalogue and its events.
     pub ledger: EventedCatalogue,
-    /// What records name.
+    /// The artifact store.
     pub artifacts: Arc<dyn Artifacts>,
     /// Captures as folders.
     pub captures: Captures,
-    /// Which calibration is active, and how two differ.
+    /// The active calibration and comparisons.
     pub calibrations: Calibrations,
-    /// Calibrations in the making.
+    /// Calibration sessions.
     pub sessions: Sessions,
     /// The hardware.
     pub station: StationHandle,
     /// The queue.
     pub jobs: Jobs,
-    /// What is seen at this moment.
+    /// The live bus.
     pub live: LiveBus,
-    /// What is recorded of it.
+    /// The recorder.
     pub recordings: Recordings,
-    /// What Start scans and measures.
+    /// The measurement plan.
     pub measurement_plans: MeasurementPlans,
-    /// Who commands.
+    /// The control lease.
     pub control: ControlDesk,
-    /// Held while it is stored whether the station is stopped, so that the last word on the disk is the last word.
+    /// Held while the Stop state is stored, so that the newest state is stored last.
     pub halt_turn: Arc<tokio::sync::Mutex<()>>,
-    /// What was asked for and runs to its end, whether or not the client waits.
+    /// Requests that run to completion whether or not the client waits.
     pub tasks: TaskTracker,
-    /// Requests with a key that are being answered.
+    /// Idempotency keys in progress.
     pub keys: KeysInFlight,
-    /// Whether the service ends.
+    /// Set at shutdown.
     pub closing: CancellationToken,
 }
 

@@ -1,9 +1,9 @@
-//! The door for browsers and programs: REST, the live stream over WebSocket, and the embedded page.
+//! The HTTP interface for browsers and programs: REST, the live stream over WebSocket, and the embedded page.
 //!
-//! Here requests become the typed input of a use case and its result or error becomes an answer; wire types live in
-//! `wire`, the table of problems and status codes in `problem`. Nothing is decided here that another door would have to
-//! decide again, and there is no device and no SQL.
-#![allow(clippy::result_large_err, reason = "a problem ends a request: its size does not matter")]
+//! Requests become the typed input of a use case; its result or error becomes the response. Wire types live in `wire`,
+//! the table of problems and status codes in `problem`. Rules that another interface would need as well belong in
+//! `app`; devices and SQL do not appear here.
+#![allow(clippy::result_large_err, reason = "a problem ends the request, so its size does not matter")]
 
 mod edge;
 mod limits;
@@ -29,20 +29,20 @@ pub use ws::serve_stream;
 
 use ws::{Sources, Streams};
 
-/// Who may talk to the service, beyond this machine's own names.
+/// Which hosts and origins may use the service, beyond this machine's own names.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct HttpConfig {
     /// The address this machine listens on.
     pub listen_ip: Option<std::net::IpAddr>,
-    /// Names under which clients may address the service (`Host`), without port.
+    /// Host names that clients may use (`Host`), without port.
     pub allowed_hosts: Vec<String>,
-    /// Origins of pages that may use it (`Origin`), beside its own: `https://line3.example`.
+    /// Origins of other pages that may use it (`Origin`): `https://line3.example`.
     pub allowed_origins: Vec<String>,
-    /// Whether a reverse proxy that is trusted with users and TLS stands before it; without, only this machine is served.
+    /// Whether a trusted reverse proxy in front handles users and TLS; if not, only this machine is served.
     pub trusted_proxy: bool,
 }
 
-/// The door, with what all its connections share.
+/// The HTTP server and the state its connections share.
 #[derive(Clone)]
 pub struct Http {
     /// The use cases.
@@ -50,7 +50,7 @@ pub struct Http {
     config: Arc<HttpConfig>,
     streams: Streams,
     figures: PrometheusHandle,
-    /// The threads of the live view; they end with the door.
+    /// The threads of the live view; they end with the server.
     _threads: Arc<[Worker; 2]>,
 }
 
@@ -61,7 +61,7 @@ impl FromRef<Http> for App {
 }
 
 impl Http {
-    /// Everything but the port.
+    /// Everything except the port.
     ///
     /// # Errors
     /// If a thread cannot be started.
@@ -84,7 +84,7 @@ impl Http {
         Ok(Self { app, config, streams, figures, _threads: Arc::new([view, encoder]) })
     }
 
-    /// Answers at `listener` until the service closes.
+    /// Serves `listener` until the service shuts down.
     pub fn serve(self, listener: TcpListener) -> JoinHandle<()> {
         let (closing, tasks, figures) = (self.app.closing.clone(), self.app.tasks.clone(), self.figures.clone());
         let upkeep = async move {
@@ -105,10 +105,10 @@ impl Http {
 }
 
 fn figures() -> Result<PrometheusHandle, Failure> {
-    /// Seconds: from what nobody notices to what everybody does.
+    /// Histogram buckets, seconds: from unnoticeable to annoying.
     const BUCKETS: [f64; 9] = [0.001, 0.005, 0.02, 0.05, 0.1, 0.5, 1.0, 5.0, 30.0];
     let builder = PrometheusBuilder::new().set_buckets(&BUCKETS);
     builder
         .and_then(PrometheusBuilder::install_recorder)
-        .map_err(|cause| Failure::new(FailureKind::Internal, "the figures cannot be collected").because(&cause))
+        .map_err(|cause| Failure::new(FailureKind::Internal, "metrics cannot be collected").because(&cause))
 }

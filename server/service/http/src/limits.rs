@@ -1,4 +1,4 @@
-//! What the interface takes at most, and how long it waits: one place, stated to clients as problems.
+//! Limits and timeouts of the interface, in one place; clients see them as problems.
 
 use std::time::Duration;
 
@@ -14,54 +14,54 @@ pub const CONNECTION_LIMIT: usize = 1_000;
 /// Connections beyond [`CONNECTION_LIMIT`] that are accepted for Stop alone.
 pub const STOP_CONNECTION_LIMIT: usize = 32;
 
-/// Computations of whole clouds at once: each takes a processor and, for a mesh of a large scan (1.25 million points),
-/// 175 MiB for seconds.
+/// Concurrent computations on whole clouds: each takes a core for seconds and, for the mesh of a large scan
+/// (1.25 million points), 175 MiB.
 pub const HEAVY_REQUESTS: usize = 1;
 
-/// How long another one waits before it is asked to retry.
+/// How long a further one waits before the client is asked to retry.
 pub const HEAVY_WAIT: Duration = Duration::from_secs(15);
 
-/// Time for the header of a request, also on a silent kept-open connection.
+/// Timeout of a request header, also on an idle keep-alive connection.
 pub const HEADER_TIMEOUT: Duration = Duration::from_secs(10);
 
-/// The same beyond [`CONNECTION_LIMIT`], where a place is worth more.
+/// The same beyond [`CONNECTION_LIMIT`], where slots are scarce.
 pub const STOP_HEADER_TIMEOUT: Duration = Duration::from_secs(2);
 
 /// Largest STL file for the simulated stage: a million triangles in binary.
 pub const STL_BODY_LIMIT_BYTES: usize = 64 * 1024 * 1024;
 
-/// Time for a whole STL file.
+/// Timeout of a whole STL upload.
 pub const STL_BODY_TIMEOUT: Duration = Duration::from_secs(60);
 
-/// Time for a whole JSON body.
+/// Timeout of a whole JSON body.
 pub const JSON_BODY_TIMEOUT: Duration = Duration::from_secs(10);
 
-/// An upload that brings less than [`UPLOAD_WINDOW_MIN_BYTES`] in this time is closed.
+/// An upload that sends less than [`UPLOAD_WINDOW_MIN_BYTES`] in this time is closed.
 pub const UPLOAD_WINDOW: Duration = Duration::from_secs(10);
 
-/// See [`UPLOAD_WINDOW`]: a hundredth of the slowest line that makes sense.
+/// See [`UPLOAD_WINDOW`]: a hundredth of the slowest useful link.
 pub const UPLOAD_WINDOW_MIN_BYTES: u64 = 10 * 1024;
 
-/// Bytes of an upload between two looks at the room on the disk.
+/// Bytes of an upload between two checks of the free disk space.
 pub const UPLOAD_ROOM_STEP_BYTES: u64 = 8 * 1024 * 1024;
 
 /// How long the rest of a refused upload is read and discarded: a client that still sends would not read the answer.
 pub const REFUSED_UPLOAD_PATIENCE: Duration = Duration::from_secs(5);
 
-/// A client that takes no byte for this long is closed; together with the reaction below the promised 15 s.
+/// A client that reads nothing for this long is disconnected; including the reaction time below the promised 15 s.
 pub const WRITE_STALL_TIMEOUT: Duration = Duration::from_secs(12);
 
-/// Most records of one page of a list.
+/// Maximum number of records per page of a list.
 pub const PAGE_LIMIT_MAX: u32 = 200;
 
-/// Records of one page of a list, if not said.
+/// Default number of records per page of a list.
 pub const PAGE_LIMIT_DEFAULT: u32 = 50;
 
-/// Silence on an event stream before a comment shows that the line is alive: below every proxy's and our own limit.
+/// Idle time of an event stream before a keep-alive comment is sent: below the idle limits of proxies and our own.
 pub const SSE_KEEP_ALIVE: Duration = Duration::from_secs(5);
 
-/// Progress of jobs on an event stream, at most so often.
+/// Minimum interval between two job progress messages on an event stream.
 pub const SSE_PROGRESS_PERIOD: Duration = Duration::from_millis(100);
 
-/// Time between two upkeeps of the figures: histograms grow until then.
+/// Interval of metrics upkeep: histograms grow in between.
 pub const FIGURES_UPKEEP: Duration = Duration::from_secs(3600);

@@ -1,18 +1,20 @@
 //! The browser station: static files embedded in the program, compressed when they were built.
 //!
-//! A debug program reads them from `web/dist` instead, so that a changed page needs no new program.
+//! A debug build reads them from `web/dist` instead, so that a changed page needs no rebuild of the program.
 
 use crate::Http;
 use axum::Router;
 use axum::http::{HeaderMap, HeaderValue, StatusCode, Uri, header};
 use axum::response::{IntoResponse as _, Response};
 use axum::routing::get;
+use headers::{HeaderMapExt as _, IfNoneMatch};
 use rust_embed::{EmbeddedFile, RustEmbed};
 
 use crate::problem::{Problem, ProblemKind};
+use crate::rest::etag::tag;
 use app::hash_hex;
 
-/// Scripts, styles, pictures and connections of this server only; nothing inline.
+/// Scripts, styles, images and connections of this server only; nothing inline.
 const CSP_PAGE: &str = "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob: data:; \
                         connect-src 'self'; font-src 'self'; worker-src 'self'; manifest-src 'self'; \
                         frame-ancestors 'none'; base-uri 'none'; form-action 'none'";
@@ -44,11 +46,11 @@ async fn file(uri: Uri, headers: HeaderMap) -> Response {
 }
 
 fn not_built() -> Problem {
-    Problem::new(ProblemKind::Unavailable, "this program was built without its page")
-        .remedy("build and start it with `cargo xtask run`; the API works meanwhile, see /docs")
+    Problem::new(ProblemKind::Unavailable, "this program was built without the page")
+        .remedy("build and start it with `cargo xtask run`; the API works without it, see /docs")
 }
 
-/// The file in the smallest form that the browser takes.
+/// The file in the smallest encoding that the browser accepts.
 fn best(path: &str, headers: &HeaderMap) -> Option<(EmbeddedFile, Option<&'static str>)> {
     let accepted = headers.get(header::ACCEPT_ENCODING).and_then(|text| text.to_str().ok()).unwrap_or_default();
     let takes = |wanted: &str| accepted.split(',').any(|one| one.trim().split(';').next() == Some(wanted));
@@ -60,8 +62,9 @@ fn best(path: &str, headers: &HeaderMap) -> Option<(EmbeddedFile, Option<&'stati
 }
 
 fn answer(path: &str, file: EmbeddedFile, encoding: Option<&'static str>, headers: &HeaderMap) -> Response {
-    let etag = format!("\"{}\"", &hash_hex(&file.metadata.sha256_hash())[..32]);
-    let known = headers.get(header::IF_NONE_MATCH).is_some_and(|known| known.as_bytes() == etag.as_bytes());
+    let tag = tag(&hash_hex(&file.metadata.sha256_hash())[..32]);
+    let is_new = |known: IfNoneMatch| tag.as_ref().is_none_or(|tag| known.precondition_passes(tag));
+    let known = !headers.typed_get().is_none_or(is_new);
     let status = if known { StatusCode::NOT_MODIFIED } else { StatusCode::OK };
     let body = if known { Vec::new() } else { file.data.into_owned() };
     let mut response = (status, body).into_response();
@@ -74,8 +77,8 @@ fn answer(path: &str, file: EmbeddedFile, encoding: Option<&'static str>, header
     if let Some(encoding) = encoding {
         added.insert(header::CONTENT_ENCODING, HeaderValue::from_static(encoding));
     }
-    if let Ok(etag) = HeaderValue::from_str(&etag) {
-        added.insert(header::ETAG, etag);
+    if let Some(tag) = tag {
+        added.typed_insert(tag);
     }
     response
 }

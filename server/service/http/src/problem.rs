@@ -1,4 +1,4 @@
-//! What went wrong, for a client: RFC 9457, with cause and remedy. One table of types, titles and status codes.
+//! Problem details for clients (RFC 9457), with cause and remedy. One table of types, titles and status codes.
 
 use app::error::{AppError, ErrorKind};
 use axum::http::{HeaderValue, StatusCode, header};
@@ -9,56 +9,56 @@ use station::StationRefusal;
 use store::{DamagedRow, StoreError};
 use utoipa::ToSchema;
 
-/// The types of problems; each is one row of the table.
+/// The problem types; each is one row of the table.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum ProblemKind {
-    /// The request is not what the API understands.
+    /// The request is malformed.
     BadRequest,
-    /// No such thing.
+    /// The resource does not exist.
     NotFound,
-    /// The path exists, the method does not.
+    /// The path exists but does not support the method.
     MethodNotAllowed,
-    /// Nobody has, or somebody else has, the control lease.
+    /// The caller does not hold the control lease.
     ControlRequired,
-    /// The control lease that came along has run out.
+    /// The control lease sent with the request has expired.
     ControlExpired,
-    /// The station was stopped and not reset since.
+    /// The station was stopped and has not been reset since.
     Halted,
-    /// The station does something else.
+    /// The station is busy with something else.
     StationBusy,
-    /// The state of the thing does not allow it.
+    /// The state of the resource does not allow it.
     Conflict,
-    /// Somebody changed it meanwhile (`If-Match`).
+    /// The resource was changed in the meantime (`If-Match`).
     Changed,
-    /// An edit without `If-Match`.
+    /// A change without `If-Match`.
     PreconditionRequired,
-    /// A body that did not arrive in time.
+    /// The body did not arrive in time.
     TimedOut,
-    /// Too many bytes.
+    /// The body is too large.
     TooLarge,
-    /// A range of bytes of which none is there.
+    /// The requested byte range lies outside the file.
     RangeNotSatisfiable,
-    /// A body of another type.
+    /// The body has an unsupported media type.
     UnsupportedMediaType,
-    /// Understood, but impossible.
+    /// The request is well-formed but cannot be carried out.
     Impossible,
     /// The same `Idempotency-Key` with another body.
     KeyReused,
     /// Too many queued jobs or connections.
     TooMany,
-    /// A Host or Origin that is not allowed.
+    /// The Host or Origin is not allowed.
     Forbidden,
-    /// A defect of the program.
+    /// An internal error.
     Internal,
     /// A device does not answer, or the station is in error.
     DeviceFault,
-    /// A file or record of the store is not what was written, or not there.
+    /// A stored file or record is damaged or missing.
     Damaged,
     /// The server is starting or shutting down.
     Unavailable,
     /// The disk is full.
     StorageFull,
-    /// Stopped by a person.
+    /// Stopped by a user.
     Stopped,
 }
 
@@ -66,30 +66,30 @@ impl ProblemKind {
     /// The row: type (the last part of its URN), title, status.
     pub fn row(self) -> (&'static str, &'static str, u16) {
         match self {
-            Self::BadRequest => ("bad-request", "The request cannot be understood", 400),
-            Self::NotFound => ("not-found", "There is no such thing", 404),
-            Self::MethodNotAllowed => ("method-not-allowed", "This cannot be done here", 405),
-            Self::ControlRequired => ("control-required", "The control lease is needed", 409),
-            Self::ControlExpired => ("control-expired", "The control lease has expired", 409),
-            Self::Halted => ("halted", "The station was stopped", 409),
-            Self::StationBusy => ("station-busy", "The station is busy", 409),
-            Self::Conflict => ("conflict", "The present state does not allow it", 409),
-            Self::Changed => ("changed", "It was changed meanwhile", 412),
-            Self::PreconditionRequired => ("precondition-required", "Say which version is meant", 428),
-            Self::TimedOut => ("timed-out", "The request did not arrive in time", 408),
-            Self::TooLarge => ("too-large", "Too many bytes", 413),
-            Self::UnsupportedMediaType => ("unsupported-media-type", "The body is of another type", 415),
-            Self::RangeNotSatisfiable => ("range-not-satisfiable", "Nothing lies in that range", 416),
+            Self::BadRequest => ("bad-request", "Malformed request", 400),
+            Self::NotFound => ("not-found", "Not found", 404),
+            Self::MethodNotAllowed => ("method-not-allowed", "Method not allowed", 405),
+            Self::ControlRequired => ("control-required", "Control required", 409),
+            Self::ControlExpired => ("control-expired", "Control expired", 409),
+            Self::Halted => ("halted", "Station stopped: reset it first", 409),
+            Self::StationBusy => ("station-busy", "Station busy", 409),
+            Self::Conflict => ("conflict", "Not possible in the current state", 409),
+            Self::Changed => ("changed", "Changed in the meantime", 412),
+            Self::PreconditionRequired => ("precondition-required", "If-Match header missing", 428),
+            Self::TimedOut => ("timed-out", "Request timed out", 408),
+            Self::TooLarge => ("too-large", "Request too large", 413),
+            Self::UnsupportedMediaType => ("unsupported-media-type", "Unsupported media type", 415),
+            Self::RangeNotSatisfiable => ("range-not-satisfiable", "Range not satisfiable", 416),
             Self::Impossible => ("impossible", "Understood, but impossible", 422),
-            Self::KeyReused => ("key-reused", "The idempotency key belongs to another request", 422),
-            Self::TooMany => ("too-many", "Too many at once", 429),
+            Self::KeyReused => ("key-reused", "Idempotency key already used for another request", 422),
+            Self::TooMany => ("too-many", "Too many requests", 429),
             Self::Forbidden => ("forbidden", "Not allowed", 403),
-            Self::Internal => ("internal", "A defect of the program", 500),
-            Self::DeviceFault => ("device-fault", "A device does not do what it should", 503),
-            Self::Damaged => ("damaged", "What is stored is damaged or missing", 503),
+            Self::Internal => ("internal", "Internal error", 500),
+            Self::DeviceFault => ("device-fault", "Device fault", 503),
+            Self::Damaged => ("damaged", "Stored data damaged or missing", 503),
             Self::Unavailable => ("unavailable", "Not now", 503),
-            Self::StorageFull => ("storage-full", "The disk is full", 507),
-            Self::Stopped => ("stopped", "Stopped by a person", 409),
+            Self::StorageFull => ("storage-full", "Disk full", 507),
+            Self::Stopped => ("stopped", "Stopped by a user", 409),
         }
     }
 }
@@ -99,28 +99,28 @@ impl ProblemKind {
 pub struct Problem {
     /// `urn:sheaf:problem:…`, stable.
     pub r#type: String,
-    /// Short and the same for every problem of this type.
+    /// Short summary, the same for every problem of this type.
     pub title: String,
     /// The HTTP status.
     pub status: u16,
-    /// What happened here.
+    /// What went wrong in this case.
     pub detail: String,
-    /// Why, as far as known.
+    /// The cause, if known.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub cause: Option<String>,
     /// What to do about it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub remedy: Option<String>,
-    /// Where in the input: a JSON pointer, a file, an entry.
+    /// Where in the input: a JSON pointer, a file or an entry.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub pointer: Option<String>,
-    /// When to try again.
+    /// Seconds after which to retry.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub retry_after_s: Option<u64>,
 }
 
 impl Problem {
-    /// A problem of that kind.
+    /// A problem of this kind.
     pub fn new(kind: ProblemKind, detail: impl Into<String>) -> Self {
         let (slug, title, status) = kind.row();
         Self {
@@ -135,25 +135,25 @@ impl Problem {
         }
     }
 
-    /// With what to do about it.
+    /// Adds the remedy.
     pub fn remedy(mut self, remedy: impl Into<String>) -> Self {
         self.remedy = Some(remedy.into());
         self
     }
 
-    /// With the reason behind it.
+    /// Adds the cause.
     pub fn because(mut self, cause: impl Into<String>) -> Self {
         self.cause = Some(cause.into());
         self
     }
 
-    /// With the place in the input.
+    /// Adds the place in the input.
     pub fn at(mut self, pointer: impl Into<String>) -> Self {
         self.pointer = Some(pointer.into());
         self
     }
 
-    /// With the time after which it may work.
+    /// Adds the time after which to retry.
     pub fn retry_after_s(mut self, seconds: u64) -> Self {
         self.retry_after_s = Some(seconds);
         self
@@ -226,7 +226,7 @@ impl IntoResponse for Problem {
                 kind = self.r#type,
                 detail = self.detail,
                 cause = self.cause,
-                "answered with a problem"
+                "request answered with a problem"
             );
         }
         let body = serde_json::to_vec(&self).expect("a problem is texts and numbers");
@@ -238,9 +238,9 @@ impl IntoResponse for Problem {
     }
 }
 
-/// The runtime ended a request before its end.
+/// The runtime shut down before the request finished.
 pub fn cut_off(cause: &tokio::task::JoinError) -> Response {
-    Problem::new(ProblemKind::Unavailable, "the service ended before the request did")
+    Problem::new(ProblemKind::Unavailable, "the service shut down before the request finished")
         .because(cause.to_string())
         .into_response()
 }

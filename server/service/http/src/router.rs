@@ -1,4 +1,4 @@
-//! Everything the service answers, with what is done to every request and answer around it.
+//! All routes with their middleware.
 
 use axum::Router;
 use axum::extract::DefaultBodyLimit;
@@ -12,7 +12,7 @@ use crate::rest::around::{guard, headers, heavy, metering};
 use crate::rest::{openapi, problems};
 use crate::{Http, page, ws};
 
-/// All routes of the door.
+/// The router of the service.
 pub fn router(http: Http) -> Router {
     let guard = guard::Guard::new(&http.config);
     let (api, _) = openapi::routes_and_document();
@@ -23,7 +23,7 @@ pub fn router(http: Http) -> Router {
         .method_not_allowed_fallback(problems::no_such_method)
         .with_state(http)
         .layer(from_fn_with_state(heavy::Places::default(), heavy::limit))
-        // The limits of bodies are each reader's own: `extract` and the upload of captures.
+        // Each reader has its own body limit: `extract` and the upload of captures.
         .layer(DefaultBodyLimit::disable())
         .layer(from_fn_with_state(guard, guard::guard))
         .layer(CompressionLayer::new().quality(CompressionLevel::Fastest).compress_when(is_worth_compressing))
@@ -32,7 +32,7 @@ pub fn router(http: Http) -> Router {
         .layer(CatchPanicLayer::custom(problems::panicked))
 }
 
-/// Text shrinks; clouds, pictures and archives do not, and would cost the processor of a scan.
+/// Compresses text only: clouds, images and archives do not shrink and would take CPU time from a scan.
 fn is_worth_compressing(status: StatusCode, _: Version, headers: &HeaderMap, _: &Extensions) -> bool {
     const TEXTS: [&str; 5] =
         ["application/json", "application/problem+json", "text/html", "text/css", "text/javascript"];

@@ -1,4 +1,4 @@
-//! Where producers put what viewers see.
+//! The live bus: producers publish, viewers subscribe.
 
 use std::sync::Arc;
 
@@ -12,9 +12,9 @@ use vision::Centrelines;
 use crate::interest::{Demand, Demands, StreamKind};
 use crate::points::{PointLog, PointsSeen};
 
-/// One frame, seen through.
+/// A processed frame.
 pub struct LiveFrame {
-    /// The pixels and their moment.
+    /// The pixels and their time.
     pub frame: SharedFrame,
     /// The lines in it.
     pub centrelines: Centrelines,
@@ -24,7 +24,7 @@ pub struct LiveFrame {
     pub calibration_id: Option<Arc<str>>,
 }
 
-/// Where producers put what viewers see. Clones are the same bus.
+/// The live bus. Clones share it.
 #[derive(Clone)]
 pub struct LiveBus {
     frames: watch::Sender<Option<Arc<LiveFrame>>>,
@@ -45,7 +45,7 @@ impl Default for LiveBus {
 }
 
 impl LiveBus {
-    /// Shows a frame; the newest wins.
+    /// Publishes a frame; the newest wins.
     pub fn show(&self, frame: Arc<LiveFrame>) {
         self.frames.send_replace(Some(frame));
     }
@@ -55,12 +55,12 @@ impl LiveBus {
         self.frames.subscribe()
     }
 
-    /// Wants to see something at most `rate_hz` times per second, as long as the answer lives.
+    /// Registers a demand of at most `rate_hz` per second, valid until the returned value is dropped.
     pub fn subscribe(&self, sight: StreamKind, rate_hz: f64) -> Demand {
         Demand::new(&self.demands, sight, rate_hz)
     }
 
-    /// Follows who watches what.
+    /// Follows the demands.
     pub fn watch_demands(&self) -> watch::Receiver<Demands> {
         self.demands.subscribe()
     }
@@ -75,14 +75,13 @@ impl LiveBus {
         self.calibration.subscribe()
     }
 
-    /// The points of a scan will come; those of the scan before are dropped here.
+    /// Starts the points of a scan; those of the previous scan are dropped.
     pub fn begin_scan(&self, scan_id: &str) {
         let log = Arc::new(PointLog::new(scan_id));
         self.points.send_replace(PointsSeen { log: Some(log), n_blocks: 0, running: true });
     }
 
-    /// Shows the points of a frame of the scan that was begun, registered to the part; a frame without points leaves
-    /// no block.
+    /// Publishes the points of a frame of the started scan, in the part frame; a frame without points has no block.
     pub fn add_profile_points(
         &self,
         scan_id: &str,
@@ -92,7 +91,7 @@ impl LiveBus {
         calibration: &Calibration,
     ) {
         let Some(log) = self.points.borrow().log_of(scan_id).cloned() else { return };
-        // Packed before viewers are kept from looking.
+        // Packed before the lock is taken.
         let n_blocks = log.add(frame_idx, position, profile, calibration);
         self.points.send_if_modified(|seen| {
             if seen.log_of(scan_id).is_none() {
@@ -104,8 +103,8 @@ impl LiveBus {
         });
     }
 
-    /// No more points of that scan will come. Returns its blocks: written one after the other they are the display
-    /// artifact. Empty for a scan that is not the one that was begun last.
+    /// Ends the points of a scan. Returns its blocks: concatenated they are the display artifact. Empty unless it is the
+    /// scan that was started last.
     pub fn end_scan(&self, scan_id: &str) -> Vec<Bytes> {
         let mut blocks = Vec::new();
         self.points.send_if_modified(|seen| {
@@ -121,7 +120,7 @@ impl LiveBus {
         self.points.borrow().running
     }
 
-    /// Follows the points of the scan that was begun last.
+    /// Follows the points of the scan that was started last.
     pub fn watch_points(&self) -> watch::Receiver<PointsSeen> {
         self.points.subscribe()
     }

@@ -1,13 +1,13 @@
-//! Who watches what, so that nothing is computed for nobody.
+//! Demands of the viewers, so that nothing is computed without a viewer.
 
 use std::collections::BTreeMap;
 
 use tokio::sync::watch;
 
-/// What can be watched.
+/// What can be viewed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum StreamKind {
-    /// Pictures, made smaller by this factor.
+    /// Images, downscaled by this factor.
     Image {
         /// 1, 2 or 4.
         scale: u8,
@@ -24,18 +24,18 @@ pub struct Demands {
 }
 
 impl Demands {
-    /// The highest rate at which somebody wants to see that; `None`: nobody does.
+    /// The highest demanded rate of this kind; `None` without demand.
     pub fn rate_hz(&self, sight: StreamKind) -> Option<f64> {
         self.by_number.values().filter(|(wanted, _)| *wanted == sight).map(|(_, rate)| *rate).reduce(f64::max)
     }
 
-    /// The highest rate at which anything is wanted.
+    /// The highest demanded rate of any kind.
     pub fn any_rate_hz(&self) -> Option<f64> {
         self.by_number.values().map(|(_, rate)| *rate).reduce(f64::max)
     }
 }
 
-/// A subscription; it ends when this is dropped.
+/// A demand; it ends when this is dropped.
 pub struct Demand {
     number: u64,
     all: watch::Sender<Demands>,

@@ -1,9 +1,9 @@
-//! What is seen at this moment: frames with their centrelines and profiles, and the points of a running scan.
+//! Live data: frames with their centrelines and profiles, and the points of a running scan.
 //!
-//! Eyes may lose frames: a picture or profile that nobody took in time is replaced by the next one. The points of a
-//! scan are a sequence without gaps, kept until the next scan begins. [`protocol`] is the bytes and texts of `sheaf.v1`.
+//! Viewers may lose frames: an image or profile that was not read in time is replaced by the next one. The points of a
+//! scan are a sequence without gaps, kept until the next scan starts. [`protocol`] is the wire format of `sheaf.v1`.
 //!
-//! What may not live here: sockets, HTTP, jobs.
+//! Not in this crate: sockets, HTTP, jobs.
 
 pub mod bus;
 pub mod interest;

@@ -1,9 +1,9 @@
-//! At most so many per second, evenly.
+//! Rate limiting with even spacing.
 
 use tokio::time::{Duration, Instant};
 
-/// Lets things through at a rate: early by up to half a period, so that the jitter of a source of the same rate costs
-/// nothing, but never faster in the long run.
+/// A rate limiter: an item may be early by up to half a period, so that a jittering source of the same rate loses nothing,
+/// but the average rate is never exceeded.
 #[derive(Debug, Clone, Copy)]
 pub struct Pace {
     period: Duration,
@@ -18,23 +18,23 @@ impl Pace {
         pace
     }
 
-    /// Another rate from the next time on.
+    /// Changes the rate.
     pub fn set_rate(&mut self, rate_hz: f64) {
         self.period = Duration::from_secs_f64((1.0 / rate_hz).min(LONGEST_PERIOD.as_secs_f64()));
     }
 
-    /// When the next one may pass.
+    /// When the next item may pass.
     pub fn opens(&self) -> Instant {
         self.due.checked_sub(self.period / 2).unwrap_or(self.due)
     }
 
-    /// One passes now.
+    /// Records that an item passes now.
     pub fn pass(&mut self, now: Instant) {
         self.due = self.due.max(now) + self.period;
     }
 }
 
-/// Rates below one per hour are one per hour.
+/// Minimum rate: one per hour.
 const LONGEST_PERIOD: Duration = Duration::from_secs(3600);
 
 #[cfg(test)]

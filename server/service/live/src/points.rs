@@ -9,10 +9,10 @@ use scanning::{CloudPoint, Profile};
 
 use crate::protocol::points::{block_bytes, put_block};
 
-/// A point as it is shown: in the part frame.
+/// A display point, in the part frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DisplayPoint {
-    /// Where, in the part frame.
+    /// Position in the part frame.
     pub xyz_mm: [f64; 3],
     /// Diffraction order of its line.
     pub order: i8,
@@ -20,7 +20,7 @@ pub struct DisplayPoint {
     pub intensity: f32,
     /// Standard deviation along its camera ray.
     pub sigma_mm: f32,
-    /// Column (row) of the image: its place along the line.
+    /// Image column (row): position along the line.
     pub along_px: f32,
 }
 
@@ -30,7 +30,7 @@ fn display_points(
     position: StagePosition,
     calibration: &Calibration,
 ) -> impl Iterator<Item = DisplayPoint> {
-    // What a calibration of another kind of stage shows stays where the camera saw it.
+    // With a calibration of the other kind of stage, points stay in the camera frame.
     let motion = calibration.stage.and_then(|stage| stage.motion(position)).unwrap_or_else(Motion::at_rest);
     let display = move |point: &scanning::ProfilePoint| {
         let in_part = motion.part_from_camera(&point.hit_in_camera).xyz;
@@ -58,11 +58,11 @@ pub fn display_point_of_cloud(point: &CloudPoint, along_u: bool) -> DisplayPoint
     }
 }
 
-/// Memory asked for at once, bytes: two seconds of a fast camera share fewer than twenty pieces, and what is not used
-/// costs nothing.
+/// Allocation size, bytes: two seconds of a fast camera need fewer than twenty allocations, and unused memory costs
+/// nothing.
 const PIECE_BYTES: usize = 4 << 20;
 
-/// The display points of one scan: blocks that only ever grow in number, cut from large pieces of memory.
+/// The display points of one scan: an append-only list of blocks cut from large allocations.
 #[derive(Debug)]
 pub struct PointLog {
     scan_id: String,
@@ -72,9 +72,9 @@ pub struct PointLog {
 #[derive(Debug, Default)]
 struct Packed {
     blocks: Vec<Bytes>,
-    /// What is left of the newest piece of memory.
+    /// The rest of the newest allocation.
     piece: BytesMut,
-    /// The points of the newest frame; their memory is used again.
+    /// The points of the newest frame; the buffer is reused.
     points: Vec<DisplayPoint>,
 }
 
@@ -93,7 +93,7 @@ impl PointLog {
         self.packed.lock()
     }
 
-    /// Packs the points of a frame as the next block; none for no points. Returns how many blocks there are.
+    /// Packs the points of a frame as the next block; no block without points. Returns the number of blocks.
     pub fn add(
         &self,
         frame_idx: u32,
@@ -116,7 +116,7 @@ impl PointLog {
         blocks.len() as u32
     }
 
-    /// How many blocks there are.
+    /// Number of blocks.
     pub fn n_blocks(&self) -> u32 {
         self.packed().blocks.len() as u32
     }
@@ -132,7 +132,7 @@ impl PointLog {
     }
 }
 
-/// How far the scan that was begun last has come.
+/// State of the scan that was started last.
 #[derive(Debug, Clone, Default)]
 pub struct PointsSeen {
     /// Its points; `None` before the first scan.

@@ -1,4 +1,4 @@
-//! The thread `live`: looks for lines in the station's newest frame while somebody watches.
+//! The thread `live`: extracts lines from the station's newest frame while there are viewers.
 
 use std::io;
 use std::sync::Arc;
@@ -14,7 +14,7 @@ use crate::pace::Pace;
 use crate::worker::Worker;
 use crate::{LiveBus, LiveFrame};
 
-/// Starts the thread. It rests while nobody watches, and during a scan: the scan shows its frames itself.
+/// Starts the thread. It is idle without viewers, and during a scan, which publishes its own frames.
 pub fn start(station: &StationHandle, bus: LiveBus, line_direction: LineDirection) -> io::Result<Worker> {
     let (frames, status) = (station.watch_frames(), station.watch_status());
     let params = CentrelineParams { line_direction, ..CentrelineParams::default() };
@@ -27,7 +27,7 @@ async fn look(
     bus: LiveBus,
     params: CentrelineParams,
 ) {
-    // Labelling uses rayon: on the shared pool a frame would wait behind the seconds of a calibration.
+    // Labelling uses rayon: on the shared pool a frame would wait for a calibration.
     let alone = rayon::ThreadPoolBuilder::new().num_threads(1).use_current_thread().build();
     if let Err(error) = &alone {
         tracing::warn!("the live view shares the threads of computations: {error}");

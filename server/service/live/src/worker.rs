@@ -1,4 +1,4 @@
-//! Threads of the live view: named, with a clock of their own, ended when their owner is dropped.
+//! Threads of the live view: named, with their own timer, ended when their owner is dropped.
 
 use std::io;
 use std::thread::JoinHandle;
@@ -12,8 +12,8 @@ pub struct Worker {
 }
 
 impl Worker {
-    /// Runs what `work` makes on a thread of that name, until it ends by itself or this is dropped: then the future
-    /// is dropped at the next place where it waits.
+    /// Runs the future of `work` on a named thread until it completes or this is dropped; then the future is dropped at
+    /// its next await point.
     pub fn spawn<W, F>(name: &str, work: W) -> io::Result<Self>
     where
         W: FnOnce() -> F + Send + 'static,

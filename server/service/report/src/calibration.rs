@@ -12,10 +12,10 @@ use crate::tables::order_name;
 use pipeline::Failure;
 use pipeline::Features;
 
-/// Most laser pictures shown.
+/// Maximum number of laser images shown.
 const MAX_PICTURES: usize = 12;
 
-/// The page of one calibration; `source` says where the pictures came from.
+/// The report of a calibration; `source` names the origin of the images.
 pub fn calibration_page(
     capture: &Capture,
     source: &str,
@@ -24,7 +24,7 @@ pub fn calibration_page(
     document: &CalibrationDocument,
 ) -> Result<String, Failure> {
     let lead = format!(
-        "Calibration {} of {source}: camera, light sheets and stage with what they say about themselves.",
+        "Calibration {} of {source}: camera, light sheets and stage with their quality figures.",
         document.calibration.id,
     );
     let mut page = Page::new("Calibration report", &lead);
@@ -45,7 +45,7 @@ pub fn calibration_sections(
     if let Some(models) = &report.cross_validation {
         page.section(
             "Light models",
-            "Each model is fitted to all poses but some and asked to predict those; the error there is what a scan will see.",
+            "Each model is fitted without some poses and predicts these; the error on held-out poses is the error to expect in a scan.",
             light::models(models),
         );
     }
@@ -56,29 +56,33 @@ pub fn calibration_sections(
             light::residuals(fit, &capture.manifest.projector),
         );
         page.section(
-            "What was seen",
-            "Centrelines over the laser pictures, coloured by diffraction order; grey was found and not used.",
+            "Detections",
+            "Centrelines in the laser images, coloured by diffraction order; grey: detected but not used.",
             pictures(capture, features, fit)?,
         );
     }
     page.section(
         "Camera",
-        "Distance between the corners as seen and as the calibrated camera would see them.",
+        "Reprojection error of the corners.",
         camera::content(&result.calibration.camera, &report.camera),
     );
     if let Some(fit) = &report.stage {
-        page.section("Stage", "Where the stage moves the part, from the board it carried.", stage::content(fit));
+        page.section(
+            "Stage",
+            "Direction and scale of the stage travel, from the board on the stage.",
+            stage::content(fit),
+        );
     }
     if let Some(axis) = &report.axis {
         page.section(
             "Turntable",
-            "The axis the stage turns the part about, from the board it turned.",
+            "The axis of the turntable, from the board on the table.",
             turntable::content(axis),
         );
     }
     page.section(
         "Covariance",
-        "What the data cannot tell apart. It goes on into every point's and every measurement's uncertainty.",
+        "Correlations of the parameters. They are part of the uncertainty of every point and measurement.",
         correlation::content(&result.calibration),
     );
     Ok(())
@@ -89,13 +93,13 @@ fn tiles(report: &CalibrationReport) -> Vec<Tile> {
     let mut tiles = vec![Tile::new(
         format!("{:.4} px", camera.rms_px),
         "camera RMS",
-        format!("{} pictures, corner noise {:.4} px per axis", camera.poses.len(), camera.corner_sigma_px),
+        format!("{} images, corner noise {:.4} px per axis", camera.poses.len(), camera.corner_sigma_px),
     )];
     if let Some(light) = &report.light {
         tiles.push(Tile::new(
             format!("{:.1} µm", light.systematic_sigma_mm * 1e3),
             "systematic depth σ",
-            "what the calibration leaves over the working volume",
+            "over the working volume, 1 σ",
         ));
         tiles.push(Tile::new(
             light.model.name(),
@@ -129,7 +133,7 @@ fn notes(page: &mut Page, features: &Features, report: &CalibrationReport) {
     let notes: Vec<String> = report.warnings.iter().cloned().chain(left_out).collect();
     if !notes.is_empty() {
         let content = html! { @for note in &notes { p.verdict.note { (note) } } };
-        page.section("Notes", "What a person should know before using this calibration.", content);
+        page.section("Notes", "Warnings and notes on this calibration.", content);
     }
 }
 

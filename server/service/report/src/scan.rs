@@ -46,7 +46,7 @@ pub fn scan_section(page: &mut Page, capture: &Capture, name: &str, result: &Sca
         (left_out(result))
     };
     let introduction = format!(
-        "{} points. Heights are distances from the plane most points lie on. {}.",
+        "{} points. Heights are distances from the dominant plane. {}.",
         result.report.n_points,
         sentence(&result.report.envelope.to_string())
     );
@@ -60,17 +60,17 @@ fn tiles(result: &ScanResult) -> [Tile; 3] {
         Tile::new(
             result.report.n_points.to_string(),
             "points",
-            format!("from {} line pieces", result.report.n_segments),
+            format!("from {} line segments", result.report.n_segments),
         ),
         Tile::new(
             format!("{:.1} µm", median_sigma_mm(result) * 1e3),
             "median σ",
-            "along the ray: image noise and calibration together",
+            "along the ray, from image noise and calibration",
         ),
         Tile::new(
             format!("{:.1} µm", worst * 1e3),
             "largest bias between orders",
-            "two orders that saw the same surface",
+            "between two orders on the same surface",
         ),
     ]
 }
@@ -113,7 +113,7 @@ fn agreement(result: &ScanResult) -> Markup {
             ]
         })
         .collect();
-    html! { h3 { "The same surface seen by two orders" } (table(&["orders", "pairs", "bias, µm", "RMS, µm"], &rows, |_| false)) }
+    html! { h3 { "Agreement of orders" } (table(&["orders", "pairs", "bias, µm", "RMS, µm"], &rows, |_| false)) }
 }
 
 fn closure(result: &ScanResult) -> Markup {
@@ -131,7 +131,7 @@ fn closure(result: &ScanResult) -> Markup {
     if rows.is_empty() {
         return Markup::default();
     }
-    html! { h3 { "The same surface after a whole turn" } (table(&["seen again", "pairs", "bias, µm", "RMS, µm"], &rows, |_| false)) }
+    html! { h3 { "Closure after a full turn" } (table(&["seen again", "pairs", "bias, µm", "RMS, µm"], &rows, |_| false)) }
 }
 
 fn left_out(result: &ScanResult) -> Markup {

@@ -32,7 +32,7 @@ const PAGES: [(&str, f64, f64); 5] = [
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum SheetError {
     /// Larger than any page.
-    #[error("a board of {width_mm:.0}×{height_mm:.0} mm fits on no page up to A0")]
+    #[error("a board of {width_mm:.0}×{height_mm:.0} mm does not fit on any page up to A0")]
     TooLarge {
         /// Width with its margins.
         width_mm: f64,
@@ -47,7 +47,7 @@ pub enum SheetError {
 impl Remedy for SheetError {
     fn remedy(&self) -> Option<Cow<'_, str>> {
         Some(match self {
-            Self::TooLarge { .. } => "take smaller squares or fewer".into(),
+            Self::TooLarge { .. } => "use smaller or fewer squares".into(),
             Self::Markers(cause) => return cause.remedy(),
         })
     }

@@ -13,9 +13,9 @@ use crate::files::workbench::{FinishedFile, Workbench};
 #[serde(try_from = "String", into = "String")]
 pub struct ArtifactId(String);
 
-/// A text that names no artifact.
+/// Text that is not an artifact id.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("an artifact is named by 64 lower-case hexadecimal digits, not by \"{0}\"")]
+#[error("an artifact id has 64 lower-case hexadecimal digits, got \"{0}\"")]
 pub struct NotAnArtifactId(String);
 
 impl TryFrom<String> for ArtifactId {
@@ -33,7 +33,7 @@ impl From<ArtifactId> for String {
 }
 
 impl ArtifactId {
-    /// The id of that text; `None` if it is not 64 lower-case hexadecimal digits.
+    /// Parses an id; `None` if it is not 64 lower-case hexadecimal digits.
     pub fn parse(text: &str) -> Option<Self> {
         let hex = text.len() == 64 && text.bytes().all(|byte| matches!(byte, b'0'..=b'9' | b'a'..=b'f'));
         hex.then(|| Self(text.to_owned()))
@@ -47,19 +47,19 @@ impl ArtifactId {
 
 /// The bytes of an artifact.
 pub struct ArtifactReader {
-    /// How many there are.
+    /// Number of bytes.
     pub size_bytes: u64,
     /// Checks the hash while it is read; the read that would give the last bytes fails if it is wrong, with
     /// [`StoreError::Damaged`] inside the error.
     pub bytes: Box<dyn AsyncRead + Send + Unpin>,
 }
 
-/// An artifact in the making; dropped, it leaves nothing.
+/// An artifact being written; dropping it leaves nothing.
 #[async_trait]
 pub trait ArtifactWriter: Send {
     /// Adds bytes.
     async fn write(&mut self, bytes: &[u8]) -> Result<(), StoreError>;
-    /// Makes the bytes durable and names them.
+    /// Makes the bytes durable and returns their id.
     async fn finish(self: Box<Self>) -> Result<ArtifactId, StoreError>;
 }
 
@@ -81,18 +81,18 @@ pub trait Artifacts: Send + Sync {
     async fn read(&self, id: &ArtifactId) -> Result<Vec<u8>, StoreError>;
     /// Stores bytes that are in memory.
     async fn put(&self, bytes: &[u8]) -> Result<ArtifactId, StoreError>;
-    /// Takes a file of the workbench in, durably; it is gone from there afterwards.
+    /// Moves a file of the workbench into the store, durably.
     async fn adopt(&self, file: FinishedFile) -> Result<ArtifactId, StoreError>;
-    /// Where files in the making are.
+    /// The workbench for temporary files.
     fn workbench(&self) -> &Workbench;
-    /// Keeps an artifact that is there until a record names it anew, as if it had been stored just now.
+    /// Holds an existing artifact until a record refers to it, as if it had just been stored.
     ///
     /// # Errors
     /// [`StoreError::NotFound`] if it is not there.
     async fn hold(&self, id: &ArtifactId) -> Result<(), StoreError>;
-    /// What was stored or held is named by something that is no record, and that the sweeps know of.
+    /// Releases a stored or held artifact that is referenced by something other than a record, which the sweeps consider.
     fn release(&self, id: &ArtifactId);
-    /// Deletes artifacts that are not in `kept` and that nobody holds: what this process stored is held until a record
-    /// names it. Returns how many bytes became free. Use [`Store::sweep_unreferenced`](crate::Store::sweep_unreferenced).
+    /// Deletes artifacts that are not in `kept` and not held: artifacts stored by this process are held until a record
+    /// refers to them. Returns the freed bytes. Use [`Store::sweep_unreferenced`](crate::Store::sweep_unreferenced).
     async fn sweep(&self, kept: &std::collections::HashSet<ArtifactId>) -> Result<u64, StoreError>;
 }

@@ -1,4 +1,4 @@
-//! The catalogue: typed reads, and changes that happen together or not at all.
+//! The catalogue: typed reads and atomic changes.
 
 use std::collections::HashSet;
 
@@ -15,7 +15,7 @@ use crate::records::{
 /// Which calibration a change expects to be active.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub enum ExpectedActive {
-    /// Whichever is.
+    /// Any.
     Any,
     /// This one, or none.
     Is(Option<String>),
@@ -66,11 +66,11 @@ pub enum Change {
     UpdateRecording(RecordingRecord),
     /// A recording is forgotten; its file goes when nothing else names it.
     DeleteRecording(String),
-    /// A calibration was made; the same content twice is once.
+    /// A calibration was computed; the same content twice is stored once.
     InsertCalibration(CalibrationRecord),
     /// A calibration is deleted; refused for the active one, and while a scan was computed with it.
     DeleteCalibration(String),
-    /// Which calibration is active from now on.
+    /// Activates a calibration.
     Activate {
         /// `None`: nothing.
         calibration_id: Option<String>,
@@ -78,18 +78,18 @@ pub enum Change {
         expected_previous: ExpectedActive,
         /// `activate` or `roll_back`.
         act: String,
-        /// Who.
+        /// By whom.
         actor: String,
         /// When.
         at_ms: i64,
     },
-    /// A scan was made.
+    /// A scan was stored.
     InsertScan(ScanRecord),
-    /// A scan is replaced by its resumed self.
+    /// A scan is replaced by its resumed version.
     ReplaceScan(ScanRecord),
     /// A scan and its measurements are deleted.
     DeleteScan(String),
-    /// A measurement was made.
+    /// A measurement was stored.
     InsertMeasurement(MeasurementRecord),
     /// A session is begun.
     InsertSession(SessionRecord),
@@ -99,15 +99,15 @@ pub enum Change {
     DeleteSession(String),
     /// Stores a value under a name; it replaces the one before.
     PutSetting(SettingRecord),
-    /// Something happened; `seq` is given by the store.
+    /// Appends an event; `seq` is assigned by the store.
     AppendEvent(EventRecord),
     /// A request was answered; refused with [`StoreError::Exists`] if the key is there.
     InsertIdempotency(IdempotencyRecord),
     /// Jobs that have ended are deleted, if they ended before this, or are not among the newest.
-    ForgetEndedJobs {
+    PruneEndedJobs {
         /// Wall clock.
         before_ms: i64,
-        /// So many of all jobs stay, whatever their age by count.
+        /// Number of jobs kept.
         keep_newest: u32,
     },
     /// The request with this key was answered; `None`: it was refused, and may come again.
@@ -118,19 +118,19 @@ pub enum Change {
         answer: Option<serde_json::Value>,
     },
     /// Keys older than this are deleted.
-    ForgetIdempotencyBefore {
+    PruneIdempotencyKeys {
         /// Wall clock.
         at_ms: i64,
     },
     /// Events up to this one are deleted.
-    ForgetEventsThrough {
+    PruneEventsThrough {
         /// Sequence.
         seq: i64,
     },
 }
 
 impl Change {
-    /// Whether room comes from it, or a job finds its end: then the reserve is given for it on a full disk.
+    /// Whether it frees space or ends a job: then the reserve is released for it on a full disk.
     pub fn makes_room(&self) -> bool {
         matches!(
             self,
@@ -140,13 +140,13 @@ impl Change {
                 | Self::DeleteCalibration(_)
                 | Self::DeleteScan(_)
                 | Self::DeleteSession(_)
-                | Self::ForgetEndedJobs { .. }
-                | Self::ForgetIdempotencyBefore { .. }
-                | Self::ForgetEventsThrough { .. }
+                | Self::PruneEndedJobs { .. }
+                | Self::PruneIdempotencyKeys { .. }
+                | Self::PruneEventsThrough { .. }
         )
     }
 
-    /// Whether artifacts may be named by no record any more once it is made.
+    /// Whether artifacts may become unreferenced by it.
     pub fn leaves_artifacts(&self) -> bool {
         matches!(
             self,
@@ -157,30 +157,30 @@ impl Change {
                 | Self::DeleteSession(_)
                 | Self::ReplaceScan(_)
                 | Self::UpdateSession(_)
-                | Self::ForgetEndedJobs { .. }
+                | Self::PruneEndedJobs { .. }
         )
     }
 }
 
-/// Which part of a list: newest first, `limit` records older than `before`.
+/// A page of a list: newest first, `limit` records older than `before`.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Page {
-    /// Id of the last record of the page before; `None`: from the newest.
+    /// Id of the last record of the previous page; `None`: from the newest.
     pub before: Option<String>,
     /// At most this many.
     pub limit: u32,
 }
 
-/// Which scans a list has.
+/// Filter for scans.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct ScanFilter {
-    /// Only those worth that much.
+    /// Only scans in this state.
     pub state: Option<ScanState>,
     /// Only those computed with this calibration.
     pub calibration_id: Option<String>,
 }
 
-/// Which measurements a list has.
+/// Filter for measurements.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct MeasurementFilter {
     /// Only those on this scan.
@@ -191,7 +191,7 @@ pub struct MeasurementFilter {
     pub verdicts: Vec<String>,
 }
 
-/// A row that is not what was written.
+/// A damaged row.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct DamagedRow {
     /// Which collection.
@@ -200,7 +200,7 @@ pub struct DamagedRow {
     pub id: String,
 }
 
-/// A part of a list: the records that are what was written, and the rows between them that are not.
+/// A page of a list: intact records, and the damaged rows between them.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Listed<T> {
     /// At most as many as the page may have.
@@ -212,7 +212,7 @@ pub struct Listed<T> {
 }
 
 impl<T> Listed<T> {
-    /// The records, for who can do nothing with a list that has gaps.
+    /// The records, for callers that cannot handle gaps.
     ///
     /// # Errors
     /// [`StoreError::DamagedRecord`] for the first row that is damaged.
@@ -223,7 +223,7 @@ impl<T> Listed<T> {
         }
     }
 
-    /// The same with other records in the place of these.
+    /// Maps the records.
     pub fn map<U>(self, change: impl FnMut(T) -> U) -> Listed<U> {
         let Self { records, damaged, next } = self;
         Listed { records: records.into_iter().map(change).collect(), damaged, next }
@@ -236,7 +236,7 @@ impl From<DamagedRow> for StoreError {
     }
 }
 
-/// Typed reads and atomic changes. Lists are newest first, and name the rows that cannot be read.
+/// Typed reads and atomic changes. Lists are newest first and report unreadable rows.
 #[async_trait]
 pub trait Catalogue: Send + Sync {
     /// Makes all `changes` or none; when it returns, they are on the disk. Returns the events as they were stored.
@@ -286,7 +286,7 @@ pub trait Catalogue: Send + Sync {
     /// Sessions.
     async fn sessions(&self, page: &Page) -> Result<Listed<SessionRecord>, StoreError>;
 
-    /// What the station remembers under that name, if anything.
+    /// The setting of this name, if any.
     async fn setting(&self, name: &str) -> Result<Option<SettingRecord>, StoreError>;
 
     /// At most `limit` events after `seq`, oldest first.

@@ -1,21 +1,21 @@
-//! Why the store did not do what it was asked.
+//! Errors of the store.
 
 use std::borrow::Cow;
 
 use remedy::Remedy;
 
-/// Why the store did not do what it was asked.
+/// An error of the store.
 #[derive(Debug, thiserror::Error)]
 pub enum StoreError {
     /// No such record.
-    #[error("there is no {kind} {id}")]
+    #[error("{kind} {id} does not exist")]
     NotFound {
         /// Which collection.
         kind: &'static str,
         /// Which id.
         id: String,
     },
-    /// A record of that id is there already.
+    /// A record with this id already exists.
     #[error("{kind} {id} exists already")]
     Exists {
         /// Which collection.
@@ -23,31 +23,31 @@ pub enum StoreError {
         /// Which id.
         id: String,
     },
-    /// Somebody else was faster.
-    #[error("{kind} {id} has changed meanwhile")]
+    /// Changed concurrently.
+    #[error("{kind} {id} was changed in the meantime")]
     Changed {
         /// Which collection.
         kind: &'static str,
         /// Which id.
         id: String,
     },
-    /// The change makes no sense in the present state.
+    /// The change is not possible in the current state.
     #[error("{kind} {id} {why}")]
     Refused {
         /// Which collection.
         kind: &'static str,
         /// Which id.
         id: String,
-        /// Why, in words that continue the sentence.
+        /// Why; continues the sentence.
         why: String,
-        /// What to do instead, if anything helps.
+        /// What to do instead, if possible.
         remedy: Option<&'static str>,
     },
     /// No room.
     #[error("the disk is full")]
     Full,
-    /// A write failed before; nothing is written any more, so that nothing is promised that is not kept.
-    #[error("the store is read-only since a write failed ({reason})")]
+    /// A write failed earlier; the store refuses further writes because they could not be guaranteed.
+    #[error("the store has been read-only since a write failed ({reason})")]
     ReadOnly {
         /// What failed.
         reason: String,
@@ -67,14 +67,14 @@ pub enum StoreError {
         id: String,
     },
     /// The data directory was written by a newer program.
-    #[error("the data directory has schema {found}, this program knows {known}")]
+    #[error("the data directory has schema {found}, this program supports {known}")]
     TooNew {
         /// Schema found.
         found: i64,
         /// Newest schema known.
         known: i64,
     },
-    /// The catalogue is not the one of the artifacts beside it: starting on it would lose what they are.
+    /// The catalogue does not belong to the artifacts beside it: starting with it would lose them.
     #[error("the catalogue {catalogue} {why}")]
     NotItsCatalogue {
         /// Which file.
@@ -133,11 +133,11 @@ impl Remedy for StoreError {
             Self::ReadOnly { .. } => "check the disk, then restart",
             Self::Damaged { .. } => "restore it from a backup",
             Self::DamagedRecord { .. } => {
-                "delete it if it can be made again, or restore the data directory from a backup"
+                "delete it if it can be created again, or restore the data directory from a backup"
             }
             Self::TooNew { .. } => "use the newer program",
             Self::NotItsCatalogue { remedy, .. } => remedy,
-            Self::InUse { .. } => "stop it or choose another --data",
+            Self::InUse { .. } => "stop it, or use another --data",
             Self::Broken { .. } => "restore the database from a backup",
         }))
     }

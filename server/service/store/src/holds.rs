@@ -1,4 +1,4 @@
-//! Artifacts that no record names yet, and that no sweep may delete all the same.
+//! Holds: artifacts that no record refers to yet and that sweeps must not delete.
 //!
 //! Who stores an artifact holds it until a record names it. While a sweep is under way nothing is let go: a record that
 //! is committed after the sweep has read the catalogue still protects what it names.

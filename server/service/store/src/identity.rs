@@ -49,8 +49,8 @@ impl Progress {
 pub fn check_before_opening(folder: &Path, artifacts: &LocalArtifacts) -> Result<(), StoreError> {
     let why = match fs::metadata(folder.join(CATALOGUE_FILE)) {
         Ok(file) if file.len() > 0 => return Ok(()),
-        Ok(_) => "is empty, but the artifacts of a station lie beside it",
-        Err(_) => "is missing, but the artifacts of a station are there",
+        Ok(_) => "is empty, but the artifacts of a station exist beside it",
+        Err(_) => "is missing, but the artifacts of a station exist",
     };
     let is_new = id_of_artifacts(folder).is_none() && artifacts.is_empty()?;
     if is_new { Ok(()) } else { Err(refusal(folder, why)) }
@@ -65,7 +65,7 @@ pub async fn check(
     let of_catalogue = catalogue.setting(STATION).await?.and_then(|kept| kept.value.as_str().map(str::to_owned));
     let (of_artifacts, seen) = id_of_artifacts(folder).unzip();
     let progress = Progress::of(catalogue).await?;
-    let foreign = || refusal(folder, "is of another station than the artifacts beside it");
+    let foreign = || refusal(folder, "belongs to another station than the artifacts beside it");
     if let (Some(one), Some(other)) = (&of_catalogue, &of_artifacts) {
         return match one == other {
             false => Err(foreign()),
@@ -77,7 +77,7 @@ pub async fn check(
     let nothing_lost = artifacts.is_empty()? && !(expects_content && progress.last_seq == 0);
     if !nothing_lost && !names_any(catalogue, artifacts).await? {
         return Err(match progress.last_seq {
-            0 => refusal(folder, "has no record, but the artifacts of a station lie beside it"),
+            0 => refusal(folder, "has no records, but the artifacts of a station exist beside it"),
             _ => foreign(),
         });
     }
@@ -124,7 +124,7 @@ async fn set_aside(
     let n_moved = artifacts.set_aside(&named, &target)?;
     if n_moved > 0 {
         let folder = target.display();
-        tracing::warn!(%folder, n_moved, "the catalogue was restored; files that it does not know were set aside");
+        tracing::warn!(%folder, n_moved, "the catalogue was restored; unknown files were set aside");
     }
     note_progress(folder, catalogue).await
 }

@@ -1,4 +1,4 @@
-//! What a station keeps: a catalogue of records and the artifacts they name.
+//! Persistent storage of a station: a catalogue of records and the artifacts they refer to.
 //!
 //! A change that was answered with `Ok` survives a crash at any later moment, a change that was not is either there
 //! as a whole or not at all (`promises.md` 1). Artifacts are named by the SHA-256 of their bytes, which every reader

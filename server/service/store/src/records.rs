@@ -23,12 +23,12 @@ pub enum JobState {
     Failed,
     /// Ended by a person.
     Cancelled,
-    /// The process died while it ran.
+    /// The process crashed while it ran.
     Interrupted,
 }
 
 impl JobState {
-    /// Whether nothing can change any more.
+    /// Whether the record is final.
     pub fn is_terminal(self) -> bool {
         !matches!(self, Self::Queued | Self::Running)
     }
@@ -92,7 +92,7 @@ pub enum JobOutcome {
 pub struct CaptureRecord {
     /// UUID v7.
     pub id: String,
-    /// What a person calls it.
+    /// Its name.
     pub name: String,
     /// `upload`, `calibration`, `scan`.
     pub origin: String,
@@ -129,7 +129,7 @@ pub enum RecordingState {
 pub struct RecordingRecord {
     /// UUID v7.
     pub id: String,
-    /// What a person calls it.
+    /// Its name.
     pub name: String,
     /// `live`, `scan`.
     pub origin: String,
@@ -162,7 +162,7 @@ pub struct CalibrationRecord {
     pub capture_id: Option<String>,
     /// The job that made it.
     pub job_id: Option<String>,
-    /// Figures for lists.
+    /// Summary for lists.
     pub summary: Value,
     /// When it was made.
     pub created_at_ms: i64,
@@ -185,7 +185,7 @@ pub struct ActivationRecord {
     pub at_ms: i64,
 }
 
-/// What a scan is worth.
+/// State of a scan.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum ScanState {
@@ -193,7 +193,7 @@ pub enum ScanState {
     Complete,
     /// It was stopped or interrupted; it can be resumed.
     Partial,
-    /// Frames were lost: never the base of a verdict.
+    /// Frames were lost: no verdict possible.
     Invalid,
 }
 
@@ -202,9 +202,9 @@ pub enum ScanState {
 pub struct ScanRecord {
     /// UUID v7.
     pub id: String,
-    /// What a person calls it; stands in the cloud's header.
+    /// Its name; also in the header of the cloud.
     pub name: String,
-    /// What it is worth.
+    /// Its state.
     pub state: ScanState,
     /// Which calibration the cloud was computed with.
     pub calibration_id: String,
@@ -220,7 +220,7 @@ pub struct ScanRecord {
     pub display: Option<ArtifactId>,
     /// Figures: points, dropped by reason, self-consistency, envelope.
     pub report: Value,
-    /// The scan it was computed from again.
+    /// The scan it was recomputed from.
     pub recomputed_from: Option<String>,
     /// The job that made it.
     pub job_id: Option<String>,
@@ -260,7 +260,7 @@ pub struct SessionRecord {
     pub changed_at_ms: i64,
 }
 
-/// What the station remembers beside its records: a value under a name.
+/// A setting: a named value.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct SettingRecord {
     /// A stable name: `station.halted`, `camera.settings`, …
@@ -271,7 +271,7 @@ pub struct SettingRecord {
     pub changed_at_ms: i64,
 }
 
-/// Something that happened; the sequence has no gaps in what a reader sees.
+/// An event; readers see a sequence without gaps.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct EventRecord {
     /// Position in the log, given by the store.
@@ -286,7 +286,7 @@ pub struct EventRecord {
     pub at_ms: i64,
 }
 
-/// A request that is done at most once.
+/// A request with an idempotency key.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct IdempotencyRecord {
     /// The client's key, with method and path in front.

@@ -84,7 +84,7 @@ impl Store {
         Ok(store)
     }
 
-    /// Whether a write failed, so that nothing is written any more.
+    /// Whether a write failed and the store is therefore read-only.
     pub fn is_read_only(&self) -> bool {
         self.health.is_read_only()
     }
@@ -169,10 +169,10 @@ impl Store {
         let target = backups.join(format!("{DAILY}{now_ms:013}.sqlite3"));
         let named = fs::rename(&draft, &target).and_then(|()| LocalDisk.sync_folder(&backups));
         named.map_err(|cause| file_error("name", &target, cause))?;
-        forget_backups(&backups).map_err(|cause| file_error("delete old copies in", &backups, cause))
+        prune_backups(&backups).map_err(|cause| file_error("delete old copies in", &backups, cause))
     }
 
-    /// Gives the reserve back to the disk, so that records can be deleted although it is full.
+    /// Releases the reserve, so that records can be deleted on a full disk.
     ///
     /// # Errors
     /// [`StoreError::File`] if the file cannot be deleted.
@@ -204,7 +204,7 @@ impl Store {
 /// Begins the name of a daily copy; a number follows that sorts by age.
 const DAILY: &str = "catalogue-daily-";
 
-fn forget_backups(folder: &Path) -> io::Result<()> {
+fn prune_backups(folder: &Path) -> io::Result<()> {
     let mut daily: Vec<PathBuf> = fs::read_dir(folder)?.flatten().map(|entry| entry.path()).collect();
     daily.retain(|file| file.file_name().is_some_and(|name| name.to_string_lossy().starts_with(DAILY)));
     daily.sort();
@@ -227,7 +227,7 @@ fn prepare(folder: &Path) -> Result<File, StoreError> {
 }
 
 fn interruption(job: &JobRecord, now_ms: i64) -> [Change; 2] {
-    let message = "interrupted: the server ended while it ran".to_owned();
+    let message = "interrupted: the server ended while it was running".to_owned();
     let body = serde_json::json!({ "id": job.id, "kind": job.kind, "state": "interrupted", "message": message });
     [
         Change::EndJob { id: job.id.clone(), outcome: JobOutcome::Interrupted, message, at_ms: now_ms },

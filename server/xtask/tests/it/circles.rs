@@ -1,12 +1,13 @@
-//! Within a crate imports run one way, too: no circle between its top modules, which are the files and folders of `src`.
+//! Imports within a crate are acyclic as well: no cycle between its top modules, which are the files and folders of
+//! `src`.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
-/// Every folder of the workspace's crates.
+/// Folders of the workspace's crates.
 const WINGS: [&str; 3] = ["server/core", "server/hardware", "server/service"];
 
-/// Crates beside the wings.
+/// Crates outside these folders.
 const BESIDE: [&str; 3] = ["server/cli", "server/reference", "server/xtask"];
 
 /// Top module → the top modules that it imports.
@@ -42,7 +43,7 @@ fn sources(folder: &Path) -> Vec<PathBuf> {
     found
 }
 
-/// The words after every `crate::`, also those of a list in braces.
+/// The identifiers after every `crate::`, including lists in braces.
 fn imported(text: &str) -> Vec<&str> {
     let word =
         |text: &'_ str| text.len() - text.trim_start_matches(|c: char| c.is_alphanumeric() || c == '_').len();
@@ -85,7 +86,7 @@ fn imports(folder: &Path) -> Imports {
     for path in &files {
         let from = top(path);
         let text = std::fs::read_to_string(path).unwrap();
-        // Tests may look at everything.
+        // Tests may import everything.
         let text = text.split("#[cfg(test)]").next().unwrap();
         let names = imported(text).into_iter().filter(|name| modules.contains(*name) && **name != from);
         imports.entry(from.clone()).or_default().extend(names.map(str::to_owned));
@@ -96,7 +97,7 @@ fn imports(folder: &Path) -> Imports {
     imports
 }
 
-/// What is left when modules without imports are taken away again and again: the circles and what leads to them.
+/// The modules that remain after repeatedly removing modules without imports: the cycles and their importers.
 fn circles(mut imports: Imports) -> BTreeSet<String> {
     loop {
         let free: Vec<String> =

@@ -1,11 +1,11 @@
-//! A folder holds about a dozen things: what holds more says several things and is found by nobody.
+//! A folder contains at most about a dozen entries; beyond, it mixes topics and becomes hard to search.
 
 use std::path::{Path, PathBuf};
 
-/// Files and folders that a folder may hold.
+/// Greatest number of entries in a folder.
 const MOST_THINGS: usize = 15;
 
-/// Folders that may hold more, each with its reason.
+/// Folders that may contain more, each with its reason.
 const EXCEPTIONS: [(&str, &str); 3] = [
     ("server/docs/adr", "a numbered list, read by number and in the order of time"),
     ("web/src/text/de", "one file a page of the program, as in the other language"),
@@ -16,7 +16,7 @@ fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
 }
 
-/// Every folder below `folder`, itself among them, with the number of things that it holds; hidden ones do not count.
+/// Every folder below `folder`, including itself, with its number of entries; hidden ones do not count.
 fn folders(folder: &Path) -> Vec<(PathBuf, usize)> {
     let paths = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
     let things: Vec<PathBuf> =
@@ -26,7 +26,7 @@ fn folders(folder: &Path) -> Vec<(PathBuf, usize)> {
     found
 }
 
-/// The folders of sources and documents that hold more than [`MOST_THINGS`], relative to `root`.
+/// The folders of sources and documents with more than [`MOST_THINGS`] entries, relative to `root`.
 fn too_full(root: &Path) -> Vec<(String, usize)> {
     let all = ["server", "web/src"].into_iter().flat_map(|part| folders(&root.join(part)));
     let mut full: Vec<(String, usize)> = all
@@ -41,13 +41,13 @@ fn too_full(root: &Path) -> Vec<(String, usize)> {
 fn no_folder_holds_more_than_about_a_dozen_things() {
     let mut full = too_full(&root());
     full.retain(|(folder, _)| EXCEPTIONS.iter().all(|(exception, _)| exception != folder));
-    assert_eq!(full, [], "group them by what they say, or name the exception with its reason");
+    assert_eq!(full, [], "group them by topic, or add an exception with its reason");
 }
 
 #[test]
 fn every_exception_is_still_one() {
     let full = too_full(&root());
     for (exception, _) in EXCEPTIONS {
-        assert!(full.iter().any(|(folder, _)| folder == exception), "{exception} needs no exception any more");
+        assert!(full.iter().any(|(folder, _)| folder == exception), "{exception} no longer needs an exception");
     }
 }

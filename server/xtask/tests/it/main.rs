@@ -1,4 +1,4 @@
-//! What the workspace's sources may import, and how they are laid out.
+//! Permitted imports and layout of the workspace's sources.
 
 #![allow(clippy::unwrap_used)]
 

@@ -1,13 +1,13 @@
-//! The wings of the house: which crate may know which, and who may know the network, the database and the serial port.
-//! What is not in the table is not allowed.
+//! Dependencies between the crates: which crate may depend on which, and which may use the network, the database and
+//! the serial port. Whatever is missing from the table is forbidden.
 
 use std::collections::BTreeMap;
 use std::process::Command;
 
 use serde_json::Value;
 
-/// Crate, the folder it lies in, and the crates of this workspace it may import. Every arrow runs down.
-const ARROWS: [(&str, &str, &[&str]); 24] = [
+/// Crate, its folder, and the workspace crates that it may depend on. Every dependency points downwards.
+const ARROWS: [(&str, &str, &[&str]); 25] = [
     (
         "sheaf",
         "server/cli",
@@ -94,7 +94,7 @@ const ARROWS: [(&str, &str, &[&str]); 24] = [
     (
         "sheaf-twin",
         "server/hardware/twin",
-        &["sheaf-devices", "sheaf-capture", "sheaf-vision", "sheaf-optics", "sheaf-remedy"],
+        &["sheaf-devices", "sheaf-capture", "sheaf-vision", "sheaf-optics", "sheaf-stl", "sheaf-remedy"],
     ),
     ("sheaf-genicam", "server/hardware/genicam", &["sheaf-devices", "sheaf-vision"]),
     ("sheaf-v4l2", "server/hardware/v4l2", &["sheaf-devices", "sheaf-vision"]),
@@ -125,7 +125,7 @@ const ARROWS: [(&str, &str, &[&str]); 24] = [
     (
         "sheaf-scanning",
         "server/core/scanning",
-        &["sheaf-vision", "sheaf-optics", "sheaf-statistics", "sheaf-remedy"],
+        &["sheaf-vision", "sheaf-optics", "sheaf-statistics", "sheaf-stl", "sheaf-remedy"],
     ),
     (
         "sheaf-calibration",
@@ -138,12 +138,13 @@ const ARROWS: [(&str, &str, &[&str]); 24] = [
     ("sheaf-optics", "server/core/optics", &[]),
     ("sheaf-least-squares", "server/core/least_squares", &[]),
     ("sheaf-statistics", "server/core/statistics", &[]),
+    ("sheaf-stl", "server/core/stl", &["sheaf-remedy"]),
     ("sheaf-remedy", "server/core/remedy", &[]),
     ("sheaf-reference", "server/reference", &[]),
     ("xtask", "server/xtask", &[]),
 ];
 
-/// Library, and the only crates that may know it.
+/// Library, and the only crates that may depend on it.
 const KEEPERS: [(&str, &[&str]); 8] = [
     ("axum", &["sheaf-http"]),
     ("hyper", &["sheaf-http"]),
@@ -155,12 +156,12 @@ const KEEPERS: [(&str, &[&str]); 8] = [
     ("clap", &["sheaf"]),
 ];
 
-/// The only crates that may open sockets: the door, and the program that gives it its port.
+/// The only crates that may open sockets: the HTTP server, and the program that passes it its port.
 const NETWORK: [&str; 2] = ["sheaf-http", "sheaf"];
 
 struct Crate {
     folder: String,
-    /// What it is built with, and the features it asks for; what its tests use is not counted.
+    /// Dependencies with their requested features, without dev-dependencies.
     dependencies: BTreeMap<String, Vec<String>>,
 }
 
@@ -192,13 +193,13 @@ fn every_arrow_between_crates_is_in_the_table_and_runs_down() {
     for (name, one) in &crates {
         let row = ARROWS.iter().find(|(known, ..)| known == name);
         let (_, folder, allowed) = row.unwrap_or_else(|| panic!("{name} is not in the table of the wings"));
-        assert_eq!(one.folder, *folder, "{name} lies elsewhere");
+        assert_eq!(one.folder, *folder, "{name} is in another folder");
         for import in one.dependencies.keys().filter(|import| crates.contains_key(*import)) {
             assert!(allowed.contains(&import.as_str()), "{name} imports {import}, which the table does not allow");
         }
     }
     for (idx, (name, _, allowed)) in ARROWS.iter().enumerate() {
-        assert!(crates.contains_key(*name), "there is no crate {name} any more");
+        assert!(crates.contains_key(*name), "the crate {name} no longer exists");
         for import in *allowed {
             let below = ARROWS[idx + 1..].iter().any(|(lower, ..)| lower == import);
             assert!(below, "the arrow from {name} to {import} does not run down the table");
@@ -211,7 +212,7 @@ fn the_network_the_database_and_the_serial_port_have_their_keepers() {
     for (name, one) in &workspace() {
         for (library, keepers) in KEEPERS {
             let knows = one.dependencies.contains_key(library);
-            assert!(!knows || keepers.contains(&name.as_str()), "{name} must not know {library}");
+            assert!(!knows || keepers.contains(&name.as_str()), "{name} must not depend on {library}");
         }
         let opens = one.dependencies.get("tokio").is_some_and(|features| features.iter().any(|one| one == "net"));
         assert!(!opens || NETWORK.contains(&name.as_str()), "{name} must not open sockets");

@@ -1,4 +1,4 @@
-/** The support bundle: what the public API tells about the station, in one file. */
+/** The support bundle: everything about the station from the public API, in one file. */
 
 import { type Api, bytes, data, problemOf } from "../../api/client";
 import type { App } from "../../app";
@@ -6,7 +6,7 @@ import type { App } from "../../app";
 /** Format of the file. */
 const FORMAT = "sheaf-support/1";
 
-/** Asks for everything at once; what is refused is told as a problem in its place. */
+/** Requests everything at once; a refused request leaves its problem in its place. */
 export async function supportBundle({ api, stream, station, events }: App): Promise<unknown> {
   const parts: Record<string, Promise<unknown>> = {
     station: data(api.GET("/api/v1/station")),
@@ -37,7 +37,7 @@ export async function supportBundle({ api, stream, station, events }: App): Prom
   };
 }
 
-/** The newest 200 events; `newest_seq` tells where the log ends. */
+/** The newest 200 events; `newest_seq` is the end of the log. */
 async function newestEvents(api: Api, newest_seq: number): Promise<unknown> {
   const after = Math.max(0, newest_seq - 200);
   return await data(api.GET("/api/v1/events", { params: { query: { after, limit: 200 } } }));

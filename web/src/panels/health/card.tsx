@@ -7,7 +7,7 @@ interface Properties {
   tone: Tone;
   /** What is to be known at a glance. */
   headline: string;
-  /** What to do; shown when the card speaks up. */
+  /** The remedy; shown if the card has a caution or an alarm. */
   advice?: string | undefined;
   children?: ComponentChildren;
 }

@@ -1,6 +1,7 @@
-/** Camera, stage and laser: who they are and whether they answer. */
+/** Camera, stage and laser: identity and connection. */
 
 import type { Schemas, Station } from "../../api/client";
+import { positionOf } from "../../state/station/station";
 import { language, text } from "../../text";
 import { decimal } from "../../units";
 import { Facts, HealthCard } from "./card";
@@ -27,13 +28,13 @@ export function Devices({ status }: { status: Station }) {
       </Device>
       <Device name="stage" device={stage} status={status}>
         {[
-          [words.position, number(stage.position_mm, 3, stage.kind === "rotary" ? "°" : "mm")],
+          [words.position, number(positionOf(stage), 3, stage.kind === "rotary" ? "°" : "mm")],
           [words.homed, stage.homed ? text.value.parts.yes : text.value.parts.no],
         ]}
       </Device>
       <Device name="laser" device={laser} status={status}>
         {[
-          [words.light, text.value.frame.light[laser.light] ?? laser.light],
+          [words.light, text.value.frame.light[laser.state] ?? laser.state],
           [text.value.frame.interlock, text.value.frame[interlock]],
         ]}
       </Device>

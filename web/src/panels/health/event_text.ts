@@ -3,7 +3,7 @@
 import { actorName } from "../../parts/actor";
 import { text } from "../../text";
 
-/** The words of an event's body that a person wants to read; the rest is in the support bundle. */
+/** The readable part of an event's body; the rest is in the support bundle. */
 export function eventDetail({ body }: { body: unknown }): string {
   const fields = (typeof body === "object" && body !== null ? body : {}) as Record<string, unknown>;
   const problem = fields.problem as { detail?: unknown } | null | undefined;

@@ -1,4 +1,4 @@
-/** Whether everything is well: grey cards that speak up by exception, the log, and a bundle for support. */
+/** Health: grey cards with cautions and alarms by exception, the event log, and the support bundle. */
 
 import { useSignal } from "@preact/signals";
 import { useEffect, useMemo } from "preact/hooks";

@@ -1,4 +1,4 @@
-/** When a card speaks up. `caution`: look at it soon; `alarm`: it does not work now. */
+/** Severity of a card. `caution`: needs attention soon; `alarm`: not working now. */
 
 import type { Schemas, Station } from "../../api/client";
 import type { DropCount } from "../../stream/text_messages";
@@ -23,7 +23,7 @@ export function deviceTone(connected: boolean, faults: Station["faults"], device
 }
 
 /** Losses inside of the service are its own; those at the camera happen when its trigger changes, too. */
-export function framesTone(frames: Schemas["FramesDto"]): Tone {
+export function framesTone(frames: Schemas["FrameCountsDto"]): Tone {
   const { camera: at_camera = 0, ...inside } = frames.dropped;
   if (Object.values(inside).some((count) => count > 0)) return "caution";
   return at_camera > 0.05 * Math.max(frames.arrived, 100) ? "caution" : "calm";

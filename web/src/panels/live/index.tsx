@@ -94,7 +94,7 @@ function plotWords(): PlotWords {
   return { ...text.peek().live.plot, number };
 }
 
-/** What a person must know about what is shown. */
+/** Notes on the displayed frame. */
 function Notes({ view }: { view: LiveView | undefined }) {
   const { station, jobs } = useApp();
   const words = text.value.live;

@@ -19,7 +19,7 @@ import { greyAt, type OrderQuality, qualityOf } from "./quality/quality";
 /** Figures for people change so often. */
 const FIGURES_EVERY_MS = 250;
 
-/** Quality looks at every pixel of a picture, so it is told less often. */
+/** Quality evaluates every pixel of an image, so it is updated less often. */
 const QUALITY_EVERY = 3;
 
 /** Profiles kept until the picture of their frame is decoded. */
@@ -35,7 +35,7 @@ export interface Figures {
   position_mm: number;
   exposure_us: number;
   calibrated: boolean;
-  laser_shone: boolean;
+  laser_on: boolean;
   n_lines: number;
   n_saturated: number;
   advice: Advice | undefined;
@@ -106,7 +106,7 @@ export class LiveView {
     this.endings.push(() => clearInterval(timer));
   }
 
-  /** Holds the frame that is on the screen, or goes on. */
+  /** Holds the frame on the screen, or resumes. */
   freeze(frozen: boolean): void {
     this.frozen.value = frozen;
     this.picture.hold(frozen);
@@ -206,7 +206,7 @@ export class LiveView {
     return { u_px: u / profile.units_per_px, v_px: v / profile.units_per_px };
   }
 
-  /** Tells what is pointed at in the frame on the screen, once its grey levels are read. */
+  /** Publishes the readout at the pointer, once the grey levels of the frame are decoded. */
   private async updateReadout(): Promise<void> {
     const image = this.picture.image;
     const found = image && this.pointed && this.found(this.pointed);
@@ -247,7 +247,7 @@ export class LiveView {
       position_mm: image.position_mm,
       exposure_us: image.exposure_us,
       calibrated: image.calibrated,
-      laser_shone: image.laser_shone,
+      laser_on: image.laser_on,
       n_lines: image.lines.length,
       n_saturated: image.n_saturated,
       advice: adviceOf(image.histogram, image.n_saturated),

@@ -65,12 +65,12 @@ export default function Operate() {
       {problem && <ProblemCard problem={problem} />}
       <DamagedRecords rows={shown?.damaged ?? []} />
       <LastParts parts={shown?.parts ?? []} />
-      <SetUp plan={plan} form={form} travel_mm={station.status.value?.stage.travel_mm ?? []} />
+      <SetUp plan={plan} form={form} travel={station.travel.value} />
     </div>
   );
 }
 
-/** A job that waits for the station, or works on it before the status says so. */
+/** A job that waits for the station, or uses it before the status shows it. */
 function waiting<J extends { kind: string }>(open: readonly J[]): J | undefined {
   return open.find((job) => job.kind === "scan");
 }

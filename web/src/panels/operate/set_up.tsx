@@ -14,10 +14,10 @@ interface Properties {
   plan: MeasurementPlan;
   form: Form;
   /** Where the stage can go, in its unit. */
-  travel_mm: readonly number[];
+  travel: readonly number[];
 }
 
-export function SetUp({ plan, form, travel_mm }: Properties) {
+export function SetUp({ plan, form, travel }: Properties) {
   const words = text.value.operate;
   const shown = plan.plan.value;
   return (
@@ -27,7 +27,7 @@ export function SetUp({ plan, form, travel_mm }: Properties) {
         <span class="muted">{shown && summaryOf(shown)}</span>
       </summary>
       {plan.problem.value && <ProblemCard problem={plan.problem.value} />}
-      {shown && <Fields shown={shown} form={form} change={(part) => plan.change(part)} travel_mm={travel_mm} />}
+      {shown && <Fields shown={shown} form={form} change={(part) => plan.change(part)} travel={travel} />}
     </details>
   );
 }
@@ -36,12 +36,12 @@ interface FieldsProperties {
   shown: Plan;
   form: Form;
   change: (part: Partial<Plan>) => void;
-  travel_mm: readonly number[];
+  travel: readonly number[];
 }
 
-function Fields({ shown, form, change, travel_mm }: FieldsProperties) {
+function Fields({ shown, form, change, travel }: FieldsProperties) {
   const words = text.value.operate;
-  const [lowest = -1e4, highest = 1e4] = travel_mm;
+  const [lowest = -1e4, highest = 1e4] = travel;
   const range = rangeOf(shown);
   const { from, to, step, unit } = range;
   const changeRange = (part: Partial<Range>) => change(inPlan({ ...range, ...part }));

@@ -103,7 +103,7 @@ export class ResultState {
     }
   }
 
-  /** Deviations are told from this measurement's fitted shape. */
+  /** Deviations refer to the fitted shape of this measurement. */
   select(measurement: Measurement): void {
     const feature = featureOf(measurement);
     if (!feature) return;

@@ -36,7 +36,7 @@ export function sectionOf(profile: Profile): ProfileMessage {
     sequence: profile.sequence,
     captured_ms: (profile.captured_at_ns ?? 0) / 1e6,
     position_mm: profile.position_mm ?? profile.angle_deg ?? Number.NaN,
-    laser_shone: true,
+    laser_on: true,
     calibrated: true,
     along,
     n_left_out: 0,

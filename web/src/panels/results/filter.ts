@@ -14,7 +14,7 @@ export interface ResultFilter {
 
 export const NO_FILTER: ResultFilter = { name: "", outcome: "", from_day: "", to_day: "" };
 
-/** What the server can find by itself, however old it is. */
+/** Filters applied by the server, over all records. */
 export function askedOf(outcome: Outcome | ""): PartsQuery {
   const verdict = VERDICTS.find((verdict) => verdict === outcome);
   if (verdict) return { verdict };

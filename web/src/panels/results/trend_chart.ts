@@ -108,7 +108,7 @@ export class TrendChart {
   }
 }
 
-/** A disc, or a cross for what failed: told without colour too. */
+/** A disc, or a cross for a failure: distinguishable without colour. */
 function drawSign(ctx: CanvasRenderingContext2D, x: number, y: number, r: number, bad: boolean): void {
   ctx.beginPath();
   if (bad) {

@@ -20,7 +20,7 @@ export interface Trend {
   tolerance: number | undefined;
 }
 
-/** What tells a characteristic from others: its tool, and its name where it has one. */
+/** The key of a characteristic: its tool, and its name if it has one. */
 export function characteristicOf({ tool, name }: Measured): string {
   return name === undefined ? tool : `${tool}/${name}`;
 }
@@ -34,7 +34,7 @@ export function characteristicsOf(parts: readonly ScannedPart[]): readonly strin
   return [...uses].sort((a, b) => b[1] - a[1]).map(([characteristic]) => characteristic);
 }
 
-/** What stands for the characteristic on each part that has a value; limits are those of the newest measurement that has them. */
+/** The current measurement of the characteristic on each part; limits are those of the newest measurement that has them. */
 export function trendOf(parts: readonly ScannedPart[], characteristic: string): Trend {
   const rows = parts.flatMap((part) => {
     const measured = part.measured.find((one) => characteristicOf(one) === characteristic);

@@ -8,7 +8,7 @@ import { EXPOSURE_COUNTS, type Mode, type SetUp } from "./set_up";
 
 const MODES: readonly Mode[] = ["stop_and_go", "continuous"];
 
-/** Smallest step and speed that can be typed; the server knows what the station can do. */
+/** Smallest step and speed of the input fields; the server checks the limits of the station. */
 const SMALLEST = 0.001;
 
 export function SetUpForm({ set_up, form }: { set_up: SetUp; form: Form }) {

@@ -17,7 +17,7 @@ type Plan = Schemas["ScanPlanDto"];
 /** A person who types is asked about when they pause. */
 const PAUSE_MS = 250;
 
-/** The server's plan of the set-up, asked anew a moment after each change; nothing while it does not fit any more. */
+/** The server's plan of the set-up, requested shortly after each change; nothing while it is outdated. */
 export function usePlan(set_up: SetUp): Loaded<Plan> {
   const { api, station } = useApp();
   const asked = useSignal(set_up.wanted.value);

@@ -93,7 +93,7 @@ export class ScanRun {
       },
       onProblem: (cause) => {
         const problem = problemOf(cause);
-        // The link's age is told by the frame; a scan without a single row kept is told by its job.
+        // The frame shows the age of the link; the job reports a scan without any stored row.
         if (problem.status !== 0 && problem.status !== 404) this.problem.value = problem;
       },
     });

@@ -1,4 +1,4 @@
-/** What a person asks of a scan, as the form holds it and as the server wants it. */
+/** Scan settings in the form, and as the request body. */
 
 import { computed, type ReadonlySignal, signal } from "@preact/signals";
 import type { Schemas } from "../../api/client";
@@ -54,7 +54,7 @@ export class SetUp {
   constructor(readonly rotary: ReadonlySignal<boolean>) {}
   readonly record = signal(false);
 
-  /** As the server wants it; what was left empty is left to the server. */
+  /** The request body; empty fields are omitted. */
   readonly wanted = computed<StartScan>(() => {
     const continuous = this.mode.value === "continuous";
     const name = this.name.value.trim();

@@ -3,7 +3,7 @@
 export interface SimulatedFault {
   name: string;
   device: "camera" | "stage" | "laser";
-  /** Its number, if it has one, with the value the server takes when none is said. */
+  /** Its magnitude, if it has one, with the server's default. */
   value?: { unit: string; ordinary: number; min: number; max: number };
 }
 

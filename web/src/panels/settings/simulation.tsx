@@ -46,7 +46,7 @@ export function Simulation() {
 
 interface FaultProperties {
   fault: SimulatedFault;
-  on: Schemas["FaultSwitchDto"] | undefined;
+  on: Schemas["SimulatedFaultDto"] | undefined;
   reload: () => Promise<void>;
 }
 

@@ -136,7 +136,7 @@ export function PrintedLegend({ state }: { state: ViewState }) {
   );
 }
 
-/** Decimals that tell the ticks of a span apart. */
+/** Decimals that distinguish the ticks of a span. */
 function digitsOf(span: number): number {
   return Math.max(0, Math.min(4, 1 - Math.floor(Math.log10(Math.max(span, 1e-9) / 4))));
 }

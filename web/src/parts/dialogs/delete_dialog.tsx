@@ -1,4 +1,4 @@
-/** The question before something goes for ever. */
+/** Confirmation before permanent deletion. */
 
 import type { Command } from "../../state/station/command";
 import { text } from "../../text";

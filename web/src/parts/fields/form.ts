@@ -24,7 +24,7 @@ export class Form {
     this.wrong.value = new Map(wrong === undefined ? others : [...others, [field, wrong]]);
   }
 
-  /** Forgets what was typed and is not a value yet. */
+  /** Discards input that is not a value yet. */
   restore(): void {
     this.restored.value += 1;
   }

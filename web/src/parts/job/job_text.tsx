@@ -11,13 +11,13 @@ export function jobText(job: Job): string {
   if (job.state === "queued") return words.waits;
   if (job.state === "succeeded") return words.made[job.kind] ?? words.states.succeeded;
   if (job.state !== "running") return words.ended[job.state];
-  const { phase, number, of } = job.step ?? {};
-  // A phase of a newer server has no words here.
+  const { phase, number, total } = job.step ?? {};
+  // A phase of a newer server has no text here.
   const doing = (phase && words.phases[phase]) ?? words.states.running;
-  return number != null && of != null ? words.counted(doing, number, of) : doing;
+  return number != null && total != null ? words.counted(doing, number, total) : doing;
 }
 
-/** With the server's own words below, which may say more of how it ended. */
+/** With the server message below, which may have more detail. */
 export function JobText({ job }: { job: Job }) {
   const more = language.value !== "en" && hasEnded(job) && job.message !== job.state;
   return (
@@ -32,7 +32,7 @@ export function JobText({ job }: { job: Job }) {
   );
 }
 
-/** What the station does, as far as it can be said in the chosen language; `job`: the one that has the station. */
+/** Current activity of the station, in the chosen language if available; `job`: the one that uses the station. */
 export function activityOf(status: Station, job: Job | undefined): string {
   if (language.value === "en") return status.activity;
   return job ? jobText(job) : text.value.frame.by_job;

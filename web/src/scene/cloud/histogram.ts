@@ -24,7 +24,7 @@ export function sampleValues(cloud: Cloud, mode: ValueMode, feature: Feature | u
   return Float32Array.from(values).sort();
 }
 
-/** What a point's colour stands for; `NaN` where it is unknown, or the point is none of the feature. */
+/** The value behind a point's colour; `NaN` if unknown or if the point is not part of the feature. */
 export function valueAt(
   mode: ValueMode,
   at: readonly [number, number, number],

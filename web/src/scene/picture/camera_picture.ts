@@ -24,7 +24,7 @@ import {
 } from "./picture_view";
 import { Zebra } from "./zebra";
 
-/** What a page may want to know of its picture. */
+/** Callbacks of the camera image. */
 export interface PictureEvents {
   /** A frame is on the screen. */
   drawn?(image: ImageMessage): void;
@@ -124,13 +124,13 @@ export class CameraPicture {
     } else void this.decode(image);
   }
 
-  /** Keeps the frame that is on the screen, also against one that is being decoded; or goes on. */
+  /** Holds the frame on the screen, even if a newer one is being decoded; or resumes. */
   hold(held: boolean): void {
     this.held = held;
     this.waiting = undefined;
   }
 
-  /** Forgets the frame: the place is dark. */
+  /** Clears the frame. */
   clear(): void {
     this.waiting = undefined;
     this.shown?.bitmap.close();

@@ -37,7 +37,7 @@ export interface PlotWords {
   number: (value: number) => string;
 }
 
-/** uPlot wants something to plot; the points are painted by `paint`. */
+/** uPlot needs data to plot; the points are painted by `paint`. */
 const NO_DATA: uPlot.AlignedData = [
   [0, 1],
   [null, null],
@@ -58,7 +58,7 @@ export class ProfilePlot {
   private marked: number | undefined;
   private frame_request = 0;
 
-  /** `pointed` is told the index of the profile's point that the person means. */
+  /** `pointed` gets the index of the profile point under the pointer. */
   constructor(
     private readonly place: HTMLElement,
     private words: PlotWords,

@@ -26,7 +26,7 @@ export interface Moves {
   fit(): void;
   view(name: ViewName): void;
   toggleOrthographic(): void;
-  /** Forgets what was picked. */
+  /** Clears the picked points. */
   clear(): void;
 }
 

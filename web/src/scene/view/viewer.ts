@@ -40,7 +40,7 @@ export interface ViewerEvents {
   /** Points were added, or the view was cleared. */
   onGrown?: (cloud: Cloud) => void;
   onPicked?: (picked: Picked) => void;
-  /** The person wants to forget what was picked. */
+  /** The user clears the picked points. */
   onCleared?: () => void;
   onProjection?: (orthographic: boolean) => void;
   /** The graphics card was lost, or is there again. */
@@ -120,7 +120,7 @@ export class CloudViewer {
     if (document.hidden) this.write(Number.POSITIVE_INFINITY);
   }
 
-  /** Forgets all points, mesh and marks. */
+  /** Clears all points, mesh and marks. */
   clear(): void {
     this.layer.dispose();
     this.layer = new CloudLayer(this.gl);
@@ -140,7 +140,7 @@ export class CloudViewer {
     this.invalidate();
   }
 
-  /** The feature from which deviations are told. */
+  /** The feature that deviations refer to. */
   deviateFrom(feature: Feature | undefined): void {
     this.feature = feature;
     Object.assign(this.uniforms, featureUniforms(feature));

@@ -19,7 +19,7 @@ export const PAGE_LETTERS: Record<(typeof PAGES)[number], string> = {
   help: "p",
 };
 
-/** The second letter must be pressed so soon after the first, however late a busy page hears of it. */
+/** Maximum time between the two letters, by event time even if a busy page processes them late. */
 const SECOND_WITHIN_MS = 1500;
 
 /** The digit that leads to a page together with Alt. */

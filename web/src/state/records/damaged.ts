@@ -2,7 +2,7 @@
 
 import type { Schemas } from "../../api/client";
 
-export type Damaged = Schemas["DamagedDto"];
+export type Damaged = Schemas["DamagedRecordDto"];
 
 /** The known ones with the news, each once; the same list where nothing is new. */
 export function joinDamaged(known: readonly Damaged[], news: readonly Damaged[] = []): readonly Damaged[] {

@@ -1,4 +1,4 @@
-/** The station's durable events, followed without gaps: the stream says that there are new ones, HTTP tells them. */
+/** The station's durable events without gaps: announced by the stream, loaded over HTTP. */
 
 import { signal } from "@preact/signals";
 import { type Api, data, type Schemas } from "../../api/client";
@@ -88,7 +88,7 @@ export class EventLog {
 
   private async read(after: number, limit: number): Promise<StationEvent[]> {
     const answer = await data(this.api.GET("/api/v1/events", { params: { query: { after, limit } } }));
-    // The same address also tells a stream of text, to those who ask for one.
+    // The same URL also serves an event stream, depending on the Accept header.
     const { items, damaged } = answer as Schemas["EventListDto"];
     this.damaged.value = joinDamaged(this.damaged.peek(), damaged);
     return items;

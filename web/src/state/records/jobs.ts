@@ -1,4 +1,4 @@
-/** Jobs as the server tells them: the newest of each, followed until they end. */
+/** Jobs from the server: the newest state of each, followed until they end. */
 
 import { computed, signal } from "@preact/signals";
 import { type Api, data, type Job } from "../../api/client";
@@ -41,7 +41,7 @@ export class JobsState {
     this.stream.subscribe({ stream: "jobs", max_rate_hz: 10 }, (message) => {
       if ("op" in message && message.op === "job") this.note(message.job);
     });
-    // Every end of a job is an event; the stream of jobs tells only the newest progress.
+    // Every end of a job is an event; the job stream sends only the newest progress.
     this.stream.subscribe({ stream: "events" }, () => void this.refresh());
     this.stream.onReconnect(() => void this.refresh());
   }
@@ -87,7 +87,7 @@ export class JobsState {
     others.splice(at < 0 ? others.length : at, 0, job);
     this.list.value = others.slice(0, KEPT);
     if (hasEnded(job)) {
-      for (const tell of this.waiting.get(job.id) ?? []) tell(job);
+      for (const resolve of this.waiting.get(job.id) ?? []) resolve(job);
       this.waiting.delete(job.id);
     }
   }

@@ -36,7 +36,7 @@ export class MeasurementPlan {
     }
   }
 
-  /** Shows the change at once and sends it when nobody types any more. */
+  /** Shows the change at once and sends it after a pause in typing. */
   change(part: Partial<Plan>): void {
     const before = this.plan.peek();
     if (!before) return;

@@ -8,7 +8,7 @@ export type Outcome = Verdict | "partial" | "measured" | "scanned";
 /** From the best to the worst. */
 export const VERDICTS: readonly Verdict[] = ["ok", "undecided", "invalid", "not_ok"];
 
-/** The characteristic that stands for the part: the worst of the judged ones, else the newest. */
+/** The characteristic shown for the part: the worst with a verdict, else the newest. */
 export function standing({ measured }: ScannedPart): Measured | undefined {
   const worst = [...VERDICTS].reverse().find((verdict) => measured.some((one) => one.verdict === verdict));
   return measured.find((one) => worst !== undefined && one.verdict === worst) ?? measured[0];

@@ -6,7 +6,7 @@ import type { Damaged } from "./damaged";
 export type Scan = Schemas["ScanDto"];
 export type Verdict = Schemas["VerdictDto"];
 
-/** What stands for a characteristic; lengths in mm, angles in degrees. */
+/** The current measurement of a characteristic; lengths in mm, angles in degrees. */
 export interface Measured {
   id: string;
   at_ms: number;

@@ -5,9 +5,9 @@ import { type Problem, problemOf } from "../../api/client";
 
 export type Phase = "idle" | "requested" | "accepted" | "done" | "failed";
 
-/** What a command tells while it goes on. */
+/** Progress of a command. */
 export interface Steps {
-  /** The server took it; what it began goes on. */
+  /** The server accepted it; the action continues. */
   accepted(): void;
 }
 
@@ -46,7 +46,7 @@ export class Command<Arguments extends unknown[] = []> {
     }
   }
 
-  /** Forgets a problem that was read. */
+  /** Dismisses the problem. */
   dismiss(): void {
     this.problem_.value = undefined;
     if (this.phase_.value === "failed") this.phase_.value = "idle";

@@ -62,7 +62,7 @@ export class Control {
     this.lost.value = undefined;
   }
 
-  /** Commands by hand need control: takes it if it is free, refuses if somebody else has it. */
+  /** Manual commands need control: takes it if it is free, refuses if someone else has it. */
   async ensure(): Promise<void> {
     if (!this.mine.value) await this.take();
   }
@@ -97,19 +97,19 @@ export class Control {
 
   private note(lease: Schemas["ControlLeaseDto"]): void {
     this.lease.value = lease;
-    // A lease that nobody commands with is renewed for ever shorter times.
-    this.length_ms = Math.max(this.length_ms, 1000 * lease.ends_in_s);
+    // Without commands a lease is renewed for shorter and shorter times.
+    this.length_ms = Math.max(this.length_ms, 1000 * lease.expires_in_s);
     this.renewed_at_ms = performance.now();
   }
 
-  /** Who commands at this moment; empty if nobody does. The stream may not have told it yet. */
+  /** The current holder of control; empty if no one is. The stream may lag behind. */
   private async present(): Promise<string> {
     const asked = data(this.api().GET("/api/v1/station/control"));
     return await asked.then(({ holder }) => holder).catch(() => "");
   }
 }
 
-/** A server that started anew knows nothing of a lease, and nobody has it. */
+/** A restarted server has no lease, so no one is in control. */
 function lossTo(holder: string): Loss {
   return holder === "" ? { kind: "unrenewed" } : { kind: "taken", by: holder };
 }

@@ -7,7 +7,7 @@ import type { StationState } from "./station";
 /** Time between two attempts; none waits for the one before. */
 const REPEAT_EVERY_MS = 500;
 
-/** After so long without an answer the person is told to use the machine's own means; the attempts go on. */
+/** Time without a response after which the page advises the machine's emergency stop; attempts continue. */
 const UNANSWERED_AFTER_MS = 1500;
 
 /**
@@ -16,7 +16,7 @@ const UNANSWERED_AFTER_MS = 1500;
  */
 const MOST_UNDER_WAY = 20;
 
-/** What became of the last Stop. `unacknowledged`: the server knows of it, the devices have not confirmed it. */
+/** Result of the last Stop. `unacknowledged`: received by the server, not confirmed by the devices. */
 export type StopOutcome = "none" | "stopping" | "unanswered" | "unacknowledged";
 
 /** Asks for Stop by HTTP. */
@@ -86,7 +86,7 @@ export class Stop {
     return effect(() => {
       const status = this.station.status.value;
       if (!status || status === before) return;
-      // Devices that did not confirm are heard again, unless a person has looked and reset the station.
+      // Devices that did not confirm are checked again, unless the station was reset.
       const known = status.state === "Halted" ? this.outcome.peek() !== "unacknowledged" : halted;
       halted ||= status.state === "Halted";
       if (known) queueMicrotask(() => this.end());

@@ -240,7 +240,7 @@ export const calibration: Catalogue["calibration"] = {
   columns: "Bildspalten",
   name: "Name der Sitzung",
   name_initial: (date) => `Kalibrierung vom ${date}`,
-  begin_session: "Sitzung starten",
+  create_session: "Sitzung starten",
   defaults_of_station: "Aus der Konfiguration der Station übernommen; Abweichendes ändern.",
   per_mm: "Linien/mm",
 
@@ -254,7 +254,7 @@ export const calibration: Catalogue["calibration"] = {
   hold_still: "stillhalten…",
   known_place: "Von dieser Pose gibt es schon ein Bild: die Tafel bewegen oder kippen.",
   taking: "Aufnahme läuft…",
-  take_pose: "Bild aufnehmen",
+  capture_pose: "Bild aufnehmen",
   auto: "Automatisch aufnehmen, wenn die Tafel ruht",
   still: "ruhig",
   sharpness: "Eckenrauschen",
@@ -351,8 +351,8 @@ export const calibration: Catalogue["calibration"] = {
   solved_hint: "Die Schritte „Licht“ und „Tisch“ zeigen das Ergebnis.",
 
   verify_lead: "Ein Teil bekannter Größe scannen und vergleichen.",
-  artefact: "Referenzteil",
-  artefacts: { gauge: "Endmaß (Höhe)", sphere: "Kugel (Radius)" },
+  reference_part: "Referenzteil",
+  reference_parts: { gauge: "Endmaß (Höhe)", sphere: "Kugel (Radius)" },
   nominal: "Referenzwert",
   tolerance: "maximal zulässiger Fehler",
   verify_now: "Scannen und vergleichen",

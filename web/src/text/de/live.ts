@@ -119,7 +119,7 @@ export const live: typeof english = {
     delete_yes: "Aufzeichnung löschen",
     delete_question: (name) => `Die Aufzeichnung „${name}“ endgültig löschen?`,
     delete_frees: (name, size) =>
-      `Die Aufzeichnung „${name}“ endgültig löschen? Dadurch werden ${size} auf der Festplatte frei.`,
+      `Die Aufzeichnung „${name}“ endgültig löschen? Dadurch werden ${size} auf dem Datenträger frei.`,
     states: {
       recording: "läuft",
       finishing: "Wird abgeschlossen …",
@@ -128,9 +128,9 @@ export const live: typeof english = {
       failed: "Fehlgeschlagen: Nichts davon ist lesbar.",
     },
     ended_early: {
-      disk_floor: "Beendet, weil die Festplatte fast voll war.",
-      disk_full: "Beendet, weil die Festplatte voll war.",
-      write_failed: "Beendet, weil die Festplatte sie nicht angenommen hat.",
+      disk_floor: "Beendet, weil der Datenträger fast voll war.",
+      disk_full: "Beendet, weil der Datenträger voll war.",
+      write_failed: "Beendet, weil das Schreiben auf den Datenträger fehlschlug.",
     },
   },
   blocked: {

@@ -34,7 +34,7 @@ export const light_models: Record<string, string> = {
   pencil: "Ebenenbüschel",
 };
 
-/** What lies on the simulated stage. */
+/** Scenes on the simulated stage. */
 export const scenes: Record<string, string> = {
   sphere: "Kugel (Radius 18,9 mm)",
   gauge: "Stufenmaß",

@@ -42,7 +42,7 @@ export const scan = {
   run: "Scan",
   running: "Scan läuft",
   nothing_lost: "Kein Bild ging verloren.",
-  lost: (told: string) => `Bilder gingen verloren: ${told}. Wo Zeilen fehlen, wird das Ergebnis UNGÜLTIG.`,
+  lost: (counts: string) => `Bilder gingen verloren: ${counts}. Wo Zeilen fehlen, wird das Ergebnis UNGÜLTIG.`,
   ended: {
     succeeded: "Scan fertig",
     failed: "Scan fehlgeschlagen",

@@ -238,7 +238,7 @@ export const calibration = {
   columns: "image columns",
   name: "session name",
   name_initial: (date: string) => `calibration ${date}`,
-  begin_session: "Start session",
+  create_session: "Start session",
   defaults_of_station: "Taken from the station configuration; change what differs.",
   per_mm: "lines/mm",
 
@@ -252,7 +252,7 @@ export const calibration = {
   hold_still: "hold still…",
   known_place: "There is already an image of this pose: move or tilt the board.",
   taking: "capturing…",
-  take_pose: "Capture image",
+  capture_pose: "Capture image",
   auto: "Auto-capture when still",
   still: "still",
   sharpness: "corner noise",
@@ -347,8 +347,8 @@ export const calibration = {
   solved_hint: "The steps “Light” and “Stage” show the result.",
 
   verify_lead: "Scan a part of known size and compare.",
-  artefact: "reference part",
-  artefacts: { gauge: "gauge block (height)", sphere: "sphere (radius)" } as Record<string, string>,
+  reference_part: "reference part",
+  reference_parts: { gauge: "gauge block (height)", sphere: "sphere (radius)" } as Record<string, string>,
   nominal: "reference value",
   tolerance: "maximum permissible error",
   verify_now: "Scan and compare",

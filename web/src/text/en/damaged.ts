@@ -1,4 +1,4 @@
-/** Records that are not what was written. */
+/** Damaged records. */
 export const damaged = {
   title: (n: number) =>
     n === 1 ? "A record is damaged and cannot be shown" : `${n} records are damaged and cannot be shown`,

@@ -44,7 +44,7 @@ export const frame = {
   by_job: "Station busy",
   title_stale: "no link",
   fault: "Fault",
-  /** What happened and what to do, by device and kind; English comes with the fault. */
+  /** Detail and remedy by device and kind; the English texts come with the fault. */
   faults: {} as Record<string, readonly [detail: string, remedy: string]>,
   reset: "Acknowledge and reset",
   reset_after_stop: "The station was stopped. Motion and laser stay off until reset.",

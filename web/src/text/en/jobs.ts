@@ -32,10 +32,10 @@ export const jobs = {
     cancelled: "cancelled",
     interrupted: "interrupted",
   },
-  // The server says in English what a job does and how it ended; other languages go by names.
+  // English messages come from the server; other languages use the codes.
   waits: "",
   made: {} as Record<string, string>,
   ended: { failed: "", cancelled: "", interrupted: "" },
   phases: {} as Record<string, string>,
-  counted: (doing: string, number: number, of: number) => `${doing}: ${number} of ${of}`,
+  counted: (phase: string, number: number, total: number) => `${phase}: ${number} of ${total}`,
 };

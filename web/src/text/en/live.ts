@@ -112,7 +112,7 @@ export const live = {
     none: "Nothing recorded yet.",
     running: (name: string) => `Recording: ${name}`,
     frames: (n: string) => `${n} frames`,
-    lost: (n: string) => `${n} exposures are not in the recording`,
+    lost: (n: string) => `${n} exposures missing from the recording`,
     download: "Download",
     delete: "Delete",
     delete_yes: "Delete recording",
@@ -121,7 +121,7 @@ export const live = {
       `Delete the recording “${name}” permanently? It frees ${size} on the disk.`,
     states: {
       recording: "recording",
-      finishing: "Being finished…",
+      finishing: "Finishing…",
       complete: "complete",
       interrupted: "Interrupted: everything that could be read is in the file.",
       failed: "Failed: nothing of it can be read.",
@@ -129,7 +129,7 @@ export const live = {
     ended_early: {
       disk_floor: "Ended because the disk was almost full.",
       disk_full: "Ended because the disk was full.",
-      write_failed: "Ended because the disk did not accept it.",
+      write_failed: "Ended because writing to the disk failed.",
     } as Record<string, string>,
   },
   blocked: {

@@ -1,4 +1,4 @@
-/** Words of measuring that several pages share. */
+/** Texts about measurements that several pages share. */
 
 export const tools = {
   plane: "Plane",
@@ -10,7 +10,7 @@ export const tools = {
   flatness: "Flatness",
 };
 
-/** What a tool's value is. */
+/** The name of a tool's value. */
 export const measured_as: Record<string, string> = {
   plane: "Plane distance",
   sphere: "Sphere radius",
@@ -37,7 +37,7 @@ export const light_models: Record<string, string> = {
   pencil: "pencil of planes",
 };
 
-/** What lies on the simulated stage. */
+/** Scenes on the simulated stage. */
 export const scenes: Record<string, string> = {
   sphere: "Sphere (radius 18.9 mm)",
   gauge: "Step gauge",

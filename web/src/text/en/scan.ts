@@ -42,7 +42,7 @@ export const scan = {
   run: "Scan",
   running: "Scanning",
   nothing_lost: "No frame was lost.",
-  lost: (told: string) => `Frames were lost: ${told}. The result will be INVALID where rows are missing.`,
+  lost: (counts: string) => `Frames were lost: ${counts}. The result will be INVALID where rows are missing.`,
   ended: {
     succeeded: "Scan done",
     failed: "Scan failed",

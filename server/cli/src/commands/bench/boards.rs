@@ -31,7 +31,7 @@ pub fn corners(args: &BenchBoardsArgs) -> Result<Answer, Failure> {
         let n_corners: usize = boards.iter().map(|board| board.corners.len()).sum();
         let (width, height) = (images[0].width(), images[0].height());
         let text = format!(
-            "image → corners, {width}×{height}, 1 thread: {median_ms:.3} ms a board, {n_corners} corners on {} boards\n",
+            "image → corners, {width}×{height}, 1 thread: {median_ms:.3} ms per board, {n_corners} corners on {} boards\n",
             boards.len()
         );
         let json = json!({

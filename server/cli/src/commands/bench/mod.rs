@@ -71,7 +71,7 @@ fn centrelines(args: &BenchCentrelinesArgs, reporter: &dyn Reporter) -> Result<A
     let mut text = String::new();
     let _ = writeln!(
         text,
-        "image → centrelines, {width}×{height}, {} thread(s): {median_ms:.3} ms a frame, {points_per_frame} points",
+        "image → centrelines, {width}×{height}, {} thread(s): {median_ms:.3} ms per frame, {points_per_frame} points",
         args.threads
     );
     let _ = writeln!(
@@ -96,7 +96,7 @@ pub fn frames_of_one_size(paths: &[PathBuf]) -> Result<Vec<GreyImage>, Failure> 
         if !frames.first().is_none_or(same) {
             return Err(Failure::bad_input("the frames differ in size")
                 .in_file(path)
-                .remedy("measure each size by itself"));
+                .remedy("measure each size separately"));
         }
         frames.push(frame);
     }

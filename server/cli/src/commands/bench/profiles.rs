@@ -54,12 +54,12 @@ pub fn profiles(args: &BenchProfilesArgs) -> Result<Answer, Failure> {
     let mut text = String::new();
     let _ = writeln!(
         text,
-        "image → centrelines {lines_ms:.3} ms, → profile {label_ms:.3} ms more: {ratio:.2} times, {} points a frame",
+        "image → centrelines {lines_ms:.3} ms, → profile {label_ms:.3} ms more: {ratio:.2} times, {} points per frame",
         n_points / frames.len()
     );
     let _ = writeln!(
         text,
-        "undistortion and triangulation: {ns_per_point:.1} ns a point, within {largest_um:.4} µm of the exact solution"
+        "undistortion and triangulation: {ns_per_point:.1} ns per point, within {largest_um:.4} µm of the exact solution"
     );
     let json = json!({
         "subject": "profiles", "centrelines_ms": lines_ms, "label_ms": label_ms, "ratio": ratio,

@@ -146,7 +146,7 @@ fn framed(message: &Bytes) -> Bytes {
     frame.freeze()
 }
 
-/// Writes all messages to whoever connects and says something.
+/// Writes all messages to each client that connects and sends a message.
 async fn write_bare(listener: TcpListener, messages: Arc<[Bytes]>) {
     while let Ok((mut stream, _)) = listener.accept().await {
         let messages = messages.clone();

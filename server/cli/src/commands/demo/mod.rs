@@ -75,7 +75,7 @@ pub fn run(args: &DemoArgs, reporter: &dyn Reporter) -> Result<Answer, Failure> 
     let photographs = photographs(&args.out, reporter)?;
     let mut files = write_results(&args.out, &capture, &features, &trials, &photographs)?;
     if !photographs.is_empty() {
-        files.push((PathBuf::from(PHOTOGRAPHS), "laser lines found in photographs that others took".to_owned()));
+        files.push((PathBuf::from(PHOTOGRAPHS), "laser lines in photographs by others".to_owned()));
     }
     let mut text = demo_text(&trials);
     text.push_str(&format!("\nwritten to {}:\n", args.out.display()));
@@ -102,7 +102,7 @@ fn render(folder: &Path, seed: u64, reporter: &dyn Reporter) -> Result<(), Failu
 /// Lines found in the photographs of the reference data, as pictures in their own folder; none without the data.
 fn photographs(out: &Path, reporter: &dyn Reporter) -> Result<Vec<Photograph>, Failure> {
     let Some(data) = photographs::folder() else {
-        reporter.note("no photographs: set SHEAF_DATA to the folder that holds real/ciclop to see lines in them");
+        reporter.note("no photographs: set SHEAF_DATA to the folder with real/ciclop");
         return Ok(Vec::new());
     };
     let found = photographs::with_lines(&data)?;
@@ -152,7 +152,7 @@ fn write_results(
     photographs: &[Photograph],
 ) -> Result<Vec<(PathBuf, String)>, Failure> {
     let mut files =
-        vec![(PathBuf::from("capture"), "what the simulated station delivered, with its truth".to_owned())];
+        vec![(PathBuf::from("capture"), "capture of the simulated station, with its ground truth".to_owned())];
     let best = recommended(trials);
     for trial in trials {
         let name = PathBuf::from(format!("cal-{}.json", trial.kind));
@@ -171,7 +171,7 @@ fn write_results(
     }
     let page = PathBuf::from("report.html");
     write_file(&out.join(&page), page::demo_page(capture, features, trials, best, photographs)?.as_bytes())?;
-    files.push((page, "all of it to look at, in any browser".to_owned()));
+    files.push((page, "report for any browser".to_owned()));
     Ok(files)
 }
 

@@ -36,13 +36,13 @@ pub fn demo_page(
         scan_section(&mut page, capture, &part.name, &part.scan)?;
         page.section(
             &format!("Measured: {}", part.name),
-            &format!("By the model {}.", best.kind),
+            &format!("With the model {}.", best.kind),
             measurement::content(&part.measurement),
         );
     }
     photograph_section(&mut page, photographs)?;
-    let introduction = format!("By the model {}, which cross-validation recommends.", best.kind);
-    page.section("The calibration behind it", &introduction, Markup::default());
+    let introduction = format!("With the model {}, recommended by cross-validation.", best.kind);
+    page.section("Calibration", &introduction, Markup::default());
     calibration_sections(&mut page, capture, features, &best.calibrated.result)?;
     Ok(page.finish())
 }
@@ -67,7 +67,7 @@ fn tiles(best: &Trial) -> Vec<Tile> {
     let mut tiles = vec![Tile::new(
         format!("{:.1} µm", best.systematic_rmse_mm * 1e3),
         "systematic depth error",
-        format!("RMS against the truth, by {}", best.kind),
+        format!("RMS against the truth, with {}", best.kind),
     )];
     tiles.extend(best.parts.iter().map(|part| {
         let measurement = &part.measurement;

@@ -9,7 +9,8 @@ use report::tables::{measurement_json, measurement_text};
 
 /// One line per model, then the measurements of the parts by each.
 pub fn demo_text(trials: &[Trial]) -> String {
-    let mut text = String::from("the three light models on the same pictures, against the twin's truth\n\n");
+    let mut text =
+        String::from("the three light models on the same images, compared with the truth of the twin\n\n");
     let _ = writeln!(
         text,
         "  {:<9}{:>16}{:>16}{:>22}{:>22}",
@@ -46,7 +47,7 @@ pub fn demo_text(trials: &[Trial]) -> String {
     text
 }
 
-/// The same for a machine.
+/// The same as JSON.
 pub fn demo_json(trials: &[Trial]) -> Value {
     let models: Vec<Value> = trials
         .iter()

@@ -1,4 +1,4 @@
-//! The camera by itself, in the dark: rate, losses, times, noise.
+//! Camera checks with the laser off: rate, losses, time stamps, noise.
 
 use std::time::Instant;
 
@@ -12,7 +12,7 @@ use super::limits::{
     JITTER_US, RATE_REACHED,
 };
 
-/// What a free run showed.
+/// Result of a free run.
 struct FreeRun {
     times_s: Vec<f64>,
     dark: Vec<SharedFrame>,
@@ -21,7 +21,7 @@ struct FreeRun {
 }
 
 impl Examination<'_> {
-    /// Lets the camera run with the laser off.
+    /// Runs the camera with the laser off.
     pub fn free_run(&self) -> Result<Vec<Check>, StationRefusal> {
         self.runtime.block_on(self.station.manual(Manual::Configure(self.camera_request())))?;
         let before = self.station.status().frames_dropped.clone();
@@ -101,7 +101,7 @@ fn rate_and_jitter(run: &FreeRun) -> Vec<Check> {
         format!("σ {:.0} µs", found.jitter_us),
     )
     .limit(format!("≤ {JITTER_US:.0} µs"))
-    .remedy("use a camera that stamps its frames or a hardware trigger, or move more slowly");
+    .remedy("use a camera with time stamps or a hardware trigger, or a lower speed");
     vec![rate, jitter]
 }
 
@@ -111,7 +111,7 @@ fn drops(run: &FreeRun) -> Check {
     let by_reason = if reasons.is_empty() { String::new() } else { format!(" ({})", reasons.join(", ")) };
     let figure = format!("{lost} of {}{by_reason}", run.times_s.len() as u64 + lost);
     Check::held("frames lost", lost == 0, (lost as f64, "frames"), figure).limit("0").remedy(
-        "check the link: jumbo frames, a port of its own, a lower rate; a scan that loses frames is invalid",
+        "check the link: jumbo frames, a dedicated port, a lower rate; a scan that loses frames is invalid",
     )
 }
 
@@ -134,6 +134,6 @@ fn darkness(run: &FreeRun) -> Vec<Check> {
             format!("{level:.1} % of full scale with the laser off"),
         )
         .limit(format!("≤ {AMBIENT_PERCENT} %"))
-        .remedy("shield the station from the room's light, or shorten the exposure"),
+        .remedy("shield the station from ambient light, or shorten the exposure"),
     ]
 }

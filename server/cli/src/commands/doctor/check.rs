@@ -9,9 +9,9 @@ use serde_json::{Value, json};
 pub enum Outcome {
     /// Within its limit.
     Ok,
-    /// Beyond its limit, or broken off by a fault.
+    /// Outside its limit, or aborted by a fault.
     NotOk,
-    /// There was nothing to check, or something else has to be put right first.
+    /// Not applicable, or something else must be fixed first.
     NotRun,
 }
 
@@ -36,24 +36,24 @@ impl Outcome {
 /// One line of the table.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Check {
-    /// What was checked; stable, for scripts.
+    /// Name of the check; stable, for scripts.
     pub name: &'static str,
-    /// How it ended.
+    /// Outcome.
     pub outcome: Outcome,
-    /// What was found, with units; or why nothing was.
+    /// Result with units, or why there is none.
     pub figure: String,
     /// The figure as a number, in the unit of its name in [`Check::unit`].
     pub value: Option<f64>,
     /// Unit of `value`.
     pub unit: &'static str,
-    /// What it was held to.
+    /// The limit.
     pub limit: String,
-    /// What to do; empty if it is well.
+    /// Remedy; empty if the check passed.
     pub remedy: String,
 }
 
 impl Check {
-    /// A figure held to a limit.
+    /// A check of a figure against a limit.
     pub fn held(name: &'static str, is_ok: bool, (value, unit): (f64, &'static str), figure: String) -> Self {
         let outcome = if is_ok { Outcome::Ok } else { Outcome::NotOk };
         Self { name, outcome, figure, value: Some(value), unit, limit: String::new(), remedy: String::new() }
@@ -65,19 +65,19 @@ impl Check {
         Self { name, outcome, figure, value: None, unit: "", limit: String::new(), remedy: String::new() }
     }
 
-    /// With what it was held to.
+    /// Adds the limit.
     pub fn limit(self, limit: impl Into<String>) -> Self {
         Self { limit: limit.into(), ..self }
     }
 
-    /// With what to do, unless it is well.
+    /// Adds the remedy, unless the check passed.
     pub fn remedy(self, remedy: impl Into<String>) -> Self {
         let remedy = if self.outcome == Outcome::Ok { String::new() } else { remedy.into() };
         Self { remedy, ..self }
     }
 }
 
-/// The table for a person.
+/// The table as text.
 pub fn table(checks: &[Check]) -> String {
     let rows: Vec<[&str; 5]> = checks
         .iter()
@@ -95,7 +95,7 @@ pub fn table(checks: &[Check]) -> String {
     text
 }
 
-/// The table for a machine.
+/// The table as JSON.
 pub fn to_json(checks: &[Check]) -> Value {
     let rows: Vec<Value> = checks
         .iter()

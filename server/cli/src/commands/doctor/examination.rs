@@ -18,7 +18,7 @@ const LOOK_PERIOD: Duration = Duration::from_millis(10);
 /// Longest wait for the laser's state after it was opened: it is read ten times a second.
 const READING_WAIT: Duration = Duration::from_secs(1);
 
-/// What the person wants to be examined.
+/// Settings of the examination.
 #[derive(Debug, Clone)]
 pub struct Wanted {
     /// Exposure, µs; `None`: as the camera is set.
@@ -50,7 +50,7 @@ pub struct Examination<'s> {
 pub struct Cancelled;
 
 impl Examination<'_> {
-    /// What needs neither motion nor light.
+    /// Checks without motion and laser.
     pub fn at_rest(&self) -> Result<Vec<Check>, Cancelled> {
         self.step("opening the devices")?;
         let mut checks = self.devices()?;
@@ -58,12 +58,12 @@ impl Examination<'_> {
         if checks.iter().any(|check| check.name == "camera" && check.outcome == Outcome::NotOk) {
             return Ok(checks);
         }
-        self.step("running the camera in the dark")?;
+        self.step("running the camera with the laser off")?;
         checks.extend(self.outcome("frame rate", self.free_run())?);
         Ok(checks)
     }
 
-    /// What needs light and motion.
+    /// Checks with laser and motion.
     pub fn shining_and_moving(&self) -> Result<Vec<Check>, Cancelled> {
         self.step("turning the laser on and off")?;
         let mut checks = self.outcome("light", self.light())?;
@@ -153,7 +153,7 @@ impl Examination<'_> {
                                 let words: Vec<&str> = words.split_whitespace().collect();
                                 Check::said(name, Outcome::Ok, words.join(" "))
                             }
-                            None => Check::said(name, Outcome::NotOk, "does not answer")
+                            None => Check::said(name, Outcome::NotOk, "does not respond")
                                 .remedy("check cable and power"),
                         }
                     };
@@ -172,10 +172,10 @@ impl Examination<'_> {
         self.wait_until(READING_WAIT, || self.station.status().laser_light != LaserLight::Unknown);
         match self.station.status().laser_light {
             LaserLight::Off | LaserLight::Armed => Check::said(NAME, Outcome::Ok, "off"),
-            LaserLight::NotControlled => Check::said(NAME, Outcome::NotRun, "not controlled here")
-                .remedy("no promise of darkness holds: see to it by other means"),
+            LaserLight::NotControlled => Check::said(NAME, Outcome::NotRun, "not controlled by the station")
+                .remedy("the station cannot turn this laser off: ensure safety by other means"),
             LaserLight::On => Check::said(NAME, Outcome::NotOk, "on")
-                .remedy("switch the laser's supply off, and check its driver"),
+                .remedy("switch off the power supply of the laser, and check its driver"),
             LaserLight::Unknown => Check::said(NAME, Outcome::NotOk, "unknown")
                 .remedy("treat it as on, and check the cable of its controller"),
         }

@@ -43,7 +43,7 @@ impl Examination<'_> {
             None => Check::said("exposure linearity", Outcome::NotRun, "the camera's exposure cannot be set"),
             Some(_) if pixels.len() < FEWEST_PIXELS => {
                 Check::said("exposure linearity", Outcome::NotRun, "too little light that is not saturated")
-                    .remedy("put something matt and bright into the light, and choose another exposure")
+                    .remedy("place a bright matt object in the light, and choose another exposure")
             }
             Some(range) => {
                 let mut shorter = Vec::new();
@@ -62,8 +62,8 @@ impl Examination<'_> {
             checks.extend(self.goes_off(&lease, &full, &pixels)?);
         } else {
             checks.push(
-                Check::said("light off on command", Outcome::NotRun, "not controlled here")
-                    .remedy("no promise of darkness holds: see to it by other means"),
+                Check::said("laser off on command", Outcome::NotRun, "not controlled by the station")
+                    .remedy("the station cannot turn this laser off: ensure safety by other means"),
             );
         }
         Ok(checks)
@@ -101,7 +101,7 @@ impl Examination<'_> {
         )
         .limit(format!("≥ {FEWEST_POINTS}"))
         .remedy(
-            "check the laser's power and that it meets something in the camera's sight; lengthen the exposure",
+            "check the laser power and that the laser hits an object in the field of view; increase the exposure",
         );
         if !enough {
             return vec![lines];
@@ -125,18 +125,18 @@ impl Examination<'_> {
         let left = figures::light_left_percent(&full.pair(), &after.image, pixels)
             .filter(|_| pixels.len() >= FEWEST_PIXELS && figures::is_alike(&after.image, &full.lit.image));
         let in_picture = left.map_or_else(
-            || "; no line in the picture to see it by".to_owned(),
-            |left| format!("; {left:.0} % of the light left in the picture"),
+            || "; no line in the image to check it with".to_owned(),
+            |left| format!("; {left:.0} % of the light remains in the image"),
         );
         let took_ms = took.as_secs_f64() * 1e3;
         let on_command = Check::held(
-            "light off on command",
+            "laser off on command",
             took <= OFF_ON_COMMAND && left.is_none_or(|left| left <= LIGHT_LEFT_PERCENT),
             (took_ms, "ms"),
             format!("reported after {took_ms:.0} ms{in_picture}"),
         )
         .limit(format!("≤ {} ms, ≤ {LIGHT_LEFT_PERCENT:.0} % left", OFF_ON_COMMAND.as_millis()))
-        .remedy("switch the laser's supply off, and check the wire from its controller");
+        .remedy("switch off the power supply of the laser, and check the wiring to its controller");
         lease.laser_on(self.wanted.power)?;
         let went = self.wait_until(2 * OFF_BY_ITSELF, || self.station.status().laser_light != LaserLight::On);
         lease.laser_off()?;
@@ -146,15 +146,15 @@ impl Examination<'_> {
         let limit_ms = OFF_BY_ITSELF.as_millis();
         let by_itself = match went {
             Some(took) => Check::held(
-                "light off without frames",
+                "laser off without frames",
                 took <= OFF_BY_ITSELF,
                 (took.as_secs_f64() * 1e3, "ms"),
                 format!("after {} ms", took.as_millis()),
             ),
-            None => Check::said("light off without frames", Outcome::NotOk, "still on"),
+            None => Check::said("laser off without frames", Outcome::NotOk, "still on"),
         }
         .limit(format!("≤ {limit_ms} ms"))
-        .remedy("do not leave the station alone with the laser on, and report this as a defect");
+        .remedy("do not leave the station unattended with the laser on, and report this as a bug");
         Ok(vec![on_command, by_itself])
     }
 }
@@ -174,7 +174,7 @@ fn linearity(full: &Shot, shorter: &[Shot], pixels: &[(usize, usize)]) -> Check 
     let figure = format!("{worst:+.1} % from {shortest_us:.0} to {:.0} µs", full.exposure_us);
     Check::held(NAME, worst.abs() <= LINEARITY_PERCENT, (worst, "%"), figure)
         .limit(format!("±{LINEARITY_PERCENT} %"))
-        .remedy("turn off gamma, automatic gain and other picture processing in the camera")
+        .remedy("turn off gamma, automatic gain and other image processing in the camera")
 }
 
 fn width(points: &[CentrelinePoint]) -> Check {
@@ -184,7 +184,7 @@ fn width(points: &[CentrelinePoint]) -> Check {
     let (least, most) = LINE_WIDTH_PX;
     Check::held("line width", (least..=most).contains(&median), (median, "px"), format!("{median:.1} px"))
         .limit(format!("{least}–{most} px"))
-        .remedy(if median < least { "defocus a little, or open the lens" } else { "focus lens and laser" })
+        .remedy(if median < least { "defocus slightly, or open the aperture" } else { "focus lens and laser" })
 }
 
 fn saturation(points: &[CentrelinePoint], exposure_us: f64) -> Check {

@@ -1,4 +1,4 @@
-//! `sheaf doctor`: tries a configuration, first without moving or shining, then with.
+//! `sheaf doctor`: checks a configuration, first without motion and laser, then with both.
 
 mod camera_checks;
 mod check;
@@ -65,15 +65,18 @@ pub fn run(args: &DoctorArgs, reporter: &dyn Reporter) -> Result<Answer, Failure
     }
 }
 
-/// The whole examination; `may_move_and_shine` is asked in its middle.
-fn examine(examination: &Examination, may_move_and_shine: impl FnOnce() -> bool) -> Result<Vec<Check>, Cancelled> {
+/// The whole examination; `may_use_laser_and_motion` is asked in between.
+fn examine(
+    examination: &Examination,
+    may_use_laser_and_motion: impl FnOnce() -> bool,
+) -> Result<Vec<Check>, Cancelled> {
     let mut checks = examination.at_rest()?;
     if checks
         .iter()
         .any(|check| check.outcome == Outcome::NotOk && ["camera", "stage", "laser"].contains(&check.name))
     {
-        checks.push(not_run("a device does not answer", "put that right first"));
-    } else if may_move_and_shine() {
+        checks.push(not_run("a device does not respond", "fix this first"));
+    } else if may_use_laser_and_motion() {
         checks.extend(examination.shining_and_moving()?);
     } else {
         checks.push(not_run("not agreed to", "answer y, or give --yes"));
@@ -82,7 +85,7 @@ fn examine(examination: &Examination, may_move_and_shine: impl FnOnce() -> bool)
 }
 
 fn not_run(why: &str, remedy: &str) -> Check {
-    Check::said("light and motion", Outcome::NotRun, why).remedy(remedy)
+    Check::said("laser and motion", Outcome::NotRun, why).remedy(remedy)
 }
 
 fn answer(checks: &[Check]) -> Answer {
@@ -94,7 +97,7 @@ fn answer(checks: &[Check]) -> Answer {
 /// Asks the person; anything but a yes is a no.
 fn is_agreed(wanted: &Wanted) -> bool {
     eprint!(
-        "\nThe laser will shine with {:.0} % of its power, and the stage will home and move by {MOVE_MM} mm.\n\
+        "\nThe laser will be on with {:.0} % of its power, and the stage will home and move by {MOVE_MM} mm.\n\
          Check that the area is clear and that eyes are safe. Go on? [y/N] ",
         100.0 * wanted.power
     );
@@ -105,7 +108,7 @@ fn is_agreed(wanted: &Wanted) -> bool {
 }
 
 /// Stops the station at the first signal: at once, whatever it does. One that comes at the prompt ends the process, since
-/// nobody reads the answer any more.
+/// the answer is no longer read.
 fn watch_signals(
     runtime: &tokio::runtime::Runtime,
     station: StationHandle,
@@ -122,7 +125,7 @@ fn watch_signals(
             _ = terminate.recv() => {}
         }
         stop(&station, &cancel).await;
-        // The examination ends by itself within this time, unless it waits for an answer.
+        // The examination ends within this time, unless it waits for an answer.
         tokio::time::sleep(END_LIMIT * 10).await;
         station.shut_down();
         eprintln!("\ncancelled: the laser is off and the stage is at rest");

@@ -16,10 +16,10 @@ impl Examination<'_> {
         const NAME: &str = "stage position";
         let able = self.station.status().stage.capabilities.clone();
         if able.follows_frames {
-            return Ok(vec![Check::said(NAME, Outcome::NotRun, "nobody commands this stage")]);
+            return Ok(vec![Check::said(NAME, Outcome::NotRun, "this stage cannot be commanded")]);
         }
         if able.kind != StageKind::Linear {
-            return Ok(vec![Check::said(NAME, Outcome::NotRun, "a turntable is not examined")]);
+            return Ok(vec![Check::said(NAME, Outcome::NotRun, "turntables are not checked")]);
         }
         let lease = self.lease()?;
         lease.configure(&self.camera_request())?;
@@ -40,10 +40,10 @@ impl Examination<'_> {
             NAME,
             error_mm <= limit_mm,
             (error_mm, "mm"),
-            format!("{way_mm:+.1} mm and back, {error_mm:.3} mm off by its own account"),
+            format!("{way_mm:+.1} mm and back, reported position off by {error_mm:.3} mm"),
         )
         .limit(format!("≤ {limit_mm:.3} mm"))
-        .remedy("check that nothing is in the way, the speed, and the motor's current");
+        .remedy("check for obstacles, the speed and the motor current");
         Ok(vec![position, self.scale(board_before.zip(board_after), there_mm - start_mm)])
     }
 
@@ -72,14 +72,14 @@ impl Examination<'_> {
     fn scale(&self, boards: Option<(BoardCorners, BoardCorners)>, moved_mm: f64) -> Check {
         const NAME: &str = "stage scale";
         let Some((before, after)) = boards else {
-            return Check::said(NAME, Outcome::NotRun, "no board in sight before and after the move")
-                .remedy("lay the board that [target] describes flat on the stage");
+            return Check::said(NAME, Outcome::NotRun, "no board detected before and after the move")
+                .remedy("place the board described by [target] flat on the stage");
         };
         let way = figures::way_of_board(&before, &after, &board_geometry(&self.wanted.board));
         let Some((way_mm, scatter_mm)) = way.filter(|(way_mm, scatter)| *scatter <= WAY_SCATTER * way_mm.max(1.0))
         else {
-            return Check::said(NAME, Outcome::NotRun, "the board does not lie along the stage's way")
-                .remedy("lay it flat on the stage, and see that it does not slip");
+            return Check::said(NAME, Outcome::NotRun, "the board is not aligned with the stage travel")
+                .remedy("place it flat on the stage so that it does not slip");
         };
         let percent = 100.0 * (way_mm / moved_mm.abs() - 1.0);
         let figure = format!(
@@ -88,6 +88,6 @@ impl Examination<'_> {
         );
         Check::held(NAME, percent.abs() <= SCALE_PERCENT, (percent, "%"), figure)
             .limit(format!("±{SCALE_PERCENT} %"))
-            .remedy("set the stage's steps per millimetre, and check the square size that is configured")
+            .remedy("set the steps per millimetre of the stage, and check the configured square size")
     }
 }

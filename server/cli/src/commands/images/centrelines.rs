@@ -137,7 +137,7 @@ impl Job {
             each => {
                 let what = format!("{} images and {} backgrounds", images.len(), each.len());
                 return Err(Failure::new(pipeline::FailureKind::BadParameter, what)
-                    .remedy("name one background for all images, or one for each in their order"));
+                    .remedy("give one background for all images, or one per image in the same order"));
             }
         };
         Ok(Self { images, backgrounds })
@@ -154,7 +154,7 @@ fn read_pairs(list: &Path) -> Result<(Vec<PathBuf>, Vec<PathBuf>), Failure> {
     let pairs: Result<Vec<(PathBuf, PathBuf)>, Failure> = rows
         .map(|(idx, row)| match row.split(',').map(str::trim).collect::<Vec<_>>()[..] {
             [on, off] if !on.is_empty() && !off.is_empty() => Ok((folder.join(on), folder.join(off))),
-            _ => Err(Failure::bad_input(format!("{}, line {}: \"{row}\" is no pair", list.display(), idx + 1))
+            _ => Err(Failure::bad_input(format!("{}, line {}: \"{row}\" is not a pair", list.display(), idx + 1))
                 .in_file(list)
                 .at_entry(format!("line {}", idx + 1))
                 .remedy("write two file names with a comma between them: laser on, laser off")),
@@ -214,12 +214,12 @@ pub fn channel_json(laser: &LaserChannel) -> Value {
     };
     let views: Option<Vec<Value>> = views.map(|views| {
         let view = |view: &ChannelView| {
-            json!({ "channel": view.channel.word(), "n_laser_points": view.n_laser_points,
+            json!({ "channel": view.channel.name(), "n_laser_points": view.n_laser_points,
                 "n_other_points": view.n_other_points })
         };
         views.iter().map(view).collect()
     });
-    json!({ "name": laser.channel.word(), "basis": basis, "views": views })
+    json!({ "name": laser.channel.name(), "basis": basis, "views": views })
 }
 
 fn paths_in(folder: &Path, images: &[PathBuf], ending: &str) -> Vec<PathBuf> {

@@ -102,7 +102,7 @@ fn corners_of(path: &Path, target: &Target) -> Result<BoardCorners, Failure> {
     find_board(&image, target).map_err(|error| {
         let more = if matches!(target, Target::Charuco(_)) { "more of" } else { "the whole of" };
         Failure::bad_input(format!("{}: {error}", path.display())).in_file(path).remedy(format!(
-            "check --kind, --columns and --rows, and that {more} the board is in the picture, evenly lit and sharp"
+            "check --kind, --columns and --rows, and that {more} the board is in the image, evenly lit and in focus"
         ))
     })
 }

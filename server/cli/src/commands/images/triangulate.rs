@@ -81,7 +81,7 @@ pub fn run(args: &TriangulateArgs, json: bool, reporter: &dyn Reporter) -> Resul
             break;
         }
     }
-    tell(&missed, &calibration, reporter);
+    warn_missed(&missed, &calibration, reporter);
     let result = json!({ "calibration_id": calibration.id, "frame": "camera", "n_without_point": missed.rows,
         "points": stream.points });
     Ok(Answer::done(String::new(), result))
@@ -91,20 +91,20 @@ fn triangulate(calibration: &Calibration, row: &PixelRow, pixel_sigma_px: f64) -
     let point = calibration.triangulate(row.order, &Vector2::new(row.u_px, row.v_px), None)?;
     let systematic_mm = calibration.systematic_sigma_mm(row.order, &point)?;
     // The line's direction in the image is not known here: noise is taken as equal along both axes.
-    let noise_mm = point.reach_by_pixel.norm() * pixel_sigma_px;
+    let noise_mm = point.range_by_pixel.norm() * pixel_sigma_px;
     Some(Point { xyz_mm: point.hit_in_camera.xyz.into(), sigma_mm: systematic_mm.hypot(noise_mm) })
 }
 
-fn tell(missed: &Missed, calibration: &Calibration, reporter: &dyn Reporter) {
+fn warn_missed(missed: &Missed, calibration: &Calibration, reporter: &dyn Reporter) {
     if missed.unknown_order > 0 {
         reporter.warn(&format!(
-            "{} rows name an order that this calibration does not have (it has {:?}); their fields are empty",
+            "{} rows have an order that is not in this calibration (it has {:?}); their fields are empty",
             missed.unknown_order, calibration.orders
         ));
     }
     let off_sheet = missed.rows.saturating_sub(missed.unknown_order);
     if off_sheet > 0 {
-        reporter.warn(&format!("{off_sheet} rows do not meet their light sheet; their fields are empty"));
+        reporter.warn(&format!("{off_sheet} rows do not intersect their light sheet; their fields are empty"));
     }
 }
 
@@ -126,7 +126,7 @@ impl Stream {
         Ok(Self { json, points: Vec::new() })
     }
 
-    /// `false` if nobody listens any more.
+    /// `false` if the receiver was dropped.
     fn write(&mut self, rows: &[(PixelRow, Option<Point>)]) -> Result<bool, Failure> {
         if self.json {
             self.points.extend(rows.iter().map(|(row, point)| json_row(row, point.as_ref())));

@@ -1,4 +1,4 @@
-//! `sheaf devices`: what is attached to this computer, by every driver.
+//! `sheaf devices`: lists the devices attached to this computer.
 
 use std::fmt::Write as _;
 
@@ -20,7 +20,7 @@ pub fn run() -> Answer {
         }
     }
     if rows.is_empty() {
-        text.push_str("no devices found; check cables and power, and that this user may open them\n");
+        text.push_str("no devices found; check cables, power and the permissions of this user\n");
     }
     Answer::done(text, json!({ "devices": rows }))
 }

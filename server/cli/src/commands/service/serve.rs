@@ -35,8 +35,11 @@ async fn serve(config: crate::config::Config) -> Result<(), Failure> {
     let mut interrupt = on(SignalKind::interrupt())?;
     let (listen, trusted_proxy) = (config.listen, config.http.trusted_proxy);
     if !listen.ip().is_loopback() && !trusted_proxy {
-        return Err(Failure::new(FailureKind::BadParameter, format!("{listen} is reached by other machines, and there are no users and no TLS"))
-            .remedy("listen on 127.0.0.1, or put a reverse proxy that sees to both before it and set http.trusted_proxy=true"));
+        return Err(Failure::new(
+            FailureKind::BadParameter,
+            format!("{listen} is reachable from other machines, and there is no user management and no TLS"),
+        )
+        .remedy("listen on 127.0.0.1, or use a reverse proxy that handles both and set http.trusted_proxy=true"));
     }
     // The address is taken before anything slow, and answers only once everything is there.
     let listener = TcpListener::bind(listen).await.map_err(|cause| cannot_listen(listen, &cause))?;
@@ -61,14 +64,14 @@ fn on(kind: SignalKind) -> Result<tokio::signal::unix::Signal, Failure> {
 fn cannot_listen(address: SocketAddr, cause: &std::io::Error) -> Failure {
     Failure::new(FailureKind::BadParameter, format!("cannot listen on {address}"))
         .because(cause)
-        .remedy("choose another --listen, or stop the program that has it")
+        .remedy("choose another --listen, or stop the program that uses it")
 }
 
-/// What whoever starts the service has to know, on stderr.
+/// Start-up notices, on stderr.
 fn say_at_start(http: &http::Http, trusted_proxy: bool) {
     if trusted_proxy {
         tracing::warn!(
-            "http.trusted_proxy is set: users and TLS are left to the reverse proxy before this server"
+            "http.trusted_proxy is set: the reverse proxy in front of this server handles users and TLS"
         );
     }
     if let Some(lost_host) = http.app.station.status().laser_lost_host {

@@ -120,7 +120,7 @@ fn lines_out_of_order() {
     let damage = |folder: &Path| {
         edit_manifest(folder, |manifest| manifest["projector"]["orders"] = json!([-2, 0, -1, 1, 2]));
     };
-    refused(damage, BAD_INPUT, &["capture.json", "projector.orders[2]", "rise or fall"]);
+    refused(damage, BAD_INPUT, &["capture.json", "projector.orders[2]", "increasing or decreasing"]);
 }
 
 #[test]

@@ -28,7 +28,7 @@ fn triangulate(options: &[&str], rows: &str) -> std::process::Output {
 }
 
 /// A cloud of the small capture's scan.
-fn scan(name: &str) -> (TempDir, String) {
+pub fn scan(name: &str) -> (TempDir, String) {
     let folder = tempfile::tempdir().unwrap();
     let cloud = path(folder.path(), "cloud.ply");
     let (capture, calibration) = (small_capture(), small_calibration());
@@ -57,6 +57,7 @@ fn help_states_the_exit_codes_and_every_command_of_the_contract() {
         "centrelines",
         "corners",
         "measure",
+        "compare",
         "study",
         "bench",
         "twin",
@@ -379,7 +380,7 @@ fn the_twin_gives_the_same_capture_for_the_same_seed_and_another_for_another() {
 }
 
 #[test]
-fn bench_cloud_tells_memory_and_speed_and_leaves_nothing_behind() {
+fn bench_cloud_reports_memory_and_speed_and_leaves_nothing_behind() {
     let folder = tempfile::tempdir().unwrap();
     let place = folder.path().to_str().unwrap();
     let arguments = ["bench", "cloud", "--frames", "12", "--points", "500", "--folder", place, "--json", "-"];

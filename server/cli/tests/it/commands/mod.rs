@@ -4,5 +4,6 @@ pub mod bad_input;
 pub mod contract;
 pub mod lines_of_photographs;
 pub mod photographs;
+pub mod plans;
 pub mod schemas;
 pub mod target;

@@ -204,7 +204,7 @@ fn longest_run(points: &[[f64; 2]]) -> usize {
 }
 
 #[test]
-fn without_a_background_the_laser_is_told_by_its_colour() {
+fn without_a_background_the_laser_is_identified_by_its_colour() {
     let Some(ciclop) = reference::data("real/ciclop") else { return };
     let folder = tempfile::tempdir().unwrap();
     let images =

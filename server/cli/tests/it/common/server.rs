@@ -191,7 +191,7 @@ impl Server {
         job["result"]["id"].as_str().unwrap().to_owned()
     }
 
-    /// The job once nothing can change any more.
+    /// The job once it has ended.
     #[track_caller]
     pub fn wait_for_job(&self, location: &str) -> Value {
         let begun = Instant::now();

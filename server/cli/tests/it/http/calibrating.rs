@@ -19,11 +19,11 @@ fn hold_board(server: &Server, pose: usize) {
 
 #[track_caller]
 fn look(server: &Server, session: &str) -> Value {
-    server.post(&format!("/api/v1/calibration-sessions/{session}/look"), &json!(null)).expect(200)
+    server.post(&format!("/api/v1/calibration-sessions/{session}/detect-board"), &json!(null)).expect(200)
 }
 
 #[test]
-fn a_look_says_what_a_picture_would_show_and_keeps_nothing() {
+fn board_detection_returns_what_an_image_would_show_and_stores_nothing() {
     let (_folder, server) = fresh();
     let defaults = server.get("/api/v1/calibration-sessions/defaults").expect(200);
     let session = server.post("/api/v1/calibration-sessions", &json!({})).expect(201);
@@ -33,7 +33,7 @@ fn a_look_says_what_a_picture_would_show_and_keeps_nothing() {
     let id = session["id"].as_str().unwrap();
     let nothing = look(&server, id);
     assert_eq!(nothing["corners"], json!([]));
-    assert!(nothing["problem"].as_str().unwrap().contains("hold the whole board in the picture"), "{nothing}");
+    assert!(nothing["problem"].as_str().unwrap().contains("hold the whole board in the image"), "{nothing}");
     hold_board(&server, 0);
     let seen = look(&server, id);
     assert_eq!(seen["corners"].as_array().unwrap().len(), CORNERS, "{}", seen["problem"]);
@@ -58,7 +58,7 @@ fn a_look_says_what_a_picture_would_show_and_keeps_nothing() {
     assert!(seen["rms_px"].as_f64().unwrap() < RMS_PX, "{seen}");
     let after = server.get(&format!("/api/v1/calibration-sessions/{id}")).expect(200);
     assert_eq!(after, kept);
-    server.post("/api/v1/calibration-sessions/nowhere/look", &json!(null)).expect(404);
+    server.post("/api/v1/calibration-sessions/nowhere/detect-board", &json!(null)).expect(404);
 }
 
 #[test]
@@ -71,12 +71,12 @@ fn a_calibration_keeps_the_dots_of_its_residual_maps() {
     let orders: Vec<_> =
         residuals["orders"].as_array().unwrap().iter().map(|order| order["order"].clone()).collect();
     assert_eq!(json!(orders), item["calibration"]["orders"]);
-    // The document is told whole: it is the one that the calibration's own crate reads and writes.
-    let told = &item["calibration"];
-    let document = calibration::CalibrationDocument::parse(&told.to_string()).unwrap();
-    assert_eq!(&serde_json::from_str::<Value>(&document.to_json()).unwrap(), told);
-    assert!(told["stage"]["straightness"]["sigma_mm"].is_number(), "{told:#}");
-    assert!(told["report"]["camera"]["termination"].is_string(), "{told:#}");
+    // The response has the whole document, as the calibration crate reads and writes it.
+    let returned = &item["calibration"];
+    let document = calibration::CalibrationDocument::parse(&returned.to_string()).unwrap();
+    assert_eq!(&serde_json::from_str::<Value>(&document.to_json()).unwrap(), returned);
+    assert!(returned["stage"]["straightness"]["sigma_mm"].is_number(), "{returned:#}");
+    assert!(returned["report"]["camera"]["termination"].is_string(), "{returned:#}");
     // The RMS of the dots is the RMS that the record states: they are the same corners.
     let corners = residuals["corners"].as_array().unwrap();
     let squares = corners.iter().map(|corner| {

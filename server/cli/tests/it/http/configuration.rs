@@ -5,7 +5,7 @@ use serde_json::json;
 use crate::common::{err, sheaf, sheaf_json};
 
 #[test]
-fn every_value_tells_where_it_came_from() {
+fn every_value_has_its_origin() {
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("sheaf.toml"), "[target]\nsquare_mm = 7.5\n").unwrap();
     let data = folder.path().display().to_string();

@@ -78,8 +78,8 @@ fn what_is_deleted_frees_its_bytes_and_what_others_need_stays_over_a_restart() {
 
     delete(&server, &format!("/api/v1/scans/{gone}"));
     let events = server.get("/api/v1/events?limit=200").expect(200);
-    let told = events["items"].as_array().unwrap().iter().find(|event| event["kind"] == "scan.deleted").unwrap();
-    assert_eq!(told["body"], json!({ "principal": "local", "actor": "rest", "source": "127.0.0.1" }));
+    let event = events["items"].as_array().unwrap().iter().find(|event| event["kind"] == "scan.deleted").unwrap();
+    assert_eq!(event["body"], json!({ "principal": "local", "actor": "rest", "source": "127.0.0.1" }));
     // Peaks, cloud, display points and export of one scan.
     wait_until("the scan's files go", || artifacts(&data).len() == both.len() - 4);
     let left = artifacts(&data);
@@ -160,10 +160,10 @@ fn an_emptied_catalogue_beside_artifacts_is_not_started_on_and_nothing_is_delete
             .stdin(Stdio::null())
             .output()
             .unwrap();
-        let told = String::from_utf8_lossy(&output.stderr).into_owned();
-        assert!(!output.status.success(), "{told}");
+        let stderr = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(!output.status.success(), "{stderr}");
         for word in ["artifacts", "copy the newest backup", backup.to_str().unwrap()] {
-            assert!(told.contains(word), "{ruin}: {told}");
+            assert!(stderr.contains(word), "{ruin}: {stderr}");
         }
         assert_eq!(artifacts(&data), there, "{ruin}");
     }
@@ -176,14 +176,14 @@ fn an_emptied_catalogue_beside_artifacts_is_not_started_on_and_nothing_is_delete
 }
 
 #[test]
-fn a_damaged_file_and_a_missing_one_are_told_alike_before_a_byte_is_sent() {
+fn damaged_and_missing_files_give_the_same_error_before_a_byte_is_sent() {
     let folder = tempfile::tempdir().unwrap();
     let data = folder.path().join("data");
     let server = Server::start(&data, &[]);
     let capture = server.upload(&small_capture());
     let names = artifacts(&data);
     let file = file_of(&data, names.first().unwrap());
-    let told = || -> Value {
+    let report = || -> Value {
         let mut problem = server.get(&format!("/api/v1/captures/{capture}/archive")).expect(503);
         problem.as_object_mut().unwrap().remove("cause").unwrap();
         problem
@@ -192,9 +192,9 @@ fn a_damaged_file_and_a_missing_one_are_told_alike_before_a_byte_is_sent() {
     let middle = bytes.len() / 2;
     bytes[middle] ^= 1;
     std::fs::write(&file, bytes).unwrap();
-    let damaged = told();
+    let damaged = report();
     std::fs::remove_file(&file).unwrap();
-    assert_eq!(told(), damaged);
+    assert_eq!(report(), damaged);
     assert_eq!(damaged["type"], "urn:sheaf:problem:damaged");
     assert!(damaged["detail"].as_str().unwrap().contains(&format!("archive of capture {capture}")), "{damaged}");
     assert!(damaged["remedy"].as_str().unwrap().contains("restore"), "{damaged}");

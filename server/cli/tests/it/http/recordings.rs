@@ -252,7 +252,7 @@ fn a_recorded_scan_is_exported_and_played_and_gives_its_cloud_bit_by_bit() {
 }
 
 #[test]
-fn what_is_in_a_recording_is_told_and_a_broken_one_is_made_whole() {
+fn a_recording_is_inspected_and_a_broken_one_is_repaired() {
     let folder = TempDir::new().unwrap();
     let (file, _) = recorded_scan("stop_and_go", folder.path());
     let (info, code) = sheaf_json(&["recording", "info", file.to_str().unwrap()]);
@@ -284,5 +284,5 @@ fn what_is_in_a_recording_is_told_and_a_broken_one_is_made_whole() {
     assert_eq!(refused.status.code(), Some(3), "an existing file is never written over");
     let no_file = sheaf(&["recording", "info", small_calibration().to_str().unwrap()]);
     assert_eq!(no_file.status.code(), Some(3));
-    assert!(err(&no_file).contains("no MCAP file"), "{}", err(&no_file));
+    assert!(err(&no_file).contains("not an MCAP file"), "{}", err(&no_file));
 }

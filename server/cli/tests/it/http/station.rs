@@ -26,9 +26,9 @@ fn commands_need_the_control_lease_and_taking_over_is_an_event() {
     server.post("/api/v1/station/control", &json!({ "holder": "Ben", "take_over": true })).expect(201);
     home(&[("sheaf-control", &anna)]).expect(409);
     let events = server.get("/api/v1/events").expect(200);
-    let told = events["items"].as_array().unwrap().iter().find(|event| event["kind"] == "control.taken_over");
+    let event = events["items"].as_array().unwrap().iter().find(|event| event["kind"] == "control.taken_over");
     let body = json!({ "principal": "local", "actor": "Ben", "source": "127.0.0.1", "from": "Anna", "to": "Ben" });
-    assert_eq!(told.unwrap()["body"], body);
+    assert_eq!(event.unwrap()["body"], body);
     assert!(events["items"].as_array().unwrap().iter().any(|event| event["kind"] == "stage.homed"), "{events}");
 }
 
@@ -74,7 +74,7 @@ fn the_server_finds_an_exposure_at_which_lines_are_bright_and_not_flattened() {
 }
 
 #[test]
-fn stop_is_heard_from_everybody_with_any_body_under_any_name() {
+fn stop_works_for_everyone_with_any_body_and_any_host() {
     let (_folder, server) = fresh();
     let strange: [&[(&str, &str)]; 4] = [
         &[],
@@ -98,12 +98,12 @@ fn a_signal_ends_the_live_view_and_the_process_in_order() {
     server.send("PUT", "/api/v1/station/live", &headers, body.as_bytes()).expect(200);
     assert!(server.terminate().success());
     let log = std::fs::read_to_string(folder.path().join("data.log")).unwrap();
-    let dark = log.find("the laser is turned off first").expect("darkness is told");
-    assert!(dark < log.find("ended").expect("the end is told"), "{log}");
+    let dark = log.find("the laser is turned off first").expect("the log has the laser");
+    assert!(dark < log.find("ended").expect("the log has the end"), "{log}");
 }
 
 #[test]
-fn the_hands_at_the_simulated_station_change_the_scene() {
+fn the_scene_of_the_simulated_station_can_be_changed() {
     let (_folder, server) = fresh();
     assert_eq!(server.get("/api/v1/simulation/scene").expect(200)["scene"], "sphere");
     server.put("/api/v1/simulation/scene", &json!({ "scene": "gauge" })).expect(200);

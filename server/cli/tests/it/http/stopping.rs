@@ -35,7 +35,7 @@ fn expect_still(server: &Server) {
     let begun = Instant::now();
     while begun.elapsed() < WATCHED {
         let station = server.get("/api/v1/station").expect(200);
-        assert_ne!(station["laser"]["light"], "on", "{station}");
+        assert_ne!(station["laser"]["state"], "on", "{station}");
         assert_eq!(station["stage"]["moving"], false, "{station}");
         assert_eq!(station["state"], "Halted", "{station}");
     }
@@ -133,8 +133,8 @@ fn a_lease_that_ran_out_is_called_expired() {
     let refused = server.send("PUT", "/api/v1/station/control", &[("sheaf-control", &anna)], &[]).expect(409);
     assert_eq!(refused["type"], "urn:sheaf:problem:control-expired");
     let begun = Instant::now();
-    let told = |event: &Value| event["kind"] == "control.expired" && event["body"]["actor"] == "Anna";
-    while !server.get("/api/v1/events").expect(200)["items"].as_array().unwrap().iter().any(told) {
+    let expired = |event: &Value| event["kind"] == "control.expired" && event["body"]["actor"] == "Anna";
+    while !server.get("/api/v1/events").expect(200)["items"].as_array().unwrap().iter().any(expired) {
         assert!(begun.elapsed() < Duration::from_secs(10), "the end of control is no event");
         std::thread::sleep(Duration::from_millis(100));
     }
@@ -147,10 +147,10 @@ fn live_light_goes_out_within_seconds_of_the_last_viewer() {
     let hers = [("content-type", "application/json"), ("sheaf-control", control.as_str())];
     let live = json!({ "running": true, "laser_power": 0.5 }).to_string();
     server.send("PUT", "/api/v1/station/live", &hers, live.as_bytes()).expect(200);
-    let lit = || server.get("/api/v1/station").expect(200)["laser"]["light"] == "on";
+    let lit = || server.get("/api/v1/station").expect(200)["laser"]["state"] == "on";
     let begun = Instant::now();
     while !lit() {
-        assert!(begun.elapsed() < Duration::from_secs(10), "no light came");
+        assert!(begun.elapsed() < Duration::from_secs(10), "the laser did not turn on");
     }
     while lit() {
         // Promised are 5 s; the busy machine of a test may be late, 30 s would be the end of the view.

@@ -132,7 +132,7 @@ fn a_calibration_with_a_bad_verification_is_activated_only_on_purpose() {
     let (capture_id, calibration_id) = calibrated(&server);
     let verify = |nominal_mm: f64| {
         let source = json!({ "kind": "capture", "capture_id": capture_id, "scan": "gauge" });
-        let body = json!({ "artefact": "gauge", "nominal_mm": nominal_mm, "tolerance_mm": 0.5,
+        let body = json!({ "reference_part": "gauge", "nominal_mm": nominal_mm, "tolerance_mm": 0.5,
             "scan": { "source": source, "calibration_id": calibration_id } });
         server.result_of("/api/v1/verifications", &body)
     };
@@ -150,8 +150,8 @@ fn a_calibration_with_a_bad_verification_is_activated_only_on_purpose() {
     assert!(problem["detail"].as_str().unwrap().ends_with("is NOT OK"), "{problem}");
     activate(true).expect(200);
     let events = server.get("/api/v1/events").expect(200);
-    let told = events["items"].as_array().unwrap().iter().find(|event| event["kind"] == "calibration.activated");
-    assert_eq!(told.unwrap()["body"]["verification"], "not_ok", "{events}");
+    let event = events["items"].as_array().unwrap().iter().find(|event| event["kind"] == "calibration.activated");
+    assert_eq!(event.unwrap()["body"]["verification"], "not_ok", "{events}");
     // A newer, good one asks for nothing.
     verify(8.9);
     activate(false).expect(200);

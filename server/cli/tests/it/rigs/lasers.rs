@@ -192,7 +192,7 @@ fn two_free_lasers_are_calibrated_and_scan() {
 }
 
 #[test]
-fn lasers_that_are_lit_one_by_one_are_told_apart_by_their_pictures() {
+fn lasers_switched_on_one_at_a_time_are_identified_by_their_images() {
     // Numbered from the bottom of the image upwards: by their places each would be taken for the other.
     let turns_rad = [-APART_RAD / 2.0, APART_RAD / 2.0];
     let folder = switched(&turns_rad);
@@ -206,7 +206,7 @@ fn lasers_that_are_lit_one_by_one_are_told_apart_by_their_pictures() {
     let refused = sheaf(&["scan", &capture, "-c", &calibration, "--scan", "gauge", "-o", &cloud, "-q"]);
     let message = crate::common::err(&refused);
     assert!(!refused.status.success());
-    for words in ["scans[0].frames[3].line is missing", "state which line was lit"] {
+    for words in ["scans[0].frames[3].line is missing", "state which line was on"] {
         assert!(message.contains(words), "`{words}` is not in:\n{message}");
     }
 }
@@ -218,7 +218,7 @@ fn lasers_without_a_grating_have_no_model_of_one() {
     let output = path(folder.path(), "cal.json");
     let refused = sheaf(&["calibrate", &capture, "-o", &output, "--light-model", "grating", "-q"]);
     let message = crate::common::err(&refused);
-    assert!(!refused.status.success() && message.contains("no grating"), "{message}");
+    assert!(!refused.status.success() && message.contains("without a grating"), "{message}");
 }
 
 #[test]

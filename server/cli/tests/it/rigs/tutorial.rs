@@ -1,4 +1,4 @@
-//! The tutorial's blocks as they stand, run on the drawn pictures of the turntable's test, and the words it quotes.
+//! The drawn pictures of a turntable are measured; the tutorial's blocks, as written, are run on them, and its quotes checked.
 //!
 //! What this does not show: photographs. How lines are found in those is `vision`'s and `photographs.rs`.
 
@@ -9,7 +9,7 @@ use crate::common::{SHEAF, err, out, path, sheaf, sheaf_json};
 use crate::readme::tested_blocks;
 use crate::rigs::turntable;
 
-/// Radius of the part that the turntable's test draws.
+/// Radius of the part that is drawn.
 const RADIUS_MM: f64 = turntable::CYLINDER_MM[0];
 
 fn tutorial() -> String {
@@ -18,15 +18,14 @@ fn tutorial() -> String {
 }
 
 /// The pictures as the tutorial names them, without a manifest, and a pair by daylight.
-fn photographs(folder: &Path) {
-    let drawn = turntable::capture();
+fn photographs(drawn: &Path, folder: &Path) {
     let rig = folder.join("rig");
     std::fs::create_dir_all(rig.join("stage")).unwrap();
     for (from, to) in [("board", "board"), ("laser", "laser"), ("scan", "part")] {
-        std::fs::rename(drawn.path().join(from), rig.join(to)).unwrap();
+        std::fs::rename(drawn.join(from), rig.join(to)).unwrap();
     }
     for (idx, angle_deg) in turntable::VIEWS_DEG.iter().enumerate() {
-        let from = drawn.path().join(format!("stage/{idx:03}.png"));
+        let from = drawn.join(format!("stage/{idx:03}.png"));
         std::fs::rename(from, rig.join(format!("stage/{angle_deg}.png"))).unwrap();
     }
     let day = folder.join("day");
@@ -49,9 +48,11 @@ fn run(block: &str, folder: &Path) -> String {
 }
 
 #[test]
-fn the_tutorial_leads_from_photographs_to_a_measured_part() {
+fn a_turntable_measures_true_and_its_tutorial_leads_from_photographs_to_the_same_part() {
+    let drawn = turntable::capture();
+    turntable::measures_true(drawn.path());
     let folder = tempfile::tempdir().unwrap();
-    photographs(folder.path());
+    photographs(drawn.path(), folder.path());
     let blocks = tested_blocks(&tutorial());
     let said: Vec<String> = blocks.iter().map(|(_, block)| run(block, folder.path())).collect();
     let [_, looked, by_day, _, calibrated, scanned, _] = &said[..] else { panic!("{} blocks", said.len()) };

@@ -48,25 +48,28 @@ fn a_script_gets_every_check_as_json_and_an_exit_code() {
     assert_eq!(answer["ok"], is_ok);
     assert_eq!(output.status.code(), Some(if is_ok { 0 } else { 5 }));
     let shown = String::from_utf8(output.stderr).unwrap();
-    for step in
-        ["opening the devices", "running the camera in the dark", "turning the laser on", "moving the stage"]
-    {
+    for step in [
+        "opening the devices",
+        "running the camera with the laser off",
+        "turning the laser on",
+        "moving the stage",
+    ] {
         assert!(shown.contains(step), "{step} is not shown: {shown}");
     }
 }
 
 #[test]
-fn without_an_answer_nothing_moves_or_shines() {
+fn without_consent_motion_and_laser_stay_off() {
     let output = ended(doctor(&[]));
     let (table, shown) = (String::from_utf8(output.stdout).unwrap(), String::from_utf8(output.stderr).unwrap());
     assert!(shown.contains("Go on? [y/N]"), "{shown}");
     assert!(!shown.contains("turning the laser on") && !shown.contains("moving the stage"), "{shown}");
-    assert!(table.contains("light and motion") && table.contains("not agreed to"), "{table}");
+    assert!(table.contains("laser and motion") && table.contains("not agreed to"), "{table}");
 }
 
 #[test]
 fn ctrl_c_ends_it_wherever_it_is() {
-    for at in ["running the camera in the dark", "Go on? [y/N]"] {
+    for at in ["running the camera with the laser off", "Go on? [y/N]"] {
         let mut child = doctor(&[]);
         // Waiting would close it, and an answer that can no longer come ends the prompt as well as the signal does.
         let _open = child.stdin.take();

@@ -77,7 +77,7 @@ mod stations {
         }
 
         fn try_send(&self, method: &str, path: &str, more: &[(&str, &str)], body: &Value) -> (u16, Value) {
-            // Whoever works longer than a lease lasts takes control again.
+            // Work that takes longer than a lease has to take control again.
             let renewed =
                 self.server.post("/api/v1/station/control", &json!({ "holder": "Anna", "take_over": true }));
             let control = match renewed.status {
@@ -291,8 +291,8 @@ mod stations {
             rig.server.send("PATCH", FEATURES, &[("content-type", "application/json")], b"{\"features\":[]}");
         assert_ne!(answer.status, 200, "nobody is in control");
         let events = rig.server.get("/api/v1/events?limit=200").expect(200);
-        let told = |event: &&Value| event["kind"] == "camera.features_set";
-        let n_told = events["items"].as_array().unwrap().iter().filter(told).count();
-        assert_eq!(n_told, 2, "{events:#}");
+        let is_set = |event: &&Value| event["kind"] == "camera.features_set";
+        let n_events = events["items"].as_array().unwrap().iter().filter(is_set).count();
+        assert_eq!(n_events, 2, "{events:#}");
     }
 }

@@ -1,4 +1,4 @@
-//! Stop is heard under load: from the request to the byte at the controller, 200 times.
+//! Stop under load: from the request to the byte at the controller, 200 times.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 
 use crate::common::controller::grbl_station;
 use crate::common::server::Server;
-use devices::grbl_simulator::{GrblSimulator, Happening};
+use devices::grbl_simulator::{GrblSimulator, WitnessEvent};
 use serde_json::{Value, json};
 
 /// How often Stop is asked for.
@@ -58,7 +58,7 @@ fn stop_200_times() -> (Duration, Duration) {
         delays.push(first_stop_byte(&simulator, mark) - asked_at);
         wait_for_rest(&simulator);
         let mark = witness.mark();
-        let lit = |entry: &devices::grbl_simulator::Entry| matches!(entry.what, Happening::LightOn(_));
+        let lit = |entry: &devices::grbl_simulator::Entry| matches!(entry.what, WitnessEvent::LightOn(_));
         assert!(!witness.since(mark).iter().any(lit), "light after Stop");
     }
     drop(load);
@@ -87,7 +87,7 @@ fn a_server_asked_to_end_darkens_and_stops_before_it_is_gone() {
         assert!(server.terminate().success());
         assert!(!witness.light() && !witness.moving(), "the server is gone, light or motion is not");
         let ended = |entry: &devices::grbl_simulator::Entry| {
-            matches!(entry.what, Happening::LightOff | Happening::MotionEnded(_))
+            matches!(entry.what, WitnessEvent::LightOff | WitnessEvent::MotionEnded(_))
         };
         assert!(witness.since(mark).iter().any(ended), "round {round}: {:?}", witness.since(mark));
     }

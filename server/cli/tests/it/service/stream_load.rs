@@ -48,14 +48,14 @@ fn subscription() -> Value {
     ]})
 }
 
-/// The station's clock, as the quickest ping told it.
+/// The station's clock, as estimated from the fastest ping.
 struct Clock {
     asked: Instant,
     quickest: Option<(Duration, Instant, f64)>,
 }
 
 impl Clock {
-    fn told(&mut self, clock_ms: f64) {
+    fn update(&mut self, clock_ms: f64) {
         let took = self.asked.elapsed();
         if self.quickest.is_none_or(|(quickest, ..)| took < quickest) {
             self.quickest = Some((took, self.asked, clock_ms));
@@ -68,7 +68,7 @@ impl Clock {
     }
 }
 
-/// Watches until told to end; ages are by the station's own clock.
+/// Watches until requested to end; ages are by the station's own clock.
 fn watch(url: String, end: Arc<AtomicBool>) -> JoinHandle<Seen> {
     std::thread::spawn(move || {
         let mut request = url.into_client_request().unwrap();
@@ -87,7 +87,7 @@ fn watch(url: String, end: Arc<AtomicBool>) -> JoinHandle<Seen> {
                 Message::Text(text) => {
                     let text: Value = serde_json::from_str(&text).unwrap();
                     if let ("pong", Some(clock_ms)) = (text["op"].as_str().unwrap(), text["clock_ms"].as_f64()) {
-                        clock.told(clock_ms);
+                        clock.update(clock_ms);
                     }
                 }
                 Message::Binary(bytes) if bytes[0] == 3 => {

@@ -1,4 +1,4 @@
-//! What a readable document must hold to be used.
+//! Validity checks of a document that can be read.
 
 use nalgebra::Vector3;
 use optics::stage::AngleError;
@@ -6,7 +6,7 @@ use optics::stage::AngleError;
 use crate::document::text::{CalibrationText, StageText};
 use crate::document::{DocumentError, FORMAT};
 
-/// Rounding of a unit vector that went through text.
+/// Rounding of a unit vector converted to text.
 const UNIT_TOLERANCE: f64 = 1e-6;
 
 impl CalibrationText {

@@ -1,6 +1,6 @@
 //! The calibration document: one versioned JSON text with everything to use, compare and reproduce a calibration.
 //!
-//! It holds no clock: the same inputs give the same bytes, and the id is the hash of the content.
+//! It contains no time stamp: the same inputs give the same bytes, and the id is the hash of the content.
 
 mod check;
 mod text;
@@ -17,14 +17,14 @@ use crate::calibrate::CalibrationResult;
 use crate::findings::document_report::ReportText;
 
 pub use text::{
-    AxisText, CalibrationText, CameraText, CovarianceText, DepthRangeText, LightText, PlaneText, RotaryWord,
+    AxisText, CalibrationText, CameraText, CovarianceText, DepthRangeText, LightText, PlaneText, RotaryTag,
     StageText, StraightnessText, TravelText,
 };
 
 /// The only format this version reads and writes.
 pub const FORMAT: &str = "sheaf-calibration/1";
 
-/// Hexadecimal digits of the content's hash that make the id.
+/// Hexadecimal digits of the content's hash used as the id.
 const ID_DIGITS: usize = 16;
 
 /// An input file by its content.
@@ -48,14 +48,14 @@ pub struct Software {
 /// The whole document.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct CalibrationDocument {
-    /// What is needed to use it.
+    /// The calibration itself.
     #[serde(flatten)]
     pub calibration: CalibrationText,
-    /// What made it.
+    /// The program that made it.
     pub software: Software,
     /// The files it was computed from.
     pub inputs: Vec<InputHash>,
-    /// Constants of the computation that shape the result.
+    /// Constants of the computation that affect the result.
     pub parameters: std::collections::BTreeMap<String, f64>,
     /// Residuals, cross-validation, warnings.
     pub report: ReportText,
@@ -73,7 +73,7 @@ pub enum DocumentError {
         /// As found.
         found: String,
     },
-    /// A number is missing or makes no sense.
+    /// A number is missing or invalid.
     #[error("the calibration document's `{entry}` {problem}")]
     Entry {
         /// The entry.
@@ -103,8 +103,8 @@ impl CalibrationDocument {
         document
     }
 
-    /// The same with another calibration, in which what the stage does was found in another way: `how`, in words, from `inputs`
-    /// besides.
+    /// The same with another calibration, whose stage was determined in another way: `how`, in words, from the
+    /// additional `inputs`.
     pub fn with_stage_of(&self, calibration: &Calibration, how: &str, inputs: Vec<InputHash>) -> Self {
         let mut document = Self { calibration: CalibrationText::of(calibration), ..self.clone() };
         document.inputs.extend(inputs);
@@ -114,7 +114,7 @@ impl CalibrationDocument {
         document
     }
 
-    /// The id is the hash of everything else.
+    /// Sets the id to the hash of everything else.
     fn name_by_content(&mut self) {
         self.calibration.id = String::new();
         let digest = Sha256::digest(self.to_json().as_bytes());

@@ -1,4 +1,4 @@
-//! The calibration as text: every entry by its name, with its unit.
+//! The text form of a calibration: every entry by its name, with its unit.
 
 use serde::{Deserialize, Serialize};
 
@@ -54,9 +54,9 @@ pub struct PlaneText {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(untagged)]
 pub enum StageText {
-    /// It travels.
+    /// A linear stage.
     Linear(TravelText),
-    /// It turns.
+    /// A turntable.
     Rotary(AxisText),
 }
 
@@ -65,21 +65,21 @@ pub enum StageText {
 #[serde(deny_unknown_fields)]
 pub struct AxisText {
     /// Always `rotary`.
-    pub kind: RotaryWord,
+    pub kind: RotaryTag,
     /// A point of the axis.
     pub point_mm: [f64; 3],
-    /// Unit vector about which growing angles turn the part by the right-hand rule.
+    /// Unit vector about which increasing angles turn the part by the right-hand rule.
     pub direction: [f64; 3],
-    /// One standard deviation of the table's angles; absent where that is unknown.
+    /// One standard deviation of the table's angles; absent if unknown.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub angle_sigma_deg: Option<f64>,
 }
 
-/// The word that distinguishes a turntable from a linear stage, which has none.
+/// Distinguishes a turntable from a linear stage, which has no `kind`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum RotaryWord {
-    /// It turns.
+pub enum RotaryTag {
+    /// A turntable.
     Rotary,
 }
 
@@ -88,12 +88,12 @@ pub enum RotaryWord {
 pub struct TravelText {
     /// Camera-frame millimetres per millimetre of nominal travel.
     pub direction_mm_per_mm: [f64; 3],
-    /// How far the travel may be from straight; absent where that is unknown, as in documents of earlier versions.
+    /// Straightness of the travel; absent if unknown, as in documents of earlier versions.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub straightness: Option<StraightnessText>,
 }
 
-/// Deviations from straight and even travel.
+/// Deviations from straight and uniform travel.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct StraightnessText {
@@ -116,7 +116,7 @@ pub struct CovarianceText {
     pub matrix: Vec<Vec<f64>>,
 }
 
-/// Depths covered.
+/// Depth range.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[allow(missing_docs)]
 pub struct DepthRangeText {
@@ -124,7 +124,7 @@ pub struct DepthRangeText {
     pub far_mm: f64,
 }
 
-/// What is needed to use the calibration; small enough to travel in a cloud's header.
+/// Everything needed to use the calibration; small enough for a cloud's header.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct CalibrationText {
     /// Always [`super::FORMAT`].
@@ -139,7 +139,7 @@ pub struct CalibrationText {
     pub light: LightText,
     /// Stage, if calibrated.
     pub stage: Option<StageText>,
-    /// Depths covered.
+    /// Depth range.
     pub depth_range: DepthRangeText,
     /// Joint covariance.
     pub covariance: CovarianceText,

@@ -1,4 +1,4 @@
-//! Text from a calibration value, and the value of a checked text.
+//! Conversion between a calibration and its text form.
 
 use nalgebra::{DMatrix, Vector3};
 use optics::stage::{AngleError, Straightness};
@@ -7,7 +7,7 @@ use optics::{
 };
 
 use crate::document::text::{
-    AxisText, CalibrationText, CameraText, CovarianceText, DepthRangeText, LightText, PlaneText, RotaryWord,
+    AxisText, CalibrationText, CameraText, CovarianceText, DepthRangeText, LightText, PlaneText, RotaryTag,
     StageText, StraightnessText, TravelText,
 };
 use crate::document::{DocumentError, FORMAT};
@@ -47,7 +47,7 @@ impl CalibrationText {
         }
     }
 
-    /// Reads the text form, as kept in a cloud's header.
+    /// Reads the text form, as in a cloud's header.
     ///
     /// # Errors
     /// [`DocumentError`] names the entry that is wrong.
@@ -57,7 +57,7 @@ impl CalibrationText {
         Ok(calibration)
     }
 
-    /// The value of a checked text.
+    /// The calibration; the text must have been checked.
     pub fn value(&self) -> Calibration {
         let camera = &self.camera;
         let matrix = [[camera.fx_px, 0.0, camera.cx_px], [0.0, camera.fy_px, camera.cy_px], [0.0, 0.0, 1.0]];
@@ -80,7 +80,7 @@ impl StageText {
         match stage {
             Stage::Linear(axis) => Self::Linear(TravelText::of(axis)),
             Stage::Rotary(axis) => Self::Rotary(AxisText {
-                kind: RotaryWord::Rotary,
+                kind: RotaryTag::Rotary,
                 point_mm: axis.point_mm.into(),
                 direction: axis.direction.into(),
                 angle_sigma_deg: axis.angle_error.map(|error| error.sigma_rad().to_degrees()),

@@ -1,4 +1,4 @@
-//! The report as it stands in the calibration document: figures, no point lists (those are drawn, not stored).
+//! The report as stored in the calibration document: figures without point lists (which are plotted, not stored).
 
 use serde::{Deserialize, Serialize};
 
@@ -25,7 +25,8 @@ pub struct ReportText {
 pub struct CameraFigures {
     pub rms_px: f64,
     pub corner_sigma_px: f64,
-    /// Why the fit stopped: `gradient`, `step` or `cost`; absent in documents of versions that did not say.
+    /// Termination reason of the fit: `gradient`, `step` or `cost`; absent in documents of versions that did not state
+    /// it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub termination: Option<String>,
     pub k3: String,
@@ -50,7 +51,7 @@ pub struct LightFigures {
     pub model: String,
     pub rms_px: f64,
     pub systematic_sigma_mm: f64,
-    /// As the camera's.
+    /// As for the camera.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub termination: Option<String>,
     /// Estimate, one-σ, data sheet; absent for `planes`.
@@ -75,7 +76,7 @@ pub struct LineFigures {
     pub n_outliers: usize,
 }
 
-/// The models side by side.
+/// Comparison of the models.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[allow(missing_docs)]
 pub struct CrossValidationFigures {
@@ -84,7 +85,7 @@ pub struct CrossValidationFigures {
     pub reason: String,
 }
 
-/// Held-out error of one model; figures are absent where it could not be fitted.
+/// Held-out error of one model; figures are absent if it could not be fitted.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[allow(missing_docs)]
 pub struct ModelFigures {

@@ -1,3 +1,3 @@
-//! What a calibration says about itself, as values.
+//! Reports of calibrations.
 pub(crate) mod document_report;
 pub mod report;

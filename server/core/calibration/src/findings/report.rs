@@ -1,4 +1,4 @@
-//! What a calibration says about itself.
+//! The report of a calibration.
 
 use optics::LightModelKind;
 
@@ -11,20 +11,20 @@ pub struct CalibrationReport {
     pub camera: CameraReport,
     /// Light fit of the chosen model; `None` without laser pictures.
     pub light: Option<LightReport>,
-    /// The three models side by side; `None` without laser pictures.
+    /// Comparison of the three models; `None` without laser pictures.
     pub cross_validation: Option<CrossValidation>,
     /// Stage fit; `None` without stage views.
     pub stage: Option<StageReport>,
     /// Axis of a turntable; `None` without views of one.
     pub axis: Option<AxisReport>,
-    /// Oddities a person should know, in words.
+    /// Warnings for the operator, in words.
     pub warnings: Vec<String>,
 }
 
 /// Camera fit over all board pictures.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CameraReport {
-    /// RMS distance between observed and predicted corners (2-D), OpenCV's figure.
+    /// RMS distance between observed and predicted corners (2-D), as in OpenCV.
     pub rms_px: f64,
     /// Per picture.
     pub poses: Vec<PoseResidual>,
@@ -34,7 +34,7 @@ pub struct CameraReport {
     pub k3_reason: String,
     /// Corner noise per axis as estimated from the residuals.
     pub corner_sigma_px: f64,
-    /// Why the camera's fit stopped.
+    /// Termination reason of the camera's fit.
     pub termination: Termination,
 }
 
@@ -60,15 +60,16 @@ pub struct LightReport {
     pub rms_px: f64,
     /// Per pose and order.
     pub residuals: Vec<OrderResidual>,
-    /// Points rejected, by reason, over all poses.
+    /// Rejected points, by reason, over all poses.
     pub rejections: Rejections,
-    /// The points behind the fit, thinned for plots.
+    /// Points of the fit, thinned for plots.
     pub points: Vec<LaserPoint>,
     /// Estimated λ/d_g, its σ, and the data-sheet value.
     pub wavelength_over_period: Option<[f64; 3]>,
     /// Predicted systematic depth σ over the working volume, RMS, mm.
     pub systematic_sigma_mm: f64,
-    /// Why the last fit of the light stopped: the joint refinement's, or the light's own for the plane models.
+    /// Termination reason of the last fit of the light: the joint refinement's, or the light's own for the plane
+    /// models.
     pub termination: Termination,
 }
 
@@ -91,14 +92,14 @@ pub struct OrderResidual {
     pub n_outliers: usize,
 }
 
-/// Centreline points that were not used, by reason.
+/// Unused centreline points, by reason.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Rejections {
     /// Not on the board's pattern.
     pub off_board: usize,
-    /// Within reach of an edge between a dark and a bright square.
+    /// Close to an edge between a dark and a bright square.
     pub square_edge: usize,
-    /// Segment could not be labelled with certainty.
+    /// The segment could not be labelled with certainty.
     pub unlabelled: usize,
     /// Too far from the fitted surface.
     pub outlier: usize,
@@ -119,12 +120,12 @@ pub struct LaserPoint {
     pub residual_px: f64,
 }
 
-/// Held-out error of the models, by leaving poses out.
+/// Held-out error of the models, by cross-validation over poses.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CrossValidation {
     /// One score per model, simplest first.
     pub scores: Vec<ModelScore>,
-    /// The model with evidence on its side.
+    /// The model supported by the evidence.
     pub recommended: LightModelKind,
     /// Why, in a sentence for the engineer.
     pub reason: String,
@@ -143,7 +144,7 @@ pub struct ModelScore {
     pub held_out_bias_mm: f64,
     /// RMS on the poses used for the fit.
     pub fit_rms_px: f64,
-    /// Why the model could not be fitted, if so.
+    /// Why the model could not be fitted, if it could not.
     pub failure: Option<String>,
 }
 
@@ -158,11 +159,12 @@ pub struct StageReport {
     pub scale_error: f64,
     /// One-σ of the scale error.
     pub scale_sigma: f64,
-    /// Per view: position, and deviation from the straight line (along, and the two across), µm.
+    /// Per view: position, and deviation from the straight line (along, and two across), µm.
     pub straightness_um: Vec<[f64; 4]>,
     /// RMS deviation across the travel, µm.
     pub straightness_rms_um: f64,
-    /// One-σ, per axis, of how far the travel may be from straight and even: a part of every uncertainty along it, µm.
+    /// One-σ, per axis, of the deviation from straight and uniform travel: a contribution to every uncertainty along
+    /// it, µm.
     pub straightness_sigma_um: f64,
 }
 
@@ -171,19 +173,19 @@ pub struct StageReport {
 pub struct AxisReport {
     /// The point of the axis nearest to the boards, camera frame.
     pub point_mm: [f64; 3],
-    /// Unit vector about which growing angles turn the part by the right-hand rule, camera frame.
+    /// Unit vector about which increasing angles turn the part by the right-hand rule, camera frame.
     pub direction: [f64; 3],
     /// One-σ of the direction, along the two vectors across it.
     pub tilt_sigma_deg: [f64; 2],
-    /// One-σ of the point, along the same two.
+    /// One-σ of the point, along the same two vectors.
     pub shift_sigma_mm: [f64; 2],
-    /// One-σ of the table's angles; `None` if nobody knows.
+    /// One-σ of the table's angles; `None` if unknown.
     pub angle_sigma_deg: Option<f64>,
-    /// Whether that was stated, or else estimated from the views.
+    /// Whether that was stated; otherwise it was estimated from the views.
     pub angle_sigma_stated: bool,
-    /// Per view: angle in degrees, and how far the board's middle was from a pure turn (along the turn, radially, along the
-    /// axis), µm.
+    /// Per view: angle in degrees, and deviation of the board's middle from a pure rotation (along the rotation,
+    /// radially, along the axis), µm.
     pub deviations_um: Vec<[f64; 4]>,
-    /// RMS of the boards' deviations over what their noise and the angle's σ explain.
+    /// RMS of the boards' deviations relative to their noise and the angle's σ.
     pub noise_ratio: f64,
 }

@@ -1,4 +1,4 @@
-//! Which order is each line on a board? Ranks where all lines stand side by side, the predicted curves elsewhere.
+//! Order of each line on a board: by rank where all lines are side by side, otherwise by the predicted curves.
 
 use nalgebra::Vector2;
 use optics::{Camera, LightSurfaces};
@@ -12,8 +12,8 @@ use crate::params::{
     PREDICTED_LABEL_PITCH_SHARE,
 };
 use crate::solving::bundle::sheet_residual;
+use crate::solving::bundle_state::BoardPose;
 use crate::solving::observation::LaserObservation;
-use crate::solving::station::BoardPose;
 
 /// A connected run of centreline points on the board's pattern, away from its squares' edges.
 #[derive(Debug, Clone, PartialEq)]
@@ -22,11 +22,11 @@ pub struct BoardPiece {
     pub block: usize,
     /// The points.
     pub points: Vec<CentrelinePoint>,
-    /// Order, where it is found out.
+    /// Order, once known.
     pub order: Option<i8>,
-    /// Whether the order is known, since no other line was lit.
+    /// Whether the order is known because no other line was switched on.
     pub is_alone: bool,
-    /// Whether it lies on the squares, or on the one square's width around them that most boards leave blank.
+    /// Whether it lies on the squares, as opposed to the margin of one square's width that most boards leave blank.
     pub on_pattern: bool,
 }
 
@@ -35,18 +35,18 @@ pub struct BoardPiece {
 pub struct PictureLines {
     /// Pieces on the board.
     pub pieces: Vec<BoardPiece>,
-    /// Points left out, by reason.
+    /// Rejected points, by reason.
     pub rejections: Rejections,
-    /// Most lines seen side by side in a column.
+    /// Most lines side by side in a column.
     pub most_side_by_side: usize,
-    /// Distance between neighbouring lines, px; of a line that is alone, the picture's side across it.
+    /// Distance between neighbouring lines, px; for a single line, the picture's side across it.
     pub pitch_px: f64,
     /// Noise correlation along the lines, px.
     pub correlation_px: f64,
 }
 
 /// Cuts the centrelines of a picture into pieces on the board and labels them by rank where all
-/// `orders.len()` lines stand side by side.
+/// `orders.len()` lines are side by side.
 pub fn picture_lines(
     block: usize,
     centrelines: &Centrelines,
@@ -87,7 +87,7 @@ pub fn picture_lines(
 }
 
 impl PictureLines {
-    /// The same of a picture in which only the line `order` was lit.
+    /// The same for a picture in which only the line `order` was switched on.
     pub fn of_line(mut self, order: i8) -> Self {
         for piece in &mut self.pieces {
             (piece.order, piece.is_alone) = (Some(order), true);
@@ -96,7 +96,7 @@ impl PictureLines {
     }
 }
 
-/// A piece in the making.
+/// A piece being built.
 struct Run<'a> {
     orders: &'a [i8],
     piece: BoardPiece,
@@ -109,7 +109,7 @@ impl<'a> Run<'a> {
         Self { orders, piece, votes: vec![0; orders.len()] }
     }
 
-    /// Takes the next point of the segment; gives the piece that ends here, if one does.
+    /// Adds the next point of the segment; returns a piece if one ends here.
     fn advance(&mut self, point: &CentrelinePoint, place: &Place, rank: Option<usize>) -> Option<BoardPiece> {
         let on_pattern = match place {
             Place::OffBoard => return self.close(),
@@ -136,7 +136,7 @@ impl<'a> Run<'a> {
     }
 }
 
-/// Labels every piece whose order is not known by the predicted curves of `light`; pieces between two curves lose their label.
+/// Labels every piece of unknown order by the predicted curves of `light`; pieces between two curves lose their label.
 pub fn label_by_prediction(
     pieces: &mut [BoardPiece],
     camera: &Camera,
@@ -160,7 +160,7 @@ pub fn label_by_prediction(
 
 /// Labelled pieces as observations, thinned to `spacing` columns.
 pub fn observations(pieces: &[BoardPiece], spacing: usize, correlation_px: f64) -> Vec<LaserObservation> {
-    let independence = (spacing as f64 / correlation_px).min(1.0);
+    let effective_weight = (spacing as f64 / correlation_px).min(1.0);
     pieces
         .iter()
         .filter_map(|piece| Some((piece, piece.order?)))
@@ -170,14 +170,14 @@ pub fn observations(pieces: &[BoardPiece], spacing: usize, correlation_px: f64) 
                 order,
                 pixel: Vector2::new(point.u_px, point.v_px),
                 sigma_px: point.sigma_px,
-                independence,
+                effective_weight,
             })
         })
         .collect()
 }
 
-/// Takes away the label of pieces on the board's margin that do not lie on the predicted curve to within the noise:
-/// there the board may have ended already.
+/// Removes the label of pieces on the board's margin that are not on the predicted curve within the noise: the board
+/// may have ended before them.
 pub fn unlabel_beyond_board(
     pieces: &mut [BoardPiece],
     camera: &Camera,
@@ -209,8 +209,13 @@ fn median_distance(
         .step_by(step)
         .filter_map(|point| {
             let pixel = Vector2::new(point.u_px, point.v_px);
-            let seen =
-                LaserObservation { block: piece.block, order, pixel, sigma_px: point.sigma_px, independence: 1.0 };
+            let seen = LaserObservation {
+                block: piece.block,
+                order,
+                pixel,
+                sigma_px: point.sigma_px,
+                effective_weight: 1.0,
+            };
             Some(sheet_residual(camera, light, pose, &seen, None)?.residual_px.abs())
         })
         .collect();
@@ -224,7 +229,7 @@ enum Place {
     Margin,
 }
 
-/// Where a centreline point lies on the board's pattern, its squares' edges widened by the line's own width.
+/// Position of a centreline point on the board's pattern, with the squares' edges widened by the line's own width.
 fn place_on_board(point: &CentrelinePoint, camera: &Camera, pose: &BoardPose, board: &BoardGeometry) -> Place {
     let pixel = Vector2::new(point.u_px, point.v_px);
     let Some(here) = squares_from_pixel(&pixel, camera, pose, board) else { return Place::OffBoard };
@@ -271,15 +276,15 @@ fn squares_from_pixel(
     Some(on_board.xy().component_div(&board.square_mm))
 }
 
-/// The winning rank, if there are enough votes and they agree.
+/// The rank with the most votes, if there are enough votes and they agree.
 fn voted(votes: &[usize]) -> Option<usize> {
     let total: usize = votes.iter().sum();
     let (rank, &most) = votes.iter().enumerate().max_by_key(|(_, count)| **count)?;
     (total >= MIN_LINE_COLUMNS && most as f64 >= MIN_RANK_AGREEMENT * total as f64).then_some(rank)
 }
 
-/// Crossings of every scan column with lines on the board, sorted across the lines. What lies behind the board shows the
-/// lines elsewhere: by several pitches, in between those of the board.
+/// Crossings of every scan column with lines on the board, sorted across the lines. The background behind the board
+/// shows the lines displaced by several pitches, between those of the board.
 struct Columns {
     line_direction: LineDirection,
     across_px: Vec<Vec<f64>>,

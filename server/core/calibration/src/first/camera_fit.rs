@@ -1,4 +1,4 @@
-//! The camera from board corners: first guess from homographies, bundle adjustment, noise level, k3, checks.
+//! The camera from board corners: initial estimate from homographies, bundle adjustment, noise level, k3, checks.
 
 use nalgebra::{DMatrix, Vector2};
 use optics::{CAMERA_PARAMETERS, Camera};
@@ -10,11 +10,11 @@ use crate::params::{
     CORNER_HUBER_SIGMAS, K3_SIGNIFICANCE, MAX_RELATIVE_FOCAL_SIGMA, MIN_CAMERA_VIEWS, MIN_TILT_SPREAD_RAD,
 };
 use crate::solving::bundle::Bundle;
+use crate::solving::bundle_state::{BoardPose, BundleState};
 use crate::solving::normal::ArrowNormal;
 use crate::solving::observation::{CornerView, huber};
 use crate::solving::prior::Priors;
 use crate::solving::solver::{Minimum, Problem, Termination, minimise};
-use crate::solving::station::{BoardPose, Station};
 
 /// Index of k3 among the camera's parameters.
 const K3: usize = 8;
@@ -22,29 +22,29 @@ const K3: usize = 8;
 /// σ of every corner in the plain fit: far below any noise, so that the solver ends by its relative tolerance.
 const PLAIN_SIGMA_PX: f64 = 1e-4;
 
-/// Focal lengths tried when the homographies give none, relative to the image's larger side.
+/// Focal lengths tried when the homographies give none, relative to the image's longer side.
 const FOCAL_CANDIDATES: [f64; 5] = [0.8, 1.3, 2.0, 3.5, 6.0];
 
 /// A fitted camera.
 #[derive(Debug, Clone)]
 pub struct CameraFit {
     /// Camera and one pose per view.
-    pub station: Station,
-    /// The views with σ scaled to the noise the residuals show.
+    pub station: BundleState,
+    /// The views with σ scaled to the noise of the residuals.
     pub views: Vec<CornerView>,
     /// Which camera parameters were estimated.
     pub free: Vec<bool>,
     /// Covariance of the camera's parameters.
     pub covariance: DMatrix<f64>,
-    /// The normal equations at the minimum: how the boards' poses follow the camera.
+    /// The normal equations at the minimum, from which the boards' poses follow the camera.
     pub normal: ArrowNormal,
-    /// Why the last fit stopped.
+    /// Termination reason of the last fit.
     pub termination: Termination,
     /// RMS 2-D distance of all corners.
     pub rms_px: f64,
-    /// Noise per axis by the residuals.
+    /// Noise per axis, from the residuals.
     pub corner_sigma_px: f64,
-    /// Why k3 is in or out.
+    /// Why k3 is estimated or not.
     pub k3_reason: String,
     /// The priors used.
     pub priors: Priors,
@@ -52,10 +52,10 @@ pub struct CameraFit {
 
 /// Fits camera and poses to `views`; view i is block i.
 ///
-/// `k3`: `Some(true)` estimates it, `Some(false)` holds it at zero, `None` lets the data decide.
+/// `k3`: `Some(true)` estimates it, `Some(false)` fixes it at zero, `None` lets the data decide.
 ///
 /// # Errors
-/// Too few views, boards all parallel, a focal length that the data do not determine, or a fit that got stuck.
+/// Too few views, parallel boards, a focal length that the data do not determine, or a fit that did not converge.
 pub fn fit_camera(
     width_px: usize,
     height_px: usize,
@@ -73,15 +73,15 @@ pub fn fit_camera(
     let mut views = views;
     let mut minimum = solve(&views, &free, &priors, start)?;
     check_tilts(&minimum.state.poses)?;
-    // Twice: the σ of the corners follow their residuals, the robust limits follow the σ.
+    // Twice: the σ of the corners depends on their residuals, the robust limits on the σ.
     for _ in 0..2 {
         let ratio = noise_ratio(&minimum.state, &views, free.iter().filter(|f| **f).count());
         scale_sigmas(&mut views, ratio);
         minimum = solve(&views, &free, &priors, minimum.state)?;
     }
     let mut k3_reason = match k3 {
-        Some(true) => "estimated as asked".to_owned(),
-        Some(false) => "held at zero as asked".to_owned(),
+        Some(true) => "estimated as requested".to_owned(),
+        Some(false) => "fixed at zero as requested".to_owned(),
         None => String::new(),
     };
     if k3.is_none() {
@@ -115,15 +115,15 @@ pub fn fit_camera(
 #[derive(Debug, Clone)]
 pub struct PlainCamera {
     /// Camera and one pose per view.
-    pub station: Station,
+    pub station: BundleState,
     /// RMS 2-D distance of all corners.
     pub rms_px: f64,
     /// Steps of the solver.
     pub n_steps: usize,
 }
 
-/// Fits camera (k1, k2, p1, p2, k3) and poses with all corners alike: no σ, no robust weights, no priors. This is the
-/// minimum that OpenCV's `calibrateCamera` seeks, for comparing with it; view i is block i.
+/// Fits camera (k1, k2, p1, p2, k3) and poses with equal weights: no σ, no robust weights, no priors. This is the
+/// minimum of OpenCV's `calibrateCamera`, for comparison; view i is block i.
 ///
 /// # Errors
 /// Too few views, or corners that do not determine the camera.
@@ -156,19 +156,23 @@ fn solve(
     views: &[CornerView],
     free: &[bool],
     priors: &Priors,
-    start: Station,
-) -> Result<Minimum<Station>, CalibrationError> {
+    start: BundleState,
+) -> Result<Minimum<BundleState>, CalibrationError> {
     let minimum = minimise(&bundle_of(views, free, priors), start)
         .filter(|minimum| minimum.cost.is_finite())
         .ok_or(CalibrationError::CameraUnobservable)?;
     match minimum.termination {
-        Termination::Stuck => Err(CalibrationError::Stuck { fit: "camera" }),
+        Termination::NotConverged => Err(CalibrationError::NotConverged { fit: "camera" }),
         Termination::Gradient | Termination::Step | Termination::Cost => Ok(minimum),
     }
 }
 
-/// Camera and poses to start from: the pinhole guess of all homographies, or the best of a few focal lengths.
-fn first_station(width_px: usize, height_px: usize, views: &[CornerView]) -> Result<Station, CalibrationError> {
+/// Initial camera and poses: the pinhole estimate from all homographies, or the best of a few focal lengths.
+fn first_station(
+    width_px: usize,
+    height_px: usize,
+    views: &[CornerView],
+) -> Result<BundleState, CalibrationError> {
     let homographies: Vec<_> = views
         .iter()
         .map(|view| {
@@ -187,7 +191,7 @@ fn first_station(width_px: usize, height_px: usize, views: &[CornerView]) -> Res
         let poses: Option<Vec<BoardPose>> = homographies.iter().map(|h| pose_from_homography(h, guess)).collect();
         let matrix = [[guess.focal_px, 0.0, cx_px], [0.0, guess.focal_px, cy_px], [0.0, 0.0, 1.0]];
         let camera = Camera::from_opencv(width_px, height_px, matrix, &[]);
-        Some(Station { camera, light: None, stage: None, poses: poses? })
+        Some(BundleState { camera, light: None, stage: None, poses: poses? })
     });
     starts
         .map(|station| (squared_residuals(&station, views), station))
@@ -196,18 +200,18 @@ fn first_station(width_px: usize, height_px: usize, views: &[CornerView]) -> Res
         .ok_or(CalibrationError::CameraUnobservable)
 }
 
-/// Estimates k3 and keeps it only if it stands out of its own σ.
+/// Estimates k3 and keeps it only if it is significant.
 fn decide_k3(
     views: &[CornerView],
     free: &mut [bool],
     priors: &Priors,
-    without: Minimum<Station>,
-) -> Result<(Minimum<Station>, String), CalibrationError> {
+    without: Minimum<BundleState>,
+) -> Result<(Minimum<BundleState>, String), CalibrationError> {
     free[K3] = true;
     let with = match solve(views, free, priors, without.state.clone()) {
-        Err(CalibrationError::Stuck { .. }) => {
+        Err(CalibrationError::NotConverged { .. }) => {
             free[K3] = false;
-            return Ok((without, "held at zero: a fit with it got stuck".to_owned()));
+            return Ok((without, "fixed at zero: a fit with it did not converge".to_owned()));
         }
         with => with?,
     };
@@ -221,16 +225,16 @@ fn decide_k3(
         return Ok((with, format!("estimated: {figure} is {significance:.1} of its own σ from zero")));
     }
     free[K3] = false;
-    Ok((without, format!("held at zero: {figure} would be {significance:.1} of its own σ from zero")))
+    Ok((without, format!("fixed at zero: {figure} would be {significance:.1} of its own σ from zero")))
 }
 
 /// Residual noise over predicted noise, both as 1-σ.
-fn noise_ratio(station: &Station, views: &[CornerView], n_globals: usize) -> f64 {
+fn noise_ratio(station: &BundleState, views: &[CornerView], n_globals: usize) -> f64 {
     let mut sum = 0.0;
     let mut n = 0usize;
     for (_, sigma_px, error) in residuals(station, views) {
         let z = error.norm() / sigma_px;
-        // The Huber weight keeps gross errors from setting the scale.
+        // The Huber weight keeps gross errors from dominating the scale.
         sum += huber(z, CORNER_HUBER_SIGMAS).1 * z * z;
         n += 2;
     }
@@ -247,13 +251,14 @@ fn scale_sigmas(views: &mut [CornerView], ratio: f64) {
     }
 }
 
-fn squared_residuals(station: &Station, views: &[CornerView]) -> f64 {
+fn squared_residuals(station: &BundleState, views: &[CornerView]) -> f64 {
     residuals(station, views).map(|(_, _, error)| error.norm_squared()).sum()
 }
 
-/// (view index, σ, predicted − observed) of every corner; a corner behind the camera counts as the image's size.
+/// (view index, σ, predicted − observed) of every corner; for a corner behind the camera the residual is the image's
+/// size.
 pub fn residuals<'a>(
-    station: &'a Station,
+    station: &'a BundleState,
     views: &'a [CornerView],
 ) -> impl Iterator<Item = (usize, f64, Vector2<f64>)> + 'a {
     views.iter().enumerate().flat_map(move |(view_idx, view)| {

@@ -1,7 +1,7 @@
-//! Pieces of one line are found again across the dark squares and edges between them.
+//! Joins the pieces of one line across the dark squares and edges between them.
 //!
-//! On a board the lit curves are nearly straight and never cross, so two pieces belong together when each points
-//! at the other. Whole lines can be ranked where single columns show too few of them.
+//! On a board the lit curves are nearly straight and never cross, so two pieces belong together when each points at the
+//! other. Whole lines can be ranked where single columns show too few of them.
 
 use nalgebra::Vector2;
 use vision::LineDirection;
@@ -9,9 +9,9 @@ use vision::LineDirection;
 use crate::first::board_lines::BoardPiece;
 use crate::params::{JOIN_END_POINTS, JOIN_MAX_GAP_LENGTHS, JOIN_TOLERANCE_PITCHES, MIN_LINE_COLUMNS};
 
-/// Joins the pieces of one picture to whole lines and lets the lines' labels speak for all their pieces; where no
-/// piece has a label and there are as many lines as orders, their ranks are the labels. Returns the lines from the top
-/// (left), each as indices of its pieces. `pitch_px`: distance between neighbouring lines of the picture.
+/// Joins the pieces of one picture to whole lines and applies the lines' labels to all their pieces; where no piece has
+/// a label and there are as many lines as orders, their ranks are the labels. Returns the lines from the top (left),
+/// each as indices of its pieces. `pitch_px`: distance between neighbouring lines of the picture.
 pub fn label_whole_lines(
     pieces: &mut [BoardPiece],
     orders: &[i8],
@@ -37,7 +37,7 @@ pub fn label_whole_lines(
     lines
 }
 
-/// Whether all lines pass some column: else two of them may be parts of one that could not be joined.
+/// Whether all lines cross a common column: otherwise two of them may be unjoined parts of one line.
 fn run_side_by_side(lines: &[Vec<usize>], ends: &[Ends]) -> bool {
     let start = |line: &Vec<usize>| line.iter().map(|&idx| ends[idx].start).fold(f64::INFINITY, f64::min);
     let end = |line: &Vec<usize>| line.iter().map(|&idx| ends[idx].end).fold(f64::NEG_INFINITY, f64::max);
@@ -45,7 +45,7 @@ fn run_side_by_side(lines: &[Vec<usize>], ends: &[Ends]) -> bool {
         <= lines.iter().map(end).fold(f64::INFINITY, f64::min)
 }
 
-/// Where a piece starts and ends, and the slope it has there.
+/// Start and end of a piece, with the slopes there.
 struct Ends {
     /// Range along the line.
     start: f64,
@@ -78,8 +78,8 @@ impl Ends {
         }
     }
 
-    /// How far the straight continuations of two pieces miss each other in the middle of the gap, px; `None` where
-    /// `next` does not follow or the gap is too long for a prediction.
+    /// Distance between the straight continuations of two pieces in the middle of the gap, px; `None` if
+    /// `next` does not follow or the gap is too long for an extrapolation.
     fn mismatch(&self, next: &Self) -> Option<f64> {
         let gap = next.start - self.end;
         let lengths = (self.end - self.start) + (next.end - next.start);
@@ -107,7 +107,7 @@ fn slope(points: &[Vector2<f64>]) -> f64 {
     points.iter().map(|p| (p.x - middle.x) * (p.y - middle.y)).sum::<f64>() / spread
 }
 
-/// Groups of pieces, each piece joined to the nearest follower that it points at to within `tolerance_px`.
+/// Groups of pieces, each piece joined to the nearest follower at which it points within `tolerance_px`.
 fn joined(ends: &[Ends], tolerance_px: f64) -> Vec<Vec<usize>> {
     let mut line_of: Vec<usize> = (0..ends.len()).collect();
     for (idx, piece) in ends.iter().enumerate() {
@@ -133,16 +133,17 @@ fn joined(ends: &[Ends], tolerance_px: f64) -> Vec<Vec<usize>> {
     lines.into_values().collect()
 }
 
-/// The label all labelled pieces of a line agree on.
+/// The common label of all labelled pieces of a line.
 fn common_label(line: &[usize], pieces: &[BoardPiece]) -> Option<i8> {
     let mut labels: Vec<i8> = line.iter().filter_map(|&idx| pieces[idx].order).collect();
     labels.dedup();
     (labels.len() == 1).then(|| labels[0])
 }
 
-/// Mean place of a line across the lines, for ranking.
+/// Mean position of a line across the lines, for ranking.
 fn height(line: &[usize], ends: &[Ends]) -> f64 {
-    // Lines are nearly parallel but may start in different columns: each is followed to column 0 along its own slope.
+    // Lines are nearly parallel but may start in different columns: each is extrapolated to column 0 along its own
+    // slope.
     let (first, last) = line.iter().fold((line[0], line[0]), |(first, last), &idx| {
         let first = if ends[idx].first.x < ends[first].first.x { idx } else { first };
         (first, if ends[idx].last.x > ends[last].last.x { idx } else { last })

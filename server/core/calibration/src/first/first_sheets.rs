@@ -1,4 +1,4 @@
-//! First guesses of the light sheets from lit points in space: planes by SVD (eq. 6 of the paper), the pencil from
+//! Initial estimates of the light sheets from lit points in space: planes by SVD (eq. 6 of the paper), the pencil from
 //! the planes (eq. 7–10), the grating from the pencil.
 
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
@@ -15,7 +15,7 @@ pub struct LitPoint {
     pub hit_in_camera: Vector3<f64>,
 }
 
-/// One plane per order through its points, normals all on the same side; `None` where points span no plane.
+/// One plane per order through its points, normals all on the same side; `None` where points do not determine a plane.
 pub fn planes_from_points(orders: &[i8], points: &[LitPoint]) -> Option<Vec<(i8, Plane)>> {
     let mut planes: Vec<(i8, Plane)> = Vec::with_capacity(orders.len());
     for &order in orders {
@@ -71,7 +71,7 @@ pub fn pencil_from_planes(
         .map(|(_, pencil)| pencil)
 }
 
-/// The point of the planes' common line nearest to where the scene's centre projects onto it.
+/// The point of the planes' common line nearest to the projection of the scene's centre onto it.
 fn common_point(planes: &[(i8, Plane)], direction: &Vector3<f64>, centre: &Vector3<f64>) -> Option<Vector3<f64>> {
     let mut left = DMatrix::zeros(planes.len() + 1, 3);
     let mut right = DVector::zeros(planes.len() + 1);

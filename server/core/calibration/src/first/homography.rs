@@ -2,7 +2,7 @@
 
 use nalgebra::{Matrix3, SMatrix, SVector, Vector2};
 
-/// The homography that takes board points (x, y, mm) to pixels, or `None` for a degenerate set.
+/// The homography from board points (x, y, mm) to pixels; `None` for a degenerate set.
 pub fn homography_from_points(board: &[Vector2<f64>], pixels: &[Vector2<f64>]) -> Option<Matrix3<f64>> {
     let (board_scaling, pixel_scaling) = (normalising(board)?, normalising(pixels)?);
     let mut normal = SMatrix::<f64, 9, 9>::zeros();

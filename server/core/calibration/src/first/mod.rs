@@ -1,4 +1,4 @@
-//! First values without knowing any: board poses, camera, lit points, sheets.
+//! Initial estimates: board poses, camera, lit points, sheets.
 
 pub(crate) mod board_lines;
 pub mod camera_fit;

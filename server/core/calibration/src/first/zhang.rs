@@ -14,11 +14,11 @@ pub struct PinholeGuess {
     pub cy_px: f64,
 }
 
-/// A focal length from homographies with the principal point at the image's centre.
+/// The focal length from homographies, with the principal point at the image's centre.
 ///
-/// With the centre known, each view gives two linear equations for 1/f²; their least-squares solution is far
-/// better behaved than the full closed form when the boards are few or little tilted. `None` if no positive
-/// focal length fits.
+/// With a known centre, each view gives two linear equations for 1/f²; their least-squares solution is far better
+/// conditioned than the full closed form when there are few boards or little tilt. `None` if no positive focal length
+/// fits.
 pub fn pinhole_from_homographies(homographies: &[Matrix3<f64>], cx_px: f64, cy_px: f64) -> Option<PinholeGuess> {
     let to_centre = Matrix3::new(1.0, 0.0, -cx_px, 0.0, 1.0, -cy_px, 0.0, 0.0, 1.0);
     let mut left = DMatrix::zeros(2 * homographies.len(), 1);
@@ -41,7 +41,7 @@ pub fn pinhole_from_homographies(homographies: &[Matrix3<f64>], cx_px: f64, cy_p
     })
 }
 
-/// The board's pose from its homography and a pinhole guess; the board lies in front of the camera.
+/// The board's pose from its homography and a pinhole estimate; the board is in front of the camera.
 pub fn pose_from_homography(
     homography: &Matrix3<f64>,
     guess: &PinholeGuess,

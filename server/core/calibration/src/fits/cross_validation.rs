@@ -1,4 +1,4 @@
-//! The three light models side by side on poses they were not fitted to.
+//! Comparison of the three light models on poses they were not fitted to.
 
 use optics::LightModelKind;
 use rayon::prelude::*;
@@ -12,7 +12,7 @@ use crate::solving::observation::LaserObservation;
 /// Bins along a line whose means separate a wrong shape from noise.
 const BINS_PER_LINE: usize = 6;
 
-/// Scores every model by leaving poses out in turn, camera and poses held.
+/// Scores every model by cross-validation over poses, with camera and poses fixed.
 pub fn cross_validate(scene: &Scene, laser: &[LaserObservation]) -> CrossValidation {
     let laser = thinned(laser, scene.poses.len(), scene.orders.len());
     let scores: Vec<ModelScore> = scene.models().iter().map(|&kind| score(scene, &laser, kind)).collect();
@@ -147,7 +147,7 @@ fn recommendation(scores: &[ModelScore]) -> (LightModelKind, String) {
         .collect();
     let rest = match (others.is_empty(), scores.len()) {
         (false, _) => others.join(", "),
-        (true, 1) => "and nothing ties the lines together that another model could use".to_owned(),
+        (true, 1) => "and no other model applies to independent lines".to_owned(),
         (true, _) => "and no other model could be fitted".to_owned(),
     };
     let reason = format!(

@@ -1,4 +1,4 @@
-//! The joint refinement of the chosen model: camera, boards, light and stage against all pixels at once.
+//! The joint refinement of the chosen model: camera, boards, light and stage against all pixels together.
 
 use nalgebra::{DMatrix, Vector3};
 use optics::calibration::STAGE_PARAMETERS;
@@ -7,7 +7,7 @@ use optics::{CAMERA_PARAMETERS, LightModelKind, LightSurfaces, Rigid};
 use crate::error::CalibrationError;
 use crate::first::camera_fit::{CameraFit, residuals};
 use crate::fits::laser_points::LaserPoints;
-use crate::fits::light_fit::{LightFit, Scene, fit_light, light_priors, lit_points, scaled_to_misfit};
+use crate::fits::light_fit::{LightFit, Scene, fit_light, light_priors, lit_points, scaled_to_residuals};
 use crate::fits::stage_fit::{StageLine, positions_mm, stage_line, straight_line};
 use crate::fits::turn_fit::{TurnFit, TurnView, turn_fit};
 use crate::input::CalibrationInput;
@@ -15,36 +15,37 @@ use crate::params::{
     GAP_PRIOR_MM, PURE_TURN_MAX_NOISE_RATIO, STRAIGHT_STAGE_MAX_NOISE_RATIO, UNDETERMINED_PRIOR_SHARE,
 };
 use crate::solving::bundle::Bundle;
+use crate::solving::bundle_state::{BoardPose, BundleState};
 use crate::solving::normal::{ArrowNormal, Derived};
 use crate::solving::observation::{CornerView, LaserObservation};
 use crate::solving::prior::Priors;
 use crate::solving::solver::{Minimum, Problem, Termination, minimise};
-use crate::solving::station::{BoardPose, Station};
 
 /// The refined station.
 #[derive(Debug, Clone)]
 pub struct JointFit {
     /// Camera, light, stage, one pose per block.
-    pub station: Station,
-    /// The pictures as they took part.
+    pub station: BundleState,
+    /// The views used in the fit.
     pub views: Vec<CornerView>,
     /// Covariance of camera, light and stage parameters.
     pub covariance: DMatrix<f64>,
-    /// The free line through the stage views, if there are any.
+    /// The unconstrained line through the stage views, if there are any.
     pub stage_line: Option<StageLine>,
-    /// The turn through the stage views of a turntable, if there are any.
+    /// The rotation fitted to the stage views of a turntable, if there are any.
     pub turn: Option<TurnFit>,
-    /// Why the last of the fits that made it stopped.
+    /// Termination reason of the last fit.
     pub termination: Termination,
-    /// Oddities in words.
+    /// Warnings in words.
     pub warnings: Vec<String>,
 }
 
-/// Refines everything. The plane models keep camera and boards as the corners alone have them: their misfit must
-/// not bend the camera.
+/// Refines everything. With the plane models, camera and boards keep their values from the corners alone: the model
+/// error must not bias the camera.
 ///
 /// # Errors
-/// [`CalibrationError::LightModel`] if the data leave the model undetermined, [`CalibrationError::Stuck`] without a minimum.
+/// [`CalibrationError::LightModel`] if the data do not determine the model, [`CalibrationError::NotConverged`] without
+/// convergence.
 pub fn fit_joint(
     input: &CalibrationInput,
     camera_fit: &CameraFit,
@@ -90,8 +91,8 @@ struct Refinement<'a> {
 }
 
 impl Refinement<'_> {
-    /// Refines with the stage views on one straight travel or as free poses; also returns how far the corners of the
-    /// stage views exceed their noise.
+    /// Refines with the stage views on one straight line or as free poses; also returns the ratio of the stage views'
+    /// corner residuals to their noise.
     fn solve(
         &self,
         straight: bool,
@@ -117,9 +118,11 @@ impl Refinement<'_> {
         let mut free = self.camera_fit.free.clone();
         free.resize(station.globals(), true);
         let bundle = Bundle::new(views.clone(), laser, free.clone(), true, priors, station.poses.len());
-        let minimum: Minimum<Station> = minimise(&bundle, station).ok_or_else(undetermined)?;
-        if minimum.termination == Termination::Stuck {
-            return Err(CalibrationError::Stuck { fit: "refinement of camera, boards, light and stage together" });
+        let minimum: Minimum<BundleState> = minimise(&bundle, station).ok_or_else(undetermined)?;
+        if minimum.termination == Termination::NotConverged {
+            return Err(CalibrationError::NotConverged {
+                fit: "refinement of camera, boards, light and stage together",
+            });
         }
         let mut station = minimum.state;
         let normal = bundle.linearise(&station);
@@ -154,8 +157,8 @@ impl Refinement<'_> {
         Ok((JointFit { station, views, covariance, stage_line, turn, termination, warnings }, ratio))
     }
 
-    /// Poses and views to start from; a straight stage shares one pose block over all its views.
-    fn start(&self, straight: bool, positions_mm: &[f64]) -> (Station, Vec<CornerView>) {
+    /// Initial poses and views; a straight stage shares one pose block over all its views.
+    fn start(&self, straight: bool, positions_mm: &[f64]) -> (BundleState, Vec<CornerView>) {
         let free = &self.camera_fit.station;
         let mut views = self.camera_fit.views.clone();
         let mut poses = free.poses.clone();
@@ -174,20 +177,20 @@ impl Refinement<'_> {
                 view.travel_mm = 0.0;
             }
         }
-        (Station { camera: free.camera, light: None, stage, poses }, views)
+        (BundleState { camera: free.camera, light: None, stage, poses }, views)
     }
 
-    /// The light of a plane model in the refined scene, and how it follows camera and boards; its own covariance is what
-    /// its residuals show.
-    fn light_alone(&self, station: &Station) -> Result<(LightFit, Derived), CalibrationError> {
+    /// The light of a plane model in the refined scene, and its dependence on camera and boards; its own covariance is
+    /// estimated from its residuals.
+    fn light_alone(&self, station: &BundleState) -> Result<(LightFit, Derived), CalibrationError> {
         let scene = Scene { camera: &station.camera, poses: &station.poses, ..*self.scene };
         let laser = &self.points.observations;
         let fitted = fit_light(&scene, laser, self.light.kind(), Some(&self.light))?;
         let light = &fitted.light;
-        let with_light = Station { light: Some(light.clone()), stage: None, ..station.clone() };
+        let with_light = BundleState { light: Some(light.clone()), stage: None, ..station.clone() };
         let free = vec![true; with_light.globals()];
         let priors = light_priors(&scene, light, &[]);
-        let scaled = scaled_to_misfit(&scene, light, laser);
+        let scaled = scaled_to_residuals(&scene, light, laser);
         let bundle = Bundle::new(Vec::new(), scaled, free, true, priors, station.poses.len());
         let derived = bundle.linearise(&with_light).last_globals(CAMERA_PARAMETERS).ok_or_else(|| {
             CalibrationError::LightModel {
@@ -201,7 +204,7 @@ impl Refinement<'_> {
     }
 
     /// RMS of corner residuals over σ in the stage views, relative to the board's degrees of freedom.
-    fn stage_noise_ratio(&self, station: &Station, views: &[CornerView]) -> f64 {
+    fn stage_noise_ratio(&self, station: &BundleState, views: &[CornerView]) -> f64 {
         let (mut sum, mut n) = (0.0, 0usize);
         for (view, sigma, error) in residuals(station, views) {
             if view >= self.n_poses {
@@ -234,7 +237,7 @@ pub fn turn_of(
     turn_fit(&views, board_centre_mm, input.angle_sigma_deg).map(Some)
 }
 
-/// What a person should know of a turntable.
+/// Warnings about a turntable.
 pub fn turn_warnings(turn: &TurnFit) -> Vec<String> {
     let mut warnings = Vec::new();
     if turn.noise_ratio() > PURE_TURN_MAX_NOISE_RATIO {
@@ -246,15 +249,14 @@ pub fn turn_warnings(turn: &TurnFit) -> Vec<String> {
     }
     if turn.axis.angle_error.is_none() {
         warnings.push(
-            "how exactly the turntable turns is not known: state stage.angle_sigma_deg, or add stage views; no verdict can \
-             rest on it"
+            "the angular accuracy of the turntable is unknown: state stage.angle_sigma_deg, or add stage views; until then no verdict is possible"
                 .to_owned(),
         );
     }
     warnings
 }
 
-/// A covariance of camera, stage and light as one of camera, light and stage: the last `n_light` parameters move up.
+/// Reorders a covariance of camera, stage and light to camera, light and stage: the last `n_light` parameters move up.
 fn with_stage_last(covariance: &DMatrix<f64>, n_light: usize) -> DMatrix<f64> {
     let n = covariance.nrows();
     let (camera, light) = (CAMERA_PARAMETERS, CAMERA_PARAMETERS + n_light);
@@ -266,8 +268,8 @@ fn with_stage_last(covariance: &DMatrix<f64>, n_light: usize) -> DMatrix<f64> {
     DMatrix::from_fn(n, n, |i, j| covariance[(before(i), before(j))])
 }
 
-/// Words for the grating parameters that stayed where their prior put them.
-fn undetermined_parameters(station: &Station, covariance: &DMatrix<f64>) -> Vec<String> {
+/// Warnings about grating parameters that the data did not move from their prior.
+fn undetermined_parameters(station: &BundleState, covariance: &DMatrix<f64>) -> Vec<String> {
     let Some(LightSurfaces::Grating(grating)) = &station.light else { return Vec::new() };
     let gap = CAMERA_PARAMETERS + 8;
     let sigma_mm = covariance[(gap, gap)].sqrt();

@@ -1,4 +1,4 @@
-//! From the centrelines of all laser pictures to labelled, cleaned observations.
+//! From the centrelines of all laser pictures to labelled observations without outliers.
 
 use std::collections::BTreeSet;
 
@@ -21,22 +21,22 @@ use crate::params::{
 use crate::solving::bundle::sheet_residual;
 use crate::solving::observation::{LaserObservation, huber};
 
-/// What the light fits are made from.
+/// The observations for the light fits.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LaserPoints {
-    /// Labelled points with σ scaled to what their residuals show.
+    /// Labelled points with σ scaled to the scatter of their residuals.
     pub observations: Vec<LaserObservation>,
-    /// Points left out, by reason.
+    /// Rejected points, by reason.
     pub rejections: Rejections,
     /// Outliers per (block, order).
     pub outliers: Vec<(usize, i8)>,
-    /// Depths the lines have been seen at, with a margin.
+    /// Depth range of the observed lines, with a margin.
     pub depth_range_mm: DepthRangeMm,
-    /// Oddities in words.
+    /// Warnings in words.
     pub warnings: Vec<String>,
 }
 
-/// Finds, labels and cleans the laser points of all poses.
+/// Finds and labels the laser points of all poses and removes outliers.
 ///
 /// # Errors
 /// A picture without lines, orders that cannot be determined, boards without depth range.
@@ -101,7 +101,7 @@ pub fn laser_points(input: &CalibrationInput, scene: &Scene) -> Result<LaserPoin
     if noise_ratio > MAX_LINE_NOISE_RATIO {
         warnings.push(format!(
             "the lines scatter about the light model `{kind}` by {noise_ratio:.1} times their noise: boards that bend or \
-             moved between their two pictures, sheets that are curved and taken for planes, or a surface that scatters light"
+             moved between their two pictures, curved sheets modelled as planes, or a surface that scatters light"
         ));
     }
     rejections.outlier = outliers.len();
@@ -109,7 +109,7 @@ pub fn laser_points(input: &CalibrationInput, scene: &Scene) -> Result<LaserPoin
     Ok(LaserPoints { observations, rejections, outliers, depth_range_mm, warnings })
 }
 
-/// The pieces of a picture; those of a line that was lit alone are that line's.
+/// The pieces of a picture; a line that was switched on alone has all of them.
 fn lines_on_board(
     input: &CalibrationInput,
     scene: &Scene,
@@ -124,13 +124,13 @@ fn lines_on_board(
     }
 }
 
-/// What is labelled on the boards' patterns.
+/// The labelled points on the boards' patterns.
 pub(super) fn on_pattern(pieces: &[BoardPiece], spacing: usize, correlation_px: f64) -> Vec<LaserObservation> {
     let on_pattern: Vec<BoardPiece> = pieces.iter().filter(|piece| piece.on_pattern).cloned().collect();
     observations(&on_pattern, spacing, correlation_px)
 }
 
-/// Ranks on fewer than two boards fix no sheet to predict the others from.
+/// Ranks on fewer than two boards determine no sheet from which to predict the others.
 fn check_ranked(scene: &Scene, ranked: &[LaserObservation], seen: usize) -> Result<(), CalibrationError> {
     let pictures = boards(ranked.iter()).len();
     if pictures < MIN_RANKED_BOARDS {
@@ -144,7 +144,8 @@ fn check_ranked(scene: &Scene, ranked: &[LaserObservation], seen: usize) -> Resu
     Ok(())
 }
 
-/// Orders seen on too few boards: refused where nothing ties them to the others, reported where the grating does.
+/// Orders observed on too few boards: refused where nothing relates them to the others, reported where the grating
+/// does.
 fn check_seen(scene: &Scene, laser: &[LaserObservation]) -> Result<Vec<String>, CalibrationError> {
     let needed = MIN_LASER_POSES;
     let seen_on = |order: i8| boards(laser.iter().filter(|p| p.order == order)).len();
@@ -156,18 +157,19 @@ fn check_seen(scene: &Scene, laser: &[LaserObservation]) -> Result<Vec<String>, 
         _ => Ok(rare
             .into_iter()
             .map(|(order, got)| {
-                format!("order {order} was seen on {got} boards only: its sheet rests on the grating and the other orders")
+                format!("order {order} was found on {got} boards only: its sheet is determined by the grating and the other orders")
             })
             .collect()),
     }
 }
 
-/// The boards on which points lie.
+/// The boards with points.
 fn boards<'a>(points: impl Iterator<Item = &'a LaserObservation>) -> std::collections::BTreeSet<usize> {
     points.map(|point| point.block).collect()
 }
 
-/// Scales σ to the residuals' scatter, then drops what is too far off. Also gives (block, order) of what it dropped, and the scale.
+/// Scales σ to the residuals' scatter, then removes outliers. Also returns (block, order) of the removed points, and
+/// the scale.
 fn without_outliers(
     scene: &Scene,
     light: &LightSurfaces,
@@ -198,7 +200,7 @@ fn without_outliers(
 fn robust_scale(z: &[f64]) -> f64 {
     let mut sorted: Vec<f64> = z.iter().copied().filter(|z| z.is_finite()).collect();
     sorted.sort_by(f64::total_cmp);
-    // 1.4826 turns the median of |z| of a Gaussian into its σ.
+    // 1.4826 converts the median of |z| of a Gaussian to its σ.
     let mut scale = sorted.get(sorted.len() / 2).map_or(1.0, |median| 1.4826 * median);
     for _ in 0..10 {
         let sum: f64 = sorted.iter().map(|z| huber(z / scale, LASER_HUBER_SIGMAS).1 * z * z).sum();
@@ -207,7 +209,7 @@ fn robust_scale(z: &[f64]) -> f64 {
     if scale.is_finite() && scale > 0.0 { scale } else { 1.0 }
 }
 
-/// Depths of the lit points with a margin; refuses boards that are all at one depth.
+/// Depth range of the lit points with a margin; refuses boards that are all at one depth.
 fn depth_range(scene: &Scene, laser: &[LaserObservation]) -> Result<DepthRangeMm, CalibrationError> {
     let mut depths: Vec<f64> = lit_points(scene, laser).iter().map(|p| p.hit_in_camera.z).collect();
     depths.sort_by(f64::total_cmp);

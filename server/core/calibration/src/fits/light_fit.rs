@@ -1,4 +1,4 @@
-//! The light sheets of any model with camera and board poses held: distances in the image, robust.
+//! Robust fit of the light sheets of any model with fixed camera and board poses, with residuals in the image.
 
 use nalgebra::Vector3;
 use optics::{CAMERA_PARAMETERS, Camera, LightModelKind, LightSurfaces};
@@ -9,12 +9,12 @@ use crate::first::first_sheets::{
 };
 use crate::params::{MIN_RANKED_BOARDS, MIN_TIED_ORDERS};
 use crate::solving::bundle::{Bundle, sheet_residual};
+use crate::solving::bundle_state::{BoardPose, BundleState};
 use crate::solving::observation::LaserObservation;
 use crate::solving::prior::Priors;
 use crate::solving::solver::{Minimum, Termination, minimise};
-use crate::solving::station::{BoardPose, Station};
 
-/// Camera and poses that the light is fitted in.
+/// Fixed camera and poses for the fit of the light.
 #[derive(Debug, Clone, Copy)]
 pub struct Scene<'a> {
     /// The camera.
@@ -28,7 +28,7 @@ pub struct Scene<'a> {
 }
 
 impl Scene<'_> {
-    /// The models that can be true, simplest first: without a grating nothing ties the lines together.
+    /// The possible models, simplest first: without a grating nothing relates the lines to each other.
     pub fn models(&self) -> &'static [LightModelKind] {
         match self.sheet_wavelength_over_period {
             Some(_) => &LightModelKind::ALL,
@@ -36,7 +36,7 @@ impl Scene<'_> {
         }
     }
 
-    /// The model that labels lines and finds outliers: the most exact one that so many lines determine.
+    /// The model used to label lines and find outliers: the most exact one that so many lines determine.
     pub fn working_model(&self) -> LightModelKind {
         match self.sheet_wavelength_over_period {
             Some(_) if self.orders.len() >= MIN_TIED_ORDERS => LightModelKind::Grating,
@@ -45,16 +45,16 @@ impl Scene<'_> {
     }
 }
 
-/// Light sheets and why their fit stopped.
+/// Light sheets and the termination reason of their fit.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LightFit {
     /// The sheets.
     pub light: LightSurfaces,
-    /// Never [`Termination::Stuck`].
+    /// Never [`Termination::NotConverged`].
     pub termination: Termination,
 }
 
-/// Fits a model; `start` saves the search for a first guess.
+/// Fits a model; `start` replaces the search for an initial estimate.
 ///
 /// # Errors
 /// [`CalibrationError::LightModel`] with the reason.
@@ -71,18 +71,18 @@ pub fn fit_light(
         None => first_light(scene, laser, &points, kind)?,
     };
     let priors = light_priors(scene, &start, &points);
-    let scaled = scaled_to_misfit(scene, &start, laser);
+    let scaled = scaled_to_residuals(scene, &start, laser);
     let minimum = minimise_light(scene, &scaled, start, priors);
     let undetermined = || refused("the points leave its parameters undetermined");
     let Minimum { state, termination, .. } = minimum.ok_or_else(undetermined)?;
-    if termination == Termination::Stuck {
-        return Err(refused("its fit got stuck before it reached a minimum"));
+    if termination == Termination::NotConverged {
+        return Err(refused("its fit did not converge"));
     }
     Ok(LightFit { light: state.light.ok_or_else(undetermined)?, termination })
 }
 
-/// A first guess after a fit with σ widened to what the guess misses the points by. The finer the pixels, the more of
-/// their σ is the bow that a flat guess lacks; taken for outliers, all points together hold the fit where it begins.
+/// Improves an initial estimate by a fit with σ widened to its residuals. The finer the pixels, the larger the bow
+/// missing in a flat estimate is in units of their σ; if the points were treated as outliers, the fit would not move.
 fn approached(
     scene: &Scene,
     laser: &[LaserObservation],
@@ -94,9 +94,9 @@ fn approached(
     minimum.and_then(|minimum| minimum.state.light).unwrap_or(guess)
 }
 
-/// The points with σ widened to what the plane models miss them by: their misfit is no outlier. The exact model
-/// must stand by the points' own σ.
-pub fn scaled_to_misfit(
+/// The points with σ widened to the residuals of the plane models, whose model error does not count as an outlier. The
+/// exact model must fit within the points' own σ.
+pub fn scaled_to_residuals(
     scene: &Scene,
     light: &LightSurfaces,
     laser: &[LaserObservation],
@@ -107,14 +107,14 @@ pub fn scaled_to_misfit(
     }
 }
 
-/// The points with σ widened to what the sheets miss them by.
+/// The points with σ widened to their residuals.
 fn widened(scene: &Scene, light: &LightSurfaces, laser: &[LaserObservation]) -> Vec<LaserObservation> {
-    let by = misfit(scene, light, laser).sqrt();
+    let by = residual_ratio(scene, light, laser).sqrt();
     laser.iter().map(|point| LaserObservation { sigma_px: point.sigma_px * by, ..*point }).collect()
 }
 
-/// Mean square of residual over σ, at least 1: how much more a model misses its points by than their noise.
-fn misfit(scene: &Scene, light: &LightSurfaces, laser: &[LaserObservation]) -> f64 {
+/// Mean square of residual over σ, at least 1: the ratio of a model's residuals to the points' noise.
+fn residual_ratio(scene: &Scene, light: &LightSurfaces, laser: &[LaserObservation]) -> f64 {
     let squares: Vec<f64> = laser
         .iter()
         .filter_map(|p| sheet_residual(scene.camera, light, &scene.poses[p.block], p, None).map(|s| (s, p)))
@@ -128,15 +128,16 @@ fn minimise_light(
     laser: &[LaserObservation],
     start: LightSurfaces,
     priors: Priors,
-) -> Option<Minimum<Station>> {
-    let station = Station { camera: *scene.camera, light: Some(start), stage: None, poses: scene.poses.to_vec() };
+) -> Option<Minimum<BundleState>> {
+    let station =
+        BundleState { camera: *scene.camera, light: Some(start), stage: None, poses: scene.poses.to_vec() };
     let mut free = vec![false; CAMERA_PARAMETERS];
     free.resize(station.globals(), true);
     let bundle = Bundle::new(Vec::new(), laser.to_vec(), free, false, priors, scene.poses.len());
     minimise(&bundle, station).filter(|minimum| minimum.cost.is_finite())
 }
 
-/// Where the laser points lie on their boards, camera frame.
+/// Positions of the laser points on their boards, camera frame.
 pub fn lit_points(scene: &Scene, laser: &[LaserObservation]) -> Vec<LitPoint> {
     laser
         .iter()
@@ -147,7 +148,7 @@ pub fn lit_points(scene: &Scene, laser: &[LaserObservation]) -> Vec<LitPoint> {
         .collect()
 }
 
-/// Where the ray of a laser point meets its board.
+/// Intersection of the ray of a laser point with its board.
 pub fn board_hit(camera: &Camera, pose: &BoardPose, point: &LaserObservation) -> Option<Vector3<f64>> {
     let ray = camera.ray_from_pixel(&point.pixel)?;
     let normal = pose.axes().column(2);
@@ -180,7 +181,7 @@ fn first_light(
             .ok_or_else(|| refused("an order has too few points on the boards for a plane of its own"))?;
         return Ok(LightSurfaces::Planes(planes));
     }
-    // On one board an order is a line, which many planes go through.
+    // On one board an order is a line, which is contained in many planes.
     let n_boards = |order: i8| {
         let of_order = laser.iter().filter(|p| p.order == order).map(|p| p.block);
         of_order.collect::<std::collections::BTreeSet<usize>>().len()
@@ -192,12 +193,12 @@ fn first_light(
     let pencil = scene
         .sheet_wavelength_over_period
         .and_then(|sheet| pencil_from_planes(&planes, points, sheet))
-        .ok_or_else(|| refused("it ties at least two orders together"))?;
+        .ok_or_else(|| refused("it needs at least two orders"))?;
     if kind == LightModelKind::Pencil {
         return Ok(LightSurfaces::Pencil(pencil));
     }
     let LightSurfaces::Pencil(pencil) = approached(scene, laser, points, LightSurfaces::Pencil(pencil)) else {
-        return Err(refused("its first guess is no pencil"));
+        return Err(refused("its initial estimate is not a pencil"));
     };
     let grating = grating_from_pencil(&pencil, &lit_centre(points));
     Ok(approached(scene, laser, points, LightSurfaces::Grating(grating)))

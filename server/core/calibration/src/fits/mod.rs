@@ -1,4 +1,4 @@
-//! Light, stage and everything together, fitted; models compared.
+//! Fits of light, stage and everything together; comparison of models.
 pub(crate) mod cross_validation;
 pub(crate) mod joint;
 pub(crate) mod laser_points;

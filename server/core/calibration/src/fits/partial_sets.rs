@@ -1,8 +1,8 @@
-//! Lines of pictures that show only some of them, labelled by hypothesis.
+//! Labels by hypothesis for pictures that show only some of the lines.
 //!
 //! Every lit line lies on a known board. In the plane across the lines each of them is a point, and each light sheet a
-//! ray. A hypothesis gives the lines of three pictures their orders; it stands or falls with where the lines of all the
-//! other pictures lie. It is taken only if every other answer is clearly worse (`docs/maths/calibration.md`, section 3).
+//! ray. A hypothesis assigns the lines of three pictures to orders; it is tested against the lines of all other
+//! pictures. It is accepted only if every other assignment is clearly worse (`docs/maths/calibration.md`, section 3).
 
 use nalgebra::{Vector2, Vector3};
 use optics::{LightModelKind, LightSurfaces};
@@ -22,14 +22,14 @@ use crate::solving::observation::LaserObservation;
 
 /// A line of a picture in the plane across the lines: (across, along the light), mm.
 #[derive(Debug, Clone)]
-pub(super) struct SeenLine {
+pub(super) struct SectionLine {
     /// Its pieces.
     pieces: Vec<usize>,
-    /// Its place.
+    /// Its position.
     pub at: Vector2<f64>,
 }
 
-/// A line of a picture where it lies on its board, camera frame.
+/// A line of a picture on its board, camera frame.
 struct LineInSpace {
     pieces: Vec<usize>,
     hits: Vec<Vector3<f64>>,
@@ -37,23 +37,24 @@ struct LineInSpace {
 
 /// The lines of one picture from the top (left), and the labels they may have.
 struct Picture {
-    lines: Vec<SeenLine>,
-    /// Indices into the orders, one list per possible answer.
+    lines: Vec<SectionLine>,
+    /// Indices into the orders, one list per possible assignment.
     answers: Vec<Vec<usize>>,
 }
 
-/// One answer for all pictures and what it costs.
+/// An assignment for all pictures with its cost.
 struct Hypothesis {
-    /// Per picture: which of its answers; `None` where none of them fits.
+    /// Per picture: index of its assignment; `None` where none fits.
     answers: Vec<Option<usize>>,
     /// Mean square of the lines' distances from their rays, in line pitches.
     cost: f64,
 }
 
-/// Gives the lines of all pictures their orders; changes nothing and returns `false` where the pictures do not decide.
+/// Assigns the lines of all pictures to orders; changes nothing and returns `false` if the pictures do not determine
+/// them.
 ///
-/// `lines`: per picture its whole lines from the top (left), as indices of pieces. `spacing`: columns between the points
-/// that a fit is made from.
+/// `lines`: per picture its whole lines from the top (left), as indices of pieces. `spacing`: columns between the
+/// points used by a fit.
 pub(super) fn label_partial_sets(
     pieces: &mut [BoardPiece],
     lines: &[Vec<Vec<usize>>],
@@ -71,13 +72,13 @@ pub(super) fn label_partial_sets(
     let mut plausible: Vec<Vec<BoardPiece>> = Vec::new();
     let mut taken: Vec<&Hypothesis> = Vec::new();
     for hypothesis in hypotheses.iter().take_while(|hypothesis| hypothesis.cost <= limit) {
-        let is_new = taken.iter().all(|other| is_another(hypothesis, other, &pictures));
+        let is_new = taken.iter().all(|other| differs(hypothesis, other, &pictures));
         if is_new && hypothesis.cost <= HYPOTHESIS_MAX_RMS_PITCHES.powi(2) {
             taken.push(hypothesis);
             plausible.push(labelled_pieces(pieces, &pictures, hypothesis, scene));
         }
     }
-    let Some(chosen) = the_fitting_one(plausible, scene, spacing) else { return false };
+    let Some(chosen) = best_plausible(plausible, scene, spacing) else { return false };
     pieces.clone_from_slice(&chosen);
     true
 }
@@ -100,9 +101,9 @@ fn labelled_pieces(
     labelled
 }
 
-/// The only answer, or the one whose order 0 is clearly the flattest: lines that could all be their neighbours differ in
-/// nothing but their bow, and only what passes the grating undiffracted has none.
-fn the_fitting_one(mut plausible: Vec<Vec<BoardPiece>>, scene: &Scene, spacing: usize) -> Option<Vec<BoardPiece>> {
+/// The only plausible assignment, or the one whose order 0 is clearly the flattest: assignments shifted by one order
+/// differ only in the bow of the lines, and only the undiffracted order has none.
+fn best_plausible(mut plausible: Vec<Vec<BoardPiece>>, scene: &Scene, spacing: usize) -> Option<Vec<BoardPiece>> {
     if plausible.len() < 2 {
         return plausible.pop();
     }
@@ -116,7 +117,7 @@ fn the_fitting_one(mut plausible: Vec<Vec<BoardPiece>>, scene: &Scene, spacing: 
     (sorted[1] > BOW_MARGIN * sorted[0]).then(|| plausible.swap_remove(best))
 }
 
-/// RMS of the distances in σ between the points labelled 0 and the plane nearest to them.
+/// RMS of the distances in σ between the points labelled 0 and their best plane.
 fn bow_of_order_0(pieces: &[BoardPiece], scene: &Scene, spacing: usize) -> Option<f64> {
     let mut laser = on_pattern(pieces, spacing, 1.0);
     laser.retain(|point| point.order == 0);
@@ -136,7 +137,7 @@ fn residual_rms(scene: &Scene, light: &LightSurfaces, laser: &[LaserObservation]
 }
 
 /// Whether two hypotheses give many lines different labels: single lines may be clutter.
-fn is_another(a: &Hypothesis, b: &Hypothesis, pictures: &[Picture]) -> bool {
+fn differs(a: &Hypothesis, b: &Hypothesis, pictures: &[Picture]) -> bool {
     let (mut n_lines, mut n_different) = (0, 0);
     for (picture, (a, b)) in pictures.iter().zip(a.answers.iter().zip(&b.answers)) {
         n_lines += picture.lines.len();
@@ -145,7 +146,7 @@ fn is_another(a: &Hypothesis, b: &Hypothesis, pictures: &[Picture]) -> bool {
     n_different as f64 > HYPOTHESIS_OTHER_SHARE * n_lines as f64
 }
 
-/// Every answer of every three of the fullest pictures, tried on all pictures.
+/// Every assignment of every three of the fullest pictures, tested on all pictures.
 fn hypotheses(pictures: &[Picture], model: &SectionModel) -> Vec<Hypothesis> {
     let mut fullest: Vec<usize> = (0..pictures.len()).collect();
     fullest.sort_by_key(|&idx| std::cmp::Reverse(pictures[idx].lines.len()));
@@ -158,7 +159,7 @@ fn hypotheses(pictures: &[Picture], model: &SectionModel) -> Vec<Hypothesis> {
                     for answer_b in 0..pictures[b].answers.len() {
                         for answer_c in 0..pictures[c].answers.len() {
                             let seed = [(a, answer_a), (b, answer_b), (c, answer_c)];
-                            tried.extend(tried_on_all(pictures, model, &seed));
+                            tried.extend(extended_to_all(pictures, model, &seed));
                         }
                     }
                 }
@@ -168,8 +169,8 @@ fn hypotheses(pictures: &[Picture], model: &SectionModel) -> Vec<Hypothesis> {
     tried
 }
 
-/// The rays of a seed label all pictures; the rays of all pictures label them again.
-fn tried_on_all(pictures: &[Picture], model: &SectionModel, seed: &[(usize, usize)]) -> Option<Hypothesis> {
+/// The rays of a seed label all pictures; the rays fitted to all pictures label them again.
+fn extended_to_all(pictures: &[Picture], model: &SectionModel, seed: &[(usize, usize)]) -> Option<Hypothesis> {
     let mut answers = vec![None; pictures.len()];
     for &(picture, answer) in seed {
         answers[picture] = Some(answer);
@@ -186,7 +187,7 @@ fn tried_on_all(pictures: &[Picture], model: &SectionModel, seed: &[(usize, usiz
     made
 }
 
-/// The lines with a label: (label, place).
+/// The labelled lines: (label, position).
 fn labelled(pictures: &[Picture], answers: &[Option<usize>]) -> Vec<(usize, Vector2<f64>)> {
     let of_picture = |(picture, answer): (&Picture, &Option<usize>)| {
         let labels = answer.map_or(&[][..], |answer| &picture.answers[answer][..]);
@@ -195,12 +196,13 @@ fn labelled(pictures: &[Picture], answers: &[Option<usize>]) -> Vec<(usize, Vect
     pictures.iter().zip(answers).flat_map(of_picture).collect()
 }
 
-/// The answer whose rays pass nearest to the lines, if it is better than none, and the sum of its squares.
+/// The assignment with rays closest to the lines, if it is better than none, and the sum of its squares.
 fn best_answer(picture: &Picture, rays: &Rays) -> (Option<usize>, f64) {
     let cap = SECTION_CAP_PITCHES.powi(2);
     let none = cap * picture.lines.len() as f64;
     let cost = |labels: &[usize]| -> f64 {
-        let of_line = |(line, &label): (&SeenLine, &usize)| rays.distance_pitches(label, &line.at).map(|d| d * d);
+        let of_line =
+            |(line, &label): (&SectionLine, &usize)| rays.distance_pitches(label, &line.at).map(|d| d * d);
         picture.lines.iter().zip(labels).map(|pair| of_line(pair).unwrap_or(cap).min(cap)).sum()
     };
     let costs = picture.answers.iter().map(|labels| cost(labels)).enumerate();
@@ -225,7 +227,7 @@ fn pictures(pieces: &[BoardPiece], lines: &[Vec<Vec<usize>>], scene: &Scene) -> 
         return Vec::new();
     };
     let picture = |of_picture: Vec<LineInSpace>| {
-        let seen = |line: LineInSpace| SeenLine { pieces: line.pieces, at: section.place_of(&line.hits) };
+        let seen = |line: LineInSpace| SectionLine { pieces: line.pieces, at: section.place_of(&line.hits) };
         let lines = merged(of_picture.into_iter().map(seen).collect());
         let answers = answers(&lines, scene)?;
         Some(Picture { lines, answers })
@@ -233,10 +235,10 @@ fn pictures(pieces: &[BoardPiece], lines: &[Vec<Vec<usize>>], scene: &Scene) -> 
     in_space.into_iter().filter(|of_picture| of_picture.len() >= 2).filter_map(picture).collect()
 }
 
-/// Lines at one place are pieces of one line that were not joined.
-fn merged(lines: Vec<SeenLine>) -> Vec<SeenLine> {
+/// Merges lines at the same position: they are unjoined pieces of one line.
+fn merged(lines: Vec<SectionLine>) -> Vec<SectionLine> {
     let largest = lines.windows(2).map(|pair| (pair[1].at - pair[0].at).norm()).fold(0.0, f64::max);
-    let mut merged: Vec<SeenLine> = Vec::with_capacity(lines.len());
+    let mut merged: Vec<SectionLine> = Vec::with_capacity(lines.len());
     for line in lines {
         match merged.last_mut().filter(|last| (line.at - last.at).norm() < SAME_LINE_GAP_SHARE * largest) {
             Some(last) => last.pieces.extend(line.pieces),
@@ -246,7 +248,7 @@ fn merged(lines: Vec<SeenLine>) -> Vec<SeenLine> {
     merged
 }
 
-/// Points of a line on its board's pattern; none of a line that is hardly there.
+/// Points of a line on its board's pattern; empty for a line with hardly any.
 fn hits(pieces: &[BoardPiece], line: &[usize], scene: &Scene) -> Vec<Vector3<f64>> {
     let on_pattern = || line.iter().map(|&idx| &pieces[idx]).filter(|piece| piece.on_pattern);
     let n_points: usize = on_pattern().map(|piece| piece.points.len()).sum();
@@ -259,16 +261,18 @@ fn hits(pieces: &[BoardPiece], line: &[usize], scene: &Scene) -> Vec<Vector3<f64
         .step_by(step)
         .filter_map(|(block, point)| {
             let pixel = Vector2::new(point.u_px, point.v_px);
-            let seen = LaserObservation { block, order: 0, pixel, sigma_px: point.sigma_px, independence: 1.0 };
+            let seen =
+                LaserObservation { block, order: 0, pixel, sigma_px: point.sigma_px, effective_weight: 1.0 };
             board_hit(scene.camera, &scene.poses[block], &seen)
         })
         .collect()
 }
 
-/// Labels that the lines of a picture may have; `None` where their distances say that they are not neighbours of one set.
+/// Possible labels of the lines of a picture; `None` if their distances show that they are not neighbours of one set.
 ///
-/// Behind a grating the lines are evenly spaced, so that a missing one shows; of free lasers any may be missing.
-fn answers(lines: &[SeenLine], scene: &Scene) -> Option<Vec<Vec<usize>>> {
+/// Behind a grating the lines are evenly spaced, so that a missing one is visible; of independent lasers any may be
+/// missing.
+fn answers(lines: &[SectionLine], scene: &Scene) -> Option<Vec<Vec<usize>>> {
     let n_orders = scene.orders.len();
     if scene.sheet_wavelength_over_period.is_none() {
         return Some(choices(n_orders, lines.len()));
@@ -283,7 +287,7 @@ fn answers(lines: &[SeenLine], scene: &Scene) -> Option<Vec<Vec<usize>>> {
         }
         places.push(places.last().copied().unwrap_or(0) + steps.round() as usize);
     }
-    // The smallest gap may itself be of a missing line.
+    // Even the smallest gap may contain a missing line.
     let answers = [1, 2].into_iter().flat_map(|pitches| {
         let places: Vec<usize> = places.iter().map(|at| pitches * at).collect();
         let reach = places.last().copied().unwrap_or(0);
@@ -292,7 +296,7 @@ fn answers(lines: &[SeenLine], scene: &Scene) -> Option<Vec<Vec<usize>>> {
     Some(answers.collect())
 }
 
-/// Every rising choice of `n_chosen` labels.
+/// Every increasing choice of `n_chosen` labels.
 fn choices(n_labels: usize, n_chosen: usize) -> Vec<Vec<usize>> {
     let mut all = vec![Vec::new()];
     for _ in 0..n_chosen {
@@ -307,7 +311,7 @@ fn choices(n_labels: usize, n_chosen: usize) -> Vec<Vec<usize>> {
     all
 }
 
-/// The plane across the lines, through the middle of what is lit.
+/// The plane across the lines, through the middle of the lit points.
 struct Section {
     along: Vector3<f64>,
     across: Vector3<f64>,
@@ -325,7 +329,7 @@ impl Section {
         Some(Self { along, across: away.cross(&along), away, middle_mm })
     }
 
-    /// Where a straight line through `hits` (at least two) passes the plane.
+    /// Intersection of a straight line through `hits` (at least two) with the plane.
     fn place_of(&self, hits: &[Vector3<f64>]) -> Vector2<f64> {
         let n = hits.len() as f64;
         let mean = hits.iter().sum::<Vector3<f64>>() / n;

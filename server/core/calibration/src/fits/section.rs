@@ -1,23 +1,23 @@
-//! Light sheets in the plane across the lines: rays through one point at the grating's angles, or free ones.
+//! Light sheets in the plane across the lines: rays through one point at the grating's angles, or independent ones.
 
 use nalgebra::{Matrix2, Matrix3, Vector2, Vector3};
 
 use crate::fits::light_fit::Scene;
 
-/// What ties the rays together.
+/// How the rays are related.
 #[derive(Debug, Clone)]
 pub(super) enum SectionModel {
     /// The tangents of the angles to order 0, one per listed order.
     Grating(Vec<f64>),
-    /// Nothing; so many rays.
+    /// Independent; the number of rays.
     Free(usize),
 }
 
-/// One ray per label: across = `at_mm` + `slope` · away. `None` where its lines say nothing.
+/// One ray per label: across = `at_mm` + `slope` · away. `None` where its lines do not determine it.
 pub(super) struct Rays(Vec<Option<(f64, f64)>>);
 
 impl SectionModel {
-    /// The models that a scene may have: the light may turn either way with rising order.
+    /// The possible models of a scene: with increasing order the light may rotate either way.
     pub fn candidates(scene: &Scene) -> Vec<Self> {
         let Some(sine) = scene.sheet_wavelength_over_period else { return vec![Self::Free(scene.orders.len())] };
         let tangents =
@@ -25,7 +25,7 @@ impl SectionModel {
         vec![Self::Grating(tangents(1.0)), Self::Grating(tangents(-1.0))]
     }
 
-    /// The rays nearest to labelled places (across, away), mm; `None` where they determine none.
+    /// The rays closest to labelled positions (across, away), mm; `None` where they are not determined.
     pub fn rays(&self, labelled: &[(usize, Vector2<f64>)]) -> Option<Rays> {
         match self {
             Self::Grating(tangents) => fan(tangents, labelled),
@@ -55,7 +55,7 @@ fn fan(tangents: &[f64], labelled: &[(usize, Vector2<f64>)]) -> Option<Rays> {
     Some(Rays(tangents.iter().map(ray).collect()))
 }
 
-/// The straight line through the places of one label.
+/// The straight line through the positions of one label.
 fn free_ray(label: usize, labelled: &[(usize, Vector2<f64>)]) -> Option<(f64, f64)> {
     let (mut normal, mut right) = (Matrix2::zeros(), Vector2::zeros());
     for (_, at) in labelled.iter().filter(|(other, _)| *other == label) {
@@ -68,7 +68,7 @@ fn free_ray(label: usize, labelled: &[(usize, Vector2<f64>)]) -> Option<(f64, f6
 }
 
 impl Rays {
-    /// Distance of a place from the ray of `label` in units of its distance to the next ray there.
+    /// Distance of a position from the ray of `label` in units of the distance to the next ray there.
     pub fn distance_pitches(&self, label: usize, at: &Vector2<f64>) -> Option<f64> {
         let across =
             |label: usize| self.0.get(label).copied().flatten().map(|(at_mm, slope)| at_mm + slope * at.y);
@@ -85,7 +85,7 @@ mod tests {
 
     #[test]
     fn a_fan_is_found_from_three_places_per_ray() {
-        // Rays from (−150, 20) that turn by asin(0.033 m) about 0.4 rad.
+        // Rays from (−150, 20), rotated by asin(0.033 m) about 0.4 rad.
         let tangents: Vec<f64> = (-2..=2).map(|m| (0.033 * f64::from(m)).asin().tan()).collect();
         let slope = |label: usize| (0.4f64 + tangents[label].atan()).tan();
         let at = |label: usize, away: f64| Vector2::new(-150.0 + slope(label) * (away - 20.0), away);

@@ -1,5 +1,5 @@
-//! The stage from a board it carries: direction per millimetre of travel, scale, straightness
-//! (`docs/maths/calibration.md`, eq. 8–11).
+//! The stage from a board on it: direction per millimetre of travel, scale, straightness (`docs/maths/calibration.md`,
+//! eq. 8–11).
 
 use nalgebra::{DMatrix, Matrix3, Matrix3x6, Vector3};
 use optics::StageAxis;
@@ -11,10 +11,10 @@ use crate::findings::report::StageReport;
 use crate::first::camera_fit::CameraFit;
 use crate::input::StageViewInput;
 use crate::params::{MIN_STAGE_POSITIONS, MIN_STAGE_SPACING_SQUARES};
+use crate::solving::bundle_state::BoardPose;
 use crate::solving::normal::Derived;
-use crate::solving::station::BoardPose;
 
-/// Halvings of the interval in which the straightness is sought: to a millionth of it.
+/// Bisections of the interval of the straightness: to a millionth of it.
 const HALVINGS: usize = 40;
 
 /// A straight line through freely fitted board positions: x_i = x_0 + s_i·t.
@@ -24,16 +24,16 @@ pub struct StageLine {
     pub origin_mm: Vector3<f64>,
     /// Travel per mm.
     pub direction: Vector3<f64>,
-    /// Per view: how much of its board's position goes into `direction`, per mm.
+    /// Per view: weight of its board's position in `direction`, per mm.
     pub shares_per_mm: Vec<f64>,
-    /// How far the travel may be from that line.
+    /// Deviations from that line.
     pub straightness: Straightness,
     /// Position, deviation along, and two across, µm.
     pub straightness_um: Vec<[f64; 4]>,
 }
 
-/// Checks that stage views, if there are any, say something about the travel: two lie on a straight line whatever the stage
-/// does. `square_mm`: side of a square of the board.
+/// Checks that stage views, if there are any, determine the straightness: two always lie on a straight line.
+/// `square_mm`: side of a square of the board.
 ///
 /// # Errors
 /// [`CalibrationError::TooFewStageViews`].
@@ -47,7 +47,7 @@ pub fn check_positions(positions_mm: &[f64], square_mm: f64) -> Result<(), Calib
     Err(CalibrationError::TooFewStageViews { needed: MIN_STAGE_POSITIONS, got: apart.len() })
 }
 
-/// Where a linear stage stood in its views; nothing for a turntable.
+/// Positions of a linear stage in its views; empty for a turntable.
 pub fn positions_mm(views: &[StageViewInput]) -> Vec<f64> {
     views.iter().filter_map(|view| view.position.mm()).collect()
 }
@@ -96,7 +96,7 @@ pub fn stage_line(fit: &CameraFit, positions_mm: &[f64], board_centre_mm: &Vecto
     Some(StageLine { origin_mm, direction, shares_per_mm, straightness, straightness_um })
 }
 
-/// Least squares x_i = x_0 + s_i·t: x_0, t, and how much of every x_i goes into t; `None` if all s_i are equal.
+/// Least squares x_i = x_0 + s_i·t: x_0, t, and the weight of every x_i in t; `None` if all s_i are equal.
 pub fn straight_line(
     places_mm: &[Vector3<f64>],
     positions_mm: &[f64],
@@ -114,17 +114,17 @@ pub fn straight_line(
 }
 
 impl StageLine {
-    /// A stage that travels along `direction`, as straight as this line.
+    /// A stage along `direction` with the straightness of this line.
     pub fn axis(&self, direction: Vector3<f64>) -> StageAxis {
         StageAxis { direction, straightness: Some(self.straightness) }
     }
 
-    /// What the stage's deviations from straight travel at the views leave of its direction, mm² per mm².
+    /// Covariance of the direction from the stage's deviations from straight travel at the views, mm² per mm².
     pub fn straightness_covariance(&self) -> Matrix3<f64> {
         Matrix3::from_diagonal_element(self.straightness.slope_variance())
     }
 
-    /// The direction as a quantity that follows the poses of a fit in which the stage views, its last blocks, are free.
+    /// The direction as a derived quantity of a fit in which the stage views, its last blocks, have free poses.
     pub fn derived(&self, n_globals: usize, poses: &[BoardPose], board_centre_mm: &Vector3<f64>) -> Derived {
         let first_view = poses.len() - self.shares_per_mm.len();
         let views = poses[first_view..].iter().zip(&self.shares_per_mm).enumerate();
@@ -148,12 +148,12 @@ fn centre_by_pose(pose: &BoardPose, board_centre_mm: &Vector3<f64>) -> Matrix3x6
     by_pose
 }
 
-/// σ per axis of a stage's deviations from straight travel, from those of n boards about their line, whose own noise has
-/// the given covariances.
+/// σ per axis of a stage's deviations from straight travel, from those of n boards from their line, with noise of the
+/// given covariances.
 ///
-/// The σ for which Σ dᵀ(σ²·1 + C)⁻¹d is two less than its 3(n − 2) degrees of freedom: with so few views the usual estimate
-/// is too small too often, and what is divided by it is not normal but Student's t, whose variance this is (GUM,
-/// Supplement 1). Where noise explains the deviations, the σ that could have hidden in it.
+/// The σ for which Σ dᵀ(σ²·1 + C)⁻¹d is two less than its 3(n − 2) degrees of freedom: with so few views the usual
+/// estimate is too small too often, and a quantity divided by it follows not the normal distribution but Student's t,
+/// which has this variance (GUM, Supplement 1). Where noise explains the deviations, the σ that the noise could hide.
 fn straightness_sigma_mm(deviations: &[Vector3<f64>], noises: &[Matrix3<f64>]) -> f64 {
     let views_left = deviations.len() as f64 - 2.0;
     let expected = 3.0 * views_left - 2.0;
@@ -167,7 +167,7 @@ fn straightness_sigma_mm(deviations: &[Vector3<f64>], noises: &[Matrix3<f64>]) -
             .map(|(d, noise)| (d.transpose() * inverse(variance, noise) * d)[(0, 0)])
             .sum()
     };
-    // The Fisher information of σ² where there is none but noise.
+    // The Fisher information of σ² where there is only noise.
     let information: f64 = noises.iter().map(|noise| inverse(0.0, noise).norm_squared()).sum::<f64>() / 2.0;
     let hidden = (views_left / deviations.len() as f64 * information).powf(-0.5);
     let (mut low, mut high) = (hidden, deviations.iter().map(Vector3::norm_squared).sum::<f64>() / expected);

@@ -1,4 +1,4 @@
-//! Whether boards on a turntable say where its axis is: enough angles, and turns that are those that were stated.
+//! Whether boards on a turntable determine its axis: enough angles, and rotations as stated.
 
 use std::f64::consts::{PI, TAU};
 
@@ -9,7 +9,7 @@ use crate::error::CalibrationError;
 use crate::fits::turn_fit::TurnView;
 use crate::params::{MAX_TURN_MISMATCH_RAD, MIN_STAGE_ANGLE_DEG, MIN_STAGE_POSITIONS};
 
-/// There are enough different angles, whole turns apart being the same.
+/// Checks that there are enough different angles, modulo full turns.
 ///
 /// # Errors
 /// [`CalibrationError::TooFewStageAngles`].
@@ -26,7 +26,7 @@ pub fn check_angles(angles_deg: impl IntoIterator<Item = f64>) -> Result<(), Cal
     Err(CalibrationError::TooFewStageAngles { needed: MIN_STAGE_POSITIONS, got: apart.len() })
 }
 
-/// Between any two views the board has turned by as much as was stated, whatever the axis.
+/// Checks that between any two views the board has rotated by the stated angle, for any axis.
 pub fn check_turns(views: &[TurnView]) -> Result<(), CalibrationError> {
     let misses: Vec<usize> = (0..views.len())
         .map(|idx| views.iter().filter(|other| turn_error_rad(&views[idx], other) > MAX_TURN_MISMATCH_RAD).count())
@@ -34,7 +34,7 @@ pub fn check_turns(views: &[TurnView]) -> Result<(), CalibrationError> {
     let Some(worst) = (0..views.len()).max_by_key(|&idx| misses[idx]).filter(|&idx| misses[idx] > 0) else {
         return Ok(());
     };
-    // Against the view that agrees with most.
+    // Relative to the view that agrees with most others.
     let best = (0..views.len()).min_by_key(|&idx| misses[idx]).unwrap_or(0);
     let (view, reference) = (&views[worst], &views[best]);
     let stated_deg = view.angle_deg - reference.angle_deg;
@@ -56,8 +56,8 @@ fn turn_error_rad(one: &TurnView, other: &TurnView) -> f64 {
     (stated.min(TAU - stated).min(PI) - seen_turn_rad(one, other)).abs()
 }
 
-/// The axis by closed forms: its direction from the antisymmetric parts of the turns between all views, its point from
-/// (1 − R)c = t_j − R·t_i.
+/// The axis in closed form: its direction from the antisymmetric parts of the rotations between all views, its point
+/// from (1 − R)c = t_j − R·t_i.
 pub fn first_axis(views: &[TurnView]) -> Option<RotaryAxis> {
     let mut direction = Vector3::zeros();
     let (mut normal, mut right) = (Matrix3::zeros(), Vector3::zeros());
@@ -74,7 +74,7 @@ pub fn first_axis(views: &[TurnView]) -> Option<RotaryAxis> {
     }
     let direction = direction.try_normalize(f64::MIN_POSITIVE)?;
     let middle = views.iter().map(|view| view.pose.translation_mm).sum::<Vector3<f64>>() / views.len() as f64;
-    // Along the axis nothing is determined: the middle of the boards is as good as any place.
+    // Nothing is determined along the axis: the middle of the boards is used.
     let hold = direction * direction.transpose() * normal.trace();
     let point_mm = (normal + hold).try_inverse()? * (right + hold * middle);
     Some(RotaryAxis::new(point_mm, direction))

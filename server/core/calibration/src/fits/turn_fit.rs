@@ -1,4 +1,4 @@
-//! The axis of a turntable from a board it turns (`docs/maths/turntable.md`, eq. 2–8).
+//! The axis of a turntable from a board on it (`docs/maths/turntable.md`, eq. 2–8).
 
 use nalgebra::{Matrix4, Matrix6, Rotation3, SMatrix, SVector, Vector3, Vector6};
 use optics::stage::AngleError;
@@ -8,58 +8,58 @@ use crate::error::CalibrationError;
 use crate::findings::report::AxisReport;
 use crate::fits::turn_checks::{check_angles, check_turns, first_axis};
 use crate::params::{MAX_AXIS_TILT_SIGMA_RAD, MAX_RELATIVE_AXIS_SHIFT_SIGMA, MIN_VIEWS_FOR_ANGLE_SIGMA};
+use crate::solving::bundle_state::BoardPose;
 use crate::solving::normal::Derived;
-use crate::solving::station::BoardPose;
 
 /// Parameters of the fit: pose of the board at angle 0, then tilt and shift of the axis.
 const PARAMETERS: usize = 10;
 
-/// Of these: the board's.
+/// Of these, the board's.
 const BOARD_PARAMETERS: usize = 6;
 
-/// Step of the numerical derivatives (mm, rad): central differences then err by 1e-10.
+/// Step of the numerical derivatives (mm, rad): the error of central differences is then 1e-10.
 const DERIVATIVE_STEP: f64 = 1e-5;
 
-/// Gauss–Newton steps: the first axis is within a thousandth, each step squares that.
+/// Gauss–Newton steps: the initial axis is within a thousandth, and each step squares that.
 const STEPS: usize = 8;
 
-/// Halvings of the interval in which the angle's σ is sought.
+/// Bisections of the interval of the angle's σ.
 const HALVINGS: usize = 40;
 
 type Jacobian = SMatrix<f64, 6, PARAMETERS>;
 type Parameters = SVector<f64, PARAMETERS>;
-/// How the axis follows the pose of one board.
+/// Dependence of the axis on the pose of one board.
 type Gain = SMatrix<f64, 4, 6>;
 
-/// One board on the table, as the camera's fit has it.
+/// One board on the table, as determined by the camera's fit.
 #[derive(Debug, Clone)]
 pub struct TurnView {
     /// Name for reports.
     pub name: String,
-    /// What the table stated.
+    /// Stated angle of the table.
     pub angle_deg: f64,
-    /// Where the board was.
+    /// Pose of the board.
     pub pose: BoardPose,
-    /// Covariance of (translation, rotation) while the camera is held.
+    /// Covariance of (translation, rotation) for a fixed camera.
     pub noise: Matrix6<f64>,
 }
 
-/// The axis, and how it follows the boards.
+/// The axis, and its dependence on the boards.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TurnFit {
-    /// The axis, described at its point nearest to the boards.
+    /// The axis, referred to its point nearest to the boards.
     pub axis: RotaryAxis,
     gains: Vec<Gain>,
-    /// What angle and misfit add to the covariance that the boards' noise leaves.
+    /// Contribution of angle and model error to the covariance, in addition to the boards' noise.
     own: Matrix4<f64>,
-    /// Deviations per view: angle, along the turn, radial and along the axis, µm.
+    /// Deviations per view: angle, along the rotation, radial and along the axis, µm.
     deviations_um: Vec<[f64; 4]>,
-    /// RMS of the boards' misfit over their noise.
+    /// RMS of the boards' residuals over their noise.
     noise_ratio: f64,
     angle_sigma_stated: bool,
 }
 
-/// What the model says, at some parameters.
+/// The model at given parameters.
 #[derive(Clone)]
 struct Turn {
     board: Rigid<PartFrame, BoardFrame>,
@@ -86,13 +86,13 @@ impl Turn {
             let mut step = Parameters::zeros();
             step[column] = DERIVATIVE_STEP;
             let (plus, minus) = (self.stepped(&step), self.stepped(&-step));
-            let slope = apart(&plus.pose(angle_rad), &minus.pose(angle_rad)) / (2.0 * DERIVATIVE_STEP);
+            let slope = pose_difference(&plus.pose(angle_rad), &minus.pose(angle_rad)) / (2.0 * DERIVATIVE_STEP);
             jacobian.set_column(column, &slope);
         }
         jacobian
     }
 
-    /// How the pose follows the angle: translation and rotation per radian.
+    /// Derivative of the pose with respect to the angle: translation and rotation per radian.
     fn by_angle(&self, angle_rad: f64) -> Vector6<f64> {
         let lever = self.pose(angle_rad).translation_mm - self.axis.point_mm;
         let turned = self.axis.direction.cross(&lever);
@@ -101,15 +101,15 @@ impl Turn {
     }
 }
 
-/// How far `seen` is from `expected`: translation, mm, and rotation vector, rad.
-fn apart(seen: &BoardPose, expected: &BoardPose) -> Vector6<f64> {
+/// Difference of `seen` from `expected`: translation, mm, and rotation vector, rad.
+fn pose_difference(seen: &BoardPose, expected: &BoardPose) -> Vector6<f64> {
     let shift = seen.translation_mm - expected.translation_mm;
     let turn = small_rotation_vector(&(seen.rotation * expected.rotation.inverse()));
     Vector6::new(shift.x, shift.y, shift.z, turn.x, turn.y, turn.z)
 }
 
-/// Rotation vector of a turn of less than 180°, rad. From sine and cosine: by the cosine alone, as nalgebra has it, a turn
-/// that rounding has made a little more than none has no angle.
+/// Rotation vector of a rotation of less than 180°, rad. From sine and cosine: with the cosine alone, as in nalgebra,
+/// rounding can lose the angle of a rotation near zero.
 fn small_rotation_vector(turn: &Rotation3<f64>) -> Vector3<f64> {
     let matrix = turn.matrix();
     let skew = (matrix - matrix.transpose()) / 2.0;
@@ -118,10 +118,11 @@ fn small_rotation_vector(turn: &Rotation3<f64>) -> Vector3<f64> {
     if sine > 0.0 { along * (sine.atan2((matrix.trace() - 1.0) / 2.0) / sine) } else { along }
 }
 
-/// Fits the axis to the boards. `angle_sigma_deg`: of the stated angles, if it is known; else it is what the boards show.
+/// Fits the axis to the boards. `angle_sigma_deg`: σ of the stated angles, if known; otherwise it is estimated from the
+/// boards.
 ///
 /// # Errors
-/// Too few angles, boards that did not turn as stated, an axis that they do not determine.
+/// Too few angles, boards that did not rotate as stated, an axis that they do not determine.
 pub fn turn_fit(
     views: &[TurnView],
     board_centre_mm: &Vector3<f64>,
@@ -158,7 +159,7 @@ fn unobservable(shift_mm: f64, tilt_deg: f64) -> CalibrationError {
 }
 
 impl Turn {
-    /// With the board where `view` saw it.
+    /// With the board where `view` observed it.
     fn through(view: &TurnView, axis: RotaryAxis) -> Self {
         let angle_rad = view.angle_deg.to_radians();
         let motion = axis.motion(angle_rad);
@@ -206,7 +207,7 @@ fn equations(turn: &Turn, views: &[TurnView], sigma_rad: f64) -> Option<Equation
     let (mut normal, mut right, mut chi_squared) = (SMatrix::zeros(), Parameters::zeros(), 0.0);
     for view in views {
         let angle_rad = view.angle_deg.to_radians();
-        let error = apart(&view.pose, &turn.pose(angle_rad));
+        let error = pose_difference(&view.pose, &turn.pose(angle_rad));
         let (jacobian, weight) = (turn.jacobian(angle_rad), weight(turn, view, sigma_rad)?);
         normal += jacobian.transpose() * weight * jacobian;
         right += jacobian.transpose() * weight * error;
@@ -215,24 +216,24 @@ fn equations(turn: &Turn, views: &[TurnView], sigma_rad: f64) -> Option<Equation
     Some((normal, right, chi_squared))
 }
 
-/// Inverse covariance of a pose, the angle's error included.
+/// Inverse covariance of a pose, including the angle's error.
 fn weight(turn: &Turn, view: &TurnView, sigma_rad: f64) -> Option<Matrix6<f64>> {
     let by_angle = turn.by_angle(view.angle_deg.to_radians());
     Some((view.noise + by_angle * by_angle.transpose() * (sigma_rad * sigma_rad)).cholesky()?.inverse())
 }
 
-/// The σ of the angle that explains how far the boards are along the turn from where they should be; where their noise does,
-/// the σ that could have hidden in it. As [`super::stage_fit`] does with straightness.
+/// The σ of the angle that explains the boards' deviations along the rotation; where their noise does, the σ that the
+/// noise could hide. As [`super::stage_fit`] does for straightness.
 fn angle_sigma_rad(turn: &Turn, views: &[TurnView]) -> f64 {
     let along = |view: &TurnView| {
         let angle_rad = view.angle_deg.to_radians();
-        let (by_angle, error) = (turn.by_angle(angle_rad), apart(&view.pose, &turn.pose(angle_rad)));
+        let (by_angle, error) = (turn.by_angle(angle_rad), pose_difference(&view.pose, &turn.pose(angle_rad)));
         let weight = view.noise.cholesky()?.inverse();
         let variance = 1.0 / (by_angle.transpose() * weight * by_angle)[(0, 0)];
         Some(((by_angle.transpose() * weight * error)[(0, 0)] * variance, variance))
     };
     let errors: Vec<(f64, f64)> = views.iter().filter_map(along).collect();
-    // One degree of freedom went into the board's own angle; two less than the rest, as Student's t is wider.
+    // One degree of freedom is used by the board's own angle; two less than the rest, because Student's t is wider.
     let n = errors.len() as f64;
     let expected = n - 3.0;
     let misfit = |variance: f64| errors.iter().map(|(e, noise)| e * e / (variance + noise)).sum::<f64>();
@@ -285,17 +286,17 @@ fn finished(
 }
 
 impl TurnFit {
-    /// What the misfit widens the covariance by.
+    /// Factor on the covariance from the residuals.
     fn widening(&self) -> f64 {
         (self.noise_ratio * self.noise_ratio).max(1.0)
     }
 
-    /// How far the boards are from a pure turn, in their noise.
+    /// Deviation of the boards from a pure rotation, relative to their noise.
     pub fn noise_ratio(&self) -> f64 {
         self.noise_ratio
     }
 
-    /// The axis as a quantity that follows the poses of a fit in which the stage views, its last blocks, are free.
+    /// The axis as a derived quantity of a fit in which the stage views, its last blocks, have free poses.
     pub fn derived(&self, n_globals: usize, n_poses: usize) -> Derived {
         let first_view = n_poses - self.gains.len();
         let by_block =
@@ -309,7 +310,7 @@ impl TurnFit {
         }
     }
 
-    /// The report, with the covariance from the whole fit.
+    /// The report, with the covariance of the whole fit.
     pub fn report(&self, covariance: &Matrix4<f64>) -> AxisReport {
         let sigma = |i: usize| covariance[(i, i)].max(0.0).sqrt();
         AxisReport {

@@ -1,4 +1,4 @@
-//! The joint bundle adjustment: camera, light sheets, stage and board poses against all pixels at once
+//! The joint bundle adjustment: camera, light sheets, stage and board poses against all pixels together
 //! (`docs/maths/calibration.md`, eq. 1–3).
 
 use nalgebra::{Vector2, Vector3, Vector6};
@@ -8,14 +8,14 @@ use rayon::prelude::*;
 use crate::params::{
     CORNER_HUBER_SIGMAS, LASER_HUBER_SIGMAS, STEP_ANGLE_RAD, STEP_DISTORTION, STEP_LENGTH_RELATIVE,
 };
+use crate::solving::bundle_state::{BoardPose, BundleState};
 use crate::solving::normal::{ArrowNormal, BlockNormal, Ranges};
 use crate::solving::observation::{CornerView, LaserObservation, huber};
 use crate::solving::prior::Priors;
 use crate::solving::row_sums::{CORNER_COLUMNS, LASER_COLUMNS, MAX_ROW_LIGHT_PARAMETERS, Rows};
 use crate::solving::solver::Problem;
-use crate::solving::station::{BoardPose, Station};
 
-/// The observations and which parameters may move.
+/// The observations and the free parameters.
 pub struct Bundle {
     /// Pictures of the board.
     pub views: Vec<CornerView>,
@@ -25,7 +25,7 @@ pub struct Bundle {
     pub free: Vec<bool>,
     /// Whether the board poses are estimated.
     pub free_poses: bool,
-    /// Weak knowledge from data sheets.
+    /// Weak prior knowledge from data sheets.
     pub priors: Priors,
     /// Corner residuals beyond this many σ count linearly.
     corner_limit_sigmas: f64,
@@ -35,7 +35,7 @@ pub struct Bundle {
     views_of_block: Vec<Vec<usize>>,
 }
 
-/// A laser residual with what its derivatives need.
+/// A laser residual with the data needed for its derivatives.
 #[derive(Debug, Clone, Copy)]
 pub struct SheetResidual {
     /// Distance of the observed point from the predicted curve in the image, px.
@@ -84,13 +84,13 @@ impl Bundle {
         }
     }
 
-    /// With the corners counted alike however far off they are: plain least squares.
+    /// Without the robust limit of the corners: plain least squares.
     pub fn without_corner_limit(mut self) -> Self {
         self.corner_limit_sigmas = f64::INFINITY;
         self
     }
 
-    fn add_corners(&self, station: &Station, view: &CornerView, sums: &mut BlockNormal) {
+    fn add_corners(&self, station: &BundleState, view: &CornerView, sums: &mut BlockNormal) {
         let pose = station.pose_of(view);
         let carried = station.stage.is_some() && view.travel_mm != 0.0;
         let stage_start = CAMERA_PARAMETERS + station.light_parameters();
@@ -123,7 +123,7 @@ impl Bundle {
         rows.add_to(sums);
     }
 
-    fn add_laser(&self, station: &Station, light: &LightSurfaces, block: usize, sums: &mut BlockNormal) {
+    fn add_laser(&self, station: &BundleState, light: &LightSurfaces, block: usize, sums: &mut BlockNormal) {
         let fits_row = light.parameters() <= MAX_ROW_LIGHT_PARAMETERS;
         let mut rows = Rows::<LASER_COLUMNS>::new();
         let mut phi_guess = None;
@@ -137,8 +137,8 @@ impl Bundle {
             };
             phi_guess = Some(sheet.hit.phi_rad);
             let (rho, robust) = huber(sheet.residual_px.abs() / point.sigma_px, LASER_HUBER_SIGMAS);
-            sums.cost += rho * point.independence;
-            let weight = robust * point.independence / (point.sigma_px * point.sigma_px);
+            sums.cost += rho * point.effective_weight;
+            let weight = robust * point.effective_weight / (point.sigma_px * point.sigma_px);
             let by_camera = by_camera(&station.camera, &sheet);
             let ray = sheet.ideal.push(1.0);
             let Some(mut by_light) = light.normal_motion_by_parameters(point.order, &ray, &sheet.hit) else {
@@ -156,7 +156,7 @@ impl Bundle {
         rows.add_to(sums);
     }
 
-    fn block_sums(&self, station: &Station, block: usize) -> BlockNormal {
+    fn block_sums(&self, station: &BundleState, block: usize) -> BlockNormal {
         let mut sums = BlockNormal::zeros(station.globals());
         for &view in &self.views_of_block[block] {
             self.add_corners(station, &self.views[view], &mut sums);
@@ -171,13 +171,13 @@ impl Bundle {
     }
 }
 
-/// Cost of a laser point whose ray misses its sheet: as bad as an outlier of thirty σ, so that no step gains by it.
+/// Cost of a laser point whose ray misses its sheet: that of an outlier of thirty σ, so that no step gains by it.
 const LOST_POINT_COST: f64 = 30.0 * LASER_HUBER_SIGMAS;
 
 impl Problem for Bundle {
-    type State = Station;
+    type State = BundleState;
 
-    fn linearise(&self, station: &Station) -> ArrowNormal {
+    fn linearise(&self, station: &BundleState) -> ArrowNormal {
         let blocks: Vec<BlockNormal> =
             (0..station.poses.len()).into_par_iter().map(|block| self.block_sums(station, block)).collect();
         let mut priors = BlockNormal::zeros(station.globals());
@@ -185,7 +185,7 @@ impl Problem for Bundle {
         ArrowNormal::new(priors, blocks, &self.free)
     }
 
-    fn cost(&self, station: &Station) -> f64 {
+    fn cost(&self, station: &BundleState) -> f64 {
         let costs: Vec<f64> = (0..station.poses.len())
             .into_par_iter()
             .map(|block| {
@@ -199,7 +199,7 @@ impl Problem for Bundle {
         costs.iter().sum::<f64>() + self.priors.cost(station)
     }
 
-    fn ranges(&self, station: &Station) -> Ranges {
+    fn ranges(&self, station: &BundleState) -> Ranges {
         let n_poses = station.poses.len().max(1) as f64;
         let distance = station.poses.iter().map(|pose| pose.translation_mm.norm()).sum::<f64>() / n_poses;
         let length = STEP_LENGTH_RELATIVE * distance;
@@ -214,14 +214,14 @@ impl Problem for Bundle {
         Ranges { globals, block: [length, length, length, angle, angle, angle] }
     }
 
-    fn stepped(&self, station: &Station, globals: &[f64], blocks: &[Vector6<f64>]) -> Station {
+    fn stepped(&self, station: &BundleState, globals: &[f64], blocks: &[Vector6<f64>]) -> BundleState {
         let mut parameters = station.camera.parameters();
         for (value, step) in parameters.iter_mut().zip(globals) {
             *value += step;
         }
         let light_end = CAMERA_PARAMETERS + station.light_parameters();
         let poses = station.poses.iter().zip(blocks).map(|(pose, step)| pose.stepped(&(*step).into())).collect();
-        Station {
+        BundleState {
             camera: station.camera.with_parameters(&parameters),
             light: station.light.as_ref().map(|light| light.stepped(&globals[CAMERA_PARAMETERS..light_end])),
             stage: station
@@ -233,7 +233,7 @@ impl Problem for Bundle {
 }
 
 impl Bundle {
-    fn corner_cost(&self, station: &Station, view: &CornerView) -> f64 {
+    fn corner_cost(&self, station: &BundleState, view: &CornerView) -> f64 {
         let pose = station.pose_of(view);
         view.corners
             .iter()
@@ -246,7 +246,7 @@ impl Bundle {
             .sum()
     }
 
-    fn laser_cost(&self, station: &Station, block: usize) -> f64 {
+    fn laser_cost(&self, station: &BundleState, block: usize) -> f64 {
         let Some(light) = &station.light else { return 0.0 };
         let mut phi_guess = None;
         let mut cost = 0.0;
@@ -255,14 +255,14 @@ impl Bundle {
             let sheet = sheet_residual(&station.camera, light, &station.poses[block], point, phi_guess);
             phi_guess = sheet.map(|s| s.hit.phi_rad);
             cost += sheet.map_or(LOST_POINT_COST, |s| {
-                huber(s.residual_px.abs() / point.sigma_px, LASER_HUBER_SIGMAS).0 * point.independence
+                huber(s.residual_px.abs() / point.sigma_px, LASER_HUBER_SIGMAS).0 * point.effective_weight
             });
         }
         cost
     }
 }
 
-/// Steps within which a light model is nearly linear: lengths, angles and λ/d_g by their places in its local step.
+/// Ranges within which a light model is nearly linear: lengths, angles and λ/d_g by their positions in its local step.
 fn light_ranges(light: &LightSurfaces, length: f64) -> Vec<f64> {
     let angle = STEP_ANGLE_RAD;
     match light {
@@ -281,20 +281,20 @@ fn pose_row(by_point: &Vector3<f64>, by_turn: &Vector3<f64>) -> [f64; 6] {
     [by_point.x, by_point.y, by_point.z, by_turn.x, by_turn.y, by_turn.z]
 }
 
-/// d(residual) / d(camera): the camera's parameters act through the pixel, r(u, v), alone.
+/// d(residual) / d(camera): the camera's parameters act only through the pixel, r(u, v).
 fn by_camera(camera: &Camera, sheet: &SheetResidual) -> [f64; CAMERA_PARAMETERS] {
     let pixel_by_camera = camera.pixel_by_camera(&sheet.ideal, &camera.distort(&sheet.ideal));
     let row = -(sheet.direction.transpose() * pixel_by_camera);
     std::array::from_fn(|i| row[i])
 }
 
-/// Distance in the image between an observed laser point and the curve in which the sheet of its order cuts the
-/// board, with its derivatives at the curve's nearest point.
+/// Distance in the image between an observed laser point and the intersection of its order's sheet with the board, with
+/// its derivatives at the curve's nearest point.
 ///
 /// The curve is where board depth − sheet depth, as a function of the pixel, is zero. One Newton step from the
-/// observation leads to its foot on the curve, a second from there gives distance and derivatives. At the
-/// observation itself the derivatives would carry its noise, and noise times noise does not average out: with
-/// thousands of points it pulled the focal length by its own σ.
+/// observation leads to its foot on the curve, a second from there gives distance and derivatives. At the observation
+/// itself the derivatives would contain its noise, and the product of the two does not average out: with thousands of
+/// points it biased the focal length by its own σ.
 ///
 /// `None` where the ray misses the board or the sheet.
 pub fn sheet_residual(

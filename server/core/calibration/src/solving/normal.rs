@@ -1,5 +1,5 @@
-//! Normal equations with the arrow shape of bundle adjustment: a few global parameters that every residual may
-//! touch, and blocks of six (poses) that never meet each other (`docs/maths/calibration.md`, eq. 4–7).
+//! Normal equations with the arrow structure of bundle adjustment: a few global parameters that any residual may depend
+//! on, and blocks of six (poses) that are independent of each other (`docs/maths/calibration.md`, eq. 4–7).
 
 use nalgebra::{DMatrix, DVector, Matrix6, Vector6};
 
@@ -86,7 +86,7 @@ pub struct ArrowStep {
 }
 
 impl ArrowStep {
-    /// The largest change of a parameter, in its range.
+    /// The largest change of a parameter, relative to its range.
     pub fn in_ranges(&self, ranges: &Ranges) -> f64 {
         let globals = self.globals.iter().zip(&ranges.globals);
         let blocks = self.blocks.iter().flat_map(|block| block.iter().zip(&ranges.block));
@@ -94,24 +94,24 @@ impl ArrowStep {
     }
 }
 
-/// Quantities computed from the parameters of a fit: δq = `by_globals`·δg + Σ `by_block`·δb + what is their own.
+/// Quantities derived from the parameters of a fit: δq = `by_globals`·δg + Σ `by_block`·δb + an independent part.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Derived {
     /// Quantities × globals.
     pub by_globals: DMatrix<f64>,
     /// Block and quantities × 6; every block at most once.
     pub by_block: Vec<(usize, DMatrix<f64>)>,
-    /// Covariance of the part that comes from elsewhere, quantities × quantities.
+    /// Covariance of the independent part, quantities × quantities.
     pub own: DMatrix<f64>,
 }
 
 impl Derived {
-    /// No quantities yet.
+    /// No quantities.
     pub fn none(n_globals: usize) -> Self {
         Self { by_globals: DMatrix::zeros(0, n_globals), by_block: Vec::new(), own: DMatrix::zeros(0, 0) }
     }
 
-    /// These quantities, then others that follow other blocks.
+    /// These quantities, followed by others that depend on other blocks.
     pub fn and(&self, others: &Self) -> Self {
         let (n, m, n_globals) = (self.own.nrows(), others.own.nrows(), self.by_globals.ncols());
         let mut by_globals = DMatrix::zeros(n + m, n_globals);
@@ -128,10 +128,10 @@ impl Derived {
     }
 }
 
-/// How far each parameter may move in one step before its residuals stop being linear: the unit of damping.
+/// Range of each parameter within which its residuals are linear: the unit of damping.
 ///
-/// Damping by these, and not by the diagonal, holds back only the directions that the data hardly determine, and
-/// lets the solver walk along the curved valleys in which several parameters do nearly the same to the light.
+/// Damping by these, and not by the diagonal, restrains only the directions that the data hardly determine, and lets
+/// the solver follow the curved valleys in which several parameters have nearly the same effect on the light.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Ranges {
     /// One per global parameter.
@@ -147,8 +147,8 @@ impl Ranges {
 }
 
 impl ArrowNormal {
-    /// Collects the sums of all blocks and of the priors (a block whose `bb` and `gb` stay empty).
-    /// Parameters with `free[i] == false` are taken out of the system.
+    /// Collects the sums of all blocks and of the priors (a block whose `bb` and `gb` stay empty). Parameters with
+    /// `free[i] == false` are removed from the system.
     pub fn new(priors: BlockNormal, blocks: Vec<BlockNormal>, free: &[bool]) -> Self {
         let mut system = Self { globals: priors, blocks };
         for block in &mut system.blocks {
@@ -185,7 +185,7 @@ impl ArrowNormal {
         (self.globals.g.clone(), self.blocks.iter().map(|block| block.b).collect())
     }
 
-    /// Second derivative of the cost by global `idx` alone: the squared scale of its residuals.
+    /// Second derivative of the cost with respect to global `idx` alone: the squared scale of its residuals.
     pub fn sensitivity(&self, idx: usize) -> f64 {
         self.globals.gg[(idx, idx)]
     }
@@ -210,15 +210,15 @@ impl ArrowNormal {
         Some(ArrowStep { globals, blocks })
     }
 
-    /// How much lower the cost is after `step`, if the residuals are linear; at least, where the step was damped.
+    /// Expected reduction of the cost by `step`, if the residuals are linear; a lower bound if the step was damped.
     pub fn expected_gain(&self, step: &ArrowStep) -> f64 {
         let globals = self.globals.g.dot(&step.globals);
         let blocks = self.blocks.iter().zip(&step.blocks).map(|(block, step)| block.b.dot(step));
         -0.5 * (globals + blocks.sum::<f64>())
     }
 
-    /// Covariance of the globals with the blocks integrated out; `None` if something is unobservable.
-    /// Rows and columns of fixed parameters are zero.
+    /// Covariance of the globals, marginalised over the blocks; `None` if something is unobservable. Rows and columns
+    /// of fixed parameters are zero.
     pub fn global_covariance(&self, free: &[bool]) -> Option<DMatrix<f64>> {
         let (reduced, _) = self.reduced(0.0, &Ranges::unused(self.globals.g.len()))?;
         let inverse = inverse_scaled(&reduced)?;
@@ -227,12 +227,12 @@ impl ArrowNormal {
         }))
     }
 
-    /// Covariance of a block while the globals are held; `None` if its residuals leave it open.
+    /// Covariance of a block for fixed globals; `None` if its residuals do not determine it.
     pub fn block_covariance(&self, block: usize) -> Option<Matrix6<f64>> {
         Some(self.blocks[block].bb.cholesky()?.inverse())
     }
 
-    /// The globals from `first` on as they follow the others and the blocks, if they alone are fitted to this system:
+    /// The globals from `first` on as functions of the others and the blocks, when only they are fitted to this system:
     /// δl = −H_ll⁻¹(H_lg δg + Σ H_lb δb). `None` if something is unobservable.
     pub fn last_globals(&self, first: usize) -> Option<Derived> {
         let gg = &self.globals.gg;
@@ -247,14 +247,15 @@ impl ArrowNormal {
         })
     }
 
-    /// Covariance of (globals, quantities that follow globals and blocks), of this system's own `covariance` of the globals.
-    /// `None` if a block that counts is unobservable.
+    /// Covariance of (globals, quantities derived from globals and blocks), from this system's own `covariance` of the
+    /// globals.
+    /// `None` if a block with weight is unobservable.
     pub fn with_derived(&self, covariance: &DMatrix<f64>, derived: &Derived) -> Option<DMatrix<f64>> {
         let mut by_globals = derived.by_globals.clone();
         let mut own = derived.own.clone();
         for (block, by_block) in &derived.by_block {
             let noise = by_block * self.block_covariance(*block)?;
-            // The blocks follow the globals: δb = −H_bb⁻¹ H_bg δg, and their own noise.
+            // The blocks as functions of the globals: δb = −H_bb⁻¹ H_bg δg, plus their own noise.
             by_globals -= &noise * self.blocks[*block].gb.transpose();
             own += &noise * by_block.transpose();
         }

@@ -1,8 +1,8 @@
-//! What the fits see: corners in board coordinates, labelled laser points, each with its σ.
+//! Observations of the fits: corners in board coordinates, labelled laser points, each with its σ.
 
 use nalgebra::{Vector2, Vector3};
 
-/// One board corner seen in one picture.
+/// One board corner observed in one picture.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CornerObservation {
     /// Position on the board, mm, z = 0.
@@ -35,9 +35,9 @@ pub struct LaserObservation {
     pub pixel: Vector2<f64>,
     /// σ across the line of the point itself.
     pub sigma_px: f64,
-    /// How many independent points this one stands for: column spacing of the points over the noise's
-    /// correlation length, at most 1.
-    pub independence: f64,
+    /// Number of independent points that this one represents: column spacing of the points over the noise's correlation
+    /// length, at most 1.
+    pub effective_weight: f64,
 }
 
 /// Huber's ρ and weight at `z` standard deviations: quadratic to `limit`, linear beyond.

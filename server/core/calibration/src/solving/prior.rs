@@ -1,4 +1,4 @@
-//! Weak knowledge from data sheets and from how such projectors are built, as extra residuals on the globals.
+//! Weak prior knowledge from data sheets and from how such projectors are built, as extra residuals on the globals.
 
 use optics::{CAMERA_PARAMETERS, GRATING_PARAMETERS, Grating, LightSurfaces};
 
@@ -6,10 +6,10 @@ use crate::params::{
     DISTORTION_PRIOR_SIGMA, FOCAL_PRIOR_RELATIVE, GAP_PRIOR_MM, GRATING_ANGLE_PRIOR_RAD,
     PRINCIPAL_POINT_PRIOR_RELATIVE, SOURCE_ALONG_LINE_PRIOR_RELATIVE, WAVELENGTH_OVER_PERIOD_RELATIVE_SIGMA,
 };
+use crate::solving::bundle_state::BundleState;
 use crate::solving::normal::BlockNormal;
-use crate::solving::station::Station;
 
-/// A Gaussian prior of one number.
+/// A Gaussian prior of one parameter.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GaussianPrior {
     /// Expected value.
@@ -18,27 +18,27 @@ pub struct GaussianPrior {
     pub sigma: f64,
 }
 
-/// GaussianPriors about the globals.
+/// Priors of the globals.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Priors {
     /// One per camera parameter; empty while the camera is fixed.
     pub camera: Vec<GaussianPrior>,
     /// λ/d_g.
     pub wavelength_over_period: Option<GaussianPrior>,
-    /// About the grating's geometry.
+    /// For the grating's geometry.
     pub grating: Option<GratingPrior>,
 }
 
-/// GaussianPriors about where the parts of a projector stand to one another.
+/// Priors of the relative positions of a projector's components.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GratingPrior {
-    /// The middle of what the lines light, camera frame, mm: the source stands opposite.
+    /// The middle of the lit area, camera frame, mm: the source is opposite.
     pub lit_centre_mm: nalgebra::Vector3<f64>,
-    /// σ of the source's place along the line.
+    /// σ of the source's position along the line.
     pub source_along_line_mm: f64,
 }
 
-/// One prior residual: its value in σ, and its derivatives by σ.
+/// One prior residual: its value in σ, and its derivatives in units of σ.
 struct PriorRow {
     start: usize,
     row: [f64; GRATING_PARAMETERS],
@@ -46,7 +46,7 @@ struct PriorRow {
 }
 
 impl Priors {
-    /// GaussianPriors about a camera around a first guess of the focal length.
+    /// Priors of a camera around an initial estimate of the focal length.
     pub fn of_camera(width_px: usize, height_px: usize, focal_px: f64) -> Vec<GaussianPrior> {
         let (w, h) = (width_px as f64, height_px as f64);
         let focal = GaussianPrior { mean: focal_px, sigma: focal_px * FOCAL_PRIOR_RELATIVE };
@@ -57,19 +57,19 @@ impl Priors {
         beliefs
     }
 
-    /// GaussianPrior about λ/d_g around its data sheets.
+    /// Prior of λ/d_g around its data-sheet value.
     pub fn of_wavelength_over_period(sheet: f64) -> GaussianPrior {
         GaussianPrior { mean: sheet, sigma: sheet * WAVELENGTH_OVER_PERIOD_RELATIVE_SIGMA }
     }
 
-    /// GaussianPrior about the source's place for a scene around `lit_centre_mm`.
+    /// Prior of the source's position for a scene around `lit_centre_mm`.
     pub fn of_grating(lit_centre_mm: nalgebra::Vector3<f64>, source_mm: &nalgebra::Vector3<f64>) -> GratingPrior {
         let distance = (lit_centre_mm - source_mm).norm();
         GratingPrior { lit_centre_mm, source_along_line_mm: distance * SOURCE_ALONG_LINE_PRIOR_RELATIVE }
     }
 
     /// Adds the priors' rows to the normal equations.
-    pub fn add_to(&self, station: &Station, sums: &mut BlockNormal) {
+    pub fn add_to(&self, station: &BundleState, sums: &mut BlockNormal) {
         for row in self.rows(station) {
             sums.cost += 0.5 * row.z * row.z;
             let width = GRATING_PARAMETERS.min(station.globals() - row.start);
@@ -78,26 +78,26 @@ impl Priors {
     }
 
     /// Half the sum of squares of the priors.
-    pub fn cost(&self, station: &Station) -> f64 {
+    pub fn cost(&self, station: &BundleState) -> f64 {
         self.rows(station).iter().map(|row| 0.5 * row.z * row.z).sum()
     }
 
-    fn rows(&self, station: &Station) -> Vec<PriorRow> {
+    fn rows(&self, station: &BundleState) -> Vec<PriorRow> {
         let mut rows = Vec::new();
-        for (idx, (value, belief)) in station.camera.parameters().iter().zip(&self.camera).enumerate() {
-            rows.push(PriorRow::single(idx, (value - belief.mean) / belief.sigma, 1.0 / belief.sigma));
+        for (idx, (value, gaussian)) in station.camera.parameters().iter().zip(&self.camera).enumerate() {
+            rows.push(PriorRow::single(idx, (value - gaussian.mean) / gaussian.sigma, 1.0 / gaussian.sigma));
         }
         match &station.light {
             Some(LightSurfaces::Pencil(pencil)) => {
-                if let Some(belief) = self.wavelength_over_period {
-                    let z = (pencil.wavelength_over_period - belief.mean) / belief.sigma;
-                    rows.push(PriorRow::single(CAMERA_PARAMETERS + 5, z, 1.0 / belief.sigma));
+                if let Some(gaussian) = self.wavelength_over_period {
+                    let z = (pencil.wavelength_over_period - gaussian.mean) / gaussian.sigma;
+                    rows.push(PriorRow::single(CAMERA_PARAMETERS + 5, z, 1.0 / gaussian.sigma));
                 }
             }
             Some(LightSurfaces::Grating(grating)) => {
-                if let Some(belief) = self.wavelength_over_period {
-                    let z = (grating.wavelength_over_period - belief.mean) / belief.sigma;
-                    rows.push(PriorRow::single(CAMERA_PARAMETERS + 9, z, 1.0 / belief.sigma));
+                if let Some(gaussian) = self.wavelength_over_period {
+                    let z = (grating.wavelength_over_period - gaussian.mean) / gaussian.sigma;
+                    rows.push(PriorRow::single(CAMERA_PARAMETERS + 9, z, 1.0 / gaussian.sigma));
                 }
                 if let Some(prior) = &self.grating {
                     rows.extend(grating_rows(grating, prior));
@@ -117,7 +117,7 @@ impl PriorRow {
     }
 }
 
-/// Gap, two tilts between normal and axis, groove against line, source along the line.
+/// Gap, two tilts between normal and axis, groove relative to line, source along the line.
 fn grating_rows(grating: &Grating, prior: &GratingPrior) -> Vec<PriorRow> {
     let (axis, fan, normal, groove) = (grating.axis, grating.fan, grating.normal, grating.groove);
     let period = grating.period_direction();

@@ -1,7 +1,7 @@
-//! The normal equations of many residuals that depend on a fixed number of parameters: all sizes are known beforehand,
-//! so that the sums are vector instructions.
+//! The normal equations of many residuals with a fixed number of parameters: all sizes are compile-time constants, so
+//! that the sums compile to vector instructions.
 
-// Matrices as they are written.
+// Matrix loops in mathematical notation.
 #![allow(clippy::needless_range_loop)]
 
 use multiversion::multiversion;
@@ -12,7 +12,7 @@ use crate::solving::normal::BlockNormal;
 /// Pose and residual: the last columns of every row.
 const AFTER_GLOBALS: usize = 6 + 1;
 
-/// Columns that are summed together; the number of columns is a multiple of it.
+/// Columns summed together; the number of columns is a multiple of it.
 const STEP: usize = 4;
 
 /// Columns of a corner: camera, pose, residual.
@@ -21,19 +21,19 @@ pub const CORNER_COLUMNS: usize = CAMERA_PARAMETERS + AFTER_GLOBALS;
 /// Columns of a laser point: camera, a light model of up to [`MAX_ROW_LIGHT_PARAMETERS`], pose, residual.
 pub const LASER_COLUMNS: usize = (CAMERA_PARAMETERS + GRATING_PARAMETERS + AFTER_GLOBALS).next_multiple_of(STEP);
 
-/// Light parameters that a laser point's row has room for.
+/// Most light parameters of a laser point's row.
 pub const MAX_ROW_LIGHT_PARAMETERS: usize = LASER_COLUMNS - CAMERA_PARAMETERS - AFTER_GLOBALS;
 
-/// Rows that are added together: they stay in the first-level cache (15 kB of laser points).
+/// Rows added together: they fit in the L1 cache (15 kB of laser points).
 const MAX_ROWS: usize = 64;
 
-/// One residual: its derivatives by the first globals and by the pose, then itself.
+/// One residual: its derivatives with respect to the first globals and the pose, then the residual itself.
 struct Row<const COLUMNS: usize> {
     values: [f64; COLUMNS],
     weight: f64,
 }
 
-/// Rows on their way into the sums of a block.
+/// Rows waiting to be added to the sums of a block.
 pub struct Rows<const COLUMNS: usize> {
     rows: Vec<Row<COLUMNS>>,
     products: Products<COLUMNS>,
@@ -48,7 +48,8 @@ impl<const COLUMNS: usize> Rows<COLUMNS> {
         Self { rows: Vec::with_capacity(MAX_ROWS), products: [[0.0; COLUMNS]; COLUMNS] }
     }
 
-    /// One more residual; `by_globals` are its derivatives by the first globals, `weight` is 1/σ² times the robust weight.
+    /// Adds a residual; `by_globals` are its derivatives with respect to the first globals, `weight` is 1/σ² times the
+    /// robust weight.
     pub fn push<'a>(
         &mut self,
         by_globals: impl IntoIterator<Item = &'a f64>,
@@ -74,7 +75,7 @@ impl<const COLUMNS: usize> Rows<COLUMNS> {
         self.rows.clear();
     }
 
-    /// Adds all rows to `sums`, as [`BlockNormal::add`] would one by one.
+    /// Adds all rows to `sums`, equivalent to [`BlockNormal::add`] one by one.
     pub fn add_to(mut self, sums: &mut BlockNormal) {
         self.sum_up();
         let products = &self.products;
@@ -116,7 +117,7 @@ fn add_products<const COLUMNS: usize>(rows: &[Row<COLUMNS>], products: &mut Prod
 mod tests {
     use super::*;
 
-    /// More than are added together, so that several lots are.
+    /// More than are added together, so that there are several batches.
     const N_ROWS: usize = MAX_ROWS + 7;
 
     fn check<const COLUMNS: usize>(n_globals: usize) {

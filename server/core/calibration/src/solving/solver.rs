@@ -7,30 +7,31 @@ use nalgebra::Vector6;
 
 use crate::solving::normal::{ArrowNormal, Ranges};
 
-/// First damping: as if every parameter were known to its range.
+/// Initial damping: as if every parameter were known to its range.
 const FIRST_DAMPING: f64 = 1.0;
 
-/// Damping beyond which no further step is tried.
+/// Largest damping tried.
 const MAX_DAMPING: f64 = 1e12;
 
-/// Damping below which it plays no part.
+/// Damping below which it has no effect.
 const MIN_DAMPING: f64 = 1e-6;
 
-/// Steps in a row that gain nothing although none was damped harder than the first: the model bends too much for light
-/// damping, so each promises a little more than it gives, and nothing is left to gain.
+/// Consecutive steps without gain, none damped harder than the first, after which the solver ends: the model is too
+/// nonlinear for light damping, so that each step gains slightly less than predicted, and there is nothing left to
+/// gain.
 const STALLED_STEPS: usize = 5;
 
-/// A gain of the cost counts as none below this part of it …
+/// A reduction of the cost below this fraction counts as none …
 const RELATIVE_COST_TOLERANCE: f64 = 1e-10;
 
-/// … or below this: the cost is half a χ², so no parameter moves by more than a hundredth of its own σ.
+/// … as does one below this: the cost is half a χ², so no parameter moves by more than a hundredth of its own σ.
 const COST_TOLERANCE: f64 = 1e-4;
 
-/// A step counts as none if every parameter moves by less than this part of its range: a tenth of a nanometre at a range of
-/// 10 mm, which is less than rounding leaves where residuals have next to no noise.
+/// A step counts as zero if every parameter moves by less than this fraction of its range: a tenth of a nanometre for a
+/// range of 10 mm, which is below rounding where residuals have next to no noise.
 const STEP_TOLERANCE: f64 = 1e-8;
 
-/// Upper limit of accepted steps; bundle adjustments here take 5–20.
+/// Most accepted steps; bundle adjustments here take 5–20.
 const MAX_STEPS: usize = 60;
 
 /// A least-squares problem whose parameters are globals and blocks of six.
@@ -51,7 +52,7 @@ pub trait Problem {
     fn stepped(&self, state: &Self::State, globals: &[f64], blocks: &[Vector6<f64>]) -> Self::State;
 }
 
-/// A minimum, or as close as the solver came.
+/// A minimum, or the best state reached.
 #[derive(Debug, Clone)]
 pub struct Minimum<S> {
     /// Parameters there.
@@ -60,7 +61,7 @@ pub struct Minimum<S> {
     pub cost: f64,
     /// Accepted steps.
     pub n_steps: usize,
-    /// Why it is not followed further; a minimum unless [`Termination::Stuck`].
+    /// Termination reason; a minimum unless [`Termination::NotConverged`].
     pub termination: Termination,
 }
 
@@ -73,20 +74,20 @@ pub fn minimise<P: Problem>(problem: &P, mut state: P::State) -> Option<Minimum<
     let termination = loop {
         let cost = normal.cost();
         let least = COST_TOLERANCE.max(RELATIVE_COST_TOLERANCE * cost);
-        // Less than rounding takes away is not worth a look, though more than that may be as good as nothing.
+        // A gain below rounding is not evaluated, although a larger one may still be negligible.
         if let Some(at_rest) = at_rest(&normal, &ranges, COST_TOLERANCE.min(RELATIVE_COST_TOLERANCE * cost)) {
             break at_rest;
         }
         if n_steps == MAX_STEPS {
-            break Termination::Stuck;
+            break Termination::NotConverged;
         }
         let Some(taken) = downhill(problem, &state, &normal, &ranges, &mut damping) else {
-            break at_rest(&normal, &ranges, least).unwrap_or(Termination::Stuck);
+            break at_rest(&normal, &ranges, least).unwrap_or(Termination::NotConverged);
         };
         (state, normal) = (taken.state, taken.normal);
         n_steps += 1;
         let gain = cost - normal.cost();
-        if gain <= least && taken.promised <= least && taken.damping.is_light() {
+        if gain <= least && taken.predicted_gain <= least && taken.damping.is_light() {
             break Termination::Cost;
         }
         n_stalled = if gain <= least && taken.damping.value() <= FIRST_DAMPING { n_stalled + 1 } else { 0 };
@@ -100,8 +101,8 @@ pub fn minimise<P: Problem>(problem: &P, mut state: P::State) -> Option<Minimum<
     Some(Minimum { cost: normal.cost(), state, n_steps, termination })
 }
 
-/// Whether the whole, undamped step from here counts for nothing: it promises no more than `least`, or no parameter would
-/// move. An infinite cost is worth any step.
+/// Whether the full, undamped step from here is negligible: it predicts a gain of at most `least`, or moves no
+/// parameter. With an infinite cost no step is negligible.
 fn at_rest(normal: &ArrowNormal, ranges: &Ranges, least: f64) -> Option<Termination> {
     let cost = normal.cost();
     let step = normal.solve(0.0, ranges).or_else(|| normal.solve(MIN_DAMPING, ranges));
@@ -112,25 +113,25 @@ fn at_rest(normal: &ArrowNormal, ranges: &Ranges, least: f64) -> Option<Terminat
     (step.in_ranges(ranges) <= STEP_TOLERANCE).then_some(Termination::Step)
 }
 
-/// A step that was taken.
-struct Taken<S> {
+/// An accepted step.
+struct AcceptedStep<S> {
     state: S,
     normal: ArrowNormal,
-    /// How much it was to lower the cost, had the residuals been linear.
-    promised: f64,
+    /// Predicted reduction of the cost, for linear residuals.
+    predicted_gain: f64,
     damping: Damping,
 }
 
-/// The next state with a lower cost; damps harder until there is one, `None` if there is none.
+/// The next state with a lower cost; damping is increased until there is one, `None` if there is none.
 ///
-/// A candidate is linearised at once and not looked at for its cost alone: nearly all are taken.
+/// A candidate is linearised at once instead of evaluating its cost first, because nearly all are accepted.
 fn downhill<P: Problem>(
     problem: &P,
     state: &P::State,
     normal: &ArrowNormal,
     ranges: &Ranges,
     damping: &mut Damping,
-) -> Option<Taken<P::State>> {
+) -> Option<AcceptedStep<P::State>> {
     loop {
         if let Some(step) = normal.solve(damping.value(), ranges) {
             let next = problem.stepped(state, step.globals.as_slice(), &step.blocks);
@@ -138,8 +139,8 @@ fn downhill<P: Problem>(
             if next_normal.cost() <= normal.cost() {
                 let taken = *damping;
                 damping.ease();
-                let promised = normal.expected_gain(&step);
-                return Some(Taken { state: next, normal: next_normal, promised, damping: taken });
+                let predicted_gain = normal.expected_gain(&step);
+                return Some(AcceptedStep { state: next, normal: next_normal, predicted_gain, damping: taken });
             }
         }
         if !damping.raise() {

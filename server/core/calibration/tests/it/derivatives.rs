@@ -1,12 +1,12 @@
-//! Every derivative of the joint problem against central differences of its cost.
+//! Every derivative of the joint problem, compared with central differences of its cost.
 
 use crate::common::Rig;
 use calibration::bundle::{Bundle, sheet_residual};
+use calibration::bundle_state::{BoardPose, BundleState};
 use calibration::light_fit::{Scene, light_priors, lit_points};
 use calibration::observation::{CornerObservation, CornerView, LaserObservation};
 use calibration::prior::Priors;
 use calibration::solver::Problem;
-use calibration::station::{BoardPose, Station};
 use nalgebra::{Vector2, Vector3, Vector6};
 use optics::{LightModelKind, LightSurfaces, Pencil, Plane};
 use rand::SeedableRng;
@@ -15,15 +15,15 @@ use rand_pcg::Pcg64Mcg;
 /// Relative step of the central differences, in units of each parameter's range.
 const STEP: f64 = 1e-6;
 
-/// Relative tolerance: the curve's own bending is left out of the derivative, an error that falls with the square of
-/// the residuals; at the 0.01 px used here central differences limit the comparison.
+/// Relative tolerance: the derivative neglects the curvature of the curve, an error that falls with the square of the
+/// residuals; at the 0.01 px used here central differences limit the comparison.
 const TOLERANCE: f64 = 1e-3;
 
-/// Distance of the observations from what the station predicts.
+/// Distance of the observations from the prediction.
 const RESIDUAL_PX: f64 = 0.01;
 
-/// A bundle with corners, laser points and a stage around a station that misses them by some tenths of a pixel.
-fn problem(kind: LightModelKind) -> (Bundle, Station) {
+/// A bundle with corners, laser points and a stage, and a state with residuals of some tenths of a pixel.
+fn problem(kind: LightModelKind) -> (Bundle, BundleState) {
     let rig = Rig { corner_sigma_px: RESIDUAL_PX, line_sigma_px: 0.0, ..Rig::new(3) };
     let light = light_of(kind, &rig);
     let mut random = Pcg64Mcg::seed_from_u64(5);
@@ -49,7 +49,7 @@ fn problem(kind: LightModelKind) -> (Bundle, Station) {
             let order = rig.orders[line];
             for (idx, point) in segment.points.iter().step_by(16).enumerate() {
                 let pixel = Vector2::new(point.u_px, point.v_px);
-                let seen = LaserObservation { block, order, pixel, sigma_px: 0.1, independence: 0.7 };
+                let seen = LaserObservation { block, order, pixel, sigma_px: 0.1, effective_weight: 0.7 };
                 let sign = if idx % 2 == 0 { 1.0 } else { -1.0 };
                 laser.push(beside_the_curve(&rig, &light, pose, seen, sign * RESIDUAL_PX));
             }
@@ -64,12 +64,12 @@ fn problem(kind: LightModelKind) -> (Bundle, Station) {
     let mut priors = light_priors(&scene, &light, &lit_points(&scene, &laser));
     priors.camera = Priors::of_camera(1280, 1024, 2400.0);
     let stage = Some(rig.stage * 0.01);
-    let station = Station { camera: rig.camera, light: Some(light), stage, poses };
+    let station = BundleState { camera: rig.camera, light: Some(light), stage, poses };
     let free = vec![true; station.globals()];
     (Bundle::new(views, laser, free, true, priors, 3), station)
 }
 
-/// The observation moved across the line until it lies `residual_px` beside the curve the light predicts.
+/// The observation moved across the line until it is `residual_px` from the predicted curve.
 fn beside_the_curve(
     rig: &Rig,
     light: &LightSurfaces,

@@ -1,4 +1,4 @@
-//! Cameras from real photographs, against OpenCV's figures on the same ones.
+//! Cameras from real photographs, compared with OpenCV's results for the same ones.
 
 use std::path::PathBuf;
 
@@ -45,13 +45,13 @@ fn camera_rms_px(paths: &[PathBuf], board: BoardGeometry, estimate_k3: Option<bo
         angle_sigma_deg: None,
     };
     let options = CalibrationOptions { estimate_k3, ..CalibrationOptions::default() };
-    let result = calibrate(&input, &options, &mut |_, _| calibration::Stop::Continue).unwrap();
+    let result = calibrate(&input, &options, &mut |_, _| calibration::ProgressControl::Continue).unwrap();
     println!("{:?} {}", result.calibration.camera, result.report.camera.k3_reason);
     result.report.camera.rms_px
 }
 
 #[test]
-fn opencvs_left_camera_is_fitted_as_well_as_opencv_does() {
+fn opencvs_left_camera_fits_as_well_as_with_opencv() {
     let Some(paths) = photographs("opencv-board", "left") else { return };
     assert_eq!(paths.len(), 13);
     let board = BoardGeometry {
@@ -67,7 +67,7 @@ fn opencvs_left_camera_is_fitted_as_well_as_opencv_does() {
 }
 
 #[test]
-fn the_ciclop_camera_is_fitted_as_well_as_published() {
+fn the_ciclop_camera_fits_as_well_as_published() {
     let Some(paths) = photographs("ciclop/camera", "frame") else { return };
     assert_eq!(paths.len(), 16);
     let board = BoardGeometry {

@@ -1,10 +1,10 @@
-//! Every way in which the solver stops, on problems with one parameter.
+//! Every termination of the solver, on problems with one parameter.
 
 use calibration::normal::{ArrowNormal, BlockNormal, Ranges};
 use calibration::solver::{Minimum, Problem, Termination, minimise};
 use nalgebra::Vector6;
 
-/// Half a χ² below which nothing more is sought.
+/// Half a χ² below which the solver stops.
 const COST_TOLERANCE: f64 = 1e-4;
 
 /// One number x; residual and slope in σ, infinite cost where there is no residual.
@@ -51,7 +51,7 @@ fn a_start_at_the_minimum_ends_by_its_gradient() {
 }
 
 #[test]
-fn a_distance_that_no_longer_counts_ends_by_its_step() {
+fn a_negligible_distance_ends_by_its_step() {
     // So steep that 1e-11 of the range still costs 0.5.
     let found = minimum(|x| Some((1e11 * (x - 2.0), 1e11)), 2.0 + 1e-11);
     assert_eq!((found.termination, found.n_steps), (Termination::Step, 0));
@@ -59,24 +59,24 @@ fn a_distance_that_no_longer_counts_ends_by_its_step() {
 
 #[test]
 fn a_slow_approach_ends_by_its_cost() {
-    // r = x²: every step halves x, and the cost never stops being promised lower by a part of it.
+    // r = x²: every step halves x, and the predicted gain stays a constant fraction of the cost.
     let found = minimum(|x| Some((x * x, 2.0 * x)), 1.0);
     assert_eq!(found.termination, Termination::Cost);
     assert!(found.cost < COST_TOLERANCE, "{}", found.cost);
 }
 
 #[test]
-fn creeping_towards_the_end_of_a_model_is_no_convergence() {
-    // The minimum lies where the model has no prediction: ever harder damped steps gain ever less.
+fn creeping_towards_the_limit_of_a_model_is_not_convergence() {
+    // The minimum is outside the model's domain: steps with ever stronger damping gain ever less.
     let found = minimum(|x| (x > 0.5).then_some((100.0 * x, 100.0)), 1.0);
-    assert_eq!(found.termination, Termination::Stuck);
+    assert_eq!(found.termination, Termination::NotConverged);
     assert!(found.state > 0.5 && found.cost.is_finite());
 }
 
 #[test]
-fn a_slope_that_leads_nowhere_is_no_convergence() {
+fn a_slope_without_a_gain_is_not_convergence() {
     let uphill = minimum(|x| Some((10.0 + x, -1.0)), 0.0);
-    assert_eq!(uphill.termination, Termination::Stuck);
+    assert_eq!(uphill.termination, Termination::NotConverged);
 }
 
 #[test]
@@ -85,9 +85,9 @@ fn a_problem_that_does_not_depend_on_its_parameter_has_no_minimum() {
 }
 
 #[test]
-fn every_termination_says_what_it_means() {
-    for termination in [Termination::Gradient, Termination::Step, Termination::Cost, Termination::Stuck] {
-        assert_eq!(termination.sentence().contains("converged"), termination != Termination::Stuck);
+fn every_termination_has_a_sentence() {
+    for termination in [Termination::Gradient, Termination::Step, Termination::Cost, Termination::NotConverged] {
+        assert_eq!(termination.sentence().contains("converged"), termination != Termination::NotConverged);
         assert!(termination.sentence().ends_with('.') && !termination.name().is_empty());
     }
 }

@@ -1,7 +1,7 @@
-//! The stage's direction, scale and straightness: the errors are what their σ says, and too few views are refused.
+//! The stage's direction, scale and straightness: errors match their σ, and too few views are refused.
 //!
-//! The stage here deviates independently at every view and alike along all axes, as the model says; what this does not show
-//! is how real stages deviate.
+//! The stage here deviates independently at every view and equally along all axes, as in the model; deviations of real
+//! stages are not covered.
 
 use crate::common::{Rig, calibrated};
 use calibration::document::StageText;
@@ -11,11 +11,11 @@ use optics::rotation::completing_frame;
 use optics::{Calibration, LightModelKind, PointMm, StagePosition};
 use remedy::Remedy;
 
-/// Stations whose errors are looked at together.
+/// Number of stations in the statistics.
 const STATIONS: u64 = 100;
-/// Where the RMS of an error over its σ must lie: 99.8 % of RMS of 100 to 200 normal numbers do.
+/// Accepted RMS of an error over its σ: contains 99.8 % of the RMS of 100 to 200 normal numbers.
 const NORMALISED_RMS: std::ops::Range<f64> = 0.85..1.16;
-/// σ of the stage, mm: well above the 0.5 µm to which a board's place across the view is known.
+/// σ of the stage, mm: well above the 0.5 µm uncertainty of a board's position across the view.
 const WOBBLE_MM: f64 = 0.005;
 /// Views and their spacing, as [`Rig::input`] places them.
 const VIEWS: usize = 5;
@@ -25,7 +25,7 @@ fn without_laser(mut input: CalibrationInput) -> CalibrationInput {
     input
 }
 
-/// A rig whose stage wobbles; one line, for the sake of speed.
+/// A rig whose stage wobbles; with a single line, for speed.
 fn wobbling(seed: u64, wobble_sigma_mm: f64) -> Rig {
     Rig { orders: vec![0], corner_sigma_px: 0.02, wobble_sigma_mm, ..Rig::new(seed) }
 }
@@ -34,7 +34,7 @@ fn rms(values: &[f64]) -> f64 {
     (values.iter().map(|value| value * value).sum::<f64>() / values.len() as f64).sqrt()
 }
 
-/// σ of a part's length along the travel, by the calibration's modes.
+/// σ of a part's length along the travel, from the calibration's modes.
 fn length_sigma_mm(calibration: &Calibration, from_mm: f64, to_mm: f64) -> f64 {
     let seen = PointMm::new(Vector3::new(0.0, 0.0, 400.0));
     let length = |calibration: &Calibration| {
@@ -52,7 +52,7 @@ fn length_sigma_mm(calibration: &Calibration, from_mm: f64, to_mm: f64) -> f64 {
 }
 
 #[test]
-fn errors_of_direction_and_scale_are_what_their_sigma_says() {
+fn errors_of_direction_and_scale_match_their_sigma() {
     let (mut scales, mut directions, mut whole, mut half) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
     for seed in 0..STATIONS {
         let rig = wobbling(seed, WOBBLE_MM);
@@ -66,7 +66,7 @@ fn errors_of_direction_and_scale_are_what_their_sigma_says() {
         let (across_1, across_2) = completing_frame(&along);
         scales.push(error.dot(&along) / sigma(&along));
         directions.extend([across_1, across_2].map(|across| error.dot(&across) / sigma(&across)));
-        // A part as long as the travel between two views: the stage deviates there as it did while calibrating.
+        // A part as long as the travel between two views: the stage deviates there as it did during calibration.
         for (views, lengths) in [((0, VIEWS - 1), &mut whole), ((1, 3), &mut half)] {
             let [from_mm, to_mm] = [views.0, views.1].map(|view| -20.0 + 10.0 * view as f64);
             let apart = wobble[views.1] - wobble[views.0] - error * (to_mm - from_mm);
@@ -77,7 +77,7 @@ fn errors_of_direction_and_scale_are_what_their_sigma_says() {
     eprintln!("scale, direction, length over all, over half of the travel: {figures:.3?}");
     assert!(NORMALISED_RMS.contains(&figures[0]), "scale {}", figures[0]);
     assert!(NORMALISED_RMS.contains(&figures[1]), "direction {}", figures[1]);
-    // Deviations from the very line that they were judged by: (3n − 8)/(3n − 6) of the variance that a new length has.
+    // Deviations from the fitted line itself: (3n − 8)/(3n − 6) of the variance of a new length.
     let expected = (7.0f64 / 9.0).sqrt();
     for length in &figures[2..] {
         assert!((0.85 * expected..1.16).contains(length), "length {length}");
@@ -85,18 +85,19 @@ fn errors_of_direction_and_scale_are_what_their_sigma_says() {
 }
 
 #[test]
-fn a_stage_as_straight_as_can_be_seen_is_not_taken_for_perfect() {
+fn a_stage_straight_within_the_noise_is_not_taken_as_perfect() {
     for seed in 0..5 {
         let input = without_laser(wobbling(seed, 0.0).input(6, VIEWS));
         let stage = calibrated(&input).unwrap().calibration.stage.unwrap().linear().unwrap();
         let sigma_mm = stage.straightness.unwrap().sigma_mm();
-        // Less than the noise of a board's place along the view (some 3 µm), more than a tenth of that across it (0.3 µm).
+        // Less than the noise of a board's position along the view (about 3 µm), more than a tenth of that across it
+        // (0.3 µm).
         assert!((0.00003..0.003).contains(&sigma_mm), "{sigma_mm} mm");
     }
 }
 
 #[test]
-fn straightness_is_in_the_document_and_one_without_it_is_of_unknown_straightness() {
+fn straightness_is_stored_and_unknown_in_documents_without_it() {
     let result = calibrated(&without_laser(wobbling(1, WOBBLE_MM).input(6, VIEWS))).unwrap();
     let document = CalibrationDocument::new(&result, Vec::new(), "1");
     let text = document.to_json();
@@ -129,16 +130,17 @@ fn stage_views_at_two_positions_are_refused_with_the_remedy() {
 }
 
 #[test]
-fn every_model_and_way_of_refining_leaves_room_for_straightness() {
-    // 1 µm hides in the corners' noise and the travel is refined as straight; 20 µm do not.
+fn every_model_and_refinement_includes_straightness() {
+    // 1 µm is hidden in the corners' noise and the travel is refined as straight; 20 µm is not.
     for (wobble_sigma_mm, kind) in
         [0.001, 0.02].into_iter().flat_map(|wobble| LightModelKind::ALL.map(|kind| (wobble, kind)))
     {
         let rig = Rig { corner_sigma_px: 0.02, wobble_sigma_mm, ..Rig::new(21) };
         let options = CalibrationOptions { light_model: LightModelChoice::Fixed(kind), ..Default::default() };
-        let result =
-            calibration::calibrate(&rig.input(6, VIEWS), &options, &mut |_, _| calibration::Stop::Continue)
-                .unwrap();
+        let result = calibration::calibrate(&rig.input(6, VIEWS), &options, &mut |_, _| {
+            calibration::ProgressControl::Continue
+        })
+        .unwrap();
         let is_bent = result.report.warnings.iter().any(|warning| warning.contains("does not travel straight"));
         assert_eq!(is_bent, wobble_sigma_mm > 0.01, "{kind}, {wobble_sigma_mm} mm: {:?}", result.report.warnings);
         let calibration = result.calibration;

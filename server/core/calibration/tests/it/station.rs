@@ -1,16 +1,18 @@
-//! A whole calibration from perfect features with white noise: truth comes back, σ is honest, refusals name their cause.
+//! Complete calibrations from perfect features with white noise: the truth is recovered, σ is realistic, refusals name
+//! their cause.
 
 use crate::common::{Rig, calibrated};
 use calibration::{
-    CalibrationDocument, CalibrationError, CalibrationInput, CalibrationOptions, LightModelChoice, Stop, calibrate,
+    CalibrationDocument, CalibrationError, CalibrationInput, CalibrationOptions, LightModelChoice,
+    ProgressControl, calibrate,
 };
 use nalgebra::Vector2;
 use optics::{Calibration, LightModelKind, LightSurfaces};
 
-/// One station's depth errors are mostly one number (the focal length's): three of its σ.
+/// One station's depth errors are mostly due to one number (the focal length): three of its σ.
 const THREE_SIGMA: f64 = 3.0;
 
-/// Depth errors over the sheets as the camera sees them, in mm, and in units of the predicted σ.
+/// Depth errors over the sheets in the camera's view, in mm, and in units of the predicted σ.
 fn depth_errors(rig: &Rig, calibration: &Calibration) -> (f64, f64) {
     let truth = LightSurfaces::Grating(rig.grating);
     let (mut squares, mut normalised, mut n) = (0.0, 0.0, 0.0);
@@ -36,10 +38,10 @@ fn depth_errors(rig: &Rig, calibration: &Calibration) -> (f64, f64) {
 }
 
 #[test]
-fn without_noise_the_truth_comes_back() {
+fn without_noise_the_truth_is_recovered() {
     let rig = Rig { corner_sigma_px: 0.0, line_sigma_px: 0.0, ..Rig::new(1) };
     let result = calibrated(&rig.input(8, 5)).unwrap();
-    // What is left is the linear interpolation of the simulated lines and the priors' pull on gap and tilt.
+    // The remaining error is from the linear interpolation of the simulated lines and the priors on gap and tilt.
     const TOLERANCE_MM: f64 = 0.002;
     let (rmse, _) = depth_errors(&rig, &result.calibration);
     assert!(rmse < TOLERANCE_MM, "{rmse} mm: {:?}", result.report.cross_validation);
@@ -50,8 +52,8 @@ fn without_noise_the_truth_comes_back() {
 
 #[test]
 fn errors_stay_within_what_the_covariance_predicts() {
-    // RMS of error/σ over a dozen stations: the errors of one are strongly correlated, so each counts about once;
-    // 99.9 % of root mean squares of a dozen normal numbers lie within these limits.
+    // RMS of error/σ over a dozen stations: the errors of one are strongly correlated, so each counts about once; these
+    // limits contain 99.9 % of the RMS of a dozen normal numbers.
     const STATIONS: u64 = 12;
     let (mut depth, mut focal, mut focal_mean) = (0.0, 0.0, 0.0);
     for seed in 10..10 + STATIONS {
@@ -67,21 +69,21 @@ fn errors_stay_within_what_the_covariance_predicts() {
     let (depth, focal, focal_mean) = ((depth / n).sqrt(), (focal / n).sqrt(), focal_mean / n);
     assert!((0.4..1.65).contains(&depth), "depth {depth}");
     assert!((0.4..1.65).contains(&focal), "focal length {focal}");
-    // 99.9 % limits of the mean of a dozen normal numbers: a pull on the focal length shows here first.
+    // 99.9 % limits of the mean of a dozen normal numbers: a bias of the focal length is visible here first.
     assert!(focal_mean.abs() < 0.95, "mean pull on the focal length {focal_mean} σ");
 }
 
 #[test]
-fn errors_of_a_plane_are_what_its_covariance_with_the_camera_predicts() {
-    // Order 0 is a plane. A camera that takes everything for too near puts the plane there as well: without their
-    // covariance, depths would seem known several times better than they are.
+fn errors_of_a_plane_match_its_covariance_with_the_camera() {
+    // Order 0 is a plane. A camera for which everything is too close puts the plane there as well: without their
+    // covariance, depths would appear several times more certain than they are.
     const STATIONS: usize = 60;
     let options =
         CalibrationOptions { light_model: LightModelChoice::Fixed(LightModelKind::Planes), ..Default::default() };
     // A board with the edge of its squares along the line shows none of it.
     let stations = (100..).filter_map(|seed| {
         let rig = Rig { orders: vec![0], corner_sigma_px: 0.02, line_sigma_px: 0.1, ..Rig::new(seed) };
-        match calibrate(&rig.input(8, 0), &options, &mut |_, _| Stop::Continue) {
+        match calibrate(&rig.input(8, 0), &options, &mut |_, _| ProgressControl::Continue) {
             Err(CalibrationError::LinesOffBoard { .. }) => None,
             result => Some(depth_errors(&rig, &result.unwrap().calibration).1),
         }
@@ -89,12 +91,12 @@ fn errors_of_a_plane_are_what_its_covariance_with_the_camera_predicts() {
     let squares: f64 = stations.take(STATIONS).map(|normalised| normalised * normalised).sum();
     let normalised = (squares / STATIONS as f64).sqrt();
     eprintln!("depth by a plane over its σ: {normalised:.3}");
-    // 99 % of RMS of 60 normal numbers; the errors of one station are mostly one number.
+    // Contains 99 % of the RMS of 60 normal numbers; the errors of one station are mostly one number.
     assert!((0.77..1.24).contains(&normalised), "{normalised}");
 }
 
 #[test]
-fn planes_cannot_follow_curved_sheets_and_the_report_says_so() {
+fn planes_do_not_fit_curved_sheets_and_the_report_states_it() {
     let result = calibrated(&Rig::new(2).input(8, 0)).unwrap();
     let scores = result.report.cross_validation.unwrap().scores;
     let bias = |kind| scores.iter().find(|s| s.model == kind).unwrap().held_out_bias_mm;
@@ -107,7 +109,7 @@ fn each_model_is_fitted_when_asked_for() {
     let input = Rig::new(3).input(6, 5);
     for kind in LightModelKind::ALL {
         let options = CalibrationOptions { light_model: LightModelChoice::Fixed(kind), ..Default::default() };
-        let result = calibrate(&input, &options, &mut |_, _| Stop::Continue).unwrap();
+        let result = calibrate(&input, &options, &mut |_, _| ProgressControl::Continue).unwrap();
         assert_eq!(result.calibration.light.kind(), kind);
         let names = result.calibration.parameter_names().len();
         assert_eq!(result.calibration.covariance.shape(), (names, names));
@@ -115,7 +117,7 @@ fn each_model_is_fitted_when_asked_for() {
 }
 
 #[test]
-fn orders_listed_the_other_way_round_describe_the_same_light() {
+fn orders_listed_in_reverse_describe_the_same_light() {
     let rig = Rig::new(4);
     let mut input = rig.input(6, 0);
     input.projector.orders.reverse();
@@ -127,7 +129,7 @@ fn orders_listed_the_other_way_round_describe_the_same_light() {
 }
 
 #[test]
-fn the_document_gives_back_the_calibration_to_the_last_bit() {
+fn the_calibration_is_read_back_from_the_document_to_the_last_bit() {
     let result = calibrated(&Rig::new(5).input(5, 5)).unwrap();
     let document = CalibrationDocument::new(&result, Vec::new(), "1.2.3");
     let again = CalibrationDocument::parse(&document.to_json()).unwrap();
@@ -159,13 +161,13 @@ fn any_number_of_threads_gives_the_same_bytes() {
 #[test]
 fn cancelling_ends_the_calibration() {
     let cancelled = calibrate(&Rig::new(7).input(5, 0), &CalibrationOptions::default(), &mut |_, done| {
-        if done > 0.3 { Stop::Cancel } else { Stop::Continue }
+        if done > 0.3 { ProgressControl::Cancel } else { ProgressControl::Continue }
     });
     assert_eq!(cancelled, Err(CalibrationError::Cancelled));
 }
 
 #[test]
-fn a_stage_that_rocks_is_reported_and_not_forced_straight() {
+fn a_rocking_stage_is_reported_and_not_modelled_as_straight() {
     let rig = Rig::new(8);
     let mut input = rig.input(6, 5);
     // The third view lifted by half a pixel: 80 µm at 400 mm.
@@ -234,7 +236,7 @@ fn orders_out_of_order_are_refused() {
 }
 
 #[test]
-fn lines_of_which_one_is_never_seen_are_told_by_the_one_without_a_bow() {
+fn lines_with_one_missing_are_identified_by_the_one_without_a_bow() {
     for missing in [0, 4] {
         let rig = Rig::new(1);
         let mut input = rig.input(8, 0);
@@ -242,8 +244,8 @@ fn lines_of_which_one_is_never_seen_are_told_by_the_one_without_a_bow() {
             pose.centrelines.as_mut().unwrap().segments.remove(missing);
         }
         let result = calibrated(&input).unwrap();
-        let told = format!("order {} was seen on 0 boards only", rig.orders[missing]);
-        assert!(result.report.warnings.iter().any(|warning| warning.contains(&told)), "{missing}");
+        let expected = format!("order {} was found on 0 boards only", rig.orders[missing]);
+        assert!(result.report.warnings.iter().any(|warning| warning.contains(&expected)), "{missing}");
         assert!(depth_errors(&rig, &result.calibration).1 < THREE_SIGMA, "{missing}");
     }
 }
@@ -277,7 +279,7 @@ fn pictures_without_laser_give_a_camera_alone() {
 }
 
 #[test]
-fn lines_broken_on_every_dark_square_are_still_told_apart() {
+fn lines_interrupted_on_every_dark_square_are_still_identified() {
     let rig = Rig::new(13);
     let mut input = rig.input(8, 0);
     // Every line in pieces of 90 columns out of 150, shifted from line to line: no column shows all five.
@@ -297,18 +299,18 @@ fn lines_broken_on_every_dark_square_are_still_told_apart() {
 }
 
 #[test]
-fn an_order_that_hardly_falls_on_the_boards_rests_on_the_others() {
+fn an_order_with_few_points_on_the_boards_is_determined_by_the_others() {
     let rig = Rig::new(14);
     let mut input = rig.input(8, 0);
     for pose in &mut input.poses[2..] {
         pose.centrelines.as_mut().unwrap().segments.pop();
     }
     let result = calibrated(&input).unwrap();
-    assert!(result.report.warnings.iter().any(|w| w.contains("order 2 was seen on 2 boards only")));
+    assert!(result.report.warnings.iter().any(|w| w.contains("order 2 was found on 2 boards only")));
     assert!(depth_errors(&rig, &result.calibration).1 < THREE_SIGMA);
 }
 
-/// Leaves the lines of `kept(pose)` in the picture of each pose.
+/// Keeps the lines `kept(pose)` in the picture of each pose.
 fn keep_lines(input: &mut CalibrationInput, kept: impl Fn(usize) -> std::ops::Range<usize>) {
     for (idx, pose) in input.poses.iter_mut().enumerate() {
         let segments = &mut pose.centrelines.as_mut().unwrap().segments;
@@ -317,7 +319,7 @@ fn keep_lines(input: &mut CalibrationInput, kept: impl Fn(usize) -> std::ops::Ra
 }
 
 #[test]
-fn lines_of_which_no_picture_shows_all_are_labelled_by_hypothesis() {
+fn lines_never_all_in_one_picture_are_labelled_by_hypothesis() {
     for seed in 15..21 {
         let rig = Rig::new(seed);
         let mut input = rig.input(9, 0);
@@ -337,7 +339,7 @@ fn lines_of_which_no_picture_shows_all_are_labelled_by_hypothesis() {
 
 #[test]
 fn lines_that_could_be_their_neighbours_are_refused() {
-    // So short and noisy that no bow can be seen.
+    // So short and noisy that no bow is detectable.
     let mut input = Rig { line_sigma_px: 0.5, ..Rig::new(1) }.input(9, 0);
     keep_lines(&mut input, |pose| pose % 2..pose % 2 + 3);
     let segments = input.poses.iter_mut().flat_map(|pose| &mut pose.centrelines.as_mut().unwrap().segments);

@@ -1,7 +1,7 @@
-//! The axis of a turntable from boards it turns: errors are what their covariance says, and what says nothing is refused by name.
+//! The axis of a turntable from boards on it: errors match their covariance, and data that do not determine it are
+//! refused by name.
 //!
-//! The table here errs in its angle independently at every view, as the model says; what this does not show is how real
-//! tables wobble.
+//! The angle error here is independent at every view, as in the model; the wobble of real tables is not covered.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -15,11 +15,11 @@ use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64Mcg;
 use remedy::{Remedy, with_remedy};
 
-/// Stations whose errors are looked at together.
+/// Number of stations in the statistics.
 const STATIONS: u64 = 100;
-/// Where the RMS of an error over its σ must lie: 99.8 % of RMS of 100 normal numbers do.
+/// Accepted RMS of an error over its σ: contains 99.8 % of the RMS of 100 normal numbers.
 const NORMALISED_RMS: std::ops::Range<f64> = 0.78..1.22;
-/// σ of the table's angles: 0.3 µm of arc would be seen on the board, this moves it by 7 µm.
+/// σ of the table's angles: 0.3 µm of arc is detectable on the board, this moves it by 7 µm.
 const ANGLE_SIGMA_DEG: f64 = 0.02;
 /// Angles of the views.
 const ANGLES_DEG: [f64; 9] = [-60.0, -45.0, -30.0, -15.0, 0.0, 15.0, 30.0, 45.0, 60.0];
@@ -28,7 +28,7 @@ fn truth() -> RotaryAxis {
     RotaryAxis::new(Vector3::new(3.0, -12.0, 410.0), Vector3::new(0.03, -0.96, 0.28))
 }
 
-/// Boards in six poses, without laser light, and one on a table at the angles, which err by `sigma_deg`.
+/// Boards in six poses, without laser light, and one on a table at the angles, with errors of `sigma_deg`.
 fn turning(seed: u64, angles_deg: &[f64], sigma_deg: f64) -> CalibrationInput {
     let rig = Rig { orders: vec![0], corner_sigma_px: 0.02, ..Rig::new(seed) };
     let mut input = rig.input(8, 0);
@@ -66,7 +66,7 @@ fn turned(
     Rigid::new(Rotation3::from_basis_unchecked(&axes), origin)
 }
 
-/// Error of the axis in its own four parameters, and its covariance.
+/// Error of the axis in its four parameters, and its covariance.
 fn error(calibration: &Calibration) -> (Vector4<f64>, Matrix4<f64>) {
     let axis = calibration.stage.unwrap().rotary().unwrap();
     let (first, second) = completing_frame(&axis.direction);
@@ -82,7 +82,7 @@ fn rms(values: &[f64]) -> f64 {
 }
 
 #[test]
-fn errors_of_the_axis_are_what_its_covariance_says() {
+fn errors_of_the_axis_match_its_covariance() {
     for stated in [None, Some(ANGLE_SIGMA_DEG)] {
         let (mut whitened, mut single): (Vec<f64>, [Vec<f64>; 4]) = Default::default();
         let mut sigmas = Vec::new();
@@ -102,13 +102,13 @@ fn errors_of_the_axis_are_what_its_covariance_says() {
         eprintln!("normalised: all {:.3}, each {figures:.3?}; σ of angle {angle_sigma_deg:.4}°", rms(&whitened));
         assert!(NORMALISED_RMS.contains(&rms(&whitened)), "{stated:?}: {}", rms(&whitened));
         assert!(figures.iter().all(|figure| NORMALISED_RMS.contains(figure)), "{stated:?}: {figures:?}");
-        // From nine views, on purpose rather too large (Student's t).
+        // From nine views, too large rather than too small by design (Student's t).
         assert!((0.9..1.4).contains(&(angle_sigma_deg / ANGLE_SIGMA_DEG)), "{angle_sigma_deg}");
     }
 }
 
 #[test]
-fn an_axis_comes_back_from_its_document_and_a_damaged_one_is_named() {
+fn an_axis_is_read_back_from_its_document_and_a_damaged_one_is_named() {
     let result = calibrated(&turning(1, &ANGLES_DEG, ANGLE_SIGMA_DEG)).unwrap();
     let text = CalibrationDocument::new(&result, Vec::new(), "1").to_json();
     let again = CalibrationDocument::parse(&text).unwrap().calibration();
@@ -126,11 +126,11 @@ fn an_axis_comes_back_from_its_document_and_a_damaged_one_is_named() {
 }
 
 #[test]
-fn views_that_leave_the_axis_open_are_refused_with_the_remedy() {
+fn views_that_do_not_determine_the_axis_are_refused_with_the_remedy() {
     let refused = |angles_deg: &[f64]| calibrated(&turning(2, angles_deg, 0.0)).unwrap_err();
     let few = CalibrationError::TooFewStageAngles { needed: 3, got: 2 };
     assert_eq!(refused(&[0.0, 30.0]), few);
-    // The same angle again, and a whole turn later.
+    // The same angle again, and one full turn later.
     assert_eq!(refused(&[0.0, 30.0, 0.0, 30.1]), few);
     assert_eq!(refused(&[0.0, 30.0, 360.0, 390.0]), few);
     assert!(few.remedy().unwrap().contains("add stage views at other angles"), "{few}");
@@ -147,7 +147,7 @@ fn a_board_that_does_not_turn_as_stated_is_named() {
     let CalibrationError::TurnMismatch { view, stated_deg, seen_deg, .. } = &refused else { panic!("{refused}") };
     assert_eq!(view, "stage/006.png");
     assert!((stated_deg.abs() - seen_deg.abs()).abs() > 40.0, "{refused}");
-    // All poses parallel: the board stood still while the table is said to have turned.
+    // All poses parallel: the board stood still while the table stated a rotation.
     let mut still = turning(3, &[0.0; 4], 0.0);
     for (idx, view) in still.stage_views.iter_mut().enumerate() {
         view.position = StagePosition::RotaryDeg(20.0 * idx as f64);
@@ -164,7 +164,7 @@ fn a_board_that_does_not_turn_as_stated_is_named() {
 }
 
 #[test]
-fn a_table_of_unknown_accuracy_says_so_and_one_that_wobbles_is_warned_of() {
+fn a_table_of_unknown_accuracy_is_reported_and_wobble_gives_a_warning() {
     let few = calibrated(&turning(4, &[-50.0, 0.0, 50.0], 0.0)).unwrap();
     assert_eq!(few.calibration.stage.unwrap().rotary().unwrap().angle_error, None);
     assert!(few.report.warnings.iter().any(|warning| warning.contains("stage.angle_sigma_deg")));

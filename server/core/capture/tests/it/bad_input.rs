@@ -1,10 +1,10 @@
 //! Every kind of damage to a capture folder is refused with the file, the entry and the remedy.
 //!
-//! Not shown here: that the pictures make sense; that is for the calibration to find out.
+//! Not covered: whether the pictures make sense, which the calibration checks.
 
 use std::path::Path;
 
-use crate::common::{HEIGHT_PX, WIDTH_PX, chain, flat, folder_with, manifest_with, put, refusal, sound_manifest};
+use crate::common::{HEIGHT_PX, WIDTH_PX, chain, flat, folder_with, manifest_with, put, refusal, valid_manifest};
 use capture::{
     Capture, CaptureError, ChessboardTarget, read_grey_image, read_photograph, sha256_of, write_manifest,
 };
@@ -12,7 +12,7 @@ use image::ImageFormat;
 use serde_json::{Value, json};
 use vision::{Channel, GreyImage, LineDirection, Pixels};
 
-/// Opening the sound capture with one value replaced is refused in words that contain all of `expected`.
+/// Opening the valid capture with one value replaced is refused with a message that contains all of `expected`.
 #[track_caller]
 fn check(pointer: &str, value: Value, expected: &[&str]) {
     let folder = folder_with(&manifest_with(pointer, value));
@@ -22,11 +22,11 @@ fn check(pointer: &str, value: Value, expected: &[&str]) {
     }
 }
 
-/// The sound capture with its text changed is refused in words that contain all of `expected`.
+/// Opening the valid capture with changed text is refused with a message that contains all of `expected`.
 #[track_caller]
 fn check_text(from: &str, to: &str, expected: &[&str]) {
-    let folder = folder_with(&sound_manifest());
-    let text = serde_json::to_string_pretty(&sound_manifest()).unwrap();
+    let folder = folder_with(&valid_manifest());
+    let text = serde_json::to_string_pretty(&valid_manifest()).unwrap();
     assert!(text.contains(from));
     std::fs::write(folder.path().join("capture.json"), text.replacen(from, to, 1)).unwrap();
     let message = refusal(folder.path());
@@ -36,8 +36,8 @@ fn check_text(from: &str, to: &str, expected: &[&str]) {
 }
 
 #[test]
-fn a_sound_capture_opens_without_warnings() {
-    let folder = folder_with(&sound_manifest());
+fn a_valid_capture_opens_without_warnings() {
+    let folder = folder_with(&valid_manifest());
     let capture = Capture::open(folder.path()).unwrap();
     assert_eq!(capture.warnings, Vec::<String>::new());
     assert_eq!(capture.manifest.projector.direction_of(0), LineDirection::Rows);
@@ -51,7 +51,7 @@ fn a_sound_capture_opens_without_warnings() {
 
 #[test]
 fn lines_along_columns_are_understood() {
-    let mut manifest = sound_manifest();
+    let mut manifest = valid_manifest();
     manifest["projector"]["line_direction"] = json!("columns");
     let capture = Capture::open(folder_with(&manifest).path()).unwrap();
     assert_eq!(capture.manifest.projector.direction_of(0), LineDirection::Columns);
@@ -60,12 +60,12 @@ fn lines_along_columns_are_understood() {
 #[test]
 fn a_folder_without_manifest_is_refused() {
     let folder = tempfile::TempDir::new().unwrap();
-    assert!(refusal(folder.path()).contains("name a folder that holds capture.json"));
+    assert!(refusal(folder.path()).contains("use a folder that contains capture.json"));
 }
 
 #[test]
-fn unknown_keys_are_warned_of_by_path() {
-    let mut manifest = sound_manifest();
+fn unknown_keys_give_a_warning_with_their_path() {
+    let mut manifest = valid_manifest();
     manifest["projector"]["maker"] = json!("A");
     let warnings = Capture::open(folder_with(&manifest).path()).unwrap().warnings;
     assert_eq!(warnings.len(), 1);
@@ -91,10 +91,10 @@ fn wrong_values_are_refused_by_entry() {
     check("/projector/grating_lines_per_mm", json!(-50), &["projector.grating_lines_per_mm"]);
     check("/projector/orders", json!([]), &["projector.orders is empty"]);
     check("/projector/orders", json!([-2, -1, -1]), &["projector.orders[2]", "each order once"]);
-    check("/projector/orders", json!([-2, 0, -1]), &["projector.orders[2]", "rise or fall"]);
+    check("/projector/orders", json!([-2, 0, -1]), &["projector.orders[2]", "increasing or decreasing"]);
     check("/projector/orders", json!([2, 0, 1]), &["projector.orders[2]", "is 1 after 0"]);
     check("/projector/orders", json!([0, 21]), &["projector.orders[1]", "21"]);
-    check("/scans/0/name", json!(" "), &["scans[0].name", "a name of its own"]);
+    check("/scans/0/name", json!(" "), &["scans[0].name", "a unique name"]);
 }
 
 #[test]
@@ -105,14 +105,14 @@ fn orders_may_fall() {
 
 #[test]
 fn an_unknown_line_direction_is_refused() {
-    let mut manifest = sound_manifest();
+    let mut manifest = valid_manifest();
     manifest["projector"]["line_direction"] = json!("diagonal");
     assert!(refusal(folder_with(&manifest).path()).contains("\"rows\" or \"columns\""));
 }
 
 #[test]
 fn two_scans_of_one_name_are_refused() {
-    let mut manifest = sound_manifest();
+    let mut manifest = valid_manifest();
     let scan = manifest["scans"][0].clone();
     manifest["scans"].as_array_mut().unwrap().push(scan);
     assert!(refusal(folder_with(&manifest).path()).contains("scans[1].name is \"gauge\""));
@@ -136,7 +136,7 @@ fn bare_nan_and_infinity_are_refused_by_line_and_entry() {
 
 #[test]
 fn a_missing_image_is_named_with_its_entry() {
-    let folder = folder_with(&sound_manifest());
+    let folder = folder_with(&valid_manifest());
     std::fs::remove_file(folder.path().join("laser/000.png")).unwrap();
     let message = refusal(folder.path());
     assert!(message.starts_with("missing image \"laser/000.png\" named by poses[0].laser"), "{message}");
@@ -158,7 +158,7 @@ fn paths_that_leave_the_folder_are_refused() {
 fn a_link_that_leaves_the_folder_is_refused() {
     let elsewhere = tempfile::TempDir::new().unwrap();
     put(elsewhere.path(), "secret.png", &flat(WIDTH_PX, HEIGHT_PX));
-    let folder = folder_with(&sound_manifest());
+    let folder = folder_with(&valid_manifest());
     let link = folder.path().join("board/000.png");
     std::fs::remove_file(&link).unwrap();
     std::os::unix::fs::symlink(elsewhere.path().join("secret.png"), &link).unwrap();
@@ -168,7 +168,7 @@ fn a_link_that_leaves_the_folder_is_refused() {
 
 #[test]
 fn an_image_of_another_size_is_refused() {
-    let folder = folder_with(&sound_manifest());
+    let folder = folder_with(&valid_manifest());
     put(folder.path(), "stage/000.png", &flat(WIDTH_PX, HEIGHT_PX + 1));
     let message = refusal(folder.path());
     assert!(message.contains("stage_views[0].board") && message.contains("16×13"), "{message}");
@@ -179,11 +179,11 @@ fn an_image_of_another_size_is_refused() {
 fn mixed_bit_depths_are_refused_and_pure_16_bit_is_not() {
     let levels: Vec<u16> = (0..WIDTH_PX * HEIGHT_PX).map(|idx| idx as u16 * 300).collect();
     let deep = GreyImage::new(WIDTH_PX, HEIGHT_PX, Pixels::Sixteen(levels)).unwrap();
-    let folder = folder_with(&sound_manifest());
+    let folder = folder_with(&valid_manifest());
     put(folder.path(), "scan/000.png", &deep);
     let message = refusal(folder.path());
     assert!(message.contains("scans[0].frames[0].image has 16 bits"), "{message}");
-    for named in Capture::open(folder_with(&sound_manifest()).path()).unwrap().files() {
+    for named in Capture::open(folder_with(&valid_manifest()).path()).unwrap().files() {
         put(folder.path(), named.path.to_str().unwrap(), &deep);
     }
     let capture = Capture::open(folder.path()).unwrap();
@@ -197,7 +197,7 @@ fn colour_in_a_capture_becomes_the_channel_that_the_camera_entry_names() {
     for (channel, laser, board) in
         [("green", 10.0, 10.0), ("red-minus-others", 170.0, 200.0), ("luma", 69.0, 69.0)]
     {
-        let mut manifest = sound_manifest();
+        let mut manifest = valid_manifest();
         manifest["camera"]["channel"] = json!(channel);
         let folder = folder_with(&manifest);
         red.save(folder.path().join("laser/000.png")).unwrap();
@@ -219,7 +219,7 @@ fn colour_in_a_capture_becomes_the_channel_that_the_camera_entry_names() {
 
 #[test]
 fn every_laser_picture_has_its_own_background_or_that_of_the_capture() {
-    let mut manifest = sound_manifest();
+    let mut manifest = valid_manifest();
     manifest["background"] = json!("board/001.png");
     manifest["poses"][0]["background"] = json!("off/000.png");
     let folder = folder_with(&manifest);
@@ -234,7 +234,7 @@ fn every_laser_picture_has_its_own_background_or_that_of_the_capture() {
         pictures.iter().map(|p| (p.entry.as_str(), p.background.as_ref().unwrap().0.as_str())).collect();
     let expected = [("poses[0].laser", "poses[0].background"), ("scans[0].frames[0].image", "background")];
     assert_eq!(entries, expected);
-    // 7 less 5 and 90 less 7.
+    // 7 − 5 and 90 − 7.
     let levels: Vec<f32> = pictures.iter().map(|picture| capture.laser_image(picture).unwrap().at(3, 3)).collect();
     assert_eq!(levels, [2.0, 83.0]);
     std::fs::remove_file(folder.path().join("off/000.png")).unwrap();
@@ -244,7 +244,7 @@ fn every_laser_picture_has_its_own_background_or_that_of_the_capture() {
 
 #[test]
 fn every_format_is_read_by_its_content() {
-    let folder = folder_with(&sound_manifest());
+    let folder = folder_with(&valid_manifest());
     let path = folder.path().join("laser/000.png");
     let red = image::RgbImage::from_pixel(WIDTH_PX as u32, HEIGHT_PX as u32, image::Rgb([200, 10, 30]));
     let deep = image::DynamicImage::from(red.clone()).into_rgb16();
@@ -258,7 +258,7 @@ fn every_format_is_read_by_its_content() {
         let photograph = read_photograph(&path).unwrap();
         assert_eq!(photograph.is_lossy, is_lossy, "{format:?}");
         assert!((photograph.picture.channel(Channel::Red).at(3, 3) - 200.0).abs() <= tolerance, "{format:?}");
-        // Brightness as the eye weighs it.
+        // Luma.
         assert!((read_grey_image(&path).unwrap().at(3, 3) - 69.0).abs() <= tolerance, "{format:?}");
         Capture::open(folder.path()).unwrap();
     }
@@ -275,7 +275,7 @@ fn every_format_is_read_by_its_content() {
 
 #[test]
 fn a_truncated_image_is_refused_by_entry_when_it_is_read() {
-    let folder = folder_with(&sound_manifest());
+    let folder = folder_with(&valid_manifest());
     let noise: Vec<u8> = (0..WIDTH_PX * HEIGHT_PX).map(|idx| (idx * 97 % 251) as u8).collect();
     put(folder.path(), "board/000.png", &GreyImage::new(WIDTH_PX, HEIGHT_PX, Pixels::Eight(noise)).unwrap());
     let path = folder.path().join("board/000.png");
@@ -288,7 +288,7 @@ fn a_truncated_image_is_refused_by_entry_when_it_is_read() {
 
 #[test]
 fn what_is_not_an_image_is_refused() {
-    let folder = folder_with(&sound_manifest());
+    let folder = folder_with(&valid_manifest());
     for bytes in [&b"P5 1 1 255 x"[..], b"", b"\x89PNG\r\n\x1a\n"] {
         std::fs::write(folder.path().join("board/000.png"), bytes).unwrap();
         let message = refusal(folder.path());
@@ -300,8 +300,8 @@ fn what_is_not_an_image_is_refused() {
 }
 
 #[test]
-fn a_header_that_promises_too_many_pixels_is_refused_before_decoding() {
-    let folder = folder_with(&sound_manifest());
+fn a_header_with_too_many_pixels_is_refused_before_decoding() {
+    let folder = folder_with(&valid_manifest());
     let path = folder.path().join("board/000.png");
     let mut bytes = std::fs::read(&path).unwrap();
     bytes[16..20].copy_from_slice(&60_000_u32.to_be_bytes());
@@ -315,7 +315,7 @@ fn a_header_that_promises_too_many_pixels_is_refused_before_decoding() {
 
 #[test]
 fn an_unknown_scan_lists_the_known_ones() {
-    let capture = Capture::open(folder_with(&sound_manifest()).path()).unwrap();
+    let capture = Capture::open(folder_with(&valid_manifest()).path()).unwrap();
     assert_eq!(capture.scan("gauge").unwrap().frames.len(), 1);
     let error = capture.scan("sphere").unwrap_err();
     assert!(matches!(&error, CaptureError::UnknownScan { available, .. } if available == &["gauge"]));
@@ -323,7 +323,7 @@ fn an_unknown_scan_lists_the_known_ones() {
 
 #[test]
 fn a_written_manifest_reads_back_the_same() {
-    let folder = folder_with(&sound_manifest());
+    let folder = folder_with(&valid_manifest());
     let capture = Capture::open(folder.path()).unwrap();
     write_manifest(folder.path(), &capture.manifest).unwrap();
     assert_eq!(Capture::open(folder.path()).unwrap(), capture);
@@ -331,7 +331,7 @@ fn a_written_manifest_reads_back_the_same() {
 
 #[test]
 fn a_manifest_that_could_not_be_read_back_is_not_written() {
-    let folder = folder_with(&sound_manifest());
+    let folder = folder_with(&valid_manifest());
     let mut manifest = Capture::open(folder.path()).unwrap().manifest;
     manifest.target = ChessboardTarget { inner_columns: 11, inner_rows: 8, square_mm: f64::NAN.into() }.into();
     write_manifest(folder.path(), &manifest).unwrap_err();
@@ -364,8 +364,8 @@ fn a_projector_names_the_entry_that_is_missing() {
 }
 
 #[test]
-fn lines_that_nothing_ties_together_are_numbered() {
-    let mut manifest = sound_manifest();
+fn independent_lines_are_numbered() {
+    let mut manifest = valid_manifest();
     manifest["projector"] = json!({"kind": "planes", "lines": 3, "line_direction": "columns"});
     let projector = Capture::open(folder_with(&manifest).path()).unwrap().manifest.projector;
     assert_eq!(projector.orders(), [0, 1, 2]);
@@ -381,7 +381,7 @@ fn charuco(key: &str, value: serde_json::Value) -> serde_json::Value {
 }
 
 #[test]
-fn a_charuco_board_must_be_one_that_can_be() {
+fn an_impossible_charuco_board_is_refused() {
     Capture::open(folder_with(&manifest_with("/target", charuco("rows", json!(7)))).path()).unwrap();
     check("/target", charuco("marker_mm", json!(20)), &["target.marker_mm is 20", "below that of a square"]);
     check("/target", charuco("dictionary", json!("DICT_9X9")), &["target.dictionary", "DICT_9X9", "OpenCV"]);

@@ -1,4 +1,4 @@
-//! Capture folders, sound and damaged.
+//! Capture folders, valid and damaged.
 
 #![allow(clippy::unwrap_used)]
 

@@ -1,4 +1,4 @@
-//! The channel of photographs that others took, decided from them.
+//! Selection of the channel from photographs taken by others.
 
 use capture::{LaserChannel, read_photograph};
 use vision::{CentrelineParams, Channel, LineDirection, Picture};

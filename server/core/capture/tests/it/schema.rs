@@ -1,8 +1,8 @@
-//! The published JSON Schema and the reader agree on what a manifest is.
+//! The published JSON Schema and the reader agree on valid manifests.
 //!
-//! Not shown here: rules a schema cannot state (monotonic orders, unique names, files); see `bad_input.rs`.
+//! Not covered: rules that a schema cannot state (monotonic orders, unique names, files); see `bad_input.rs`.
 
-use crate::common::{folder_with, manifest_with, refusal, sound_manifest};
+use crate::common::{folder_with, manifest_with, refusal, valid_manifest};
 use capture::Capture;
 use serde_json::{Value, json};
 
@@ -12,8 +12,8 @@ fn schema() -> jsonschema::Validator {
 }
 
 #[test]
-fn a_sound_manifest_fits_the_schema() {
-    assert!(schema().is_valid(&sound_manifest()));
+fn a_valid_manifest_fits_the_schema() {
+    assert!(schema().is_valid(&valid_manifest()));
 }
 
 #[test]
@@ -47,7 +47,7 @@ fn free_lasers_fit_the_schema() {
 
 #[test]
 fn what_the_reader_writes_fits_the_schema() {
-    let capture = Capture::open(folder_with(&sound_manifest()).path()).unwrap();
+    let capture = Capture::open(folder_with(&valid_manifest()).path()).unwrap();
     assert!(schema().is_valid(&serde_json::to_value(&capture.manifest).unwrap()));
 }
 
@@ -93,9 +93,9 @@ fn schema_and_reader_refuse_the_same() {
     }
 }
 
-/// The sound manifest on a stage of another kind.
+/// The valid manifest with another kind of stage.
 fn manifest_of_stage(stage: Value) -> Value {
-    let mut manifest = sound_manifest();
+    let mut manifest = valid_manifest();
     manifest["stage"] = stage;
     manifest
 }

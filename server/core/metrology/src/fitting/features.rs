@@ -1,4 +1,4 @@
-//! Finds the features a tool needs in a cloud of table and object.
+//! Finds the features of a tool in a cloud of table and object.
 
 use nalgebra::Vector3;
 use optics::{Calibration, CameraFrame, LightSurfaces, PointMm};
@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use crate::fitting::outline::Outline;
 use crate::fitting::ransac::{self, RadiusRange};
-use crate::fitting::robust::{Settled, normalised_distance, settle, within};
+use crate::fitting::robust::{TrimmedFit, fit_trimmed, normalised_distance, within};
 use crate::fitting::sample::Samples;
 use crate::interface::shape::Shape;
 use crate::params::{
@@ -15,16 +15,16 @@ use crate::params::{
     MIN_INTERIOR_SHARE, MIN_TABLE_SHARE, NOMINAL_HINT_SHARE, PARALLEL_DEGREES, RANSAC_BAND_SIGMAS,
 };
 
-/// First trim of a refinement, σ: the hypothesis passes through noisy points and is off by that much itself.
+/// First trim of a refinement, σ: the hypothesis passes through noisy points and has as large an error itself.
 const FIRST_TRIM_SIGMAS: f64 = 2.0 * RANSAC_BAND_SIGMAS;
 
-/// Points within this many trims of a feature belong to it or to its edge when others are looked for.
+/// Points within this many trims of a feature belong to it or to its edge and are excluded from the search for others.
 const REMOVAL_TRIMS: f64 = 2.0;
 
-/// Smallest radius looked for, in σ: smaller spheres are noise.
+/// Smallest radius searched for, in σ: smaller spheres are noise.
 const MIN_RADIUS_SIGMAS: f64 = 20.0;
 
-/// A feature with the points it rests on.
+/// A feature with the points it was fitted to.
 #[derive(Debug, Clone)]
 pub(crate) struct Found {
     pub(crate) role: &'static str,
@@ -34,12 +34,12 @@ pub(crate) struct Found {
     pub(crate) n_border: usize,
     /// Whether points near the border could be left out.
     pub(crate) border_trimmed: bool,
-    /// Points inside the outline, on the surface or not.
+    /// Points inside the outline, on the surface or off it.
     pub(crate) inside: Vec<u32>,
     pub(crate) trim: f64,
 }
 
-/// Where the light of a station comes from: the middle of the grating. Plane models do not know.
+/// Position of a station's light source: the middle of the grating. `None` for plane models.
 pub(crate) fn light_in_camera(calibration: &Calibration) -> Option<PointMm<CameraFrame>> {
     match &calibration.light {
         LightSurfaces::Grating(grating) => grating.ray(0.0, 0).map(|ray| PointMm::new(ray.origin_mm)),
@@ -60,7 +60,7 @@ impl Search<'_> {
         self.finished(role, candidates, &start)
     }
 
-    /// The plane parallel to `base` with the most points; `height_mm` restricts where it may lie.
+    /// The plane parallel to `base` with the most points; `height_mm` restricts its distance.
     pub(crate) fn parallel_plane(
         &mut self,
         role: &'static str,
@@ -135,7 +135,7 @@ impl Search<'_> {
     pub(crate) fn off_table(&mut self) -> Vec<u32> {
         let all = self.samples.indices();
         let table = ransac::plane(self.samples, &all, &mut self.rng)
-            .and_then(|start| settle(self.samples, &all, &start, FIRST_TRIM_SIGMAS, false))
+            .and_then(|start| fit_trimmed(self.samples, &all, &start, FIRST_TRIM_SIGMAS, false))
             .filter(|table| table.inliers.len() as f64 >= MIN_TABLE_SHARE * all.len() as f64);
         match table {
             Some(table) => self.beyond(&all, &table.shape, REMOVAL_TRIMS * table.trim),
@@ -143,9 +143,9 @@ impl Search<'_> {
         }
     }
 
-    /// Refines a hypothesis twice: on all of its points, then on those away from its border.
+    /// Refines a hypothesis twice: on all of its points, then without those near its border.
     fn finished(&self, role: &'static str, candidates: &[u32], start: &Shape) -> Option<Found> {
-        let whole = settle(self.samples, candidates, start, FIRST_TRIM_SIGMAS, false)?;
+        let whole = fit_trimmed(self.samples, candidates, start, FIRST_TRIM_SIGMAS, false)?;
         let outline = Outline::of(self.samples, &whole.inliers, &self.view_of(&whole));
         let inside: Vec<u32> = match &outline {
             None => whole.inliers.clone(),
@@ -156,23 +156,23 @@ impl Search<'_> {
                 .collect(),
         };
         let inside = self.without_steep(inside, &whole.shape);
-        let settled = settle(self.samples, &inside, &whole.shape, whole.trim, true)?;
+        let trimmed = fit_trimmed(self.samples, &inside, &whole.shape, whole.trim, true)?;
         let enough = (MIN_FEATURE_SHARE * candidates.len() as f64).max(MIN_FEATURE_POINTS as f64);
-        (settled.inliers.len() as f64 >= enough).then(|| Found {
+        (trimmed.inliers.len() as f64 >= enough).then(|| Found {
             role,
-            shape: self.facing_camera(&settled),
-            n_outliers: inside.len() - settled.inliers.len(),
-            n_border: within(self.samples, candidates, &settled.shape, settled.trim)
+            shape: self.facing_camera(&trimmed),
+            n_outliers: inside.len() - trimmed.inliers.len(),
+            n_border: within(self.samples, candidates, &trimmed.shape, trimmed.trim)
                 .len()
-                .saturating_sub(settled.inliers.len()),
+                .saturating_sub(trimmed.inliers.len()),
             border_trimmed: outline.is_some(),
             inside,
-            inliers: settled.inliers,
-            trim: settled.trim,
+            inliers: trimmed.inliers,
+            trim: trimmed.trim,
         })
     }
 
-    /// Points of a curved shape that are neither seen nor lit too steeply, if enough remain.
+    /// Points of a curved shape that are neither viewed nor lit too steeply, if enough remain.
     fn without_steep(&self, inside: Vec<u32>, shape: &Shape) -> Vec<u32> {
         if matches!(shape, Shape::Plane { .. }) {
             return inside;
@@ -192,16 +192,16 @@ impl Search<'_> {
         if frontal.len() as f64 >= MIN_INTERIOR_SHARE * inside.len() as f64 { frontal } else { inside }
     }
 
-    /// Direction in which a feature's outline is drawn: a plane along its normal, others along the mean ray.
-    fn view_of(&self, settled: &Settled) -> Vector3<f64> {
-        match settled.shape {
+    /// Viewing direction for a feature's outline: the normal of a plane, otherwise the mean ray.
+    fn view_of(&self, trimmed: &TrimmedFit) -> Vector3<f64> {
+        match trimmed.shape {
             Shape::Plane { normal, .. } => normal,
-            _ => self.mean_ray(&settled.inliers),
+            _ => self.mean_ray(&trimmed.inliers),
         }
     }
 
-    fn facing_camera(&self, settled: &Settled) -> Shape {
-        settled.shape.facing(&self.mean_ray(&settled.inliers))
+    fn facing_camera(&self, trimmed: &TrimmedFit) -> Shape {
+        trimmed.shape.facing(&self.mean_ray(&trimmed.inliers))
     }
 
     fn mean_ray(&self, indices: &[u32]) -> Vector3<f64> {

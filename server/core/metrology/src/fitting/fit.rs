@@ -10,39 +10,40 @@ pub(crate) type Matrix = SMatrix<f64, MAX_PARAMETERS, MAX_PARAMETERS>;
 pub(crate) type Vector = SVector<f64, MAX_PARAMETERS>;
 type Factor = Cholesky<f64, Const<MAX_PARAMETERS>>;
 
-/// Steps before a fit is called stuck; a good start needs 3–6.
+/// Most steps of a fit; a good start needs 3–6.
 const MAX_STEPS: usize = 60;
 
-/// Solved when the parameters are nearer than this to the solution: squared, in standard deviations.
+/// Converged when the parameters are closer than this to the solution: squared, in standard deviations.
 const GRADIENT_TOLERANCE: f64 = 1e-16;
 
-/// A step that moves no parameter by more than this (mm, rad) changes nothing that can be measured.
+/// Converged when no parameter moves by more than this (mm, rad), which is below anything measurable.
 const STEP_TOLERANCE: f64 = 1e-10;
 
-/// A cost that rounding keeps from falling is good enough below this: a ten-thousandth of a standard deviation, squared.
+/// A cost below this is accepted when rounding keeps it from falling: a ten-thousandth of a standard deviation,
+/// squared.
 const COST_TOLERANCE: f64 = 1e-8;
 
-/// Damping at the start, in squares of each parameter's own unit, and its range.
+/// Initial damping, in squares of each parameter's own unit, and its range.
 const FIRST_DAMPING: f64 = 1e-6;
 const MIN_DAMPING: f64 = 1e-12;
 const MAX_DAMPING: f64 = 1e8;
 
-/// Equations whose least eigenvalue is below this hold a parameter by their rounding alone; an arc of 5° has 1e-6.
+/// Equations with a smaller least eigenvalue determine a parameter by rounding alone; an arc of 5° has 1e-6.
 const LEAST_EIGENVALUE: f64 = 1e-12;
 
-/// Points summed up by one task.
+/// Points summed by one task.
 const CHUNK_POINTS: usize = 8192;
 
 /// A point with its weight 1/σ² (σ along the normal, mm).
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Weighted {
     pub(crate) position: Vector3<f64>,
-    /// Unit vector from the camera, along which the point errs.
+    /// Unit vector from the camera, the direction of the point's error.
     pub(crate) ray: Vector3<f64>,
     pub(crate) weight: f64,
 }
 
-/// The points of a fit, which need not lie in memory all at once.
+/// The points of a fit, which need not be in memory all at once.
 pub(crate) trait Points: Sync {
     fn len(&self) -> usize;
     fn at(&self, idx: usize) -> Weighted;
@@ -63,24 +64,26 @@ struct Normal {
     gradient: Vector,
 }
 
-/// Solves Σ w·residual·slope = 0 (along the normals, for errors along the rays) from `start`; `None` if the points do not
-/// hold the shape's parameters, or the solver got stuck.
+/// Solves Σ w·residual·slope = 0 (along the normals, for errors along the rays) from `start`; `None` if the points do
+/// not determine the shape's parameters, or the solver did not converge.
 ///
-/// The slopes are those at the foot of each point, so this is not the minimum of Σ w·residual², which is biased where the
-/// surface is curved. What falls with every step is the squared distance to the solution, gᵀH⁻¹g, in σ.
+/// The slopes are those at the foot of each point, so this is not the minimum of Σ w·residual², which is biased where
+/// the surface is curved. Every step reduces the squared distance to the solution, gᵀH⁻¹g, in σ.
 pub(crate) fn fit(start: &Shape, points: &impl Points) -> Option<Shape> {
     let (shape, termination) = solve(start, points, MAX_STEPS)?;
-    (termination != Termination::Stuck && are_held(&normal_equations(&shape, points)?.hessian)).then_some(shape)
+    (termination != Termination::NotConverged && are_determined(&normal_equations(&shape, points)?.hessian))
+        .then_some(shape)
 }
 
-/// Whether the points hold every parameter: the least eigenvalue of the equations, each parameter in its own unit.
-fn are_held(hessian: &Matrix) -> bool {
+/// Whether the points determine every parameter: by the least eigenvalue of the equations, each parameter in its own
+/// unit.
+fn are_determined(hessian: &Matrix) -> bool {
     let unit = hessian.diagonal().map(|square| square.sqrt().recip());
     let scaled = Matrix::from_fn(|row, column| hessian[(row, column)] * unit[row] * unit[column]);
     unit.iter().all(|unit| unit.is_finite()) && scaled.symmetric_eigenvalues().min() > LEAST_EIGENVALUE
 }
 
-/// [`fit`] with the reason of its end.
+/// [`fit`] with the termination reason.
 fn solve(start: &Shape, points: &impl Points, max_steps: usize) -> Option<(Shape, Termination)> {
     if points.len() < start.parameters() {
         return None;
@@ -99,7 +102,7 @@ fn solve(start: &Shape, points: &impl Points, max_steps: usize) -> Option<(Shape
         let step = damped_step(&normal, damping.value())?;
         let candidate = shape.stepped(&step.into());
         let next = normal_equations(&candidate, points);
-        // Both in the metric of the place the step starts from: a metric that moves along could hide a way uphill.
+        // Both in the metric at the start of the step: a metric that changes with the step could hide an increase.
         let falls = |next: &Normal| squared(&distance, &next.gradient) < cost;
         let is_free = damping.is_light();
         match next.filter(falls) {
@@ -117,7 +120,7 @@ fn solve(start: &Shape, points: &impl Points, max_steps: usize) -> Option<(Shape
             None => {}
         }
     }
-    Some((shape, Termination::Stuck))
+    Some((shape, Termination::NotConverged))
 }
 
 /// gᵀH⁻¹g.
@@ -125,7 +128,7 @@ fn squared(hessian: &Factor, gradient: &Vector) -> f64 {
     gradient.dot(&hessian.solve(gradient))
 }
 
-/// Sums over chunks of fixed size, added up in order: the same bits for any number of threads.
+/// Sums over chunks of fixed size, added in order: identical bits for any number of threads.
 fn normal_equations(shape: &Shape, points: &impl Points) -> Option<Normal> {
     let n_points = points.len();
     let chunk = |idx: usize| idx * CHUNK_POINTS..((idx + 1) * CHUNK_POINTS).min(n_points);
@@ -183,8 +186,8 @@ fn damped_step(normal: &Normal, damping: f64) -> Option<Vector> {
     Some(-damped.cholesky()?.solve(&normal.gradient))
 }
 
-/// Covariance of the local parameters when the points' errors along the normal have the given variances:
-/// H⁻¹ (Σ w² v a aᵀ) H⁻¹ with H = Σ w a aᵀ.
+/// Covariance of the local parameters for the given variances of the points' errors along the normal: H⁻¹ (Σ w² v a aᵀ)
+/// H⁻¹ with H = Σ w a aᵀ.
 pub(crate) fn covariance(shape: &Shape, points: &impl Points, variances: &[f64]) -> Option<Matrix> {
     let linear = shape.linearised();
     let mut spread = Matrix::zeros();
@@ -201,7 +204,7 @@ pub(crate) fn covariance(shape: &Shape, points: &impl Points, variances: &[f64])
 mod tests {
     use super::*;
 
-    /// Points of a cap of a ball of 20 mm, seen from the origin, pushed along the rays by `push_mm` in turns.
+    /// Points of a cap of a ball of 20 mm, viewed from the origin, displaced along the rays by ±`push_mm` alternately.
     fn cap(push_mm: f64, weight: f64) -> Vec<Weighted> {
         let centre = Vector3::new(3.0, -2.0, 400.0);
         let place = |idx: i32| {
@@ -219,7 +222,7 @@ mod tests {
     }
 
     #[test]
-    fn equations_that_hold_end_a_fit_by_their_gradient() {
+    fn a_solved_fit_ends_by_its_gradient() {
         let (shape, end) = solve(&ball(21.0), &cap(0.03, 1e3), MAX_STEPS).unwrap();
         assert_eq!(end, Termination::Gradient);
         let again = solve(&shape, &cap(0.03, 1e3), MAX_STEPS).unwrap();
@@ -228,7 +231,8 @@ mod tests {
 
     #[test]
     fn a_step_too_short_to_be_measured_ends_a_fit() {
-        // Points known to a picometre: nothing is solved to a hundred-millionth of that, but steps become immeasurable.
+        // Points known to a picometre: nothing is solved to a hundred-millionth of that, but the steps become
+        // negligible.
         let (shape, end) = solve(&ball(20.0 + 1e-11), &cap(0.0, 1e18), MAX_STEPS).unwrap();
         assert_eq!(end, Termination::Step);
         let Shape::Sphere { radius_mm, .. } = shape else { panic!("no sphere") };
@@ -250,29 +254,29 @@ mod tests {
 
     #[test]
     fn a_solver_whose_steps_run_out_is_stuck_and_not_converged() {
-        // From 8 to 20 mm takes more than one step, and a long step is no convergence.
+        // From 8 to 20 mm takes more than one step, and a long step is not convergence.
         let (_, end) = solve(&ball(8.0), &cap(0.03, 1e3), 1).unwrap();
-        assert_eq!(end, Termination::Stuck);
+        assert_eq!(end, Termination::NotConverged);
     }
 
     #[test]
-    fn points_that_hold_no_shape_are_refused_even_where_the_start_fits_them() {
+    fn points_that_determine_no_shape_are_refused_even_where_the_start_fits_them() {
         let one = cap(0.0, 1e3)[7];
         assert_eq!(fit(&ball(20.0), &vec![one; 40]), None);
         let plane = Shape::Plane { point_mm: one.position, normal: -Vector3::z() };
         assert_eq!(fit(&plane, &vec![one; 40]), None);
-        // All on one line: the plane may turn about it.
+        // Collinear points: the plane may turn about their line.
         let along = |idx: i32| Weighted { position: one.position + Vector3::x() * f64::from(idx), ..one };
         assert_eq!(fit(&plane, &(0..40).map(along).collect::<Vec<_>>()), None);
         assert!(fit(&ball(20.0), &cap(0.03, 1e3)).is_some());
     }
 
     #[test]
-    fn no_step_goes_uphill() {
-        // From half the radius to the right one: the distance to the solution falls with every step that is taken.
+    fn no_step_increases_the_cost() {
+        // From half the radius to the right one: every step reduces the distance to the solution.
         for start_mm in [8.0, 15.0, 19.0, 30.0] {
             let (shape, end) = solve(&ball(start_mm), &cap(0.03, 1e3), MAX_STEPS).unwrap();
-            assert_ne!(end, Termination::Stuck, "{start_mm}");
+            assert_ne!(end, Termination::NotConverged, "{start_mm}");
             let Shape::Sphere { radius_mm, .. } = shape else { panic!("no sphere") };
             assert!((radius_mm - 20.0).abs() < 0.05, "{start_mm}: {radius_mm}");
         }

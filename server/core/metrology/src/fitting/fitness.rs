@@ -1,4 +1,4 @@
-//! Does the model fit the points?
+//! Goodness of fit: whether the model fits the points.
 
 use nalgebra::Vector3;
 
@@ -9,7 +9,7 @@ use crate::interface::measurement::FittedFeature;
 use crate::interface::shape::Shape;
 use crate::params::{ARC_TAIL_SHARE, FORM_RMS_RELATIVE, MAX_OFF_SURFACE_SHARE, MAX_RESIDUAL_RATIO, MIN_ARC_DEG};
 
-/// What speaks against the fitted features. `expected_mm`: RMS of each along its normal that the noise predicts.
+/// Findings against the fitted features. `expected_mm`: the RMS of each along its normal predicted from the noise.
 pub(crate) fn findings(
     samples: &Samples,
     found: &[Found],

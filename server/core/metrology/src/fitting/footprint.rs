@@ -1,10 +1,10 @@
-//! What the thickness of a light sheet does on a curved surface.
+//! Effect of the thickness of a light sheet on a curved surface.
 //!
-//! A sheet of thickness s lights a strip; on a curved surface the strip's flanks lie deeper than its middle, so its
-//! picture is skew and its centre is not the middle's. With n the surface's normal, N the sheet's, D the ray's
-//! direction, R the radius across the strip, the flanks are deeper by τ²/2R with τ² = s²/(1 − (N·n)²), which moves
-//! the point seen on the sheet along n by δ = τ²/2R · (1 − (N·n)(n·D)/(N·D)). A centre that follows the peak of
-//! the light feels none of it, a centroid 3δ (`docs/maths/metrology.md`).
+//! A sheet of thickness s lights a strip; on a curved surface the strip's flanks are deeper than its middle, so its
+//! image is skewed and its centre is displaced. With n the surface's normal, N the sheet's, D the ray's direction, R
+//! the radius across the strip, the flanks are deeper by τ²/2R with τ² = s²/(1 − (N·n)²), which moves the measured
+//! point on the sheet along n by δ = τ²/2R · (1 − (N·n)(n·D)/(N·D)). A centre that follows the peak of the light is not
+//! affected, a centroid is affected by 3δ (`docs/maths/metrology.md`).
 
 use nalgebra::Vector3;
 use scanning::Cloud;
@@ -12,7 +12,7 @@ use scanning::Cloud;
 use crate::interface::shape::Shape;
 use crate::params::{FOOTPRINT_SHARE, LINE_SIGMA_KEY, MIN_COSINE};
 
-/// Thickness of the light sheets as the scan states it (one σ, mm).
+/// Thickness of the light sheets as stated by the scan (one σ, mm).
 pub(crate) fn line_sigma_mm(cloud: &Cloud) -> Option<f64> {
     cloud
         .comments
@@ -21,7 +21,7 @@ pub(crate) fn line_sigma_mm(cloud: &Cloud) -> Option<f64> {
         .filter(|mm: &f64| mm.is_finite() && *mm > 0.0)
 }
 
-/// One σ of the pull along the outward normal at a point, mm; 0 on a plane.
+/// One σ of the displacement along the outward normal at a point, mm; 0 on a plane.
 pub(crate) fn footprint_mm(
     shape: &Shape,
     position: &Vector3<f64>,
@@ -52,7 +52,8 @@ mod tests {
     fn a_ball_under_a_frontal_sheet_is_pulled_by_the_sag_of_the_strip() {
         let shape = Shape::Sphere { centre_mm: Vector3::new(0.0, 0.0, 400.0), radius_mm: 20.0 };
         let top = Vector3::new(0.0, 0.0, 380.0);
-        // The sheet stands on the surface (N ⟂ n), seen at 30°: the factor of the view is one, the sag s²/2R = 4 µm.
+        // The sheet is perpendicular to the surface (N ⟂ n), viewed at 30°: the factor of the view is one, the sag
+        // s²/2R = 4 µm.
         let ray = Vector3::new(0.0, 0.5, 0.75f64.sqrt());
         let pull = footprint_mm(&shape, &top, &ray, &Vector3::y(), 0.4);
         assert!((pull - FOOTPRINT_SHARE * 0.004).abs() < 1e-12, "{pull}");

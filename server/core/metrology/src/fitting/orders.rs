@@ -1,4 +1,4 @@
-//! The table by diffraction orders, in the paper's form.
+//! The table by diffraction orders, in the form used in the paper.
 
 use std::collections::BTreeMap;
 
@@ -13,7 +13,7 @@ use crate::params::MIN_FEATURE_POINTS;
 
 /// Errors of all points and of each order's.
 ///
-/// `reference`: what a step's heights are compared with.
+/// `reference`: the value with which a step's heights are compared.
 pub(crate) fn table(
     samples: &Samples,
     tool: Tool,
@@ -62,7 +62,7 @@ fn row(
     OrderRow { order, errors, value_mm, centre_mm }
 }
 
-/// The feature fitted to one order's points alone; `None` if they are too few or do not hold it.
+/// The feature fitted to one order's points alone; `None` if they are too few or do not determine it.
 fn own_fit(samples: &Samples, feature: &Found, order: i8) -> Option<Shape> {
     let own: Vec<u32> = feature.inliers.iter().copied().filter(|&idx| samples.at(idx).order == order).collect();
     if own.len() < MIN_FEATURE_POINTS {

@@ -1,4 +1,4 @@
-//! Where a feature's points lie, and how far that is from its border.
+//! The outline of a feature's points, and their distance from its border.
 
 use nalgebra::{Vector2, Vector3};
 
@@ -6,22 +6,22 @@ use crate::fitting::sample::Samples;
 use crate::interface::shape::across;
 use crate::params::MIN_INTERIOR_SHARE;
 
-/// Cells grow by this factor until they are coarser than the sampling.
+/// Factor by which cells grow until they are coarser than the sampling.
 const CELL_GROWTH: f64 = 1.5;
 
-/// Finest cell, in margins.
+/// Smallest cell, in margins.
 const FIRST_CELL_MARGINS: f64 = 0.5;
 
-/// Coarsest cell, in margins.
+/// Largest cell, in margins.
 const LAST_CELL_MARGINS: f64 = 4.0;
 
-/// Most cells along one side; a larger feature gets coarser cells.
+/// Most cells along one side; a larger feature gets larger cells.
 const MAX_CELLS: f64 = 2000.0;
 
-/// Covered neighbours that make an empty cell a pinhole.
+/// Number of covered neighbours from which an empty cell is a pinhole.
 const PINHOLE_NEIGHBOURS: usize = 6;
 
-/// Cells of the feature, seen along a direction, that are at least the margin away from empty ones.
+/// Cells of the feature, projected along a direction, that are at least the margin away from empty ones.
 pub(crate) struct Outline {
     axes: [Vector3<f64>; 2],
     origin: Vector2<f64>,
@@ -32,9 +32,9 @@ pub(crate) struct Outline {
 }
 
 impl Outline {
-    /// The interior of the region the points cover, seen along `direction`, with the cell size that keeps most of
-    /// them (finer cells see the sampling as holes, coarser ones cut a wider border); `None` if the sampling is so coarse or
-    /// the feature so small that too few points would remain.
+    /// The interior of the region covered by the points, projected along `direction`, with the cell size that keeps
+    /// most of them (with smaller cells the sampling leaves holes, larger ones cut a wider border); `None` if the
+    /// sampling is so coarse or the feature so small that too few points would remain.
     pub(crate) fn of(samples: &Samples, indices: &[u32], direction: &Vector3<f64>) -> Option<Self> {
         let margin_mm = samples.border_margin_mm();
         let axes = across(direction);
@@ -55,7 +55,7 @@ impl Outline {
             .map(|(_, outline)| outline)
     }
 
-    /// Whether a point, seen along the direction, is inside by the margin.
+    /// Whether a point, projected along the direction, is inside by the margin.
     pub(crate) fn contains(&self, position: &Vector3<f64>) -> bool {
         self.contains_flat(&project(&self.axes, position))
     }
@@ -77,7 +77,7 @@ impl Outline {
             }
         }
         outline.fill_pinholes();
-        // One more: the outermost cells are covered in part.
+        // One more, because the outermost cells are partly covered.
         outline.erode((margin_mm / cell_mm).ceil() as usize + 1);
         outline
     }
@@ -92,7 +92,7 @@ impl Outline {
         self.cell(flat).is_some_and(|cell| self.interior[cell])
     }
 
-    /// Fills empty cells with at least [`PINHOLE_NEIGHBOURS`] of eight neighbours: a lost point is no border.
+    /// Fills empty cells with at least [`PINHOLE_NEIGHBOURS`] of eight neighbours: a missing point is not a border.
     fn fill_pinholes(&mut self) {
         let (columns, rows) = (self.columns as isize, self.rows as isize);
         let before = self.interior.clone();
@@ -111,7 +111,7 @@ impl Outline {
         }
     }
 
-    /// Takes away every cell with an empty one within `reach` cells along rows and columns in turn.
+    /// Removes every cell with an empty one within `reach` cells, first along rows, then along columns.
     fn erode(&mut self, reach: usize) {
         let (columns, rows) = (self.columns, self.rows);
         for row in 0..rows {

@@ -1,4 +1,4 @@
-//! First guesses that survive points which belong to something else.
+//! Initial estimates that are robust against points of other objects.
 
 use nalgebra::{Matrix3, Vector3};
 use rand::Rng;
@@ -11,17 +11,17 @@ use crate::params::{
     SPHERE_HYPOTHESES,
 };
 
-/// Smallest sine between two normals that fix a cylinder's axis: 10°.
+/// Smallest sine between two normals that determine a cylinder's axis: 10°.
 const MIN_NORMAL_SINE: f64 = 0.17;
 
-/// Radii (mm) a hypothesis may have.
+/// Range of radii (mm) of a hypothesis.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct RadiusRange {
     pub(crate) min_mm: f64,
     pub(crate) max_mm: f64,
 }
 
-/// The hypothesis with the most points in its band, points nearer its middle counting more (MSAC).
+/// The hypothesis with the most points in its band, points closer to its surface weighted more (MSAC).
 struct Best {
     band_mm: f64,
     score: f64,
@@ -164,7 +164,7 @@ fn local_normal(points: &[Vector3<f64>], at: &Vector3<f64>) -> Option<Vector3<f6
     eigen.eigenvectors.column(least).into_owned().try_normalize(f64::MIN_POSITIVE)
 }
 
-/// The axis is across both normals and meets both normal lines.
+/// The axis is perpendicular to both normals and meets both normal lines.
 fn cylinder_through(first: &(Vector3<f64>, Vector3<f64>), second: &(Vector3<f64>, Vector3<f64>)) -> Option<Shape> {
     let axis = first.1.cross(&second.1);
     if axis.norm() < MIN_NORMAL_SINE {

@@ -1,4 +1,4 @@
-//! Fits that settle on the points that belong together, and count the others.
+//! Robust fits: they converge to the points that belong together, and count the others.
 
 use rayon::prelude::*;
 use statistics::median;
@@ -11,12 +11,12 @@ use crate::params::{MAX_TRIM_SIGMAS, MIN_FEATURE_POINTS, MIN_TRIM_SIGMAS, TRIM_P
 /// Scale from the median of |x| to the standard deviation of a normal distribution.
 pub(crate) const SIGMA_PER_MAD: f64 = 1.4826;
 
-/// The trim has settled when it changes by less than this share.
+/// The trim has converged when it changes by less than this fraction.
 const TRIM_TOLERANCE: f64 = 0.01;
 
-/// A shape with the points it rests on.
+/// A fitted shape with the points it was fitted to.
 #[derive(Debug, Clone)]
-pub(crate) struct Settled {
+pub(crate) struct TrimmedFit {
     pub(crate) shape: Shape,
     /// Points within the trim.
     pub(crate) inliers: Vec<u32>,
@@ -56,25 +56,25 @@ pub(crate) fn within(samples: &Samples, candidates: &[u32], shape: &Shape, trim:
         .collect()
 }
 
-/// Fits and trims in turn until the trim is 3.5 robust standard deviations of the residuals it keeps.
+/// Alternates fitting and trimming until the trim is 3.5 robust standard deviations of the residuals it keeps.
 ///
-/// The trim grows when the residuals fill it, so a start in part of a feature finds the whole of it.
-/// The trim settles on a thinned set; the fit itself then takes all points if `fit_all`.
-pub(crate) fn settle(
+/// The trim grows when the residuals fill it, so that a start on a part of a feature finds the whole of it. The trim is
+/// determined on a thinned set; the final fit uses all points if `fit_all`.
+pub(crate) fn fit_trimmed(
     samples: &Samples,
     candidates: &[u32],
     start: &Shape,
     start_trim: f64,
     fit_all: bool,
-) -> Option<Settled> {
+) -> Option<TrimmedFit> {
     let few = thinned(candidates, TRIM_POINTS);
     let mut shape = *start;
     let mut trim = start_trim;
     for _ in 0..TRIM_ROUNDS {
         let (next, next_trim) = round(samples, &few, &shape, trim)?;
-        let settled = (next_trim / trim - 1.0).abs() < TRIM_TOLERANCE;
+        let trimmed = (next_trim / trim - 1.0).abs() < TRIM_TOLERANCE;
         (shape, trim) = (next, next_trim);
-        if settled {
+        if trimmed {
             break;
         }
     }
@@ -82,7 +82,7 @@ pub(crate) fn settle(
         (shape, trim) = round(samples, candidates, &shape, trim)?;
     }
     let inliers = within(samples, candidates, &shape, trim);
-    (inliers.len() >= MIN_FEATURE_POINTS).then_some(Settled { shape, inliers, trim })
+    (inliers.len() >= MIN_FEATURE_POINTS).then_some(TrimmedFit { shape, inliers, trim })
 }
 
 fn round(samples: &Samples, candidates: &[u32], shape: &Shape, trim: f64) -> Option<(Shape, f64)> {

@@ -1,4 +1,4 @@
-//! The points of a cloud as the fits see them.
+//! The points of a cloud as used by the fits.
 
 use nalgebra::Vector3;
 use optics::{CameraFrame, Motion, PartFrame, PointMm};
@@ -6,7 +6,7 @@ use scanning::{Cloud, CloudPoint, StagePositions};
 use statistics::median;
 
 use crate::fitting::footprint::line_sigma_mm;
-use crate::interface::request::Region;
+use crate::interface::region::Region;
 use crate::interface::shape::Shape;
 use crate::params::{
     BORDER_SIGMAS, MIN_COSINE, MIN_SIGMA_SHARE, UNKNOWN_SIGMA_PER_EXTENT, USUAL_LINE_SIGMA_RELATIVE,
@@ -24,10 +24,10 @@ pub(crate) struct Sample {
 }
 
 impl Sample {
-    /// Share of an error along the ray that moves the point along the surface normal.
+    /// Fraction of an error along the ray that moves the point along the surface normal.
     ///
-    /// The normal is taken where the ray meets the shape, not at the noisy point: weights that follow the noise
-    /// bias the fit (a radius of 9 mm by −1 µm at σ = 30 µm).
+    /// The normal is taken where the ray meets the shape, not at the noisy point: weights that follow the noise bias
+    /// the fit (a radius of 9 mm by −1 µm at σ = 30 µm).
     pub(crate) fn cosine(&self, shape: &Shape) -> f64 {
         let normal = match shape {
             Shape::Plane { normal, .. } => *normal,
@@ -42,21 +42,21 @@ impl Sample {
     }
 }
 
-/// The points looked at. They stay in the cloud, and what a fit needs of one is computed when it is asked for: a cloud of a
-/// million points is as large as the rest of the program.
+/// The points evaluated. They stay in the cloud, and derived quantities are computed on demand: a cloud of a million
+/// points is as large as the rest of the program.
 pub(crate) struct Samples<'a> {
     pub(crate) cloud: &'a Cloud,
-    /// Which points of the cloud are looked at.
+    /// Indices of the evaluated points in the cloud.
     cloud_indices: Vec<u32>,
-    /// Where the light comes from, if the calibration says.
+    /// Position of the light source, if the calibration states it.
     light_in_camera: Option<PointMm<CameraFrame>>,
-    /// Where the stage stood; absent if the cloud does not say. Then rays are drawn as if it had stood at 0.
+    /// Stage positions; `None` if the cloud does not state them. Rays are then computed for a stage at position 0.
     pub(crate) stage: Option<StagePositions>,
-    /// What it had done to the part in every frame; empty if the cloud does not say.
+    /// Motion of the part in every frame; empty if the cloud does not state positions.
     motions: Vec<Motion>,
     /// Thickness of the light sheets (one σ, mm), if the cloud states it.
     pub(crate) line_sigma_mm: Option<f64>,
-    /// Whether the points carried a σ of their own.
+    /// Whether the points have a σ of their own.
     pub(crate) sigma_known: bool,
     /// Median σ, mm.
     pub(crate) sigma_mm: f64,
@@ -65,7 +65,7 @@ pub(crate) struct Samples<'a> {
 }
 
 impl<'a> Samples<'a> {
-    /// `light_in_camera`: where the light comes from, if the calibration says.
+    /// `light_in_camera`: position of the light source, if the calibration states it.
     pub(crate) fn from_cloud(
         cloud: &'a Cloud,
         region: Option<&Region>,
@@ -113,7 +113,7 @@ impl<'a> Samples<'a> {
         self.cloud_indices.iter().map(|&idx| &self.cloud.points[idx as usize])
     }
 
-    /// The place of a sample in the cloud.
+    /// Index of a sample in the cloud.
     pub(crate) fn cloud_idx(&self, idx: u32) -> u32 {
         self.cloud_indices[idx as usize]
     }
@@ -123,42 +123,42 @@ impl<'a> Samples<'a> {
         &self.cloud.points[self.cloud_idx(idx) as usize]
     }
 
-    /// Where the stage had carried a place that stands still in front of the camera, in the frame of the point.
+    /// A camera-frame position in the part frame of the point's frame.
     fn carried(&self, place: &PointMm<CameraFrame>, point: &CloudPoint) -> PointMm<PartFrame> {
         let motion = self.motions.get(point.frame as usize);
         motion.map_or(PointMm::new(place.xyz), |motion| motion.part_from_camera(place))
     }
 
-    /// Where the camera was when it saw a point: the stage carries the part, so the camera moves in the part frame.
+    /// Camera position for a point: the stage carries the part, so the camera moves in the part frame.
     fn camera(&self, point: &CloudPoint) -> Vector3<f64> {
         self.carried(&PointMm::new(Vector3::zeros()), point).xyz
     }
 
-    /// Unit vector from the camera to a point; `None` for a point in the camera.
+    /// Unit vector from the camera to a point; `None` for a point at the camera.
     fn ray(&self, point: &CloudPoint) -> Option<Vector3<f64>> {
         (position(point) - self.camera(point)).try_normalize(f64::MIN_POSITIVE)
     }
 
-    /// Unit vector from a sample to where its light came from, part frame, if that is known.
+    /// Unit vector from a sample to its light source, part frame, if known.
     pub(crate) fn to_light(&self, idx: u32) -> Option<Vector3<f64>> {
         let point = self.point(idx);
         let light = self.carried(&self.light_in_camera?, point);
         Some((light.xyz - position(point)).normalize())
     }
 
-    /// How far from a feature's border points are left out, mm.
+    /// Width of a feature's border whose points are left out, mm.
     pub(crate) fn border_margin_mm(&self) -> f64 {
         let usual = || USUAL_LINE_SIGMA_RELATIVE * self.mean_distance_mm(&self.indices());
         BORDER_SIGMAS * self.line_sigma_mm.unwrap_or_else(usual)
     }
 
-    /// Mean distance of some samples from the camera that saw them, mm.
+    /// Mean distance of some samples from the camera, mm.
     pub(crate) fn mean_distance_mm(&self, indices: &[u32]) -> f64 {
         let distance = |&idx: &u32| (self.position(idx) - self.camera(self.point(idx))).norm();
         indices.iter().map(distance).sum::<f64>() / indices.len().max(1) as f64
     }
 
-    /// Where the camera stood, mean over the points of `indices`, part frame.
+    /// Mean camera position over the points of `indices`, part frame.
     pub(crate) fn mean_camera(&self, indices: &[u32]) -> Vector3<f64> {
         let sum: Vector3<f64> = indices.iter().map(|&idx| self.camera(self.point(idx))).sum();
         sum / indices.len().max(1) as f64
@@ -168,7 +168,7 @@ impl<'a> Samples<'a> {
         (0..self.len() as u32).collect()
     }
 
-    /// Where a sample lies, part frame, mm.
+    /// Position of a sample, part frame, mm.
     pub(crate) fn position(&self, idx: u32) -> Vector3<f64> {
         position(self.point(idx))
     }
@@ -194,7 +194,7 @@ fn position(point: &CloudPoint) -> Vector3<f64> {
     Vector3::new(point.x_mm, point.y_mm, point.z_mm)
 }
 
-/// The σ that a point carries, mm.
+/// The σ of a point, if it has one, mm.
 fn known_sigma_mm(point: &CloudPoint) -> Option<f64> {
     Some(f64::from(point.sigma_mm)).filter(|sigma_mm| sigma_mm.is_finite() && *sigma_mm > 0.0)
 }

@@ -1,30 +1,32 @@
-//! Why a value may not be judged: parts of its uncertainty that are not known, and models that do not fit.
+//! Why no verdict is possible: unknown uncertainty contributions, and models that do not fit.
 
 use std::fmt;
 
-/// A part of the uncertainty that the measurement needs and nobody knows: U is incomplete without it.
+/// An uncertainty contribution that the measurement needs and that is unknown: U is incomplete without it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Missing {
-    /// The points carry no σ; the residuals stand in for it.
+    /// The points have no σ; the residuals are used instead.
     PointNoise,
     /// No calibration was given.
     Calibration,
     /// Some modes of the calibration's covariance gave no value.
     CalibrationModes,
-    /// The cloud does not say where the stage stood in each frame.
+    /// The cloud does not state the stage position of each frame.
     StagePositions,
-    /// The cloud does not say how thick the light sheets are.
+    /// The cloud does not state the thickness of the light sheets.
     LineThickness,
-    /// What the temperature does to this model of the light is not known.
+    /// The effect of temperature on this light model is unknown.
     Wavelength,
-    /// How straight the stage runs is not known, and the value is a length along its travel.
+    /// The straightness of the stage is unknown, and the value is a length along its travel.
     StageStraightness,
-    /// How exactly the turntable turns is not known.
+    /// The angular accuracy of the turntable is unknown.
     StageAngle,
+    /// The light of the lines does not fall before they end at a rim, so nobody knows where the rim is.
+    EdgeThreshold,
 }
 
 impl Missing {
-    /// The word for it in JSON.
+    /// Its name in JSON.
     pub fn name(self) -> &'static str {
         match self {
             Self::PointNoise => "point_noise",
@@ -35,26 +37,30 @@ impl Missing {
             Self::Wavelength => "wavelength",
             Self::StageStraightness => "stage_straightness",
             Self::StageAngle => "stage_angle",
+            Self::EdgeThreshold => "edge_threshold",
         }
     }
 }
 
-/// What is missing, and what to do about it.
+/// What is missing, and the remedy.
 impl fmt::Display for Missing {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
-            Self::PointNoise => "the noise of the points (the cloud carries no sigma)",
-            Self::Calibration => "the calibration's part (no calibration was given)",
+            Self::PointNoise => "the noise of the points (the cloud has no sigma)",
+            Self::Calibration => "the calibration's contribution (no calibration was given)",
             Self::CalibrationModes => "a part of the calibration's covariance (some modes gave no value)",
             Self::StagePositions => {
                 "the stage positions of the frames (the cloud does not state them: scan again)"
             }
             Self::LineThickness => "the thickness of the light sheets (the cloud does not state it: scan again)",
-            Self::Wavelength => "the temperature's effect on the light (a single plane of light does not say)",
+            Self::Wavelength => "the temperature's effect on the light (a single light plane does not determine it)",
             Self::StageStraightness => "the straightness of the stage (the calibration does not state it)",
             Self::StageAngle => {
                 "the error of the turntable's angle (the calibration does not state it: give stage.angle_sigma_deg in \
                  the capture and calibrate again)"
+            }
+            Self::EdgeThreshold => {
+                "where a line ends at a rim (its light does not fall before: less exposure, or points nearer together)"
             }
         })
     }
@@ -63,25 +69,25 @@ impl fmt::Display for Missing {
 /// A sign that the tool does not suit the part.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Finding {
-    /// The residuals are larger than noise and form can explain.
+    /// The residuals are larger than noise and form error explain.
     ModelMisfit {
-        /// Which feature.
+        /// The feature.
         role: &'static str,
         /// RMS of the residuals along the normal, mm.
         rms_mm: f64,
-        /// Largest RMS that noise and a usual form error explain, mm.
+        /// Largest RMS explained by noise and a usual form error, mm.
         allowed_mm: f64,
     },
     /// Too many points inside the feature's outline are not on it.
     OffSurface {
-        /// Which feature.
+        /// The feature.
         role: &'static str,
-        /// Their share, 0–1.
+        /// Their fraction, 0–1.
         share: f64,
     },
-    /// The points show too little of the curve to hold its radius.
+    /// The points cover too short an arc to determine the radius.
     ShortArc {
-        /// Which feature.
+        /// The feature.
         role: &'static str,
         /// Angle between the outermost normals, degrees.
         arc_deg: f64,
@@ -89,7 +95,7 @@ pub enum Finding {
 }
 
 impl Finding {
-    /// The word for it in JSON.
+    /// Its name in JSON.
     pub fn name(&self) -> &'static str {
         match self {
             Self::ModelMisfit { .. } => "model_misfit",
@@ -114,7 +120,7 @@ impl fmt::Display for Finding {
                 1e2 * share
             ),
             Self::ShortArc { role, arc_deg } => {
-                write!(f, "{role}: an arc of {arc_deg:.0}° is too short to hold a radius; scan more of it")
+                write!(f, "{role}: an arc of {arc_deg:.0}° is too short to determine a radius; scan more of it")
             }
         }
     }

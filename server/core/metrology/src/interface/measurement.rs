@@ -5,7 +5,7 @@ use crate::interface::request::Tool;
 use crate::interface::shape::Shape;
 use crate::interface::verdict::Verdict;
 
-/// Unit of a value and all that is compared with it.
+/// Unit of a value and of all quantities compared with it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Unit {
     /// Millimetres.
@@ -27,7 +27,7 @@ impl Unit {
 /// Signed errors of points, summed up, mm.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct ErrorSummary {
-    /// How many.
+    /// Number of points.
     pub n_points: usize,
     /// Mean.
     pub mean_mm: f64,
@@ -38,7 +38,7 @@ pub struct ErrorSummary {
 }
 
 impl ErrorSummary {
-    /// Sums up; all zero for no errors.
+    /// Summary of the errors; all zero if there are none.
     pub fn from_errors(errors_mm: &[f64]) -> Self {
         let n = errors_mm.len();
         if n == 0 {
@@ -56,20 +56,20 @@ impl ErrorSummary {
 /// A feature as fitted.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FittedFeature {
-    /// Its part in the measurement: `plane`, `base`, `top`, `sphere`, …
+    /// Its role in the measurement: `plane`, `base`, `top`, `sphere`, …
     pub role: &'static str,
-    /// Geometry, part frame, mm. A plane's point is the centroid of its points, its normal looks to the camera.
+    /// Geometry, part frame, mm. A plane's point is the centroid of its points, its normal points to the camera.
     pub shape: Shape,
-    /// Points the fit rests on.
+    /// Points used by the fit.
     pub n_points: usize,
     /// Points inside the feature's outline that are off its surface.
     pub n_outliers: usize,
     /// Points on the surface left out because they are near its border or, on curved
-    /// features, seen or lit too steeply.
+    /// features, viewed or lit too steeply.
     pub n_border: usize,
     /// RMS of the residuals along the normal, mm.
     pub rms_mm: f64,
-    /// The points the fit rests on, by their place in the cloud.
+    /// Indices in the cloud of the points used by the fit.
     pub cloud_indices: Vec<u32>,
 }
 
@@ -79,7 +79,7 @@ pub struct OrderRow {
     /// Diffraction order.
     pub order: i8,
     /// Errors of this order's points: for a step, height minus nominal (minus the measured value without a nominal);
-    /// for all else the distance to the common fitted feature.
+    /// otherwise the distance to the common fitted feature.
     pub errors: ErrorSummary,
     /// The value fitted to this order's points alone: mean height (step), radius (sphere, cylinder).
     pub value_mm: Option<f64>,
@@ -87,42 +87,42 @@ pub struct OrderRow {
     pub centre_mm: Option<[f64; 3]>,
 }
 
-/// A measured value with all that is needed to judge it.
+/// A measured value with its uncertainty, verdict and fitted features.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Measurement {
     /// What was measured.
     pub tool: Tool,
-    /// The features it rests on.
+    /// The features it was computed from.
     pub features: Vec<FittedFeature>,
     /// The value.
     pub value: f64,
     /// Unit of the value, nominal, error and uncertainties.
     pub unit: Unit,
-    /// Of an angle: how far the second face is turned from the first about x and y of the part frame, degrees.
+    /// For an angle: rotation of the second face relative to the first about x and y of the part frame, degrees.
     pub tilts_deg: Option<[f64; 2]>,
-    /// The value it should have; 0 for a form.
+    /// The nominal value; 0 for a form.
     pub nominal: Option<f64>,
     /// Value minus nominal.
     pub error: Option<f64>,
     /// Standard uncertainty from the noise of the points.
     pub u_noise: f64,
-    /// Standard uncertainty from all that the points share: the calibration's covariance, the temperature, the lines'
-    /// thickness; absent if no calibration was given.
+    /// Standard uncertainty from the contributions common to all points: the calibration's covariance, the temperature,
+    /// the lines' thickness; `None` if no calibration was given.
     pub u_systematic: Option<f64>,
     /// U = 2·√(u_noise² + u_systematic²).
     pub expanded_uncertainty: f64,
-    /// The tolerance asked for.
+    /// The tolerance, if given.
     pub tolerance: Option<f64>,
-    /// Verdict by ISO 14253-1, if nominal and tolerance were given; undecided if anything is missing or found.
+    /// Verdict by ISO 14253-1, if nominal and tolerance were given; undecided if `missing` or `findings` is not empty.
     pub verdict: Option<Verdict>,
-    /// What the uncertainty should hold and does not; it is complete if there is nothing.
+    /// Missing uncertainty contributions; empty if U is complete.
     pub missing: Vec<Missing>,
-    /// What speaks against the model; it fits if there is nothing.
+    /// Findings against the model; empty if it fits.
     pub findings: Vec<Finding>,
     /// Errors of all points, as in the rows by order.
     pub errors: ErrorSummary,
     /// The same for each order.
     pub per_order: Vec<OrderRow>,
-    /// What a reader must know, in sentences.
+    /// Remarks for the reader, in sentences.
     pub notes: Vec<String>,
 }

@@ -1,8 +1,9 @@
-//! What is asked, and what is answered.
+//! Requests and results of measurements.
 
 pub(crate) mod doubts;
 pub(crate) mod measurement;
 pub(crate) mod part_verdict;
+pub(crate) mod region;
 pub(crate) mod request;
 pub(crate) mod shape;
 pub(crate) mod verdict;

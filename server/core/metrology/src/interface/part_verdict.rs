@@ -1,27 +1,27 @@
-//! The verdict on a part: every screen, list and door asks this one function.
+//! The verdict on a part: the one function used by every screen, list and interface.
 
 use crate::interface::verdict::Verdict;
 
-/// How a characteristic or a whole part was judged, from the best to the worst.
+/// Verdict on a characteristic or a whole part, from best to worst.
 ///
-/// Everything but [`PartVerdict::Ok`] keeps the part out of the good ones.
+/// Only [`PartVerdict::Ok`] accepts the part.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum PartVerdict {
-    /// Within the limits beyond doubt.
+    /// Within the limits, uncertainty included.
     Ok,
     /// Too close to a limit to decide.
     Undecided,
-    /// Could not be measured, or the scan is no base of a verdict: a reject.
+    /// Could not be measured, or the scan allows no verdict: rejected.
     Invalid,
-    /// Outside the limits beyond doubt.
+    /// Outside the limits, uncertainty included.
     NotOk,
 }
 
 impl PartVerdict {
-    /// All, from the best to the worst.
+    /// All verdicts, from best to worst.
     pub const ALL: [Self; 4] = [Self::Ok, Self::Undecided, Self::Invalid, Self::NotOk];
 
-    /// Its word in records, in the API and on the command line.
+    /// Its name in records, in the API and on the command line.
     pub fn name(self) -> &'static str {
         match self {
             Self::Ok => Verdict::Pass.name(),
@@ -31,7 +31,7 @@ impl PartVerdict {
         }
     }
 
-    /// The verdict of a word; records of earlier versions say `pass` and `fail`.
+    /// The verdict with that name; records of earlier versions use `pass` and `fail`.
     pub fn from_name(name: &str) -> Option<Self> {
         match name {
             "pass" => Some(Self::Ok),
@@ -40,7 +40,7 @@ impl PartVerdict {
         }
     }
 
-    /// As people read it.
+    /// Its label for people.
     pub fn label(self) -> &'static str {
         match self {
             Self::Ok => "OK",
@@ -61,20 +61,20 @@ impl From<Verdict> for PartVerdict {
     }
 }
 
-/// What is judged separately: a tool, and the name that distinguishes two uses of one tool.
+/// Identifies a characteristic: a tool, and the name that distinguishes two uses of one tool.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct CharacteristicKey<'a> {
     /// The tool's name.
     pub tool: &'a str,
-    /// The characteristic's name; `None` where nobody gave one.
+    /// The characteristic's name, if it has one.
     pub name: Option<&'a str>,
 }
 
-/// The verdict on a part: of every characteristic the newest verdict counts, and of these the worst is the part's.
+/// The verdict on a part: the newest verdict of every characteristic counts, and the worst of these is the part's.
 ///
-/// `newest_first`: its measurements; one without a verdict was not asked to judge and takes none back.
-/// `required`: characteristics that had to be judged; one that was not is [`PartVerdict::Invalid`].
-/// `None` if nothing was judged and nothing had to be.
+/// `newest_first`: its measurements; one without a verdict does not replace an earlier verdict.
+/// `required`: characteristics that must have a verdict; one without is [`PartVerdict::Invalid`].
+/// `None` if there is no verdict and none is required.
 pub fn part_verdict<'a>(
     newest_first: impl IntoIterator<Item = (CharacteristicKey<'a>, Option<PartVerdict>)>,
     required: &[CharacteristicKey<'_>],
@@ -110,19 +110,19 @@ mod tests {
             (&[], &[], None),
             (&[("sphere", None)], &[], None),
             (&[("sphere", Some(Ok))], &[], Some(Ok)),
-            // Sphere, flatness, sphere again: the flatness stands.
+            // Sphere, flatness, sphere again: the flatness verdict remains.
             (&[("sphere", Some(Ok)), ("flatness", Some(NotOk)), ("sphere", Some(Ok))], &[], Some(NotOk)),
-            // Measured again: the earlier verdict is gone.
+            // Measured again: the earlier verdict is replaced.
             (&[("sphere", Some(Ok)), ("sphere", Some(NotOk))], &[], Some(Ok)),
             (&[("sphere", Some(NotOk)), ("sphere", Some(Ok))], &[], Some(NotOk)),
-            // Measured again without limits: nothing is taken back.
+            // Measured again without limits: the earlier verdict remains.
             (&[("sphere", None), ("sphere", Some(NotOk))], &[], Some(NotOk)),
             // Two names are two characteristics.
             (&[("sphere/left", Some(Ok)), ("sphere/right", Some(NotOk))], &[], Some(NotOk)),
             (&[("sphere", Some(Undecided)), ("step", Some(Invalid)), ("plane", Some(Ok))], &[], Some(Invalid)),
             (&[("sphere", Some(Undecided)), ("plane", Some(Ok))], &[], Some(Undecided)),
             (&[("sphere", Some(NotOk)), ("plane", Some(Invalid))], &[], Some(NotOk)),
-            // What had to be judged and was not.
+            // Required but without a verdict.
             (&[], &["sphere"], Some(Invalid)),
             (&[("step", Some(Ok))], &["sphere", "step"], Some(Invalid)),
             (&[("sphere", Some(Ok))], &["sphere"], Some(Ok)),
@@ -135,7 +135,7 @@ mod tests {
     }
 
     #[test]
-    fn words_are_read_back_and_those_of_earlier_records_are_known() {
+    fn names_are_read_back_including_those_of_earlier_records() {
         for verdict in PartVerdict::ALL {
             assert_eq!(PartVerdict::from_name(verdict.name()), Some(verdict));
         }

@@ -1,30 +1,31 @@
-//! What is to be measured, and why it may be impossible.
+//! Measurement requests, and why one may be impossible.
 
 use std::borrow::Cow;
 
-use nalgebra::Vector3;
 use remedy::Remedy;
+
+use crate::interface::region::Region;
 
 /// What to measure.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Tool {
-    /// The dominant plane; value: its distance from the camera, mean over its points.
+    /// The dominant plane; value: its mean distance from the camera over its points.
     Plane,
-    /// The sphere beside the table; value: its radius.
+    /// The sphere on the table; value: its radius.
     Sphere,
-    /// The cylinder beside the table; value: its radius.
+    /// The cylinder on the table; value: its radius.
     Cylinder,
-    /// The two largest parallel planes; value: how high the smaller one lies over the one that spreads wider, at its own
-    /// centroid, below zero for a pocket.
+    /// The two largest parallel planes; value: the height of the smaller one above the one with the larger area, at its
+    /// own centroid, negative for a pocket.
     Step,
-    /// Two parallel planes (mean of the two centroid-to-plane distances), or two spheres (between the centres) if
-    /// they hold more than twice the points of the second plane.
+    /// Two parallel planes (mean of the two centroid-to-plane distances), or two spheres (between the centres) if they
+    /// have more than twice the points of the second plane.
     Distance,
-    /// The two largest planes; value: the angle between their normals on the camera's side, or its supplement
-    /// if that is nearer to the nominal value (degrees).
+    /// The two largest planes; value: the angle between their normals towards the camera, or its supplement if that is
+    /// closer to the nominal value (degrees).
     Angle,
-    /// The dominant plane; value: the width of the band about the least-squares plane that holds 99.9 % of its points,
-    /// with the noise taken out. Nominal 0.
+    /// The dominant plane; value: the width of the band about the least-squares plane that contains 99.9 % of its
+    /// points, corrected for noise. Nominal 0.
     Flatness,
 }
 
@@ -33,7 +34,7 @@ impl Tool {
     pub const ALL: [Self; 7] =
         [Self::Plane, Self::Sphere, Self::Cylinder, Self::Step, Self::Distance, Self::Angle, Self::Flatness];
 
-    /// The name used on the command line and in reports.
+    /// Its name on the command line and in reports.
     pub fn name(self) -> &'static str {
         match self {
             Self::Plane => "plane",
@@ -46,7 +47,7 @@ impl Tool {
         }
     }
 
-    /// The tool of a name.
+    /// The tool with that name.
     pub fn from_name(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|tool| tool.name() == name)
     }
@@ -58,64 +59,86 @@ impl std::fmt::Display for Tool {
     }
 }
 
-/// A box in the part frame; points outside are not looked at.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Region {
-    /// Smallest x, y, z, mm.
-    pub min_mm: [f64; 3],
-    /// Largest x, y, z, mm.
-    pub max_mm: [f64; 3],
-}
-
-impl Region {
-    /// Whether a point lies inside.
-    pub fn contains(&self, position: &Vector3<f64>) -> bool {
-        (0..3).all(|axis| (self.min_mm[axis]..=self.max_mm[axis]).contains(&position[axis]))
-    }
-}
-
-/// One measurement to be made.
+/// A measurement request.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MeasureRequest {
     /// What to measure.
     pub tool: Tool,
-    /// The value the part should have, mm (degrees for `angle`). Also a hint which feature is meant, never a bias.
+    /// The nominal value, mm (degrees for `angle`). Also used to select the feature; it does not bias the value.
     pub nominal_mm: Option<f64>,
-    /// Largest permitted deviation from nominal, mm (degrees for `angle`); asks for a verdict.
+    /// Largest permitted deviation from nominal, mm (degrees for `angle`); requests a verdict.
     pub tolerance_mm: Option<f64>,
     /// Seed of the random choices of the search; the same seed gives the same result.
     pub seed: u64,
-    /// Where to look; everywhere if absent.
+    /// Region to search; the whole cloud if `None`.
     pub region: Option<Region>,
 }
 
 impl MeasureRequest {
-    /// A request for `tool` with nothing else said.
+    /// A request for `tool` with default settings.
     pub fn new(tool: Tool) -> Self {
         Self { tool, nominal_mm: None, tolerance_mm: None, seed: 1, region: None }
     }
 }
 
-/// A measurement could not be made.
+/// Why a measurement could not be made.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum MeasureError {
-    /// Too few points to look at.
-    #[error("{got} points to measure on where at least {needed} are needed")]
+    /// Too few points.
+    #[error("{got} points to measure, at least {needed} are needed")]
     TooFewPoints {
-        /// How many would do.
+        /// Points needed.
         needed: usize,
-        /// How many there are.
+        /// Points available.
         got: usize,
     },
     /// The cloud shows no such feature.
     #[error("no {feature} found among {n_points} points")]
     FeatureNotFound {
-        /// What was looked for.
+        /// The feature searched for.
         feature: &'static str,
-        /// Points it was looked for in.
+        /// Points searched.
         n_points: usize,
     },
-    /// The points do not hold the radius.
+    /// Too few lines cross the rim of a plane.
+    #[error("{got} lines cross the rim of the {feature} where at least {needed} are needed")]
+    TooFewCrossings {
+        /// What the rim belongs to.
+        feature: &'static str,
+        /// How many would do.
+        needed: usize,
+        /// How many there are.
+        got: usize,
+    },
+    /// A part of a round rim is not crossed by lines.
+    #[error("no line crosses the rim of the {feature} over {gap_deg:.0}°")]
+    OpenRim {
+        /// What the rim belongs to.
+        feature: &'static str,
+        /// How much of it, degrees.
+        gap_deg: f64,
+    },
+    /// The datums leave a freedom.
+    #[error("the datums do not hold {freedom}")]
+    FreeDatum {
+        /// Which.
+        freedom: &'static str,
+    },
+    /// Features that do not make what is asked of them.
+    #[error("the {what} is not determined by its features")]
+    NotDetermined {
+        /// What is not.
+        what: &'static str,
+    },
+    /// A feature that this one rests on is missing.
+    #[error("\"{id}\" is missing: {reason}")]
+    Missing {
+        /// The feature.
+        id: String,
+        /// Why it is missing.
+        reason: String,
+    },
+    /// The points do not determine the radius.
     #[error("the radius is not determined: {radius_mm:.3} mm with a standard uncertainty of {u_mm:.3} mm")]
     RadiusUndetermined {
         /// The fitted radius.
@@ -128,17 +151,17 @@ pub enum MeasureError {
         "the calibration does not belong to this cloud: its pixels triangulate {median_mm:.3} mm (median) away from its points"
     )]
     CalibrationMismatch {
-        /// Median distance between the points and their pixels triangulated anew.
+        /// Median distance between the points and their re-triangulated pixels.
         median_mm: f64,
     },
-    /// A number of the request makes no sense.
+    /// An invalid number in the request.
     #[error("{name} cannot be {value}")]
     BadNumber {
-        /// Which one.
+        /// Its name.
         name: &'static str,
         /// Its value.
         value: f64,
-        /// What else it must be.
+        /// Further condition on it.
         condition: &'static str,
     },
 }
@@ -148,6 +171,14 @@ impl Remedy for MeasureError {
         Some(match self {
             Self::TooFewPoints { .. } => "check the region and the cloud".into(),
             Self::FeatureNotFound { .. } => "check the tool, or give a region around the feature".into(),
+            Self::TooFewCrossings { .. } => {
+                "give a region with the whole rim and a strip of its plane; lines must cross it, not run along it"
+                    .into()
+            }
+            Self::OpenRim { .. } => "scan all around, or give a larger region".into(),
+            Self::FreeDatum { .. } => "choose datums that hold all six freedoms".into(),
+            Self::NotDetermined { .. } => "choose other features".into(),
+            Self::Missing { .. } => "correct that feature first".into(),
             Self::RadiusUndetermined { .. } => "scan more of the curve".into(),
             Self::CalibrationMismatch { .. } => "give the calibration the scan was made with".into(),
             Self::BadNumber { condition, .. } => format!("give a finite number{condition}").into(),

@@ -26,7 +26,7 @@ pub enum Shape {
     },
     /// Distance from the axis = radius.
     Cylinder {
-        /// A point on the axis; after a fit abreast of the centroid of the points.
+        /// A point on the axis; after a fit the projection of the points' centroid.
         point_mm: Vector3<f64>,
         /// Unit vector along the axis.
         axis: Vector3<f64>,
@@ -35,7 +35,7 @@ pub enum Shape {
     },
 }
 
-/// Two unit vectors at right angles to a unit vector and to each other.
+/// Two unit vectors perpendicular to a unit vector and to each other.
 pub(crate) fn across(direction: &Vector3<f64>) -> [Vector3<f64>; 2] {
     let helper = if direction.x.abs() < 0.6 { Vector3::x() } else { Vector3::y() };
     let first = direction.cross(&helper).normalize();
@@ -72,15 +72,15 @@ impl Shape {
         }
     }
 
-    /// Where the ray through a point meets the surface, to first order; near the limb no farther than at
-    /// [`MIN_COSINE`], because there the ray may miss.
+    /// The intersection of the ray through a point with the surface, to first order; near the limb, where the ray may
+    /// miss, with the cosine limited to [`MIN_COSINE`].
     pub(crate) fn foot_on_ray(&self, position: &Vector3<f64>, ray: &Vector3<f64>) -> Vector3<f64> {
         let steepness = ray.dot(&self.normal_at(position));
         let bounded = steepness.abs().max(MIN_COSINE) * steepness.signum();
         position - ray * (self.distance_mm(position) / bounded)
     }
 
-    /// A linearisation that keeps what is the same for all points.
+    /// Precomputes what is the same for all points.
     pub(crate) fn linearised(&self) -> Linearised {
         let axes = match self {
             Self::Plane { normal: direction, .. } | Self::Cylinder { axis: direction, .. } => across(direction),
@@ -117,7 +117,7 @@ impl Shape {
         }
     }
 
-    /// The same surface with its point (if it has a free one) moved abreast of `centroid`.
+    /// The same surface with its point (if it is arbitrary) moved next to `centroid`.
     pub(crate) fn anchored(&self, centroid: &Vector3<f64>) -> Self {
         match *self {
             Self::Plane { normal, .. } => {
@@ -130,7 +130,7 @@ impl Shape {
         }
     }
 
-    /// A plane with its normal turned against `ray`, that is towards the camera; other shapes unchanged.
+    /// A plane with its normal opposite to `ray`, i.e. towards the camera; other shapes unchanged.
     pub(crate) fn facing(&self, ray: &Vector3<f64>) -> Self {
         match *self {
             Self::Plane { point_mm, normal } if normal.dot(ray) > 0.0 => Self::Plane { point_mm, normal: -normal },
@@ -144,14 +144,14 @@ fn perpendicular(position: &Vector3<f64>, point: &Vector3<f64>, axis: &Vector3<f
     from_point - axis * axis.dot(&from_point)
 }
 
-/// A shape with its tangent axes at hand.
+/// A shape with its tangent axes precomputed.
 pub(crate) struct Linearised {
     shape: Shape,
     axes: [Vector3<f64>; 2],
 }
 
 impl Linearised {
-    /// Residual of a point whose error lies along `ray`, and its derivatives by the local parameters.
+    /// Residual of a point with an error along `ray`, and its derivatives with respect to the local parameters.
     ///
     /// Both are taken at the foot of the point on the surface along its ray: derivatives at the noisy point itself
     /// correlate with the noise and bias a radius by about −σ²/R times a factor that grows as the cap gets smaller.
@@ -168,7 +168,7 @@ impl Linearised {
         (short + self.shape.normal_at(&foot).dot(&(position - foot)), gradient)
     }
 
-    /// Signed distance and its derivatives by the local parameters (unused ones are zero).
+    /// Signed distance and its derivatives with respect to the local parameters (unused ones are zero).
     fn distance_and_gradient(&self, position: &Vector3<f64>) -> (f64, [f64; MAX_PARAMETERS]) {
         let [first, second] = &self.axes;
         match &self.shape {

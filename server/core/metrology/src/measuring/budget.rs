@@ -1,4 +1,5 @@
-//! The uncertainty of a value: its parts, and which of them are missing (`docs/maths/metrology.md`, table of parts).
+//! The uncertainty budget of a value: its contributions, and which are missing (`docs/maths/metrology.md`, table of
+//! parts).
 
 use optics::Calibration;
 
@@ -8,27 +9,27 @@ use crate::interface::doubts::Missing;
 use crate::interface::request::Tool;
 use crate::interface::shape::Shape;
 use crate::measuring::measure::Question;
+use crate::measuring::missing::missing;
 use crate::measuring::noise::{self, FeatureNoise};
 use crate::measuring::systematic::Retriangulation;
-use crate::measuring::temperature::wavelength_drift;
 use crate::params::{EXPANSION_PER_K, TEMPERATURE_SIGMA_K};
 
-/// Residuals this much larger than the predicted noise are worth a note.
+/// Ratio of residuals to predicted noise above which a note is added.
 const NOTEWORTHY_RATIO: f64 = 1.25;
 
 /// Standard uncertainties of a value.
 pub(crate) struct Budget {
     /// From the noise of the points.
     pub(crate) u_noise: f64,
-    /// From all that the points share; absent without a calibration.
+    /// From the contributions common to all points; `None` without a calibration.
     pub(crate) u_systematic: Option<f64>,
-    /// What neither holds.
+    /// Contributions included in neither.
     pub(crate) missing: Vec<Missing>,
-    /// RMS of every feature along its normal that the noise predicts, mm.
+    /// RMS of every feature along its normal predicted from the noise, mm.
     pub(crate) expected_mm: Vec<f64>,
 }
 
-/// Adds up what is known and names what is not; `None` if the features do not hold the value.
+/// Combines the known contributions and names the missing ones; `None` if the features do not determine the value.
 pub(crate) fn budget(
     (samples, features): (&Samples, &[Found]),
     question: &Question,
@@ -45,23 +46,12 @@ pub(crate) fn budget(
             noise.ratio
         ));
     }
-    let mut missing = Vec::new();
+    let mut missing = missing(samples, calibration, is_length_along_travel(question, features));
     let mut lacks = |is_missing: bool, part: Missing| {
         if is_missing {
             missing.push(part);
         }
     };
-    lacks(!samples.sigma_known, Missing::PointNoise);
-    lacks(calibration.is_none(), Missing::Calibration);
-    lacks(samples.stage.is_none(), Missing::StagePositions);
-    lacks(samples.line_sigma_mm.is_none(), Missing::LineThickness);
-    lacks(calibration.is_some_and(|calibration| wavelength_drift(calibration).is_none()), Missing::Wavelength);
-    let stage = calibration.and_then(|calibration| calibration.stage);
-    let turntable = stage.and_then(|stage| stage.rotary());
-    let straightness = stage.and_then(|stage| stage.linear()?.straightness);
-    let is_along_travel = turntable.is_none() && is_length_along_travel(question, features);
-    lacks(is_along_travel && straightness.is_none(), Missing::StageStraightness);
-    lacks(turntable.is_some_and(|axis| axis.angle_error.is_none()), Missing::StageAngle);
     let modes = retriangulation.and_then(|pixels| pixels.standard_uncertainty(question, features));
     let failed = modes.map_or(retriangulation.is_some(), |(_, failed)| failed > 0);
     lacks(failed, Missing::CalibrationModes);
@@ -74,21 +64,21 @@ pub(crate) fn budget(
     Some(Budget { u_noise: noise.standard_uncertainty, u_systematic, missing, expected_mm: noise.expected_mm })
 }
 
-/// The noise of every feature's points, without what the calibration adds to their σ.
+/// The noise of every feature's points, without the calibration's contribution to their σ.
 fn noises(samples: &Samples, features: &[Found], retriangulation: Option<&Retriangulation>) -> Vec<FeatureNoise> {
     let own = |(idx, feature): (usize, &Found)| match retriangulation.filter(|_| samples.sigma_known) {
-        Some(retriangulation) => retriangulation.noise_of(samples, idx, feature),
+        Some(retriangulation) => retriangulation.noise_of(samples, idx, &feature.inliers),
         None => FeatureNoise { sigma_mm: feature.inliers.iter().map(|&idx| samples.at(idx).sigma_mm).collect() },
     };
     features.iter().enumerate().map(own).collect()
 }
 
-/// Whether the value is a distance between places that the stage had to carry into the light.
+/// Whether the value is a distance between places that the stage moved into the light.
 fn is_length_along_travel(question: &Question, features: &[Found]) -> bool {
     question.tool == Tool::Distance && features.iter().all(|f| matches!(f.shape, Shape::Sphere { .. }))
 }
 
-/// What the part's own expansion adds to a length.
+/// Contribution of the part's thermal expansion to a length.
 fn expansion(question: &Question, value: f64) -> f64 {
     match question.tool {
         Tool::Sphere | Tool::Cylinder | Tool::Step | Tool::Distance => {
@@ -98,7 +88,7 @@ fn expansion(question: &Question, value: f64) -> f64 {
     }
 }
 
-/// What the thickness of the lines adds on curved features, 0 where it plays no part; `None` if it is not known.
+/// Contribution of the lines' thickness on curved features, 0 where it has no effect; `None` if it is unknown.
 fn thickness(
     samples: &Samples,
     question: &Question,

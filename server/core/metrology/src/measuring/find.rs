@@ -1,4 +1,4 @@
-//! Which features a tool rests on.
+//! The features that a tool needs.
 
 use nalgebra::Vector3;
 
@@ -9,7 +9,7 @@ use crate::interface::shape::{Shape, across};
 use crate::measuring::form::keep_form;
 use crate::params::BASE_SPREAD_RATIO;
 
-/// Share of the points left out at each end when the spread of a face is measured: strays do not make it wider.
+/// Fraction of the points left out at each end when the extent of a face is measured, so that outliers do not widen it.
 const SPREAD_TAIL_SHARE: f64 = 0.02;
 
 /// Finds the features of a tool, in the order [`value`] expects.
@@ -42,7 +42,7 @@ pub(crate) fn find(
                 second_plane(search, &base, nominal, notes).ok_or(missing("second plane parallel to the base"))?;
             let (base, top) = base_first(search.samples, base, top);
             if base.shape.distance_mm(&centroid(search.samples, &top)) < 0.0 {
-                notes.push("the second plane lies below the base plane: the value is a depth, below zero".into());
+                notes.push("the second plane is below the base plane: the value is a depth, negative".into());
             }
             Ok(vec![base, top])
         }
@@ -100,7 +100,8 @@ fn distance_features(search: &mut Search, nominal: Option<f64>, notes: &mut Vec<
     }
 }
 
-/// The wider of two parallel faces first: what surrounds a boss or a pocket is its base, even if it shows fewer points.
+/// Orders two parallel faces, the wider first: the surface around a boss or a pocket is its base, even if it has fewer
+/// points.
 fn base_first(samples: &Samples, base: Found, top: Found) -> (Found, Found) {
     let Shape::Plane { normal, .. } = base.shape else { return (base, top) };
     let axes = across(&normal);
@@ -110,7 +111,7 @@ fn base_first(samples: &Samples, base: Found, top: Found) -> (Found, Found) {
     (base, top)
 }
 
-/// Area of the rectangle along two directions that holds a face.
+/// Area of the rectangle along two directions that contains a face.
 fn spread_mm2(samples: &Samples, face: &Found, axes: &[Vector3<f64>; 2]) -> f64 {
     axes.iter()
         .map(|axis| {

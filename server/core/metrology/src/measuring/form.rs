@@ -1,8 +1,8 @@
-//! Flatness: the band of the points about their least-squares plane, and what of it is noise.
+//! Flatness: the band of the points about their least-squares plane, corrected for noise.
 //!
-//! Noise widens the band: it adds up with the form somewhere between linearly (a plate that is flat) and in quadrature
-//! (a form much larger than the noise). The value is the middle between the two corrections; half their distance is the
-//! limit of what the correction may be wrong by (eq. 6).
+//! Noise widens the band: it combines with the form somewhere between linearly (a flat plate) and in quadrature (a form
+//! error much larger than the noise). The value is the mean of the two corrections; half their difference is the limit
+//! of the correction's error (eq. 6).
 
 use statistics::median;
 
@@ -18,33 +18,33 @@ use crate::params::{FLATNESS_SHARE, FLATNESS_TRIM_SIGMAS, TRIM_SIGMAS};
 const TAIL_QUANTILE: f64 = 3.290_5;
 const TAIL_DENSITY: f64 = 0.001_780;
 
-/// Neighbours compared for their noise are this many correlation lengths apart.
+/// Distance, in correlation lengths, of the neighbours whose differences give the noise.
 const LAG_CORRELATIONS: f64 = 2.0;
 
-/// A flatness with the noise taken out.
+/// A flatness corrected for noise.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Flatness {
     /// The form alone, mm.
     pub(crate) value_mm: f64,
     /// Width of the band of the points, noise included, mm.
     pub(crate) band_mm: f64,
-    /// Width of the band that the noise alone has, mm.
+    /// Width of the band due to noise alone, mm.
     pub(crate) noise_band_mm: f64,
     /// RMS of the form, √(rms² − σ²), mm.
     pub(crate) form_rms_mm: f64,
-    /// Standard uncertainty from the noise and from taking it out, mm.
+    /// Standard uncertainty from the noise and from its correction, mm.
     pub(crate) standard_uncertainty_mm: f64,
     /// Points with independent noise.
     pub(crate) n_independent: f64,
 }
 
-/// Points that count alike.
-struct Alike<'a> {
+/// Points with equal weight.
+struct EqualWeights<'a> {
     samples: &'a Samples<'a>,
     indices: &'a [u32],
 }
 
-impl Points for Alike<'_> {
+impl Points for EqualWeights<'_> {
     fn len(&self) -> usize {
         self.indices.len()
     }
@@ -55,14 +55,14 @@ impl Points for Alike<'_> {
     }
 }
 
-/// Widens a plane's points to all inside its outline that are form rather than stray, and takes their least-squares plane,
-/// every point counting alike.
+/// Extends a plane's points to all inside its outline that are form rather than outliers, and fits their least-squares
+/// plane with equal weights.
 pub(crate) fn keep_form(samples: &Samples, plane: &mut Found) -> Option<()> {
     let mut normalised: Vec<f64> =
         plane.inliers.iter().map(|&idx| normalised_distance(&plane.shape, &samples.at(idx)).abs()).collect();
     let scale = SIGMA_PER_MAD * median(&mut normalised).unwrap_or(0.0);
     let kept = within(samples, &plane.inside, &plane.shape, scale * FLATNESS_TRIM_SIGMAS.max(TRIM_SIGMAS));
-    plane.shape = fit(&plane.shape, &Alike { samples, indices: &kept })?;
+    plane.shape = fit(&plane.shape, &EqualWeights { samples, indices: &kept })?;
     plane.n_outliers = plane.inside.len() - kept.len();
     plane.inliers = kept;
     Some(())
@@ -72,14 +72,26 @@ pub(crate) fn keep_form(samples: &Samples, plane: &mut Found) -> Option<()> {
 pub(crate) fn flatness(samples: &Samples, plane: &Found) -> Flatness {
     let residuals: Vec<f64> =
         plane.inliers.iter().map(|&idx| plane.shape.distance_mm(&samples.position(idx))).collect();
+    without_noise(samples, &plane.inliers, &residuals, band_width)
+}
+
+/// The width of a form's zone without the share of the noise. `residuals`: of the points `inliers`, mm; `band`: the width
+/// of the zone that holds 99.9 % of them.
+pub(crate) fn without_noise(
+    samples: &Samples,
+    inliers: &[u32],
+    residuals: &[f64],
+    band: impl Fn(&mut [f64]) -> f64,
+) -> Flatness {
     let n = residuals.len() as f64;
-    let square = residuals.iter().map(|r| r * r).sum::<f64>() / n;
-    let noise_mm = noise_mm(samples, plane, &residuals).min(square.sqrt());
-    let band_mm = band_width(&mut residuals.clone());
+    let mean = residuals.iter().sum::<f64>() / n;
+    let square = residuals.iter().map(|r| (r - mean) * (r - mean)).sum::<f64>() / n;
+    let noise_mm = noise_mm(samples, inliers, residuals).min(square.sqrt());
+    let band_mm = band(&mut residuals.to_vec());
     let noise_band_mm = 2.0 * TAIL_QUANTILE * noise_mm;
     let linear = (band_mm - noise_band_mm).max(0.0);
     let quadratic = (band_mm * band_mm - noise_band_mm * noise_band_mm).max(0.0).sqrt();
-    let n_independent = n / redundancy(samples, &plane.inliers);
+    let n_independent = n / redundancy(samples, inliers);
     let tail = (1.0 - FLATNESS_SHARE) / 2.0;
     let of_quantiles = noise_mm * (2.0 * tail * (1.0 - tail) / n_independent).sqrt() / TAIL_DENSITY;
     Flatness {
@@ -87,17 +99,17 @@ pub(crate) fn flatness(samples: &Samples, plane: &Found) -> Flatness {
         band_mm,
         noise_band_mm,
         form_rms_mm: (square - noise_mm * noise_mm).max(0.0).sqrt(),
-        // The ends are likelier than the middle: an arcsine distribution of this half-width.
+        // The ends are more likely than the middle: an arcsine distribution of this half-width.
         standard_uncertainty_mm: of_quantiles.hypot((quadratic - linear) / 2.0 / 2f64.sqrt()),
         n_independent,
     }
 }
 
-/// The noise of the points along the normal, mm: from second differences of points of one line, far enough apart to have
-/// noise of their own and near enough to have the same form.
-fn noise_mm(samples: &Samples, plane: &Found, residuals: &[f64]) -> f64 {
+/// The noise of the points along the normal, mm: from second differences of points of one line, far enough apart for
+/// independent noise and close enough for equal form.
+fn noise_mm(samples: &Samples, inliers: &[u32], residuals: &[f64]) -> f64 {
     let lag_px = LAG_CORRELATIONS * correlation_px(samples.cloud);
-    let spacing = |i: usize, j: usize| spacing_px(samples, plane.inliers[i], plane.inliers[j]);
+    let spacing = |i: usize, j: usize| spacing_px(samples, inliers[i], inliers[j]);
     let beyond = |from: usize, start: usize, lag_px: f64| {
         let mut idx = start;
         while idx < residuals.len() && spacing(from, idx).is_some_and(|px| px < lag_px) {

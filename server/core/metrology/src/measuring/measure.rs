@@ -10,11 +10,10 @@ use crate::fitting::features::{Found, Search, light_in_camera};
 use crate::fitting::fitness::findings;
 use crate::fitting::orders;
 use crate::fitting::sample::Samples;
-use crate::interface::doubts::{Finding, Missing};
 use crate::interface::measurement::{FittedFeature, Measurement, Unit};
 use crate::interface::request::{MeasureError, MeasureRequest, Tool};
 use crate::interface::shape::{Shape, across};
-use crate::interface::verdict::{Verdict, verdict};
+use crate::interface::verdict::{Limits, Verdict, verdict};
 use crate::measuring::budget::{Budget, budget};
 use crate::measuring::find::find;
 use crate::measuring::form::flatness;
@@ -22,26 +21,26 @@ use crate::measuring::systematic::Retriangulation;
 use crate::measuring::value::{FirstPoints, turn_rad, value};
 use crate::params::{COVERAGE_FACTOR, FOLD_SIGMAS, MAX_RADIUS_UNCERTAINTY, MIN_FEATURE_POINTS};
 
-/// A tool with the side on which an angle is read.
+/// A tool, with the side on which an angle is measured.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Question {
     pub(crate) tool: Tool,
     pub(crate) supplement: bool,
-    /// Unit vector about which an angle is read with its sign, so that it does not fold at 0°; about whatever axis the
-    /// faces are turned if absent.
+    /// Unit vector about which an angle is measured with its sign, so that it does not fold at 0°; if `None`, the angle
+    /// is unsigned.
     pub(crate) turn: Option<Vector3<f64>>,
 }
 
-/// Measures a cloud.
+/// Measures a feature in a cloud.
 ///
-/// `calibration`: the one the scan was made with. It gives the uncertainty its systematic part, and says where the light
-/// came from, which decides on which points of a curved feature the value rests: without it the value of a sphere or a
-/// cylinder may differ within its uncertainty, which is then incomplete, and no verdict is given.
-/// Same arguments, same result, whatever the number of threads and wherever the stage has its zero.
+/// `calibration`: the one the scan was made with. It determines the systematic part of the uncertainty and the position
+/// of the light source, which selects the points of a curved feature: without it the value of a sphere or a cylinder
+/// may differ within its uncertainty, the uncertainty is incomplete, and there is no verdict. The result depends on the
+/// arguments only, not on the number of threads or on the stage's zero.
 ///
 /// # Errors
-/// [`MeasureError`]: no such feature, too few points, a radius that the points do not hold, or a calibration that does not
-/// belong to the cloud.
+/// [`MeasureError`]: no such feature, too few points, a radius that the points do not determine, or a calibration that
+/// does not belong to the cloud.
 pub fn measure(
     cloud: &Cloud,
     calibration: Option<&Calibration>,
@@ -74,8 +73,8 @@ pub fn measure(
         measured = flatness.value_mm;
         budget.u_noise = flatness.standard_uncertainty_mm;
         notes.push(format!(
-            "flatness about the least-squares plane of all {} points ({:.0} with noise of their own), no filter: 99.9 % \
-             lie in a band of {:.4} mm, of which noise alone has {:.4} mm; RMS without noise {:.4} mm",
+            "flatness about the least-squares plane of all {} points ({:.0} with independent noise), no filter: 99.9 % \
+             lie in a band of {:.4} mm, noise alone gives {:.4} mm; RMS without noise {:.4} mm",
             features[0].inliers.len(),
             flatness.n_independent,
             flatness.band_mm,
@@ -84,7 +83,7 @@ pub fn measure(
         ));
     }
     let standard = budget.u_noise.hypot(budget.u_systematic.unwrap_or(0.0));
-    hold_radius(&question, measured, standard)?;
+    check_radius(&question, measured, standard)?;
     describe(&features, &mut notes);
     let fitted: Vec<FittedFeature> = features.iter().map(|feature| fitted(&samples, feature)).collect();
     let findings = findings(&samples, &features, &fitted, &budget.expected_mm);
@@ -95,7 +94,9 @@ pub fn measure(
     let nominal = request.nominal_mm.or((request.tool == Tool::Flatness).then_some(0.0));
     let error = nominal.map(|nominal| measured - nominal);
     let (errors, per_order) = orders::table(&samples, request.tool, &features, nominal.unwrap_or(measured));
-    let judged = |(error, tolerance)| judged(error, tolerance, expanded_uncertainty, &budget.missing, &findings);
+    let is_proven = budget.missing.is_empty() && findings.is_empty();
+    let judged =
+        |(error, tolerance)| judged(error, &Limits::symmetric(tolerance), expanded_uncertainty, is_proven);
     Ok(Measurement {
         tool: request.tool,
         features: fitted,
@@ -117,13 +118,9 @@ pub fn measure(
     })
 }
 
-/// A verdict only on a complete uncertainty of a model that fits.
-fn judged(error: f64, tolerance: f64, uncertainty: f64, missing: &[Missing], findings: &[Finding]) -> Verdict {
-    if missing.is_empty() && findings.is_empty() {
-        verdict(error, tolerance, uncertainty)
-    } else {
-        Verdict::Undecided
-    }
+/// The verdict; decided only if `is_proven`: the uncertainty is complete and the model fits.
+pub(crate) fn judged(error: f64, limits: &Limits, uncertainty: f64, is_proven: bool) -> Verdict {
+    if is_proven { verdict(error, limits, uncertainty) } else { Verdict::Undecided }
 }
 
 fn check(request: &MeasureRequest) -> Result<(), MeasureError> {
@@ -136,7 +133,7 @@ fn check(request: &MeasureRequest) -> Result<(), MeasureError> {
     Ok(())
 }
 
-/// The value, and for an angle the side on which it is read and the axis about which.
+/// The value, and for an angle its side and axis.
 fn read_value(
     samples: &Samples,
     features: &[Found],
@@ -169,26 +166,26 @@ fn normals(features: &[Found]) -> Option<(Vector3<f64>, Vector3<f64>)> {
     }
 }
 
-/// The axis about which the second face is turned from the first; any axis in the first if they are parallel.
+/// The axis about which the second face is rotated relative to the first; any axis in the first if they are parallel.
 fn axis_of_turn(features: &[Found]) -> Option<Vector3<f64>> {
     let (a, b) = normals(features)?;
     Some(turn_rad(&a, &b).try_normalize(f64::MIN_POSITIVE).unwrap_or_else(|| across(&a)[0]))
 }
 
-/// The axis in the first face at right angles to the axis of turn.
+/// The axis in the first face perpendicular to the axis of rotation.
 fn second_axis(features: &[Found], turn: &Vector3<f64>) -> Vector3<f64> {
     normals(features).map_or(*turn, |(a, _)| a.cross(turn).normalize())
 }
 
-/// How far the second face is turned from the first about x and y of the part frame, degrees, with their signs.
+/// Rotation of the second face relative to the first about x and y of the part frame, degrees, signed.
 fn tilts_deg(features: &[Found], tool: Tool) -> Option<[f64; 2]> {
     let (a, b) = normals(features).filter(|_| tool == Tool::Angle)?;
     let turn = turn_rad(&a, &b);
     Some([turn.x.to_degrees(), turn.y.to_degrees()])
 }
 
-/// An angle near 0° without the share that noise adds, because it can only make it larger: θ² − u₁² − u₂² under the root;
-/// its uncertainty is then the larger of those about the two axes.
+/// An angle near 0° corrected for noise, which can only increase it: √(θ² − u₁² − u₂²); its uncertainty is then the
+/// larger of those about the two axes.
 fn unfolded(angle: f64, question: &Question, budget: &mut Budget, other: &Budget, notes: &mut Vec<String>) -> f64 {
     let square = |budget: &Budget| budget.u_noise.powi(2) + budget.u_systematic.unwrap_or(0.0).powi(2);
     let (along, across) = (square(budget), square(other));
@@ -207,8 +204,8 @@ fn unfolded(angle: f64, question: &Question, budget: &mut Budget, other: &Budget
     if question.supplement { 180.0 - without } else { without }
 }
 
-/// Refuses a radius that the points do not hold.
-fn hold_radius(question: &Question, radius_mm: f64, standard_mm: f64) -> Result<(), MeasureError> {
+/// Refuses a radius that the points do not determine.
+fn check_radius(question: &Question, radius_mm: f64, standard_mm: f64) -> Result<(), MeasureError> {
     let is_radius = matches!(question.tool, Tool::Sphere | Tool::Cylinder);
     if is_radius && standard_mm > MAX_RADIUS_UNCERTAINTY * radius_mm {
         return Err(MeasureError::RadiusUndetermined { radius_mm, u_mm: standard_mm });
@@ -216,14 +213,14 @@ fn hold_radius(question: &Question, radius_mm: f64, standard_mm: f64) -> Result<
     Ok(())
 }
 
-/// Notes on what the features are.
+/// Adds notes on the features.
 fn describe(features: &[Found], notes: &mut Vec<String>) {
     for feature in features.iter().filter(|feature| !feature.border_trimmed) {
         notes.push(format!("{}: too small or too coarsely sampled to leave its border out", feature.role));
     }
 }
 
-fn fitted(samples: &Samples, feature: &Found) -> FittedFeature {
+pub(crate) fn fitted(samples: &Samples, feature: &Found) -> FittedFeature {
     let square: f64 =
         feature.inliers.iter().map(|&idx| feature.shape.distance_mm(&samples.position(idx)).powi(2)).sum();
     FittedFeature {
@@ -244,9 +241,9 @@ mod tests {
     #[test]
     fn a_radius_known_worse_than_to_a_tenth_is_refused() {
         let asks = |tool| Question { tool, supplement: false, turn: None };
-        assert!(hold_radius(&asks(Tool::Sphere), 20.0, 1.9).is_ok());
-        let refused = hold_radius(&asks(Tool::Cylinder), 20.0, 2.1);
+        assert!(check_radius(&asks(Tool::Sphere), 20.0, 1.9).is_ok());
+        let refused = check_radius(&asks(Tool::Cylinder), 20.0, 2.1);
         assert!(matches!(refused, Err(MeasureError::RadiusUndetermined { .. })), "{refused:?}");
-        assert!(hold_radius(&asks(Tool::Step), 0.01, 0.02).is_ok());
+        assert!(check_radius(&asks(Tool::Step), 0.01, 0.02).is_ok());
     }
 }

@@ -1,15 +1,16 @@
 //! Uncertainty from the noise of the points.
 //!
 //! Points of one line share their noise over several columns, and frames their speckle over several steps, so their
-//! information is divided by (correlation length) / (spacing) along both. Residuals larger than predicted widen the uncertainty, smaller ones do not
-//! narrow it (Birge's ratio, one-sided); if the cloud carries no σ, the residuals alone set it.
+//! information is divided by (correlation length) / (spacing) along both. Residuals larger than predicted increase the
+//! uncertainty, smaller ones do not reduce it (Birge's ratio, one-sided); if the cloud has no σ, the residuals alone
+//! determine it.
 
 use optics::{RotaryAxis, Stage};
 use scanning::Cloud;
 use statistics::median;
 
 use crate::fitting::features::Found;
-use crate::fitting::fit::covariance;
+use crate::fitting::fit::{Matrix, Vector, covariance};
 use crate::fitting::robust::Near;
 use crate::fitting::sample::Samples;
 use crate::interface::shape::{MAX_PARAMETERS, Shape};
@@ -17,7 +18,7 @@ use crate::measuring::measure::Question;
 use crate::measuring::value::{FirstPoints, value};
 use crate::params::{NOISE_CORRELATION_KEY, NOISE_CORRELATION_PX, SPECKLE_SUM};
 
-/// Step of the numerical derivatives of a value by a shape's parameters (mm or rad).
+/// Step of the numerical derivatives of a value with respect to a shape's parameters (mm or rad).
 const DERIVATIVE_STEP: f64 = 1e-6;
 
 /// Noise of the points of one feature.
@@ -26,12 +27,12 @@ pub(crate) struct FeatureNoise {
     pub(crate) sigma_mm: Vec<f64>,
 }
 
-/// What the noise does to a value.
+/// Effect of the noise on a value.
 pub(crate) struct NoiseResult {
     pub(crate) standard_uncertainty: f64,
     /// Largest ratio of residuals to predicted noise over the features.
     pub(crate) ratio: f64,
-    /// RMS along the normal that the noise predicts, of every feature, mm.
+    /// RMS along the normal predicted from the noise, of every feature, mm.
     pub(crate) expected_mm: Vec<f64>,
 }
 
@@ -45,8 +46,8 @@ pub(crate) fn correlation_px(cloud: &Cloud) -> f64 {
         .unwrap_or(NOISE_CORRELATION_PX)
 }
 
-/// How many points carry the information of one: neighbours on a line share the image's noise, and frames less than the
-/// light sheet's thickness apart show nearly the same speckle (eq. 4, 5).
+/// Number of points with the information of one independent point: neighbours on a line share the image's noise, and
+/// frames closer together than the light sheet's thickness show nearly the same speckle (eq. 4, 5).
 pub(crate) fn redundancy(samples: &Samples, inliers: &[u32]) -> f64 {
     let mut spacings: Vec<f64> = inliers
         .windows(2)
@@ -63,8 +64,8 @@ pub(crate) fn spacing_px(samples: &Samples, first: u32, second: u32) -> Option<f
     same_line.then(|| f64::from((a.u_px - b.u_px).abs().max((a.v_px - b.v_px).abs())))
 }
 
-/// How many frames show the same speckle; 1 where the stage's steps or the sheet's thickness are not known.
-fn along_travel(samples: &Samples, inliers: &[u32]) -> f64 {
+/// Number of frames with the same speckle; 1 if the stage's steps or the sheet's thickness are unknown.
+pub(crate) fn along_travel(samples: &Samples, inliers: &[u32]) -> f64 {
     let (Some(stage), Some(line_sigma_mm)) = (&samples.stage, samples.line_sigma_mm) else { return 1.0 };
     let positions = stage.positions.iter().map(|position| position.value());
     let (low, high) =
@@ -78,8 +79,8 @@ fn along_travel(samples: &Samples, inliers: &[u32]) -> f64 {
     if n_frames < 2.0 { 1.0 } else { of_one.clamp(1.0, n_frames) }
 }
 
-/// Median distance of the points from the axis that they turn about: it goes through the part where it goes through the camera
-/// frame.
+/// Median distance of the points from the rotation axis, which passes through the part frame where it passes through
+/// the camera frame.
 fn radius_mm(axis: &RotaryAxis, samples: &Samples, inliers: &[u32]) -> f64 {
     let mut radii: Vec<f64> = inliers.iter().map(|&idx| axis.radius_mm(&samples.position(idx))).collect();
     median(&mut radii).unwrap_or(0.0)
@@ -96,49 +97,44 @@ pub(crate) fn propagate(
     let mut ratio: f64 = 0.0;
     let mut expected_mm = Vec::with_capacity(features.len());
     for (idx, (feature, noise)) in features.iter().zip(noises).enumerate() {
-        let along_normal = normal_sigmas(samples, feature, noise);
-        expected_mm.push((along_normal.iter().map(|s| s * s).sum::<f64>() / along_normal.len() as f64).sqrt());
-        let birge = birge_ratio(samples, feature, &along_normal);
+        let (covariance, birge, expected) =
+            shape_covariance(samples, (&feature.inliers, &feature.inliers), &feature.shape, noise);
+        expected_mm.push(expected);
         ratio = ratio.max(birge);
-        let scale = if samples.sigma_known { birge.max(1.0) } else { birge };
-        let redundancy = redundancy(samples, &feature.inliers);
-        let variances: Vec<f64> = along_normal.iter().map(|s| s * s * scale * scale * redundancy).collect();
-        let points = Near { samples, indices: &feature.inliers, shape: &feature.shape };
         let gradient = value_gradient(samples, question, features, idx)?;
-        variance += gradient.dot(&(covariance(&feature.shape, &points, &variances)? * gradient));
+        variance += gradient.dot(&(covariance? * gradient));
     }
     Some(NoiseResult { standard_uncertainty: variance.max(0.0).sqrt(), ratio, expected_mm })
 }
 
-fn normal_sigmas(samples: &Samples, feature: &Found, noise: &FeatureNoise) -> Vec<f64> {
-    feature
-        .inliers
-        .iter()
-        .zip(&noise.sigma_mm)
-        .map(|(&idx, sigma_mm)| sigma_mm * samples.at(idx).cosine(&feature.shape))
-        .collect()
-}
-
-fn birge_ratio(samples: &Samples, feature: &Found, along_normal: &[f64]) -> f64 {
-    let sum: f64 = feature
-        .inliers
-        .iter()
-        .zip(along_normal)
-        .map(|(&idx, sigma)| (feature.shape.distance_mm(&samples.position(idx)) / sigma).powi(2))
-        .sum();
-    let freedom = feature.inliers.len().saturating_sub(feature.shape.parameters()).max(1);
-    (sum / freedom as f64).sqrt()
-}
-
-fn value_gradient(
+/// Covariance of a shape's parameters from the noise of its points, the ratio of residuals to predicted noise, and the RMS
+/// along the normal that the noise predicts, mm. `few`: those of `inliers` that are looked at, each with its `noise`.
+pub(crate) fn shape_covariance(
     samples: &Samples,
-    question: &Question,
-    features: &[Found],
-    moved: usize,
-) -> Option<crate::fitting::fit::Vector> {
+    (inliers, few): (&[u32], &[u32]),
+    shape: &Shape,
+    noise: &FeatureNoise,
+) -> (Option<Matrix>, f64, f64) {
+    let along_normal: Vec<f64> =
+        few.iter().zip(&noise.sigma_mm).map(|(&idx, sigma_mm)| sigma_mm * samples.at(idx).cosine(shape)).collect();
+    let expected_mm = (along_normal.iter().map(|s| s * s).sum::<f64>() / along_normal.len() as f64).sqrt();
+    let sum: f64 = few
+        .iter()
+        .zip(&along_normal)
+        .map(|(&idx, sigma)| (shape.distance_mm(&samples.position(idx)) / sigma).powi(2))
+        .sum();
+    let freedom = few.len().saturating_sub(shape.parameters()).max(1);
+    let birge = (sum / freedom as f64).sqrt();
+    let scale = if samples.sigma_known { birge.max(1.0) } else { birge };
+    let redundancy = redundancy(samples, inliers) * few.len() as f64 / inliers.len() as f64;
+    let variances: Vec<f64> = along_normal.iter().map(|s| s * s * scale * scale * redundancy).collect();
+    (covariance(shape, &Near { samples, indices: few, shape }, &variances), birge, expected_mm)
+}
+
+fn value_gradient(samples: &Samples, question: &Question, features: &[Found], moved: usize) -> Option<Vector> {
     let first = FirstPoints { positions: Vec::new(), camera: samples.mean_camera(&features[0].inliers) };
     let mut shapes: Vec<Shape> = features.iter().map(|f| f.shape).collect();
-    let mut gradient = crate::fitting::fit::Vector::zeros();
+    let mut gradient = Vector::zeros();
     for parameter in 0..shapes[moved].parameters() {
         let mut at = |size: f64| {
             let mut step = [0.0; MAX_PARAMETERS];

@@ -1,4 +1,4 @@
-//! Uncertainty from the calibration: the same pixels triangulated with every one-σ step of its parameters.
+//! Uncertainty from the calibration: the same pixels are triangulated with every one-σ step of its parameters.
 //!
 //! U_sys² = Σ over modes of the mean square of M(+mode) − M and M(−mode) − M: for a value that is linear in the mode
 //! this is (ΔM/2)² with ΔM = M(+) − M(−); for one at an extremum (flatness) it does not vanish.
@@ -22,42 +22,52 @@ use crate::measuring::temperature::wavelength_drift;
 use crate::measuring::value::{FirstPoints, value};
 use crate::params::{MAX_MISMATCH_RELATIVE, MIN_NOISE_SHARE, SYSTEMATIC_POINTS};
 
-/// A point with what is needed to triangulate it anew.
-struct Pixel {
-    sample_idx: u32,
+/// A point with the data needed to triangulate it again.
+pub(crate) struct Pixel {
+    pub(crate) sample_idx: u32,
     order: i8,
     pixel: Vector2<f64>,
-    ray: Vector3<f64>,
+    pub(crate) ray: Vector3<f64>,
     phi_rad: f64,
     /// Unit normal of the light sheet there.
-    sheet_normal: Vector3<f64>,
+    pub(crate) sheet_normal: Vector3<f64>,
     /// X_camera − X_part.
     carried: Vector3<f64>,
-    /// Stage position of its frame; of a linear stage from the middle of the pixels' positions: what a step of the stage's
-    /// parameters does must not depend on where the stage has its zero.
+    /// Stage position of its frame; for a linear stage relative to the middle of the pixels' positions, so that the
+    /// effect of the stage's parameters does not depend on its zero.
     position: StagePosition,
-    /// Distance of the point from where the stage carried it, mm.
+    /// Distance of the point from its re-triangulated position, mm.
     mismatch_mm: f64,
     /// Distance of the point from the camera, mm.
     distance_mm: f64,
-    weight: f64,
-    /// What the calibration contributes to the σ along the ray, mm.
+    pub(crate) weight: f64,
+    /// Contribution of the calibration to the σ along the ray, mm.
     systematic_sigma_mm: f64,
+}
+
+impl Pixel {
+    pub(crate) fn order(&self) -> i8 {
+        self.order
+    }
+
+    pub(crate) fn systematic_sigma_mm(&self) -> f64 {
+        self.systematic_sigma_mm
+    }
 }
 
 /// The pixels of the features, thinned.
 pub(crate) struct Retriangulation<'a> {
     calibration: &'a Calibration,
     features: Vec<Vec<Pixel>>,
-    /// How far the calibration's own stage has carried the part at the middle of the positions.
+    /// Motion of the part by the calibration's own stage at the middle of the positions.
     carried_to_middle: Vector3<f64>,
-    /// Where the scan's middle is laid on the nodes of the stage's straightness, mm: on their middle, so that U does not
-    /// depend on where the stage has its zero.
+    /// Position of the scan's middle on the nodes of the stage's straightness, mm: their middle, so that U does not
+    /// depend on the stage's zero.
     nodes_middle_mm: f64,
 }
 
 impl<'a> Retriangulation<'a> {
-    /// Triangulates the pixels of the features' points and checks that they give the cloud again.
+    /// Triangulates the pixels of the features' points and checks that they reproduce the cloud.
     ///
     /// # Errors
     /// [`MeasureError::CalibrationMismatch`].
@@ -66,15 +76,29 @@ impl<'a> Retriangulation<'a> {
         features: &[Found],
         calibration: &'a Calibration,
     ) -> Result<Self, MeasureError> {
-        let limit = SYSTEMATIC_POINTS / features.len().max(1);
+        let sets: Vec<(&[u32], &Shape)> =
+            features.iter().map(|feature| (&*feature.inliers, &feature.shape)).collect();
+        Self::of_sets(samples, &sets, SYSTEMATIC_POINTS / features.len().max(1), calibration)
+    }
+
+    /// The same for sets of points, each near a shape, at most `limit` of each.
+    ///
+    /// # Errors
+    /// [`MeasureError::CalibrationMismatch`].
+    pub(crate) fn of_sets(
+        samples: &Samples,
+        sets: &[(&[u32], &Shape)],
+        limit: usize,
+        calibration: &'a Calibration,
+    ) -> Result<Self, MeasureError> {
         let spread = calibration.stage_spread();
         let mut mismatches = Vec::new();
         let mut lost = 0;
-        let mut features: Vec<Vec<Pixel>> = features
+        let mut features: Vec<Vec<Pixel>> = sets
             .iter()
-            .map(|feature| {
-                let few = thinned(&feature.inliers, limit);
-                let near = Near { samples, indices: &few, shape: &feature.shape };
+            .map(|(indices, shape)| {
+                let few = thinned(indices, limit);
+                let near = Near { samples, indices: &few, shape };
                 let pixels: Vec<Pixel> = few
                     .iter()
                     .enumerate()
@@ -104,9 +128,9 @@ impl<'a> Retriangulation<'a> {
         Ok(Self { calibration, features, nodes_middle_mm, carried_to_middle: direction * middle_mm })
     }
 
-    /// The noise part of every inlier's σ: what is left after the calibration's own part at the nearest
-    /// triangulated point of the same order.
-    pub(crate) fn noise_of(&self, samples: &Samples, feature_idx: usize, feature: &Found) -> FeatureNoise {
+    /// The noise part of every inlier's σ: the rest after the calibration's own part at the nearest triangulated point
+    /// of the same order.
+    pub(crate) fn noise_of(&self, samples: &Samples, feature_idx: usize, inliers: &[u32]) -> FeatureNoise {
         let mut by_order: std::collections::BTreeMap<i8, Vec<(u32, f64)>> = std::collections::BTreeMap::new();
         for p in &self.features[feature_idx] {
             by_order.entry(p.order).or_default().push((p.sample_idx, p.systematic_sigma_mm));
@@ -117,8 +141,7 @@ impl<'a> Retriangulation<'a> {
             let beside = [after.checked_sub(1), Some(after)].into_iter().flatten().filter_map(|k| known.get(k));
             beside.min_by_key(|(at, _)| at.abs_diff(idx)).map(|(_, sigma_mm)| *sigma_mm)
         };
-        let sigma_mm = feature
-            .inliers
+        let sigma_mm = inliers
             .iter()
             .map(|&idx| {
                 let total = samples.at(idx).sigma_mm;
@@ -129,23 +152,17 @@ impl<'a> Retriangulation<'a> {
         FeatureNoise { sigma_mm }
     }
 
-    /// Standard uncertainty of the value from the calibration's covariance and the light's drift with the temperature, and
-    /// how many modes gave no value.
+    /// Standard uncertainty of the value from the calibration's covariance and the thermal drift of the light, and the
+    /// number of modes that gave no value.
     pub(crate) fn standard_uncertainty(&self, question: &Question, features: &[Found]) -> Option<(f64, usize)> {
         let shapes: Vec<Shape> = features.iter().map(|f| f.shape).collect();
         let seen = |calibration: &Calibration| {
             self.value_with(question, &shapes, calibration, |p, _| self.part_position(calibration, p))
         };
         let base = seen(self.calibration)?;
-        let stepped = |mode: &Vec<f64>| {
-            let back: Vec<f64> = mode.iter().map(|step| -step).collect();
-            [self.calibration.stepped(mode), self.calibration.stepped(&back)]
-        };
-        let modes = self.calibration.sigma_modes();
-        let squares: Vec<Option<f64>> = modes
-            .par_iter()
-            .map(stepped)
-            .chain(wavelength_drift(self.calibration).into_par_iter())
+        let squares: Vec<Option<f64>> = self
+            .variants()
+            .into_par_iter()
             .map(|[plus, minus]| {
                 let (plus, minus) = (seen(&plus)? - base, seen(&minus)? - base);
                 Some((plus * plus + minus * minus) / 2.0)
@@ -155,8 +172,28 @@ impl<'a> Retriangulation<'a> {
         Some((squares.into_iter().flatten().sum::<f64>().sqrt(), failed))
     }
 
-    /// How far the value moves when every point of a curved feature moves by what a line of finite thickness may
-    /// pull it ([`footprint_mm`]); 0 for flat features.
+    /// The calibration one σ to either side along every mode of its covariance, and warmer and colder.
+    pub(crate) fn variants(&self) -> Vec<[Calibration; 2]> {
+        let stepped = |mode: &Vec<f64>| {
+            let back: Vec<f64> = mode.iter().map(|step| -step).collect();
+            [self.calibration.stepped(mode), self.calibration.stepped(&back)]
+        };
+        let modes = self.calibration.sigma_modes();
+        modes.iter().map(stepped).chain(wavelength_drift(self.calibration)).collect()
+    }
+
+    /// The pixels of a set.
+    pub(crate) fn pixels(&self, set: usize) -> &[Pixel] {
+        &self.features[set]
+    }
+
+    /// The calibration as it is.
+    pub(crate) fn calibration(&self) -> &'a Calibration {
+        self.calibration
+    }
+
+    /// Change of the value when every point of a curved feature moves by the possible displacement of a line of finite
+    /// thickness ([`footprint_mm`]); 0 for flat features.
     pub(crate) fn line_width_uncertainty(
         &self,
         question: &Question,
@@ -174,7 +211,8 @@ impl<'a> Retriangulation<'a> {
         Some((pulled - as_seen).abs())
     }
 
-    /// The value after refitting every shape to its points where `place` puts them; `calibration` moves the camera.
+    /// The value after refitting every shape to its points at positions given by `place`; `calibration` determines the
+    /// camera's position.
     fn value_with(
         &self,
         question: &Question,
@@ -202,8 +240,8 @@ impl<'a> Retriangulation<'a> {
         value(question, &refitted, &first)
     }
 
-    /// Where a calibration puts the point of a pixel, part frame.
-    fn part_position(&self, calibration: &Calibration, pixel: &Pixel) -> Option<Vector3<f64>> {
+    /// Position of a pixel's point under a calibration, part frame.
+    pub(crate) fn part_position(&self, calibration: &Calibration, pixel: &Pixel) -> Option<Vector3<f64>> {
         let hit = calibration.triangulate(pixel.order, &pixel.pixel, Some(pixel.phi_rad))?.hit_in_camera;
         Some(match calibration.stage {
             Some(Stage::Linear(stage)) => {
@@ -216,7 +254,7 @@ impl<'a> Retriangulation<'a> {
         })
     }
 
-    /// Where the camera stood, mean over the pixels, part frame.
+    /// Mean camera position over the pixels, part frame.
     fn mean_camera(&self, calibration: &Calibration, pixels: &[Pixel]) -> Vector3<f64> {
         let n_pixels = pixels.len().max(1) as f64;
         let camera = PointMm::<CameraFrame>::new(Vector3::zeros());
@@ -234,7 +272,7 @@ impl<'a> Retriangulation<'a> {
     }
 }
 
-/// Middle between the lowest and the highest; 0 of nothing.
+/// Midpoint between minimum and maximum; 0 if empty.
 fn middle(values: impl Iterator<Item = f64>) -> f64 {
     let ends = values.fold(None, |ends: Option<(f64, f64)>, value| {
         Some(ends.map_or((value, value), |(low, high)| (low.min(value), high.max(value))))
@@ -274,7 +312,7 @@ fn pixel(
     })
 }
 
-/// The stage position that explains best how far a point was carried: for clouds that do not say where the stage stood.
+/// The stage position that best explains a point's motion, for clouds that do not state stage positions.
 fn position_along(calibration: &Calibration, carried: &Vector3<f64>) -> f64 {
     let linear = calibration.stage.and_then(|stage| stage.linear());
     let direction = linear.map_or(Vector3::zeros(), |stage| stage.direction);
@@ -282,7 +320,8 @@ fn position_along(calibration: &Calibration, carried: &Vector3<f64>) -> f64 {
     if travel > 0.0 { direction.dot(carried) / travel } else { 0.0 }
 }
 
-/// Distance of the point from where the stage carried it; 0 if no stage is known, infinite for the other kind of stage.
+/// Distance of the point from its position according to the stage; 0 without a stage, infinite for another kind of
+/// stage.
 fn mismatch_mm(
     calibration: &Calibration,
     hit: &PointMm<CameraFrame>,

@@ -1,14 +1,14 @@
-//! What the temperature does to the light: the laser's wavelength drifts, and with it the angle between the orders.
+//! Effect of temperature on the light: the laser's wavelength drifts, and with it the angle between the orders.
 
 use nalgebra::{DMatrix, DVector, Vector3};
 use optics::{Calibration, LightSurfaces, Plane};
 
 use crate::params::{TEMPERATURE_SIGMA_K, WAVELENGTH_DRIFT_PER_K};
 
-/// Singular values below this share of the largest are none: planes through one line fix no place along it.
+/// Singular values below this fraction of the largest are zero: planes through one line determine no position along it.
 const RANK_SHARE: f64 = 1e-4;
 
-/// The calibration one σ warmer and one σ colder; `None` if its model of the light does not say what the wavelength does.
+/// The calibration one σ warmer and one σ colder; `None` if its light model does not depend on the wavelength.
 pub(crate) fn wavelength_drift(calibration: &Calibration) -> Option<[Calibration; 2]> {
     let share = WAVELENGTH_DRIFT_PER_K * TEMPERATURE_SIGMA_K;
     let drifted = |share: f64| {
@@ -23,7 +23,8 @@ pub(crate) fn wavelength_drift(calibration: &Calibration) -> Option<[Calibration
     Some([drifted(share)?, drifted(-share)?])
 }
 
-/// Turns every plane about the line that all of them nearly share, by its order's part of the angle between neighbours.
+/// Rotates every plane about the line common to nearly all of them, by its order's part of the angle between
+/// neighbours.
 fn turn(planes: &mut [(i8, Plane)], share: f64) -> Option<()> {
     let (first, last) = (planes.iter().min_by_key(|(m, _)| *m)?, planes.iter().max_by_key(|(m, _)| *m)?);
     if first.0 == last.0 {
@@ -49,7 +50,7 @@ mod tests {
     use crate::tests::station::station;
 
     #[test]
-    fn planes_turn_about_their_common_line_as_far_as_their_order_says() {
+    fn planes_turn_about_their_common_line_in_proportion_to_their_order() {
         let station = station();
         let [warm, cold] = wavelength_drift(&station).unwrap();
         let planes = |calibration: &Calibration| match &calibration.light {

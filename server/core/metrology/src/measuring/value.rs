@@ -7,16 +7,16 @@ use crate::interface::shape::Shape;
 use crate::measuring::measure::Question;
 use crate::params::FLATNESS_SHARE;
 
-/// What a value needs of the first shape's points, part frame.
+/// Data of the first shape's points, part frame.
 pub(crate) struct FirstPoints {
-    /// Where they are; needed by `flatness` alone.
+    /// Their positions; needed by `flatness` only.
     pub(crate) positions: Vec<Vector3<f64>>,
-    /// Where the camera stood, mean over the points; needed by `plane` alone.
+    /// Mean camera position over the points; needed by `plane` only.
     pub(crate) camera: Vector3<f64>,
 }
 
-/// The value of a tool (mm, or degrees for `angle`, on the question's side); it does not depend on where the part frame
-/// has its origin. `None` if the shapes do not fit the tool.
+/// The value of a tool (mm, or degrees for `angle`, on the question's side); independent of the origin of the part
+/// frame. `None` if the shapes do not fit the tool.
 pub(crate) fn value(question: &Question, shapes: &[Shape], first: &FirstPoints) -> Option<f64> {
     match (question.tool, shapes) {
         (Tool::Plane, [plane @ Shape::Plane { .. }]) => Some(plane.distance_mm(&first.camera).abs()),
@@ -43,14 +43,14 @@ pub(crate) fn value(question: &Question, shapes: &[Shape], first: &FirstPoints) 
     }
 }
 
-/// The rotation that takes a unit vector to another by the shortest way: its axis times its angle, rad.
+/// The shortest rotation from one unit vector to another, as a rotation vector, rad.
 pub(crate) fn turn_rad(from: &Vector3<f64>, to: &Vector3<f64>) -> Vector3<f64> {
     let cross = from.cross(to);
     let sine = cross.norm();
     if sine > 0.0 { cross * (sine.atan2(from.dot(to)) / sine) } else { cross }
 }
 
-/// Width of the interval that holds the central [`FLATNESS_SHARE`] of the values, interpolated between ranks.
+/// Width of the interval that contains the central [`FLATNESS_SHARE`] of the values, interpolated between ranks.
 pub(crate) fn band_width(values: &mut [f64]) -> f64 {
     if values.is_empty() {
         return 0.0;

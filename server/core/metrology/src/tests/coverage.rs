@@ -1,4 +1,4 @@
-//! The stated uncertainty with a calibration: does it hold the truth as often as it says?
+//! Coverage of the stated uncertainty with a calibration: how often it contains the truth.
 
 use super::station::{Plan, gauge_scan, planned_scan, station};
 use crate::*;
@@ -22,12 +22,12 @@ fn the_truth_lies_within_u_in_about_ninety_five_of_a_hundred_calibrations() {
     // Fewer than 25 of 30 has a probability of 0.4 %; an RMS of 30 standard normal values lies in 0.62–1.4 (99.8 %).
     assert!(inside >= 25, "{inside} of {SEEDS}: {normalised:?}");
     assert!((0.62..1.4).contains(&rms), "{rms}");
-    // The calibration dominates here: without it the uncertainty would be an illusion.
+    // The calibration dominates here: without it the uncertainty would be far too small.
     assert!(results.iter().all(|r| r.u_systematic.unwrap() > 2.0 * r.u_noise));
 }
 
-/// Errors over u_noise of steps whose only error is speckle; frames 0.1 mm apart, sheets of 0.35 mm that the cloud states
-/// as `stated_mm`.
+/// Errors over u_noise of steps whose only error is speckle; frames 0.1 mm apart, sheets of 0.35 mm that the cloud
+/// states as `stated_mm`.
 fn speckle_errors(seeds: u64, stated_mm: f64) -> Vec<f64> {
     let plan = Plan { n_frames: 160, step_mm: 0.1, pitch_mm: 1.5, sheet_sigma_mm: 0.35, drawn: false };
     (0..seeds)
@@ -47,7 +47,7 @@ fn rms(values: &[f64]) -> f64 {
 }
 
 #[test]
-fn speckle_that_stays_with_the_surface_is_in_u() {
+fn u_includes_speckle_that_moves_with_the_surface() {
     let normalised = speckle_errors(200, 0.35);
     let inside = normalised.iter().filter(|error| error.abs() <= 2.0).count();
     eprintln!("{inside} of 200 inside U, normalised RMS {:.2}", rms(&normalised));
@@ -57,15 +57,15 @@ fn speckle_that_stays_with_the_surface_is_in_u() {
 }
 
 #[test]
-fn an_uncertainty_without_speckle_along_the_travel_does_not_hold() {
-    // Sheets said to be thin have no speckle in common: the errors are then √12 times what is stated.
+fn an_uncertainty_without_speckle_along_the_travel_is_too_small() {
+    // Sheets stated to be thin share no speckle: the errors are then √12 times what is stated.
     let normalised = speckle_errors(20, 0.01);
     assert!(rms(&normalised) > 2.0, "{}", rms(&normalised));
 }
 
 #[test]
 fn flat_features_keep_their_value_without_a_calibration_and_lose_their_verdict() {
-    // Curved ones do not keep it: the light's place chooses their points (`shading`).
+    // Curved ones do not keep their value: the light's position selects their points (`shading`).
     let (cloud, calibration) = gauge_scan(HEIGHT_MM, 3);
     let request =
         MeasureRequest { nominal_mm: Some(HEIGHT_MM), tolerance_mm: Some(1.0), ..MeasureRequest::new(Tool::Step) };

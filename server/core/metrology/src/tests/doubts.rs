@@ -1,5 +1,5 @@
-//! What speaks against a verdict: parts of U that are not known, shapes that are not what they are measured as, curves too
-//! short, angles too small. What these tests do not show: how real parts deviate from their shapes.
+//! Reasons against a verdict: unknown contributions to U, shapes that differ from the model, arcs too short, angles too
+//! small. Not covered: how real parts deviate from their shapes.
 
 use nalgebra::Vector3;
 use scanning::Cloud;
@@ -33,7 +33,7 @@ fn an_incomplete_uncertainty_decides_nothing_and_names_what_is_missing() {
         (without(&cloud, "stage_direction"), Some(&calibration), vec![Missing::StagePositions]),
         (noiseless, Some(&calibration), vec![Missing::PointNoise]),
     ] {
-        // Beyond all doubt, were the uncertainty what is stated: one far inside, one far outside.
+        // Decided if the stated uncertainty were complete: one far inside, one far outside.
         for (nominal_mm, complete) in [(GAUGE_MM, Verdict::Pass), (GAUGE_MM + 3.0, Verdict::Fail)] {
             let result = measure(&cloud, calibration, &asked(Tool::Step, nominal_mm, 1.0)).unwrap();
             let expected = if missing.is_empty() { complete } else { Verdict::Undecided };
@@ -62,7 +62,7 @@ fn the_right_tool_raises_no_doubt() {
 }
 
 #[test]
-fn a_step_on_a_ball_says_that_the_model_does_not_fit() {
+fn a_step_on_a_ball_is_reported_as_a_model_that_does_not_fit() {
     for seed in 0..5 {
         let result = measure(&ball(SIGMA_MM, seed), None, &asked(Tool::Step, 36.8, 1.0)).unwrap();
         assert!(
@@ -84,13 +84,16 @@ fn a_step_on_a_ball_says_that_the_model_does_not_fit() {
 fn a_pocket_is_no_boss() {
     let pocket = measure(&gauge(-3.0, SIGMA_MM, 5), None, &asked(Tool::Step, 3.0, 0.1)).unwrap();
     assert!((pocket.value + 3.0).abs() < 0.01 && (pocket.error.unwrap() + 6.0).abs() < 0.01, "{}", pocket.value);
-    assert_eq!(verdict(pocket.error.unwrap(), 0.1, pocket.expanded_uncertainty), Verdict::Fail);
+    assert_eq!(
+        verdict(pocket.error.unwrap(), &Limits::symmetric(0.1), pocket.expanded_uncertainty),
+        Verdict::Fail
+    );
     let asked_for = measure(&gauge(-3.0, SIGMA_MM, 5), None, &asked(Tool::Step, -3.0, 0.1)).unwrap();
     assert!(asked_for.error.unwrap().abs() < 0.01, "{}", asked_for.value);
 }
 
 #[test]
-fn a_block_that_hides_most_of_its_table_still_stands_on_it() {
+fn a_block_that_hides_most_of_its_table_is_still_measured_from_it() {
     let normal = table_normal();
     let top = TABLE_POINT + normal * GAUGE_MM;
     let surface = |ray: &Vector3<f64>| {
@@ -156,7 +159,7 @@ fn the_border_left_out_is_three_thicknesses_of_the_sheet() {
 
 #[test]
 fn a_short_arc_is_named() {
-    // A rod of 40 mm that shows 40° of itself over the table.
+    // A rod of 40 mm with an arc of 40° above the table.
     let normal = table_normal();
     let axis = Vector3::new(1.0, 0.4, 0.0).cross(&normal).normalize();
     let point = TABLE_POINT - normal * 40.0 * 20f64.to_radians().cos();
@@ -171,7 +174,7 @@ fn a_short_arc_is_named() {
     assert_eq!(result.verdict, Some(Verdict::Undecided));
 }
 
-/// A table and a block whose top is turned from it by an angle about x.
+/// A table and a block whose top is rotated relative to it by an angle about x.
 fn tilted_block(angle_deg: f64, seed: u64) -> Cloud {
     let normal = table_normal();
     let top = TABLE_POINT + normal * 12.0;
@@ -200,7 +203,7 @@ fn angles_near_zero_are_unbiased_and_their_tilts_have_a_sign() {
     let n = tilts.len() as f64;
     let mean = tilts.iter().sum::<f64>() / n;
     assert!(mean.abs() < 3.5 / n.sqrt(), "folded: {mean}");
-    // Both signs, and of the size of their uncertainty (60 normal values: 0.7–1.3, 99.8 %).
+    // Both signs, with the size of their uncertainty (60 normal values: 0.7–1.3, 99.8 %).
     let rms = (tilts.iter().map(|t| t * t).sum::<f64>() / n).sqrt();
     assert!((0.7..1.3).contains(&rms), "{rms}");
     let [about_x, about_y] =

@@ -1,5 +1,5 @@
-//! Nothing depends on where the stage has its zero: every tool, with and without a calibration, under shifted stages.
-//! What this does not show: that a scan of shifted positions gives the shifted cloud; `server/cli/tests/it/rigs/rig_a.rs` does.
+//! Independence of the stage's zero: every tool, with and without a calibration, with shifted stages. Not covered: that
+//! a scan of shifted positions gives the shifted cloud; see `server/cli/tests/it/rigs/rig_a.rs`.
 
 use nalgebra::Vector3;
 use optics::{CameraFrame, PointMm, StageAxis};
@@ -17,13 +17,13 @@ use crate::*;
 /// Added to every stage position, mm.
 const OFFSETS_MM: [f64; 5] = [-100.0, -37.3, 12.5, 50.0, 150.0];
 
-/// Rounding of float64 half a metre away, over all points and steps of a fit, is below a thousandth of it.
+/// Rounding of float64 at half a metre, over all points and steps of a fit, is below a thousandth of it.
 const SAME_MM: f64 = 1e-6;
 
-/// The stage of clouds that were made at rest.
+/// The stage of clouds made at rest.
 const DIRECTION: Vector3<f64> = Vector3::new(-0.005, 0.9998, -0.02);
 
-/// The cloud that the same pictures give when every stage position is `offset_mm` larger.
+/// The cloud of the same pictures with every stage position larger by `offset_mm`.
 pub(super) fn shifted(cloud: &Cloud, offset_mm: f64) -> Cloud {
     let mut cloud = cloud.clone();
     let n_frames = cloud.points.iter().map(|point| point.frame as usize + 1).max().unwrap_or(0);
@@ -47,7 +47,7 @@ pub(super) fn shifted(cloud: &Cloud, offset_mm: f64) -> Cloud {
     cloud
 }
 
-/// Value, u, selection: all that must not change.
+/// Value, u, selection: everything that must not change.
 fn same(before: &Measurement, after: &Measurement, what: &str) {
     let near = |a: f64, b: f64, name: &str| assert!((a - b).abs() <= SAME_MM, "{what}: {name} {a}, then {b}");
     near(before.value, after.value, "value");
@@ -96,7 +96,7 @@ fn a_calibrated_measurement_does_not_depend_on_the_zero_of_the_stage() {
 }
 
 #[test]
-fn the_light_is_looked_for_where_it_was_when_the_point_was_seen() {
+fn the_light_source_is_taken_at_the_frame_of_the_point() {
     let light = PointMm::<CameraFrame>::new(Vector3::new(0.0, -174.0, 11.0));
     let lit = |offset_mm: f64| {
         let cloud = shifted(&ball(SIGMA_MM, 2), offset_mm);

@@ -1,5 +1,5 @@
-//! The shaded side of a ball: a thick sheet of light is brighter towards the projector, which moves its centre.
-//! What this does not show: how large the shift is on a rendered or real ball; here it is put in by its formula.
+//! The shaded side of a ball: a thick sheet of light is brighter towards the projector, which moves its centre. Not
+//! covered: the size of the shift on a rendered or real ball; here it is applied by its formula.
 
 use nalgebra::Vector3;
 use optics::PointMm;
@@ -20,10 +20,10 @@ const LIGHT_ORIGIN_MM: Vector3<f64> = Vector3::new(0.0, -174.0, 11.0);
 /// projector), mm; it grows with the square of the tangent, as on rendered balls.
 const SHIFT_AT_45_MM: f64 = 0.008;
 
-/// What is asked of a ball's radius; the shift at the light's limit (tangent 1.5) is twice that.
+/// Accepted error of a ball's radius; the shift at the light's limit (tangent 1.5) is twice that.
 const RADIUS_TOLERANCE_MM: f64 = 0.010;
 
-/// The fitted radius, and the light's place told or not.
+/// The fitted radius, with the light's position known or unknown.
 fn radius_mm(light_origin_mm: Option<Vector3<f64>>) -> f64 {
     let centre = Vector3::new(1.0, -2.0, TABLE_POINT.z - RADIUS_MM);
     let seen = |ray: &Vector3<f64>| {
@@ -58,7 +58,7 @@ fn the_shaded_side_does_not_enlarge_a_ball_whose_light_is_known() {
 }
 
 #[test]
-fn the_place_of_the_light_chooses_the_points_of_a_curved_feature() {
-    // So a calibration, which tells the place, moves the value of a ball: it is no matter of its uncertainty alone.
+fn the_position_of_the_light_selects_the_points_of_a_curved_feature() {
+    // So a calibration, which states the position, changes the value of a ball as well as its uncertainty.
     assert_ne!(radius_mm(None), radius_mm(Some(LIGHT_ORIGIN_MM)));
 }

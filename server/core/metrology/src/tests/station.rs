@@ -1,4 +1,4 @@
-//! A simulated station with planes of light: clouds with the errors a drawn calibration makes.
+//! A simulated station with light planes: clouds with the errors of a random calibration.
 
 use nalgebra::{DMatrix, Matrix3, Vector2, Vector3};
 use optics::{Calibration, Camera, DepthRangeMm, LightSurfaces, Plane, StageAxis, StagePosition};
@@ -51,27 +51,27 @@ pub(crate) fn station() -> Calibration {
     }
 }
 
-/// How a scan is made.
+/// Parameters of a scan.
 pub(super) struct Plan {
     pub(super) n_frames: usize,
     pub(super) step_mm: f64,
     /// Distance of neighbouring points on a line.
     pub(super) pitch_mm: f64,
-    /// Thickness of the light sheets, one σ: frames nearer than that share their noise as they share speckle.
+    /// Thickness of the light sheets, one σ: frames closer together share their noise as they share speckle.
     pub(super) sheet_sigma_mm: f64,
     /// Whether the calibration is drawn from its covariance or exact.
     pub(super) drawn: bool,
 }
 
-/// Frames so far apart that each has a noise of its own.
+/// Frames so far apart that each has independent noise.
 const COARSE: Plan = Plan { n_frames: 40, step_mm: 0.8, pitch_mm: 0.5, sheet_sigma_mm: 0.2, drawn: true };
 
-/// What a scan with the true station gives when it is triangulated with a calibration drawn from its covariance.
+/// A scan by the true station, triangulated with a calibration drawn from its covariance.
 pub(super) fn gauge_scan(height_mm: f64, seed: u64) -> (Cloud, Calibration) {
     planned_scan(height_mm, seed, &COARSE)
 }
 
-/// Noise of one place of a line in every frame: of unit variance, with the correlation exp(−Δ²/4s²) of speckle.
+/// Noise of one point of a line in every frame: unit variance, with the correlation exp(−Δ²/4s²) of speckle.
 fn noise_over_frames(rng: &mut Pcg64Mcg, plan: &Plan) -> Vec<f64> {
     let reach = (4.0 * plan.sheet_sigma_mm / plan.step_mm).ceil() as i32;
     let taps: Vec<f64> = (-reach..=reach)
@@ -83,7 +83,7 @@ fn noise_over_frames(rng: &mut Pcg64Mcg, plan: &Plan) -> Vec<f64> {
     white.windows(taps.len()).map(|near| near.iter().zip(&taps).map(|(n, t)| n * t).sum::<f64>() / norm).collect()
 }
 
-/// [`gauge_scan`] by a plan.
+/// [`gauge_scan`] with other parameters.
 pub(super) fn planned_scan(height_mm: f64, seed: u64, plan: &Plan) -> (Cloud, Calibration) {
     let truth = station();
     let mut rng = Pcg64Mcg::seed_from_u64(seed);
@@ -94,7 +94,7 @@ pub(super) fn planned_scan(height_mm: f64, seed: u64, plan: &Plan) -> (Cloud, Ca
         .iter()
         .map(|v| size * v.sqrt() * rng.sample::<f64, _>(StandardNormal))
         .collect();
-    let believed = truth.stepped(&draw);
+    let assumed = truth.stepped(&draw);
     let middle = (plan.n_frames - 1) as f64 / 2.0;
     let positions_mm: Vec<f64> = (0..plan.n_frames).map(|frame| (frame as f64 - middle) * plan.step_mm).collect();
     let half_columns = (30.0 / plan.pitch_mm) as i32;
@@ -106,7 +106,7 @@ pub(super) fn planned_scan(height_mm: f64, seed: u64, plan: &Plan) -> (Cloud, Ca
                 let seen = lit_pixel(&truth, order, f64::from(column) * plan.pitch_mm, position_mm, height_mm);
                 let noise = Vector2::new(0.0, noise * NOISE_PX);
                 points.extend(seen.and_then(|pixel| {
-                    cloud_point(&believed, order, &(pixel + noise), (frame, position_mm), plan.drawn)
+                    cloud_point(&assumed, order, &(pixel + noise), (frame, position_mm), plan.drawn)
                 }));
             }
         }
@@ -114,12 +114,12 @@ pub(super) fn planned_scan(height_mm: f64, seed: u64, plan: &Plan) -> (Cloud, Ca
     points.sort_by_key(|point| (point.frame, point.order));
     // Neighbouring points are 3 px apart and their noise is independent.
     let mut comments = vec!["noise_correlation_px 1".to_owned(), format!("line_sigma_mm {}", plan.sheet_sigma_mm)];
-    let axis = believed.stage.and_then(|stage| stage.linear()).unwrap_or(StageAxis::new(Vector3::zeros()));
+    let axis = assumed.stage.and_then(|stage| stage.linear()).unwrap_or(StageAxis::new(Vector3::zeros()));
     comments.extend(StagePositions::linear(axis, positions_mm).comments());
-    (Cloud { points, comments }, believed)
+    (Cloud { points, comments }, assumed)
 }
 
-/// The pixel that sees the line of `order` at `x_mm`, on the block's top if that is where it falls.
+/// The pixel that sees the line of `order` at `x_mm`, on the block's top if the light falls there.
 fn lit_pixel(truth: &Calibration, order: i8, x_mm: f64, position_mm: f64, height_mm: f64) -> Option<Vector2<f64>> {
     let LightSurfaces::Planes(planes) = &truth.light else { return None };
     let sheet = planes.iter().find(|(candidate, _)| *candidate == order)?.1;
@@ -138,17 +138,17 @@ fn lit_pixel(truth: &Calibration, order: i8, x_mm: f64, position_mm: f64, height
 }
 
 fn cloud_point(
-    believed: &Calibration,
+    assumed: &Calibration,
     order: i8,
     pixel: &Vector2<f64>,
     (frame, position_mm): (u32, f64),
     drawn: bool,
 ) -> Option<CloudPoint> {
     let (u_px, v_px) = (pixel.x as f32, pixel.y as f32);
-    let hit = believed.triangulate(order, &Vector2::new(u_px.into(), v_px.into()), None)?;
-    let part = believed.stage?.part_from_camera(&hit.hit_in_camera, StagePosition::LinearMm(position_mm))?.xyz;
+    let hit = assumed.triangulate(order, &Vector2::new(u_px.into(), v_px.into()), None)?;
+    let part = assumed.stage?.part_from_camera(&hit.hit_in_camera, StagePosition::LinearMm(position_mm))?.xyz;
     let noise_mm = hit.noise_sigma_mm(&[0.0, 1.0], NOISE_PX);
-    let systematic_mm = if drawn { believed.systematic_sigma_mm(order, &hit)? } else { 0.0 };
+    let systematic_mm = if drawn { assumed.systematic_sigma_mm(order, &hit)? } else { 0.0 };
     let sigma_mm = noise_mm.hypot(systematic_mm) as f32;
     let [x_mm, y_mm, z_mm] = part.into();
     Some(CloudPoint { x_mm, y_mm, z_mm, order, frame, u_px, v_px, intensity: 100.0, sigma_mm })

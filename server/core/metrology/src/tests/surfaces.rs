@@ -81,7 +81,7 @@ fn measured(cloud: &Cloud, tool: Tool, nominal_mm: Option<f64>) -> Measurement {
     measure(cloud, None, &request(tool, nominal_mm)).unwrap()
 }
 
-/// Share of seeds whose true value lies within U, and the mean error in units of its standard error.
+/// Fraction of seeds whose true value lies within U, and the mean error in units of its standard error.
 fn coverage(tool: Tool, truth: f64, seeds: u64, cloud: impl Fn(u64) -> Cloud) -> (f64, f64) {
     let errors: Vec<(f64, f64)> = (0..seeds)
         .map(|seed| {
@@ -121,7 +121,7 @@ fn sphere_radii_are_unbiased_and_inside_their_uncertainty() {
 
 #[test]
 fn strong_noise_on_a_curved_surface_does_not_bias_its_radius() {
-    // Bias grows with σ², its standard error with σ: at 0.1 mm a fit that weighs noisy normals is off by 5 of them.
+    // Bias grows with σ², its standard error with σ: at 0.1 mm a fit weighted by noisy normals is off by 5 of them.
     let (_, bias) = coverage(Tool::Sphere, RADIUS_MM, 12, |seed| ball(0.1, seed));
     assert!(bias.abs() <= MAX_BIAS_SIGMAS, "mean error {bias} standard errors");
 }
@@ -197,7 +197,7 @@ fn strays_are_counted_and_do_not_move_the_value() {
     assert!((result.value - clean.value).abs() < clean.u_noise, "{} {}", result.value, clean.value);
     for (feature, before) in result.features.iter().zip(&clean.features) {
         let share = feature.n_outliers as f64 / (feature.n_points + feature.n_outliers) as f64;
-        // Five in a hundred were thrown; the trim itself takes one good point in 2000.
+        // Five in a hundred are outliers; the trim itself rejects one good point in 2000.
         assert!((0.04..0.06).contains(&share), "{}: {share}", feature.role);
         assert!(before.n_outliers as f64 <= 0.003 * before.n_points as f64, "{}", before.n_outliers);
     }
@@ -205,7 +205,7 @@ fn strays_are_counted_and_do_not_move_the_value() {
 
 #[test]
 fn points_at_the_edges_of_a_block_are_left_out() {
-    // Within 0.8 mm of the block's edges every point is pulled 0.4 mm down, as a stripe cut by an edge is.
+    // Within 0.8 mm of the block's edges every point is moved 0.4 mm down, like a stripe cut by an edge.
     let mut cloud = gauge(GAUGE_MM, SIGMA_MM, 3);
     let normal = table_normal();
     for point in &mut cloud.points {
@@ -226,7 +226,7 @@ fn points_at_the_edges_of_a_block_are_left_out() {
 }
 
 #[test]
-fn an_order_that_errs_shows_in_its_row() {
+fn the_error_of_an_order_is_visible_in_its_row() {
     let mut cloud = gauge(GAUGE_MM, SIGMA_MM, 4);
     for point in cloud.points.iter_mut().filter(|p| p.order == 2 && p.z_mm < 395.0) {
         point.z_mm -= 0.02;
@@ -257,7 +257,7 @@ fn every_order_of_a_sphere_has_its_own_centre_and_radius() {
 }
 
 #[test]
-fn the_nominal_value_chooses_but_does_not_bend() {
+fn the_nominal_value_selects_but_does_not_bias() {
     let free = measured(&gauge(GAUGE_MM, SIGMA_MM, 6), Tool::Step, None);
     let hinted = measured(&gauge(GAUGE_MM, SIGMA_MM, 6), Tool::Step, Some(9.5));
     assert!((free.value - hinted.value).abs() < 0.2 * free.u_noise, "{} {}", free.value, hinted.value);
@@ -278,9 +278,9 @@ fn the_verdict_weighs_error_against_tolerance_and_uncertainty() {
 }
 
 #[test]
-fn a_region_limits_what_is_looked_at_and_the_result_does_not_depend_on_chance() {
+fn a_region_limits_the_points_and_the_result_does_not_depend_on_chance() {
     let cloud = gauge(GAUGE_MM, SIGMA_MM, 9);
-    let region = Region { min_mm: [-8.0, -9.0, 380.0], max_mm: [14.0, 5.0, 395.0] };
+    let region = Region::between([-8.0, -9.0, 380.0], [14.0, 5.0, 395.0]);
     let top = MeasureRequest { region: Some(region), ..MeasureRequest::new(Tool::Plane) };
     let result = measure(&cloud, None, &top).unwrap();
     let truth = (TABLE_POINT + table_normal() * GAUGE_MM).dot(&table_normal()).abs();

@@ -1,4 +1,4 @@
-//! Clouds of known surfaces seen by a camera at the origin, with noise along the rays.
+//! Clouds of known surfaces viewed by a camera at the origin, with noise along the rays.
 
 use nalgebra::Vector3;
 use rand::{Rng, SeedableRng};
@@ -17,7 +17,7 @@ pub(super) fn table_normal() -> Vector3<f64> {
 /// A point of the table.
 pub(super) const TABLE_POINT: Vector3<f64> = Vector3::new(0.0, 0.0, 400.0);
 
-/// Where a ray from the origin meets the nearest of several surfaces: distances along the unit ray.
+/// Intersection of a ray from the origin with the nearest of several surfaces: distance along the unit ray.
 pub(super) type Surface<'a> = &'a dyn Fn(&Vector3<f64>) -> Option<f64>;
 
 /// Distance along a ray to a plane.
@@ -49,9 +49,9 @@ pub(super) fn cylinder_hit(
     (axis.dot(&(ray * reach - point)).abs() <= half_length).then_some(reach)
 }
 
-/// A scan of what `surface` returns over ±`half_width_mm` across at the table, rays `pitch_mm` apart there.
+/// A scan of `surface` over ±`half_width_mm` across at the table, rays `pitch_mm` apart there.
 ///
-/// Orders take turns line by line; neighbouring pixels are one column apart and their noise is independent.
+/// Orders alternate line by line; neighbouring pixels are one column apart and their noise is independent.
 pub(super) fn scan(surface: Surface, half_width_mm: f64, pitch_mm: f64, sigma_mm: f64, seed: u64) -> Cloud {
     let mut rng = Pcg64Mcg::seed_from_u64(seed);
     let steps = (half_width_mm / pitch_mm) as i32;
@@ -82,7 +82,7 @@ fn point(position: &Vector3<f64>, row: i32, column: i32, steps: i32) -> CloudPoi
     }
 }
 
-/// Adds stray points: a share of all points is thrown up to `reach_mm` towards the camera.
+/// Adds outliers: a fraction of all points is moved up to `reach_mm` towards the camera.
 pub(super) fn with_strays(mut cloud: Cloud, share: f64, reach_mm: f64, seed: u64) -> Cloud {
     let mut rng = Pcg64Mcg::seed_from_u64(seed);
     for point in &mut cloud.points {

@@ -1,7 +1,7 @@
-//! U on a turntable: does it hold the truth as often as it says, with an axis and angles that are not exactly known?
+//! Coverage of U on a turntable: how often it contains the truth, with an uncertain axis and angles.
 //!
-//! Two sheets of light that hold the axis, a cylinder that stands off it, a bit more than a turn. What this does not show:
-//! labels, and surfaces that a scan finds alone (`scanning`, `tests/it/turntable.rs`).
+//! Two light sheets that contain the axis, a cylinder off the axis, a bit more than a turn. Not covered: labels, and
+//! surfaces found from a scan alone (`scanning`, `tests/it/turntable.rs`).
 
 use nalgebra::{DMatrix, DVector, Vector2, Vector3};
 use optics::rotation::completing_frame;
@@ -14,11 +14,11 @@ use scanning::{Cloud, CloudPoint, StagePositions};
 
 use crate::*;
 
-/// Radius of the cylinder, and how far its own axis stands off the table's, mm.
+/// Radius of the cylinder, and the distance of its axis from the table's, mm.
 const CYLINDER_MM: [f64; 2] = [16.0, 6.0];
 /// Half its height.
 const HALF_HEIGHT_MM: f64 = 20.0;
-/// Where the lasers stand, camera frame.
+/// Positions of the lasers, camera frame.
 const LASERS_MM: [[f64; 3]; 2] = [[-150.0, 0.0, 30.0], [140.0, 5.0, 25.0]];
 /// Image noise across the lines, px.
 const NOISE_PX: f64 = 0.05;
@@ -77,8 +77,8 @@ fn lit(truth: &RotaryAxis, laser: &Vector3<f64>, height_mm: f64, angle_rad: f64)
     (normal.dot(&-at) > 0.3 * at.norm()).then_some(at)
 }
 
-/// What a turn with the true station gives when it is triangulated with a calibration drawn from what is known of it; `axis`
-/// says whether the axis and the angles are drawn, too.
+/// A turn by the true station, triangulated with a calibration drawn from its covariance; `axis_drawn`: whether the
+/// axis and the angles are drawn, too.
 fn scan(seed: u64, axis_drawn: bool) -> (Cloud, Calibration) {
     let truth = station();
     let mut rng = Pcg64Mcg::seed_from_u64(seed);
@@ -91,9 +91,9 @@ fn scan(seed: u64, axis_drawn: bool) -> (Cloud, Calibration) {
     if !axis_drawn {
         draw[n - 4..].fill(0.0);
     }
-    let believed = truth.stepped(&draw);
-    let stage = believed.stage.expect("a turntable");
-    let spread = believed.stage_spread();
+    let assumed = truth.stepped(&draw);
+    let stage = assumed.stage.expect("a turntable");
+    let spread = assumed.stage_spread();
     let angles_deg: Vec<f64> = (0..N_FRAMES).map(|frame| frame as f64 * STEP_DEG).collect();
     let mut points = Vec::new();
     for (frame, &angle_deg) in angles_deg.iter().enumerate() {
@@ -105,11 +105,11 @@ fn scan(seed: u64, axis_drawn: bool) -> (Cloud, Calibration) {
                 let noise = Vector2::new(NOISE_PX * rng.sample::<f64, _>(StandardNormal), 0.0);
                 let Some(pixel) = truth.camera.project(&at) else { continue };
                 let (u_px, v_px) = ((pixel.x + noise.x) as f32, pixel.y as f32);
-                let Some(hit) = believed.triangulate(line, &Vector2::new(u_px.into(), v_px.into()), None) else {
+                let Some(hit) = assumed.triangulate(line, &Vector2::new(u_px.into(), v_px.into()), None) else {
                     continue;
                 };
                 let part = stage.part_from_camera(&hit.hit_in_camera, position).expect("an angle").xyz;
-                let systematic_mm = believed.systematic_sigma_mm(line, &hit).unwrap_or(0.0);
+                let systematic_mm = assumed.systematic_sigma_mm(line, &hit).unwrap_or(0.0);
                 let of_stage_mm = spread.in_frame(position).sigma_mm(&hit.hit_in_camera);
                 let sigma_mm = hit.noise_sigma_mm(&[1.0, 0.0], NOISE_PX).hypot(systematic_mm).hypot(of_stage_mm);
                 let [x_mm, y_mm, z_mm] = part.into();
@@ -130,15 +130,16 @@ fn scan(seed: u64, axis_drawn: bool) -> (Cloud, Calibration) {
     let positions = angles_deg.into_iter().map(StagePosition::RotaryDeg).collect();
     let mut comments = vec!["noise_correlation_px 1".to_owned(), "line_sigma_mm 0.2".to_owned()];
     comments.extend(StagePositions { stage, positions }.comments());
-    (Cloud { points, comments }, believed)
+    (Cloud { points, comments }, assumed)
 }
 
 /// Errors of the radius over its standard uncertainty.
-fn errors(seeds: u64, axis_drawn: bool, told: impl Fn(Calibration) -> Calibration) -> Vec<f64> {
+fn errors(seeds: u64, axis_drawn: bool, adjust: impl Fn(Calibration) -> Calibration) -> Vec<f64> {
     (0..seeds)
         .map(|seed| {
             let (cloud, calibration) = scan(seed, axis_drawn);
-            let result = measure(&cloud, Some(&told(calibration)), &MeasureRequest::new(Tool::Cylinder)).unwrap();
+            let result =
+                measure(&cloud, Some(&adjust(calibration)), &MeasureRequest::new(Tool::Cylinder)).unwrap();
             (result.value - CYLINDER_MM[0]) / (result.expanded_uncertainty / 2.0)
         })
         .collect()
@@ -148,10 +149,10 @@ fn rms(values: &[f64]) -> f64 {
     (values.iter().map(|v| v * v).sum::<f64>() / values.len() as f64).sqrt()
 }
 
-/// Turns that are drawn.
+/// Number of random turns.
 const SEEDS: u64 = 30;
 
-/// Where the RMS of 30 standard normal values lies (99.8 %).
+/// Range of the RMS of 30 standard normal values (99.8 %).
 const HONEST_RMS: std::ops::Range<f64> = 0.62..1.4;
 
 #[test]
@@ -165,8 +166,8 @@ fn the_truth_lies_within_u_in_about_ninety_five_of_a_hundred_turns() {
 }
 
 #[test]
-fn an_uncertainty_without_the_axis_does_not_hold() {
-    // The axis said to be exact, its errors there all the same.
+fn an_uncertainty_without_the_axis_is_too_small() {
+    // The axis stated as exact, with its errors still present.
     let exact = |mut calibration: Calibration| {
         let n = calibration.covariance.nrows();
         for i in n - 4..n {

@@ -1,4 +1,4 @@
-//! A stage that travels: X_part = X_camera − s·t − w(s).
+//! A linear stage: X_part = X_camera − s·t − w(s).
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -13,27 +13,27 @@ pub const MAX_STRAIGHTNESS_NODES: usize = 8;
 /// The stage's travel in the camera frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StageAxis {
-    /// t: how far the part moves in the camera frame per millimetre of nominal travel (mm/mm); its length
-    /// differs from 1 by the stage's scale error.
+    /// t: motion of the part in the camera frame per millimetre of nominal travel (mm/mm); its length differs from 1 by
+    /// the stage's scale error.
     pub direction: Vector3<f64>,
-    /// How far the travel may be from straight and even. `None`: nobody measured it, which is not zero; an uncertainty
-    /// along the travel is incomplete then.
+    /// Straightness of the travel. `None`: unknown, which is not zero; an uncertainty along the travel is then
+    /// incomplete.
     pub straightness: Option<Straightness>,
 }
 
-/// What is known of w(s), the deviation from straight and even travel at position s, camera frame, mm.
+/// Statistical model of w(s), the deviation from straight and uniform travel at position s, camera frame, mm.
 ///
-/// At nodes, evenly spaced along the travel, the deviations are independent, with the same σ along all three axes; between
-/// two nodes one blends into the other so that σ stays the same; beyond the last node nothing changes any more. So
-/// positions L apart differ by a standard deviation of σ·√(2(1 − ρ(L))) along every axis, with ρ falling from 1 to 0 over
-/// one to two spacings. What repeats faster than the nodes is not described.
+/// At nodes, evenly spaced along the travel, the deviations are independent, with the same σ along all three axes;
+/// between two nodes they are blended so that σ stays the same; beyond the last node they are constant. So the standard
+/// deviation between positions a distance L apart is σ·√(2(1 − ρ(L))) along every axis, with ρ falling from 1 to 0 over
+/// one to two spacings. Deviations with a shorter period than the nodes are not described.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Straightness {
     sigma_mm: f64,
     first_mm: f64,
     last_mm: f64,
     n_nodes: usize,
-    /// w at the nodes: zero, but for what [`crate::Calibration::stepped`] has added.
+    /// w at the nodes: zero, except for steps of [`crate::Calibration::stepped`].
     deviations_mm: [Vector3<f64>; MAX_STRAIGHTNESS_NODES],
 }
 
@@ -43,12 +43,12 @@ impl StageAxis {
         Self { direction, straightness: None }
     }
 
-    /// A point seen by the camera at stage position `position_mm`, fixed to the part.
+    /// A point in the camera frame at stage position `position_mm`, in the part frame.
     pub fn part_from_camera(&self, hit_in_camera: &PointMm<CameraFrame>, position_mm: f64) -> PointMm<PartFrame> {
         self.motion(position_mm).part_from_camera(hit_in_camera)
     }
 
-    /// What the stage has done to the part at `position_mm`.
+    /// The motion of the part at `position_mm`.
     pub fn motion(&self, position_mm: f64) -> Motion {
         Motion::carried(self.direction * position_mm + self.deviation_mm(position_mm))
     }
@@ -59,16 +59,16 @@ impl StageAxis {
         Self { direction: self.direction + Vector3::from_column_slice(step), straightness }
     }
 
-    /// Deviation from straight travel at a stage position: zero, but for a step of [`crate::Calibration::stepped`].
+    /// Deviation from straight travel at a stage position: zero, except for steps of [`crate::Calibration::stepped`].
     pub fn deviation_mm(&self, position_mm: f64) -> Vector3<f64> {
         self.straightness.map_or(Vector3::zeros(), |straightness| straightness.deviation_mm(position_mm))
     }
 }
 
 impl Straightness {
-    /// Deviations of `sigma_mm` per axis at `n_nodes` nodes from `first_mm` to `last_mm`; more than
-    /// [`MAX_STRAIGHTNESS_NODES`] are spaced wider. `None` unless σ is positive, there are two nodes and the travel has a
-    /// length.
+    /// Deviations of `sigma_mm` per axis at `n_nodes` nodes from `first_mm` to `last_mm`; with more than
+    /// [`MAX_STRAIGHTNESS_NODES`] the spacing is increased. `None` unless σ is positive, there are at least two nodes
+    /// and the travel has a length.
     pub fn new(sigma_mm: f64, first_mm: f64, last_mm: f64, n_nodes: usize) -> Option<Self> {
         let is_sound = sigma_mm > 0.0 && sigma_mm.is_finite() && last_mm > first_mm && n_nodes >= 2;
         (is_sound && (last_mm - first_mm).is_finite()).then(|| Self {
@@ -95,15 +95,15 @@ impl Straightness {
         self.n_nodes
     }
 
-    /// Variance per axis, mm² per mm², of the slope that a straight line through the deviations has: what straightness leaves
-    /// of a direction that was fitted to as many views as there are nodes.
+    /// Variance per axis, mm² per mm², of the slope of a straight line through the deviations: the uncertainty of a
+    /// direction fitted to as many views as there are nodes.
     pub fn slope_variance(&self) -> f64 {
         let shares = (0..self.n_nodes).map(|node| self.share_of_slope(node).powi(2));
         self.sigma_mm * self.sigma_mm * shares.sum::<f64>()
     }
 
-    /// How much of the deviation at a node goes into the slope of the line through all nodes, per mm: for n nodes d apart,
-    /// (k − (n − 1)/2)·12 / (d·n(n² − 1)).
+    /// Weight of the deviation at a node in the slope of the line through all nodes, per mm: for n nodes d apart, (k −
+    /// (n − 1)/2)·12 / (d·n(n² − 1)).
     pub(crate) fn share_of_slope(&self, node: usize) -> f64 {
         let n = self.n_nodes as f64;
         let spacing_mm = (self.last_mm - self.first_mm) / (n - 1.0);
@@ -116,7 +116,7 @@ impl Straightness {
         let place =
             ((position_mm - self.first_mm) / (self.last_mm - self.first_mm) * intervals).clamp(0.0, intervals);
         let before = (place as usize).min(self.n_nodes - 2);
-        // Squares of the two weights add up to one: between the nodes σ is that of the nodes.
+        // The squares of the two weights sum to one, so that σ between the nodes is that at the nodes.
         let (towards_next, towards_this) = (FRAC_PI_2 * (place - before as f64)).sin_cos();
         self.deviations_mm[before] * towards_this + self.deviations_mm[before + 1] * towards_next
     }

@@ -1,4 +1,4 @@
-//! The stage: what it does to the part is one rigid motion per frame, whether it travels or turns.
+//! The stage: its effect on the part is one rigid motion per frame, for linear and rotary stages.
 
 mod linear;
 mod motion;
@@ -12,35 +12,35 @@ pub use motion::Motion;
 pub use rotary::{ANGLE_NODES, AngleError, RotaryAxis};
 pub use spread::{FrameSpread, StageSpread};
 
-/// How a stage moves the part.
+/// Kind of a stage.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum StageKind {
-    /// Along a line.
+    /// Linear.
     Linear,
-    /// About an axis.
+    /// Rotary: a turntable.
     Rotary,
 }
 
-/// Where a stage stood, by its own count.
+/// A stage position, as stated by the stage.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum StagePosition {
     /// Travel of a linear stage, mm.
     LinearMm(f64),
-    /// Angle of a turntable, degrees; more than one turn counts on.
+    /// Angle of a turntable, degrees; not reduced to one turn.
     RotaryDeg(f64),
 }
 
 /// A calibrated stage.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Stage {
-    /// It travels.
+    /// A linear stage.
     Linear(StageAxis),
-    /// It turns.
+    /// A turntable.
     Rotary(RotaryAxis),
 }
 
 impl StageKind {
-    /// The word of the capture format.
+    /// Its name in the capture format.
     pub fn name(self) -> &'static str {
         match self {
             Self::Linear => "linear",
@@ -48,7 +48,7 @@ impl StageKind {
         }
     }
 
-    /// A position of such a stage, from its number in the stage's unit.
+    /// A position of such a stage, from its value in the stage's unit.
     pub fn position(self, value: f64) -> StagePosition {
         match self {
             Self::Linear => StagePosition::LinearMm(value),
@@ -66,7 +66,7 @@ impl StageKind {
 }
 
 impl StagePosition {
-    /// Of which kind of stage.
+    /// Its kind of stage.
     pub fn kind(self) -> StageKind {
         match self {
             Self::LinearMm(_) => StageKind::Linear,
@@ -74,14 +74,14 @@ impl StagePosition {
         }
     }
 
-    /// The number alone, in the unit of its kind.
+    /// The value, in the unit of its kind.
     pub fn value(self) -> f64 {
         match self {
             Self::LinearMm(value) | Self::RotaryDeg(value) => value,
         }
     }
 
-    /// Travel; `None` of a turntable.
+    /// Travel; `None` for a turntable.
     pub fn mm(self) -> Option<f64> {
         match self {
             Self::LinearMm(position_mm) => Some(position_mm),
@@ -89,7 +89,7 @@ impl StagePosition {
         }
     }
 
-    /// Angle; `None` of a linear stage.
+    /// Angle; `None` for a linear stage.
     pub fn deg(self) -> Option<f64> {
         match self {
             Self::LinearMm(_) => None,
@@ -120,7 +120,7 @@ impl From<RotaryAxis> for Stage {
 }
 
 impl Stage {
-    /// Whether it travels or turns.
+    /// Its kind.
     pub fn kind(&self) -> StageKind {
         match self {
             Self::Linear(_) => StageKind::Linear,
@@ -144,7 +144,7 @@ impl Stage {
         }
     }
 
-    /// What the stage has done to the part at `position`; `None` if that is a position of the other kind of stage.
+    /// The motion of the part at `position`; `None` if that is a position of another kind of stage.
     pub fn motion(&self, position: StagePosition) -> Option<Motion> {
         match (self, position) {
             (Self::Linear(axis), StagePosition::LinearMm(position_mm)) => Some(axis.motion(position_mm)),
@@ -153,7 +153,8 @@ impl Stage {
         }
     }
 
-    /// A point seen by the camera at `position`, fixed to the part; `None` if that is a position of the other kind of stage.
+    /// A point in the camera frame at `position`, in the part frame; `None` if that is a position of another kind of
+    /// stage.
     pub fn part_from_camera(
         &self,
         hit_in_camera: &PointMm<CameraFrame>,
@@ -162,7 +163,7 @@ impl Stage {
         Some(self.motion(position)?.part_from_camera(hit_in_camera))
     }
 
-    /// How many parameters of it a calibration estimates.
+    /// Number of parameters estimated by a calibration.
     pub fn parameters(&self) -> usize {
         match self {
             Self::Linear(_) => 3,
@@ -178,7 +179,7 @@ impl Stage {
         }
     }
 
-    /// Moved by a step of its parameters, then of the deviations that its straightness or its angle allows.
+    /// Moved by a step of its parameters, then of the deviations of its straightness or its angle.
     pub(crate) fn stepped(&self, step: &[f64]) -> Self {
         let (of_parameters, of_deviations) = step.split_at(self.parameters());
         match self {

@@ -4,7 +4,7 @@ use nalgebra::{Rotation3, Vector3};
 
 use crate::frames::{CameraFrame, PartFrame, PointMm};
 
-/// What a stage has done to the part since its position 0: X_camera = R·X_part + shift, with R = 1 for one that travels.
+/// Motion of the part from stage position 0: X_camera = R·X_part + shift, with R = 1 for a linear stage.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Motion {
     shift_mm: Vector3<f64>,
@@ -12,27 +12,27 @@ pub struct Motion {
 }
 
 impl Motion {
-    /// Nothing moved.
+    /// No motion.
     pub fn at_rest() -> Self {
         Self::carried(Vector3::zeros())
     }
 
-    /// The part was carried by `shift_mm`, camera frame.
+    /// A translation by `shift_mm`, camera frame.
     pub fn carried(shift_mm: Vector3<f64>) -> Self {
         Self { shift_mm, turn: None }
     }
 
-    /// The part was turned by `turn` about `point_mm`, camera frame.
+    /// A rotation by `turn` about `point_mm`, camera frame.
     pub fn turned(turn: Rotation3<f64>, point_mm: &Vector3<f64>) -> Self {
         Self { shift_mm: point_mm - turn * point_mm, turn: Some(turn) }
     }
 
-    /// Where the part's origin has gone, camera frame.
+    /// Position of the part's origin, camera frame.
     pub fn shift_mm(&self) -> &Vector3<f64> {
         &self.shift_mm
     }
 
-    /// A point that the camera sees, fixed to the part.
+    /// A camera-frame point in the part frame.
     #[inline]
     pub fn part_from_camera(&self, in_camera: &PointMm<CameraFrame>) -> PointMm<PartFrame> {
         let back = in_camera.xyz - self.shift_mm;
@@ -42,7 +42,7 @@ impl Motion {
         })
     }
 
-    /// Where the camera sees a point of the part.
+    /// A part-frame point in the camera frame.
     #[inline]
     pub fn camera_from_part(&self, in_part: &PointMm<PartFrame>) -> PointMm<CameraFrame> {
         PointMm::new(match &self.turn {
@@ -51,13 +51,13 @@ impl Motion {
         })
     }
 
-    /// A direction in the part, in the camera frame.
+    /// A part-frame direction in the camera frame.
     #[inline]
     pub fn camera_direction(&self, in_part: &Vector3<f64>) -> Vector3<f64> {
         self.turn.map_or(*in_part, |turn| turn * in_part)
     }
 
-    /// A direction in the camera frame, in the part's.
+    /// A camera-frame direction in the part frame.
     #[inline]
     pub fn part_direction(&self, in_camera: &Vector3<f64>) -> Vector3<f64> {
         self.turn.map_or(*in_camera, |turn| turn.inverse_transform_vector(in_camera))

@@ -8,46 +8,46 @@ use crate::frames::{CameraFrame, PartFrame, PointMm};
 use crate::rotation::completing_frame;
 use crate::stage::Motion;
 
-/// Angles, evenly spaced round the circle, at which a table's deviations are independent: what repeats faster than eight
-/// times a turn is not described.
+/// Number of angles, evenly spaced around the circle, at which a table's deviations are independent: deviations with
+/// more than eight periods per turn are not described.
 pub const ANGLE_NODES: usize = 8;
 
-/// The axis a turntable turns the part about, camera frame.
+/// The rotation axis of a turntable, camera frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RotaryAxis {
-    /// A point of the axis, mm; its covariance is least near the boards it was found from.
+    /// A point of the axis, mm; its covariance is smallest near the boards from which it was determined.
     pub point_mm: Vector3<f64>,
-    /// Unit vector along the axis: growing angles turn the part about it by the right-hand rule.
+    /// Unit vector along the axis: increasing angles turn the part about it by the right-hand rule.
     pub direction: Vector3<f64>,
-    /// How far the true angle may be from the stated one. `None`: nobody knows, which is not zero.
+    /// Error of the stated angle. `None`: unknown, which is not zero.
     pub angle_error: Option<AngleError>,
 }
 
-/// What is known of δ(θ), how far the table has turned beyond the angle it states.
+/// Statistical model of δ(θ), the rotation of the table beyond the stated angle.
 ///
-/// At [`ANGLE_NODES`] nodes round the circle the deviations are independent, with the same σ; between two nodes one blends
-/// into the other so that σ stays the same.
+/// At [`ANGLE_NODES`] nodes around the circle the deviations are independent, with the same σ; between two nodes they
+/// are blended so that σ stays the same.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct AngleError {
     sigma_rad: f64,
-    /// δ at the nodes: zero, but for what [`crate::Calibration::stepped`] has added.
+    /// δ at the nodes: zero, except for steps of [`crate::Calibration::stepped`].
     deviations_rad: [f64; ANGLE_NODES],
 }
 
 impl RotaryAxis {
-    /// An axis through `point_mm` along `direction` whose angles are of unknown quality.
+    /// An axis through `point_mm` along `direction`, with unknown angle error.
     pub fn new(point_mm: Vector3<f64>, direction: Vector3<f64>) -> Self {
         Self { point_mm, direction: direction.normalize(), angle_error: None }
     }
 
-    /// What the table has done to the part at `angle_rad`.
+    /// The motion of the part at `angle_rad`.
     pub fn motion(&self, angle_rad: f64) -> Motion {
         let turned_rad = angle_rad + self.angle_error.map_or(0.0, |error| error.deviation_rad(angle_rad));
         let turn = Rotation3::from_axis_angle(&Unit::new_unchecked(self.direction), turned_rad);
         Motion::turned(turn, &self.point_mm)
     }
 
-    /// A point seen by the camera at `angle_rad`, fixed to the part.
+    /// A point in the camera frame at `angle_rad`, in the part frame.
     pub fn part_from_camera(&self, hit_in_camera: &PointMm<CameraFrame>, angle_rad: f64) -> PointMm<PartFrame> {
         self.motion(angle_rad).part_from_camera(hit_in_camera)
     }
@@ -57,14 +57,14 @@ impl RotaryAxis {
         (at_mm - self.point_mm).cross(&self.direction).norm()
     }
 
-    /// The same axis, described at its point nearest to `at_mm`.
+    /// The same axis, referred to its point nearest to `at_mm`.
     pub fn described_near(&self, at_mm: &Vector3<f64>) -> Self {
         let along_mm = self.direction.dot(&(at_mm - self.point_mm));
         Self { point_mm: self.point_mm + self.direction * along_mm, ..*self }
     }
 
-    /// Moved by a step of four numbers: the direction tilts by the first two (rad) towards, the point shifts by the others (mm)
-    /// along the two vectors of [`completing_frame`]; then the deviations at the nodes.
+    /// Moved by a step of four numbers: the direction tilts by the first two (rad) towards, and the point shifts by the
+    /// others (mm) along, the two vectors of [`completing_frame`]; then the deviations at the nodes.
     pub(crate) fn stepped(&self, step: &[f64], of_deviations: &[f64]) -> Self {
         let angle_error = self.angle_error.map(|error| error.stepped(of_deviations));
         Self { angle_error, ..self.moved(&std::array::from_fn(|i| step[i])) }
@@ -97,7 +97,7 @@ impl AngleError {
     pub fn deviation_rad(&self, angle_rad: f64) -> f64 {
         let place = angle_rad.rem_euclid(TAU) / TAU * ANGLE_NODES as f64;
         let before = (place as usize).min(ANGLE_NODES - 1);
-        // Squares of the two weights add up to one: between the nodes σ is that of the nodes.
+        // The squares of the two weights sum to one, so that σ between the nodes is that at the nodes.
         let (towards_next, towards_this) = (FRAC_PI_2 * (place - before as f64)).sin_cos();
         let [this, next] = [before, (before + 1) % ANGLE_NODES].map(|node| self.deviations_rad[node]);
         this * towards_this + next * towards_next

@@ -1,4 +1,5 @@
-//! What the covariance of a turntable's axis, and its angle, leave of a point's place (`docs/maths/turntable.md`, eq. 9).
+//! Uncertainty of a point's position from the covariance of a turntable's axis and from its angle
+//! (`docs/maths/turntable.md`, eq. 9).
 
 use nalgebra::{DMatrix, Vector3};
 
@@ -6,8 +7,8 @@ use crate::frames::{CameraFrame, PointMm};
 use crate::modes::independent_steps;
 use crate::stage::{Motion, RotaryAxis, Stage, StagePosition};
 
-/// The stage at one-σ steps of what is not known of it; empty for one that travels, whose direction moves all points of a frame
-/// alike.
+/// The stage at one-σ steps of its uncertainties; empty for a linear stage, whose direction moves all points of a frame
+/// equally.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StageSpread {
     axis: Option<RotaryAxis>,
@@ -16,7 +17,7 @@ pub struct StageSpread {
     angle_sigma_rad: f64,
 }
 
-/// The same in one frame.
+/// The uncertainties in one frame.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FrameSpread {
     motion: Motion,
@@ -37,7 +38,7 @@ impl StageSpread {
         }
     }
 
-    /// What is left in a frame; nothing for a stage that travels.
+    /// The uncertainties in a frame; empty for a linear stage.
     pub fn in_frame(&self, position: StagePosition) -> FrameSpread {
         let (Some(axis), StagePosition::RotaryDeg(angle_deg)) = (self.axis, position) else {
             return FrameSpread { motion: Motion::at_rest(), stepped: Vec::new() };
@@ -50,7 +51,7 @@ impl StageSpread {
 }
 
 impl FrameSpread {
-    /// Standard deviation of a point's place in the part, along the camera ray that sees it, mm.
+    /// Standard deviation of a point's position in the part frame, along its camera ray, mm.
     pub fn sigma_mm(&self, hit_in_camera: &PointMm<CameraFrame>) -> f64 {
         if self.stepped.is_empty() {
             return 0.0;

@@ -1,4 +1,4 @@
-//! What a cell of the image sees of one sheet, and where the rays of its pixels hit.
+//! A cell of the image for one sheet, and the hits of the rays of its pixels.
 
 use nalgebra::{Vector2, Vector3};
 
@@ -6,16 +6,16 @@ use super::RayHit;
 use crate::cubic::{Cubic, slopes, value};
 use crate::frames::PointMm;
 
-/// Width of a cell. Over 64 pixels a cubic follows lenses and sheets of usual stations to a nanometre.
+/// Width of a cell. Over 64 pixels a cubic approximates lenses and sheets of usual stations to a nanometre.
 pub const CELL_PX: f64 = 64.0;
 
-/// Pixels whose hits are found together: those of one vector register.
+/// Pixels whose hits are computed together: one vector register.
 pub const TOGETHER: usize = 8;
 
-/// Pixels whose depths alone are found together: samples of lines come in fours, a cell at a time.
+/// Pixels whose depths are computed together: samples of lines come in fours per cell.
 pub const DEPTHS_TOGETHER: usize = 4;
 
-/// What a cell of the image sees of one sheet, by the place within it.
+/// A cell of the image for one sheet, as functions of the position within it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Cell {
     /// Centre of the cell.
@@ -30,7 +30,7 @@ pub struct Cell {
     pub inverse_depth: Cubic,
 }
 
-/// Where hits go.
+/// Destination of hits.
 pub struct HitsMut<'a> {
     pub x: &'a mut [f64],
     pub y: &'a mut [f64],
@@ -40,7 +40,7 @@ pub struct HitsMut<'a> {
 }
 
 impl Cell {
-    /// Where the ray of one pixel hits: z = 1/q, X = z·(x_h, y_h, 1); d|X| along the ray = |D|·dz = −|D|·z²·dq.
+    /// The hit of the ray of one pixel: z = 1/q, X = z·(x_h, y_h, 1); d|X| along the ray = |D|·dz = −|D|·z²·dq.
     #[inline(always)]
     pub fn hit(&self, u_px: f64, v_px: f64) -> RayHit {
         let (s, t) = self.place(u_px, v_px);
@@ -51,11 +51,11 @@ impl Cell {
         let reach = -(length * depth * depth) * (2.0 / CELL_PX);
         RayHit {
             in_camera: PointMm::new(Vector3::new(ray_x * depth, ray_y * depth, depth)),
-            reach_by_pixel: Vector2::new(reach * by_s, reach * by_t),
+            range_by_pixel: Vector2::new(reach * by_s, reach * by_t),
         }
     }
 
-    /// Where the rays of several pixels hit.
+    /// The hits of the rays of several pixels.
     #[inline(always)]
     pub fn hits(&self, u_px: &[f64], v_px: &[f64], mut hits: HitsMut) {
         let whole = u_px.len() / TOGETHER * TOGETHER;
@@ -73,7 +73,7 @@ impl Cell {
         }
     }
 
-    /// [`Cell::hits`] without any pixels left over.
+    /// [`Cell::hits`] for a multiple of [`TOGETHER`] pixels.
     #[inline(always)]
     fn whole_registers(&self, u_px: &[f64], v_px: &[f64], hits: HitsMut) {
         let n = u_px.len() / TOGETHER * TOGETHER;
@@ -81,9 +81,9 @@ impl Cell {
         let (u_px, v_px, x, y, z) = (&u_px[..n], &v_px[..n], &mut x[..n], &mut y[..n], &mut z[..n]);
         let (by_u, by_v) = (&mut by_u[..n], &mut by_v[..n]);
         for i in 0..n {
-            let RayHit { in_camera, reach_by_pixel } = self.hit(u_px[i], v_px[i]);
+            let RayHit { in_camera, range_by_pixel } = self.hit(u_px[i], v_px[i]);
             (x[i], y[i], z[i]) = (in_camera.xyz.x, in_camera.xyz.y, in_camera.xyz.z);
-            (by_u[i], by_v[i]) = (reach_by_pixel.x, reach_by_pixel.y);
+            (by_u[i], by_v[i]) = (range_by_pixel.x, range_by_pixel.y);
         }
     }
 
@@ -130,7 +130,7 @@ impl HitsMut<'_> {
     }
 }
 
-/// The first `N` pixels; where there are fewer, the first one stands in for those that are missing.
+/// The first `N` pixels; missing ones are filled with the first.
 #[inline(always)]
 fn filled_up<const N: usize>(pixels: &[f64]) -> [f64; N] {
     if let Some(whole) = pixels.first_chunk::<N>() {

@@ -1,4 +1,4 @@
-//! The tables beside the exact solution.
+//! The tables compared with the exact solution.
 
 use nalgebra::DMatrix;
 
@@ -9,7 +9,7 @@ use crate::grating::tests::grating;
 use crate::plane::Plane;
 use crate::surface::LightSurfaces;
 
-/// What the tables may differ from the exact solution by.
+/// Accepted difference between the tables and the exact solution.
 const AGREEMENT_MM: f64 = 1e-4;
 
 fn station(distortion: &[f64], light: LightSurfaces) -> Calibration {
@@ -25,13 +25,14 @@ fn station(distortion: &[f64], light: LightSurfaces) -> Calibration {
     }
 }
 
-/// Pixels all over the image and a little beyond, one after another along slanted lines.
+/// Pixels all over the image and slightly beyond, in sequence along slanted lines.
 fn pixels() -> (Vec<f64>, Vec<f64>) {
     let rows = (0..40).map(|line| f64::from(line) * 26.3 - 0.5);
     rows.flat_map(|row| (0..1290).map(move |u| (f64::from(u) - 0.7, row + 0.07 * f64::from(u)))).unzip()
 }
 
-/// Largest distance between table and exact solution over all orders where both know the depth range; how many.
+/// Largest distance between table and exact solution over all orders where both have a hit in the depth range, and
+/// their number.
 fn largest_difference(calibration: &Calibration) -> (f64, usize) {
     let triangulator = Triangulator::new(calibration.clone());
     let (u, v) = pixels();
@@ -46,8 +47,8 @@ fn largest_difference(calibration: &Calibration) -> (f64, usize) {
             };
             let found = nalgebra::Vector3::new(hits.x_mm[i], hits.y_mm[i], hits.z_mm[i]);
             largest = largest.max((found - exact.hit_in_camera.xyz).norm());
-            let reach = Vector2::new(hits.reach_by_u[i], hits.reach_by_v[i]);
-            assert!((reach - exact.reach_by_pixel).norm() < 1e-4 * exact.reach_by_pixel.norm());
+            let reach = Vector2::new(hits.range_by_u[i], hits.range_by_v[i]);
+            assert!((reach - exact.range_by_pixel).norm() < 1e-4 * exact.range_by_pixel.norm());
             compared += 1;
         }
     }
@@ -62,7 +63,7 @@ fn tables_agree_with_the_exact_sheets_to_a_tenth_of_a_micrometre() {
 }
 
 #[test]
-fn lenses_that_a_cubic_cannot_follow_are_solved_exactly() {
+fn lenses_that_a_cubic_does_not_fit_are_solved_exactly() {
     let bent = [-1.9, 9.0, 0.02, -0.03, -30.0];
     let calibration = station(&bent, LightSurfaces::Grating(grating()));
     let (largest, compared) = largest_difference(&calibration);
@@ -70,8 +71,8 @@ fn lenses_that_a_cubic_cannot_follow_are_solved_exactly() {
 }
 
 #[test]
-fn planes_go_by_tables_too_and_their_horizon_is_exact() {
-    // Leans so much that rays in the upper part of the image miss it.
+fn planes_use_tables_too_and_their_horizon_is_exact() {
+    // So tilted that rays in the upper part of the image miss it.
     let plane = Plane { normal: nalgebra::Vector3::new(0.01, 0.99, 0.03).normalize(), offset_mm: -12.0 };
     let light = LightSurfaces::Planes((-2..=2).map(|order| (order, plane)).collect());
     let mut calibration = station(&[-0.1], light);
@@ -81,7 +82,7 @@ fn planes_go_by_tables_too_and_their_horizon_is_exact() {
 }
 
 #[test]
-fn a_pixel_is_triangulated_alone_as_among_others() {
+fn a_single_pixel_is_triangulated_as_in_a_list() {
     let triangulator = Triangulator::new(station(&[-0.097, 0.115], LightSurfaces::Grating(grating())));
     let (u, v) = pixels();
     let (mut many, mut one) = (Hits::default(), Hits::default());
@@ -93,7 +94,7 @@ fn a_pixel_is_triangulated_alone_as_among_others() {
 }
 
 #[test]
-fn tables_filled_beforehand_are_whole_and_answer_as_those_filled_on_the_way() {
+fn tables_filled_in_advance_equal_those_filled_on_demand() {
     let calibration = station(&[-0.097, 0.115], LightSurfaces::Grating(grating()));
     let (beforehand, on_the_way) = (Triangulator::new(calibration.clone()), Triangulator::new(calibration));
     beforehand.fill();
@@ -117,7 +118,7 @@ fn every_instruction_set_gives_the_same_bits() {
     let depths_mm = &depths_mm[u.len()..2 * u.len()];
     let mut compared = 0;
     for i in 0..u.len() {
-        // Compiled for what every machine of this architecture has, unlike what is called above.
+        // Compiled for the baseline of this architecture, unlike the call above.
         let hit = triangulator.hit(1, u[i], v[i]);
         let depth_mm = hit.in_camera.xyz.z;
         if depth_mm.is_nan() {

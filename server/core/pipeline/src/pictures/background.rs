@@ -1,4 +1,4 @@
-//! A picture with the laser off, taken away from pictures with the laser on.
+//! Subtraction of a background (laser off) from pictures with the laser on.
 
 use std::path::{Path, PathBuf};
 
@@ -7,20 +7,20 @@ use vision::Picture;
 
 use crate::failure::Failure;
 
-/// What the camera sees without the laser.
+/// The camera's view without the laser.
 pub struct Background {
     path: PathBuf,
     picture: Picture,
 }
 
 impl Background {
-    /// Reads the picture with the laser off.
+    /// Reads the background.
     pub fn read(path: &Path) -> Result<Self, Failure> {
         let photograph = read_photograph(path).map_err(|error| Failure::from(error).in_file(path))?;
         Ok(Self { path: path.to_owned(), picture: photograph.picture })
     }
 
-    /// Laser on minus laser off, level by level; what would be negative is zero.
+    /// Laser on minus laser off, level by level, clamped at zero.
     ///
     /// Both pictures must have the same size and bit depth; `path` names the one with the laser on.
     pub fn taken_from(&self, picture: &Picture, path: &Path) -> Result<Picture, Failure> {
@@ -44,7 +44,7 @@ impl Background {
             format(&self.picture)
         ))
         .in_file(path)
-        .remedy("take the background with the same camera and settings, the laser off and nothing moved")
+        .remedy("take the background with the same camera and settings, with the laser off and nothing moved")
     }
 }
 

@@ -7,7 +7,7 @@ use vision::{
     find_corners,
 };
 
-/// Finds the corners, or the centres of the discs, of the board that `target` describes.
+/// Finds the corners, or the centres of the discs, of the board described by `target`.
 ///
 /// # Errors
 /// [`CornerError`]: no such board is in the picture.
@@ -33,28 +33,26 @@ pub fn find_board(image: &GreyImage, target: &Target) -> Result<BoardCorners, Co
     }
 }
 
-/// What to do about a board that was not found; `target` in `capture.json` states its size.
+/// Remedy for a board that was not found; `target` in `capture.json` states its size.
 pub fn board_remedy(error: &CornerError, target: &Target) -> String {
     match (error, target) {
         (CornerError::WrongSize { found_columns, found_rows, .. }, _) => format!(
             "if the board has {found_columns}×{found_rows} inner corners, set target.inner_columns and \
-             target.inner_rows in capture.json; if a part of it is out of the picture, take the picture again"
+             target.inner_rows in capture.json; if a part of it is outside the picture, retake the picture"
         ),
         (_, Target::Chessboard(_)) => {
-            "take the picture again with the whole board in it, evenly lit and sharp".to_owned()
+            "retake the picture with the whole board in it, evenly lit and sharp".to_owned()
         }
-        (_, Target::Charuco(_)) => "check columns, rows and dictionary of target in capture.json, or take the \
-                                    picture again with more of the board in it, evenly lit and sharp"
+        (_, Target::Charuco(_)) => "check columns, rows and dictionary of target in capture.json, or retake the picture with more of the board in it, evenly lit and sharp"
             .to_owned(),
         (_, Target::Circles(_) | Target::AsymmetricCircles(_)) => {
-            "check kind, columns and rows of target in capture.json, or take the picture again with the whole \
-             grid in it, evenly lit and sharp"
+            "check kind, columns and rows of target in capture.json, or retake the picture with the whole grid in it, evenly lit and sharp"
                 .to_owned()
         }
     }
 }
 
-/// The board as the calibration knows it.
+/// The board's geometry for the calibration.
 pub fn board_geometry(target: &Target) -> BoardGeometry {
     let (inner_columns, inner_rows) = target.inner_corners();
     let square = target.square_mm();
@@ -66,7 +64,7 @@ pub fn board_geometry(target: &Target) -> BoardGeometry {
     }
 }
 
-/// What the calibration needs to know of the board's look.
+/// The board's pattern for the calibration.
 fn board_pattern(target: &Target) -> BoardPattern {
     let circles =
         |grid: &CirclesTarget, staggered| BoardPattern::Circles { staggered, diameter_mm: grid.diameter_mm };

@@ -14,7 +14,7 @@ use crate::pictures::findings::{Finding, room_finding};
 use crate::pictures::projected::{lines_in, without_lines};
 use crate::progress::{Reporter, Task};
 
-/// What a calibration is computed from, and which pictures were left out of it.
+/// The features for a calibration, and the pictures left out.
 #[derive(Debug)]
 pub struct Features {
     /// The input of the calibration.
@@ -29,14 +29,14 @@ struct Picture<'a> {
     path: &'a Path,
 }
 
-/// What a picture shows, or why it cannot be used.
+/// The result for a picture, or why it cannot be used.
 type Found<T> = Result<T, Failure>;
 
 /// Reads every board and laser picture of the calibration part of `capture`.
 ///
-/// A picture that shows no whole board, or no laser line, is left out and named, as long as at least
-/// `MIN_READABLE_SHARE` of its kind can be read: else what is wrong with it is wrong with the others too, and refuses
-/// the calibration. `leave_out_unreadable` goes on with however few there are. A damaged file always refuses.
+/// A picture without a whole board, or without a laser line, is left out and reported, as long as at least
+/// `MIN_READABLE_SHARE` of its kind can be read: otherwise the cause probably affects all pictures, and the calibration
+/// is refused. With `leave_out_unreadable` it continues with however few there are. A damaged file is always an error.
 pub fn calibration_features(
     capture: &Capture,
     leave_out_unreadable: bool,
@@ -50,7 +50,7 @@ pub fn calibration_features(
         || all(&lasers, reporter, &*task, |picture| lines_of_picture(capture, picture)),
     );
     drop(task);
-    reporter.go_on()?;
+    reporter.check_cancelled()?;
     let mut left_out = Vec::new();
     let boards = readable(boards, leave_out_unreadable, &mut left_out)?;
     let lasers = readable(lasers, leave_out_unreadable, &mut left_out)?;
@@ -95,7 +95,7 @@ pub fn scan_centrelines(
         let found: Result<Vec<(usize, Vec<Centrelines>)>, Failure> = some
             .par_iter()
             .map_init(CentrelineExtractor::default, |extractor, (idx, picture)| {
-                reporter.go_on()?;
+                reporter.check_cancelled()?;
                 let projector = &capture.manifest.projector;
                 let lines = match laser_light(capture, picture)? {
                     LaserLight::Image(image) => lines_in(&image, projector, picture.line, extractor),
@@ -119,7 +119,7 @@ pub fn scan_centrelines(
     Ok(())
 }
 
-/// Pictures of a scan that are read before their lines are taken over: enough for many cores.
+/// Pictures of a scan read at a time: enough for many cores.
 const PICTURES_AT_ONCE: usize = 64;
 
 /// Applies `find` to every picture on all cores; results in the order of the pictures.
@@ -132,7 +132,7 @@ fn all<P: Sync, T: Send>(
     pictures
         .par_iter()
         .map(|picture| {
-            reporter.go_on()?;
+            reporter.check_cancelled()?;
             let found = find(picture);
             task.step();
             found
@@ -140,7 +140,7 @@ fn all<P: Sync, T: Send>(
         .collect()
 }
 
-/// What the pictures of one kind show; `None` where one is left out, which is added to `left_out` with the reason.
+/// The features of the pictures of one kind; `None` for one left out, which is added to `left_out` with the reason.
 fn readable<T>(
     found: Vec<Found<T>>,
     leave_out_unreadable: bool,
@@ -148,10 +148,10 @@ fn readable<T>(
 ) -> Result<Vec<Option<T>>, Failure> {
     let n_needed = (MIN_READABLE_SHARE * found.len() as f64).ceil() as usize;
     let n_readable = found.iter().filter(|found| found.is_ok()).count();
-    let go_on = leave_out_unreadable || n_readable >= n_needed;
+    let check_cancelled = leave_out_unreadable || n_readable >= n_needed;
     let keep = |found: Found<T>| match found {
         Ok(found) => Ok(Some(found)),
-        Err(failure) if go_on && failure.is_about_content() => {
+        Err(failure) if check_cancelled && failure.is_about_content() => {
             left_out.push(failure.what().to_owned());
             Ok(None)
         }
@@ -160,8 +160,8 @@ fn readable<T>(
     found.into_iter().map(keep).collect()
 }
 
-/// Share of the board pictures, and of the laser pictures, that must be readable: single pictures go wrong, but what most
-/// of them do not show is not there, or is described wrongly.
+/// Fraction of the board pictures, and of the laser pictures, that must be readable: single pictures may be bad, but if
+/// most are, the content is missing or described wrongly.
 const MIN_READABLE_SHARE: f64 = 0.5;
 
 fn board_pictures(capture: &Capture) -> Vec<Picture<'_>> {
@@ -173,16 +173,16 @@ fn board_pictures(capture: &Capture) -> Vec<Picture<'_>> {
         .collect()
 }
 
-/// The pictures with the laser on whose entries begin so.
+/// The pictures with the laser on whose entries have this prefix.
 fn pictures_of(capture: &Capture, beginning: &str) -> Vec<LaserPicture> {
     capture.laser_pictures().into_iter().filter(|picture| picture.entry.starts_with(beginning)).collect()
 }
 
-/// What the laser adds to a picture.
+/// The light added by the laser in a picture.
 enum LaserLight {
-    /// The laser's channel, without what the laser is not needed for.
+    /// The laser's channel, minus the background.
     Image(GreyImage),
-    /// Not measurable: the picture with the laser off shows something else, or other light.
+    /// Not measurable: the background shows something else, or other light.
     Unknown(Finding),
 }
 
@@ -210,7 +210,7 @@ fn lines_of_picture(capture: &Capture, laser: &LaserPicture) -> Found<Vec<Centre
     let image = match laser_light(capture, laser)? {
         LaserLight::Image(image) => image,
         LaserLight::Unknown(finding) => {
-            let remedy = "name the picture of the same pose with the laser off as its \"background\", or none";
+            let remedy = "use the picture of the same pose with the laser off as its \"background\", or none";
             return Err(unreadable(capture, picture, &finding.to_string(), remedy));
         }
     };
@@ -254,7 +254,7 @@ fn input(capture: &Capture, poses: Vec<PoseInput>, stage_views: Vec<StageViewInp
     }
 }
 
-/// Where the manifest says that the stage stood.
+/// The stage position stated by the manifest.
 pub fn stage_position(place: StagePlace) -> StagePosition {
     match place {
         StagePlace::PositionMm(position_mm) => StagePosition::LinearMm(position_mm),

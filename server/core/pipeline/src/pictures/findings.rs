@@ -1,4 +1,4 @@
-//! What a picture shows besides its lines that a person should know, in words.
+//! Findings about a picture besides its lines, in words.
 
 use std::fmt;
 
@@ -7,12 +7,13 @@ use vision::{Centrelines, GreyImage, LineDirection, Picture, RoomChange, find_ce
 use crate::pictures::search::{Directions, LineSearch, runs_along};
 use crate::pictures::strong_light::{StrongLight, strong_light};
 
-/// Points of the other reading of a picture, per point of the one asked for, from which the other is the likelier.
+/// Ratio of the points found by another interpretation of a picture to those found as requested, from which the other
+/// is likelier.
 const LIKELIER: usize = 3;
-/// Fewest points that speak for another reading: less is noise.
+/// Fewest points that support another interpretation: fewer are noise.
 const SUSPICIOUS_POINTS: usize = 100;
 
-/// Something a person should know about a picture.
+/// A finding about a picture.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Finding {
     /// No line at all.
@@ -21,35 +22,35 @@ pub enum Finding {
     LightWithoutLine(StrongLight),
     /// Glints were left out.
     Glints {
-        /// How many.
+        /// Their number.
         n: usize,
     },
-    /// Lines seem to run the other way.
+    /// Lines appear to run in the other direction.
     OtherDirection {
-        /// The other way.
+        /// The other direction.
         direction: LineDirection,
-        /// Points found along it, and along the one asked for.
+        /// Points found in it, and in the requested one.
         n_points: [usize; 2],
     },
-    /// The picture with the laser off shows the lines.
+    /// The background shows the lines.
     SwappedPair {
         /// Points found in off minus on, and in on minus off.
         n_points: [usize; 2],
     },
     /// The background shows another pose or part.
     BackgroundOfAnotherPose {
-        /// Share of the picture that is darker with the laser on than without.
+        /// Fraction of the picture that is darker with the laser on than off.
         darker_share: f64,
     },
     /// The room was darker in the picture with the laser on.
     DimmerRoom {
-        /// Its brightness, of that in the background.
+        /// Its brightness relative to the background.
         share: f32,
     },
 }
 
 impl Finding {
-    /// A stable name for machines.
+    /// A stable name for programs.
     pub fn kind(&self) -> &'static str {
         match self {
             Self::NoLine => "no_line",
@@ -68,7 +69,9 @@ impl fmt::Display for Finding {
         match self {
             Self::NoLine => f.write_str("shows no laser line"),
             Self::LightWithoutLine(light) => light.fmt(f),
-            Self::Glints { n } => write!(f, "{n} short clipped pieces outshine the lines: glints, left out"),
+            Self::Glints { n } => {
+                write!(f, "{n} short clipped pieces are brighter than the lines: glints, left out")
+            }
             Self::OtherDirection { direction, n_points: [other, own] } => {
                 let word = match direction {
                     LineDirection::Rows => "rows",
@@ -91,8 +94,8 @@ impl fmt::Display for Finding {
     }
 }
 
-/// What `image`, in which `lines` are all that were found, shows besides. With lines along both directions light is looked
-/// for along the first.
+/// Findings about `image`, in which `lines` are all lines found. With lines in both directions, light is searched for
+/// along the first.
 pub(crate) fn findings_of(image: &GreyImage, lines: &Centrelines, search: &LineSearch) -> Vec<Finding> {
     let mut findings: Vec<Finding> = other_direction(image, lines, search).into_iter().collect();
     let found = strong_light(image, lines, search.directions.each()[0], search.region);
@@ -116,7 +119,7 @@ fn other_direction(image: &GreyImage, lines: &Centrelines, search: &LineSearch) 
     suspected.then_some(Finding::OtherDirection { direction: other, n_points })
 }
 
-/// Whether a picture with the laser on and one with it off are a pair; `found`: points found in on minus off.
+/// Findings about a pair of laser on and off; `found`: points found in on minus off.
 pub(crate) fn pair_findings(on: &Picture, off: &Picture, found: usize, search: &LineSearch) -> Option<Finding> {
     if found < SUSPICIOUS_POINTS * LIKELIER
         && let Some(reversed) = off.minus(on)
@@ -124,7 +127,7 @@ pub(crate) fn pair_findings(on: &Picture, off: &Picture, found: usize, search: &
         let params = search.params(search.directions.each()[0]);
         let lines = find_centrelines(&reversed.channel(search.channel), &params);
         let swapped: usize = lines.segments.iter().map(|segment| segment.points.len()).sum();
-        // What moved leaves edges both ways; a swapped pair has nothing but the lines.
+        // Movement leaves edges in both differences; a swapped pair has only the lines.
         if swapped >= SUSPICIOUS_POINTS && swapped > LIKELIER * found {
             return Some(Finding::SwappedPair { n_points: [swapped, found] });
         }
@@ -132,7 +135,7 @@ pub(crate) fn pair_findings(on: &Picture, off: &Picture, found: usize, search: &
     room_finding(on, off)
 }
 
-/// What became of the room between two pictures, see [`vision::room_change`].
+/// Change of the room between two pictures, see [`vision::room_change`].
 pub fn room_finding(on: &Picture, off: &Picture) -> Option<Finding> {
     room_change(on, off).map(Finding::from)
 }

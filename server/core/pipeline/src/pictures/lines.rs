@@ -1,4 +1,4 @@
-//! A laser picture to its lines, with the background taken away if there is one.
+//! From a laser picture to its lines, minus the background if there is one.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -13,15 +13,15 @@ use crate::pictures::search::{Directions, LineSearch};
 
 /// A laser picture and its lines.
 pub struct FoundLines {
-    /// The picture as it was read, as brightness.
+    /// The picture as read, as luma.
     pub photograph: GreyImage,
-    /// One channel of the same with the background taken away, if there is one: what the lines were found in.
+    /// One channel of it minus the background, if there is one: the input of the extraction.
     pub image: GreyImage,
     /// The lines.
     pub lines: Centrelines,
-    /// What else a person should know.
+    /// Findings about the picture.
     pub findings: Vec<Finding>,
-    /// Whether the file's compression lost part of what the camera saw.
+    /// Whether the file's compression is lossy.
     pub is_lossy: bool,
 }
 
@@ -50,10 +50,10 @@ pub fn lines_of(path: &Path, background: Option<&Background>, search: &LineSearc
     Ok(FoundLines { photograph, image, lines, findings, is_lossy })
 }
 
-/// The channel in which pictures of one camera and laser show it: the one asked for, or decided from some of them.
+/// The channel in which pictures of one camera and laser show it: as requested, or selected from some of them.
 ///
-/// `background`: the picture with the laser off of each picture, by its index, where there is one. What cannot be read
-/// has no say here and fails where its lines are looked for.
+/// `background`: the background of each picture, by its index, if there is one. Pictures that cannot be read are
+/// ignored here and fail when their lines are extracted.
 pub fn channel_of(
     choice: ChannelChoice,
     pictures: &[PathBuf],

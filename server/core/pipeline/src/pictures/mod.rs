@@ -1,4 +1,4 @@
-//! From pictures to boards and lines, and what a person should know about them.
+//! From pictures to boards and lines, with findings about them.
 
 pub mod background;
 pub mod board;

@@ -1,4 +1,4 @@
-//! How lines are looked for in a picture, and which of them are kept.
+//! Settings of the line search, and which lines are kept.
 
 use statistics::median;
 use vision::{
@@ -6,29 +6,29 @@ use vision::{
     find_centrelines,
 };
 
-/// Lines fainter than this, of full scale, are not kept from files with lossy compression unless a contrast was asked for:
-/// the blocks of JPEG leave ripples of one to three levels of 255 where the picture is dark.
+/// Lines fainter than this, relative to full scale, are dropped from files with lossy compression unless a contrast was
+/// requested: JPEG blocks leave ripples of one to three levels of 255 where the picture is dark.
 const LOSSY_MIN_CONTRAST: f32 = 4.0 / 255.0;
 
-/// Longest piece, in its own widths, that may be a glint: a spot of light is as long as it is wide, out of focus too.
+/// Longest piece, in its own widths, that may be a glint: a spot of light is as long as it is wide, even out of focus.
 const GLINT_WIDTHS: f32 = 6.0;
-/// Shortest piece, in its own widths, that is surely a line.
+/// Shortest piece, in its own widths, that is certainly a line.
 const LINE_WIDTHS: f32 = 15.0;
-/// Height of a glint over that of the lines, at least: what shines back the lamp or the laser itself outshines what
-/// scatters it.
+/// Smallest ratio of a glint's height to that of the lines: specular reflections of the lamp or the laser are brighter
+/// than scattered light.
 const GLINT_OVER_LINES: f32 = 1.5;
 
-/// Which way lines may run.
+/// Directions in which lines may run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Directions {
-    /// One way.
+    /// One direction.
     One(LineDirection),
-    /// Either way, also within a line: each piece is kept from the direction along which it runs.
+    /// Either direction, also within a line: each piece is kept from the direction along which it runs.
     Both,
 }
 
 impl Directions {
-    /// The directions that are looked along.
+    /// The directions to search.
     pub fn each(self) -> &'static [LineDirection] {
         match self {
             Self::One(LineDirection::Rows) => &[LineDirection::Rows],
@@ -58,25 +58,26 @@ impl Region {
     }
 }
 
-/// How lines are looked for, and which are kept.
+/// Settings of the line search.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LineSearch {
-    /// What is looked at of colour pictures.
+    /// The channel used of colour pictures.
     pub channel: Channel,
     /// How the centre is found.
     pub method: CentrelineMethod,
-    /// Which way lines may run.
+    /// Directions in which lines may run.
     pub directions: Directions,
-    /// Where points are kept; everywhere if there is none.
+    /// Region of the points kept; the whole picture if `None`.
     pub region: Option<Region>,
     /// Fewest points of a piece of line.
     pub min_points: usize,
-    /// Least median height of a piece above its surroundings, in grey levels; decided by the file's format if there is none.
+    /// Smallest median height of a piece above its surroundings, in grey levels; by default it depends on the file's
+    /// format.
     pub min_contrast: Option<f32>,
 }
 
 impl LineSearch {
-    /// Every line of that channel along those directions.
+    /// Every line of a channel along these directions.
     pub fn of(channel: Channel, directions: Directions) -> Self {
         let method = CentrelineMethod::default();
         Self { channel, method, directions, region: None, min_points: 1, min_contrast: None }
@@ -101,8 +102,8 @@ impl LineSearch {
         all
     }
 
-    /// Takes glints out of the lines of an image: short clipped pieces that outshine its long lines. Without a long line
-    /// nothing is said to be a glint. Answers how many they were.
+    /// Removes glints from the lines of an image: short clipped pieces that are brighter than its long lines. Without a
+    /// long line nothing is removed. Returns their number.
     pub(crate) fn drop_glints(&self, lines: &mut Centrelines) -> usize {
         let lengths = |segment: &Segment| segment.points.len() as f32 / median_width(segment).max(1.0);
         let long = lines.segments.iter().filter(|segment| lengths(segment) >= LINE_WIDTHS);
@@ -120,7 +121,7 @@ impl LineSearch {
         n_before - lines.segments.len()
     }
 
-    /// Keeps what is wanted of the lines of an image; `is_lossy`: see [`capture::Photograph`].
+    /// Keeps the requested lines of an image; `is_lossy`: see [`capture::Photograph`].
     pub(crate) fn keep_wanted(&self, lines: &mut Centrelines, full_scale: f32, is_lossy: bool) {
         let lossy = if is_lossy { LOSSY_MIN_CONTRAST * full_scale } else { 0.0 };
         let min_contrast = self.min_contrast.unwrap_or(lossy);
@@ -133,7 +134,7 @@ impl LineSearch {
     }
 }
 
-/// Whether a line runs rather along rows (columns) than across them where the point is.
+/// Whether a line runs along rows (columns) rather than across them at the point.
 pub(crate) fn runs_along(point: &CentrelinePoint, direction: LineDirection) -> bool {
     let [across_columns, across_rows] = point.normal.map(f64::abs);
     match direction {
@@ -174,7 +175,7 @@ mod tests {
             let (u, v) = ((idx % 256) as f64, (idx / 256) as f64);
             let along =
                 if (20.0..120.0).contains(&u) { 150.0 * bell(v - 40.0) + 20.0 * bell(v - 100.0) } else { 0.0 };
-            // A grain of the sensor, so that there is noise to measure.
+            // A pattern of the sensor, so that there is noise to measure.
             (10.0 + along + 150.0 * bell(u - 200.0) + (idx * 7919 % 5) as f64 * 0.5).round() as u8
         };
         GreyImage::new(256, 160, Pixels::Eight((0..256 * 160).map(level).collect())).unwrap()
@@ -209,7 +210,7 @@ mod tests {
         let level = |idx: usize| {
             let (u, v) = ((idx % 640) as f64, (idx / 640) as f64);
             let line = 70.0 * bell((v - 120.0 - 0.1 * u) / 2.0);
-            // Ten spots over the line, and one on it.
+            // Ten spots above the line, and one on it.
             let spots = (0..11).map(|k| {
                 let at = [40.0 + 55.0 * f64::from(k), if k == 5 { 151.5 } else { 70.0 }];
                 600.0 * bell((u - at[0]) / 5.0) * bell((v - at[1]) / 2.5)
@@ -234,7 +235,7 @@ mod tests {
         assert_eq!(near(&cut, |p| p.v_px - 40.0), 40);
         assert_eq!(cut.segments.len(), 1);
         let long = wanted(&LineSearch { min_points: 110, ..search() }, &image);
-        // The line along the column crosses row 40 in a point or two of its own.
+        // The line along the column crosses row 40 in one or two points of its own.
         assert!(near(&long, |p| p.v_px - 40.0) < 3 && near(&long, |p| p.u_px - 200.0) > 0);
         assert!(near(&wanted(&search(), &image), |p| p.v_px - 100.0) > 70);
         let bright = wanted(&LineSearch { min_contrast: Some(50.0), ..search() }, &image);

@@ -1,4 +1,4 @@
-//! Strong light beside all lines that were found: too wide, clipped, or no line at all. It is said, not passed over.
+//! Strong light beside all lines found: too wide, clipped, or not a line at all. It is reported.
 
 use std::fmt;
 
@@ -8,29 +8,29 @@ use crate::pictures::search::Region;
 
 /// Neighbouring columns (rows) whose light is averaged.
 const STRIP_PX: usize = 16;
-/// Strips over which light must reach to be worth a word: shorter pieces are glints and corners.
+/// Fewest strips over which light must extend to be reported: shorter pieces are glints and corners.
 const MIN_STRIPS: usize = 4;
-/// Strong light is at least this share of how bright the brightest tenth of what was found is.
+/// Smallest height of strong light relative to the brightest tenth of the points found.
 const OF_LINES: f32 = 0.5;
-/// Without lines it is strong from this share of full scale above its surroundings.
+/// Without lines, smallest height relative to full scale.
 const OF_FULL_SCALE: f32 = 0.1;
-/// Widest light that is looked at, of the picture's side across the lines; beyond it is a bright surface.
+/// Widest light considered, relative to the picture's side across the lines; wider is a bright surface.
 const WIDEST_SHARE: f32 = 0.25;
-/// Widest line that the extraction looks for (`docs/maths/centreline.md`, known limits).
+/// Widest line that the extraction supports (`docs/maths/centreline.md`, known limits).
 const WIDEST_LINE_PX: usize = 40;
-/// Share of full scale from which light is clipped.
+/// Fraction of full scale from which light is clipped.
 const CLIPPED: f32 = 0.98;
-/// A point this near to light, in pixels, is the light's.
+/// Largest distance, in pixels, of a point that belongs to light.
 const NEAR_PX: f64 = 3.0;
-/// Light so narrow along the first or last row is the frame that a program drew round the picture.
+/// Light this narrow along the first or last row is a frame that a program drew around the picture.
 const FRAME_PX: usize = 3;
-/// Most findings of one picture; the longest first.
+/// Most findings per picture; the longest first.
 const MOST: usize = 3;
 
 /// Light that yields no point.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StrongLight {
-    /// Which way it was looked along.
+    /// Search direction.
     pub direction: LineDirection,
     /// Full width at half of its height, the median of its strips.
     pub width_px: usize,
@@ -57,14 +57,11 @@ impl fmt::Display for StrongLight {
             self.width_px, self.height
         )?;
         if self.width_px > WIDEST_LINE_PX {
-            write!(
-                f,
-                "wider than {WIDEST_LINE_PX} px, the widest line that is looked for; focus the laser or the camera"
-            )
+            write!(f, "wider than {WIDEST_LINE_PX} px, the widest line supported; focus the laser or the camera")
         } else if self.is_clipped {
             f.write_str("clipped; expose shorter")
         } else {
-            f.write_str("it follows no line; check --direction and --channel, and that nothing else is lit")
+            f.write_str("it is not a line; check --direction and --channel, and that no other light is on")
         }
     }
 }
@@ -122,7 +119,7 @@ pub(crate) fn strong_light(
             let follows = |chain: &&mut Vec<Piece>| {
                 let last = &chain[chain.len() - 1];
                 let is_alike = last.width_px <= 2 * piece.width_px && piece.width_px <= 2 * last.width_px;
-                // A straight piece goes on as it went; what jumps is texture.
+                // A straight piece is extrapolated; jumps are texture.
                 let expected = match chain.len() {
                     1 => last.middle as f64,
                     n => 2.0 * last.middle as f64 - chain[n - 2].middle as f64,
@@ -156,7 +153,7 @@ fn light_of(chain: &[Piece], direction: LineDirection) -> StrongLight {
     }
 }
 
-/// Light that stands out of its surroundings across a strip of columns.
+/// Light that exceeds its surroundings across a strip of columns.
 fn pieces_of(image: &GreyImage, strip: usize, threshold: f32) -> Vec<Piece> {
     let columns = strip * STRIP_PX..(strip + 1) * STRIP_PX;
     let mean = |v: usize| columns.clone().map(|u| image.at(u, v)).sum::<f32>() / STRIP_PX as f32;
@@ -187,7 +184,7 @@ fn pieces_of(image: &GreyImage, strip: usize, threshold: f32) -> Vec<Piece> {
     pieces
 }
 
-/// The profile without what is narrower than `width`: the least over a window, then the greatest of those.
+/// Morphological opening of the profile: minimum over a window of `width`, then maximum.
 fn opened(profile: &[f32], width: usize) -> Vec<f32> {
     let half = (width / 2).max(1);
     let over = |values: &[f32], pick: fn(f32, f32) -> f32| -> Vec<f32> {
@@ -203,7 +200,7 @@ mod tests {
     use super::*;
     use vision::{CentrelineParams, Pixels, find_centrelines};
 
-    /// A stripe along rows of that width (full width at half its height) with a flat or a bell-shaped profile.
+    /// A stripe along rows of this width (full width at half height) with a flat or a Gaussian profile.
     fn stripe(width_px: f64, is_flat: bool, height: f64) -> GreyImage {
         let level = |idx: usize| {
             let distance = ((idx / 640) as f64 - 240.0 - 0.02 * (idx % 640) as f64).abs();
@@ -222,7 +219,7 @@ mod tests {
     }
 
     #[test]
-    fn light_wider_than_any_line_is_named_with_its_place_and_width() {
+    fn light_wider_than_any_line_is_reported_with_its_position_and_width() {
         let found = light_in(&stripe(80.0, true, 150.0));
         let [light] = &found[..] else { panic!("{found:?}") };
         assert!((75..=85).contains(&light.width_px) && light.along_px == [0, 639], "{light:?}");
@@ -232,14 +229,14 @@ mod tests {
     }
 
     #[test]
-    fn a_frame_drawn_round_the_picture_is_no_finding() {
+    fn a_frame_drawn_around_the_picture_is_not_a_finding() {
         let level = |idx: usize| if !(640..640 * 479).contains(&idx) { 250 } else { 10 + (idx * 7919 % 3) as u8 };
         let framed = GreyImage::new(640, 480, Pixels::Eight((0..640 * 480).map(level).collect())).unwrap();
         assert_eq!(light_in(&framed), []);
     }
 
     #[test]
-    fn light_with_its_points_is_no_finding() {
+    fn light_with_points_is_not_a_finding() {
         for width_px in [4.0, 12.0, 24.0] {
             assert_eq!(light_in(&stripe(width_px, false, 150.0)), [], "{width_px}");
         }

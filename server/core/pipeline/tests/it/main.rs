@@ -1,4 +1,4 @@
-//! Whole procedures on rendered captures whose truth is known.
+//! Complete procedures on rendered captures with known truth.
 
 #![allow(clippy::unwrap_used)]
 

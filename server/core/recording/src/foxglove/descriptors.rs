@@ -1,4 +1,4 @@
-//! The `FileDescriptorSet` of each message: MCAP readers decode by it alone.
+//! The `FileDescriptorSet` of each message, which MCAP readers use for decoding.
 
 use prost::Message as _;
 use prost_types::field_descriptor_proto::{Label, Type};
@@ -9,7 +9,7 @@ use prost_types::{
 
 const TIMESTAMP: &str = ".google.protobuf.Timestamp";
 
-/// What decodes `foxglove.RawImage`.
+/// Descriptors of `foxglove.RawImage`.
 pub fn raw_image_descriptors() -> Vec<u8> {
     let message = message(
         "RawImage",
@@ -26,7 +26,7 @@ pub fn raw_image_descriptors() -> Vec<u8> {
     set([timestamp(), foxglove("RawImage", &["google/protobuf/timestamp.proto"], message)])
 }
 
-/// What decodes `foxglove.PointCloud`.
+/// Descriptors of `foxglove.PointCloud`.
 pub fn point_cloud_descriptors() -> Vec<u8> {
     let cloud = message(
         "PointCloud",

@@ -1,18 +1,19 @@
-//! The protobuf messages of Foxglove that a recording uses, and their descriptors. The names and numbers are those of
-//! github.com/foxglove/foxglove-sdk (`schemas/proto/foxglove`); a test compares the descriptors with the published ones.
+//! The Foxglove protobuf messages used by a recording, and their descriptors. The names and numbers are those of
+//! github.com/foxglove/foxglove-sdk (`schemas/proto/foxglove`); a test compares the descriptors with the published
+//! ones.
 
 mod descriptors;
 
 pub use descriptors::{point_cloud_descriptors, raw_image_descriptors};
 pub use prost_types::Timestamp;
 
-/// `foxglove.RawImage`: a picture as the sensor delivered it.
+/// `foxglove.RawImage`: a picture as delivered by the sensor.
 #[derive(Clone, PartialEq, prost::Message)]
 pub struct RawImage {
-    /// When it was taken.
+    /// Capture time.
     #[prost(message, optional, tag = "1")]
     pub timestamp: Option<Timestamp>,
-    /// Of which frame of reference.
+    /// Frame of reference.
     #[prost(string, tag = "7")]
     pub frame_id: String,
     /// Columns.
@@ -35,19 +36,19 @@ pub struct RawImage {
 /// `foxglove.PointCloud`.
 #[derive(Clone, PartialEq, prost::Message)]
 pub struct PointCloud {
-    /// When it was taken.
+    /// Capture time.
     #[prost(message, optional, tag = "1")]
     pub timestamp: Option<Timestamp>,
-    /// Of which frame of reference.
+    /// Frame of reference.
     #[prost(string, tag = "2")]
     pub frame_id: String,
-    /// Where the cloud's origin is in it.
+    /// Pose of the cloud's origin in it.
     #[prost(message, optional, tag = "3")]
     pub pose: Option<Pose>,
     /// Bytes of a point.
     #[prost(fixed32, tag = "4")]
     pub point_stride: u32,
-    /// What a point consists of.
+    /// Fields of a point.
     #[prost(message, repeated, tag = "5")]
     pub fields: Vec<PackedElementField>,
     /// Point by point, little endian.
@@ -58,10 +59,10 @@ pub struct PointCloud {
 /// `foxglove.Pose`.
 #[derive(Clone, Copy, PartialEq, prost::Message)]
 pub struct Pose {
-    /// Where.
+    /// Position.
     #[prost(message, optional, tag = "1")]
     pub position: Option<Vector3>,
-    /// How turned.
+    /// Orientation.
     #[prost(message, optional, tag = "2")]
     pub orientation: Option<Quaternion>,
 }
@@ -103,10 +104,10 @@ pub struct PackedElementField {
     /// Its name.
     #[prost(string, tag = "1")]
     pub name: String,
-    /// Where it begins within a point.
+    /// Offset within a point.
     #[prost(fixed32, tag = "2")]
     pub offset: u32,
-    /// Which number it is.
+    /// Its numeric type.
     #[prost(enumeration = "NumericType", tag = "3")]
     pub r#type: i32,
 }
@@ -115,19 +116,19 @@ pub struct PackedElementField {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, prost::Enumeration)]
 #[repr(i32)]
 pub enum NumericType {
-    /// Not said.
+    /// Unspecified.
     Unknown = 0,
-    /// An octet.
+    /// Unsigned, 8 bits.
     Uint8 = 1,
-    /// A signed octet.
+    /// Signed, 8 bits.
     Int8 = 2,
-    /// 16 bits.
+    /// Unsigned, 16 bits.
     Uint16 = 3,
-    /// 16 bits, signed.
+    /// Signed, 16 bits.
     Int16 = 4,
-    /// 32 bits.
+    /// Unsigned, 32 bits.
     Uint32 = 5,
-    /// 32 bits, signed.
+    /// Signed, 32 bits.
     Int32 = 6,
     /// Single precision.
     Float32 = 7,

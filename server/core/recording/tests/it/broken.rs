@@ -1,10 +1,10 @@
-//! Files that were broken off anywhere, and files with flipped bits.
+//! Files truncated at any byte, and files with flipped bits.
 
 use recording::{RecordingError, RecordingFile, repair};
 
 use crate::common::*;
 
-/// The bytes of a recording whose process died, and the file to put them into.
+/// The bytes of a recording of a process that died, and a file for them.
 fn broken_off() -> (tempfile::TempDir, std::path::PathBuf, Vec<u8>) {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.mcap");
@@ -14,7 +14,7 @@ fn broken_off() -> (tempfile::TempDir, std::path::PathBuf, Vec<u8>) {
 }
 
 #[test]
-fn a_recording_whose_process_died_holds_every_frame_that_was_flushed() {
+fn a_recording_of_a_dead_process_contains_every_flushed_frame() {
     let (folder, path, _) = broken_off();
     let file = RecordingFile::open(&path).unwrap();
     assert_eq!((file.frames.len(), file.is_whole, file.end.is_none()), (N_FRAMES, false, true));
@@ -29,7 +29,7 @@ fn a_recording_whose_process_died_holds_every_frame_that_was_flushed() {
 }
 
 #[test]
-fn cut_off_at_any_byte_it_opens_with_all_that_lies_before_or_says_why_not() {
+fn truncated_at_any_byte_it_opens_with_everything_before_or_states_why_not() {
     let (folder, path, bytes) = broken_off();
     let cut = folder.path().join("cut.mcap");
     let mut n_frames_before = 0;
@@ -54,7 +54,7 @@ fn cut_off_at_any_byte_it_opens_with_all_that_lies_before_or_says_why_not() {
 }
 
 #[test]
-fn a_flipped_bit_costs_the_chunk_it_is_in_and_is_told() {
+fn a_flipped_bit_loses_its_chunk_and_is_reported() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.mcap");
     write(&path, 8, nothing_lost, true);
@@ -71,16 +71,13 @@ fn a_flipped_bit_costs_the_chunk_it_is_in_and_is_told() {
             n_noticed += 1;
             continue;
         };
-        // What is still there is what was written.
+        // The remaining frames equal those written.
         for (idx, frame) in file.frames.iter().enumerate() {
             let original = (frame.note.sequence - 100) as usize;
             assert_eq!(file.image(idx).unwrap(), picture(original, 8), "byte {at}");
         }
         if file.frames.len() < whole.frames.len() {
-            assert!(
-                !file.damages.is_empty() || !file.is_whole,
-                "byte {at}: frames are missing and nobody says so"
-            );
+            assert!(!file.damages.is_empty() || !file.is_whole, "byte {at}: frames are missing without a report");
             n_lost += 1;
         }
         let _ = std::fs::remove_file(&mended);
@@ -95,7 +92,7 @@ fn a_flipped_bit_costs_the_chunk_it_is_in_and_is_told() {
 }
 
 #[test]
-fn what_is_no_recording_is_refused_by_name() {
+fn a_file_that_is_not_a_recording_is_refused() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.mcap");
     std::fs::write(&path, b"a picture").unwrap();

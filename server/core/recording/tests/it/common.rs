@@ -16,7 +16,7 @@ pub const N_FRAMES: usize = 6;
 pub const BEGAN_NS: u64 = 1_700_000_000_123_456_789;
 pub const CALIBRATION: &[u8] = br#"{"id": "c0ffee"}"#;
 
-/// Rows of the scan are the frames from this one on; those before are of the approach.
+/// Frames from this one on are rows of the scan; those before belong to the approach.
 pub const FIRST_ROW: usize = 2;
 
 pub fn header() -> RecordingHeader {
@@ -40,7 +40,7 @@ pub fn header() -> RecordingHeader {
     }
 }
 
-/// Every pixel is another value in every frame; 16 bits with the high byte in use.
+/// Every pixel has a different value in every frame; 16 bits with the high byte in use.
 pub fn picture(idx: usize, bits: u32) -> GreyImage {
     let value = |pixel: usize| (pixel * 7919 + idx * 104_729) as u64;
     let pixels = match bits {
@@ -82,7 +82,7 @@ fn device(model: &str) -> DeviceNote {
     }
 }
 
-/// Writes a recording frame by frame, each in a chunk of its own; `lost` says what is missing before a frame.
+/// Writes a recording frame by frame, each in a chunk of its own; `lost` returns the exposures missing before a frame.
 pub fn write(path: &Path, bits: u32, lost: impl Fn(usize) -> FrameLosses, finish: bool) {
     let file = std::fs::File::create(path).unwrap();
     let mut writer = RecordingWriter::create(file, &header(), Some(CALIBRATION)).unwrap();
@@ -121,7 +121,7 @@ pub fn write(path: &Path, bits: u32, lost: impl Fn(usize) -> FrameLosses, finish
         writer.finish(&end).unwrap();
     } else {
         writer.flush().unwrap();
-        // As a process that dies: without index and end.
+        // Like a process that dies: without index and end.
         std::mem::forget(writer);
     }
 }

@@ -1,4 +1,4 @@
-//! The protobuf messages hold what their descriptors say.
+//! The protobuf messages match their descriptors.
 
 use prost::Message as _;
 use prost_types::FileDescriptorSet;

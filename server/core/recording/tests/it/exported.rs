@@ -1,4 +1,4 @@
-//! A recording as a capture folder.
+//! Export of a recording as a capture folder.
 
 use capture::Capture;
 use recording::{FrameLosses, RecordingFile, export};
@@ -12,12 +12,16 @@ fn a_recorded_scan_becomes_a_capture_of_its_rows_with_its_calibration() {
         let path = folder.path().join("a.mcap");
         write(&path, bits, |_| FrameLosses::default(), true);
         let out = folder.path().join("capture");
-        let mut told = Vec::new();
+        let mut progress = Vec::new();
         let exported =
-            export(&RecordingFile::open(&path).unwrap(), &out, |row, n_rows| told.push((row, n_rows))).unwrap();
+            export(&RecordingFile::open(&path).unwrap(), &out, |row, n_rows| progress.push((row, n_rows)))
+                .unwrap();
         let n_rows = N_FRAMES - FIRST_ROW;
-        assert_eq!((exported.n_frames, exported.n_nowhere, exported.n_rows_missing), (n_rows as u64, 0, 0));
-        assert_eq!(told, (0..n_rows).map(|row| (row, n_rows)).collect::<Vec<_>>());
+        assert_eq!(
+            (exported.n_frames, exported.n_without_position, exported.n_rows_missing),
+            (n_rows as u64, 0, 0)
+        );
+        assert_eq!(progress, (0..n_rows).map(|row| (row, n_rows)).collect::<Vec<_>>());
         assert_eq!(std::fs::read(exported.calibration.unwrap()).unwrap(), CALIBRATION);
         let capture = Capture::open(&out).unwrap();
         assert_eq!(capture.warnings, Vec::<String>::new());

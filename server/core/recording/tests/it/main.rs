@@ -1,4 +1,4 @@
-//! Tests of recordings against the public interface.
+//! Tests of recordings through the public interface.
 
 #![allow(clippy::unwrap_used, missing_docs)]
 

@@ -1,11 +1,11 @@
-//! What was written is read again, bit by bit. Not shown here: that others can read it (`witness`).
+//! Written data is read back exactly. Not covered: that other programs can read it (`witness`).
 
 use recording::{FrameLosses, RecordingFile};
 
 use crate::common::*;
 
 #[test]
-fn frames_come_back_bit_by_bit_with_everything_that_belongs_to_them() {
+fn frames_are_read_back_exactly_with_their_data() {
     for bits in [8, 16] {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.mcap");
@@ -30,7 +30,7 @@ fn frames_come_back_bit_by_bit_with_everything_that_belongs_to_them() {
 }
 
 #[test]
-fn the_frames_of_a_scan_are_its_rows_at_their_places() {
+fn the_frames_of_a_scan_are_its_rows_at_their_positions() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.mcap");
     write(&path, 8, nothing_lost, true);
@@ -41,7 +41,7 @@ fn the_frames_of_a_scan_are_its_rows_at_their_places() {
 }
 
 #[test]
-fn what_was_lost_is_told_by_reason_and_place() {
+fn losses_are_reported_by_reason_and_position() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.mcap");
     let lost = |idx: usize| match idx {

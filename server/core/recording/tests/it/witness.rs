@@ -1,6 +1,5 @@
-//! The file as others read it: the reader of the MCAP project and the message types that Foxglove publishes, both for
-//! Python (`mcap`, `mcap-protobuf-support`, `foxglove-schemas-protobuf`). Not shown here: the pictures that Foxglove
-//! draws of it.
+//! The file as read by others: the reader of the MCAP project and the message types published by Foxglove, both for
+//! Python (`mcap`, `mcap-protobuf-support`, `foxglove-schemas-protobuf`). Not covered: how Foxglove displays it.
 
 use std::process::Command;
 

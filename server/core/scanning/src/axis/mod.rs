@@ -1,8 +1,8 @@
 //! The axis of a turntable from a part that it turns through more than a circle, without a board
-//! (`docs/maths/turntable.md`, eq. 12–15): the axis about which surfaces that were seen twice fall together.
+//! (`docs/maths/turntable.md`, eq. 12–15): the axis about which surfaces observed twice coincide.
 
-mod looks;
 mod pairs;
+mod surfels;
 
 use std::borrow::Cow;
 
@@ -14,86 +14,87 @@ use statistics::median;
 use crate::error::ScanError;
 use crate::input::frames::{Frames, of_every_frame};
 use crate::points::profile::Profile;
-use looks::{Line, lines, looks};
 use pairs::{Pair, pairs};
+use surfels::{Line, lines, surfels};
 
-/// Most rounds of new looks and pairs; from 2 mm and a degree beside the axis six suffice.
+/// Most iterations with new surfels and pairs; from 2 mm and a degree beside the axis six suffice.
 const ROUNDS_MAX: usize = 25;
-/// Fewest places that were seen twice.
+/// Fewest places observed twice.
 const PAIRS_MIN: usize = 100;
 /// Residuals beyond so many σ count linearly.
 const HUBER_SIGMAS: f64 = 2.5;
-/// Frames that share their noise, since each look is made from a frame and its neighbours.
-const FRAMES_PER_LOOK: f64 = 3.0;
-/// What is known of a direction must be so many times what the noise of the normals alone would seem to say of it.
+/// Frames that share their noise, since each surfel is made from a frame and its two neighbours.
+const FRAMES_PER_SURFEL: f64 = 3.0;
+/// Smallest ratio of the information about a direction to what the noise of the normals alone simulates.
 const INFORMATION_OVER_NOISE: f64 = 10.0;
-/// Largest σ of the axis' direction, rad, and of its place as a share of its distance: as for boards.
+/// Largest σ of the axis' direction, rad, and of its position relative to its distance: as for boards.
 const MAX_TILT_SIGMA_RAD: f64 = 0.005;
 const MAX_SHIFT_SIGMA_SHARE: f64 = 0.002;
-/// The rounds end when a step is below this share of σ.
+/// The iterations end when a step is below this fraction of σ.
 const STEP_SIGMAS: f64 = 0.2;
 
-/// An axis that was found from a part.
+/// An axis estimated from a part.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PartAxis {
-    /// The axis, described at the point nearest to the middle of what was seen. How exact the angles are is not known.
+    /// The axis, referred to the point nearest to the middle of the observed surface. The accuracy of the angles is
+    /// unknown.
     pub axis: RotaryAxis,
-    /// Covariance of the four numbers of [`RotaryAxis::moved`], rad and mm: of the noise, and of what is not known of camera and
-    /// light.
+    /// Covariance of the four parameters of [`RotaryAxis::moved`], rad and mm: from noise and from the uncertainty of
+    /// camera and light.
     pub covariance: Matrix4<f64>,
-    /// The calibration with this axis for its stage, and the covariance of all together.
+    /// The calibration with this axis as its stage, and the joint covariance.
     pub calibration: Calibration,
-    /// Places that were seen twice.
+    /// Number of places observed twice.
     pub n_pairs: usize,
-    /// RMS of how far the two looks are apart along the surface's normal, mm.
+    /// RMS distance of the two observations along the surface's normal, mm.
     pub rms_mm: f64,
-    /// The same over what noise explains; above 1 the covariance is wider by its square.
+    /// That RMS relative to the expected noise; above 1 the covariance is multiplied by its square.
     pub noise_ratio: f64,
 }
 
-/// Why a part does not say where the axis is.
+/// Why a part does not determine the axis.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum PartAxisError {
     /// The frames cannot be read.
     #[error(transparent)]
     Frames(#[from] ScanError),
-    /// The stage travelled.
+    /// The stage is linear.
     #[error("frame {frame} states a position in millimetres, not an angle")]
     NotTurned {
         /// Index of the frame.
         frame: usize,
     },
-    /// Too little was seen twice by different lines.
-    #[error("only {n_pairs} places of the part were seen twice by different lines, {needed} are needed")]
+    /// Too few places were observed twice by different lines.
+    #[error("only {n_pairs} places of the part were observed twice by different lines, {needed} are needed")]
     TooLittleSeenTwice {
-        /// How many were.
+        /// Places found.
         n_pairs: usize,
-        /// How many are needed.
+        /// Places needed.
         needed: usize,
     },
-    /// A body of revolution, or one that is seen from too few sides.
+    /// A body of revolution, or a part observed from too few sides.
     #[error(
-        "the part looks the same along a direction in which the axis could move: the surfaces say {information:.1} times \
-         what the noise of their normals says, {needed} times are needed"
+        "the part looks the same along a direction in which the axis could move: its surfaces give {information:.1} times the \
+         information that noise of their normals would simulate, {needed} times are needed"
     )]
     LooksTheSame {
-        /// How much is known of that direction, over what noise alone seems to say.
+        /// Information about that direction, relative to what noise alone simulates.
         information: f64,
-        /// How much is needed.
+        /// Ratio needed.
         needed: f64,
     },
-    /// The axis is known too badly to measure with.
-    #[error("the axis is known to {tilt_sigma_deg:.2}° and {shift_sigma_mm:.2} mm only")]
+    /// The axis is too uncertain to measure with.
+    #[error("the axis is too uncertain: {tilt_sigma_deg:.2}° and {shift_sigma_mm:.2} mm")]
     Vague {
         /// Worst σ of the direction.
         tilt_sigma_deg: f64,
-        /// Worst σ of the place.
+        /// Worst σ of the position.
         shift_sigma_mm: f64,
     },
-    /// No axis about which the surfaces fall together.
-    #[error("no axis near the stated one makes the surfaces fall together ({rms_mm:.2} mm apart)")]
+    /// No axis makes the surfaces coincide.
+    #[error("no axis near the stated one makes the surfaces coincide ({rms_mm:.2} mm apart)")]
     NotFound {
-        /// RMS of how far they are apart at last.
+        /// RMS distance of the surfaces at the end.
         rms_mm: f64,
     },
 }
@@ -102,25 +103,25 @@ impl Remedy for PartAxisError {
     fn remedy(&self) -> Option<Cow<'_, str>> {
         Some(match self {
             Self::Frames(error) => return error.remedy(),
-            Self::NotTurned { .. } => "name a scan on a turntable".into(),
+            Self::NotTurned { .. } => "use a scan taken on a turntable".into(),
             Self::TooLittleSeenTwice { .. } => {
-                "turn the part through at least a whole turn before two lines, or take board views at angles".into()
+                "turn the part through at least a full turn with two lines, or take board views at several angles".into()
             }
             Self::LooksTheSame { .. } => {
-                "turn a part that is no body of revolution, off the axis and as large as the field, or take board views at angles"
+                "use a part that is not a body of revolution, off the axis and as large as the field, or take board views at several angles"
                     .into()
             }
             Self::Vague { .. } => "turn a larger part with more relief, in finer steps".into(),
-            Self::NotFound { .. } => "start nearer to the axis, and check that the part does not slip".into(),
+            Self::NotFound { .. } => "start closer to the axis, and check that the part does not slip".into(),
         })
     }
 }
 
-/// The axis about which the surfaces of a turned part fall together. `start`: an axis a few millimetres and degrees beside it;
-/// the stage of `calibration` is not used.
+/// The axis about which the surfaces of a turned part coincide. `start`: an axis within a few millimetres and degrees
+/// of the true one; the stage of `calibration` is not used.
 ///
 /// # Errors
-/// [`PartAxisError`]: what the part does not say is refused by name.
+/// [`PartAxisError`]: names what the part does not determine.
 pub fn axis_from_part(
     frames: &dyn Frames,
     calibration: &Calibration,
@@ -140,7 +141,7 @@ pub fn axis_from_part(
     Err(PartAxisError::NotFound { rms_mm: found.rms_mm })
 }
 
-/// The points of every line, frame by frame in the sequence of the angles; every frame labelled by itself.
+/// The points of every line, frame by frame in the sequence of the angles; every frame is labelled independently.
 fn labelled_lines(frames: &dyn Frames, calibration: &Calibration) -> Result<Vec<Line>, PartAxisError> {
     let mut angles_rad = Vec::with_capacity(frames.n_frames());
     for frame in 0..frames.n_frames() {
@@ -158,7 +159,7 @@ fn labelled_lines(frames: &dyn Frames, calibration: &Calibration) -> Result<Vec<
     Ok(lines(&profiles, &angles_rad, &calibration.orders))
 }
 
-/// What a round found out.
+/// The result of one iteration.
 struct Round {
     covariance: Matrix4<f64>,
     n_pairs: usize,
@@ -169,13 +170,13 @@ struct Round {
     distance_mm: f64,
 }
 
-/// One step of Gauss–Newton over the pairs that `axis` makes (eq. 14).
+/// One step of Gauss–Newton over the pairs formed with `axis` (eq. 14).
 fn round(lines: &[Line], calibration: &Calibration, axis: &mut RotaryAxis) -> Result<Round, PartAxisError> {
-    let looks = looks(lines, calibration, axis);
-    let n = looks.len().max(1) as f64;
-    let middle_mm = looks.iter().map(|look| look.at_mm).sum::<Vector3<f64>>() / n;
+    let surfels = surfels(lines, calibration, axis);
+    let n = surfels.len().max(1) as f64;
+    let middle_mm = surfels.iter().map(|surfel| surfel.at_mm).sum::<Vector3<f64>>() / n;
     *axis = axis.described_near(&middle_mm);
-    let pairs = pairs(&looks, axis);
+    let pairs = pairs(&surfels, axis);
     if pairs.len() < PAIRS_MIN {
         return Err(PartAxisError::TooLittleSeenTwice { n_pairs: pairs.len(), needed: PAIRS_MIN });
     }
@@ -186,14 +187,15 @@ fn round(lines: &[Line], calibration: &Calibration, axis: &mut RotaryAxis) -> Re
     for pair in &pairs {
         let Pair { apart_mm, sigma_mm, jacobian, normal_noise } = pair;
         let z = apart_mm.abs() / (sigma_mm * noise_ratio);
-        let weight = (HUBER_SIGMAS / z).min(1.0) / (sigma_mm * noise_ratio).powi(2) / FRAMES_PER_LOOK;
+        let weight = (HUBER_SIGMAS / z).min(1.0) / (sigma_mm * noise_ratio).powi(2) / FRAMES_PER_SURFEL;
         normal += jacobian * jacobian.transpose() * weight;
         of_noise += normal_noise * weight;
         right += jacobian * (apart_mm * weight);
     }
     let squares = pairs.iter().map(|pair| pair.apart_mm * pair.apart_mm).sum::<f64>();
     let rms_mm = (squares / pairs.len() as f64).sqrt();
-    let heights = looks.iter().map(|look| axis.direction.dot(&(look.at_mm - middle_mm)).powi(2)).sum::<f64>() / n;
+    let heights =
+        surfels.iter().map(|surfel| axis.direction.dot(&(surfel.at_mm - middle_mm)).powi(2)).sum::<f64>() / n;
     let information = least_information(&normal, &of_noise, heights.sqrt().max(1.0));
     let covariance = normal.try_inverse().filter(|_| information >= INFORMATION_OVER_NOISE);
     let Some(covariance) = covariance else {
@@ -206,8 +208,8 @@ fn round(lines: &[Line], calibration: &Calibration, axis: &mut RotaryAxis) -> Re
     Ok(Round { covariance, n_pairs: pairs.len(), rms_mm, noise_ratio, step, step_sigmas, distance_mm })
 }
 
-/// Of the direction of which least is known: what the pairs say over what noisy normals would say of an axis that nothing
-/// determines (eq. 15). `height_mm` makes tilts and shifts comparable.
+/// Information about the least determined direction: that of the pairs over what noisy normals would simulate for an
+/// undetermined axis (eq. 15). `height_mm` makes tilts and shifts comparable.
 fn least_information(normal: &Matrix4<f64>, of_noise: &Matrix4<f64>, height_mm: f64) -> f64 {
     let scale = Matrix4::from_diagonal(&Vector4::new(1.0 / height_mm, 1.0 / height_mm, 1.0, 1.0));
     let eigen = (scale * normal * scale).symmetric_eigen();
@@ -223,8 +225,8 @@ fn without_stage(calibration: &Calibration) -> Calibration {
     Calibration { stage: None, covariance, ..calibration.clone() }
 }
 
-/// Covariance of camera, light and axis: a camera or a light that is one σ off along a mode puts the surfaces elsewhere, and
-/// the axis follows them by a step (eq. 15).
+/// Joint covariance of camera, light and axis: a shift of camera or light by one σ along a mode moves the surfaces, and
+/// the axis follows by one step (eq. 15).
 fn joint_covariance(
     frames: &dyn Frames,
     calibration: &Calibration,

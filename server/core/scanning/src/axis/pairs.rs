@@ -1,4 +1,5 @@
-//! Places of the part that were seen twice, and what an axis says about the two looks (`docs/maths/turntable.md`, eq. 13).
+//! Pairs of surfels of the same place, and their residuals as a function of the axis (`docs/maths/turntable.md`, eq.
+//! 13).
 
 use nalgebra::{Matrix3, Matrix3x4, Matrix4, Vector3, Vector4};
 use optics::{Motion, PointMm, RotaryAxis};
@@ -6,38 +7,38 @@ use rayon::prelude::*;
 use statistics::median;
 use std::collections::HashMap;
 
-use crate::axis::looks::Look;
+use crate::axis::surfels::Surfel;
 
-/// Normals of one surface that was seen twice.
+/// Smallest cosine between the normals of two surfels of the same surface.
 const SAME_NORMAL_COSINE: f64 = 0.9;
 /// Steps of the derivative: tilts in rad, shifts in mm.
 const STEPS: [f64; 4] = [1e-5, 1e-5, 1e-3, 1e-3];
 
-/// Two looks at one place.
+/// Two surfels of the same place.
 pub struct Pair {
-    /// How far they are apart along the mean of their normals.
+    /// Their distance along the mean of their normals.
     pub apart_mm: f64,
-    /// One σ of that by noise.
+    /// One σ of that from noise.
     pub sigma_mm: f64,
-    /// How it changes with the four numbers of [`RotaryAxis::moved`].
+    /// Its derivatives with respect to the four parameters of [`RotaryAxis::moved`].
     pub jacobian: Vector4<f64>,
-    /// What the noise of the normals adds to the outer product of `jacobian`, on average.
+    /// Expected contribution of the normals' noise to the outer product of `jacobian`.
     pub normal_noise: Matrix4<f64>,
 }
 
-/// A look where `axis` puts it in the part.
+/// A surfel in the part frame, for a given `axis`.
 struct Placed<'a> {
-    look: &'a Look,
+    surfel: &'a Surfel,
     at_mm: Vector3<f64>,
     normal: Vector3<f64>,
     normal_covariance: Matrix3<f64>,
-    /// How its place follows the axis.
+    /// Derivatives of its position with respect to the axis.
     by_axis: Matrix3x4<f64>,
 }
 
-/// Every look with the nearest of another line, if they are close. A turn later the same line sees the same place in the same
-/// way, wherever the axis is.
-pub fn pairs(looks: &[Look], axis: &RotaryAxis) -> Vec<Pair> {
+/// Every surfel with the nearest one of another line, if they are close. After a full turn the same line observes the
+/// same place identically for any axis, so a line is not paired with itself.
+pub fn pairs(surfels: &[Surfel], axis: &RotaryAxis) -> Vec<Pair> {
     let moved: Vec<[RotaryAxis; 2]> = (0..4)
         .map(|idx| {
             [1.0, -1.0].map(|sign| {
@@ -47,9 +48,9 @@ pub fn pairs(looks: &[Look], axis: &RotaryAxis) -> Vec<Pair> {
             })
         })
         .collect();
-    let placed: Vec<Placed> = looks.par_iter().map(|look| placed(look, axis, &moved)).collect();
-    let mut reaches: Vec<f64> = looks.iter().map(|look| look.reach_mm).collect();
-    let Some(cell_mm) = median(&mut reaches).map(|reach_mm| 2.0 * reach_mm) else { return Vec::new() };
+    let placed: Vec<Placed> = surfels.par_iter().map(|surfel| placed(surfel, axis, &moved)).collect();
+    let mut reaches: Vec<f64> = surfels.iter().map(|surfel| surfel.radius_mm).collect();
+    let Some(cell_mm) = median(&mut reaches).map(|radius_mm| 2.0 * radius_mm) else { return Vec::new() };
     let cell = |at: &Vector3<f64>| [at.x, at.y, at.z].map(|x| (x / cell_mm).floor() as i64);
     let mut cells: HashMap<[i64; 3], Vec<usize>> = HashMap::new();
     for (idx, place) in placed.iter().enumerate() {
@@ -71,34 +72,35 @@ pub fn pairs(looks: &[Look], axis: &RotaryAxis) -> Vec<Pair> {
     nearest.iter().enumerate().filter_map(both).map(|(idx, other)| pair(&placed[idx], &placed[other])).collect()
 }
 
-fn placed<'a>(look: &'a Look, axis: &RotaryAxis, moved: &[[RotaryAxis; 2]]) -> Placed<'a> {
-    let motion: Motion = axis.motion(look.angle_rad);
-    let hit = PointMm::new(look.at_mm);
-    let at = |axis: &RotaryAxis| axis.part_from_camera(&hit, look.angle_rad).xyz;
+fn placed<'a>(surfel: &'a Surfel, axis: &RotaryAxis, moved: &[[RotaryAxis; 2]]) -> Placed<'a> {
+    let motion: Motion = axis.motion(surfel.angle_rad);
+    let hit = PointMm::new(surfel.at_mm);
+    let at = |axis: &RotaryAxis| axis.part_from_camera(&hit, surfel.angle_rad).xyz;
     let columns: Vec<Vector3<f64>> =
         moved.iter().zip(STEPS).map(|([more, less], step)| (at(more) - at(less)) / (2.0 * step)).collect();
     let axes = [Vector3::x(), Vector3::y(), Vector3::z()].map(|way| motion.part_direction(&way));
     let turn = Matrix3::from_columns(&axes);
     Placed {
-        look,
+        surfel,
         at_mm: at(axis),
-        normal: motion.part_direction(&look.normal),
-        normal_covariance: turn * look.normal_covariance * turn.transpose(),
+        normal: motion.part_direction(&surfel.normal),
+        normal_covariance: turn * surfel.normal_covariance * turn.transpose(),
         by_axis: Matrix3x4::from_columns(&columns),
     }
 }
 
 fn is_seen_again(one: &Placed, other: &Placed) -> bool {
-    one.look.line != other.look.line && one.normal.dot(&other.normal) > SAME_NORMAL_COSINE
+    one.surfel.line != other.surfel.line && one.normal.dot(&other.normal) > SAME_NORMAL_COSINE
 }
 
-/// The mean normal is square to the chord of a surface of even curvature: what is bent does not count as apart.
+/// The mean normal is perpendicular to the chord of a surface of constant curvature, so that curvature does not count
+/// as a distance.
 fn pair(one: &Placed, other: &Placed) -> Pair {
     let normal = (one.normal + other.normal).normalize();
     let apart = one.at_mm - other.at_mm;
     let lean = (one.normal_covariance + other.normal_covariance) / 4.0;
     let by_axis = one.by_axis - other.by_axis;
-    let noise = one.look.sigma_mm.powi(2) + other.look.sigma_mm.powi(2) + apart.dot(&(lean * apart));
+    let noise = one.surfel.sigma_mm.powi(2) + other.surfel.sigma_mm.powi(2) + apart.dot(&(lean * apart));
     Pair {
         apart_mm: normal.dot(&apart),
         sigma_mm: noise.sqrt(),

@@ -1,4 +1,4 @@
-//! Labels that a line carries across a step, where nothing else holds them (`docs/maths/labelling.md`, "Carried labels").
+//! Labels that a line carries across a step without other evidence (`docs/maths/labelling.md`, "Carried labels").
 
 use std::ops::Range;
 
@@ -8,40 +8,40 @@ use crate::params::{
     STEP_WINDOW_WIDTHS, WIDTH_WINDOW_WIDTHS,
 };
 
-/// A point of a run: a line's neighbouring points of one label.
+/// A point of a run: consecutive points of one line with one label.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RunPoint {
-    /// Place along the line, px.
+    /// Position along the line, px.
     pub along_px: f64,
-    /// Place across the lines, px.
+    /// Position across the lines, px.
     pub across_px: f64,
-    /// Standard deviation of one point, times the root of how many share their noise, px.
+    /// Standard deviation of one point, times the square root of the number of points that share their noise, px.
     pub noise_px: f64,
     /// Full width of the line at half its height, px.
     pub width_px: f64,
-    /// Whether another order has seen the surface it lies on.
+    /// Whether another order has observed the surface it lies on.
     pub is_seen: bool,
-    /// Whether the lines above and below would allow another order.
+    /// Whether the lines above and below admit another order.
     pub is_open: bool,
-    /// Whose label the width of the line fits.
+    /// Which label the width of the line fits.
     pub width: Width,
 }
 
 impl RunPoint {
-    /// Whether a second look, the ranks or its width hold its label.
+    /// Whether a second look, the ranks or its width support its label.
     pub fn is_held(&self) -> bool {
         self.is_seen || !self.is_open || self.width == Width::Own
     }
 
-    /// How many columns so many line widths are.
+    /// Number of columns in so many line widths.
     pub fn columns(&self, widths: f64) -> usize {
         (widths * self.width_px).ceil() as usize
     }
 }
 
-/// The stretches of a run, by index, whose label hangs on the rest alone: they lie beyond a step, no other order has seen
-/// them, and the ranks leave them open. With them goes what is smoothed on either side. Without any second look the longest
-/// stretch stands for the run.
+/// The stretches of a run, by index, whose label is supported only by continuity: they lie beyond a step, no other
+/// order has observed them, and the ranks admit another label. They include the points smoothed across the step.
+/// Without any second look the longest stretch is kept.
 pub fn carried_stretches(run: &[RunPoint]) -> Vec<Range<usize>> {
     let steps = steps(run);
     if steps.is_empty() {
@@ -55,10 +55,10 @@ pub fn carried_stretches(run: &[RunPoint]) -> Vec<Range<usize>> {
     };
     let is_seen = |stretch: &Range<usize>| share(stretch, |point| point.is_seen) >= STEP_SEEN_SHARE;
     let longest = stretches.iter().map(Range::len).max().unwrap_or(0);
-    let nobody = !stretches.iter().any(is_seen);
+    let none_seen = !stretches.iter().any(is_seen);
     let carried = |stretch: &Range<usize>| {
-        let stands = is_seen(stretch) || nobody && stretch.len() == longest;
-        !stands && !stretch.is_empty() && share(stretch, |point| point.is_open) > OPEN_SHARE
+        let is_kept = is_seen(stretch) || none_seen && stretch.len() == longest;
+        !is_kept && !stretch.is_empty() && share(stretch, |point| point.is_open) > OPEN_SHARE
     };
     let with_what_is_smoothed = |idx: usize| {
         let before = idx.checked_sub(1).map_or(0, |before| stretches[before].end);
@@ -67,9 +67,9 @@ pub fn carried_stretches(run: &[RunPoint]) -> Vec<Range<usize>> {
     (0..stretches.len()).filter(|&idx| carried(&stretches[idx])).map(with_what_is_smoothed).collect()
 }
 
-/// The stretches of a run, by index, that are neither left out nor held, and that do not hang on what is held: their line was
-/// cut at one of their ends, or they are all of the run. `out`: per point, whether it is left out. `cut`: whether the line goes on
-/// before and beyond the run under another label or none.
+/// The stretches of a run, by index, that are neither left out nor supported, and not connected to a supported point:
+/// their line was cut at one of their ends, or they are the whole run. `out`: per point, whether it is left out. `cut`:
+/// whether the line continues before and after the run with another label or none.
 pub fn loose_stretches(run: &[RunPoint], out: &[bool], cut: [bool; 2]) -> Vec<Range<usize>> {
     let is_in_question = |idx: usize| !out[idx] && !run[idx].is_held();
     let mut loose = Vec::new();
@@ -89,8 +89,8 @@ pub fn loose_stretches(run: &[RunPoint], out: &[bool], cut: [bool; 2]) -> Vec<Ra
     loose
 }
 
-/// The points of a run, by index, whose line is rather as wide as under another label; that reaches along the line as far as
-/// widths are taken together. Ranges may overlap.
+/// The points of a run, by index, whose line width fits another label better, extended along the line by the length
+/// over which widths are averaged. Ranges may overlap.
 pub fn denied_by_width(run: &[RunPoint]) -> Vec<Range<usize>> {
     let around = |idx: usize| {
         let reach = run[idx].columns(WIDTH_WINDOW_WIDTHS);
@@ -99,7 +99,7 @@ pub fn denied_by_width(run: &[RunPoint]) -> Vec<Range<usize>> {
     (0..run.len()).filter(|&idx| run[idx].width == Width::Rival).map(around).collect()
 }
 
-/// Where the run steps: the points over which the extraction smooths a step, ascending and apart.
+/// Steps of the run: the points over which the extraction smooths a step, in ascending order and disjoint.
 fn steps(run: &[RunPoint]) -> Vec<Range<usize>> {
     let mut heights: Vec<f64> = (0..run.len()).map(|at| step_in_limits(run, at)).collect();
     let mut middles = Vec::new();
@@ -108,7 +108,7 @@ fn steps(run: &[RunPoint]) -> Vec<Range<usize>> {
             break;
         }
         middles.push(middle);
-        // The same step shows as long as one of the two lines lies across it.
+        // The same step is detected as long as one of the two fitted lines crosses it.
         let shadow = run[middle].columns(STEP_WINDOW_WIDTHS + STEP_BLUR_WIDTHS);
         heights[middle.saturating_sub(shadow)..(middle + shadow + 1).min(run.len())].fill(0.0);
     }
@@ -123,13 +123,13 @@ fn steps(run: &[RunPoint]) -> Vec<Range<usize>> {
     middles.into_iter().map(smoothed).collect()
 }
 
-/// How far the lines before and after a point miss each other there, in limits; 0 where one of them has too few points.
+/// Distance at a point between the lines fitted before and after it, in limits; 0 where one of them has too few points.
 fn step_in_limits(run: &[RunPoint], at: usize) -> f64 {
     let (window, blur) = (run[at].columns(STEP_WINDOW_WIDTHS), run[at].columns(STEP_BLUR_WIDTHS));
     let (Some(end), start) = (at.checked_sub(blur / 2), (at + blur.div_ceil(2)).min(run.len())) else {
         return 0.0;
     };
-    // Lines of one length: what a bend adds to both cancels.
+    // Both lines have the same length, so that the effect of a bend cancels.
     let n_points = window.min(end).min(run.len() - start);
     if n_points < STEP_LEAST_POINTS {
         return 0.0;
@@ -158,7 +158,7 @@ impl Line {
             let along = point.along_px - along_px;
             (spread + along * along, lean + along * (point.across_px - across_px))
         });
-        // One point alone leans nowhere.
+        // A single point gives slope zero.
         let spread = f64::max(spread, 1.0);
         Self { along_px, across_px, slope: lean / spread, spread }
     }
@@ -168,7 +168,8 @@ impl Line {
 mod tests {
     use super::*;
 
-    /// A run of 200 points, speckled by 0.1 px, seen but in `unseen`, with `height_px` more from `from` on.
+    /// A run of 200 points with speckle of 0.1 px, observed by another order except in `unseen`, and `height_px` higher
+    /// from `from` on.
     fn run(height_px: f64, from: usize, unseen: Range<usize>) -> Vec<RunPoint> {
         let point = |idx: usize| RunPoint {
             along_px: idx as f64,
@@ -183,7 +184,7 @@ mod tests {
     }
 
     #[test]
-    fn what_lies_beyond_a_step_needs_a_second_look() {
+    fn points_beyond_a_step_need_a_second_look() {
         let carried = &carried_stretches(&run(1.5, 170, 160..200));
         let [carried] = &carried[..] else { panic!("{carried:?}") };
         assert!((160..=170).contains(&carried.start) && carried.end == 200, "{carried:?}");
@@ -192,14 +193,14 @@ mod tests {
     }
 
     #[test]
-    fn ranks_that_leave_one_order_hold_a_label() {
+    fn ranks_that_admit_one_order_support_a_label() {
         let mut held = run(1.5, 170, 160..200);
         held.iter_mut().for_each(|point| point.is_open = false);
         assert_eq!(carried_stretches(&held), []);
     }
 
     #[test]
-    fn a_stretch_hangs_on_what_is_held_unless_its_line_was_cut() {
+    fn a_stretch_depends_on_its_supported_neighbours_unless_its_line_was_cut() {
         let (inside, at_the_end) = (run(0.0, 0, 60..90), run(0.0, 0, 170..200));
         let nothing = [false; 200];
         let loose = |run: &[RunPoint], out: &[bool], cut: [bool; 2]| -> Vec<(usize, usize)> {
@@ -211,20 +212,20 @@ mod tests {
         let mut out = nothing;
         out[55..60].fill(true);
         assert_eq!(loose(&inside, &out, [false; 2]), [(60, 90)]);
-        assert_eq!(loose(&run(0.0, 0, 0..200), &nothing, [false; 2]), [(0, 200)], "nothing is held");
+        assert_eq!(loose(&run(0.0, 0, 0..200), &nothing, [false; 2]), [(0, 200)], "nothing is supported");
         let mut ranked = run(0.0, 0, 0..200);
         ranked.iter_mut().for_each(|point| point.is_open = false);
-        assert_eq!(loose(&ranked, &nothing, [true; 2]), [], "the ranks hold it");
+        assert_eq!(loose(&ranked, &nothing, [true; 2]), [], "the ranks support it");
     }
 
     #[test]
-    fn a_line_as_wide_as_under_another_label_is_left_out_as_far_as_widths_are_taken_together() {
+    fn points_whose_width_fits_another_label_are_left_out_over_the_averaging_length() {
         let mut run = run(0.0, 0, 0..200);
         (120..130).for_each(|idx| run[idx].width = Width::Rival);
         let denied: Vec<usize> = denied_by_width(&run).into_iter().flatten().collect();
         assert_eq!((denied.iter().min(), denied.iter().max()), (Some(&112), Some(&137)));
         run[120].width = Width::Own;
-        assert!(run[120].is_held() && !run[119].is_held(), "nobody has seen 119 again");
+        assert!(run[120].is_held() && !run[119].is_held(), "119 has no second look");
     }
 
     #[test]

@@ -1,6 +1,7 @@
-//! The labelled lines of one frame, column by column (row by row): which orders they leave open for each other.
+//! The labelled lines of one frame, column by column (row by row): which orders they admit between them.
 
-/// A labelled point of a column: place across the lines in px, order, whether another order has seen its surface.
+/// A labelled point of a column: position across the lines in px, order, whether another order has observed its
+/// surface.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Crossing {
     across_px: f64,
@@ -17,8 +18,8 @@ pub struct FrameColumns {
 }
 
 impl FrameColumns {
-    /// The columns of a frame's labelled points: (scan column (row), place across the lines in px, order), whether another
-    /// order has seen its surface. `orders`: ascending.
+    /// The columns of a frame's labelled points: (scan column (row), position across the lines in px, order), whether
+    /// another order has observed its surface. `orders`: ascending.
     pub fn new(points: impl Iterator<Item = ((f64, f64, i8), bool)>, orders: &[i8]) -> Self {
         let mut labelled = Vec::new();
         points.for_each(|((along, across_px, order), is_seen)| {
@@ -28,30 +29,30 @@ impl FrameColumns {
         Self { beyond: [orders[0] - 1, orders[orders.len() - 1] + 1], labelled }
     }
 
-    /// Whether the labels above and below a labelled point leave it more than its own.
+    /// Whether the labels above and below a labelled point admit another order than its own.
     pub fn leave_open(&self, along: f64, across: f64) -> bool {
         let [above, below] = self.around(along, across);
         below.order - above.order > 2
     }
 
-    /// Whether the labels above and below a place leave room for an order.
+    /// Whether the labels above and below a position admit this order.
     pub fn have_room(&self, along: f64, across: f64, order: i8) -> bool {
         let [above, below] = self.around(along, across);
         above.order < order && order < below.order
     }
 
-    /// Whether they leave room for this order alone, and other orders have seen the surfaces that both lie on.
+    /// Whether they admit this order alone, and other orders have observed the surfaces of both neighbours.
     pub fn leave_only(&self, along: f64, across: f64, order: i8) -> bool {
         let [above, below] = self.around(along, across);
         above.order + 1 == order && order + 1 == below.order && above.is_seen && below.is_seen
     }
 
-    /// Whether a point of this order lies at this place.
+    /// Whether there is a point of this order at this position.
     pub fn has(&self, along: f64, across: f64, order: i8) -> bool {
         self.column(along).iter().any(|other| (other.across_px, other.order) == (across, order))
     }
 
-    /// The neighbours of a place in its column; beyond the outermost orders there is nothing to see.
+    /// The neighbours of a position in its column; beyond the outermost orders there are none.
     fn around(&self, along: f64, across: f64) -> [Crossing; 2] {
         let column = self.column(along);
         let beyond = self.beyond.map(|order| Crossing { across_px: across, order, is_seen: true });
@@ -68,24 +69,24 @@ impl FrameColumns {
     }
 }
 
-/// Where the lines of a frame are, column by column (row by row).
+/// Positions of a frame's lines, column by column (row by row).
 pub struct LineColumns(Vec<Vec<f64>>);
 
 impl LineColumns {
-    /// The columns of points: scan column (row), place across the lines in px.
+    /// The columns of points: scan column (row), position across the lines in px.
     pub fn new(points: impl Iterator<Item = (f64, f64)>) -> Self {
         let mut columns = Vec::new();
         points.for_each(|(along, across_px)| column(&mut columns, along).push(across_px));
         Self(columns)
     }
 
-    /// Whether a line has a point at this place.
+    /// Whether a line has a point at this position.
     pub fn have(&self, along: f64, across: f64) -> bool {
         self.column(along).contains(&across)
     }
 
-    /// The next point of a line beyond a place, (scan column (row), place across the lines): at most `reach_columns` columns
-    /// ahead (behind if negative) and `reach_px` away across the lines.
+    /// The next point of a line after a position (scan column (row), position across the lines): at most
+    /// `reach_columns` columns ahead (behind if negative) and `reach_px` away across the lines.
     pub fn next(&self, (along, across): (f64, f64), reach_columns: i64, reach_px: f64) -> Option<(f64, f64)> {
         (1..=reach_columns.abs()).find_map(|step| {
             let there = along.round() + (step * reach_columns.signum()) as f64;
@@ -112,13 +113,14 @@ fn column<T>(columns: &mut Vec<Vec<T>>, along: f64) -> &mut Vec<T> {
 mod tests {
     use super::*;
 
-    /// Orders −1 … 2, of which 0 and 2 have a line in column 7; only what order 0 lies on was seen again.
+    /// Orders −1 … 2, of which 0 and 2 have a line in column 7; only the surface of order 0 was observed by another
+    /// order.
     fn columns() -> FrameColumns {
         FrameColumns::new([((7.2, 100.0, 0), true), ((6.9, 300.0, 2), false)].into_iter(), &[-1, 0, 1, 2])
     }
 
     #[test]
-    fn lines_above_and_below_leave_the_orders_between_them() {
+    fn lines_above_and_below_admit_the_orders_between_them() {
         let columns = columns();
         assert!(columns.have_room(7.0, 200.0, 1) && !columns.have_room(7.0, 200.0, 2));
         assert!(columns.have_room(7.0, 50.0, -1) && !columns.have_room(7.0, 350.0, 2));
@@ -127,15 +129,15 @@ mod tests {
     }
 
     #[test]
-    fn only_lines_that_were_seen_again_leave_one_order() {
+    fn only_confirmed_lines_admit_a_single_order() {
         let columns = columns();
         assert!(columns.leave_only(7.0, 50.0, -1), "beyond the outermost order there is none");
-        assert!(!columns.leave_only(7.0, 200.0, 1), "nobody has seen the surface of order 2 again");
+        assert!(!columns.leave_only(7.0, 200.0, 1), "the surface of order 2 has no second look");
         assert!(!columns.leave_only(8.0, 200.0, 1), "an empty column");
     }
 
     #[test]
-    fn a_line_goes_on_over_a_short_gap() {
+    fn a_line_continues_across_a_short_gap() {
         let lines = LineColumns::new([(7.0, 100.0), (12.0, 101.0), (13.0, 400.0)].into_iter());
         assert_eq!(lines.next((7.0, 100.0), 8, 2.5), Some((12.0, 101.0)));
         assert_eq!(lines.next((12.0, 101.0), -8, 2.5), Some((7.0, 100.0)));

@@ -1,4 +1,4 @@
-//! Which points of a frame are dropped once all surfaces are known, and which doubtful ones are accepted after all
+//! Which points of a frame are dropped once all surfaces are known, and which doubtful ones are accepted
 //! (`docs/maths/labelling.md`, "Carried labels" and "Taken after all").
 
 use vision::Centrelines;
@@ -6,7 +6,7 @@ use vision::Centrelines;
 use crate::checks::carried::{RunPoint, carried_stretches, denied_by_width, loose_stretches};
 use crate::checks::columns::{FrameColumns, LineColumns};
 use crate::checks::compare::Surfaces;
-use crate::checks::rivals::{Look, Rivals, neighbours};
+use crate::checks::rivals::{Confirmation, Rivals, neighbours};
 use crate::checks::widths::Widths;
 use crate::input::line_step::largest_step_px;
 use crate::input::line_widths::{LineWidths, Width};
@@ -17,24 +17,24 @@ use crate::points::profiles::Profiles;
 /// Which points of a frame are dropped, and which are added.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Decision {
-    /// Places in the profile of the points that are left out, ascending.
+    /// Indices in the profile of the points that are left out, ascending.
     pub left_out: Vec<u32>,
     /// How many of them the surfaces of other orders contradict.
     pub n_contradicted: usize,
-    /// Points that were in doubt and are taken all the same.
+    /// Doubtful points that are accepted.
     pub taken: Vec<ProfilePoint>,
-    /// How many of them no piece of a line holds: they were cut away.
+    /// How many of them do not belong to any piece of a line: they were cut out.
     pub n_cut_away: usize,
 }
 
-/// A line goes on over so many columns without a point.
+/// Columns without a point that a line may bridge.
 const LINE_GAP_COLUMNS: i64 = 2 * COMPARE_STRIDE_PX as i64;
 
-/// A point that may stay, with what other orders have seen of its surface.
+/// A point that may be kept, with the result of the second look.
 struct CheckedPoint {
     point: ProfilePoint,
-    look: Look,
-    /// Place in the profile; `None` for a point that was in doubt.
+    confirmation: Confirmation,
+    /// Index in the profile; `None` for a doubtful point.
     own: Option<u32>,
     is_out: bool,
 }
@@ -49,13 +49,13 @@ pub struct PointFilter<'a> {
 }
 
 impl<'a> PointFilter<'a> {
-    /// Checks against the surfaces that the labelled points of `profiles` make.
+    /// Checks points against the surfaces formed by the labelled points of `profiles`.
     pub fn new(profiles: &'a Profiles<'a>, surfaces: &'a Surfaces<'a>, widths: &'a LineWidths) -> Self {
         let rivals = Rivals::new(profiles, surfaces);
         Self { profiles, surfaces, widths: Widths { learned: widths, rivals }, rivals }
     }
 
-    /// Which points of frame `frame` stay. `candidates`: its points that are in doubt, in the order of a profile.
+    /// Which points of frame `frame` are kept. `candidates`: its doubtful points, in the order of a profile.
     pub fn decide(&self, profile: &Profile, candidates: &Profile, frame: usize, lines: &Centrelines) -> Decision {
         let contradicted = self.contradicted_points(profile, frame);
         let mut checked = self.checked(&profile.points, frame);
@@ -69,8 +69,8 @@ impl<'a> PointFilter<'a> {
         checked.sort_by(|a, b| a.point.order.cmp(&b.point.order).then(along(a).total_cmp(&along(b))));
         self.leave_out_chance(&mut checked);
         self.leave_out_rivals(&mut checked);
-        // Where nobody can look twice a missing second look says nothing.
-        if checked.iter().any(|checked| checked.look == Look::Seen) {
+        // Without any second look in the frame, its absence is no evidence.
+        if checked.iter().any(|checked| checked.confirmation == Confirmation::Confirmed) {
             self.leave_out_unheld(&mut checked, &of_pieces, lines.correlation_px);
         }
         let mut left_out: Vec<u32> =
@@ -93,7 +93,7 @@ impl<'a> PointFilter<'a> {
         }
     }
 
-    /// The points that the surfaces of other orders contradict, and what little is left of a run of such points.
+    /// The points that the surfaces of other orders contradict, and the short rests of runs of such points.
     fn contradicted_points(&self, profile: &Profile, frame: usize) -> Vec<u32> {
         let mut contradicted_points = Vec::new();
         let mut first = 0;
@@ -109,18 +109,19 @@ impl<'a> PointFilter<'a> {
     }
 
     fn checked(&self, points: &[ProfilePoint], frame: usize) -> Vec<CheckedPoint> {
-        let looks = self.rivals.looks(points, frame);
-        let checked = |((own, point), look): ((u32, &ProfilePoint), Look)| CheckedPoint {
+        let confirmations = self.rivals.confirmations(points, frame);
+        let checked = |((own, point), confirmation): ((u32, &ProfilePoint), Confirmation)| CheckedPoint {
             point: *point,
-            look,
+            confirmation,
             own: Some(own),
             is_out: false,
         };
-        (0..).zip(points).zip(looks).map(checked).collect()
+        (0..).zip(points).zip(confirmations).map(checked).collect()
     }
 
-    /// The candidates that other orders have seen again and no rival, or whose column leaves them their label alone. What was
-    /// cut away may belong to the line beyond the cut: it needs its column. `sure`: the columns of the frame's profile.
+    /// The candidates whose label is confirmed by other orders without a rival, or whose column admits only their
+    /// label. A point that was cut out may belong to the line beyond the cut, and needs its column. `sure`: the columns
+    /// of the frame's profile.
     fn candidates(
         &self,
         points: &[ProfilePoint],
@@ -130,16 +131,16 @@ impl<'a> PointFilter<'a> {
     ) -> Vec<CheckedPoint> {
         let mut candidates = self.checked(points, frame);
         let mut held_by_width = self.held_by_width(points, sure, of_pieces);
-        candidates.retain(|CheckedPoint { point, look, .. }| {
+        candidates.retain(|CheckedPoint { point, confirmation, .. }| {
             let (along, across) = self.place(point);
             let by_width = held_by_width.next() == Some(true);
-            let is_held = by_width || *look == Look::Seen && of_pieces.have(along, across);
-            let fits = match look {
-                Look::Seen | Look::Nobody if is_held => {
+            let is_held = by_width || *confirmation == Confirmation::Confirmed && of_pieces.have(along, across);
+            let fits = match confirmation {
+                Confirmation::Confirmed | Confirmation::Unconfirmed if is_held => {
                     sure.have_room(along, across, point.order) && !self.rivals.have_seen(point, frame)
                 }
-                Look::Seen | Look::Nobody => sure.leave_only(along, across, point.order),
-                Look::RivalSeen => false,
+                Confirmation::Confirmed | Confirmation::Unconfirmed => sure.leave_only(along, across, point.order),
+                Confirmation::RivalConfirmed => false,
             };
             fits && !self.surfaces.contradict(point, frame)
         });
@@ -147,7 +148,8 @@ impl<'a> PointFilter<'a> {
         candidates
     }
 
-    /// Per candidate: whether its width holds its label, and that of its line as far around as the extraction smooths.
+    /// Per candidate: whether the line width supports its label and that of its surroundings within the smoothing
+    /// length.
     fn held_by_width(
         &self,
         points: &[ProfilePoint],
@@ -180,11 +182,12 @@ impl<'a> PointFilter<'a> {
         points.iter().zip(fits).map(is_held)
     }
 
-    /// Leaves out what could have another label that was seen again, and what of its run cannot be separated from it.
+    /// Leaves out points for which a rival label is confirmed, and the part of their run that cannot be separated from
+    /// them.
     fn leave_out_rivals(&self, checked: &mut [CheckedPoint]) {
-        let (points, looks): (Vec<ProfilePoint>, Vec<Look>) =
-            checked.iter().map(|checked| (checked.point, checked.look)).unzip();
-        let has_rival = self.rivals.spread(&points, &looks);
+        let (points, confirmations): (Vec<ProfilePoint>, Vec<Confirmation>) =
+            checked.iter().map(|checked| (checked.point, checked.confirmation)).unzip();
+        let has_rival = self.rivals.spread(&points, &confirmations);
         let mut first = 0;
         for run in checked.chunk_by_mut(|a, b| self.follow(&a.point, &b.point)) {
             let has_rival = &has_rival[first..first + run.len()];
@@ -197,12 +200,12 @@ impl<'a> PointFilter<'a> {
         }
     }
 
-    /// Leaves out what neither a second look nor the ranks nor its line holds.
+    /// Leaves out points whose label is supported neither by a second look nor by the ranks nor by their line.
     fn leave_out_unheld(&self, checked: &mut [CheckedPoint], of_pieces: &LineColumns, correlation_px: f64) {
         let columns = self.columns(checked);
         for run in checked.chunk_by_mut(|a, b| self.follow(&a.point, &b.point)) {
             let of_run: Vec<ProfilePoint> = run.iter().map(|checked| checked.point).collect();
-            let widths = self.widths.of_run(&of_run, |idx| run[idx].look == Look::Seen);
+            let widths = self.widths.of_run(&of_run, |idx| run[idx].confirmation == Confirmation::Confirmed);
             let point = |(checked, width)| self.run_point(checked, width, &columns, correlation_px);
             let points: Vec<RunPoint> = run.iter().zip(widths).map(point).collect();
             for idx in denied_by_width(&points).into_iter().flatten() {
@@ -220,7 +223,7 @@ impl<'a> PointFilter<'a> {
         }
     }
 
-    /// Whether a run's line goes on beyond its end under another label or none. `direction`: along the line, ±1.
+    /// Whether a run's line continues beyond its end with another label or none. `direction`: along the line, ±1.
     fn is_cut(&self, end: &CheckedPoint, direction: i64, columns: &FrameColumns, of_pieces: &LineColumns) -> bool {
         let next = of_pieces.next(self.place(&end.point), direction * LINE_GAP_COLUMNS, self.step_px(&end.point));
         next.is_some_and(|(along, across)| !columns.has(along, across, end.point.order))
@@ -240,21 +243,21 @@ impl<'a> PointFilter<'a> {
             across_px,
             noise_px: seen.sigma_px * correlation_px.max(1.0).sqrt(),
             width_px: f64::from(seen.width_px),
-            is_seen: checked.look == Look::Seen,
+            is_seen: checked.confirmation == Confirmation::Confirmed,
             is_open: columns.leave_open(along_px, across_px),
             width,
         }
     }
 
     fn columns(&self, checked: &[CheckedPoint]) -> FrameColumns {
-        let points = checked.iter().map(|CheckedPoint { point, look, .. }| {
+        let points = checked.iter().map(|CheckedPoint { point, confirmation, .. }| {
             let (along, across) = self.place(point);
-            ((along, across, point.order), *look == Look::Seen)
+            ((along, across, point.order), *confirmation == Confirmation::Confirmed)
         });
         FrameColumns::new(points, &self.profiles.triangulator().calibration().orders)
     }
 
-    /// Where the lines of a frame are, labelled or left out; a labelled line may go on beyond the depths that points may have.
+    /// Positions of a frame's lines, labelled or left out; a labelled line may extend beyond the depth range of points.
     fn columns_of_pieces(&self, profile: &Profile, frame: usize, lines: &Centrelines) -> LineColumns {
         let labels = &self.profiles.labels;
         let left_out = labels.left_out(frame).flat_map(|piece| piece.points(lines));
@@ -281,7 +284,9 @@ impl<'a> PointFilter<'a> {
         for run in checked.chunk_by_mut(|a, b| self.follow(&a.point, &b.point)) {
             if run.iter().all(|checked| checked.own.is_none()) {
                 let is_short = (run.len() as f64) < STUB_WIDTHS * self.profiles.labels.line_width_px;
-                run.iter_mut().for_each(|checked| checked.is_out |= is_short || checked.look != Look::Seen);
+                run.iter_mut().for_each(|checked| {
+                    checked.is_out |= is_short || checked.confirmation != Confirmation::Confirmed
+                });
             }
         }
     }

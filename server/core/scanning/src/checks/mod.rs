@@ -1,4 +1,4 @@
-//! Labels checked against the surfaces that they make: which points are dropped, which doubtful ones are accepted.
+//! Checks of labels against the surfaces they form: which points are dropped, which doubtful ones are accepted.
 
 pub mod carried;
 pub mod columns;

@@ -1,5 +1,5 @@
-//! Labels held against their rivals: on a part one wrap high a line lies where its neighbour lay on the ground
-//! (`docs/maths/labelling.md`, "Rivals").
+//! Comparison of labels with their rivals: on a part one ambiguity interval high, a line lies where its neighbour lay
+//! on the ground (`docs/maths/labelling.md`, "Rivals").
 
 use crate::checks::compare::Surfaces;
 use crate::input::line_step::largest_step_px;
@@ -17,35 +17,35 @@ pub struct Rivals<'a> {
 }
 
 impl<'a> Rivals<'a> {
-    /// Checks against the surfaces that the labelled points of `profiles` make.
+    /// Checks labels against the surfaces formed by the labelled points of `profiles`.
     pub fn new(profiles: &'a Profiles<'a>, surfaces: &'a Surfaces<'a>) -> Self {
         Self { profiles, surfaces }
     }
 
-    /// What other orders have seen of every point; every few columns one point answers for its neighbours.
-    pub fn looks(&self, points: &[ProfilePoint], frame: usize) -> Vec<Look> {
-        let mut looks = Vec::with_capacity(points.len());
-        let mut last: Option<(i8, i64, Look)> = None;
+    /// What other orders confirm for every point; one point in a few columns is tested for its neighbours.
+    pub fn confirmations(&self, points: &[ProfilePoint], frame: usize) -> Vec<Confirmation> {
+        let mut confirmations = Vec::with_capacity(points.len());
+        let mut last: Option<(i8, i64, Confirmation)> = None;
         for point in points {
             let slot = (self.along(point) as i64).div_euclid(COMPARE_STRIDE_PX as i64);
-            let look = match last {
-                Some((order, at, look)) if (order, at) == (point.order, slot) => look,
-                _ => self.look(point, frame),
+            let confirmation = match last {
+                Some((order, at, confirmation)) if (order, at) == (point.order, slot) => confirmation,
+                _ => self.confirmation(point, frame),
             };
-            last = Some((point.order, slot, look));
-            looks.push(look);
+            last = Some((point.order, slot, confirmation));
+            confirmations.push(confirmation);
         }
-        looks
+        confirmations
     }
 
-    fn look(&self, point: &ProfilePoint, frame: usize) -> Look {
+    fn confirmation(&self, point: &ProfilePoint, frame: usize) -> Confirmation {
         let is_seen = |tolerances| self.surfaces.is_seen_again(point, frame, tolerances);
         if is_seen(CLOSE_TOLERANCES) {
-            Look::Seen
+            Confirmation::Confirmed
         } else if !is_seen(CONTRADICTION_TOLERANCES) && self.have_seen(point, frame) {
-            Look::RivalSeen
+            Confirmation::RivalConfirmed
         } else {
-            Look::Nobody
+            Confirmation::Unconfirmed
         }
     }
 
@@ -63,7 +63,7 @@ impl<'a> Rivals<'a> {
             .filter(|label| self.profiles.depth_range_mm.contains(label.depth_mm))
     }
 
-    /// Whether another label would put the point on a surface that was seen.
+    /// Whether another label would put the point on an observed surface.
     pub fn have_seen(&self, point: &ProfilePoint, frame: usize) -> bool {
         let triangulator = self.profiles.triangulator();
         let orders = triangulator.calibration().orders.iter().enumerate();
@@ -80,12 +80,12 @@ impl<'a> Rivals<'a> {
         })
     }
 
-    /// Per point: whether it is in doubt since another label was seen again; that reaches as far along its line as the
-    /// extraction smooths.
-    pub fn spread(&self, points: &[ProfilePoint], looks: &[Look]) -> Vec<bool> {
-        let is_doubtful = |look: &Look| *look == Look::RivalSeen;
-        let mut spread: Vec<bool> = looks.iter().map(is_doubtful).collect();
-        for (idx, point) in points.iter().enumerate().filter(|(idx, _)| is_doubtful(&looks[*idx])) {
+    /// Per point: whether it is doubtful because a rival label is confirmed, within the smoothing length along its
+    /// line.
+    pub fn spread(&self, points: &[ProfilePoint], confirmations: &[Confirmation]) -> Vec<bool> {
+        let is_doubtful = |confirmation: &Confirmation| *confirmation == Confirmation::RivalConfirmed;
+        let mut spread: Vec<bool> = confirmations.iter().map(is_doubtful).collect();
+        for (idx, point) in points.iter().enumerate().filter(|(idx, _)| is_doubtful(&confirmations[*idx])) {
             let reach_px = END_WIDTHS * f64::from(point.seen.width_px);
             let is_near = |other: &ProfilePoint| {
                 other.order == point.order && (self.along(other) - self.along(point)).abs() <= reach_px
@@ -102,15 +102,15 @@ impl<'a> Rivals<'a> {
     }
 }
 
-/// What other orders, in other frames, have seen of the surface a label puts a point on.
+/// Which surface other orders have observed, in other frames.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Look {
-    /// That surface.
-    Seen,
-    /// The one another label would put it on.
-    RivalSeen,
+pub enum Confirmation {
+    /// The one on which the point's label puts it.
+    Confirmed,
+    /// The one on which another label would put it.
+    RivalConfirmed,
     /// Neither.
-    Nobody,
+    Unconfirmed,
 }
 
 /// Scan columns (rows) from one point of a line to the next, at most: one of them may have none.

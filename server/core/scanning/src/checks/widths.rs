@@ -1,4 +1,4 @@
-//! The widths of lines held against the labels of points (`docs/maths/labelling.md`, "Widths").
+//! Comparison of line widths with the labels of points (`docs/maths/labelling.md`, "Widths").
 
 use crate::checks::compare::Surfaces;
 use crate::checks::rivals::Rivals;
@@ -12,17 +12,18 @@ use crate::points::profile::ProfilePoint;
 use crate::points::profiles::Profiles;
 use statistics::median;
 
-/// What the widths of lines say of the labels of points.
+/// Evidence of line widths for the labels of points.
 #[derive(Clone, Copy)]
 pub struct Widths<'a> {
-    /// How wide lines are.
+    /// Line width as a function of the label.
     pub learned: &'a LineWidths,
     /// The other labels that points could have.
     pub rivals: Rivals<'a>,
 }
 
 impl Widths<'_> {
-    /// Of every point of a run. `is_seen`: whether another order has seen the surface of a point, by index.
+    /// The evidence for every point of a run. `is_seen`: whether another order has observed the surface of a point, by
+    /// index.
     pub fn of_run(&self, run: &[ProfilePoint], is_seen: impl Fn(usize) -> bool) -> Vec<Width> {
         let widths_px: Vec<f64> = run.iter().map(|point| f64::from(point.seen.width_px)).collect();
         let width = |idx: usize| {
@@ -37,7 +38,7 @@ impl Widths<'_> {
     }
 }
 
-/// Learns from points whose surface other orders have seen again.
+/// Learns line widths from points whose label other orders confirm.
 ///
 /// # Errors
 /// [`ScanError::UnreadableFrame`].

@@ -1,4 +1,4 @@
-//! A scan labelled and checked: its report, and its points frame by frame.
+//! Labelling and checking of a scan: its report, and its points frame by frame.
 
 use std::collections::BTreeMap;
 
@@ -25,22 +25,22 @@ use crate::report::ScanReport;
 
 /// The evaluation of a scan; its points are computed on demand.
 pub struct Evaluation<'a> {
-    /// What was done.
+    /// The report.
     pub report: ScanReport,
-    /// What the cloud must say about itself; the software adds its own name and version.
+    /// Comments for the header of the cloud; the software adds its own name and version.
     pub comments: Vec<String>,
     profiles: Profiles<'a>,
-    /// Per frame: what of its profile is left out again, and what is taken after all.
+    /// Per frame: which points of its profile are left out, and which doubtful ones are accepted.
     decisions: Vec<Decision>,
-    /// Systematic σ of each order, over the pixels where it was seen.
+    /// Systematic σ of each order, over the pixels where it was observed.
     tables: Vec<(i8, SigmaTable)>,
-    /// What is not known of the stage itself.
+    /// The uncertainty of the stage itself.
     stage_spread: StageSpread,
 }
 
 impl<'a> Evaluation<'a> {
-    /// Leaves out what the surfaces of other orders contradict, what rivals challenge and what nothing holds, accepts what was in doubt
-    /// without need, and draws up the report.
+    /// Leaves out points contradicted by other orders, with rival labels, or without support, accepts doubtful points
+    /// that are confirmed, and compiles the report.
     pub(crate) fn new(profiles: Profiles<'a>, surfaces: Option<Surfaces>) -> Result<Self, ScanError> {
         let calibration = profiles.calibration;
         let mut orders = calibration.orders.clone();
@@ -48,7 +48,7 @@ impl<'a> Evaluation<'a> {
         let mut sum = Checks::new(orders.len());
         let n_frames = profiles.frames.n_frames();
         let widths = surfaces.as_ref().map(|surfaces| widths::learned(&profiles, surfaces)).transpose()?;
-        // Labels that are certain need no rivals.
+        // Certain labels need no rivals.
         let filter = surfaces.as_ref().zip(widths.as_ref()).filter(|_| !profiles.labels.are_certain);
         let filter = filter.map(|(surfaces, widths)| PointFilter::new(&profiles, surfaces, widths));
         let check = |frame| Checked::new(&profiles, frame, (surfaces.as_ref(), filter), &orders);
@@ -75,11 +75,11 @@ impl<'a> Evaluation<'a> {
         Ok(made)
     }
 
-    /// Hands out the points of the cloud, frame by frame: ordered by frame, then order, then along the line. May be asked
-    /// for again. Frames are worked on by all threads, and only a few of them at a time.
+    /// Passes the points of the cloud to `take`, frame by frame: ordered by frame, then order, then along the line. May
+    /// be called again. All threads work on frames, a few frames at a time.
     ///
     /// # Errors
-    /// What `take` answers, which ends it, or [`ScanError::UnreadableFrame`].
+    /// An error of `take`, which ends the iteration, or [`ScanError::UnreadableFrame`].
     pub fn for_each_frame<E: From<ScanError> + Send>(
         &self,
         mut take: impl FnMut(&[CloudPoint]) -> Result<(), E>,
@@ -88,8 +88,8 @@ impl<'a> Evaluation<'a> {
         in_order(self.profiles.frames.n_frames(), points, |points| take(&points))
     }
 
-    /// Hands what `work` makes of the points of each frame (camera frame, with what the stage has done to the part and where
-    /// it said that it was) to `take`, in the order of frames.
+    /// Calls `work` with the points of each frame (camera frame, with the motion of the part and the reported stage
+    /// position) and passes the results to `take`, in the order of frames.
     pub(crate) fn for_each_profile<T: Send>(
         &self,
         work: impl Fn(usize, &[ProfilePoint], &Motion, f64) -> T + Sync,
@@ -107,7 +107,7 @@ impl<'a> Evaluation<'a> {
 
     fn motion(&self, frame: usize) -> Motion {
         let stage: Option<&Stage> = self.profiles.calibration.stage.as_ref();
-        // What was evaluated has positions of the stage's own kind.
+        // An evaluated scan has positions of the stage's own kind.
         stage.and_then(|stage| stage.motion(self.profiles.frames.position(frame))).unwrap_or_else(Motion::at_rest)
     }
 
@@ -129,7 +129,7 @@ impl<'a> Evaluation<'a> {
         Ok(points.iter().map(|point| self.cloud_point(point, frame, &motion, &spread)).collect())
     }
 
-    /// The points of a frame.
+    /// The points of a frame that are kept.
     fn kept(&self, profile: &Profile, frame: usize) -> Vec<ProfilePoint> {
         kept(profile, &self.decisions[frame], &self.profiles.labels)
     }
@@ -159,7 +159,7 @@ impl<'a> Evaluation<'a> {
         }
     }
 
-    /// Median thickness of the light sheets (one σ, along their normals) from the widths of the lines in the image.
+    /// Median thickness of the light sheets (one σ, along their normals) from the line widths in the image.
     /// `n_points`: of each frame.
     fn line_sigma_mm(&self, n_points: &[usize]) -> Result<f64, ScanError> {
         let step = self.report.n_points.div_ceil(THICKNESS_SAMPLES).max(1);
@@ -223,7 +223,7 @@ fn comments(calibration: &Calibration, mut correlations_px: Vec<f64>, line_sigma
 /// The pixels (u, v) of an order's points: lowest, highest.
 type Bounds = [[f64; 2]; 2];
 
-/// One table per order, over the pixels where it was seen.
+/// One table per order, over the pixels where it was observed.
 fn sigma_tables(calibration: &Calibration, bounds: &BTreeMap<i8, Bounds>) -> Vec<(i8, SigmaTable)> {
     let table = |&order: &i8| {
         let [low, high] = *bounds.get(&order)?;

@@ -1,5 +1,5 @@
-//! A scan that is read from a file piece by piece, on any number of threads, is the scan that was held in memory.
-//! That labels and points are right is shown elsewhere.
+//! A scan read from a file piece by piece, on any number of threads, gives the same result as the scan in memory. The
+//! correctness of labels and points is tested elsewhere.
 #![allow(clippy::unwrap_used)]
 
 use std::io::Cursor;
@@ -19,10 +19,10 @@ use crate::points::dropped::DropReason;
 use crate::report::ScanReport;
 use crate::scan::{ScanParams, evaluate_keeping, scan_cloud};
 
-/// Frames enough for several windows and batches that are worked on together.
+/// Enough frames for several windows and batches.
 const N_FRAMES: usize = 90;
 
-/// A scan with a reflection that stays in the image, so that points are left out for every reason that needs others.
+/// A scan with a stationary reflection, so that points are left out for every reason that involves other frames.
 fn frames(scan: &SyntheticScan) -> Vec<ScanFrame> {
     let ghost = |mut frame: ScanFrame| {
         let line = &frame.centrelines.segments[2].points;
@@ -60,7 +60,7 @@ fn evaluated(frames: &dyn Frames, scan: &SyntheticScan, keep_points: usize) -> (
 }
 
 #[test]
-fn a_scan_in_a_file_is_the_scan_in_memory_whatever_is_kept_and_on_any_number_of_threads() {
+fn a_scan_from_a_file_equals_the_scan_in_memory_for_any_cache_and_number_of_threads() {
     let scan = SyntheticScan::new(N_FRAMES, 600);
     let frames = frames(&scan);
     let folder = tempfile::tempdir().unwrap();
@@ -77,7 +77,7 @@ fn a_scan_in_a_file_is_the_scan_in_memory_whatever_is_kept_and_on_any_number_of_
 }
 
 #[test]
-fn points_written_as_they_come_make_the_bytes_of_the_whole_cloud() {
+fn points_written_in_pieces_give_the_bytes_of_the_whole_cloud() {
     let scan = SyntheticScan::new(N_FRAMES, 300);
     let cloud = scan_cloud(&frames(&scan), &scan.calibration, &ScanParams::default()).unwrap().cloud;
     for format in [CloudFormat::Ply, CloudFormat::Csv, CloudFormat::Pcd] {
@@ -130,7 +130,7 @@ fn single_frames_are_found_without_reading_the_others() {
     let one = |frame| read_one_frame(Cursor::new(&bytes), frame).unwrap();
     assert_eq!(one(2).unwrap().0, frames[2]);
     assert_eq!(one(4).unwrap_err(), 4);
-    // Damage in one frame is the business of who asks for it.
+    // Damage in one frame matters only when that frame is read.
     let mut damaged = bytes.clone();
     damaged[150] ^= 0x41;
     assert!(read_one_frame(Cursor::new(&damaged), 0).is_err());

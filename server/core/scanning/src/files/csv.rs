@@ -51,13 +51,13 @@ pub(super) fn read(mut input: impl BufRead) -> Result<Cloud, ContentError> {
         Some(_) => Ok(cloud),
         None => Err(ContentError::malformed(
             format!("line {line_number}"),
-            "there is no line of column names",
+            "the line of column names is missing",
             "begin the table with at least x_mm,y_mm,z_mm",
         )),
     }
 }
 
-/// For every column, which of [`FIELDS`] it is, with or without its unit.
+/// For every column, its index in [`FIELDS`], with or without its unit.
 fn slots_of(line: &str, line_number: u64) -> Result<Vec<Option<usize>>, ContentError> {
     let slots: Vec<Option<usize>> = line
         .split(',')
@@ -83,7 +83,7 @@ fn values_of(line: &str, line_number: u64, slots: &[Option<usize>]) -> Result<[f
         values[*field] = cell.trim().parse().map_err(|_| {
             ContentError::malformed(
                 format!("line {line_number}"),
-                format!("`{cell}` in column `{}` is no number", COLUMNS[*field]),
+                format!("`{cell}` in column `{}` is not a number", COLUMNS[*field]),
                 "write numbers with a point as decimal mark",
             )
         })?;

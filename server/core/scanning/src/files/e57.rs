@@ -1,8 +1,8 @@
 //! Clouds as E57 (ASTM E2807).
 //!
-//! Kept: positions (metres, float64: the conversion from millimetres costs one unit in the last place), intensity,
-//! the comments (in the scan's description). The other columns ride as attributes of the extension `sheaf`,
-//! which other programs ignore as the standard demands. Nothing is lost on the way back to this reader.
+//! Stored: positions (metres, float64: the conversion from millimetres costs one unit in the last place), intensity,
+//! the comments (in the scan's description). The other columns are attributes of the extension `sheaf`, which other
+//! programs ignore as the standard requires. Nothing is lost when this reader reads the file.
 
 use std::io::{BufRead, Read, Seek, Write};
 
@@ -15,7 +15,7 @@ const NAMESPACE: &str = "sheaf";
 const NAMESPACE_URL: &str = "https://sheaf.invalid/e57/1";
 const MM_PER_METRE: f64 = 1000.0;
 
-/// Writes a whole file; its header holds offsets that are known last. `points` are gone through twice.
+/// Writes a whole file; its header holds offsets that are known only at the end. `points` is iterated twice.
 pub(super) fn write<P>(
     out: impl Read + Write + Seek,
     comments: &[String],
@@ -80,7 +80,7 @@ fn record_values(p: &CloudPoint) -> Vec<RecordValue> {
     ]
 }
 
-/// An identifier that depends on the content alone, so that equal clouds make equal files (FNV-1a).
+/// An identifier that depends on the content alone, so that equal clouds give equal files (FNV-1a).
 fn content_guid(
     comments: &[String],
     points: impl Iterator<Item = Result<CloudPoint, ContentError>>,

@@ -1,4 +1,4 @@
-//! What can go wrong with a file, in words a person can act on.
+//! Errors of files, with remedies.
 
 use std::borrow::Cow;
 use std::io;
@@ -11,15 +11,15 @@ use crate::error::ContentError;
 /// A file could not be read or written.
 #[derive(Debug, thiserror::Error)]
 pub enum FileError {
-    /// The extension stands for no format known here.
-    #[error("{}: the extension names no known format", path.display())]
+    /// The extension does not name a supported format.
+    #[error("{}: unknown file extension", path.display())]
     UnknownFormat {
         /// The file.
         path: PathBuf,
-        /// Extensions that would do.
+        /// Supported extensions.
         known: String,
     },
-    /// The operating system refused to read.
+    /// The operating system failed to read.
     #[error("{}: cannot be read", path.display())]
     Read {
         /// The file.
@@ -28,7 +28,7 @@ pub enum FileError {
         #[source]
         cause: io::Error,
     },
-    /// The operating system refused to write.
+    /// The operating system failed to write.
     #[error("{}: cannot be written", path.display())]
     Write {
         /// The file.
@@ -37,7 +37,7 @@ pub enum FileError {
         #[source]
         cause: io::Error,
     },
-    /// The content is not what the format demands.
+    /// The content does not match the format.
     #[error("{}: {place}: {problem}", path.display())]
     Malformed {
         /// The file.

@@ -60,7 +60,7 @@ fn document(mesh: &Mesh, binary_bytes: u64) -> Value {
     let (vertices, indices) = (mesh.vertices_mm.len(), 3 * mesh.triangles.len());
     let asset = json!({ "version": "2.0", "generator": "sheaf", "extras": { "comments": mesh.comments } });
     if indices == 0 {
-        // Accessors and buffers of no bytes are not allowed: an empty mesh is an empty node.
+        // Accessors and buffers of zero bytes are not allowed: an empty mesh is an empty node.
         return json!({ "asset": asset, "scene": 0, "scenes": [{ "nodes": [0] }], "nodes": [{ "name": "empty" }] });
     }
     let (low, high) = bounds(mesh);
@@ -105,7 +105,7 @@ fn bounds(mesh: &Mesh) -> ([f32; 3], [f32; 3]) {
 pub(super) fn read(mut input: impl BufRead) -> Result<Mesh, ContentError> {
     let head = words::<3>(&mut input, "header")?;
     if head[0] != MAGIC || head[1] != 2 {
-        return Err(problem("header", "this is no glTF 2.0 binary"));
+        return Err(problem("header", "this is not a glTF 2.0 binary"));
     }
     let text = chunk(&mut input, CHUNK_JSON)?;
     let document: Value = serde_json::from_slice(&text)

@@ -5,15 +5,16 @@
 //! | PLY (binary little endian) | mm, float64 | all | all |
 //! | CSV | mm, shortest exact decimal | all | all |
 //! | PCD (binary) | mm, float64 | all | all |
-//! | E57 | **metres**, float64 (1 ulp lost in the conversion) | intensity as E57's own, the others as attributes of the extension `sheaf`: other programs ignore them | in the description |
+//! | E57 | **metres**, float64 (1 ulp lost in the conversion) | intensity as E57's own, the others as attributes of the
+//! extension `sheaf`: other programs ignore them | in the description |
 //! | mesh PLY | mm, float64 | – | all |
-//! | mesh STL (binary) | mm, float32, vertices repeated per triangle | – | lost |
+//! | mesh STL (binary; text is read, too) | mm, float32, vertices repeated per triangle | – | lost |
 //! | mesh GLB | **metres**, float32; a node turns y down into glTF's y up | – | in `asset.extras` |
 //!
-//! Beside them [`peaks`]: what a scan is computed from.
+//! [`peaks`] stores the input of a scan.
 //!
-//! Writing to a path is atomic: the bytes go to a hidden neighbour which is synced and renamed.
-//! Readers never trust a count in a header: memory grows with the bytes that are really there.
+//! Writing to a path is atomic: the bytes go to a hidden temporary file, which is synced and renamed. Readers do not
+//! trust counts in headers: memory grows with the bytes actually read.
 
 mod csv;
 mod e57;
@@ -38,13 +39,13 @@ use crate::mesh::Mesh;
 use crate::points::cloud::{Cloud, CloudPoint};
 use ply::CloudReader;
 
-/// Room made in advance for at most this many records, whatever a header claims.
+/// Most records for which memory is reserved in advance, whatever a header claims.
 const MAX_TRUSTED_COUNT: u64 = 1 << 16;
 
-/// Bytes gathered before the disk is asked to take them.
+/// Bytes buffered before each write.
 const WRITE_BUFFER_BYTES: usize = 1 << 18;
 
-/// A line of a text header may carry a whole calibration, but no more than this.
+/// Longest line of a text header: it may hold a whole calibration.
 const MAX_LINE_BYTES: u64 = 16 << 20;
 
 /// The formats a cloud can be written in and read from.
@@ -74,7 +75,7 @@ impl CloudFormat {
         }
     }
 
-    /// The format a path's extension stands for.
+    /// The format named by a path's extension.
     ///
     /// # Errors
     /// [`FileError::UnknownFormat`].
@@ -107,7 +108,7 @@ impl MeshFormat {
         }
     }
 
-    /// The format a path's extension stands for.
+    /// The format named by a path's extension.
     ///
     /// # Errors
     /// [`FileError::UnknownFormat`].
@@ -124,10 +125,10 @@ fn by_extension<F: Copy>(path: &Path, known: &[F], name: impl Fn(F) -> &'static 
     })
 }
 
-/// Writes a cloud to `path`, whole or not at all.
+/// Writes a cloud to `path` atomically.
 ///
 /// # Errors
-/// [`FileError::Write`] if the disk refuses.
+/// [`FileError::Write`].
 pub fn write_cloud(path: &Path, format: CloudFormat, cloud: &Cloud) -> Result<(), FileError> {
     atomically(path, |file| write_cloud_to(file, format, cloud))
 }
@@ -135,7 +136,7 @@ pub fn write_cloud(path: &Path, format: CloudFormat, cloud: &Cloud) -> Result<()
 /// Writes a cloud to an empty file.
 ///
 /// # Errors
-/// [`ContentError::Io`] if `out` refuses.
+/// [`ContentError::Io`] if writing fails.
 pub fn write_cloud_to(
     out: impl Read + Write + Seek,
     format: CloudFormat,
@@ -149,11 +150,11 @@ pub fn write_cloud_to(
     Ok(writer.finish()?.flush()?)
 }
 
-/// Writes the cloud of a PLY file to an empty file of another format, some of its points at a time. `input` opens it; E57
-/// reads it twice.
+/// Converts the cloud of a PLY file to another format, some points at a time. `input` opens the PLY file; E57 reads it
+/// twice.
 ///
 /// # Errors
-/// [`ContentError::Io`] if `out` refuses or `input` cannot be read, the others as [`read_cloud`].
+/// [`ContentError::Io`] if writing to `out` or reading `input` fails, otherwise as [`read_cloud`].
 pub fn convert_cloud<R: BufRead>(
     input: impl Fn() -> std::io::Result<R>,
     format: CloudFormat,
@@ -177,9 +178,9 @@ fn buffered<W: Write>(out: W) -> BufWriter<W> {
     BufWriter::with_capacity(WRITE_BUFFER_BYTES, out)
 }
 
-/// Reads a cloud in the format its extension names.
+/// Reads a cloud in the format named by its extension.
 ///
-/// Points of other programs' files need only x, y and z; what is missing reads as 0 (a σ of 0 means "unknown").
+/// Points in files of other programs need only x, y and z; missing fields are 0 (a σ of 0 means "unknown").
 ///
 /// # Errors
 /// [`FileError::UnknownFormat`], [`FileError::Read`], or [`FileError::Malformed`] with the place and the remedy.
@@ -210,10 +211,10 @@ pub fn read_cloud_from(mut input: impl BufRead, format: CloudFormat) -> Result<C
     }
 }
 
-/// Writes a mesh to `path`, whole or not at all.
+/// Writes a mesh to `path` atomically.
 ///
 /// # Errors
-/// [`FileError::Write`] if the disk refuses, [`FileError::Malformed`] if the format cannot hold so large a mesh.
+/// [`FileError::Write`], or [`FileError::Malformed`] if the format cannot hold so large a mesh.
 pub fn write_mesh(path: &Path, format: MeshFormat, mesh: &Mesh) -> Result<(), FileError> {
     atomically(path, |file| {
         let mut out = buffered(file);
@@ -225,7 +226,7 @@ pub fn write_mesh(path: &Path, format: MeshFormat, mesh: &Mesh) -> Result<(), Fi
 /// Streams a mesh to `out`.
 ///
 /// # Errors
-/// [`ContentError::Io`] if `out` refuses, [`ContentError::Malformed`] if the format cannot hold so large a mesh.
+/// [`ContentError::Io`] if writing fails, [`ContentError::Malformed`] if the format cannot hold so large a mesh.
 pub fn write_mesh_to(out: &mut impl Write, format: MeshFormat, mesh: &Mesh) -> Result<(), ContentError> {
     match format {
         MeshFormat::Stl => stl::write(out, mesh),
@@ -234,9 +235,9 @@ pub fn write_mesh_to(out: &mut impl Write, format: MeshFormat, mesh: &Mesh) -> R
     }
 }
 
-/// Reads a mesh in the format its extension names.
+/// Reads a mesh in the format named by its extension.
 ///
-/// STL repeats every vertex per triangle; identical positions are joined again.
+/// STL repeats every vertex per triangle; identical positions are merged.
 ///
 /// # Errors
 /// [`FileError::UnknownFormat`], [`FileError::Read`], or [`FileError::Malformed`] with the place and the remedy.
@@ -252,13 +253,13 @@ pub fn read_mesh(path: &Path) -> Result<Mesh, FileError> {
     content.map_err(|error| FileError::reading(path, error))
 }
 
-/// Runs `write` on a hidden neighbour of `path`, syncs it and renames it into place.
+/// Runs `write` on a hidden temporary file beside `path`, syncs it and renames it.
 fn atomically(path: &Path, write: impl FnOnce(&mut File) -> Result<(), ContentError>) -> Result<(), FileError> {
     let name = path.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
     let partial = path.with_file_name(format!(".{name}.{}.part", std::process::id()));
     let written = write_and_sync(&partial, write).and_then(|()| Ok(std::fs::rename(&partial, path)?));
     written.map_err(|error| {
-        // The failure to write is reported to the caller, not a failure to clean up.
+        // The write error is returned, not an error of the clean-up.
         let _ = std::fs::remove_file(&partial);
         FileError::writing(path, error)
     })
@@ -273,12 +274,12 @@ fn write_and_sync(
     Ok(file.sync_all()?)
 }
 
-/// How many records to make room for when a header promises `count`.
+/// Number of records to reserve memory for when a header claims `count`.
 fn trusted_capacity(count: u64) -> usize {
     count.min(MAX_TRUSTED_COUNT) as usize
 }
 
-/// Adds a record of those that a header promised: never with room for more than all of them.
+/// Appends one of the `promised` records without reserving memory for more than that.
 fn push<T>(records: &mut Vec<T>, record: T, promised: u64) {
     if records.len() == records.capacity() {
         let missing = promised.saturating_sub(records.len() as u64).max(1);
@@ -292,7 +293,7 @@ fn one_line(comment: &str) -> String {
     comment.replace(['\r', '\n'], " ").trim().to_owned()
 }
 
-/// Reads one line of a text header without its line end; `None` at the end of the file.
+/// Reads one line of a text header without its line ending; `None` at the end of the file.
 fn header_line(input: &mut impl BufRead, line_number: &mut u64) -> Result<Option<String>, ContentError> {
     let mut bytes = Vec::new();
     input.by_ref().take(MAX_LINE_BYTES).read_until(b'\n', &mut bytes)?;
@@ -319,7 +320,7 @@ fn header_line(input: &mut impl BufRead, line_number: &mut u64) -> Result<Option
     })
 }
 
-/// The named numbers of a point, as every table-like format holds them.
+/// The numeric fields of a point, as every table-like format holds them.
 const FIELDS: [&str; 9] = ["x", "y", "z", "order", "frame", "u", "v", "intensity", "sigma_mm"];
 
 /// Builds a point from values in the order of [`FIELDS`].
@@ -335,14 +336,14 @@ fn point_from_fields(values: &[f64; 9], place: impl Fn() -> String) -> Result<Cl
     if order.fract() != 0.0 || !(-128.0..=127.0).contains(&order) {
         return Err(ContentError::malformed(
             place(),
-            format!("order {order} is no whole number from -128 to 127"),
+            format!("order {order} is not an integer from -128 to 127"),
             "write the diffraction order as int8",
         ));
     }
     if frame.fract() != 0.0 || !(0.0..=f64::from(u32::MAX)).contains(&frame) {
         return Err(ContentError::malformed(
             place(),
-            format!("frame {frame} is no index"),
+            format!("frame {frame} is not an index"),
             "write the frame index as uint32",
         ));
     }

@@ -5,12 +5,12 @@ use std::io::{BufRead, Write};
 use super::{ContentError, FIELDS, header_line, one_line, point_from_fields, push, trusted_capacity};
 use crate::points::cloud::Cloud;
 
-/// The line every PCD file begins with by custom; the only comment that is not the cloud's.
+/// Conventional first line of a PCD file; the only comment that does not belong to the cloud.
 const BANNER: &str = ".PCD v0.7 - Point Cloud Data file format";
 
 const REMEDY: &str = "export the file as PCD 0.7, binary or ascii";
 
-/// Vertices of PLY follow: the layout is the same.
+/// The vertices follow as in PLY: the layout is the same.
 pub(super) fn write_header(
     out: &mut impl Write,
     comments: &[String],
@@ -26,7 +26,7 @@ pub(super) fn write_header(
     Ok(())
 }
 
-/// A column of the table: which of [`FIELDS`] it is, its type letter and size, how often it repeats.
+/// A column of the table: its index in [`FIELDS`], its type letter and size, and its count.
 struct Column {
     field: Option<usize>,
     kind: char,
@@ -181,7 +181,7 @@ fn ascii_row(
             values[field] = word.parse().map_err(|_| {
                 ContentError::malformed(
                     format!("line {line_number}"),
-                    format!("`{word}` is no number"),
+                    format!("`{word}` is not a number"),
                     "export the file again",
                 )
             })?;

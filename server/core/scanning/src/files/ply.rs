@@ -20,7 +20,7 @@ const CLOUD_PROPERTIES: [(&str, &str); 9] = [
     ("float", "sigma_mm"),
 ];
 
-/// Vertices encoded before they are handed on: 360 kB stay in the processor's cache and make few system calls.
+/// Vertices encoded before each write: 360 kB fit in the processor's cache and need few system calls.
 const CHUNK_POINTS: usize = 8192;
 
 /// Bytes of one vertex.
@@ -39,7 +39,7 @@ pub(super) fn write_cloud_header(
     Ok(writeln!(out, "end_header")?)
 }
 
-/// The vertices as [`vertex_bytes`], handed over many at a time; `chunk` is memory to use again.
+/// Writes the vertices as [`vertex_bytes`], many at a time; `chunk` is reusable memory.
 pub(super) fn write_vertices(
     out: &mut impl Write,
     points: &[CloudPoint],
@@ -86,12 +86,12 @@ pub(super) fn read_cloud(input: impl BufRead) -> Result<Cloud, ContentError> {
     Ok(Cloud { points, comments: reader.into_comments() })
 }
 
-/// The points of a cloud, one after the other.
+/// Iterator over the points of a cloud.
 pub(super) struct CloudReader<R> {
     reader: PlyReader<R>,
     vertex: Element,
     slots: Vec<Option<usize>>,
-    /// Which one comes next.
+    /// Index of the next point.
     next: u64,
     row: Vec<f64>,
 }
@@ -104,7 +104,7 @@ impl<R: BufRead> CloudReader<R> {
         Ok(Self { reader, vertex, slots, next: 0, row: Vec::new() })
     }
 
-    /// How many the header promises.
+    /// Number of points according to the header.
     pub(super) fn n_points(&self) -> u64 {
         self.vertex.count
     }
@@ -136,7 +136,7 @@ impl<R: BufRead> Iterator for CloudReader<R> {
     }
 }
 
-/// For every property of the file, which of [`FIELDS`] it is.
+/// For every property of the file, its index in [`FIELDS`].
 fn slots_of(vertex: &Element) -> Result<Vec<Option<usize>>, ContentError> {
     let slots: Vec<Option<usize>> = vertex
         .properties
@@ -155,7 +155,7 @@ fn slots_of(vertex: &Element) -> Result<Vec<Option<usize>>, ContentError> {
     }
 }
 
-/// Names other programs use for the same thing.
+/// Names of the same field in other programs.
 fn alias(field: &str) -> Option<&'static str> {
     (field == "intensity").then_some("scalar_intensity")
 }
@@ -201,7 +201,7 @@ pub(super) fn read_mesh(input: impl BufRead) -> Result<Mesh, ContentError> {
     mesh.checked()
 }
 
-/// Polygons become fans of triangles.
+/// Polygons are split into fans of triangles.
 fn read_faces(reader: &mut PlyReader<impl BufRead>, mesh: &mut Mesh) -> Result<(), ContentError> {
     let face = reader.skip_to("face")?;
     if !face.properties.iter().any(|property| property.name.starts_with("vertex_ind")) {

@@ -7,7 +7,7 @@ use super::{ContentError, header_line};
 /// Longest list (corners of one polygon) accepted.
 const MAX_LIST: f64 = 4096.0;
 
-/// Header lines accepted before the file is called something else.
+/// Most header lines accepted.
 const MAX_HEADER_LINES: u64 = 100_000;
 
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -122,7 +122,7 @@ impl<R: BufRead> PlyReader<R> {
         )
     }
 
-    /// Takes in one header line; `false` at its end.
+    /// Parses one header line; `false` at the end of the header.
     fn header_entry(&mut self) -> Result<bool, ContentError> {
         let Some(line) = header_line(&mut self.input, &mut self.line_number)? else {
             return Err(self.header_problem("the header has no end"));
@@ -147,14 +147,14 @@ impl<R: BufRead> PlyReader<R> {
             }
             ["element", name, count] => {
                 let Ok(count) = count.parse() else {
-                    return Err(self.header_problem(format!("`{count}` is no count")));
+                    return Err(self.header_problem(format!("`{count}` is not a count")));
                 };
                 self.remaining.push_back(Element { name: (*name).to_owned(), count, properties: Vec::new() });
             }
             ["property", "list", count, value, name] => self.property(name, value, Some(count))?,
             ["property", value, name] => self.property(name, value, None)?,
             [] | ["obj_info", ..] => {}
-            _ => return Err(self.header_problem(format!("`{line}` is no header entry"))),
+            _ => return Err(self.header_problem(format!("`{line}` is not a header entry"))),
         }
         Ok(true)
     }
@@ -167,12 +167,12 @@ impl<R: BufRead> PlyReader<R> {
                 element.properties.push(Property { name: name.to_owned(), value, count });
                 Ok(())
             }
-            (_, _, None) => Err(self.header_problem("a property stands before any element")),
+            (_, _, None) => Err(self.header_problem("a property precedes any element")),
             _ => Err(self.header_problem(format!("property `{name}` has an unknown type"))),
         }
     }
 
-    /// Passes over elements until the one called `name`; its rows come next.
+    /// Skips elements until the one called `name`; its rows come next.
     pub(super) fn skip_to(&mut self, name: &str) -> Result<Element, ContentError> {
         let mut row = Vec::new();
         while let Some(element) = self.remaining.pop_front() {
@@ -193,7 +193,7 @@ impl<R: BufRead> PlyReader<R> {
         ))
     }
 
-    /// Reads one row; lists are passed over and stand as 0.
+    /// Reads one row; lists are skipped and read as 0.
     pub(super) fn scalars(&mut self, element: &Element, idx: u64, row: &mut Vec<f64>) -> Result<(), ContentError> {
         row.clear();
         self.read_row(element, idx, |_, values| row.push(if let [one] = values { *one } else { 0.0 }))
@@ -268,7 +268,7 @@ impl<R: BufRead> PlyReader<R> {
         word.parse().map_err(|_| {
             ContentError::malformed(
                 format!("line {} ({})", self.line_number, place()),
-                format!("`{word}` is no number"),
+                format!("`{word}` is not a number"),
                 "export the file again with a point as decimal mark",
             )
         })

@@ -1,16 +1,18 @@
-//! Meshes as binary STL: millimetres, float32, one normal and three corners per triangle.
+//! Meshes as STL, mm: written binary (float32, one normal and three corners per triangle), read binary or as text.
 
 use std::collections::HashMap;
 use std::io::{BufRead, Write};
 
-use super::{ContentError, trusted_capacity};
+use super::ContentError;
 use crate::mesh::Mesh;
 
-/// Text in front; must not begin with `solid`, which would announce ASCII.
+/// Leading text; must not begin with `solid`, which would indicate ASCII.
 const BANNER: &[u8] = b"binary STL, units mm, made by sheaf";
 
 const HEADER_BYTES: usize = 80;
-const TRIANGLE_BYTES: usize = 50;
+
+/// Most triangles whose corners an index of 32 bits can name.
+const MAX_TRIANGLES: usize = (u32::MAX / 3) as usize;
 
 pub(super) fn write(out: &mut impl Write, mesh: &Mesh) -> Result<(), ContentError> {
     let count = u32::try_from(mesh.triangles.len()).map_err(|_| {
@@ -31,34 +33,22 @@ pub(super) fn write(out: &mut impl Write, mesh: &Mesh) -> Result<(), ContentErro
     Ok(())
 }
 
+/// Binary or text; corners at one place share a vertex.
 pub(super) fn read(mut input: impl BufRead) -> Result<Mesh, ContentError> {
-    let mut header = [0; HEADER_BYTES + 4];
-    input.read_exact(&mut header).map_err(|cause| ContentError::truncated(cause, || "header".into()))?;
-    if header.starts_with(b"solid ") && header.contains(&b'\n') {
-        return Err(ContentError::malformed("header", "this is ASCII STL", "export it as binary STL"));
-    }
-    let count = u32::from_le_bytes([header[80], header[81], header[82], header[83]]);
-    let mut mesh = Mesh { triangles: Vec::with_capacity(trusted_capacity(count.into())), ..Mesh::default() };
-    let mut index_of: HashMap<[u32; 3], u32> = HashMap::new();
-    let mut row = [0; TRIANGLE_BYTES];
-    for idx in 0..count {
-        let place = || format!("triangle {idx} of {count}");
-        input.read_exact(&mut row).map_err(|cause| ContentError::truncated(cause, place))?;
-        let mut triangle = [0; 3];
-        for (slot, corner) in triangle.iter_mut().zip(row[12..48].chunks_exact(12)) {
-            *slot = vertex_index(&mut mesh, &mut index_of, corner);
-        }
-        mesh.triangles.push(triangle);
+    let mut bytes = Vec::new();
+    input.read_to_end(&mut bytes)?;
+    let triangles = stl::read(&bytes, MAX_TRIANGLES)
+        .map_err(|error| ContentError::malformed("STL", error.to_string(), error.advice()))?;
+    let mut mesh = Mesh { triangles: Vec::with_capacity(triangles.len()), ..Mesh::default() };
+    let mut index_of: HashMap<[u64; 3], u32> = HashMap::new();
+    for triangle in triangles {
+        let corners = triangle.map(|corner| {
+            *index_of.entry(corner.map(f64::to_bits)).or_insert_with(|| {
+                mesh.vertices_mm.push(corner);
+                (mesh.vertices_mm.len() - 1) as u32
+            })
+        });
+        mesh.triangles.push(corners);
     }
     mesh.checked()
-}
-
-/// The index of a corner; equal positions share one.
-fn vertex_index(mesh: &mut Mesh, index_of: &mut HashMap<[u32; 3], u32>, corner: &[u8]) -> u32 {
-    let bits =
-        [0, 4, 8].map(|at| u32::from_le_bytes([corner[at], corner[at + 1], corner[at + 2], corner[at + 3]]));
-    *index_of.entry(bits).or_insert_with(|| {
-        mesh.vertices_mm.push(bits.map(|b| f64::from(f32::from_bits(b))));
-        (mesh.vertices_mm.len() - 1) as u32
-    })
 }

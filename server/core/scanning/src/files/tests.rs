@@ -1,5 +1,5 @@
-//! What is written comes back; what lies or breaks is named. Other programs' view of the files is checked only for
-//! GLB (by the `gltf` crate); PLY is held by a golden header.
+//! Files are read back as written; false counts and damage are reported. Compatibility with other programs is checked
+//! only for GLB (by the `gltf` crate); PLY is checked against a golden header.
 
 use std::io::Cursor;
 
@@ -132,7 +132,7 @@ fn damaged_e57_bytes_are_an_error_and_no_panic() {
     for at in (0..bytes.len()).step_by(bytes.len() / 60) {
         let mut damaged = bytes.clone();
         damaged[at] ^= 0x55;
-        // The checksum of its page finds the flipped byte; only a byte outside every page could pass.
+        // The page checksum detects the flipped byte; only a byte outside every page could pass.
         if let Ok(read) = read_cloud_from(Cursor::new(damaged), CloudFormat::E57) {
             assert_eq!(read.points.len(), 50);
         }
@@ -143,8 +143,8 @@ fn damaged_e57_bytes_are_an_error_and_no_panic() {
 fn wrong_content_is_named_with_its_place() {
     let cases: [(CloudFormat, &str, &str); 9] = [
         (CloudFormat::Ply, "plx\n", "line 1: the file does not begin with `ply`"),
-        (CloudFormat::Ply, "ply\nformat ascii 1.0\nelement vertex x\n", "line 3: `x` is no count"),
-        (CloudFormat::Ply, "ply\nformat ascii 1.0\nproperty float x\n", "line 3: a property stands before"),
+        (CloudFormat::Ply, "ply\nformat ascii 1.0\nelement vertex x\n", "line 3: `x` is not a count"),
+        (CloudFormat::Ply, "ply\nformat ascii 1.0\nproperty float x\n", "line 3: a property precedes"),
         (
             CloudFormat::Ply,
             "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nend_header\n1 2\n",
@@ -156,9 +156,13 @@ fn wrong_content_is_named_with_its_place() {
              end_header\n1 2 nan\n",
             "vertex 0: a value is not a finite number",
         ),
-        (CloudFormat::Csv, "# nothing\n", "line 2: there is no line of column names"),
-        (CloudFormat::Csv, "x_mm,y_mm,z_mm\n1,2,3\n1,2,three\n", "line 3: `three` in column `z_mm` is no number"),
-        (CloudFormat::Csv, "x_mm,y_mm,z_mm,order\n1,2,3,1.5\n", "line 2: order 1.5 is no whole number"),
+        (CloudFormat::Csv, "# nothing\n", "line 2: the line of column names is missing"),
+        (
+            CloudFormat::Csv,
+            "x_mm,y_mm,z_mm\n1,2,3\n1,2,three\n",
+            "line 3: `three` in column `z_mm` is not a number",
+        ),
+        (CloudFormat::Csv, "x_mm,y_mm,z_mm,order\n1,2,3,1.5\n", "line 2: order 1.5 is not an integer"),
         (
             CloudFormat::Pcd,
             "VERSION 0.7\nFIELDS x y z\nSIZE 4 4\nTYPE F F F\nDATA ascii\n",
@@ -180,7 +184,7 @@ fn errors_of_files_name_the_file() {
     assert!(read_cloud(&path).unwrap_err().to_string().contains("cut.ply: line 2: the header has no end"));
     assert!(matches!(read_cloud(&folder.path().join("none.ply")), Err(FileError::Read { .. })));
     let unknown = remedy::with_remedy(&CloudFormat::from_path(Path::new("part.xyz")).unwrap_err());
-    assert_eq!(unknown, "part.xyz: the extension names no known format; use one of .ply, .csv, .pcd, .e57");
+    assert_eq!(unknown, "part.xyz: unknown file extension; use one of .ply, .csv, .pcd, .e57");
     assert!(matches!(
         write_cloud(&folder.path().join("no/such/folder.ply"), CloudFormat::Ply, &cloud()),
         Err(FileError::Write { .. })
@@ -213,7 +217,24 @@ fn every_mesh_format_gives_back_what_it_was_given() {
 }
 
 #[test]
-fn another_reader_accepts_the_glb_and_sees_metres_with_y_up() {
+fn stl_as_text_is_read_and_corners_at_one_place_are_joined() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("part.stl");
+    let facet = |corners: [&str; 3]| {
+        let vertices: String = corners.iter().map(|corner| format!("vertex {corner}\n")).collect();
+        format!("facet normal 0 0 1\nouter loop\n{vertices}endloop\nendfacet\n")
+    };
+    let two = facet(["0 0 0", "1 0 0", "1 1 0"]) + &facet(["0 0 0", "1 1 0", "0 1 0"]);
+    std::fs::write(&path, format!("solid square\n{two}endsolid\n")).unwrap();
+    let mesh = read_mesh(&path).unwrap();
+    assert_eq!((mesh.vertices_mm.len(), mesh.triangles), (4, vec![[0, 1, 2], [0, 2, 3]]));
+    std::fs::write(&path, "solid square\nfacet\nvertex 0 0\n").unwrap();
+    let error = read_mesh(&path).unwrap_err();
+    assert!(error.to_string().contains("line 3: expected three numbers"), "{error}");
+}
+
+#[test]
+fn another_reader_accepts_the_glb_and_reads_metres_with_y_up() {
     let mut bytes = Vec::new();
     write_mesh_to(&mut bytes, MeshFormat::Glb, &mesh()).unwrap();
     // `from_slice` runs the crate's full validation.
@@ -247,5 +268,5 @@ fn broken_meshes_are_refused() {
     let lying = Mesh { triangles: vec![[0, 1, 9]], ..mesh() };
     let path = folder.path().join("lying.ply");
     write_mesh(&path, MeshFormat::Ply, &lying).unwrap();
-    assert!(read_mesh(&path).unwrap_err().to_string().contains("triangle 0: it names a vertex beyond the 4"));
+    assert!(read_mesh(&path).unwrap_err().to_string().contains("triangle 0: it refers to a vertex beyond the 4"));
 }

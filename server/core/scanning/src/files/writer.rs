@@ -1,4 +1,4 @@
-//! Clouds written in pieces: no more points in memory than one call hands over.
+//! Clouds written in pieces, with no more points in memory than one call passes.
 
 use std::io::Write;
 use std::path::Path;
@@ -6,7 +6,7 @@ use std::path::Path;
 use super::{CloudFormat, ContentError, FileError, atomically, buffered, csv, pcd, ply};
 use crate::points::cloud::CloudPoint;
 
-/// The formats that are written from front to back; E57 is not, its header holds offsets known last.
+/// Formats written front to back; not E57, whose header holds offsets known only at the end.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Stream {
     Ply,
@@ -14,14 +14,14 @@ enum Stream {
     Pcd,
 }
 
-/// A cloud file in the making.
+/// A cloud file being written.
 #[derive(Debug)]
 pub struct CloudWriter<W: Write> {
     out: W,
     format: Stream,
-    /// Points that the header promises and that have not come yet.
+    /// Points that the header promises and that are still missing.
     n_missing: u64,
-    /// Bytes of the points being written; its memory is used again.
+    /// Bytes of the points being written; its memory is reused.
     chunk: Vec<u8>,
 }
 
@@ -29,7 +29,7 @@ impl<W: Write> CloudWriter<W> {
     /// Writes the header. `n_points` points must follow.
     ///
     /// # Errors
-    /// [`ContentError::Io`] if `out` refuses; [`ContentError::Malformed`] for E57, which is no stream.
+    /// [`ContentError::Io`] if writing fails; [`ContentError::Malformed`] for E57, which cannot be streamed.
     pub fn begin(
         mut out: W,
         format: CloudFormat,
@@ -40,9 +40,11 @@ impl<W: Write> CloudWriter<W> {
             CloudFormat::Ply => ply::write_cloud_header(&mut out, comments, n_points).map(|()| Stream::Ply),
             CloudFormat::Csv => csv::write_header(&mut out, comments).map(|()| Stream::Csv),
             CloudFormat::Pcd => pcd::write_header(&mut out, comments, n_points).map(|()| Stream::Pcd),
-            CloudFormat::E57 => {
-                Err(ContentError::malformed("E57", "its header is known last", "write the whole cloud at once"))
-            }
+            CloudFormat::E57 => Err(ContentError::malformed(
+                "E57",
+                "its header can only be written last",
+                "write the whole cloud at once",
+            )),
         }?;
         Ok(Self { out, format, n_missing: n_points as u64, chunk: Vec::new() })
     }
@@ -50,7 +52,7 @@ impl<W: Write> CloudWriter<W> {
     /// Adds the next points.
     ///
     /// # Errors
-    /// [`ContentError::Io`] if `out` refuses, [`ContentError::Malformed`] for more points than were promised.
+    /// [`ContentError::Io`] if writing fails, [`ContentError::Malformed`] for more points than promised.
     pub fn add(&mut self, points: &[CloudPoint]) -> Result<(), ContentError> {
         self.n_missing = self.n_missing.checked_sub(points.len() as u64).ok_or_else(wrong_count)?;
         match self.format {
@@ -59,28 +61,26 @@ impl<W: Write> CloudWriter<W> {
         }
     }
 
-    /// Gives the output back.
+    /// Ends the file and returns the output.
     ///
     /// # Errors
-    /// [`ContentError::Malformed`] for fewer points than were promised.
+    /// [`ContentError::Malformed`] for fewer points than promised.
     pub fn finish(self) -> Result<W, ContentError> {
         if self.n_missing > 0 { Err(wrong_count()) } else { Ok(self.out) }
     }
 }
 
 fn wrong_count() -> ContentError {
-    ContentError::malformed("points", "there are not as many as the header says", "write the file again")
+    ContentError::malformed("points", "there are fewer than the header states", "write the file again")
 }
 
-/// Adds the next points.
+/// Callback that adds the next points.
 pub type AddPoints<'a, E> = &'a mut dyn FnMut(&[CloudPoint]) -> Result<(), E>;
 
-/// Writes a file of any format but E57 whole or not at all; `add_points` hands over its `n_points` points, some at a
-/// time.
+/// Writes a file of any format but E57 atomically; `add_points` passes its `n_points` points, some at a time.
 ///
 /// # Errors
-/// What `add_points` answers; [`FileError::Write`] if the disk refuses, [`FileError::Malformed`] for E57, or for another
-/// number of points.
+/// An error of `add_points`; [`FileError::Write`], or [`FileError::Malformed`] for E57 or for another number of points.
 pub fn write_cloud_in_pieces<E: From<FileError>>(
     path: &Path,
     format: CloudFormat,
@@ -95,7 +95,7 @@ pub fn write_cloud_in_pieces<E: From<FileError>>(
             add_points(&mut |points| writer.add(points).map_err(|error| E::from(FileError::writing(path, error))));
         match ended {
             Ok(()) => Ok(writer.finish()?.flush()?),
-            // Nothing is kept of the file; why, says `ended`.
+            // The file is discarded; the reason is in `ended`.
             Err(_) => Err(ContentError::Io(std::io::ErrorKind::Interrupted.into())),
         }
     });

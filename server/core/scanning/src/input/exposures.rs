@@ -1,33 +1,34 @@
-//! One frame's lines from several exposures of the same view: dark places from long ones, bright places from short ones.
+//! Fuses one frame's lines from several exposures of the same view: dark places from long exposures, bright places from
+//! short ones.
 //!
-//! Centrelines are fused, not pictures: every exposure is extracted on its own, so that nothing has to be known of the
-//! sensor's response. Where an exposure is saturated it is left out if another is not. What remains is averaged by 1/σ²;
-//! σ of the mean is stated as if the exposures shared all their noise, because speckle is the same in all of them.
+//! Centrelines are fused, not pictures: every exposure is extracted separately, so that the sensor's response need not
+//! be known. Where an exposure is saturated it is left out if another is not. The rest is averaged with weights 1/σ²; σ
+//! of the mean is stated as if the exposures shared all their noise, because speckle is the same in all of them.
 
 use vision::{CentrelinePoint, Centrelines, LineDirection, Segment};
 
 use crate::input::line_step::largest_step_px;
 use crate::params::exposures::{DISAGREE_SIGMAS, SAME_LINE_WIDTHS};
 
-/// What was found in one exposure.
+/// The lines of one exposure.
 #[derive(Debug, Clone, Copy)]
 pub struct Exposed<'a> {
-    /// How long it was.
+    /// Exposure time.
     pub exposure_us: f64,
     /// Its lines.
     pub centrelines: &'a Centrelines,
 }
 
-/// How the points of fused lines came about.
+/// Origin of the points of fused lines.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct FusionCounts {
     /// Points.
     pub n_points: usize,
-    /// Of these, points that some exposure saw saturated, and that stand on others.
+    /// Points saturated in some exposure and taken from others.
     pub n_replaced: usize,
-    /// Points that every exposure saw saturated.
+    /// Points saturated in every exposure.
     pub n_saturated: usize,
-    /// Points on which exposures differ by more than 3 σ: the best of them is taken, and its σ holds the difference.
+    /// Points on which exposures differ by more than 3 σ: the best of them is used, with the difference added to its σ.
     pub n_disagreeing: usize,
 }
 
@@ -43,17 +44,17 @@ impl FusionCounts {
 
 /// A point of one exposure.
 #[derive(Debug, Clone, Copy)]
-struct Seen {
+struct ExposurePoint {
     point: CentrelinePoint,
     exposure: usize,
-    /// Its segment, counted over all exposures.
+    /// Its segment, numbered over all exposures.
     segment: usize,
     /// Column (row) of its line.
     column: i64,
     across_px: f64,
 }
 
-/// A point of the fused lines, and what it stands on.
+/// A point of the fused lines, and the points it was computed from.
 #[derive(Debug, Clone)]
 struct Fused {
     point: CentrelinePoint,
@@ -61,9 +62,9 @@ struct Fused {
     segments: Vec<usize>,
 }
 
-/// Fuses the lines that exposures of one view show; intensities are those of the longest exposure.
+/// Fuses the lines of several exposures of one view; intensities are those of the longest exposure.
 ///
-/// Lines of different exposures are the same line where they are nearer than half their width in a column (row).
+/// Lines of different exposures are the same line where they are closer than half their width in a column (row).
 pub fn fuse_exposures(exposures: &[Exposed]) -> (Centrelines, FusionCounts) {
     let direction = exposures.first().map_or(LineDirection::default(), |exposed| exposed.centrelines.direction);
     let mut seen = all_points(exposures, direction);
@@ -76,20 +77,20 @@ pub fn fuse_exposures(exposures: &[Exposed]) -> (Centrelines, FusionCounts) {
         let mut fused: Vec<Fused> =
             without_rims(lines_of_column(column)).iter().map(|line| fused(line, &gains, &mut counts)).collect();
         fused.sort_by(|a, b| a.across_px.total_cmp(&b.across_px));
-        chains.go_on(column[0].column, fused);
+        chains.extend(column[0].column, fused);
     }
     let correlation_px = exposures.iter().map(|exposed| exposed.centrelines.correlation_px).fold(0.0, f64::max);
     let lit_line = exposures.first().and_then(|exposed| exposed.centrelines.lit_line);
     (Centrelines { segments: chains.segments(), direction, correlation_px, lit_line }, counts)
 }
 
-fn all_points(exposures: &[Exposed], direction: LineDirection) -> Vec<Seen> {
+fn all_points(exposures: &[Exposed], direction: LineDirection) -> Vec<ExposurePoint> {
     let segments = exposures.iter().enumerate().flat_map(|(exposure, exposed)| {
         exposed.centrelines.segments.iter().map(move |segment| (exposure, segment))
     });
     let points = segments.enumerate().flat_map(|(segment, (exposure, of))| {
         let first = of.points.first().map_or(0, |point| point.along_across(direction).0.round() as i64);
-        of.points.iter().enumerate().map(move |(idx, point)| Seen {
+        of.points.iter().enumerate().map(move |(idx, point)| ExposurePoint {
             point: *point,
             exposure,
             segment,
@@ -100,11 +101,11 @@ fn all_points(exposures: &[Exposed], direction: LineDirection) -> Vec<Seen> {
     points.collect()
 }
 
-/// Points of one column, ordered across, by the line that they belong to: at most one of each exposure.
-fn lines_of_column(column: &[Seen]) -> Vec<Vec<Seen>> {
-    let mut lines: Vec<Vec<Seen>> = Vec::new();
+/// Groups the points of one column, ordered across, by line: at most one point of each exposure.
+fn lines_of_column(column: &[ExposurePoint]) -> Vec<Vec<ExposurePoint>> {
+    let mut lines: Vec<Vec<ExposurePoint>> = Vec::new();
     for seen in column {
-        let belongs = |line: &Vec<Seen>| {
+        let belongs = |line: &Vec<ExposurePoint>| {
             let last = &line[line.len() - 1];
             let reach_px = SAME_LINE_WIDTHS * f64::from(seen.point.width_px.max(last.point.width_px));
             seen.across_px - last.across_px <= reach_px && line.iter().all(|other| other.exposure != seen.exposure)
@@ -117,15 +118,16 @@ fn lines_of_column(column: &[Seen]) -> Vec<Vec<Seen>> {
     lines
 }
 
-/// Without the lines that a long exposure shows at the rims of one that it has flattened: they are within its width, a
-/// shorter exposure has seen the line, and those that show the rims have not, or flattened.
-fn without_rims(lines: Vec<Vec<Seen>>) -> Vec<Vec<Seen>> {
-    let shortest = |line: &[Seen]| line.iter().map(|seen| seen.exposure).min();
-    let is_rim = |line: &[Seen], of: &[Seen]| {
+/// Without the lines that a long exposure shows at the edges of a saturated line: they are within its width, a shorter
+/// exposure shows the line itself, and those that show the edges do not, or saturate it.
+fn without_rims(lines: Vec<Vec<ExposurePoint>>) -> Vec<Vec<ExposurePoint>> {
+    let shortest = |line: &[ExposurePoint]| line.iter().map(|seen| seen.exposure).min();
+    let is_rim = |line: &[ExposurePoint], of: &[ExposurePoint]| {
         let near = (line[0].across_px - of[0].across_px).abs()
             < 2.0 * line.iter().chain(of).map(|seen| f64::from(seen.point.width_px)).fold(0.0, f64::max);
-        let has_it =
-            |seen: &Seen| of.iter().any(|other| other.exposure == seen.exposure && !other.point.saturated);
+        let has_it = |seen: &ExposurePoint| {
+            of.iter().any(|other| other.exposure == seen.exposure && !other.point.saturated)
+        };
         let apart = !line.iter().any(has_it);
         near && apart && shortest(line) > shortest(of)
     };
@@ -133,9 +135,9 @@ fn without_rims(lines: Vec<Vec<Seen>>) -> Vec<Vec<Seen>> {
     lines.into_iter().zip(rims).filter(|(_, is_rim)| !is_rim).map(|(line, _)| line).collect()
 }
 
-fn fused(line: &[Seen], gains: &[f32], counts: &mut FusionCounts) -> Fused {
-    let good: Vec<&Seen> = line.iter().filter(|seen| !seen.point.saturated).collect();
-    let used: Vec<&Seen> = if good.is_empty() { line.iter().collect() } else { good };
+fn fused(line: &[ExposurePoint], gains: &[f32], counts: &mut FusionCounts) -> Fused {
+    let good: Vec<&ExposurePoint> = line.iter().filter(|seen| !seen.point.saturated).collect();
+    let used: Vec<&ExposurePoint> = if good.is_empty() { line.iter().collect() } else { good };
     let best =
         used.iter().min_by(|a, b| a.point.sigma_px.total_cmp(&b.point.sigma_px)).expect("a line has points");
     let apart_px = used.iter().map(|seen| (seen.across_px - best.across_px).abs()).fold(0.0, f64::max);
@@ -148,7 +150,7 @@ fn fused(line: &[Seen], gains: &[f32], counts: &mut FusionCounts) -> Fused {
     counts.n_saturated += usize::from(used.iter().all(|seen| seen.point.saturated));
     counts.n_replaced += usize::from(used.len() < line.len());
     let segments = line.iter().map(|seen| seen.segment).collect();
-    let intensity = |seen: &Seen| seen.point.intensity * gains[seen.exposure];
+    let intensity = |seen: &ExposurePoint| seen.point.intensity * gains[seen.exposure];
     if disagrees {
         let sigma_px = best.point.sigma_px.hypot(0.5 * apart_px);
         let point = CentrelinePoint { sigma_px, intensity: intensity(best), ..best.point };
@@ -156,7 +158,7 @@ fn fused(line: &[Seen], gains: &[f32], counts: &mut FusionCounts) -> Fused {
     }
     let weights: Vec<f64> = used.iter().map(|seen| seen.point.sigma_px.powi(-2)).collect();
     let sum: f64 = weights.iter().sum();
-    let mean = |of: &dyn Fn(&Seen) -> f64| {
+    let mean = |of: &dyn Fn(&ExposurePoint) -> f64| {
         used.iter().zip(&weights).map(|(seen, weight)| of(seen) * weight).sum::<f64>() / sum
     };
     let point = CentrelinePoint {
@@ -179,9 +181,9 @@ struct Chains {
 }
 
 impl Chains {
-    /// Takes up the points of a column: each goes on with the nearest line of the column before that shares a segment with
-    /// it or is close, and else begins one.
-    fn go_on(&mut self, column: i64, points: Vec<Fused>) {
+    /// Adds the points of a column: each extends the nearest line of the previous column that shares a segment with it
+    /// or is close, or else starts a new one.
+    fn extend(&mut self, column: i64, points: Vec<Fused>) {
         if column != self.column + 1 {
             self.done.append(&mut self.open);
         }
@@ -251,7 +253,7 @@ mod tests {
     }
 
     #[test]
-    fn points_that_agree_are_averaged_and_say_the_light_of_the_longest_exposure() {
+    fn agreeing_points_are_averaged_with_the_intensity_of_the_longest_exposure() {
         let (fused, counts) = fused_of(vec![line(10.0, 0.1, false)], vec![line(10.1, 0.05, false)]);
         let [segment] = &fused.segments[..] else { panic!("{} segments", fused.segments.len()) };
         assert_eq!((segment.points.len(), counts.n_points, counts.n_disagreeing), (30, 30, 0));
@@ -262,16 +264,16 @@ mod tests {
     }
 
     #[test]
-    fn points_that_disagree_are_counted_and_their_sigma_holds_the_difference() {
+    fn disagreeing_points_are_counted_and_their_sigma_includes_the_difference() {
         let (fused, counts) = fused_of(vec![line(10.0, 0.05, false)], vec![line(10.6, 0.1, false)]);
         assert_eq!((counts.n_points, counts.n_disagreeing), (30, 30));
         let point = fused.segments[0].points[3];
-        // But for the last digit, which hangs on the order of the sums.
+        // Except for the last digit, which depends on the order of summation.
         assert!(point.v_px == 10.0 && (point.sigma_px - 0.05f64.hypot(0.3)).abs() < 1e-12, "{point:?}");
     }
 
     #[test]
-    fn what_is_saturated_is_replaced_and_the_rims_of_a_flattened_line_are_no_lines() {
+    fn saturated_points_are_replaced_and_the_edges_of_a_saturated_line_are_not_lines() {
         let rims = vec![line(6.5, 0.2, false), line(10.3, 0.2, true), line(13.5, 0.2, false)];
         let (fused, counts) = fused_of(vec![line(10.0, 0.05, false)], rims);
         let [segment] = &fused.segments[..] else { panic!("{} segments", fused.segments.len()) };

@@ -1,4 +1,4 @@
-//! The frames of a scan, wherever they are kept: read one at a time, as often as a step needs them.
+//! The frames of a scan, from any storage: read one at a time, as often as a step needs them.
 
 use std::borrow::Cow;
 
@@ -9,7 +9,7 @@ use vision::Centrelines;
 use crate::error::{ContentError, ScanError};
 use crate::threads::map_with;
 
-/// Frames worked on before their results are taken over in order: enough for many threads, little memory.
+/// Frames processed before their results are consumed in order: enough for many threads, little memory.
 const BATCH_FRAMES: usize = 32;
 
 /// One frame of a scan.
@@ -17,20 +17,20 @@ const BATCH_FRAMES: usize = 32;
 pub struct ScanFrame {
     /// The lines found in its image.
     pub centrelines: Centrelines,
-    /// Where the stage stood.
+    /// Stage position.
     pub position: StagePosition,
 }
 
 /// The frames of a scan, in order of capture. In memory, or in a file of peaks
 /// (`files::peaks::PeaksFile`): a large scan need not fit into memory.
 pub trait Frames: Sync {
-    /// How many there are.
+    /// Number of frames.
     fn n_frames(&self) -> usize;
-    /// Where the stage stood when a frame was taken.
+    /// Stage position of a frame.
     fn position(&self, frame: usize) -> StagePosition;
-    /// The line that was lit alone in a frame, see [`Centrelines::lit_line`].
+    /// The line that was switched on alone in a frame, see [`Centrelines::lit_line`].
     fn lit_line(&self, frame: usize) -> Option<i8>;
-    /// The lines found in a frame, the same whenever they are asked for.
+    /// The lines of a frame, identical on every call.
     ///
     /// # Errors
     /// [`ContentError`] if they can no longer be read.
@@ -55,7 +55,7 @@ impl Frames for &[ScanFrame] {
     }
 }
 
-/// A single frame, at rest.
+/// A single frame, without motion.
 pub(crate) struct OneFrame<'a>(pub &'a Centrelines);
 
 impl Frames for OneFrame<'_> {
@@ -76,7 +76,7 @@ impl Frames for OneFrame<'_> {
     }
 }
 
-/// The lines of a frame, or why the scan cannot go on.
+/// The lines of a frame, or the error that ends the evaluation.
 pub(crate) fn lines_of(frames: &dyn Frames, frame: usize) -> Result<Cow<'_, Centrelines>, ScanError> {
     frames.centrelines(frame).map_err(|error| ScanError::UnreadableFrame {
         frame,
@@ -85,7 +85,7 @@ pub(crate) fn lines_of(frames: &dyn Frames, frame: usize) -> Result<Cow<'_, Cent
     })
 }
 
-/// `work` on the lines of every frame, on all threads; the results in order.
+/// Runs `work` on the lines of every frame, on all threads; returns the results in order.
 pub(crate) fn of_every_frame<T: Send>(
     frames: &dyn Frames,
     work: impl Fn(usize, &Centrelines) -> T + Sync,
@@ -94,7 +94,8 @@ pub(crate) fn of_every_frame<T: Send>(
     map_with(frames.n_frames(), 1, || (), of_frame).into_iter().collect()
 }
 
-/// `work` on the numbers below `n`, on all threads; `take` gets the results in order and soon after they are made.
+/// Runs `work` on the numbers below `n`, on all threads; `take` gets the results in order and soon after they are
+/// ready.
 pub(crate) fn in_order<T: Send, E: Send>(
     n: usize,
     work: impl Fn(usize) -> Result<T, E> + Sync,

@@ -1,4 +1,4 @@
-//! How wide the lines are at which depth: out of focus they are wider, and another order would put them at another depth
+//! Line width as a function of depth: out-of-focus lines are wider, and another order would put them at another depth
 //! (`docs/maths/labelling.md`, "Widths").
 
 use optics::DepthRangeMm;
@@ -9,30 +9,30 @@ use crate::params::{
     WIDTH_RIVAL_SIGMAS, WIDTH_SIGMA_FLOOR,
 };
 
-/// A standard deviation is so many median absolute deviations of normal noise.
+/// Standard deviations per median absolute deviation of normal noise.
 const SIGMAS_PER_MAD: f64 = 1.4826;
 
-/// An order and the depth that it gives a line.
+/// An order and the depth of a line under it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Label {
     /// The order.
     pub order: i8,
-    /// Depth of the line under it.
+    /// Depth of the line under this order.
     pub depth_mm: f64,
 }
 
-/// Whose label the width of a line fits.
+/// Which label the width of a line fits.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Width {
     /// Its own, and no other.
     Own,
-    /// Rather another one.
+    /// Another one better than its own.
     Rival,
     /// Several, or none.
     Unclear,
 }
 
-/// A line whose label is known, and the logarithm of its width in px.
+/// A line with a known label, and the logarithm of its width in px.
 #[derive(Debug, Clone, Copy)]
 pub struct Sample {
     /// Its label.
@@ -41,21 +41,21 @@ pub struct Sample {
     pub log_width: f64,
 }
 
-/// Widths of a scan's lines as learned from it: ln(width) = g(depth) + s(order).
+/// Widths of a scan's lines, learned from the scan: ln(width) = g(depth) + s(order).
 #[derive(Debug, Clone, PartialEq)]
 pub struct LineWidths {
     near_mm: f64,
     bin_mm: f64,
-    /// g in every bin of depths with samples enough.
+    /// g in every depth bin with enough samples.
     of_depth: Vec<Option<f64>>,
     /// s.
     of_order: Vec<(i8, f64)>,
-    /// Scatter of the samples about it; infinite where nothing was learned.
+    /// Scatter of the samples about the model; infinite where nothing was learned.
     sigma: f64,
 }
 
 impl LineWidths {
-    /// Learns from lines whose labels are known; they lie within `depths`.
+    /// Learns from lines with known labels, within `depths`.
     pub fn of(samples: &[Sample], orders: &[i8], depths: DepthRangeMm) -> Self {
         let mut widths = Self {
             near_mm: depths.near_mm,
@@ -86,13 +86,15 @@ impl LineWidths {
         widths
     }
 
-    /// Whose label a line `width_px` wide fits. `limit`: by how many standard deviations it must be off its own for a rival's.
+    /// Which label a line of `width_px` fits. `limit`: by how many standard deviations it must differ from its own
+    /// label's width to fit a rival's.
     pub fn fit(&self, width_px: f64, own: Label, rivals: impl Iterator<Item = Label>, limit: f64) -> Width {
         let off_by = |label: Label| self.sigmas_off(width_px.ln(), label);
         let (Some(off), Some(own_share)) = (off_by(own), self.of_depth(own.depth_mm)) else {
             return Width::Unclear;
         };
-        // Rivals at depths at which lines are as wide are told by their order's width alone, which is too little to deny.
+        // At depths with the same line width, rivals differ only by their order's width, which is not enough to reject
+        // a label.
         let (mut nearest, mut nearest_elsewhere) = (f64::INFINITY, f64::INFINITY);
         for rival in rivals {
             let (Some(off), Some(share)) = (off_by(rival), self.of_depth(rival.depth_mm)) else { continue };
@@ -110,12 +112,13 @@ impl LineWidths {
         }
     }
 
-    /// By how many standard deviations a line is wider or narrower than lines are under a label; `None` where no line was seen.
+    /// By how many standard deviations a line is wider or narrower than expected for a label; `None` where no line was
+    /// observed.
     pub fn sigmas_off(&self, log_width: f64, label: Label) -> Option<f64> {
         Some((log_width - self.log_width(label)?).abs() / self.sigma)
     }
 
-    /// Expected under this label; `None` where no line was seen.
+    /// Expected for this label; `None` where no line was observed.
     fn log_width(&self, label: Label) -> Option<f64> {
         Some(self.of_depth(label.depth_mm)? + self.of_order(label.order))
     }
@@ -124,7 +127,7 @@ impl LineWidths {
         self.of_order.iter().find(|(other, _)| *other == order).map_or(0.0, |(_, share)| *share)
     }
 
-    /// Between the middles of two bins a straight line.
+    /// Linear interpolation between the middles of two bins.
     fn of_depth(&self, depth_mm: f64) -> Option<f64> {
         let bin = self.bin(depth_mm);
         let here = self.of_depth[bin]?;
@@ -166,7 +169,7 @@ mod tests {
         LineWidths::of(&(0..4000).map(sample).collect::<Vec<_>>(), &[0, 1], DEPTHS)
     }
 
-    /// Whether the true width of a line of order 0 at `true_mm` denies that it is of order 1 at `taken_mm`.
+    /// Whether the true width of a line of order 0 at `true_mm` rejects the label of order 1 at `taken_mm`.
     fn is_denied(widths: &LineWidths, focus_depth_mm: f64, true_mm: f64, taken_mm: f64) -> bool {
         let truth = Label { order: 0, depth_mm: true_mm };
         let taken = Label { order: 1, depth_mm: taken_mm };
@@ -175,7 +178,7 @@ mod tests {
     }
 
     #[test]
-    fn a_line_out_of_focus_is_not_taken_for_one_in_focus_nor_the_other_way_round() {
+    fn a_line_out_of_focus_is_not_confused_with_one_in_focus() {
         let widths = learned(20.0);
         assert!(is_denied(&widths, 20.0, 370.0, 400.0) && is_denied(&widths, 20.0, 400.0, 370.0));
         let own = Label { order: 1, depth_mm: 371.0 };
@@ -191,7 +194,7 @@ mod tests {
     }
 
     #[test]
-    fn widths_tell_nothing_where_the_focus_is_deep_or_nothing_was_seen() {
+    fn widths_are_no_evidence_where_the_focus_is_deep_or_no_line_was_observed() {
         assert!(!is_denied(&learned(f64::INFINITY), f64::INFINITY, 370.0, 400.0));
         assert!(!is_denied(&learned(20.0), 20.0, 430.0, 400.0), "no line was seen at 430 mm");
         assert!(!is_denied(&LineWidths::of(&[], &[0, 1], DEPTHS), 20.0, 370.0, 400.0));

@@ -1,4 +1,4 @@
-//! What a scan is computed from: its frames, and where the stage stood in each.
+//! The input of a scan: its frames, with the stage position of each.
 
 pub mod exposures;
 pub mod frames;

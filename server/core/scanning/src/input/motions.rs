@@ -1,7 +1,7 @@
-//! What the stage has done to the part in every frame, and the chart of the part on which surfaces are compared.
+//! The motion of the part in every frame, and the chart in which surfaces are compared.
 //!
-//! A stage that travels shows the part from one side: the chart is the part itself, seen by the camera. A turntable shows it
-//! from all round: its chart is unrolled about the axis (`docs/maths/turntable.md`, eq. 10).
+//! A linear stage shows the part from one side: the chart is the part frame. A turntable shows it from all around: its
+//! chart is unrolled about the axis (`docs/maths/turntable.md`, eq. 10).
 
 use std::f64::consts::TAU;
 
@@ -13,7 +13,7 @@ use optics::{CameraFrame, DepthRangeMm, Motion, PointMm, RotaryAxis, Stage, Stag
 pub struct FrameMotion {
     motion: Motion,
     chart: Chart,
-    /// Of a turntable.
+    /// Angle of a turntable.
     angle_rad: f64,
 }
 
@@ -26,15 +26,15 @@ pub enum Chart {
     Unrolled(Unrolled),
 }
 
-/// The part unrolled about the axis of a turntable: x along the axis, y along the turn, z the depth from the camera in the
-/// half-plane that the axis and the point span.
+/// The part unrolled about the axis of a turntable: x along the axis, y along the circumference, z the depth from the
+/// camera in the half-plane through the axis and the point.
 #[derive(Debug, Clone, Copy)]
 pub struct Unrolled {
-    /// The point of the axis that the camera looks at.
+    /// The point of the axis at which the camera looks.
     origin_mm: Vector3<f64>,
-    /// Unit vectors: from the axis to the camera, along the turn, along the axis.
+    /// Unit vectors: from the axis to the camera, along the circumference, along the axis.
     axes: [Vector3<f64>; 3],
-    /// Elevation of the camera above the plane of the turn.
+    /// Elevation of the camera above the plane of rotation.
     elevation: Vector2<f64>,
     /// Distance of the camera from `origin_mm`.
     distance_mm: f64,
@@ -43,12 +43,12 @@ pub struct Unrolled {
 }
 
 impl FrameMotion {
-    /// A frame of a part that nothing moves.
+    /// A frame of a part at rest.
     pub fn at_rest() -> Self {
         Self { motion: Motion::at_rest(), chart: Chart::Part, angle_rad: 0.0 }
     }
 
-    /// What `stage` has done to the part at `position`; `None` if that is a position of the other kind of stage.
+    /// The motion of the part at `position`; `None` if that is a position of another kind of stage.
     pub fn new(stage: &Stage, position: StagePosition, depth_range_mm: DepthRangeMm) -> Option<Self> {
         let chart = match stage {
             Stage::Linear(_) => Chart::Part,
@@ -58,7 +58,7 @@ impl FrameMotion {
         Some(Self { motion: stage.motion(position)?, chart, angle_rad })
     }
 
-    /// The chart's place of a point that the camera sees.
+    /// Chart coordinates of a point in the camera frame.
     #[inline]
     pub fn chart_from_camera(&self, hit: &PointMm<CameraFrame>) -> Vector3<f64> {
         match &self.chart {
@@ -67,8 +67,8 @@ impl FrameMotion {
         }
     }
 
-    /// How the camera sees a place of the chart in this frame: across the view at `reference_depth_mm`, in the axes of the
-    /// chart, and deep.
+    /// View coordinates of a chart point in this frame: across the view at `reference_depth_mm`, in the axes of the
+    /// chart, and depth.
     #[inline]
     pub fn seen_from(&self, in_chart: &Vector3<f64>, reference_depth_mm: f64) -> Vector3<f64> {
         let at_reference = |seen: &Vector3<f64>| seen.xy() * (reference_depth_mm / seen.z);
@@ -93,7 +93,7 @@ impl FrameMotion {
         self.chart
     }
 
-    /// Where the frame stands along the travel, in the chart: what its lines are apart from those of another frame.
+    /// Position of the frame along the travel, in the chart: the distance of its lines from those of another frame.
     pub fn travel_mm(&self) -> Vector3<f64> {
         match &self.chart {
             Chart::Part => *self.motion.shift_mm(),
@@ -103,8 +103,8 @@ impl FrameMotion {
 }
 
 impl Chart {
-    /// A place as one view shows all places: across at `reference_depth_mm`, and deep. `middle_mm`: what takes the part of a
-    /// stage that travels to the middle of the scan.
+    /// View coordinates of a chart point: across at `reference_depth_mm`, and depth. `middle_mm`: moves the part on a
+    /// linear stage to the middle of the scan.
     #[inline]
     pub fn view_of(
         &self,
@@ -118,14 +118,14 @@ impl Chart {
                 let across = seen.xy() * (reference_depth_mm / seen.z);
                 Vector3::new(across.x, across.y, seen.z)
             }
-            // Along the turn the view is from everywhere.
+            // Along the circumference every position is viewed from the front.
             Self::Unrolled(_) => {
                 Vector3::new(in_chart.x * (reference_depth_mm / in_chart.z), in_chart.y, in_chart.z)
             }
         }
     }
 
-    /// Length of a whole turn along y; `None` where places do not come back.
+    /// Length of a full turn along y; `None` for a linear stage.
     pub fn period_mm(&self) -> Option<f64> {
         match self {
             Self::Part => None,
@@ -135,9 +135,10 @@ impl Chart {
 }
 
 impl Unrolled {
-    /// About `axis`, for a part in these depths.
+    /// About `axis`, for a part in this depth range.
     fn new(axis: &RotaryAxis, depth_range_mm: DepthRangeMm) -> Self {
-        // Where the optical axis passes the axis of the turn; for parallel ones the foot of the camera.
+        // Where the optical axis passes the rotation axis; for parallel ones the foot of the perpendicular from the
+        // camera.
         let (d, z) = (axis.direction, Vector3::z());
         let across = z - d * d.z;
         let looked_at = z * (across.dot(&axis.point_mm) / across.norm_squared().max(f64::MIN_POSITIVE));
@@ -146,7 +147,7 @@ impl Unrolled {
         let to_camera = -origin_mm - d * height_mm;
         let towards = to_camera.try_normalize(f64::MIN_POSITIVE).unwrap_or_else(Vector3::z);
         let distance_mm = origin_mm.norm();
-        // The largest part between the axis and the nearest depth is twice as large as most.
+        // Half of the space between the axis and the nearest depth.
         let room_mm = origin_mm.z - depth_range_mm.near_mm;
         let depths_mm = depth_range_mm.far_mm - depth_range_mm.near_mm;
         let radius_mm = 0.5 * if room_mm > 0.0 { room_mm } else { depths_mm };
@@ -159,11 +160,11 @@ impl Unrolled {
         }
     }
 
-    /// The place of a point that the camera sees while the table stands at `angle_rad`.
+    /// Chart coordinates of a camera-frame point while the table is at `angle_rad`.
     fn place_of(&self, in_camera: &Vector3<f64>, angle_rad: f64) -> Vector3<f64> {
         let from_origin = in_camera - self.origin_mm;
         let [towards, along, height] = self.axes.map(|axis| axis.dot(&from_origin));
-        // The seam lies behind the axis, where no light falls: over the frames places go on without a jump.
+        // The seam lies behind the axis, where no light falls: positions are continuous over the frames.
         let (radius, turn_rad) = (towards.hypot(along), along.atan2(towards));
         let (cos, sin) = (self.elevation.x, self.elevation.y);
         Vector3::new(
@@ -173,7 +174,7 @@ impl Unrolled {
         )
     }
 
-    /// Where the camera sees that place while the table stands at `angle_rad`.
+    /// Camera-frame coordinates of a chart point while the table is at `angle_rad`.
     fn camera_place_of(&self, in_chart: &Vector3<f64>, angle_rad: f64) -> Vector3<f64> {
         let (cos, sin) = (self.elevation.x, self.elevation.y);
         let nearness = self.distance_mm - in_chart.z;
@@ -192,7 +193,7 @@ mod tests {
     const EXACT_MM: f64 = 1e-9;
 
     #[test]
-    fn a_place_of_the_chart_is_where_the_camera_saw_it_and_the_next_frame_sees_it_turned() {
+    fn chart_positions_match_the_camera_and_turn_with_the_next_frame() {
         let axis = RotaryAxis::new(Vector3::new(3.0, -20.0, 410.0), Vector3::new(0.05, -0.96, 0.28));
         let unrolled = Unrolled::new(&axis, DepthRangeMm { near_mm: 350.0, far_mm: 450.0 });
         let seen = Vector3::new(12.0, -31.0, 388.0);
@@ -205,7 +206,7 @@ mod tests {
     }
 
     #[test]
-    fn depth_falls_towards_the_camera_and_a_turn_comes_back() {
+    fn depth_decreases_towards_the_camera_and_repeats_after_a_turn() {
         let axis = RotaryAxis::new(Vector3::new(0.0, 0.0, 400.0), -Vector3::y());
         let unrolled = Unrolled::new(&axis, DepthRangeMm { near_mm: 350.0, far_mm: 450.0 });
         let depth = |z: f64| unrolled.place_of(&Vector3::new(0.0, 0.0, z), 0.0).z;

@@ -1,15 +1,15 @@
-//! Where the stage stood in every frame of a scan: what leads from the part back to the camera.
+//! The stage position of every frame of a scan, which relates the part frame to the camera frame.
 
 use nalgebra::Vector3;
 use optics::{CameraFrame, Motion, PartFrame, PointMm, RotaryAxis, Stage, StageAxis, StageKind, StagePosition};
 
-/// Word that begins the line of a cloud's header with the direction of a linear stage.
+/// Key of the line of a cloud's header with the direction of a linear stage.
 const DIRECTION_KEY: &str = "stage_direction ";
 
-/// Word that begins the line with a turntable's axis: a point, mm, and its direction.
+/// Key of the line with a turntable's axis: a point, mm, and its direction.
 const AXIS_KEY: &str = "stage_axis ";
 
-/// Word that begins the lines with the positions: `frame_positions_mm <first frame>/<frames> <position> …`.
+/// Key of the lines with the positions: `frame_positions_mm <first frame>/<frames> <position> …`.
 const POSITIONS_KEY: &str = "frame_positions_mm ";
 
 /// The same for the angles of a turntable.
@@ -21,35 +21,34 @@ const POSITIONS_PER_LINE: usize = 40;
 /// The stage, and its position in every frame.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StagePositions {
-    /// How the part moves in the camera frame; a linear stage whose direction is zero if the scan knows none.
+    /// How the part moves in the camera frame; a linear stage with direction zero if the scan has none.
     pub stage: Stage,
-    /// Where the stage stood in every frame, all of the stage's own kind.
+    /// The position in every frame, all of the stage's own kind.
     pub positions: Vec<StagePosition>,
 }
 
 impl StagePositions {
-    /// Of a stage that travels.
+    /// For a linear stage.
     pub fn linear(axis: StageAxis, positions_mm: impl IntoIterator<Item = f64>) -> Self {
         Self { stage: axis.into(), positions: positions_mm.into_iter().map(StagePosition::LinearMm).collect() }
     }
 
-    /// A point that stands still in front of the camera, as the part saw it in `frame`; `None` for a frame that is not of
-    /// this scan.
+    /// A camera-frame point in the part frame of `frame`; `None` for a frame that does not belong to this scan.
     pub fn part_from_camera(&self, point: &PointMm<CameraFrame>, frame: u32) -> Option<PointMm<PartFrame>> {
         Some(self.motion(frame)?.part_from_camera(point))
     }
 
-    /// What the stage had done to the part in a frame.
+    /// The motion of the part in a frame.
     pub fn motion(&self, frame: u32) -> Option<Motion> {
         self.stage.motion(self.position(frame)?)
     }
 
-    /// Where the stage stood in a frame.
+    /// The stage position in a frame.
     pub fn position(&self, frame: u32) -> Option<StagePosition> {
         self.positions.get(frame as usize).copied()
     }
 
-    /// The lines of a cloud's header that carry them, exact to the last bit.
+    /// The header lines of a cloud that store them, exact to the last bit.
     pub fn comments(&self) -> Vec<String> {
         let n_frames = self.positions.len();
         let words = |values: &[f64]| values.iter().map(f64::to_string).collect::<Vec<_>>().join(" ");
@@ -68,7 +67,7 @@ impl StagePositions {
         lines
     }
 
-    /// What the lines of a cloud's header say; `None` if they say nothing, or not all.
+    /// Parses the header lines of a cloud; `None` if they are missing or incomplete.
     pub fn from_comments(comments: &[String]) -> Option<Self> {
         let with = |key: &'static str| comments.iter().filter_map(move |line| line.trim().strip_prefix(key));
         let (stage, key) = match with(DIRECTION_KEY).next() {
@@ -88,7 +87,7 @@ impl StagePositions {
     }
 }
 
-/// All positions of the lines; `None` unless they are whole.
+/// All positions in the lines; `None` if any are missing.
 fn positions<'a>(lines: impl Iterator<Item = &'a str>, kind: StageKind) -> Option<Vec<StagePosition>> {
     let mut positions = Vec::new();
     let mut n_frames = 0;
@@ -104,7 +103,7 @@ fn positions<'a>(lines: impl Iterator<Item = &'a str>, kind: StageKind) -> Optio
     (n_frames > 0 && positions.len() == n_frames).then_some(positions)
 }
 
-/// Finite numbers between blanks.
+/// Finite numbers separated by blanks.
 fn numbers(text: &str) -> Option<Vec<f64>> {
     text.split_whitespace().map(|word| word.parse().ok().filter(|number: &f64| number.is_finite())).collect()
 }
@@ -135,7 +134,7 @@ mod tests {
     }
 
     #[test]
-    fn a_header_with_a_line_missing_or_damaged_says_nothing() {
+    fn a_header_with_a_line_missing_or_damaged_is_ignored() {
         for whole in [travelling(), turning()].map(|positions| positions.comments()) {
             for missing in 0..whole.len() {
                 let mut comments = whole.clone();
@@ -150,7 +149,7 @@ mod tests {
     }
 
     #[test]
-    fn the_camera_stands_where_the_part_came_from() {
+    fn the_camera_moves_opposite_to_the_part() {
         let camera = PointMm::<CameraFrame>::new(Vector3::zeros());
         let in_part = travelling().part_from_camera(&camera, 1).unwrap();
         let direction = travelling().stage.linear().unwrap().direction;

@@ -1,5 +1,5 @@
-//! A scan of any size without a picture, to try large ones: a ribbed plate that is the same all along the travel, so that one frame's
-//! lines serve for all of them, each with its own noise.
+//! A synthetic scan of any size, without pictures, for tests of large scans: a ribbed plate that is constant along the
+//! travel, so that one frame's lines are reused for all frames, each with its own noise.
 
 use nalgebra::{DMatrix, Vector2, Vector3};
 use optics::{Calibration, Camera, DepthRangeMm, Grating, LightSurfaces, StageAxis, StagePosition};
@@ -7,25 +7,25 @@ use vision::{CentrelinePoint, Centrelines, LineDirection, Segment};
 
 use crate::input::frames::ScanFrame;
 
-/// Image columns and rows: the usual camera.
+/// Image columns and rows of the usual camera.
 pub const SIZE_PX: [usize; 2] = [1280, 1024];
 /// Distance between frames, mm.
 const STEP_MM: f64 = 0.05;
-/// Noise of a point, px: matt grey paint.
+/// Noise of a point, px, as on matt grey paint.
 const SIGMA_PX: f64 = 0.05;
-/// Columns over which neighbours of one line share their noise, as the points of real lines state it.
+/// Columns over which neighbours of one line share their noise, as stated for real lines.
 const CORRELATION_PX: f64 = 2.0;
 /// Mean depth of the plate, height of its ribs and their length over 2π, mm.
 const PLATE_MM: [f64; 3] = [400.0, 2.0, 9.0];
-/// Halvings of the image's height: the row is then known to a millionth of a pixel.
+/// Bisections of the image's height: the row is then known to a millionth of a pixel.
 const HALVINGS: usize = 31;
 
-/// The frames of the scan, made one by one.
+/// The frames of the scan, generated one by one.
 #[derive(Debug)]
 pub struct SyntheticScan {
-    /// What the frames were taken with.
+    /// The calibration of the frames.
     pub calibration: Calibration,
-    /// How many there are.
+    /// Number of frames.
     pub n_frames: usize,
     noiseless: Vec<Segment>,
 }
@@ -41,12 +41,12 @@ impl SyntheticScan {
         Self { calibration, n_frames, noiseless }
     }
 
-    /// The points of a frame.
+    /// Number of points of a frame.
     pub fn points_per_frame(&self) -> usize {
         self.noiseless.iter().map(|segment| segment.points.len()).sum()
     }
 
-    /// One frame, the same whenever it is asked for.
+    /// One frame, identical on every call.
     pub fn frame(&self, idx: usize) -> ScanFrame {
         let mut noise = Noise(idx as u64);
         let mut segments = self.noiseless.clone();
@@ -62,7 +62,7 @@ impl SyntheticScan {
     }
 }
 
-/// A fixed sequence of nearly normal numbers: sums of twelve uniform ones.
+/// A fixed sequence of approximately normal numbers: sums of twelve uniform ones.
 struct Noise(u64);
 
 impl Noise {
@@ -111,7 +111,7 @@ fn row(calibration: &Calibration, order: i8, u_px: f64) -> Option<f64> {
     Some(0.5 * (low + high))
 }
 
-/// Depth beyond the plate, which is the same all along the travel.
+/// Depth beyond the plate, which is constant along the travel.
 fn height_mm(calibration: &Calibration, at_mm: &Vector3<f64>) -> f64 {
     let travel = calibration.stage.and_then(|stage| stage.linear()).map_or(Vector3::y(), |stage| stage.direction);
     let across = at_mm - travel * (at_mm.y / travel.y);
@@ -119,7 +119,7 @@ fn height_mm(calibration: &Calibration, at_mm: &Vector3<f64>) -> f64 {
     across.z - depth_mm - rib_mm * (across.x / length_mm).sin()
 }
 
-/// A station as it is usually built: 1280 × 1024 pixels at 400 mm, five orders.
+/// A typical station: 1280 × 1024 pixels at 400 mm, five orders.
 fn calibration() -> Calibration {
     let normal = Vector3::new(-0.013, 0.387, 0.922).normalize();
     let axis = Vector3::new(-0.001, 0.409, 0.913).normalize();

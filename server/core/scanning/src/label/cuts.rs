@@ -1,4 +1,4 @@
-//! What was cut out of a line: given back where both sides have come to the same label, otherwise a candidate.
+//! Cut-out parts of lines: restored where both sides have the same label, otherwise candidates.
 
 use vision::Centrelines;
 
@@ -7,7 +7,7 @@ use super::columns::pieces_of;
 use super::pieces::Piece;
 use super::solve::relax::LabelOutcome;
 
-/// Lets a piece reach to the next one of its segment and label: the cut between them was no joint.
+/// Extends a piece to the next one of the same segment and label: the cut between them was not a joint.
 pub fn close(pieces: &mut [Piece], outcomes: &[LabelOutcome]) {
     for idx in 1..pieces.len() {
         let (a, b) = (pieces[idx - 1], pieces[idx]);
@@ -19,15 +19,15 @@ pub fn close(pieces: &mut [Piece], outcomes: &[LabelOutcome]) {
 }
 
 impl Labels {
-    /// The pieces of a frame that have no label for certain.
+    /// The pieces of a frame without a certain label.
     pub fn left_out(&self, frame: usize) -> impl Iterator<Item = &Piece> {
         let own = pieces_of(&self.pieces, frame);
         let is_left_out = |idx: &usize| !matches!(self.outcomes[*idx], LabelOutcome::Order(_));
         own.filter(is_left_out).map(|idx| &self.pieces[idx])
     }
 
-    /// What is left out of a frame and could have a label all the same: its doubtful pieces, what was cut out between two
-    /// pieces of one label, and the ends of segments.
+    /// The parts of a frame that were left out and could still have a label: its doubtful pieces, the parts cut out
+    /// between two pieces of one label, and the ends of segments.
     pub fn candidates(&self, frame: usize, lines: &Centrelines) -> Self {
         let own = pieces_of(&self.pieces, frame);
         let mut candidates = Self {

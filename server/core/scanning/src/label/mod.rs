@@ -1,9 +1,9 @@
-//! Which order is this line? (`docs/maths/labelling.md`)
+//! Order labelling: which order is each line? (`docs/maths/labelling.md`)
 //!
-//! A pairwise Markov random field over pieces of lines, solved by mean field and iterated conditional modes.
-//! Every piece of a line is tried with every order. Four kinds of evidence speak for and against: the stated
-//! depths, the order of the lines across the image, the same line in the next frame or beyond a gap, and, above
-//! all, whether another order sees the same surface at the same place of the part from another stage position.
+//! A pairwise Markov random field over pieces of lines, solved by mean field and iterated conditional modes. Every
+//! piece of a line is tried with every order. Four kinds of evidence support or contradict a label: the stated depths,
+//! the order of the lines across the image, the same line in the next frame or across a gap, and, most important,
+//! whether another order observes the same surface at the same place of the part from another stage position.
 
 mod columns;
 mod cuts;
@@ -35,14 +35,14 @@ pub use pieces::Piece;
 pub use solve::relax::LabelOutcome;
 use statistics::median;
 
-/// Pieces of all frames with what was decided about each.
+/// Pieces of all frames with the outcome of each.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Labels {
     /// Ordered by frame, segment, then along the line.
     pub pieces: Vec<Piece>,
     /// One per piece.
     pub outcomes: Vec<LabelOutcome>,
-    /// Per piece: its best label, a doubtful one's too; an index into the calibration's orders.
+    /// Per piece: its best label, even if doubtful; an index into the calibration's orders.
     pub labels: Vec<Option<usize>>,
     /// Which way the lines run; of a cross the first.
     pub direction: LineDirection,
@@ -93,14 +93,15 @@ fn doubt_stubs(
     }
 }
 
-/// Size of one sample of a piece in full samples: densely sampled pieces count by their length all the same.
+/// Size of one sample of a piece in full samples: densely sampled pieces still count by their length.
 pub(crate) fn sample_weight(piece: &Piece) -> f64 {
     piece.stride as f64 / SAMPLE_STRIDE_PX as f64
 }
 
-/// Labels all frames of a scan together. `motions[frame]` is what the stage has done to the part.
+/// Labels all frames of a scan together. `motions[frame]` is the motion of the part.
 ///
-/// With one frame, or a stage that does not move, geometry within `depth_range_mm` and ranks decide alone.
+/// With a single frame, or a stage that does not move, only the geometry within `depth_range_mm` and the ranks are
+/// used.
 ///
 /// # Errors
 /// [`ScanError::UnreadableFrame`].
@@ -159,8 +160,8 @@ pub fn label_frames(
     Ok(Labels { pieces, outcomes, labels, direction, crossing: None, line_width_px, are_certain: false })
 }
 
-/// Per frame the index of the only order that its lines can be, if there is one in every frame: lines that are lit one by one,
-/// or the only one there is.
+/// Per frame the index of the only possible order of its lines, if there is one in every frame: lines switched on one
+/// by one, or a calibration with a single order.
 ///
 /// # Errors
 /// [`ScanError::UnknownLine`], [`ScanError::SomeLitAlone`].
@@ -178,7 +179,7 @@ pub fn lit_lines(frames: &dyn Frames, calibration: &Calibration) -> Result<Optio
     lit.iter().enumerate().map(index).collect::<Result<Vec<usize>, ScanError>>().map(Some)
 }
 
-/// What is seen of pieces, what that says about their labels, and the same line in the frames around.
+/// The features of pieces, the evidence for their labels, and the same line in neighbouring frames.
 type Gathered = (gather::features::FrameFeatures, Evidence, gather::tracks::Partners);
 
 fn gathered(
@@ -222,7 +223,7 @@ fn lengths_pitches(samples: &Samples, pieces: &[Piece], strips: &[usize]) -> Vec
     lengths
 }
 
-/// Sizes of the pieces and the cost of depths that cannot be.
+/// Sizes of the pieces and the cost of impossible depths.
 fn depth_evidence(samples: &Samples, pieces: &[Piece], n_orders: usize) -> Evidence {
     let size = |(idx, piece): (usize, &Piece)| samples.range(idx).len() as f64 * sample_weight(piece);
     let sizes = pieces.iter().enumerate().map(size).map(|size| size.max(f64::MIN_POSITIVE)).collect();
@@ -240,19 +241,19 @@ fn depth_evidence(samples: &Samples, pieces: &[Piece], n_orders: usize) -> Evide
 pub struct Travel {
     /// Frames, sorted by position.
     pub order: Vec<usize>,
-    /// Per frame: its place in `order`.
+    /// Per frame: its index in `order`.
     rank: Vec<usize>,
     /// Typical shift from one to the next.
     step_mm: Vector3<f64>,
     /// Shift in the middle of the scan.
     middle_mm: Vector3<f64>,
-    /// Where the places of all frames are compared.
+    /// Chart in which the positions of all frames are compared.
     chart: Chart,
 }
 
 impl Travel {
-    /// The sequence along the stage's direction, from what it has done to the part in each frame; where lines were lit one by
-    /// one, `lit`, all frames of one line before those of the next.
+    /// The sequence along the stage's direction, from the motion of the part in each frame; if lines were switched on
+    /// one by one (`lit`), all frames of one line before those of the next.
     pub fn of(motions: &[FrameMotion], lit: Option<&[usize]>) -> Self {
         let shifts_mm: Vec<Vector3<f64>> = motions.iter().map(FrameMotion::travel_mm).collect();
         let mut order: Vec<usize> = (0..shifts_mm.len()).collect();
@@ -277,7 +278,7 @@ impl Travel {
     }
 }
 
-/// How the scan looks at the part, at the middle of the depth range and of the travel.
+/// The view of the part from the middle of the depth range and of the travel.
 pub fn reference_view(
     travel: &Travel,
     calibration: &Calibration,

@@ -1,4 +1,4 @@
-//! Segments cut at kinks into pieces that surely belong to one line, and the samples that speak for them.
+//! Segments cut at kinks into pieces that certainly belong to one line, and the samples that represent them.
 
 use multiversion::multiversion;
 use vision::{CentrelinePoint, Centrelines, LineDirection, Segment};
@@ -10,10 +10,10 @@ use crate::params::{
     STEP_LIMITS,
 };
 
-/// A piece of a segment: the unit that carries one label.
+/// A piece of a segment: the unit that has one label.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Piece {
-    /// Frame the piece was seen in.
+    /// Frame of the piece.
     pub frame: usize,
     /// Segment within the frame.
     pub segment: usize,
@@ -21,11 +21,11 @@ pub struct Piece {
     pub first: usize,
     /// One past the last point.
     pub end: usize,
-    /// Scan column (row) of the first point; the others follow one by one.
+    /// Scan column (row) of the first point; the others are consecutive.
     pub along: i64,
     /// Scan columns (rows) between samples.
     pub stride: usize,
-    /// Whether it goes on where the piece before it ends, without any sign of a joint.
+    /// Whether it continues where the previous piece ends, without any sign of a joint.
     pub continues: bool,
 }
 
@@ -40,7 +40,7 @@ impl Piece {
         self.along + self.n_points() as i64
     }
 
-    /// What of its segment lies in scan columns (rows) from `from` to before `to`.
+    /// The part of its segment in scan columns (rows) from `from` to before `to`.
     pub fn part(&self, from: i64, to: i64) -> Self {
         let n_points = (to - from) as usize;
         let first = (self.first as i64 + from - self.along) as usize;
@@ -58,7 +58,7 @@ impl Piece {
         self.points(lines).get(idx)
     }
 
-    /// Scan columns (rows) of the samples: multiples of the stride, so that frames sample alike.
+    /// Scan columns (rows) of the samples: multiples of the stride, so that all frames are sampled alike.
     pub fn samples(&self) -> impl Iterator<Item = i64> + use<> {
         let stride = self.stride as i64;
         let start = (self.along + stride - 1).div_euclid(stride) * stride;
@@ -116,8 +116,8 @@ pub fn joints_nearby(joints: &[Vec<Joint>], travel_order: &[usize]) -> Vec<Vec<J
     nearby
 }
 
-/// Cuts the pieces of a frame where the same line was seen to end or to be cut in one of the frames before and after: a
-/// joint that hides in one frame shows in its neighbours.
+/// Cuts the pieces of a frame where the same line ends or is cut in one of the frames before and after: a joint hidden
+/// in one frame is visible in its neighbours.
 pub fn cut_at_joints(
     pieces: &[Piece],
     lines: &Centrelines,
@@ -189,7 +189,7 @@ fn cut_piece(
     parts.filter(|part| part.n_points() >= MIN_PIECE_POINTS).collect()
 }
 
-/// The largest of 16, 8, 4, … that still gives enough samples: strides nest, so that pieces of neighbouring
+/// The largest of 16, 8, 4, … that still gives enough samples: strides are nested, so that pieces of neighbouring
 /// frames share their samples.
 pub fn stride_for(n_points: usize) -> usize {
     let mut stride = SAMPLE_STRIDE_PX;
@@ -279,9 +279,10 @@ fn bends(across: &[f64], span: usize) -> Vec<f64> {
     bends
 }
 
-/// Per point: how far the line through the points before it misses the line through those from it on, in limits.
+/// Per point: distance between the line through the points before it and the line through the points from it on, in
+/// limits.
 ///
-/// Lines through neighbouring points follow from running sums; `noise_px` holds the σ of every point.
+/// The lines are computed from running sums; `noise_px` holds the σ of every point.
 #[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl+avx2", "x86_64+avx2", "aarch64+neon"))]
 fn steps(across: &[f64], noise_px: &[f64], limits: &[StepLimit]) -> Vec<f64> {
     let (mut sum, mut moment) = (0.0, 0.0);

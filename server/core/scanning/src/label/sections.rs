@@ -1,13 +1,13 @@
-//! A moving scan's pieces cut once more, where parts of one speak for different labels.
+//! Pieces of a moving scan, cut once more where their parts support different labels.
 //!
-//! A block as high as one wrap carries a line on without a step that could be measured. So every piece is first taken as
-//! a row of sections, one for each full sample, that only weakly hold together; where their labels differ is a seam.
+//! A block exactly one wrap high continues a line without a measurable step. So every piece is first split into
+//! sections, one for each full sample, with only weak bonds between them; where their labels differ is a seam.
 
 use super::pieces::Piece;
 use super::solve::relax::LabelOutcome;
 use crate::params::{END_WIDTHS, SAMPLE_STRIDE_PX};
 
-/// Every piece in sections around the places of full samples, which all frames share.
+/// Every piece as sections centred on full samples, at positions common to all frames.
 pub fn sections(pieces: &[Piece]) -> Vec<Piece> {
     pieces.iter().flat_map(sections_of).collect()
 }
@@ -15,7 +15,7 @@ pub fn sections(pieces: &[Piece]) -> Vec<Piece> {
 fn sections_of(piece: &Piece) -> impl Iterator<Item = Piece> + use<> {
     let (piece, end, length) = (*piece, piece.end_along(), SAMPLE_STRIDE_PX as i64);
     let first = (piece.along + length - 1).div_euclid(length) * length + length / 2;
-    // Beyond the last seam there is a full sample, too.
+    // There is a full sample beyond the last seam, too.
     let seams = (first..end - length / 2).step_by(SAMPLE_STRIDE_PX);
     let starts = std::iter::once(piece.along).chain(seams.clone());
     let ends = seams.chain(std::iter::once(end));
@@ -26,7 +26,7 @@ fn sections_of(piece: &Piece) -> impl Iterator<Item = Piece> + use<> {
     })
 }
 
-/// The labels of whole pieces as those of their sections.
+/// The labels of whole pieces, repeated for their sections.
 pub fn labels_of(sections: &[Piece], of_pieces: &[usize]) -> Vec<usize> {
     let mut labels = of_pieces.iter();
     let mut label = 0;
@@ -39,7 +39,7 @@ pub fn labels_of(sections: &[Piece], of_pieces: &[usize]) -> Vec<usize> {
     sections.iter().map(of_section).collect()
 }
 
-/// Sections of one piece and one label joined again.
+/// Sections of one piece with one label, merged.
 pub fn merged(sections: &[Piece], labels: &[usize]) -> Vec<Piece> {
     let mut pieces: Vec<Piece> = Vec::new();
     for (idx, section) in sections.iter().enumerate() {
@@ -53,8 +53,8 @@ pub fn merged(sections: &[Piece], labels: &[usize]) -> Vec<Piece> {
     pieces
 }
 
-/// What lies near a seam of two pieces with different labels belongs to neither: its place is known to a section, and no
-/// better than the extraction smooths.
+/// Marks points near a seam between two pieces of different labels as doubtful: the seam's position is known to a
+/// section at best, and not better than the smoothing length.
 pub fn doubt_seams(
     pieces: &[Piece],
     outcomes: &[LabelOutcome],
@@ -114,7 +114,7 @@ mod tests {
     }
 
     #[test]
-    fn where_labels_differ_is_a_seam_and_what_lies_near_it_is_doubtful() {
+    fn points_near_a_seam_between_labels_are_doubtful() {
         let sections = sections(&[line()]);
         let labels: Vec<usize> = (0..sections.len()).map(|idx| usize::from(idx >= 20)).collect();
         let pieces = merged(&sections, &labels);

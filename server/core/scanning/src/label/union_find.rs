@@ -1,24 +1,24 @@
-//! Union-find: numbers joined into groups.
+//! Union-find: disjoint sets of numbers.
 
-/// Groups of the numbers 0 … n − 1; at first each is its own.
+/// Disjoint sets of the numbers 0 … n − 1; at first each is its own set.
 #[derive(Debug, Clone)]
 pub struct UnionFind {
     root: Vec<usize>,
 }
 
 impl UnionFind {
-    /// Of `n` numbers.
+    /// For `n` numbers.
     pub fn new(n: usize) -> Self {
         Self { root: (0..n).collect() }
     }
 
-    /// Makes one group of those of `a` and `b`.
+    /// Merges the sets of `a` and `b`.
     pub fn join(&mut self, a: usize, b: usize) {
         let (a, b) = (self.first_of(a), self.first_of(b));
         self.root[a.max(b)] = a.min(b);
     }
 
-    /// The smallest number of the group.
+    /// The smallest number of the set.
     pub fn first_of(&mut self, mut number: usize) -> usize {
         while self.root[number] != number {
             self.root[number] = self.root[self.root[number]];

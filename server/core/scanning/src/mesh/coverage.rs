@@ -1,4 +1,4 @@
-//! Which places across the view already have a skin, and at what depth.
+//! Which positions across the view are already covered by a layer, and at what depth.
 
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
@@ -11,11 +11,12 @@ type Cell = (i32, i32);
 /// A grid over x and y; a cell holds the depths of the triangles over its centre.
 pub(super) struct Coverage {
     cell_mm: f64,
-    /// Skins nearer than this in depth are the same skin.
+    /// Layers closer than this in depth are the same surface.
     same_depth_mm: f64,
-    /// The first skin of every cell. Nearly all have one only: a list for each would take most of a mesh's memory.
+    /// The first depth of every cell. Nearly all cells have only one: a list for each would take most of a mesh's
+    /// memory.
     first_mm: HashMap<Cell, f32>,
-    /// Further skins of the few cells that have them.
+    /// Further depths of the few cells that have several.
     more_mm: HashMap<Cell, Vec<f32>>,
 }
 
@@ -24,7 +25,7 @@ impl Coverage {
         Self { cell_mm, same_depth_mm, first_mm: HashMap::new(), more_mm: HashMap::new() }
     }
 
-    /// Whether the centre of a triangle lies on a skin.
+    /// Whether the centre of a triangle lies on a covered surface.
     pub(super) fn covers(&self, corners: &[Vector3<f64>; 3]) -> bool {
         let centre = (corners[0] + corners[1] + corners[2]) / 3.0;
         self.has_skin(self.cell(centre.x, centre.y), centre.z)
@@ -36,7 +37,7 @@ impl Coverage {
             || self.more_mm.get(&cell).is_some_and(|depths_mm| depths_mm.iter().any(is_same))
     }
 
-    /// Lays a triangle down on every cell whose centre it contains.
+    /// Marks every cell whose centre the triangle contains.
     pub(super) fn add(&mut self, corners: &[Vector3<f64>; 3]) {
         let xs = corners.map(|c| c.x);
         let ys = corners.map(|c| c.y);

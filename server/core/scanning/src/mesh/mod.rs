@@ -1,8 +1,8 @@
 //! A surface mesh from the ordered profiles of a cloud.
 //!
-//! The points of one order form a grid: frame × position along the line. Neighbouring frames are zipped together,
-//! triangles with long edges or steep depth jumps are left out, and where several orders cover the same place the
-//! best of them stays, so that the part has one skin.
+//! The points of one order form a grid: frame × position along the line. Neighbouring frames are stitched together,
+//! triangles with long edges or steep depth jumps are left out, and where several orders cover the same place the best
+//! of them is kept, so that the mesh has a single layer.
 
 mod coverage;
 mod zip;
@@ -23,19 +23,19 @@ use statistics::median;
 pub struct Mesh {
     /// Positions, mm.
     pub vertices_mm: Vec<[f64; 3]>,
-    /// Corners as indices of `vertices_mm`; seen from the camera they run anticlockwise.
+    /// Corners as indices of `vertices_mm`, anticlockwise as viewed from the camera.
     pub triangles: Vec<[u32; 3]>,
-    /// Lines of text kept in file headers that can hold them.
+    /// Comments, stored in formats that support them.
     pub comments: Vec<String>,
 }
 
-/// What counts as connected.
+/// Limits of connectivity.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MeshParams {
-    /// Longest lateral edge, in spacings of the grid (median along the line and along the travel, added as a
-    /// hypotenuse). 3 bridges one missing neighbour on each side and no real gap.
+    /// Longest lateral edge, in spacings of the grid (median along the line and along the travel, added in quadrature).
+    /// 3 bridges one missing neighbour on each side and no real gap.
     pub max_edge_spacings: f64,
-    /// Steepest edge, mm of depth per mm across. 4 is 76°: beyond, a centreline is cut off by occlusion.
+    /// Steepest edge, mm of depth per mm across. 4 is 76°: steeper surfaces are interrupted by occlusion.
     pub max_slope: f64,
 }
 
@@ -45,11 +45,11 @@ impl Default for MeshParams {
     }
 }
 
-/// Meshes a cloud: per order along line and travel, then one layer of all orders.
+/// Meshes a cloud: per order along line and travel, then merged into one layer.
 ///
-/// Orders are laid down from the smallest median σ to the largest (equal σ: from the lowest |order|); a triangle of
-/// a later order stays only where its centre lies on no earlier layer (same place across, same depth within the
-/// edge limit). Seams between orders may leave slits of up to half a frame step. Points are not moved or smoothed.
+/// Orders are added from the smallest median σ to the largest (equal σ: from the lowest |order|); a triangle of a later
+/// order is kept only where its centre lies on no earlier layer (same place across, same depth within the edge limit).
+/// Seams between orders may leave slits of up to half a frame step. Points are not moved or smoothed.
 pub fn mesh_from_cloud(cloud: &Cloud, params: &MeshParams) -> Mesh {
     let mut layers: Vec<Layer> =
         points_by_order(&cloud.points).into_values().map(|idx| layer(cloud, &idx)).collect();
@@ -137,9 +137,9 @@ pub(crate) fn position(point: &CloudPoint) -> Vector3<f64> {
     Vector3::new(point.x_mm, point.y_mm, point.z_mm)
 }
 
-/// Turns all triangles of a layer the same way: towards the camera, by the majority of their area.
+/// Orients all triangles of a layer alike: towards the camera, by the majority of their area.
 ///
-/// `camera_in`: where the camera stood in a frame, part frame.
+/// `camera_in`: position of the camera in a frame, part frame.
 fn face_the_camera(points: &[CloudPoint], triangles: &mut [[u32; 3]], camera_in: impl Fn(u32) -> Vector3<f64>) {
     let away: f64 = triangles
         .iter()
@@ -154,7 +154,7 @@ fn face_the_camera(points: &[CloudPoint], triangles: &mut [[u32; 3]], camera_in:
     }
 }
 
-/// Keeps only the points that triangles use.
+/// Keeps only the points used by triangles.
 fn compact(cloud: &Cloud, mut triangles: Vec<[u32; 3]>) -> Mesh {
     let mut places = vec![u32::MAX; cloud.points.len()];
     let mut n_used = 0;
@@ -179,7 +179,7 @@ impl Mesh {
         self.area_normal(triangle).try_normalize(f64::MIN_POSITIVE).unwrap_or_default().into()
     }
 
-    /// Unit normals of the vertices, means of their triangles weighted by area; z up where there is none.
+    /// Unit normals of the vertices, area-weighted means of their triangles; +z where there is none.
     pub fn vertex_normals(&self) -> Vec<[f64; 3]> {
         let mut sums = vec![Vector3::zeros(); self.vertices_mm.len()];
         for triangle in &self.triangles {
@@ -208,7 +208,7 @@ impl Mesh {
         match self.triangles.iter().position(|t| t.iter().any(|&corner| corner as usize >= n)) {
             Some(idx) => Err(ContentError::malformed(
                 format!("triangle {idx}"),
-                format!("it names a vertex beyond the {n} there are"),
+                format!("it refers to a vertex beyond the {n} in the file"),
                 remedy,
             )),
             None => Ok(self),

@@ -1,4 +1,4 @@
-//! Zips neighbouring profiles of one order into triangles.
+//! Stitches neighbouring profiles of one order into triangles.
 
 use nalgebra::Vector3;
 use statistics::median;
@@ -6,7 +6,7 @@ use statistics::median;
 use super::{Layer, MeshParams, position};
 use crate::points::cloud::CloudPoint;
 
-/// Pairs of neighbours looked at for the median spacings.
+/// Most pairs of neighbours used for the median spacings.
 const MAX_SPACING_SAMPLES: usize = 20_000;
 
 /// Depth steps up to this many σ are noise, not slope.
@@ -54,7 +54,7 @@ impl Limits {
     }
 }
 
-/// Every how many of `n` are looked at.
+/// Sampling step for `n` items.
 fn stride(n: usize) -> usize {
     n.div_ceil(MAX_SPACING_SAMPLES).max(1)
 }
@@ -77,9 +77,9 @@ pub(super) fn triangles(points: &[CloudPoint], layer: &Layer, limits: &Limits) -
     triangles
 }
 
-/// Walks along two profiles in step: the one whose next point comes first along the line moves on.
+/// Walks along two profiles in step: the one whose next point comes first along the line advances.
 ///
-/// Distances must not decide: where one profile jumps (onto a block and off it), they leave it behind for good.
+/// Distances must not decide: where one profile jumps (onto a block and off it), the other would never catch up.
 fn zip_pair(
     points: &[CloudPoint],
     along: fn(&CloudPoint) -> f32,

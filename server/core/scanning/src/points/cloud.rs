@@ -19,16 +19,16 @@ pub struct CloudPoint {
     pub v_px: f32,
     /// Grey levels above the background.
     pub intensity: f32,
-    /// Predicted standard deviation along the camera ray: image noise and calibration together.
+    /// Predicted standard deviation along the camera ray: image noise and calibration combined.
     pub sigma_mm: f32,
 }
 
-/// A scan's points with what is needed to understand them.
+/// A scan's points with the comments needed to interpret them.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Cloud {
     /// Points, ordered by frame, then order, then along the line.
     pub points: Vec<CloudPoint>,
-    /// Lines of text kept in file headers: calibration id, software version, units, noise correlation, the
-    /// calibration itself.
+    /// Comments stored in file headers: calibration id, software version, units, noise correlation, the calibration
+    /// itself.
     pub comments: Vec<String>,
 }

@@ -9,7 +9,7 @@ pub enum DropReason {
     NoHit,
     /// The point lies outside the depth range.
     OutsideDepth,
-    /// Another order explains the line about as well.
+    /// Another order fits the line about as well.
     Doubtful,
     /// Every order is contradicted by other lines: a reflection or a ghost.
     Contradicted,
@@ -20,7 +20,7 @@ impl DropReason {
     pub const ALL: [Self; 5] =
         [Self::TooShort, Self::NoHit, Self::OutsideDepth, Self::Doubtful, Self::Contradicted];
 
-    /// The name used in reports.
+    /// Its name in reports.
     pub fn name(self) -> &'static str {
         match self {
             Self::TooShort => "too short",
@@ -60,7 +60,7 @@ impl Dropped {
         self.points[reason as usize] += n_points;
     }
 
-    /// Takes single points off again.
+    /// Subtracts single points again.
     pub fn take_back(&mut self, reason: DropReason, n_points: usize) {
         self.points[reason as usize] -= n_points;
     }

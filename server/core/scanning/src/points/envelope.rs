@@ -6,7 +6,7 @@ use optics::{Calibration, DepthRangeMm};
 /// Places of the image that are sampled along each side; depths change smoothly over it.
 const N_ENVELOPE_PLACES: usize = 20;
 
-/// Where geometry alone labels.
+/// Depth range in which geometry alone determines the labels.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DepthEnvelope {
     /// The depths a scan allows.
@@ -16,7 +16,7 @@ pub struct DepthEnvelope {
 }
 
 impl DepthEnvelope {
-    /// Whether geometry alone labels everything within the stated depths.
+    /// Whether geometry alone determines every label within the stated depths.
     pub fn geometry_suffices(&self) -> bool {
         self.unambiguous_mm.near_mm <= self.stated_mm.near_mm
             && self.unambiguous_mm.far_mm >= self.stated_mm.far_mm
@@ -28,11 +28,11 @@ impl std::fmt::Display for DepthEnvelope {
         let (stated, alone) = (self.stated_mm, self.unambiguous_mm);
         write!(f, "depths {:.1}–{:.1} mm allowed; ", stated.near_mm, stated.far_mm)?;
         if self.geometry_suffices() {
-            return write!(f, "a line's place in the image alone tells its order");
+            return write!(f, "a line's image position alone determines its order");
         }
         write!(
             f,
-            "a line's place in the image alone tells its order within {:.1}–{:.1} mm, beyond it a second look by another order is needed",
+            "a line's image position alone determines its order within {:.1}–{:.1} mm, beyond it a second look by another order is needed",
             alone.near_mm, alone.far_mm
         )
     }

@@ -1,4 +1,4 @@
-//! Labelled lines as points: frame by frame, as a cloud, and what was dropped.
+//! Labelled lines as points: frame by frame, as a cloud, and the points dropped.
 
 pub mod cloud;
 pub mod dropped;

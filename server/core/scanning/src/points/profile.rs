@@ -15,28 +15,28 @@ pub struct ProfilePoint {
     pub order: i8,
     /// Where the light hit.
     pub hit_in_camera: PointMm<CameraFrame>,
-    /// Where it was seen.
+    /// The centreline point in the image.
     pub seen: CentrelinePoint,
     /// Standard deviation along the camera ray from image noise alone.
     pub noise_sigma_mm: f64,
 }
 
-/// What one frame shows of the surface.
+/// The surface points of one frame.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Profile {
     /// Points, ordered by order, then along the line.
     pub points: Vec<ProfilePoint>,
-    /// Per segment of the centrelines: the order most of its points were given, `None` if they were left out.
+    /// Per segment of the centrelines: the order of most of its points, `None` if they were left out.
     pub labels: Vec<Option<i8>>,
     /// Points and pieces of lines left out.
     pub dropped: Dropped,
 }
 
-/// Labels and triangulates one frame by geometry alone: depths within `depth_range_mm`, and the lines in their
-/// order across the image. What stays ambiguous is left out and counted as [`DropReason::Doubtful`].
+/// Labels and triangulates one frame by geometry alone: depths within `depth_range_mm`, and the order of the lines
+/// across the image. Ambiguous lines are left out and counted as [`DropReason::Doubtful`].
 ///
-/// Within [`crate::points::envelope::depth_envelope`] every line finds its label; beyond it only where ranks decide. Who labels
-/// many frames writes each [over](Profile::fill) the one before.
+/// Within [`crate::points::envelope::depth_envelope`] every line gets its label; beyond it only where ranks decide. For
+/// many frames, [`Profile::fill`] reuses the memory of a profile.
 pub fn label_frame(
     centrelines: &Centrelines,
     triangulator: &Triangulator,
@@ -60,7 +60,7 @@ pub(crate) fn profile_of_frame(
     profile
 }
 
-/// The points of one piece of a line as lists, and where their rays hit.
+/// The points of one piece of a line, and the hits of their rays.
 #[derive(Debug, Default)]
 struct Sightings {
     u_px: Vec<f64>,
@@ -79,12 +79,12 @@ impl Sightings {
 }
 
 impl Profile {
-    /// Becomes what [`label_frame`] returns, in the memory it has.
+    /// Replaces the content by what [`label_frame`] returns, reusing the memory.
     pub fn fill(&mut self, centrelines: &Centrelines, triangulator: &Triangulator, depth_range_mm: DepthRangeMm) {
         let labels = label_frames(&OneFrame(centrelines), &[FrameMotion::at_rest()], triangulator, depth_range_mm);
         match labels {
             Ok(labels) => self.fill_from(centrelines, 0, &labels, triangulator, depth_range_mm),
-            // It shows a line alone that the calibration does not have.
+            // The frame shows a line alone that the calibration does not have.
             Err(_) => *self = Self { labels: vec![None; centrelines.segments.len()], ..Self::default() },
         }
     }
@@ -120,7 +120,7 @@ impl Profile {
                 self.labels[piece.segment] = Some(orders[idx]);
             }
         }
-        // Pieces in the order of the profile leave its points nearly sorted.
+        // Sorting pieces first leaves the points nearly sorted.
         kept.sort_by_key(|(piece, idx)| (orders[*idx], piece.along));
         self.points.reserve(kept.iter().map(|(piece, _)| piece.n_points()).sum());
         for (piece, idx) in kept {
@@ -134,7 +134,7 @@ impl Profile {
         self.points.sort_by(|a, b| a.order.cmp(&b.order).then(along(a).total_cmp(&along(b))));
     }
 
-    /// Adds the points that hit within the depth range; counts the others.
+    /// Adds the points within the depth range; counts the others.
     fn add(&mut self, points: &[CentrelinePoint], order: i8, hits: &Hits, depth_range_mm: DepthRangeMm) {
         let (mut n_missed, mut n_outside) = (0, 0);
         for (idx, seen) in points.iter().enumerate() {

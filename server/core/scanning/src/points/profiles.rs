@@ -1,4 +1,4 @@
-//! The profiles of a scan under its labels: some are kept, the others computed again whenever they are needed.
+//! The profiles of a scan under its labels: some are cached, the others are recomputed whenever needed.
 
 use std::borrow::Cow;
 use std::sync::OnceLock;
@@ -13,21 +13,21 @@ use crate::points::profile::{Profile, profile_of_frame};
 
 /// The profiles of all frames.
 pub struct Profiles<'a> {
-    /// Where the lines are.
+    /// Source of the lines.
     pub frames: &'a dyn Frames,
-    /// Their orders.
+    /// Labels of the lines.
     pub labels: Labels,
-    /// The station.
+    /// Calibration of the station.
     pub calibration: &'a Calibration,
     triangulator: Triangulator,
-    /// Depths points may have.
+    /// Depth range of points.
     pub depth_range_mm: DepthRangeMm,
-    /// Of the first frames.
+    /// Cached profiles of the first frames.
     kept: Vec<OnceLock<Profile>>,
 }
 
 impl<'a> Profiles<'a> {
-    /// Nothing is computed yet; the profiles of the first frames, with `keep_points` points together, will be kept.
+    /// Nothing is computed yet; the profiles of the first frames, up to `keep_points` points in total, will be cached.
     pub fn new(
         frames: &'a dyn Frames,
         labels: Labels,
@@ -45,7 +45,7 @@ impl<'a> Profiles<'a> {
         Self { frames, labels, calibration, triangulator, depth_range_mm, kept }
     }
 
-    /// Its tables.
+    /// Its triangulator.
     pub fn triangulator(&self) -> &Triangulator {
         &self.triangulator
     }
@@ -58,15 +58,15 @@ impl<'a> Profiles<'a> {
                 if kept.get().is_none() {
                     let mut profile = self.computed(frame)?;
                     profile.points.shrink_to_fit();
-                    // Whoever comes second finds the same.
+                    // A concurrent thread has stored the same profile.
                     let _ = kept.set(profile);
                 }
-                Ok(Cow::Borrowed(kept.get().expect("it was set just now")))
+                Ok(Cow::Borrowed(kept.get().expect("it was set above")))
             }
         }
     }
 
-    /// The points a frame leaves out that could have a label all the same ([`Labels::candidates`]).
+    /// The points of a frame that are left out but could have a label ([`Labels::candidates`]).
     pub fn candidates_of(&self, frame: usize, lines: &Centrelines) -> Profile {
         let labels = self.labels.candidates(frame, lines);
         profile_of_frame(lines, frame, &labels, &self.triangulator, self.depth_range_mm)

@@ -1,4 +1,4 @@
-//! The calibration's own σ at every point, from a coarse table: its exact value takes 19 × 19 products.
+//! The calibration's own σ at every point, from a coarse table: its exact value needs 19 × 19 products.
 
 use nalgebra::Vector2;
 use optics::Calibration;
@@ -17,7 +17,7 @@ pub struct SigmaTable {
 }
 
 impl SigmaTable {
-    /// Fills the table over the pixels between `low_px` and `high_px` (u, v).
+    /// Computes the table over the pixels between `low_px` and `high_px` (u, v).
     pub fn new(calibration: &Calibration, order: i8, low_px: [f64; 2], high_px: [f64; 2]) -> Self {
         let camera = &calibration.camera;
         let step_px = camera.width_px.max(camera.height_px) as f64 / SIGMA_TABLE_STEPS;
@@ -33,7 +33,7 @@ impl SigmaTable {
         Self { order, origin_px: low_px, step_px, n_nodes, sigmas_mm }
     }
 
-    /// σ at a pixel, mm; computed outright where the table has no node.
+    /// σ at a pixel, mm; computed exactly where the table has no node.
     pub fn sigma_mm(&self, calibration: &Calibration, u_px: f64, v_px: f64) -> f64 {
         self.interpolated(u_px, v_px).or_else(|| exact(calibration, self.order, u_px, v_px)).unwrap_or(0.0)
     }
@@ -64,11 +64,11 @@ mod tests {
     use nalgebra::{DMatrix, Vector3};
     use optics::{Camera, DepthRangeMm, Grating, LightSurfaces};
 
-    /// Relative error of σ that goes unnoticed beside its own uncertainty (a few per cent at best).
+    /// Relative error of σ that is negligible beside its own uncertainty (a few per cent at best).
     const TOLERANCE: f64 = 0.02;
 
     #[test]
-    fn the_table_follows_the_exact_sigma() {
+    fn the_table_matches_the_exact_sigma() {
         let normal = Vector3::new(0.0, 0.39, 0.92).normalize();
         let grating = Grating {
             source_mm: Vector3::new(1.0, -174.0, 11.0),

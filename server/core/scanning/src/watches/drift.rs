@@ -1,12 +1,13 @@
-//! Drift of the wavelength and of the stage's scale, by what two orders say of the same place.
+//! Drift of the wavelength and of the stage's scale, from two orders observing the same place.
 //!
-//! Where order b sees what order a saw, their depths differ by −Σ (J_b − J_a)·θ, θ being what is not as calibrated: λ/d,
-//! which shifts order m by m times as much; the stage's scale, which shifts places along the travel by what it has
-//! travelled between the two crossings and so shows on slopes alone; the tilt of its travel, which shifts depths by the
-//! same way; and the errors of the calibration itself, which are known to ±1 of its modes. All are fitted together.
+//! Where order b observes what order a observed, their depths differ by −Σ (J_b − J_a)·θ, where θ holds the deviations
+//! from the calibration: λ/d, which shifts order m by m times as much; the stage's scale, which shifts positions along
+//! the travel by the distance travelled between the two crossings and is therefore visible on slopes only; the tilt of
+//! its travel, which shifts depths by the same distance; and the errors of the calibration itself, which are known to
+//! ±1 of its modes. All are fitted together.
 //!
-//! λ/d and tilt look nearly alike: a place is crossed by order m at a way m·Z·λ/d from where order 0 crosses it.
-//! So λ/d is stated twice, with the stage as calibrated, and with a tilt that nobody knows.
+//! λ/d and tilt have nearly the same effect: order m crosses a place at a distance of m·Z·λ/d along the travel from
+//! where order 0 crosses it. So λ/d is stated twice, with the stage as calibrated, and with an unknown tilt.
 
 use nalgebra::Vector3;
 use optics::{Calibration, LightSurfaces, Stage};
@@ -26,7 +27,7 @@ pub struct Estimate {
 }
 
 impl Estimate {
-    /// How many σ it is from 0.
+    /// Its distance from 0 in σ.
     pub fn sigmas(&self) -> f64 {
         self.value.abs() / self.sigma.max(f64::MIN_POSITIVE)
     }
@@ -37,28 +38,29 @@ impl Estimate {
     }
 }
 
-/// What is not as calibrated.
+/// Deviations from the calibration.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Drift {
     /// Relative change of λ/d, with the stage as calibrated; `None` for light surfaces without a wavelength.
     pub wavelength: Option<Estimate>,
-    /// The same with a tilt of the travel that nobody knows.
+    /// The same with an unknown tilt of the travel.
     pub wavelength_by_any_tilt: Option<Estimate>,
-    /// The tilt of the travel, rad, towards greater depths, that looks most like the change of `wavelength`.
+    /// The tilt of the travel, rad, towards greater depths, that is most similar in effect to the change of
+    /// `wavelength`.
     pub tilt_alike_rad: Option<f64>,
-    /// Mean error of depth of the order that errs most, mm per unit of `wavelength`.
+    /// Mean depth error of the order with the largest error, mm per unit of `wavelength`.
     pub depth_mm_by_wavelength: f64,
     /// Depth in the middle of the calibrated range, mm.
     pub depth_mm: f64,
     /// What the stage travels more than it says, relative; `None` where no slope shows it.
     pub stage_scale: Option<Estimate>,
-    /// Places that it stands on.
+    /// Number of positions used.
     pub n_places: usize,
 }
 
 impl Drift {
-    /// The change of λ/d by which a scan may be corrected: beyond doubt with the stage as calibrated and with any tilt of it,
-    /// so that its σ is far below it, and large enough to matter.
+    /// The change of λ/d by which a scan may be corrected: significant with the stage as calibrated and with any tilt
+    /// of it, and large enough to matter.
     pub fn correction(&self) -> Option<Estimate> {
         let matters = |wavelength: &Estimate| {
             let error_mm = (wavelength.value * self.depth_mm_by_wavelength).abs();
@@ -69,7 +71,7 @@ impl Drift {
     }
 }
 
-/// The calibration with the wavelength that the orders show, changed by `relative`; other light models stay as they are.
+/// The calibration with its wavelength changed by `relative`; other light models are unchanged.
 pub fn with_wavelength_changed(calibration: &Calibration, relative: f64) -> Calibration {
     let mut changed = calibration.clone();
     if let LightSurfaces::Grating(grating) = &mut changed.light {
@@ -78,19 +80,19 @@ pub fn with_wavelength_changed(calibration: &Calibration, relative: f64) -> Cali
     changed
 }
 
-/// Numbers of the parameters; the modes of the calibration follow.
+/// Indices of the parameters; the modes of the calibration follow.
 const WAVELENGTH: usize = 0;
 const TILT: usize = 1;
 const SCALE: usize = 2;
 const FIRST_MODE: usize = 3;
 
-/// What the orders say of drift since the calibration; `None` where hardly any place was seen by two of them.
+/// The drift since the calibration; `None` where hardly any place was observed by two orders.
 pub fn drift(strips: &Strips, calibration: &Calibration) -> Option<Drift> {
     let stepped = Stepped::new(calibration)?;
     let places = strips.places(DRIFT_PLACES);
-    let looked_at = |(): &mut (), idx: usize| stepped.difference(strips, &places[idx]);
-    let looked_at: Vec<Looked> = map_with(places.len(), 16, || (), looked_at).into_iter().flatten().collect();
-    let differences: Vec<Difference> = looked_at.iter().map(|looked| looked.difference.clone()).collect();
+    let evaluated = |(): &mut (), idx: usize| stepped.difference(strips, &places[idx]);
+    let evaluated: Vec<Evaluated> = map_with(places.len(), 16, || (), evaluated).into_iter().flatten().collect();
+    let differences: Vec<Difference> = evaluated.iter().map(|place| place.difference.clone()).collect();
     let known: Vec<bool> = (0..stepped.to.len()).map(|idx| idx >= FIRST_MODE).collect();
     let with = |free: &[usize]| -> Option<Fitted> {
         let chosen: Vec<usize> = free.iter().copied().chain(FIRST_MODE..known.len()).collect();
@@ -110,7 +112,7 @@ pub fn drift(strips: &Strips, calibration: &Calibration) -> Option<Drift> {
         wavelength_by_any_tilt: by_any_tilt.map(|fitted| estimate(&fitted, 0)),
         tilt_alike_rad: wavelength
             .and_then(|wavelength| Some(wavelength.value * tilt_by_wavelength(&differences)?)),
-        depth_mm_by_wavelength: if has_wavelength { largest_mean(&looked_at, strips.orders().len()) } else { 0.0 },
+        depth_mm_by_wavelength: if has_wavelength { largest_mean(&evaluated, strips.orders().len()) } else { 0.0 },
         depth_mm: calibration.depth_range_mm.middle_mm(),
         stage_scale,
         n_places: differences.len(),
@@ -121,7 +123,7 @@ fn estimate(fitted: &Fitted, idx: usize) -> Estimate {
     Estimate { value: fitted.parameters[idx], sigma: fitted.covariance[(idx, idx)].max(0.0).sqrt() }
 }
 
-/// The tilt whose differences are most like those of one unit of wavelength.
+/// The tilt whose effect on the differences is most similar to one unit of wavelength.
 fn tilt_by_wavelength(differences: &[Difference]) -> Option<f64> {
     let product = |one: usize, other: usize| -> f64 {
         differences.iter().map(|of| of.by_parameters[one] * of.by_parameters[other]).sum()
@@ -129,24 +131,24 @@ fn tilt_by_wavelength(differences: &[Difference]) -> Option<f64> {
     Some(product(WAVELENGTH, TILT) / product(TILT, TILT)).filter(|ratio| ratio.is_finite())
 }
 
-/// Mean change of depth by wavelength of the order whose depths change most.
-fn largest_mean(looked_at: &[Looked], n_orders: usize) -> f64 {
+/// Mean change of depth per unit of wavelength, of the order whose depths change most.
+fn largest_mean(evaluated: &[Evaluated], n_orders: usize) -> f64 {
     let mut sums = vec![(0.0, 0.0); n_orders];
-    for (order, change) in looked_at.iter().flat_map(|looked| looked.by_wavelength) {
+    for (order, change) in evaluated.iter().flat_map(|looked| looked.by_wavelength) {
         sums[order].0 += change;
         sums[order].1 += 1.0;
     }
     sums.into_iter().filter(|(_, n)| *n > 0.0).map(|(sum, n): (f64, f64)| (sum / n).abs()).fold(0.0, f64::max)
 }
 
-/// What one place says.
-struct Looked {
+/// Evaluation of one position.
+struct Evaluated {
     difference: Difference,
-    /// Number and change of depth by wavelength of both orders.
+    /// Index and change of depth per unit of wavelength of both orders.
     by_wavelength: [(usize, f64); 2],
 }
 
-/// A calibration and what it becomes by a small step of every parameter.
+/// A calibration and its variants with a small step of every parameter.
 struct Stepped<'a> {
     from: &'a Calibration,
     to: Vec<Calibration>,
@@ -178,7 +180,7 @@ impl<'a> Stepped<'a> {
         })
     }
 
-    fn difference(&self, strips: &Strips, place: &Place) -> Option<Looked> {
+    fn difference(&self, strips: &Strips, place: &Place) -> Option<Evaluated> {
         let changes = |order, seen| strips.depth_changes(self.from, &self.to, order, seen, place);
         let own = changes(place.order, (place.sample.pixel, place.sample.position_mm))?;
         let others = changes(place.other, (place.surface.pixel, place.surface.position_mm))?;
@@ -188,6 +190,6 @@ impl<'a> Stepped<'a> {
         let value = place.sample.depth_mm - place.surface.depth_mm;
         let by_wavelength =
             [(place.order, own[WAVELENGTH] / DRIFT_STEP), (place.other, others[WAVELENGTH] / DRIFT_STEP)];
-        Some(Looked { difference: Difference { by_parameters, value, cluster: place.cluster }, by_wavelength })
+        Some(Evaluated { difference: Difference { by_parameters, value, cluster: place.cluster }, by_wavelength })
     }
 }

@@ -1,8 +1,8 @@
-//! Least squares of differences between orders, some parameters of which are known beforehand.
+//! Least squares of differences between orders, with prior knowledge of some parameters.
 //!
-//! θ̂ = H⁻¹ Σ w a d with H = Σ w a aᵀ + P, where P holds 1 for parameters that are known to ±1 beforehand and 0 for free ones.
+//! θ̂ = H⁻¹ Σ w a d with H = Σ w a aᵀ + P, where P holds 1 for parameters with a prior of 0 ± 1 and 0 for free ones.
 //! Neighbouring differences share speckle and surface, so the covariance is H⁻¹ (B + P) H⁻¹ with B = Σ_c g_c g_cᵀ over
-//! clusters c of neighbours, g_c = Σ w a r: whatever they share within a cluster is counted (Liang, Zeger 1986).
+//! clusters c of neighbours, g_c = Σ w a r: noise shared within a cluster is accounted for (Liang, Zeger 1986).
 
 use std::collections::BTreeMap;
 
@@ -14,9 +14,9 @@ use crate::params::watches::{CUT_SIGMAS, FIT_ROUNDS, SHARED_DIFFERENCES};
 /// One difference between two orders at a place.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Difference {
-    /// What it would be per unit of each parameter.
+    /// Its derivative with respect to each parameter.
     pub by_parameters: Vec<f64>,
-    /// What it is.
+    /// The measured difference.
     pub value: f64,
     /// Differences with the same number share their noise.
     pub cluster: u64,
@@ -31,8 +31,8 @@ pub struct Fitted {
     pub covariance: DMatrix<f64>,
 }
 
-/// Fits the parameters `chosen` of `differences`, of which those with `known` are 0 ± 1 beforehand. `None` where there are
-/// fewer clusters than free parameters, or what is asked for cannot be told.
+/// Fits the parameters `chosen` of `differences`; those with `known` have a prior of 0 ± 1. `None` where there are
+/// fewer clusters than free parameters, or the parameters are not determined.
 pub fn fit(differences: &[Difference], chosen: &[usize], known: &[bool]) -> Option<Fitted> {
     let n = chosen.len();
     let rows: Vec<DVector<f64>> = differences
@@ -46,7 +46,7 @@ pub fn fit(differences: &[Difference], chosen: &[usize], known: &[bool]) -> Opti
     let mut residuals: Vec<f64> = differences.iter().map(|of| of.value).collect();
     let (mut parameters, mut inverse, mut weights) = (DVector::zeros(n), DMatrix::zeros(n, n), Vec::new());
     for _ in 0..FIT_ROUNDS {
-        // Without any noise every weight is the same.
+        // Without any noise all weights are equal.
         let scale = 1.4826 * median(&mut residuals.iter().map(|r| r.abs()).collect::<Vec<_>>())?;
         let variance = scale.powi(2).max(f64::MIN_POSITIVE) * SHARED_DIFFERENCES;
         let weight = |r: &f64| if r.abs() <= CUT_SIGMAS * scale { 1.0 / variance } else { 0.0 };
@@ -91,8 +91,8 @@ mod tests {
     }
 
     #[test]
-    fn sigma_counts_what_neighbours_share_and_what_is_known_beforehand() {
-        // One free parameter 2, one that is known to ±1; ten neighbours each share their noise.
+    fn sigma_accounts_for_shared_noise_and_priors() {
+        // One free parameter of 2, one with a prior of ±1; groups of ten neighbours share their noise.
         let (mut squares, n_tries) = (0.0, 400);
         for seed in 0..n_tries {
             let mut next = noise(seed);

@@ -1,16 +1,18 @@
-//! A watch over lost steps: the stage is not where it says from some frame on.
+//! The lost-step watch: detects that the stage is not at its stated position from some frame on.
 //!
-//! Each order sees a place of the part at another position of the stage. As long as the stage is where it says, their
-//! surfaces coincide. After a loss of δ along the travel, surface seen from then on lies δ off what the other orders saw
-//! before: on a slope g of depth along the travel the difference in depth is g·δ, and where nothing slopes it is nothing.
+//! Each order observes a place of the part at another position of the stage. While the stage is at its stated position,
+//! their surfaces coincide. After a loss of δ along the travel, surface observed from then on is shifted by δ relative
+//! to what the other orders observed before: on a slope g of depth along the travel the difference in depth is g·δ, and
+//! without a slope it is zero.
 //!
-//! Method, frame by frame: every line is condensed to one place and depth in each of some columns; each is held
-//! against the surface that every other order saw earlier, less what the two usually differ by in that column; a straight
-//! line of difference over slope gives δ of this frame and pair with its variance. Then, for every frame
-//! of the last [`REACH_FRAMES`] at which the jump may have been: the mean of δ since then, against surface seen before it,
-//! less the mean before it, in its standard deviations (a generalised likelihood ratio of a step in known noise).
+//! Method, frame by frame: every line is reduced to one position and depth in each of some columns; each is compared
+//! with the surface that every other order observed earlier, minus the usual difference of the two in that column; a
+//! straight line fitted to difference over slope gives δ of this frame and pair with its variance. Then, for every
+//! frame of the last [`REACH_FRAMES`] as a possible jump: the mean of δ since then, against surface observed before it,
+//! minus the mean before it, in its standard deviations (a generalised likelihood ratio test for a step in known
+//! noise).
 //!
-//! Blind on plates and on ramps of one slope, and before two orders have seen the same places for some frames.
+//! Blind on plates and on ramps of constant slope, and before two orders have observed the same places for some frames.
 
 use std::collections::VecDeque;
 
@@ -24,43 +26,43 @@ use crate::params::lost_steps::{
 use crate::points::profile::Profile;
 use crate::watches::strips::{Condenser, FrameSamples, Sample, line_through, surface_at};
 
-/// Steps that were lost.
+/// Lost steps.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LostSteps {
-    /// The first frame, counted from 0, for which the stage was not where it said; known to a few frames.
+    /// The first frame, counted from 0, at which the stage was not at its stated position; known to a few frames.
     pub first_frame: usize,
-    /// The frame with which they were noticed.
+    /// The frame at which the loss was detected.
     pub noticed_frame: usize,
-    /// Where the stage said that it was at `first_frame`, mm.
+    /// The stated stage position at `first_frame`, mm.
     pub position_mm: f64,
-    /// How far it lags behind what it says since then, mm.
+    /// Lag behind the stated position since then, mm.
     pub lag_mm: f64,
     /// Standard deviation of `lag_mm`.
     pub sigma_mm: f64,
 }
 
-/// What one frame of one order says against the surface of another.
+/// The lag that one frame of one order shows against the surface of another.
 #[derive(Debug, Clone, Copy)]
 struct Evidence {
     frame: usize,
-    /// The last frame of which surface was used.
+    /// The last frame of the surface used.
     reference: usize,
     pair: usize,
     lag_mm: f64,
     variance: f64,
 }
 
-/// What an order sees beyond the surface of another in a bin.
+/// Depth of an order relative to the surface of another in a bin.
 #[derive(Debug, Clone, Copy)]
 struct DepthDifference {
     bin: usize,
     slope: f64,
     depth_mm: f64,
-    /// The last frame of which surface was used.
+    /// The last frame of the surface used.
     reference: usize,
 }
 
-/// Depth differences of a pair in a bin, the last of them.
+/// Recent depth differences of a pair in a bin.
 #[derive(Debug, Clone, Default)]
 struct Usual(VecDeque<(usize, f64)>);
 
@@ -73,7 +75,7 @@ impl Usual {
         }
     }
 
-    /// Their mean before a jump that a frame may show; `None` where there are too few.
+    /// Their mean before a jump that a frame may show; `None` if there are too few.
     fn mean(&self, frame: usize) -> Option<f64> {
         let (mut n, mut sum) = (0, 0.0);
         for (_, depth_mm) in self.0.iter().take_while(|(at, _)| at + REACH_FRAMES <= frame) {
@@ -84,7 +86,7 @@ impl Usual {
     }
 }
 
-/// The watch; it takes note of every frame of a scan in the order of travel.
+/// The watch; it takes every frame of a scan in the order of travel.
 #[derive(Debug)]
 pub struct LostStepsWatch {
     condenser: Condenser,
@@ -93,19 +95,19 @@ pub struct LostStepsWatch {
     depth_mm: f64,
     /// Surface of each order, bin by bin from that in the middle; samples in the order of travel.
     surfaces: Vec<Vec<Vec<Sample>>>,
-    /// What pairs of orders usually differ by, by pair, then bin.
+    /// Usual differences of pairs of orders, by pair, then bin.
     usual: Vec<Vec<Usual>>,
     positions_mm: Vec<f64>,
     evidence: VecDeque<Evidence>,
-    /// Standard deviations of the steps that were looked for [`REACH_FRAMES`] / 2 before each frame.
+    /// Standard deviations of the steps searched for [`REACH_FRAMES`] / 2 before each frame.
     sigmas_mm: Vec<f64>,
     n_frames: usize,
-    /// Frames before this one are dropped.
+    /// Frames before this one are ignored.
     since: usize,
 }
 
 impl LostStepsWatch {
-    /// `None` for a station without linear stage, or with one that moves along the view.
+    /// `None` for a station without a linear stage, or with one that moves along the view.
     pub fn new(calibration: &Calibration) -> Option<Self> {
         let condenser = Condenser::new(calibration)?;
         let surfaces = vec![vec![Vec::new(); condenser.n_bins]; condenser.orders.len()];
@@ -124,15 +126,15 @@ impl LostStepsWatch {
         })
     }
 
-    /// Takes note of the next frame, taken where the stage said `position_mm`; steps that it shows to be lost. What was
-    /// seen before them is dropped then.
+    /// Takes the next frame, with its stated stage position, and returns a loss if one is detected. Observations before
+    /// the loss are then dropped.
     pub fn note(&mut self, profile: &Profile, position_mm: f64) -> Option<LostSteps> {
         let motion = self.stage.motion(StagePosition::LinearMm(position_mm))?;
         let samples = self.condenser.samples(&profile.points, &motion, position_mm, self.n_frames);
         self.note_samples(samples, position_mm)
     }
 
-    /// [`LostStepsWatch::note`] of a frame that was condensed before.
+    /// [`LostStepsWatch::note`] for a frame that is already reduced to samples.
     pub(crate) fn note_samples(&mut self, samples: FrameSamples, position_mm: f64) -> Option<LostSteps> {
         let frame = self.n_frames;
         self.n_frames += 1;
@@ -171,7 +173,7 @@ impl LostStepsWatch {
         found
     }
 
-    /// What one order sees beyond the surface of `other`, bin by bin.
+    /// Depths of one order relative to the surface of `other`, bin by bin.
     fn differences(&self, seen: &[(usize, Sample)], other: usize) -> Vec<DepthDifference> {
         let difference = |(bin, sample): &(usize, Sample)| {
             let place = surface_at(&self.surfaces[other][*bin], sample.along_mm)?;
@@ -181,8 +183,8 @@ impl LostStepsWatch {
         seen.iter().filter_map(difference).collect()
     }
 
-    /// How far a frame of one order lags behind the surface of another, by a line of differences over slopes. What they
-    /// usually differ by in a bin is taken off: errors of the calibration stay there while the part passes.
+    /// Lag of a frame of one order behind the surface of another, from a line fitted to differences over slopes. The
+    /// usual difference in a bin is subtracted: errors of the calibration stay in place while the part moves.
     fn beyond_the_usual(&self, found: &[DepthDifference], (frame, pair): (usize, usize)) -> Option<Evidence> {
         let mut reference = 0;
         let mut differences: Vec<[f64; 2]> = Vec::with_capacity(found.len());
@@ -205,8 +207,8 @@ impl LostStepsWatch {
         Some(Evidence { frame, reference, pair, lag_mm, variance: scatter.powi(2) / spread })
     }
 
-    /// The smallest loss that would have been noticed in most frames in which one could be, mm; `None` where that is hardly
-    /// any frame, or large: no slopes, or orders that have not seen the same places for long enough.
+    /// The smallest loss that would have been detected in most frames in which one is possible, mm; `None` where there
+    /// is hardly any such frame, or the loss is large: no slopes, or too little overlap of the orders.
     pub fn smallest_noticed_mm(&self) -> Option<f64> {
         if self.sigmas_mm.len() < REACH_FRAMES {
             return None;
@@ -217,7 +219,7 @@ impl LostStepsWatch {
         smallest_mm.filter(|smallest_mm| *smallest_mm <= BLIND_RELATIVE * self.depth_mm)
     }
 
-    /// The jump that explains the last frames best, if it is beyond doubt.
+    /// The jump that best explains the last frames, if it is significant.
     fn likeliest_jump(&self, frame: usize) -> Option<LostSteps> {
         let earliest = (self.since + FEWEST_FRAMES).max((frame + 1).saturating_sub(REACH_FRAMES));
         let latest = (frame + 1).checked_sub(FEWEST_FRAMES)?;
@@ -255,7 +257,7 @@ impl LostStepsWatch {
             else {
                 continue;
             };
-            // Lags that scatter more than they say do so for reasons that their means share.
+            // If lags scatter more than stated, the excess affects their means as well.
             let variance = (was_variance + is_variance) * before.excess(after);
             weighted += (is_mm - was_mm) / variance;
             weight += 1.0 / variance;
@@ -264,7 +266,7 @@ impl LostStepsWatch {
     }
 }
 
-/// The mean of evidence of one pair.
+/// The mean of the evidence of one pair.
 #[derive(Debug, Clone, Copy, Default)]
 struct Mean {
     n: usize,
@@ -281,7 +283,7 @@ impl Mean {
         self.squares += evidence.lag_mm.powi(2) / evidence.variance;
     }
 
-    /// By how much the values about this mean and another's scatter more than their variances say, at least 1.
+    /// Ratio of the scatter about this mean and another to the stated one, at least 1.
     fn excess(&self, other: &Self) -> f64 {
         let chi_square = |mean: &Self| mean.squares - mean.weighted.powi(2) / mean.weight;
         let freedoms = (self.n + other.n).saturating_sub(2).max(1);

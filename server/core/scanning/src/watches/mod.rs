@@ -1,4 +1,5 @@
-//! Watches over the station that several orders allow: each sees a place of the part at another position of the stage.
+//! Watches: checks of the station from several orders, each of which observes a place of the part at another position
+//! of the stage.
 //! `docs/maths/watches.md`.
 
 mod drift;
@@ -21,22 +22,22 @@ use crate::evaluation::Evaluation;
 use places::Strips;
 use strips::Condenser;
 
-/// What the watches say of a scan.
+/// Results of the watches for a scan.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct WatchReport {
-    /// Steps that were lost, in the order of travel.
+    /// Lost steps, in the order of travel.
     pub lost_steps: Vec<LostSteps>,
-    /// The smallest loss that would have been noticed on most of this part, mm; `None` where none would.
+    /// The smallest loss that would have been detected on most of this part, mm; `None` where none would.
     pub smallest_loss_mm: Option<f64>,
-    /// Drift of wavelength and stage since the calibration; `None` where two orders hardly saw the same places.
+    /// Drift of wavelength and stage since the calibration; `None` where two orders hardly observed the same places.
     pub drift: Option<Drift>,
-    /// Powers of the orders; `None` where two orders hardly saw the same places.
+    /// Powers of the orders; `None` where two orders hardly observed the same places.
     pub powers: Option<OrderPowers>,
-    /// Extent of what was seen along the travel, mm.
+    /// Extent of the observed surface along the travel, mm.
     pub length_mm: f64,
 }
 
-/// Watches over a scan that was evaluated. `None` on stations without a linear stage.
+/// Runs the watches on an evaluated scan. `None` on stations without a linear stage.
 ///
 /// # Errors
 /// [`ScanError::UnreadableFrame`].

@@ -1,28 +1,28 @@
-//! Powers of the orders, by how bright two of them were at the same place: what the surface does to both cancels.
+//! Powers of the orders, from the brightness of two orders at the same place, where the effect of the surface cancels.
 
 use crate::params::watches::POWER_PLACES;
 use crate::watches::drift::Estimate;
 use crate::watches::fit::{Difference, fit};
 use crate::watches::places::Strips;
 
-/// How the power of the light is shared among the orders.
+/// Distribution of the light's power among the orders.
 #[derive(Debug, Clone, PartialEq)]
 pub struct OrderPowers {
-    /// The order that the others are compared with: the one nearest to 0.
+    /// The reference order: the one nearest to 0.
     pub against: i8,
     /// Logarithm of each other order's power over that of `against`, by order.
     pub log_ratios: Vec<(i8, Estimate)>,
     /// Mean logarithm of the power of all orders, ln(grey level · px): surface, laser and exposure together.
     pub log_total: f64,
-    /// Places that it stands on.
+    /// Number of positions used.
     pub n_places: usize,
 }
 
-/// The powers of a scan; `None` where hardly any place was seen by two orders without saturation.
+/// The powers of a scan; `None` where hardly any place was observed by two orders without saturation.
 pub fn order_powers(strips: &Strips) -> Option<OrderPowers> {
     let orders = strips.orders();
     let (against, _) = orders.iter().enumerate().min_by_key(|(_, order)| (order.unsigned_abs(), **order))?;
-    // Parameters: all orders but the one that others are compared with.
+    // Parameters: all orders except the reference.
     let column = |order: usize| (order != against).then(|| order - usize::from(order > against));
     let n = orders.len().checked_sub(1).filter(|n| *n > 0)?;
     let (mut differences, mut totals) = (Vec::new(), Vec::new());

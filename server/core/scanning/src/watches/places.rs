@@ -1,4 +1,4 @@
-//! Places of a part that two orders saw.
+//! Places of a part observed by two orders.
 
 use nalgebra::{Vector2, Vector3};
 use optics::{Calibration, Stage, StagePosition};
@@ -6,7 +6,7 @@ use optics::{Calibration, Stage, StagePosition};
 use crate::params::watches::{CLUSTER_BINS, CLUSTER_TRAVEL_BINS};
 use crate::watches::strips::{Condenser, FrameSamples, Sample, SurfacePlace, surface_at};
 
-/// What all orders saw, bin by bin, in the order of travel.
+/// The samples of all orders, bin by bin, in the order of travel.
 #[derive(Debug)]
 pub struct Strips {
     condenser: Condenser,
@@ -14,29 +14,29 @@ pub struct Strips {
     samples: Vec<Vec<Vec<Sample>>>,
 }
 
-/// A place that order `order` saw on the surface that `other` saw; numbers of the calibration's orders.
+/// A place that order `order` observed on the surface observed by `other`; indices of the calibration's orders.
 #[derive(Debug, Clone, Copy)]
 pub struct Place {
-    /// The one.
+    /// The observing order.
     pub order: usize,
-    /// The other.
+    /// The order whose surface is used.
     pub other: usize,
-    /// What the one saw.
+    /// The sample of `order`.
     pub sample: Sample,
-    /// What the other saw.
+    /// The surface of `other`.
     pub surface: SurfacePlace,
     /// Places with the same number are neighbours.
     pub cluster: u64,
 }
 
 impl Strips {
-    /// Nothing seen yet.
+    /// Without samples.
     pub fn new(condenser: Condenser) -> Self {
         let samples = vec![vec![Vec::new(); condenser.n_bins]; condenser.orders.len()];
         Self { condenser, samples }
     }
 
-    /// Takes up a frame.
+    /// Adds a frame.
     pub fn add(&mut self, frame: &FrameSamples) {
         for (of_order, seen) in self.samples.iter_mut().zip(frame) {
             for (bin, sample) in seen {
@@ -50,7 +50,7 @@ impl Strips {
         &self.condenser.orders
     }
 
-    /// Extent of what was seen along the travel, mm.
+    /// Extent of the observed surface along the travel, mm.
     pub fn length_mm(&self) -> f64 {
         let along = self.samples.iter().flatten().flatten().map(|sample| sample.along_mm);
         let (low, high) =
@@ -58,7 +58,7 @@ impl Strips {
         (high - low).max(0.0)
     }
 
-    /// Places that two orders saw, about `n_wanted` of them, spread over the part and the pairs.
+    /// Places observed by two orders, about `n_wanted` of them, spread over the part and the pairs.
     pub fn places(&self, n_wanted: usize) -> Vec<Place> {
         let n_orders = self.samples.len();
         let mut found = Vec::new();
@@ -79,8 +79,8 @@ impl Strips {
         found.into_iter().step_by(stride).collect()
     }
 
-    /// Depth of the surface at a place by the pixel that saw it, mm, how it changes from one calibration to others: what a
-    /// shift across the depth does to the depth at the same place is in it.
+    /// Change of the surface's depth at a fixed place, mm, from one calibration to others, at the pixel that observed
+    /// it: the effect of a lateral shift on the depth is included.
     pub fn depth_changes(
         &self,
         from: &Calibration,
@@ -99,7 +99,7 @@ impl Strips {
     }
 }
 
-/// What a pixel saw, part frame.
+/// The point observed by a pixel, part frame.
 fn in_part(calibration: &Calibration, order: i8, pixel: [f64; 2], position_mm: f64) -> Option<Vector3<f64>> {
     let stage: &Stage = calibration.stage.as_ref()?;
     let hit = calibration.triangulate(order, &Vector2::from(pixel), None)?;

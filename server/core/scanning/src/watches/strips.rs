@@ -1,5 +1,5 @@
-//! Lines condensed to one place, depth and power in each of some columns, so that the same place can be looked up in
-//! what other orders saw of it.
+//! Lines reduced to one position, depth and power in each of some columns, so that the same place can be found in the
+//! samples of other orders.
 
 use nalgebra::Vector3;
 use optics::{Calibration, Motion, Stage};
@@ -7,29 +7,29 @@ use optics::{Calibration, Motion, Stage};
 use crate::params::watches::{BIN_COLUMNS, MAX_SLOPE};
 use crate::points::profile::ProfilePoint;
 
-/// A line in one bin, where it crosses the middle of the bin. Part frame, in the axes of [`Condenser`].
+/// A line in one bin, at the middle of the bin. Part frame, in the axes of [`Condenser`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sample {
-    /// Frame, in the order in which frames were given.
+    /// Frame index, in the order in which frames were given.
     pub frame: usize,
-    /// Where the stage said that it was.
+    /// Stated stage position.
     pub position_mm: f64,
-    /// Place along the travel.
+    /// Position along the travel.
     pub along_mm: f64,
     /// Depth.
     pub depth_mm: f64,
-    /// How place and depth change along the line, per mm across the travel.
+    /// Derivatives of position and depth along the line, per mm across the travel.
     pub by_across: [f64; 2],
-    /// Where the line was seen.
+    /// Pixel of the sample.
     pub pixel: [f64; 2],
-    /// Mean of the logarithm of the line's power, grey levels times pixels; `None` where some of it was saturated.
+    /// Mean of the logarithm of the line's power, grey levels times pixels; `None` if part of it was saturated.
     pub log_power: Option<f64>,
 }
 
-/// Condenses lines.
+/// Reduces lines to samples.
 #[derive(Debug, Clone)]
 pub struct Condenser {
-    /// Orders that are looked at.
+    /// Orders evaluated.
     pub orders: Vec<i8>,
     /// Unit vectors of the camera frame: along the travel, across it, and the depth.
     pub axes: [Vector3<f64>; 3],
@@ -43,7 +43,7 @@ pub struct Condenser {
 pub type FrameSamples = Vec<Vec<(usize, Sample)>>;
 
 impl Condenser {
-    /// `None` for a station without linear stage, or with one that moves along the view.
+    /// `None` for a station without a linear stage, or with one that moves along the view.
     pub fn new(calibration: &Calibration) -> Option<Self> {
         let Some(Stage::Linear(stage)) = calibration.stage else { return None };
         let along = stage.direction.try_normalize(f64::MIN_POSITIVE)?;
@@ -51,7 +51,7 @@ impl Condenser {
         let column_mm = calibration.depth_range_mm.middle_mm() / calibration.camera.fx_px;
         let width_mm = column_mm * calibration.camera.width_px.max(calibration.camera.height_px) as f64;
         let bin_mm = column_mm * BIN_COLUMNS as f64;
-        // The far end of the range shows more than its middle.
+        // The field is wider at the far end of the range than in its middle.
         let n_bins = (2.0 * width_mm / bin_mm).ceil() as usize;
         Some(Self {
             orders: calibration.orders.clone(),
@@ -61,7 +61,7 @@ impl Condenser {
         })
     }
 
-    /// One frame's lines, condensed to the bins that they fill. `points`: by order, then along the line.
+    /// One frame's lines, reduced to samples in the bins that they fill. `points`: by order, then along the line.
     pub fn samples(
         &self,
         points: &[ProfilePoint],
@@ -119,7 +119,7 @@ impl Condenser {
     }
 }
 
-/// One bin's points as one; `None` for a bin that is not filled, or across an edge, which holds two surfaces.
+/// One bin's points as one sample; `None` for a bin that is not filled, or across an edge, which holds two surfaces.
 fn condensed(points: &[[f64; 5]], powers: &[Option<f64>], bin_mm: f64) -> Option<Sample> {
     if 4 * points.len() < 3 * BIN_COLUMNS {
         return None;
@@ -137,7 +137,7 @@ fn condensed(points: &[[f64; 5]], powers: &[Option<f64>], bin_mm: f64) -> Option
     Some(Sample { frame: 0, position_mm: 0.0, along_mm, depth_mm, by_across, pixel: [u_px, v_px], log_power })
 }
 
-/// Slope, constant and scatter of the straight line through points; `None` for fewer than three, or all at one place.
+/// Slope, intercept and scatter of the straight line through points; `None` for fewer than three, or coincident ones.
 pub fn line_through(points: &[[f64; 2]]) -> Option<(f64, f64, f64)> {
     let n = points.len() as f64;
     if points.len() < 3 {
@@ -155,25 +155,25 @@ pub fn line_through(points: &[[f64; 2]]) -> Option<(f64, f64, f64)> {
     Some((slope, constant, (squares / (n - 2.0)).sqrt()))
 }
 
-/// What one order saw in a bin, at a place along the travel.
+/// The surface of one order in a bin, at a position along the travel.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SurfacePlace {
     /// Depth there.
     pub depth_mm: f64,
     /// ∂depth/∂along.
     pub slope: f64,
-    /// The last frame that this stands on.
+    /// The last frame used.
     pub last_frame: usize,
-    /// Where the stage said that it was when the place was crossed.
+    /// Stated stage position when the place was crossed.
     pub position_mm: f64,
-    /// Where it was seen.
+    /// Pixel that observed it.
     pub pixel: [f64; 2],
     /// As in [`Sample::log_power`].
     pub log_power: Option<f64>,
 }
 
-/// The surface that samples in the order of travel make, at a place along it; `None` where it is not smooth, or was not
-/// seen in frames that follow each other.
+/// The surface through samples in the order of travel, at a position along it; `None` where it is not smooth, or was
+/// not observed in consecutive frames.
 pub fn surface_at(samples: &[Sample], along_mm: f64) -> Option<SurfacePlace> {
     let (first, last) = (samples.first()?, samples.last()?);
     let rising = last.along_mm > first.along_mm;

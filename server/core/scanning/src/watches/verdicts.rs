@@ -1,7 +1,7 @@
-//! What the figures of the watches mean: quiet, blind on this part, a warning, or a scan that is worth nothing.
+//! Verdicts of the watches: quiet, blind on this part, a warning, or an invalid scan.
 //!
-//! A watch warns where its figure is beyond doubt. It invalidates where the error that it shows exceeds the expanded
-//! uncertainty that the points state, by more than its own uncertainty.
+//! A watch warns where its value is significant. It invalidates where the error that it shows exceeds the expanded
+//! uncertainty stated for the points, by more than its own uncertainty.
 
 use crate::params::watches::{COVERAGE, POWER_SIGMA_FLOOR, REFERENCE_SCANS, WARN_SHARE, WARN_SIGMAS};
 use crate::watches::drift::{Drift, Estimate};
@@ -11,59 +11,59 @@ use crate::watches::{LostSteps, WatchReport};
 /// A watch.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Watch {
-    /// A jump between what the orders saw before and after: mm.
+    /// A jump between the observations of the orders before and after: mm.
     LostSteps,
     /// Relative change of λ/d.
     Wavelength,
-    /// Logarithm of how much the power of an order has changed.
+    /// Logarithm of the change of an order's power.
     OrderPowers,
-    /// What the stage travels more than it says, relative.
+    /// Relative excess of the stage's true travel over the stated travel.
     StageScale,
 }
 
-/// What a watch says of a scan.
+/// State of a watch for a scan.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum WatchState {
-    /// Nothing beyond doubt.
+    /// Nothing significant.
     Quiet,
-    /// This part, or this station, shows nothing of it.
+    /// This part, or this station, does not show it.
     Blind,
-    /// Something is beyond doubt.
+    /// A significant deviation.
     Warning,
-    /// The error exceeds the uncertainty that the points state.
+    /// The error exceeds the uncertainty stated for the points.
     Invalid,
 }
 
-/// What one watch says of a scan.
+/// Verdict of one watch on a scan.
 #[derive(Debug, Clone, PartialEq)]
 pub struct WatchVerdict {
-    /// Which.
+    /// The watch.
     pub watch: Watch,
-    /// Whether all is well.
+    /// Its state.
     pub state: WatchState,
-    /// Its figure, in the unit of the watch.
+    /// Its value, in the unit of the watch.
     pub estimate: Option<Estimate>,
-    /// The error of points that it causes, mm.
+    /// The resulting error of points, mm.
     pub error_mm: Option<f64>,
-    /// The stage position where it begins.
+    /// The stage position at which it begins.
     pub position_mm: Option<f64>,
-    /// In words for the operator.
+    /// Explanation for the operator.
     pub reason: String,
 }
 
 /// Powers of the first scans after a calibration.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PowerReference {
-    /// Scans that were taken for it.
+    /// Scans used for it.
     pub n_scans: usize,
-    /// Mean and scatter from scan to scan of every order's logarithm of power over that of the order 0 or next to it.
+    /// Mean and scatter from scan to scan of the logarithm of every order's power over that of the reference order.
     pub log_ratios: Vec<(i8, Estimate)>,
     /// The same of the total.
     pub log_total: Estimate,
 }
 
 impl PowerReference {
-    /// Of the first scans; those beyond [`REFERENCE_SCANS`] are not looked at, `None` while there are fewer.
+    /// From the first scans; those beyond [`REFERENCE_SCANS`] are ignored, `None` while there are fewer.
     pub fn of(first: &[OrderPowers]) -> Option<Self> {
         let scans = first.get(..REFERENCE_SCANS)?;
         let of_order = |order: i8| {
@@ -92,8 +92,8 @@ fn mean_and_scatter(values: &[f64]) -> Option<Estimate> {
     (values.len() >= 2).then(|| Estimate { value: mean, sigma: (squares / (n - 1.0)).sqrt() })
 }
 
-/// What the watches say, one verdict each. `median_sigma_mm`: of the cloud's points. `reference`: powers since the
-/// calibration, of the same exposure and laser power.
+/// The verdicts, one per watch. `median_sigma_mm`: of the cloud's points. `reference`: powers since the calibration, at
+/// the same exposure and laser power.
 pub fn verdicts(
     report: &WatchReport,
     median_sigma_mm: f64,
@@ -112,7 +112,7 @@ fn verdict(watch: Watch, state: WatchState, reason: impl Into<String>) -> WatchV
     WatchVerdict { watch, state, estimate: None, error_mm: None, position_mm: None, reason: reason.into() }
 }
 
-/// A warning, or worse.
+/// Whether an error is a warning, or invalidates the scan.
 fn worth_of(error_mm: f64, sigma_mm: f64, stated_mm: f64) -> WatchState {
     if error_mm - COVERAGE * sigma_mm > stated_mm { WatchState::Invalid } else { WatchState::Warning }
 }
@@ -136,7 +136,7 @@ fn of_lost_steps(report: &WatchReport, stated_mm: f64) -> WatchVerdict {
         None => verdict(
             Watch::LostSteps,
             WatchState::Blind,
-            "no loss could be noticed: it takes slopes that change, seen by two orders before and after",
+            "no loss could be detected: this needs changing slopes, observed by two orders before and after",
         ),
         Some(smallest_mm) => WatchVerdict {
             estimate: Some(Estimate { value: 0.0, sigma: smallest_mm }),
@@ -144,7 +144,7 @@ fn of_lost_steps(report: &WatchReport, stated_mm: f64) -> WatchVerdict {
                 Watch::LostSteps,
                 WatchState::Quiet,
                 format!(
-                    "no steps lost; {:.0} µm would be noticed where two orders see the same places",
+                    "no steps lost; {:.0} µm would be detected where two orders observe the same places",
                     smallest_mm * 1e3
                 ),
             )
@@ -155,10 +155,10 @@ fn of_lost_steps(report: &WatchReport, stated_mm: f64) -> WatchVerdict {
 fn of_wavelength(drift: Option<&Drift>, stated_mm: f64) -> WatchVerdict {
     let watch = Watch::Wavelength;
     let Some(drift) = drift else {
-        return verdict(watch, WatchState::Blind, "hardly any place was seen by two orders");
+        return verdict(watch, WatchState::Blind, "hardly any place was observed by two orders");
     };
     let Some(wavelength) = drift.wavelength else {
-        return verdict(watch, WatchState::Blind, "the light model of this calibration knows no wavelength");
+        return verdict(watch, WatchState::Blind, "the light model of this calibration has no wavelength");
     };
     let by_mm = drift.depth_mm_by_wavelength;
     let (error_mm, sigma_mm) = ((wavelength.value * by_mm).abs(), wavelength.sigma * by_mm);
@@ -180,7 +180,7 @@ fn of_wavelength(drift: Option<&Drift>, stated_mm: f64) -> WatchVerdict {
         return WatchVerdict { estimate: Some(corrected), error_mm: Some(left_mm), ..warning };
     }
     let reason = format!(
-        "{figure} since the calibration, depths err by up to {:.0} µm; not corrected: a stage tilted by {:+.2} mrad would look the same, a known step tells which; {remedy}",
+        "{figure} since the calibration, depths err by up to {:.0} µm; not corrected: a stage tilted by {:+.2} mrad would look the same, measure a known step to decide; {remedy}",
         error_mm * 1e3,
         drift.tilt_alike_rad.unwrap_or(0.0) * 1e3
     );
@@ -194,20 +194,17 @@ fn of_scale(drift: Option<&Drift>, length_mm: f64, stated_mm: f64) -> WatchVerdi
         return verdict(
             watch,
             WatchState::Blind,
-            "the part has no slopes along the travel that change: scan a ball or hills",
+            "the part has no changing slopes along the travel: scan a ball or a wavy surface",
         );
     };
     let (error_mm, sigma_mm) = ((scale.value * length_mm).abs(), scale.sigma * length_mm);
     let figure =
-        format!("travel {:+.1} ± {:.1} ·10⁻⁴ of what the stage says", scale.value * 1e4, scale.sigma * 1e4);
+        format!("excess travel {:+.1} ± {:.1} ·10⁻⁴ of the stated distance", scale.value * 1e4, scale.sigma * 1e4);
     let is_clear = scale.is_beyond(WARN_SIGMAS) && error_mm >= WARN_SHARE * stated_mm;
     let (state, reason) = if is_clear {
         (
             worth_of(error_mm, sigma_mm, stated_mm),
-            format!(
-                "{figure} too much, {:.0} µm over this part; check steps per mm, or calibrate again",
-                error_mm * 1e3
-            ),
+            format!("{figure}, {:.0} µm over this part; check steps per mm, or calibrate again", error_mm * 1e3),
         )
     } else {
         (WatchState::Quiet, figure)
@@ -215,7 +212,7 @@ fn of_scale(drift: Option<&Drift>, length_mm: f64, stated_mm: f64) -> WatchVerdi
     WatchVerdict { estimate: Some(scale), error_mm: Some(error_mm), ..verdict(watch, state, reason) }
 }
 
-/// How powers have changed since the reference.
+/// Change of the powers since the reference.
 struct Change {
     /// Mean of +m and −m, and half their difference, for every pair of orders.
     even: Vec<Estimate>,
@@ -248,13 +245,17 @@ impl Change {
 fn of_powers(powers: Option<&OrderPowers>, reference: Option<&PowerReference>) -> WatchVerdict {
     let watch = Watch::OrderPowers;
     let Some(powers) = powers else {
-        return verdict(watch, WatchState::Blind, "hardly any place was seen by two orders without saturation");
+        return verdict(
+            watch,
+            WatchState::Blind,
+            "hardly any place was observed by two orders without saturation",
+        );
     };
     let Some(reference) = reference else {
         return verdict(
             watch,
             WatchState::Blind,
-            format!("the first {REFERENCE_SCANS} scans after a calibration tell what is normal"),
+            format!("the first {REFERENCE_SCANS} scans after a calibration define the normal powers"),
         );
     };
     let change = Change::new(powers, reference);
@@ -267,7 +268,7 @@ fn of_powers(powers: Option<&OrderPowers>, reference: Option<&PowerReference>) -
             WatchState::Warning,
             odd,
             format!(
-                "orders of one side have gained over those of the other ({}): the grating has turned",
+                "the orders on one side have gained over those on the other ({}): the grating has rotated",
                 percent(odd)
             ),
         ),
@@ -275,7 +276,7 @@ fn of_powers(powers: Option<&OrderPowers>, reference: Option<&PowerReference>) -
             WatchState::Warning,
             even,
             format!(
-                "orders of both sides have changed alike against order {} ({}): the grating is dirty, clean it",
+                "the orders on both sides have changed equally relative to order {} ({}): the grating is dirty, clean it",
                 powers.against,
                 percent(even)
             ),

@@ -1,4 +1,4 @@
-//! What a scan does with ghosts, doubt, poor models and bad input.
+//! Scans with ghosts, ambiguous lines, poor models and bad input.
 
 use crate::common::planes::fitted_planes;
 use crate::common::scene::{Noise, scan};
@@ -32,7 +32,7 @@ fn add_ghost(known: &mut KnownScan, frame: usize, u: std::ops::Range<usize>, row
 
 #[test]
 fn reflections_are_dropped_and_counted() {
-    // A reflection that stays in the image, one that wanders against the travel, and chance pieces.
+    // A reflection that stays in the image, one that moves against the travel, and chance pieces.
     let station = station(5, false);
     let mut known = scan(&station, &step, &positions(24, 1.2), false);
     let mut noise = Noise(3);
@@ -118,7 +118,7 @@ fn points_come_by_frame_order_and_along_the_line() {
 }
 
 #[test]
-fn what_cannot_be_evaluated_is_refused_with_the_remedy() {
+fn input_that_cannot_be_evaluated_is_refused_with_the_remedy() {
     let station = station(5, false);
     let known = scan(&station, &|_, _| 400.0, &positions(3, 2.0), false);
     let params = ScanParams::default();
@@ -135,7 +135,7 @@ fn what_cannot_be_evaluated_is_refused_with_the_remedy() {
 }
 
 #[test]
-fn a_scan_of_darkness_is_an_empty_cloud() {
+fn a_scan_without_lines_gives_an_empty_cloud() {
     let station = station(5, false);
     let mut known = scan(&station, &|_, _| 400.0, &positions(3, 2.0), false);
     known.frames.iter_mut().for_each(|frame| frame.centrelines.segments.clear());

@@ -1,5 +1,5 @@
-//! Lines of a plate, one half of which is forty times as dark as the other, from a short and a long exposure against the
-//! truth.
+//! Lines of a plate, one half of which is forty times darker than the other, from a short and a long exposure, compared
+//! with the truth.
 
 use std::collections::HashMap;
 
@@ -7,16 +7,18 @@ use scanning::{Exposed, fuse_exposures};
 use twin::{Exposure, ExposureBuffers, Renderer, Scene, SceneKind, StationModel, StationShape};
 use vision::{CentrelineParams, Centrelines, GreyImage, Pixels, find_centrelines};
 
-/// How much darker the dark half is.
+/// Ratio of the brightness of the two halves.
 const DARKER: f64 = 40.0;
 
-/// Exposures relative to the nominal one: the bright half fits into the short one, and is flattened in the long one.
+/// Exposures relative to the nominal one: the bright half is unsaturated in the short one, and saturated in the long
+/// one.
 const SHARES: [f64; 2] = [0.7, 14.0];
 
-/// A point farther from a true line than this, px, is not on it.
+/// Largest distance, px, of a point from the true line it is on.
 const ON_LINE_PX: f64 = 2.5;
 
-/// The lines of a part whose right half is [`DARKER`] times as dark as its left one: a picture is linear in reflectance.
+/// The lines of a part whose right half is [`DARKER`] times darker than its left one: a picture is linear in
+/// reflectance.
 fn lines_of(renderer: &Renderer, scene: &Scene, laser_share: f64, picture: u64) -> Centrelines {
     let [bright, dark] = [1.0, 1.0 / DARKER].map(|reflectance| {
         let exposure = Exposure {
@@ -42,18 +44,18 @@ fn lines_of(renderer: &Renderer, scene: &Scene, laser_share: f64, picture: u64) 
     find_centrelines(&image, &CentrelineParams::default())
 }
 
-/// How points compare with true lines.
+/// Comparison of points with true lines.
 #[derive(Debug, Default)]
-struct Held {
+struct Comparison {
     n_true: usize,
-    /// True points of which a point was found that is not saturated.
+    /// True points with an unsaturated point.
     n_found: usize,
-    /// Errors in their own σ, and errors, px.
+    /// Errors in units of their own σ, and errors, px.
     in_sigmas: Vec<f64>,
     errors_px: Vec<f64>,
 }
 
-impl Held {
+impl Comparison {
     fn add(&mut self, lines: &Centrelines, truth: &[twin::TruthPoint]) {
         let mut by_column: HashMap<i64, Vec<&vision::CentrelinePoint>> = HashMap::new();
         for point in lines.segments.iter().flat_map(|segment| &segment.points) {
@@ -89,7 +91,7 @@ fn bright_and_dark_halves_are_both_measured_and_sigma_is_honest() {
     let shape = StationShape { width_px: 640, height_px: 512, ..StationShape::default() };
     let model = StationModel::seeded(7, &shape).unwrap();
     let renderer = Renderer::new(&model);
-    let mut held: [Held; 3] = Default::default();
+    let mut held: [Comparison; 3] = Default::default();
     let mut counts = scanning::FusionCounts::default();
     for picture in 0..4 {
         let scene = SceneKind::Plate.placed(&model, 0x300 + picture);
@@ -107,15 +109,17 @@ fn bright_and_dark_halves_are_both_measured_and_sigma_is_honest() {
         }
     }
     let [short, long, fused] = held;
-    // Each exposure alone measures its half; the fused lines miss what is at the seam of the halves.
+    // Each exposure alone measures its half; the fused lines miss only the seam between the halves.
     assert!(short.recovered() < 0.55 && long.recovered() < 0.55, "{} {}", short.recovered(), long.recovered());
     assert!(fused.recovered() > 0.96, "{}", fused.recovered());
-    // σ of some ten thousand points whose noise hangs together over a few columns.
-    let in_sigmas = Held::rms(&fused.in_sigmas);
+    // σ of some ten thousand points whose noise is correlated over a few columns.
+    let in_sigmas = Comparison::rms(&fused.in_sigmas);
     assert!((0.85..1.15).contains(&in_sigmas), "{in_sigmas}");
-    // No point is worse than those of the exposure that it comes from.
-    let [fused_px, worst_px] =
-        [Held::rms(&fused.errors_px), Held::rms(&short.errors_px).max(Held::rms(&long.errors_px))];
+    // No point is worse than those of its own exposure.
+    let [fused_px, worst_px] = [
+        Comparison::rms(&fused.errors_px),
+        Comparison::rms(&short.errors_px).max(Comparison::rms(&long.errors_px)),
+    ];
     assert!(fused_px <= worst_px, "{fused_px} px, {worst_px} px");
     assert!(2 * counts.n_replaced > counts.n_points, "{counts:?}");
     assert!(100 * counts.n_disagreeing < counts.n_points, "{counts:?}");

@@ -1,4 +1,4 @@
-//! Labels, points and clouds of scans whose truth is known: modelled, rendered here, rendered by others.
+//! Labels, points and clouds of scans with known truth: modelled, rendered here, or reference data.
 
 #![allow(clippy::unwrap_used)]
 

@@ -1,5 +1,5 @@
-//! Frames by themselves: their labels held against the truth, and how often they ask for memory. What this does not show:
-//! frames that see each other; `labelling.rs` does.
+//! Single frames: their labels compared with the truth, and their number of allocations. Not covered: frames that
+//! support each other; see `labelling.rs`.
 
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
@@ -11,10 +11,10 @@ use scanning::files::peaks::pack_frame;
 use scanning::{Profile, label_frame};
 use vision::{CentrelineExtractor, CentrelineParams, Centrelines, GreyImage, Pixels, Segment};
 
-/// Points of what lines are torn into.
+/// Points per piece after lines are split.
 const SHRED_POINTS: usize = 30;
 
-/// Counts what the asking thread asks for.
+/// Counts the allocations of the current thread.
 struct Counting;
 
 thread_local! {
@@ -22,22 +22,22 @@ thread_local! {
 }
 
 #[expect(unsafe_code, reason = "an allocator that counts cannot be written without")]
-// SAFETY: every request is handed on to the system's allocator as it is.
+// SAFETY: every request is forwarded to the system allocator unchanged.
 unsafe impl GlobalAlloc for Counting {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
         N_REQUESTS.with(|n| n.set(n.get() + 1));
-        // SAFETY: the caller's promise.
+        // SAFETY: guaranteed by the caller.
         unsafe { System.alloc(layout) }
     }
 
     unsafe fn realloc(&self, block: *mut u8, layout: Layout, size_bytes: usize) -> *mut u8 {
         N_REQUESTS.with(|n| n.set(n.get() + 1));
-        // SAFETY: the caller's promise.
+        // SAFETY: guaranteed by the caller.
         unsafe { System.realloc(block, layout, size_bytes) }
     }
 
     unsafe fn dealloc(&self, block: *mut u8, layout: Layout) {
-        // SAFETY: the caller's promise.
+        // SAFETY: guaranteed by the caller.
         unsafe { System.dealloc(block, layout) }
     }
 }
@@ -45,7 +45,7 @@ unsafe impl GlobalAlloc for Counting {
 #[global_allocator]
 static COUNTING: Counting = Counting;
 
-/// Points under their own order, under another, and left out, of all frames by themselves.
+/// Points under their own order, under another, and left out, of all frames labelled separately.
 #[derive(Debug, Default, Clone, Copy)]
 struct Counts {
     n_right: usize,
@@ -59,8 +59,8 @@ impl Counts {
     }
 }
 
-/// Every frame of a scan by itself.
-fn judge(name: &str, known: &KnownScan, calibration: &Calibration) -> Counts {
+/// Labels every frame of a scan separately.
+fn label_each_frame(name: &str, known: &KnownScan, calibration: &Calibration) -> Counts {
     let triangulator = Triangulator::new(calibration.clone());
     let mut counts = Counts::default();
     for (idx, frame) in known.frames.iter().enumerate() {
@@ -82,12 +82,12 @@ fn frames_of_random_scenes_are_right_or_left_out() {
     let mut all = Counts::default();
     for seed in [3, 7, 14, 28, 46, 51] {
         let trial = random::trial(seed);
-        let counts = judge(&trial.name, &trial.known, &trial.calibration);
+        let counts = label_each_frame(&trial.name, &trial.known, &trial.calibration);
         all.n_right += counts.n_right;
         all.n_wrong += counts.n_wrong;
         all.n_dropped += counts.n_dropped;
     }
-    // Measured: none wrong, 73.3 %; where all lines could be an order higher, a frame by itself has nobody to ask.
+    // Measured: none wrong, 73.3 %; where all lines could be one order higher, a single frame is ambiguous.
     assert!(all.n_wrong == 0 && all.recovered() > 0.72, "{all:?}");
 }
 
@@ -96,7 +96,7 @@ fn frames_of_rig_a_are_right() {
     let Some(folder) = reference::data("rig-a") else { return };
     let calibration = rig_a::calibration(&folder);
     for scan in ["gauge", "sphere"] {
-        let counts = judge(scan, &rig_a::truth_scan(&folder, scan), &calibration);
+        let counts = label_each_frame(scan, &rig_a::truth_scan(&folder, scan), &calibration);
         assert!(counts.n_wrong == 0 && counts.recovered() > 0.9, "{scan}: {counts:?}");
     }
 }
@@ -107,8 +107,8 @@ fn lines_along_columns_and_stations_of_many_orders_are_labelled() {
     for (n_orders, turned) in [(5, true), (9, false), (17, false)] {
         let station = station(n_orders, turned);
         let known = scan(&station, &step, &[-6.0, 0.0, 4.0], turned);
-        let counts = judge(&format!("{n_orders} orders"), &known, &station);
-        // Seventeen sheets are so close that a frame by itself leaves them all open.
+        let counts = label_each_frame(&format!("{n_orders} orders"), &known, &station);
+        // Seventeen sheets are so close that a single frame leaves them all ambiguous.
         assert!(counts.n_wrong == 0 && (n_orders == 17 || counts.recovered() > 0.9), "{n_orders}: {counts:?}");
     }
 }
@@ -124,7 +124,7 @@ fn many_short_pieces_are_labelled() {
         *segments = shreds.map(|points| Segment { points: points.to_vec() }).collect();
         *orders = orders.iter().flat_map(|orders| orders.chunks(SHRED_POINTS)).map(<[_]>::to_vec).collect();
     }
-    let counts = judge("shreds", &known, &station);
+    let counts = label_each_frame("shreds", &known, &station);
     assert!(counts.n_wrong == 0 && counts.recovered() > 0.9, "{counts:?}");
 }
 
@@ -141,7 +141,7 @@ fn frames_without_lines_have_empty_profiles() {
 }
 
 #[test]
-fn picture_after_picture_becomes_lines_and_a_record_without_asking_for_memory() {
+fn repeated_extraction_and_packing_allocate_nothing() {
     let Some(folder) = reference::data("rig-a") else { return };
     let calibration = rig_a::calibration(&folder);
     let depth_range_mm = calibration.depth_range_mm;
@@ -169,6 +169,6 @@ fn picture_after_picture_becomes_lines_and_a_record_without_asking_for_memory() 
     }
     assert!(n_requests[0] > 0, "nothing is counted");
     assert_eq!(n_requests[2], 0, "requests in {} pictures, pass by pass: {n_requests:?}", pictures.len());
-    // Labels ask for lists of pieces and samples, never point by point.
+    // Labelling allocates lists of pieces and samples, never per point.
     assert!(n_for_labels < profile.points.len() / 4, "{n_for_labels} requests, {} points", profile.points.len());
 }

@@ -1,5 +1,5 @@
-//! The axis of a turntable from the part alone, against the true axis. Two lasers that are lit one by one; lines with white noise.
-//! What this does not show: speckle, reflections, tables that wobble.
+//! The axis of a turntable from the part alone, compared with the true axis. Two lasers switched on one by one; lines
+//! with white noise. Not covered: speckle, reflections, wobble of the table.
 
 use nalgebra::Vector3;
 use optics::{Calibration, RotaryAxis, StagePosition};
@@ -15,7 +15,7 @@ const SEEDS: u64 = 3;
 /// An error beyond this many of its own σ has a probability of 6 in 100 000.
 const SIGMAS: f64 = 4.0;
 
-/// Every frame as two, in each of which one laser was on.
+/// Every frame as two, each with one laser on.
 fn lit_one_by_one(known: &KnownScan) -> Vec<ScanFrame> {
     let of_line = |frame: usize, line: i8| {
         let ScanFrame { centrelines, position } = &known.frames[frame];
@@ -31,15 +31,15 @@ fn turn(seed: u64, positions: &[StagePosition], part: &(dyn Fn(&Vector3<f64>) ->
     lit_one_by_one(&scan_moved_with(&two_lasers(), part, &laser_light, positions, seed))
 }
 
-/// The station without a stage, and an axis millimetres and a degree beside the true one.
-fn beside() -> (Calibration, RotaryAxis) {
+/// The station without a stage, and an axis displaced by millimetres and a degree.
+fn displaced_axis() -> (Calibration, RotaryAxis) {
     let station = Calibration { stage: None, ..two_lasers() };
     (station, axis().moved(&[0.015, -0.015, 1.5, -1.5]))
 }
 
 #[test]
-fn the_axis_is_where_the_surfaces_of_a_turned_part_fall_together() {
-    let (station, start) = beside();
+fn the_surfaces_of_a_turned_part_coincide_about_the_true_axis() {
+    let (station, start) = displaced_axis();
     let mut whitened = Vec::new();
     for seed in 0..SEEDS {
         let frames = turn(20 + seed, &angles(0.0, 390.0), &solid);
@@ -75,8 +75,8 @@ fn the_axis_is_where_the_surfaces_of_a_turned_part_fall_together() {
 }
 
 #[test]
-fn a_body_of_revolution_does_not_say_where_the_axis_is() {
-    let (station, start) = beside();
+fn a_body_of_revolution_does_not_determine_the_axis() {
+    let (station, start) = displaced_axis();
     let cylinder = |at: &Vector3<f64>| {
         let (_, height_mm, radius) = about_axis(at);
         if height_mm.abs() > 22.0 { -1.0 } else { 21.0 - radius }
@@ -89,7 +89,7 @@ fn a_body_of_revolution_does_not_say_where_the_axis_is() {
 
 #[test]
 fn one_line_alone_is_blind_to_the_axis() {
-    let (station, start) = beside();
+    let (station, start) = displaced_axis();
     let mut frames = turn(32, &angles(0.0, 390.0), &solid);
     frames.retain(|frame| frame.centrelines.lit_line == Some(0));
     let refused = axis_from_part(&&frames[..], &station, &start).unwrap_err();

@@ -1,5 +1,5 @@
-//! Labels of lines that were extracted from rendered pictures of clutter: wide lines, blocks just one wrap high.
-//! What this does not show: a calibration that is not the truth.
+//! Labels of lines extracted from rendered pictures of clutter: wide lines, blocks exactly one wrap high. Not covered:
+//! a calibration that deviates from the truth.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -13,9 +13,9 @@ use rayon::prelude::*;
 use scanning::{ScanFrame, ScanParams, scan_cloud};
 use vision::{CentrelineParams, GreyImage, Pixels, find_centrelines};
 
-/// Share of points with a wrong order that clutter may have.
+/// Accepted fraction of points with a wrong order in clutter.
 const WRONG: f64 = 1e-4;
-/// Share of the visible line columns that must be found there; the extraction leaves out rims and what lies in blobs.
+/// Fraction of the visible line columns that must be found there; the extraction leaves out edges and merged lines.
 const RECOVERED: f64 = 0.95;
 
 fn judged(name: &str, frames: &[ScanFrame], calibration: &Calibration, truth: &[Vec<TruthLine>]) -> Score {

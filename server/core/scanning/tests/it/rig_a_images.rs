@@ -1,4 +1,4 @@
-//! The rendered scans of rig-a, from images to points, against the truth of every fourth frame.
+//! The rendered scans of rig-a, from images to points, compared with the truth of every fourth frame.
 
 use std::path::Path;
 
@@ -10,15 +10,15 @@ use scanning::{CloudPoint, ScanFrame, ScanParams, scan_cloud};
 use serde_json::Value;
 use vision::{CentrelineParams, GreyImage, Pixels, find_centrelines};
 
-/// Share of the visible line columns that must be found.
+/// Fraction of the visible line columns that must be found.
 const RECOVERED: f64 = 0.97;
 /// Distance from the true line, px, within which a point is on it: 10 σ of a dim line, far below the line pitch.
 const ON_LINE_PX: f64 = 1.5;
-/// Distance from every surface, mm, beyond which a point is on none: 10 σ of a point.
+/// Distance from every surface, mm, beyond which a point is an outlier: 10 σ of a point.
 const ASTRAY_MM: f64 = 0.4;
-/// Distance from every surface that only a wrong order gives, mm: the next order lies 20 mm away.
+/// Distance from every surface that only a wrong order gives, mm: the next order is 20 mm away.
 const WRONG_ORDER_MM: f64 = 3.0;
-/// Share of points that may lie on no surface.
+/// Accepted fraction of outliers.
 const ASTRAY: f64 = 0.001;
 
 fn image(path: &Path) -> GreyImage {
@@ -126,7 +126,7 @@ fn surface(truth: &Value, scan: &str) -> Box<dyn Fn(Vector3<f64>) -> f64> {
     })
 }
 
-/// Leaves the points for a look from outside.
+/// Writes the points to a file for inspection.
 fn keep(path: &Path, points: &[CloudPoint]) {
     let row = |p: &CloudPoint| {
         format!("{},{},{},{},{},{},{},{}\n", p.frame, p.order, p.u_px, p.v_px, p.x_mm, p.y_mm, p.z_mm, p.sigma_mm)

@@ -1,5 +1,5 @@
-//! A part that turns through 360° under a camera with a known axis: labels, points and closure against its true surface.
-//! The lines are modelled with white noise; what this does not show is how well lines are extracted.
+//! A part that turns through 360° under a camera with a known axis: labels, points and closure compared with its true
+//! surface. The lines are modelled with white noise; the extraction of lines is not covered.
 
 use nalgebra::{DMatrix, Vector2, Vector3};
 use optics::{Calibration, Camera, DepthRangeMm, LightSurfaces, Plane, RotaryAxis, StageAxis, StagePosition};
@@ -11,13 +11,13 @@ use scanning::{
 use crate::common::scene::{grating_light, scan, scan_moved};
 use crate::common::{KnownScan, assert_labelled, station};
 
-/// Angle between two frames: 1.2 mm at the part's radius, about as far as other scans step.
+/// Angle between two frames: 1.2 mm at the part's radius, about the step of other scans.
 const STEP_DEG: f64 = 3.0;
-/// Steep flanks are short on every line and are left out where one order alone has seen them.
+/// Steep flanks are short on every line and are left out where only one order observed them.
 const RECOVERED: f64 = 0.93;
 /// 5 σ of a point (0.05 px of noise are 20 µm at this station's angle) on slopes up to 45°.
 const OFF_SURFACE_MM: f64 = 0.15;
-/// Share of points that may lie farther off: single ones at rims.
+/// Accepted fraction of points farther off: single ones at edges.
 const ASTRAY: f64 = 0.001;
 /// Half the part's height, mm.
 const HALF_HEIGHT_MM: f64 = 22.0;
@@ -67,10 +67,10 @@ fn grating_scan(positions: &[StagePosition]) -> (Calibration, KnownScan) {
     (station, known)
 }
 
-/// Where the two lasers of a hobby rig stand.
+/// Positions of the two lasers of a hobby rig.
 const LASERS_MM: [[f64; 3]; 2] = [[-170.0, 0.0, 30.0], [150.0, 10.0, 40.0]];
 
-/// Two lasers, left and right of the camera, whose sheets hold the axis.
+/// Two lasers, left and right of the camera, whose sheets contain the axis.
 pub(crate) fn two_lasers() -> Calibration {
     let along = axis().direction;
     let sheet = |laser: [f64; 3]| {
@@ -104,7 +104,7 @@ fn place(point: &CloudPoint) -> Vector3<f64> {
     Vector3::new(point.x_mm, point.y_mm, point.z_mm)
 }
 
-/// Distance of every point from the true surface, about along its normal, over the slope.
+/// Distance of every point from the true surface, approximately along its normal (radial distance over slope).
 fn off_surface_mm(result: &ScanResult) -> Vec<f64> {
     let off = |point: &CloudPoint| {
         let (turn_rad, height_mm, radius) = about_axis(&place(point));
@@ -127,7 +127,7 @@ fn assert_on_surface(result: &ScanResult) {
         100.0 * astray
     );
     assert!(astray <= ASTRAY, "{astray}");
-    // All around: every sector of 10° has its points.
+    // All around: every sector of 10° has points.
     let mut sectors = [0; 36];
     for point in &result.cloud.points {
         let turns = about_axis(&place(point)).0 / std::f64::consts::TAU;
@@ -169,7 +169,7 @@ fn two_lasers_and_a_turntable_make_a_whole_part_and_a_mesh_that_faces_outwards()
     assert!(mesh.triangles.len() > 1000 && share > 0.99, "{share} of {}", mesh.triangles.len());
 }
 
-/// Mean azimuth of a line before the camera, where 0 faces it.
+/// Mean azimuth of a line, where 0 faces the camera.
 fn azimuths_rad(known: &KnownScan, station: &Calibration) -> Vec<f64> {
     let towards_camera = about_axis(&Vector3::zeros()).0;
     let of_order = |&order: &i8| {
@@ -190,18 +190,18 @@ fn azimuths_rad(known: &KnownScan, station: &Calibration) -> Vec<f64> {
 }
 
 #[test]
-fn an_error_of_the_axis_shows_in_the_closure_by_its_size_and_not_by_the_same_line() {
+fn an_axis_error_shows_in_the_closure_of_other_lines_and_not_of_the_same_line() {
     let station = two_lasers();
     let known = scan_moved(&station, &solid, &laser_light, &angles(0.0, 390.0));
     let azimuths = azimuths_rad(&known, &station);
-    // Across the view, square to the direction from the axis to the camera: δ·(e_r(φ₁) − e_r(φ₂)), eq. 11.
+    // Across the view, perpendicular to the direction from the axis to the camera: δ·(e_r(φ₁) − e_r(φ₂)), eq. 11.
     let towards = -(axis().point_mm - axis().direction * axis().direction.dot(&axis().point_mm)).normalize();
     let sideways = axis().direction.cross(&towards);
     let mut biases = Vec::new();
     for error_mm in [0.0, 0.1, 0.2] {
         let wrong = RotaryAxis { point_mm: axis().point_mm + sideways * error_mm, ..axis() };
-        let believed = Calibration { stage: Some(wrong.into()), ..station.clone() };
-        let result = scan_cloud(&known.frames, &believed, &ScanParams::default()).unwrap();
+        let assumed = Calibration { stage: Some(wrong.into()), ..station.clone() };
+        let result = scan_cloud(&known.frames, &assumed, &ScanParams::default()).unwrap();
         let closure = result.report.closure.unwrap();
         let (same, other) = (closure.same_line.unwrap(), closure.other_lines.unwrap());
         let expected_mm = error_mm * (azimuths[0].sin() - azimuths[1].sin()).abs();
@@ -218,7 +218,7 @@ fn an_error_of_the_axis_shows_in_the_closure_by_its_size_and_not_by_the_same_lin
 }
 
 #[test]
-fn the_sigma_of_a_point_grows_with_what_is_not_known_of_the_axis() {
+fn the_sigma_of_a_point_grows_with_the_uncertainty_of_the_axis() {
     let exact = two_lasers();
     let known = scan_moved(&exact, &solid, &laser_light, &angles(-30.0, 30.0));
     let mut vague = exact.clone();
@@ -228,7 +228,8 @@ fn the_sigma_of_a_point_grows_with_what_is_not_known_of_the_axis() {
     }
     let [exact, vague] =
         [&exact, &vague].map(|station| scan_cloud(&known.frames, station, &ScanParams::default()).unwrap().cloud);
-    // (1 − R)·δ of a shift by σ along either way across the axis has a σ of 2·sin(θ/2)·σ along any way across.
+    // (1 − R)·δ of a shift by σ along either direction across the axis has a σ of 2·sin(θ/2)·σ along any direction
+    // across it.
     let added = |frame: u32| {
         let both = exact.points.iter().zip(&vague.points).filter(|(point, _)| point.frame == frame);
         let added: Vec<f64> =

@@ -1,5 +1,5 @@
-//! What the orders say of the station: rendered scans of stations that have drifted, and of stations that have not.
-//! What this does not show: a calibration that errs in a way its covariance does not hold.
+//! Watches on rendered scans of stations with and without drift. Not covered: a calibration with an error outside its
+//! covariance.
 
 use std::sync::Arc;
 
@@ -19,16 +19,16 @@ use vision::{CentrelineParams, find_centrelines};
 const N_FRAMES: usize = 100;
 const STEP_MM: f64 = 0.5;
 
-/// One σ of the calibrations that are drawn: focal lengths and centre (px), distortion, source (mm), directions (rad), gap
-/// (mm) and λ/d of the grating, and the stage's travel.
+/// One σ of the random calibrations: focal lengths and centre (px), distortion, source (mm), directions (rad), gap (mm)
+/// and λ/d of the grating, and the stage's travel.
 const CAMERA_SIGMAS: [f64; 9] = [0.1, 0.1, 0.1, 0.1, 2e-4, 1e-3, 5e-6, 5e-6, 0.0];
 const GRATING_SIGMAS: [f64; 10] = [0.01, 0.01, 0.02, 2e-5, 2e-5, 2e-5, 1e-4, 1e-4, 0.01, 1e-7];
 const STAGE_SIGMAS: [f64; 3] = [2e-5, 5e-5, 2e-5];
 
-/// Median σ of a point, mm, that verdicts are made with: matt grey paint at this station.
+/// Median σ of a point, mm, used for the verdicts: matt grey paint at this station.
 const MEDIAN_SIGMA_MM: f64 = 0.02;
 
-/// Half the pixels of a usual station in either direction: scans cost a quarter.
+/// Half the pixels of a usual station in either direction: scans take a quarter of the time.
 fn station(seed: u64) -> StationModel {
     let shape = StationShape { width_px: 640, height_px: 512, line_sigma_px: 1.5, ..StationShape::default() };
     StationModel::seeded(seed, &shape).unwrap()
@@ -49,7 +49,7 @@ fn drawn(model: &StationModel, seed: u64) -> Calibration {
         covariance: DMatrix::from_diagonal(&DVector::from_iterator(22, sigmas.iter().map(|s| s * s))),
     };
     let mut rng = Pcg64::seed_from_u64(seed);
-    // Sums of twelve uniform numbers are normal enough.
+    // Sums of twelve uniform numbers are sufficiently normal.
     let mut normal = || (0..12).map(|_| rng.random::<f64>()).sum::<f64>() - 6.0;
     truth.stepped(&sigmas.iter().map(|sigma| sigma * normal()).collect::<Vec<_>>())
 }
@@ -70,7 +70,7 @@ fn egg_carton(model: &StationModel) -> Scene {
     Scene::mesh(Arc::new(Solid::new(&triangles).unwrap()), model, 0x100)
 }
 
-/// What the watches say of a scan of `scene` by `model`, whose stage travels `1 + scale` times what it says.
+/// The watches' results for a scan of `scene` by `model`, whose stage travels `1 + scale` times the stated distance.
 fn watched(calibration: &Calibration, model: &StationModel, scene: &Scene, scale: f64, noise: u64) -> WatchReport {
     let renderer = Renderer::new(model);
     let frame = |idx: usize| {
@@ -98,7 +98,7 @@ fn is_warning(verdict: &WatchVerdict) -> bool {
 }
 
 #[test]
-fn a_wavelength_that_drifts_is_noticed_and_what_it_cannot_be_told_from_is_said() {
+fn a_drifting_wavelength_is_reported_with_the_tilt_that_would_look_the_same() {
     let model = station(7);
     let calibration = drawn(&model, 7);
     let mut warm = model.clone();
@@ -114,7 +114,7 @@ fn a_wavelength_that_drifts_is_noticed_and_what_it_cannot_be_told_from_is_said()
 }
 
 #[test]
-fn a_stage_that_travels_more_than_it_says_is_noticed_on_slopes() {
+fn a_stage_that_travels_more_than_it_states_is_detected_on_slopes() {
     let model = station(7);
     let calibration = drawn(&model, 8);
     let report = watched(&calibration, &model, &egg_carton(&model), 4e-3, 1);
@@ -126,7 +126,7 @@ fn a_stage_that_travels_more_than_it_says_is_noticed_on_slopes() {
 }
 
 #[test]
-fn a_plate_shows_neither_lost_steps_nor_scale_and_that_is_said() {
+fn on_a_plate_lost_steps_and_scale_are_reported_as_blind() {
     let model = station(7);
     let calibration = drawn(&model, 7);
     let report = watched(&calibration, &model, &SceneKind::Plate.placed(&model, 0x100), 4e-3, 1);
@@ -138,7 +138,7 @@ fn a_plate_shows_neither_lost_steps_nor_scale_and_that_is_said() {
     assert!(report.drift.unwrap().wavelength.is_some());
 }
 
-/// Powers of scans of parts that differ, as the first ones after a calibration.
+/// Powers from scans of different parts, as after a calibration.
 fn reference(model: &StationModel, calibration: &Calibration) -> PowerReference {
     let parts = [SceneKind::Freeform, SceneKind::Plate];
     let scans: Vec<OrderPowers> = (0..5)
@@ -151,7 +151,7 @@ fn reference(model: &StationModel, calibration: &Calibration) -> PowerReference 
 }
 
 #[test]
-fn dirt_a_turned_grating_and_an_ageing_laser_change_powers_in_their_own_ways() {
+fn dirt_a_rotated_grating_and_an_ageing_laser_are_distinguished_by_their_powers() {
     let model = station(7);
     let calibration = drawn(&model, 7);
     let reference = reference(&model, &calibration);
@@ -170,14 +170,14 @@ fn dirt_a_turned_grating_and_an_ageing_laser_change_powers_in_their_own_ways() {
     let dirty = by(|order| 1.0 - 0.15 * order.abs());
     assert!(is_warning(&dirty) && dirty.reason.contains("dirty"), "{dirty:?}");
     let turned = by(|order| 1.0 + 0.15 * order);
-    assert!(is_warning(&turned) && turned.reason.contains("turned"), "{turned:?}");
+    assert!(is_warning(&turned) && turned.reason.contains("rotated"), "{turned:?}");
     let aged = by(|_| 0.6);
     assert!(is_warning(&aged) && aged.reason.contains("laser ages"), "{aged:?}");
     // 60 % of the light.
     assert!((aged.estimate.unwrap().value - 0.6f64.ln()).abs() < 0.1, "{aged:?}");
 }
 
-/// A scan of a station that is as calibrated, of hills or of an egg carton.
+/// A scan of a station without drift, of hills or of an egg carton.
 fn clean(seed: u64) -> WatchReport {
     let model = station(seed);
     let scene =
@@ -185,14 +185,15 @@ fn clean(seed: u64) -> WatchReport {
     watched(&drawn(&model, 0x500 + seed), &model, &scene, 0.0, seed)
 }
 
-/// Watches that warn of a clean scan; powers are compared with those of other parts by `the powers' own test`.
+/// Watches that warn on a clean scan; powers are tested separately.
 fn false_warnings(report: &WatchReport) -> Vec<WatchVerdict> {
     verdicts(report, MEDIAN_SIGMA_MM, None).into_iter().filter(is_warning).collect()
 }
 
 #[test]
 fn clean_scans_raise_no_warning() {
-    for seed in 1..=4 {
+    // One of hills, one of an egg carton; the rate of false warnings is the campaign's.
+    for seed in 1..=2 {
         let report = clean(seed);
         let warnings = false_warnings(&report);
         assert!(warnings.is_empty(), "{seed}: {warnings:?}");

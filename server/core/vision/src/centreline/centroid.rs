@@ -1,4 +1,4 @@
-//! The classic beside which the extraction is judged: grey-level centroids, one scan column at a time, of the lines it found.
+//! The classic baseline for the extraction: grey-level centroids of the lines found, one scan column at a time.
 
 use super::lines::candidates::Boxes;
 use super::lines::crossing::Crossing;
@@ -11,7 +11,8 @@ use crate::params::{CENTROID_HALF_HEIGHT_WIDTHS, MIN_SEGMENT_COLUMNS};
 /// Passes that centre the window on the line.
 const PASSES: usize = 3;
 
-/// Puts every point at its column's centroid, with the scatter such centroids have; lines end where there is none.
+/// Moves every point to the grey-level centroid of its column, with that centroid's scatter; a line ends where a column
+/// has none.
 pub fn place_at_centroids<T: Level>(view: &View<T>, noise: &NoiseMap, found: &mut Centrelines) {
     let centred = |point: &CentrelinePoint| Some((*point, crossing(view, noise, point)?));
     let mut lines: Vec<Vec<(CentrelinePoint, Crossing)>> = Vec::new();
@@ -32,9 +33,9 @@ pub fn place_at_centroids<T: Level>(view: &View<T>, noise: &NoiseMap, found: &mu
     found.correlation_px = scatter.correlation_px().max(1.0);
 }
 
-/// The centroid of the light above the background near a point, and what its noise is made of: a pixel `d` rows from the
-/// centroid moves it by `d` over the sum of the light per grey level; camera noise is independent between pixels, speckle
-/// scales with the light and is absent where the pixel is at full scale.
+/// Grey-level centroid above the background near a point, with the coefficients of its noise: a pixel `d` rows from the
+/// centroid moves it by `d` over the summed light per grey level. Camera noise is independent between pixels; speckle
+/// is proportional to the light and absent where the pixel is at full scale.
 fn crossing<T: Level>(view: &View<T>, noise: &NoiseMap, point: &CentrelinePoint) -> Option<Crossing> {
     let u = point.u_px.round() as usize;
     let width_px = point.width_px / point.normal[1].abs().max(0.1) as f32;
@@ -73,7 +74,7 @@ fn crossing<T: Level>(view: &View<T>, noise: &NoiseMap, point: &CentrelinePoint)
     })
 }
 
-/// Mean grey level of the two flanks of a line; outside the image the other flank stands in.
+/// Mean grey level of the two flanks of a line; where one lies outside the image, the other is used for both.
 fn background<T: Level>(view: &View<T>, u: usize, v: f32, width_px: f32) -> f32 {
     let Boxes { half_height, flank } = Boxes::for_width(width_px);
     let v = v.round().max(0.0) as usize;

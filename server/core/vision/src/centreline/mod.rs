@@ -1,9 +1,9 @@
-//! Laser lines in an image to sub-pixel centrelines.
+//! Sub-pixel centrelines of the laser lines in an image.
 //!
-//! Noise map → typical line width → candidates (a box brighter than both flanks) → traces linked column by column
-//! → one crossing per column by Gaussian derivatives → scatter of the crossings → local parabolas along the line.
-//! Positions are measured per column and averaged along the line afterwards, so that changes of intensity along the
-//! line (the squares of a board) do not move it.
+//! Noise map → typical line width → candidates (a box brighter than both flanks) → traces linked column by column → one
+//! crossing per column by Gaussian derivatives → scatter of the crossings → local parabolas along the line. Positions
+//! are measured per column and averaged along the line afterwards, so that changes of intensity along the line (the
+//! squares of a board) do not move it.
 
 mod centroid;
 mod fast;
@@ -32,11 +32,11 @@ pub enum CentrelineMethod {
     /// Gaussian derivatives, Hessian, offset along the normal (Steger 1998).
     #[default]
     Steger,
-    /// Grey-level centroid, one scan column at a time: the classic.
+    /// Grey-level centroid, one scan column at a time (the classic method).
     CentreOfGravity,
 }
 
-/// Settings of the extraction; the defaults serve any station.
+/// Settings of the extraction; the defaults suit any station.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct CentrelineParams {
     /// How the centre is found.
@@ -65,7 +65,7 @@ pub struct CentrelinePoint {
 }
 
 impl CentrelinePoint {
-    /// Stands where a point will be written.
+    /// Placeholder for a point not written yet.
     pub const UNWRITTEN: Self = Self {
         u_px: 0.0,
         v_px: 0.0,
@@ -103,46 +103,45 @@ pub struct Centrelines {
     /// Distance along the line, in scan columns (rows), over which neighbouring points share their noise:
     /// the mean of `n` neighbouring points has variance sigma² · min(1, correlation_px / n).
     pub correlation_px: f64,
-    /// Which line it is, where lines are lit one by one and only this one was; the extraction does not know.
+    /// Number of the line, where lines are switched on one by one and only this one was on. Not set by the extraction.
     pub lit_line: Option<i8>,
 }
 
 /// Finds the centrelines of all laser lines in `image`.
 ///
-/// An image without light gives no segments; that is not an error. Who looks at many images keeps a
-/// [`CentrelineExtractor`], which does the same without asking for memory each time.
+/// An image without light gives no segments; that is not an error. For many images use a [`CentrelineExtractor`], which
+/// gives the same result without allocating each time.
 pub fn find_centrelines(image: &GreyImage, params: &CentrelineParams) -> Centrelines {
     let mut found = Centrelines::default();
     CentrelineExtractor::default().find(image, params, &mut found);
     found
 }
 
-/// Finds centrelines in one image after the other, in the memory of those before. What it finds depends on the image
-/// alone.
+/// Finds centrelines in one image after the other, reusing its memory. The result depends on the image alone.
 #[derive(Default)]
 pub struct CentrelineExtractor {
     eight: fast::Memory<u8>,
     sixteen: fast::Memory<u16>,
     levels: levels::Levels,
-    /// The image with columns as rows.
-    turned: Option<GreyImage>,
+    /// The transposed image.
+    transposed: Option<GreyImage>,
 }
 
 impl CentrelineExtractor {
-    /// As [`find_centrelines`]; what `found` held is replaced.
+    /// As [`find_centrelines`]; the content of `found` is replaced.
     pub fn find(&mut self, image: &GreyImage, params: &CentrelineParams, found: &mut Centrelines) {
         match params.line_direction {
             LineDirection::Rows => self.along_rows(image, params.method, found),
             LineDirection::Columns => {
-                let turned = match self.turned.take() {
-                    Some(mut turned) => {
-                        image.transpose_into(&mut turned);
-                        turned
+                let transposed = match self.transposed.take() {
+                    Some(mut transposed) => {
+                        image.transpose_into(&mut transposed);
+                        transposed
                     }
                     None => image.transposed(),
                 };
-                self.along_rows(&turned, params.method, found);
-                self.turned = Some(turned);
+                self.along_rows(&transposed, params.method, found);
+                self.transposed = Some(transposed);
                 exchange(found);
             }
         }
@@ -164,7 +163,7 @@ impl CentrelineExtractor {
     }
 }
 
-/// All lines of an image, by the extraction for its depth.
+/// All lines of an image of one bit depth.
 fn extract<T: Level>(
     view: &View<T>,
     by: fn(&View<T>, &mut fast::Memory<T>, &mut Centrelines),
@@ -186,7 +185,7 @@ fn extract<T: Level>(
     }
 }
 
-/// Rows become columns again.
+/// Transposes the points back.
 fn exchange(centrelines: &mut Centrelines) {
     centrelines.direction = LineDirection::Columns;
     for point in centrelines.segments.iter_mut().flat_map(|segment| &mut segment.points) {

@@ -1,15 +1,16 @@
-//! Images with a side too short for the search: their last rows and columns are mirrored to and fro until they are large
-//! enough. Mirrored pixels have the noise of those they repeat, and no edge.
+//! Images with a side too short for the search: their last rows and columns are mirrored back and forth until they are
+//! large enough. Mirrored pixels keep the noise of the image and introduce no edge.
 
 use super::Centrelines;
 use super::fast::MIN_SIDE_PX;
 use super::view::{Level, View};
 use crate::params::MIN_SEGMENT_COLUMNS;
 
-/// Rows (columns) that are mirrored: few, so that a line is only repeated where it is too near to the border to be measured.
+/// Number of rows (columns) mirrored: few, so that a line is repeated only where it is too close to the border to be
+/// measured.
 const MIRRORED_PX: usize = 8;
 
-/// An image of its own.
+/// An enlarged copy of an image.
 pub struct Enlarged<T> {
     pixels: Vec<T>,
     width: usize,
@@ -18,13 +19,13 @@ pub struct Enlarged<T> {
 }
 
 impl<T> Enlarged<T> {
-    /// To look at.
+    /// The copy as a view.
     pub fn view(&self) -> View<'_, T> {
         View { pixels: &self.pixels, width: self.width, height: self.height, full_scale: self.full_scale }
     }
 }
 
-/// The image, mirrored where it ends.
+/// The image, mirrored at its end.
 pub fn enlarged<T: Level>(view: &View<T>) -> Enlarged<T> {
     let (width, height) = (view.width.max(MIN_SIDE_PX), view.height.max(MIN_SIDE_PX));
     let mirrored = |at: usize, n: usize| {
@@ -37,11 +38,11 @@ pub fn enlarged<T: Level>(view: &View<T>) -> Enlarged<T> {
     Enlarged { pixels, width, height, full_scale: view.full_scale }
 }
 
-/// Leaves only what lies in the first `width` columns and `height` rows.
+/// Keeps only what lies in the first `width` columns and `height` rows.
 pub fn crop(found: &mut Centrelines, width: usize, height: usize) {
     let (last_u, last_v) = ((width - 1) as f64, (height - 1) as f64);
     for segment in &mut found.segments {
-        // Lines that leave the image below and come back are mirror images of those above.
+        // Lines that leave the image at the bottom and come back are mirror images of those above.
         let inside = |point: &super::CentrelinePoint| point.u_px <= last_u && point.v_px <= last_v;
         let n_inside = segment.points.iter().take_while(|point| inside(point)).count();
         segment.points.truncate(n_inside);

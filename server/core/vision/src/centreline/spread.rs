@@ -1,31 +1,31 @@
-//! How far absolute differences spread in a tile: a robust standard deviation.
+//! Spread of absolute differences in a tile: a robust standard deviation.
 
-/// Root mean square of a unit Gaussian cut at 3 · 0.6745 σ.
+/// Root mean square of a unit Gaussian truncated at 3 · 0.6745 σ.
 const CUT_RMS: f32 = 0.884;
 
-/// Differences side by side in a row of a tile.
+/// Differences per row of a tile.
 pub const COLUMNS: usize = crate::params::NOISE_COLUMNS;
 
-/// Part of itself to which a median is looked for: a cut that is larger by as much makes the spread of a Gaussian 1.4 %
-/// larger, far less than one tile would set it.
+/// Relative precision of a median, as its reciprocal: a limit larger by this makes the spread of a Gaussian 1.4 %
+/// larger, far less than the variation of one tile.
 const MEDIAN_PART: i32 = 32;
 
-/// Rows whose differences 8 bits can count.
+/// Rows whose differences can be counted in 8 bits.
 const ROWS_COUNTED: usize = 8;
 
-/// An absolute difference, whole.
+/// An absolute difference, as an integer.
 pub trait Difference: Copy + Default + Send + Sync {
-    /// No difference is larger.
+    /// The largest possible difference.
     const MOST: i32;
     /// The difference of this size, not negative and at most [`Self::MOST`].
     fn of(int: i32) -> Self;
     /// The difference as an integer.
     fn int(self) -> i32;
-    /// One if the difference is larger than `limit`, otherwise nothing.
+    /// One if the difference is larger than `limit`, otherwise zero.
     fn beyond(self, limit: Self) -> Self;
     /// Sum.
     fn add(self, other: Self) -> Self;
-    /// The sum of the squares of those that are at most `limit`.
+    /// Sum of the squares of the differences up to `limit`.
     fn squares_up_to(tile: &[[Self; COLUMNS]], limit: Self) -> f32;
 }
 
@@ -54,7 +54,7 @@ macro_rules! difference {
                 let mut sums = [0.0f32; COLUMNS];
                 for row in tile {
                     for i in 0..COLUMNS {
-                        // All bits where the difference counts, none where it does not.
+                        // All bits set where the difference counts, none where it does not.
                         let d = row[i] & row[i].beyond(limit).wrapping_sub(1);
                         sums[i] += d as f32 * d as f32;
                     }
@@ -68,7 +68,7 @@ macro_rules! difference {
 difference!(u8);
 difference!(u16);
 
-/// How many of a tile are at most `limit`.
+/// Number of differences in a tile up to `limit`.
 #[inline(always)]
 fn n_up_to<D: Difference>(tile: &[[D; COLUMNS]], limit: D) -> usize {
     let mut n_beyond = 0;
@@ -82,8 +82,9 @@ fn n_up_to<D: Difference>(tile: &[[D; COLUMNS]], limit: D) -> usize {
     tile.len() * COLUMNS - n_beyond
 }
 
-/// Standard deviation of absolute differences: the root mean square of those below three times the median (at 2.02 σ for
-/// a Gaussian), which a line in the tile hardly touches. `median` goes from tile to tile, for they are much alike.
+/// Standard deviation of absolute differences: the root mean square of those below three times the median (2.02 σ for a
+/// Gaussian), which a line in the tile hardly affects. `median` is carried from tile to tile as a first guess, because
+/// neighbouring tiles are alike.
 #[inline(always)]
 pub fn sigma_of<D: Difference>(tile: &[[D; COLUMNS]], median: &mut D) -> f32 {
     if tile.is_empty() {
@@ -94,14 +95,14 @@ pub fn sigma_of<D: Difference>(tile: &[[D; COLUMNS]], median: &mut D) -> f32 {
     (D::squares_up_to(tile, cut) / (n_up_to(tile, cut) as f32).max(1.0)).sqrt() / CUT_RMS
 }
 
-/// The median by counting, or what exceeds it by less than one [`MEDIAN_PART`]th: from a guess in steps that double, then
-/// halving.
+/// The median by counting, or a value above it by less than one [`MEDIAN_PART`]th: steps that double from a guess, then
+/// bisection.
 #[inline(always)]
 fn median_of<D: Difference>(tile: &[[D; COLUMNS]], guess: D) -> D {
     let rank = tile.len() * COLUMNS / 2;
     let near = (guess.int() / MEDIAN_PART).max(1);
     let (mut low, mut high, mut step) = (guess.int(), guess.int(), near);
-    // More than `rank` are at most `high`, no more than `rank` at most `low`.
+    // Invariant: more than `rank` differences are at most `high`, and no more than `rank` are at most `low`.
     if n_up_to(tile, guess) > rank {
         low = (low - near).max(-1);
         while low >= 0 && n_up_to(tile, D::of(low)) > rank {

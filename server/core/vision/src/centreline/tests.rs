@@ -1,9 +1,9 @@
-//! Extraction on lines made here, with known centres. Optics (curved, steep lines through a lens) and real sensors
-//! are not shown by these.
+//! Extraction of synthetic lines with known centres. Optics (curved, steep lines through a lens) and real sensors are
+//! not covered here.
 
 use super::*;
 
-/// A small seeded generator, so that the images are the same for ever.
+/// A small seeded generator, so that the images never change.
 struct Noise(u64);
 
 impl Noise {
@@ -18,7 +18,7 @@ impl Noise {
     }
 }
 
-/// A picture to be: light as a function of column and row, plus camera noise.
+/// A synthetic image: light as a function of column and row, plus camera noise.
 struct Scene<'a> {
     size: (usize, usize),
     light: &'a dyn Fn(f64, f64) -> f64,
@@ -100,7 +100,7 @@ fn a_line_ten_grey_levels_over_noise_is_followed() {
 }
 
 #[test]
-fn a_saturated_line_stays_in_place_and_says_so() {
+fn a_saturated_line_is_not_displaced_and_is_flagged() {
     let points = check(&|u, v| 5.0 + 900.0 * bell(u, v, 60.3, 0.1), 1.0, (60.3, 0.1), 0.02);
     assert!(points.iter().all(|p| p.saturated));
 }
@@ -130,7 +130,7 @@ fn a_change_of_intensity_along_a_sloping_line_does_not_move_it() {
 #[test]
 fn ambient_light_and_bright_edges_neither_hide_nor_move_a_line() {
     let ambient = |u: f64, v: f64| 10.0 + 0.3 * v + 0.1 * u + if v > 100.0 { 60.0 } else { 0.0 };
-    // The gradient of 0.3 levels per row would move the ridge by 0.07 px if it were not taken off.
+    // The gradient of 0.3 levels per row would shift the ridge by 0.07 px if it were not subtracted.
     check(&|u, v| ambient(u, v) + 60.0 * bell(u, v, 60.3, 0.05), 1.0, (60.3, 0.05), 0.04);
 }
 
@@ -217,7 +217,7 @@ fn a_step_breaks_the_line_and_its_edge_stays_within_a_column() {
     spans.sort_by(|a, b| a.0.total_cmp(&b.0));
     assert_eq!(spans, [(0.0, 99.0), (100.0, 107.0), (108.0, 255.0)]);
     for p in points(&found) {
-        // Five predicted standard deviations: the last columns of a line are known less well.
+        // Five predicted standard deviations: the last columns of a line are less certain.
         assert!((p.v_px - row(p.u_px)).abs() < 5.0 * p.sigma_px + 0.02, "{} {}", p.u_px, p.v_px);
     }
 }
@@ -233,7 +233,7 @@ fn a_slot_of_six_columns_one_pixel_deep_keeps_its_place_and_most_of_its_depth() 
     // Smoothing by one column and the shortest parabola leave the floor within a quarter of the depth.
     let floor = found[102].v_px.max(found[103].v_px);
     assert!((floor - 61.5).abs() < 0.3, "floor {floor}");
-    // Beyond one line width the surroundings are untouched.
+    // Beyond one line width the surroundings are unaffected.
     assert!(found.iter().filter(|p| (p.u_px - 102.5).abs() > 8.0).all(|p| (p.v_px - 60.3).abs() < 0.05));
 }
 
@@ -261,7 +261,7 @@ fn edges_on_a_speckled_line_stay_in_their_column() {
         let heights: Vec<bool> = found.iter().filter(within).map(|p| p.v_px > 62.3).collect();
         (heights.iter().filter(|raised| **raised).count(), heights.len())
     };
-    // The last column before an edge is low, the first behind it high: in nearly all of nine places.
+    // The last column before an edge is low, the first after it high, at nearly all of nine edges.
     for (columns, is_raised) in [(63.0..64.0, false), (64.0..65.0, true), (126.0..127.5, true), (0.0..1.0, false)]
     {
         let (raised, n) = n_raised(columns.clone());

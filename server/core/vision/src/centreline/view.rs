@@ -3,9 +3,9 @@
 use super::spread::Difference;
 use crate::params::{CELL_HEIGHT_PX, CELL_WIDTH_PX};
 
-/// A whole number that holds the sum of grey levels over the rows of a box, and differences of two such sums.
+/// An integer that holds the sum of grey levels over the rows of a box, and differences of two such sums.
 ///
-/// Running sums may wrap: their differences are right all the same.
+/// Running sums may wrap; their differences are still right.
 pub trait Sum: Copy + Default + Ord + Send + Sync {
     /// One grey level.
     const ONE: Self;
@@ -15,23 +15,23 @@ pub trait Sum: Copy + Default + Ord + Send + Sync {
     fn plus(self, other: Self) -> Self;
     /// Difference.
     fn minus(self, other: Self) -> Self;
-    /// The number to calculate with.
+    /// The sum as a floating-point number.
     fn number(self) -> f32;
     /// The sum as an integer.
     fn int(self) -> i32;
-    /// Its absolute value, or the largest there is if that is less.
-    fn apart(self) -> u16;
-    /// All bits set where it is negative, otherwise none.
+    /// Absolute value, clamped to the largest `u16`.
+    fn saturating_abs(self) -> u16;
+    /// All bits set if negative, otherwise none.
     fn sign(self) -> Self;
-    /// Bits set in both.
+    /// Bitwise and.
     fn and(self, other: Self) -> Self;
-    /// Bits set in either.
+    /// Bitwise or.
     fn or(self, other: Self) -> Self;
-    /// The other bits.
+    /// Bitwise complement.
     fn not(self) -> Self;
-    /// A whole number that is one.
+    /// The sum with this integer value.
     fn whole(int: i32) -> Self;
-    /// The nearest sum to a number.
+    /// The sum nearest to a number.
     fn nearest(number: f32) -> Self;
 }
 
@@ -57,7 +57,7 @@ macro_rules! wrapping_sum {
                 self.into()
             }
             #[inline(always)]
-            fn apart(self) -> u16 {
+            fn saturating_abs(self) -> u16 {
                 $short(self.wrapping_abs())
             }
             #[inline(always)]
@@ -91,18 +91,18 @@ macro_rules! wrapping_sum {
 wrapping_sum!(i16, |whole: i16| whole as u16);
 wrapping_sum!(i32, |whole: i32| whole.min(i32::from(u16::MAX)) as u16);
 
-/// One row of pixels of cells side by side.
+/// One row of pixels, in cells side by side.
 pub type CellRow<T> = [[T; CELL_WIDTH_PX]];
 
 /// A grey level of an image.
 pub trait Level: Difference + Ord {
     /// Holds sums over up to 128 rows.
     type Sum: Sum;
-    /// The level as such a sum.
+    /// The level as a sum.
     fn sum(self) -> Self::Sum;
-    /// How far two levels are apart.
-    fn apart(self, other: Self) -> Self;
-    /// The level as a number to calculate with.
+    /// Absolute difference of two levels.
+    fn abs_difference(self, other: Self) -> Self;
+    /// The level as a floating-point number.
     fn grey(self) -> f32;
     /// The sum over a cell.
     fn cell_sum(rows: [&[Self; CELL_WIDTH_PX]; CELL_HEIGHT_PX]) -> Self::Sum;
@@ -117,7 +117,7 @@ impl Level for u8 {
         i16::from(self)
     }
     #[inline(always)]
-    fn apart(self, other: Self) -> Self {
+    fn abs_difference(self, other: Self) -> Self {
         self.saturating_sub(other) | other.saturating_sub(self)
     }
     #[inline(always)]
@@ -126,7 +126,7 @@ impl Level for u8 {
     }
     #[inline(always)]
     fn cell_sum(rows: [&[Self; CELL_WIDTH_PX]; CELL_HEIGHT_PX]) -> i16 {
-        // Eight levels as one word: even and odd ones in four lanes of 16 bits, which hold 32 levels.
+        // Eight levels as one word: even and odd levels in four lanes of 16 bits each, which hold sums of 32 levels.
         let pairs = |row: &[u8; CELL_WIDTH_PX]| {
             let word = u64::from_le_bytes(*row);
             (word & 0x00FF_00FF_00FF_00FF) + (word >> 8 & 0x00FF_00FF_00FF_00FF)
@@ -139,7 +139,7 @@ impl Level for u8 {
     #[inline(always)]
     fn cell_sums([a, b, c, d]: [&CellRow<Self>; CELL_HEIGHT_PX], sums: &mut [i16]) {
         const EVEN: u64 = 0x00FF_00FF_00FF_00FF;
-        /// Cells at once: as many as compilers take together without taking them apart first.
+        /// Cells per iteration: as many as compilers vectorise without shuffling first.
         const BLOCK: usize = 4;
         let n = sums.len();
         let (some, rest) = sums.as_chunks_mut::<BLOCK>();
@@ -171,7 +171,7 @@ impl Level for u16 {
         i32::from(self)
     }
     #[inline(always)]
-    fn apart(self, other: Self) -> Self {
+    fn abs_difference(self, other: Self) -> Self {
         self.saturating_sub(other) | other.saturating_sub(self)
     }
     #[inline(always)]
@@ -189,9 +189,9 @@ impl Level for u16 {
     #[inline(always)]
     fn cell_sums([a, b, c, d]: [&CellRow<Self>; CELL_HEIGHT_PX], sums: &mut [i32]) {
         const EVEN: u64 = 0x0000_FFFF_0000_FFFF;
-        /// See the sums of 8 bits.
+        /// See the sums for 8 bits.
         const BLOCK: usize = 2;
-        // Four levels as one word: even and odd ones in two lanes of 32 bits.
+        // Four levels as one word: even and odd levels in two lanes of 32 bits.
         let pairs = |levels: &[u8; 8]| {
             let word = u64::from_ne_bytes(*levels);
             (word & EVEN) + (word >> 16 & EVEN)

@@ -1,4 +1,4 @@
-//! Pictures as cameras deliver them, grey or in colour, and the one channel of them that is looked at.
+//! Pictures as cameras deliver them, grey or in colour, and the one channel that is evaluated.
 
 mod ordinary_light;
 
@@ -7,28 +7,28 @@ use std::borrow::Cow;
 use crate::{GreyImage, ImageError, Pixels};
 use ordinary_light::OrdinaryLight;
 
-/// What becomes the grey levels of a colour picture.
+/// How the grey levels are derived from a colour picture.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Channel {
-    /// The red channel: lines of a red laser, as sharp as the camera sees them.
+    /// The red channel: lines of a red laser at the sharpness of the camera.
     Red,
     /// The green channel.
     Green,
     /// The blue channel.
     Blue,
-    /// Brightness as the eye weighs it (ITU-R BT.601): boards, white light, grey cameras.
+    /// Luma (ITU-R BT.601): boards, white light, grey cameras.
     Luma,
-    /// Red above what the picture's ordinary light has of it where green and blue are as they are, zero where it is not
-    /// above: a red laser in daylight.
+    /// Red minus the red expected in the picture's ordinary light from green and blue, zero where that is negative: a
+    /// red laser in daylight.
     RedMinusOthers,
-    /// The same of green by red and blue.
+    /// The same for green, from red and blue.
     GreenMinusOthers,
-    /// The same of blue by red and green.
+    /// The same for blue, from red and green.
     BlueMinusOthers,
 }
 
 impl Channel {
-    /// All of them, the plainest first.
+    /// All channels, the simplest first.
     pub const ALL: [Self; 7] = [
         Self::Red,
         Self::Green,
@@ -39,8 +39,8 @@ impl Channel {
         Self::BlueMinusOthers,
     ];
 
-    /// As on the command line and in `camera.channel` of a capture.
-    pub fn word(self) -> &'static str {
+    /// Its name on the command line and in `camera.channel` of a capture.
+    pub fn name(self) -> &'static str {
         match self {
             Self::Red => "red",
             Self::Green => "green",
@@ -52,8 +52,8 @@ impl Channel {
         }
     }
 
-    /// The channel in which the same camera sees a board: without the others taken away, which would leave nothing
-    /// of black and white. It is of the same colour, because lenses image each colour a little differently.
+    /// The channel for images of a board with the same camera: without subtracting ordinary light, which would remove
+    /// black and white. It keeps the colour, because lenses image each colour slightly differently.
     pub fn for_boards(self) -> Self {
         match self {
             Self::RedMinusOthers => Self::Red,
@@ -63,7 +63,7 @@ impl Channel {
         }
     }
 
-    /// The colour of a laser for which it is meant, 0 red, 1 green, 2 blue; `None` for brightness.
+    /// The laser colour it is meant for, 0 red, 1 green, 2 blue; `None` for luma.
     pub(crate) fn colour(self) -> Option<usize> {
         match self {
             Self::Red | Self::RedMinusOthers => Some(0),
@@ -179,7 +179,7 @@ impl Picture {
         if image.is_grey() { Self::Grey(image.channel(Channel::Green)) } else { Self::Colour(image) }
     }
 
-    /// Laser on minus laser off, level by level; what would be negative is zero. `None` if size or bit depth differ.
+    /// Laser on minus laser off, level by level, clamped at zero. `None` if size or bit depth differ.
     pub fn minus(&self, off: &Self) -> Option<Self> {
         if let (Self::Grey(on), Self::Grey(off)) = (self, off) {
             let same_size = (on.width(), on.height()) == (off.width(), off.height());
@@ -220,7 +220,7 @@ impl Picture {
         }
     }
 
-    /// The grey levels of one channel; a grey picture has only those it has.
+    /// The grey levels of one channel; a grey picture is returned unchanged for any channel.
     pub fn channel(&self, channel: Channel) -> GreyImage {
         match self {
             Self::Grey(image) => image.clone(),
@@ -245,7 +245,7 @@ impl Picture {
     }
 }
 
-/// Level by level, not below zero; `None` of different bit depths.
+/// Level by level, clamped at zero; `None` if the bit depths differ.
 fn difference(on: &Pixels, off: &Pixels) -> Option<Pixels> {
     fn levels<T: Level>(on: &[T], off: &[T]) -> Vec<T> {
         on.iter().zip(off).map(|(on, off)| on.above(*off)).collect()
@@ -257,13 +257,13 @@ fn difference(on: &Pixels, off: &Pixels) -> Option<Pixels> {
     }
 }
 
-/// A grey level: the arithmetic that channels need.
+/// Arithmetic of grey levels.
 trait Level: Copy + Ord + Into<f32> {
-    /// Brightness as the eye weighs it.
+    /// Luma (ITU-R BT.601).
     fn luma(rgb: [Self; 3]) -> Self;
-    /// The difference, not below zero.
+    /// The difference, clamped at zero.
     fn above(self, other: Self) -> Self;
-    /// The nearest level there is.
+    /// The nearest representable level.
     fn nearest(level: f32) -> Self;
 }
 
@@ -283,7 +283,7 @@ macro_rules! level {
             }
 
             fn nearest(level: f32) -> Self {
-                // The cast stops at the ends of the type.
+                // The cast saturates at the limits of the type.
                 level.round() as Self
             }
         }

@@ -1,40 +1,40 @@
-//! What one colour of a picture has to do with the other two by ordinary light, so that a laser stands out of it.
+//! How one colour of a picture follows from the other two in ordinary light, so that a laser stands out.
 //!
-//! Grey things reflect daylight or a lamp in the same proportion of colours everywhere: one colour is a weighted sum of the
-//! other two. What exceeds it is light of another kind. The weights are fitted to each picture, so that the white balance
-//! of a camera and the warmth of a lamp leave nothing behind: the brighter of the other colours alone leaves a tenth of a
-//! board's squares, whose edges break the lines.
+//! Grey objects reflect daylight or lamp light with the same ratio of colours everywhere: one colour is a weighted sum
+//! of the other two. Any excess is light of another kind. The weights are fitted to each picture, so that the white
+//! balance of the camera and the colour temperature of a lamp cancel. Subtracting just the brighter of the other
+//! colours leaves a tenth of a board's squares, whose edges interrupt the lines.
 
 use statistics::median;
 
 use super::{ColourImage, Level};
 
-/// Samples along each side of the picture that the weights are fitted to: known to a thousandth, and soon done.
+/// Samples along each side of the picture to which the weights are fitted: enough for a thousandth, and fast.
 const SAMPLES_PER_SIDE: usize = 160;
-/// Brightness, of full scale, from which a pixel shows a colour and not noise.
+/// Brightness, as a fraction of full scale, above which a pixel shows a colour rather than noise.
 const BRIGHT: f32 = 0.06;
-/// Darkest colour over brightest, from which a pixel may be a grey thing in the light of a room; a laser's are far below.
+/// Darkest colour over brightest, above which a pixel may be a grey object in ambient light; laser light is far below.
 const GREY_RATIO: f32 = 0.5;
-/// From this share of full scale a colour may be clipped and its brightness is unknown.
+/// Fraction of full scale above which a colour may be clipped, so that its brightness is unknown.
 const CLIPPED: f32 = 0.97;
-/// Fewest pixels that weights are fitted to; with less there is no ordinary light to speak of.
+/// Fewest pixels for a fit of the weights; with fewer there is no significant ordinary light.
 const MIN_SAMPLES: usize = 100;
-/// Times the fit is repeated without what departed from it: the laser, coloured things.
+/// Repetitions of the fit without its outliers: the laser and coloured objects.
 const TRIMS: usize = 4;
-/// Departure, in standard deviations of the others, from which a pixel is left out.
+/// Residual, in standard deviations, above which a pixel is an outlier.
 const TRIM_SIGMAS: f32 = 3.0;
-/// Standard deviations per median departure of a normal distribution.
+/// Standard deviations per median absolute residual of a normal distribution.
 const SIGMA_PER_MEDIAN: f32 = 1.4826;
-/// Weight of the wish that both other colours count the same, of their own sum of squares: decides only where they do not
-/// differ.
+/// Weight of the regularisation towards equal weights, relative to the sum of squares: it decides only where the other
+/// two colours do not differ.
 const EVEN_WEIGHT: f64 = 1e-3;
 
-/// How one colour follows from the other two where there is only ordinary light.
+/// How one colour follows from the other two in ordinary light.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct OrdinaryLight {
     colour: usize,
     others: [usize; 2],
-    /// Weights of the other two; `None` in the dark, where the brighter of them stands in.
+    /// Weights of the other two; `None` in the dark, where the brighter of them is subtracted.
     weights: Option<[f32; 2]>,
 }
 
@@ -53,14 +53,14 @@ impl OrdinaryLight {
             let departure = |[own, a, b]: &[f32; 3]| (own - fitted[0] * a - fitted[1] * b).abs();
             let mut departures: Vec<f32> = samples.iter().map(departure).collect();
             let typical = median(&mut departures).unwrap_or(0.0);
-            // Rounding to grey levels alone makes departures of half a level.
+            // Rounding to grey levels alone makes residuals of half a level.
             let limit = TRIM_SIGMAS * (SIGMA_PER_MEDIAN * typical).max(image.full_scale() / 255.0);
             samples.retain(|sample| departure(sample) <= limit);
         }
         Self { colour, others, weights }
     }
 
-    /// By how much the colour exceeds ordinary light in a pixel; zero where it does not.
+    /// Excess of the colour over ordinary light in a pixel; zero where there is none.
     pub(super) fn excess<T: Level>(&self, rgb: [T; 3]) -> T {
         let [a, b] = self.others.map(|other| rgb[other]);
         match self.weights {
@@ -70,7 +70,7 @@ impl OrdinaryLight {
     }
 }
 
-/// The colour and the other two of pixels that may be grey things, from an even grid.
+/// The colour and the other two of pixels that may be grey objects, on an even grid.
 fn grey_samples(image: &ColourImage, colour: usize, others: [usize; 2]) -> Vec<[f32; 3]> {
     let full = image.full_scale();
     let (step_u, step_v) = (image.width().div_ceil(SAMPLES_PER_SIDE), image.height().div_ceil(SAMPLES_PER_SIDE));
@@ -85,7 +85,7 @@ fn grey_samples(image: &ColourImage, colour: usize, others: [usize; 2]) -> Vec<[
     samples.map(|rgb| [rgb[colour], rgb[others[0]], rgb[others[1]]]).collect()
 }
 
-/// Least squares for own = w₀ a + w₁ b, neither weight below zero.
+/// Least squares for own = w₀ a + w₁ b with non-negative weights.
 fn fit(samples: &[[f32; 3]]) -> [f32; 2] {
     let sum = |term: fn([f64; 3]) -> f64| samples.iter().map(|sample| term(sample.map(f64::from))).sum::<f64>();
     let (aa, ab, bb) = (sum(|[_, a, _]| a * a), sum(|[_, a, b]| a * b), sum(|[_, _, b]| b * b));
@@ -106,7 +106,7 @@ mod tests {
     use super::*;
     use crate::{Channel, Pixels};
 
-    /// Grey things of many shades by light of that colour, with a stripe of red light over them.
+    /// Grey objects of many shades in light of that colour, with a stripe of red light over them.
     fn lit(light: [f64; 3], stripe: f64) -> ColourImage {
         let pixel = |idx: usize| {
             let (u, v) = (idx % 200, idx / 200);
@@ -131,7 +131,7 @@ mod tests {
 
     #[test]
     fn in_the_dark_the_laser_itself_is_not_taken_for_ordinary_light() {
-        // A red laser that also lights a tenth of the other pixels, and nothing else.
+        // A red laser that also lights a tenth of the other pixels, and no other light.
         let pixel = |idx: usize| if idx / 200 % 20 < 4 { [200_u8, 20, 16] } else { [3, 3, 3] };
         let image = ColourImage::new(200, 100, Pixels::Eight((0..200 * 100).flat_map(pixel).collect())).unwrap();
         assert_eq!(image.channel(Channel::RedMinusOthers).at(10, 1), 180.0);

@@ -1,7 +1,7 @@
-//! The corners of a ChArUco board: markers identify them, so that a part of the board serves as well.
+//! The corners of a ChArUco board. Its markers identify the corners, so that a part of the board is enough.
 //!
-//! Markers and the corners between them are found by `calib-targets`; each corner is then fitted as those of a
-//! chessboard are, in a window that ends before the markers.
+//! Markers and the corners between them are detected by `calib-targets`; each corner is then fitted like those of a
+//! chessboard, in a window that ends before the markers.
 
 use std::borrow::Cow;
 
@@ -19,13 +19,13 @@ use super::fitting::refine::refine;
 use super::fitting::warp::BoardWarp;
 use super::fitting::window::{Reach, window_around};
 use super::params::{
-    BLUR_START_PX, CHARUCO_MAX_MISS_MEDIANS, CHARUCO_WINDOW_SHARE, FIRST_WINDOW_MAX_PX, MAX_MISFIT_RATIO,
+    BLUR_START_PX, CHARUCO_MAX_MISS_MEDIANS, CHARUCO_WINDOW_SHARE, FIRST_WINDOW_MAX_PX, MAX_RESIDUAL_RATIO,
     MIN_SEED_CORNERS, RECENTRE_PX, WINDOW_MAX_PX,
 };
 use super::{BoardCorners, Corner, CornerError};
 
-/// A ChArUco board as OpenCV prints it: the square at the top left is black, markers stand in the white ones, numbered
-/// row by row.
+/// A ChArUco board as OpenCV prints it: the square at the top left is black, the markers are in the white squares,
+/// numbered row by row.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CharucoParams {
     /// Squares along a row.
@@ -38,16 +38,16 @@ pub struct CharucoParams {
     pub dictionary: String,
 }
 
-/// Why there is no such ChArUco board.
+/// Why a ChArUco board is not possible.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum CharucoError {
-    /// A name that no dictionary has.
-    #[error("no marker dictionary is called \"{name}\"")]
+    /// No dictionary has this name.
+    #[error("there is no marker dictionary \"{name}\"")]
     UnknownDictionary {
         /// As given.
         name: String,
     },
-    /// Fewer markers than squares for them.
+    /// Fewer markers than white squares.
     #[error("the board needs {needed} markers, {name} has {available}")]
     TooFewMarkers {
         /// The dictionary.
@@ -63,13 +63,13 @@ impl Remedy for CharucoError {
     fn remedy(&self) -> Option<Cow<'_, str>> {
         Some(match self {
             Self::UnknownDictionary { .. } => "use one of OpenCV's, such as DICT_4X4_50 or DICT_5X5_100".into(),
-            Self::TooFewMarkers { .. } => "take a larger dictionary".into(),
+            Self::TooFewMarkers { .. } => "use a larger dictionary".into(),
         })
     }
 }
 
 impl CharucoParams {
-    /// Whether the dictionary exists and has markers enough.
+    /// Checks that the dictionary exists and has enough markers.
     ///
     /// # Errors
     /// [`CharucoError`].
@@ -84,8 +84,8 @@ impl CharucoParams {
         Ok(())
     }
 
-    /// The cells of marker `id` from its top left, row by row, its border included: true where black. `None` if there is
-    /// no such marker.
+    /// The cells of marker `id`, row by row from its top left, including its border: true where black. `None` if there
+    /// is no such marker.
     pub fn marker_cells(&self, id: usize) -> Option<Vec<Vec<bool>>> {
         let dictionary = resolve_dictionary(&self.dictionary)?;
         let code = *dictionary.codes().get(id)?;
@@ -102,11 +102,11 @@ impl CharucoParams {
     }
 }
 
-/// Finds the inner corners that can be seen of a ChArUco board, with standard deviations.
+/// Finds the visible inner corners of a ChArUco board, with standard deviations.
 ///
 /// # Errors
 /// [`CornerError::NotFound`] without readable markers, [`CornerError::Incomplete`] with fewer than
-/// `MIN_SEED_CORNERS` corners or with all of them in a line.
+/// `MIN_SEED_CORNERS` corners or with collinear ones.
 pub fn find_charuco(image: &GreyImage, params: &CharucoParams) -> Result<BoardCorners, CornerError> {
     let (inner_columns, inner_rows) = params.inner();
     let missed = CornerError::NotFound { inner_columns, inner_rows };
@@ -132,7 +132,7 @@ pub fn find_charuco(image: &GreyImage, params: &CharucoParams) -> Result<BoardCo
     Ok(BoardCorners { inner_columns, inner_rows, corners: corners.collect() })
 }
 
-/// Which corners lie where the smooth board has them: a fit that took a marker's edge for the corner's does not.
+/// Which corners agree with the smooth board model; a fit to a marker's edge does not.
 pub(super) fn agreeing(indices: &[[usize; 2]], fits: &[CornerFit]) -> Vec<bool> {
     let place = |index: &[usize; 2]| index.map(|at| at as f64);
     let pairs: Vec<_> = indices.iter().zip(fits).map(|(index, fit)| (place(index), fit.position_px)).collect();
@@ -148,7 +148,7 @@ pub(super) fn agreeing(indices: &[[usize; 2]], fits: &[CornerFit]) -> Vec<bool> 
     misses.into_iter().map(|miss_px| miss_px <= limit_px).collect()
 }
 
-/// Corners that the markers name, (column, row) and pixel, row by row.
+/// Corners identified by the markers, (column, row) and pixel, row by row.
 fn marked_places(image: &GreyImage, params: &CharucoParams) -> Option<Vec<([usize; 2], [f64; 2])>> {
     let board = CharucoBoardSpec::new(
         params.rows as u32,
@@ -176,7 +176,7 @@ fn marked_places(image: &GreyImage, params: &CharucoParams) -> Option<Vec<([usiz
     Some(places)
 }
 
-/// A fit around every place; what is no crossing is left out. `None` where the places span no board.
+/// A fit around every place, without those that are not a saddle point. `None` where the places do not span a board.
 fn first_fits(
     image: &GreyImage,
     places: &[([usize; 2], [f64; 2])],
@@ -195,7 +195,7 @@ fn first_fits(
         let window = window_around(image, *pixel, local.square_px, reach, None);
         let fit = fit_corner(&window, start_at(&window, *pixel, shape)?, None)?;
         let shift_px = (fit.position_px[0] - pixel[0]).hypot(fit.position_px[1] - pixel[1]);
-        let is_corner = fit.misfit_rms <= MAX_MISFIT_RATIO * fit.contrast.abs();
+        let is_corner = fit.residual_rms <= MAX_RESIDUAL_RATIO * fit.contrast.abs();
         (is_corner && shift_px <= 2.0 * RECENTRE_PX).then_some((*index, fit))
     });
     Some(fitted.unzip())

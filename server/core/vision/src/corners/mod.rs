@@ -58,7 +58,7 @@ pub struct Corner {
     pub sigma_px: f64,
 }
 
-/// The corners of one board that were found, row by row: those in sight of a chessboard or ChArUco board, the
+/// The corners of one board that were found, row by row: the visible ones of a chessboard or ChArUco board, or the
 /// centres of a circle grid.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BoardCorners {
@@ -95,10 +95,9 @@ pub enum CornerError {
         /// Detected inner rows.
         found_rows: usize,
     },
-    /// A part of the board was detected that may be at several places of it.
+    /// A part of the board was detected whose position on the board is ambiguous.
     #[error(
-        "found {found} inner corners of the {inner_columns}×{inner_rows} board, but not which of them: the picture \
-         shows too little of the board's rim"
+        "found {found} inner corners of the {inner_columns}×{inner_rows} board, but their position on it is ambiguous: the picture shows too little of the board's border"
     )]
     Ambiguous {
         /// Configured inner columns.
@@ -109,7 +108,7 @@ pub enum CornerError {
         found: usize,
     },
     /// No whole grid of discs was detected.
-    #[error("no grid of {columns}×{rows} circles was found; {found} stand in a regular group")]
+    #[error("no grid of {columns}×{rows} circles was found; the largest regular group has {found}")]
     NoCircles {
         /// Configured discs in a row.
         columns: usize,

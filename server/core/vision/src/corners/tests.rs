@@ -1,14 +1,14 @@
 //! Boards with known corners: rendered here, and the rendered and photographed ones in the data folder.
 //!
 //! The renderer below is independent of the fitted model: it averages sharp squares numerically over the pixel and a
-//! Gaussian. What it does not show: lenses whose blur is skewed, and boards that are not flat.
+//! Gaussian. Not covered: lenses with skewed blur, and boards that are not flat.
 
 use std::path::PathBuf;
 
 use super::*;
 use crate::Pixels;
 
-/// A board in front of a camera that looks at it askance, and what the camera adds.
+/// A tilted board in front of a camera, with the camera's blur and noise.
 #[derive(Clone, Copy)]
 struct Scene {
     width: usize,
@@ -53,7 +53,7 @@ impl Scene {
         CornerParams { inner_columns: self.columns, inner_rows: self.rows }
     }
 
-    /// Ideal (undistorted) place of a pixel: the distortion is defined in this direction.
+    /// Ideal (undistorted) position of a pixel: the distortion is defined in this direction.
     fn ideal(&self, p: [f64; 2]) -> [f64; 2] {
         let centre = [0.5 * self.width as f64, 0.5 * self.height as f64];
         let d = [p[0] - centre[0], p[1] - centre[1]];
@@ -72,7 +72,7 @@ impl Scene {
         p
     }
 
-    /// Light of the sharp board at a place of the image; dark outside corner (0, 0), bright margin of one square.
+    /// Light of the sharp board at an image position; dark outside corner (0, 0), with a bright margin of one square.
     fn light(&self, inverse: &nalgebra::Matrix3<f64>, p: [f64; 2]) -> f64 {
         let ideal = self.ideal(p);
         let q = inverse * nalgebra::Vector3::new(ideal[0], ideal[1], 1.0);
@@ -86,7 +86,7 @@ impl Scene {
 
     /// Samples on a raster finer than the pixels; then blur and pixel box by summation.
     fn levels(&self) -> Vec<f64> {
-        // Five by five samples, shifted by a fraction of their distance from line to line so that no edge hides among them.
+        // Five by five samples, with an offset from row to row so that no edge falls between them.
         let fine_per_px = 5;
         let inverse = nalgebra::Matrix3::from_fn(|i, j| self.homography[i][j]).try_inverse().unwrap();
         let (w, h) = (self.width * fine_per_px, self.height * fine_per_px);
@@ -195,7 +195,7 @@ fn turned_place(image: &GreyImage, p: [f64; 2], turn: usize) -> [f64; 2] {
 
 #[test]
 fn rendered_corners_are_found_within_their_stated_sigma() {
-    // A third of what a saddle finder reaches; four times the noise limit.
+    // A third of the error of a saddle-point detector; four times the noise limit.
     let sharp_px = 0.012;
     for (blur_px, noise_levels, limit_px) in [(0.5, 1.0, sharp_px), (0.8, 2.0, sharp_px), (2.0, 4.0, 0.04)] {
         let scene = Scene { blur_px, noise_levels, ..SCENE };
@@ -209,7 +209,8 @@ fn rendered_corners_are_found_within_their_stated_sigma() {
     }
 }
 
-/// Errors of `n` boards like `scene`, each elsewhere and with noise of its own: RMS per axis and over stated sigma.
+/// Errors on `n` boards like `scene`, each at another position and with its own noise: RMS per axis, and relative to
+/// the stated sigma.
 fn errors_of_boards(scene: Scene, n: u32) -> (f64, f64) {
     let (mut square, mut normalised) = (0.0, 0.0);
     for k in 0..n {
@@ -226,7 +227,7 @@ fn errors_of_boards(scene: Scene, n: u32) -> (f64, f64) {
 }
 
 #[test]
-fn edges_along_the_grid_are_as_good_as_others_even_where_they_are_sharper_than_a_pixel() {
+fn edges_along_the_pixel_grid_are_as_accurate_as_others_even_if_sharper_than_a_pixel() {
     for blur_px in [0.3, 0.8] {
         let (along_px, normalised) = errors_of_boards(Scene { blur_px, ..ALONG_GRID }, 4);
         let (oblique_px, _) = errors_of_boards(Scene { blur_px, ..SCENE }, 4);
@@ -254,7 +255,7 @@ fn a_turned_image_gives_the_same_physical_corners() {
 }
 
 #[test]
-fn an_ambiguous_board_has_its_columns_to_the_right() {
+fn the_columns_of_an_ambiguous_board_run_to_the_right() {
     let scene = Scene { columns: 7, rows: 5, ..SCENE };
     let image = scene.image();
     for turn in [0, 2] {
@@ -300,7 +301,7 @@ fn covered(scene: &Scene, column: usize, row: usize, side: usize) -> GreyImage {
     GreyImage::new(image.width(), image.height(), Pixels::Eight(bytes)).unwrap()
 }
 
-/// Asserts that every corner found has the place that its number says.
+/// Asserts that every corner found is at the position of its index.
 fn assert_numbered(scene: &Scene, board: &BoardCorners) {
     for c in &board.corners {
         let t = scene.truth(c.column, c.row);
@@ -309,7 +310,7 @@ fn assert_numbered(scene: &Scene, board: &BoardCorners) {
 }
 
 #[test]
-fn a_covered_board_gives_the_corners_in_sight() {
+fn a_covered_board_gives_its_visible_corners() {
     for (column, row, side, least) in [(3, 2, 28, 27), (1, 1, 80, 18), (0, 3, 40, 25)] {
         let board = find_corners(&covered(&SCENE, column, row, side), &SCENE.params()).unwrap();
         assert!((least..28).contains(&board.corners.len()), "{} corners", board.corners.len());
@@ -318,7 +319,7 @@ fn a_covered_board_gives_the_corners_in_sight() {
 }
 
 #[test]
-fn a_board_reaching_out_of_the_picture_gives_the_corners_in_sight() {
+fn a_board_partly_outside_the_picture_gives_its_visible_corners() {
     // Cut off at the right, below, at the left and above, and at two sides.
     for (shift, size, least) in [
         ([0.0, 0.0], (300, 360), 16),
@@ -341,7 +342,7 @@ fn a_board_reaching_out_of_the_picture_gives_the_corners_in_sight() {
 }
 
 #[test]
-fn a_part_that_may_be_at_several_places_is_refused() {
+fn a_part_with_several_possible_positions_is_refused() {
     // Cut off on both sides, and a part of a board that looks the same after half a turn.
     let both =
         Scene { width: 200, homography: [[47.0, 4.0, -40.0], SCENE.homography[1], [2e-4, 8e-4, 1.0]], ..SCENE };
@@ -376,8 +377,8 @@ fn every_photographed_board_is_found_whole() {
     let check = |path: PathBuf, inner_columns, inner_rows| {
         let board = find_corners(&load(&path), &CornerParams { inner_columns, inner_rows });
         let board = board.unwrap_or_else(|e| panic!("{}: {e}", path.display()));
-        // Neighbours cannot be farther from the mean of theirs than a tenth of a square on a flat board:
-        // a false or swapped corner would be.
+        // On a flat board a corner is within a tenth of a square of the mean of its neighbours; a false or swapped
+        // corner is not.
         for row in 0..inner_rows {
             for column in 1..inner_columns - 1 {
                 let [a, b, c] = [column - 1, column, column + 1].map(|k| board.corners[row * inner_columns + k]);
@@ -421,7 +422,7 @@ fn projected(truth: &serde_json::Value, view: &str, column: usize, row: usize) -
 }
 
 #[test]
-fn the_rendered_station_is_read_within_a_hundredth_of_a_pixel_or_so() {
+fn the_corners_of_the_rendered_station_are_within_about_a_hundredth_of_a_pixel() {
     let Some(rig) = ::reference::data("rig-a") else { return };
     let truth: serde_json::Value =
         serde_json::from_slice(&std::fs::read(rig.join("truth.json")).unwrap()).unwrap();
@@ -438,9 +439,9 @@ fn the_rendered_station_is_read_within_a_hundredth_of_a_pixel_or_so() {
         find_corners(&load(&rig.join(format!("stage/{n:03}.png"))), &params).unwrap();
     }
     eprintln!("{:.4} px, {:.2} sigma", square.sqrt(), normalised.sqrt());
-    // What the product promises; a saddle finder reaches 0.022.
+    // The promised accuracy; a saddle-point detector reaches 0.022.
     assert!(square.sqrt() < 0.012, "{} px RMS per axis", square.sqrt());
-    // Honest sigmas, within a quarter.
+    // Stated sigmas within a quarter of the errors.
     assert!((0.8..1.25).contains(&normalised.sqrt()), "error/sigma {}", normalised.sqrt());
 }
 
@@ -456,7 +457,7 @@ fn strongly_bent_edges_do_not_move_the_corners() {
 }
 
 #[test]
-fn the_quick_look_sees_every_corner_of_a_plain_board() {
+fn the_quick_search_finds_every_corner_of_a_clear_board() {
     let seed = finding::quick::quick_seed(&SCENE.image());
     assert_eq!(seed.len(), 28);
     for place in seed.values() {
@@ -468,7 +469,7 @@ fn the_quick_look_sees_every_corner_of_a_plain_board() {
 }
 
 #[test]
-fn without_the_quick_look_the_board_is_the_same() {
+fn without_the_quick_search_the_board_is_the_same() {
     let image = SCENE.image();
     let patient = finding::detect::patient_search(&image, |seed| {
         board_from_lattice(&Lattice::from_seed(&image, seed)?, &SCENE.params()).ok()
@@ -478,8 +479,8 @@ fn without_the_quick_look_the_board_is_the_same() {
     let quick = find_corners(&image, &SCENE.params()).unwrap();
     for (a, b) in patient.corners.iter().zip(&quick.corners) {
         assert_eq!((a.row, a.column), (b.row, b.column));
-        // The windows follow the first fits, which end within 0.02 px: some pixels at their rims differ, and with them
-        // a part of the noise.
+        // The windows follow the first fits, which end within 0.02 px: some pixels at their edges differ, and their
+        // noise with them.
         assert!((a.u_px - b.u_px).hypot(a.v_px - b.v_px) < 0.5 * a.sigma_px, "{a:?} {b:?}");
     }
 }
@@ -511,15 +512,15 @@ fn a_window_holds_the_pixels_of_its_parallelogram_once() {
     }
 }
 
-/// A tilted board of 7 × 4 corners in whole numbers alone: no library's `exp` or `sin` has a say in the image. A pixel is
-/// the mean over a box of two pixels, looked at in eighths of a pixel.
+/// A tilted board of 7 × 4 corners in integer arithmetic: the image does not depend on any library's `exp` or `sin`. A
+/// pixel is the mean over a box of two pixels, sampled in eighths of a pixel.
 fn whole_number_board() -> GreyImage {
     const SIDES: (i64, i64) = (420, 300);
     const PER_PX: i64 = 8;
-    /// Board columns and rows grow by this many parts per eighth of a pixel along u and v, from these places on …
+    /// Board columns and rows grow by this many units per eighth of a pixel along u and v, starting from these values …
     const STEPS: [[i64; 2]; 2] = [[21, 2], [-3, 22]];
     const START_PX: [i64; 2] = [72, 78];
-    /// … and a square has so many, which makes it 43 pixels wide.
+    /// … and a square is this many units long, which makes it 43 pixels wide.
     const PARTS: i64 = 21 * 43 * PER_PX;
     let light = |u: i64, v: i64| {
         let place = [0, 1].map(|axis: usize| {
@@ -541,7 +542,7 @@ fn whole_number_board() -> GreyImage {
             .flat_map(|v| (u - PER_PX..u + PER_PX).map(move |u| (u, v)))
             .map(|(u, v)| light(u, v))
             .sum();
-        // A grain of a few levels in place of noise.
+        // A pattern of a few levels instead of noise.
         (sum / (4 * PER_PX * PER_PX) + idx * 7919 % 13 % 4) as u8
     };
     let pixels = (0..SIDES.0 * SIDES.1).map(level).collect();
@@ -549,10 +550,11 @@ fn whole_number_board() -> GreyImage {
 }
 
 #[test]
-fn every_architecture_finds_the_corners_written_here() {
-    /// What is promised whatever the instruction set; angles and logarithms of the system's library are within it.
+fn every_architecture_finds_the_stored_corners() {
+    /// Promised for every instruction set; differences of the system's trigonometric and logarithm functions are within
+    /// it.
     const AGREEMENT_PX: f64 = 1e-6;
-    /// The first and last corner of the first and last row. Whoever changes the fit on purpose writes the new ones.
+    /// The first and last corner of the first and last row. A deliberate change of the fit updates them.
     const EXPECTED: [(usize, [f64; 2]); 4] = [
         (0, [64.139_067_289, 83.248_856_555]),
         (6, [318.823_679_323, 117.983_438_731]),

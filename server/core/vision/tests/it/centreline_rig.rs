@@ -1,12 +1,12 @@
-//! Centrelines of the rendered station with known truth. Not shown here: real light, and what other stations' speckle
-//! does. The truth is a point every 7 columns; between them a parabola through three is exact to 0.001 px on the
-//! plate, which is why only the straight orders of the gauge scan are compared.
+//! Centrelines of the rendered station with known truth. Not covered: real light, and the speckle of other stations.
+//! The truth is a point every 7 columns; between them a parabola through three is exact to 0.001 px on the plate, which
+//! is why only the straight orders of the gauge scan are compared.
 
 use vision::{
     CentrelineMethod, CentrelineParams, CentrelinePoint, Centrelines, GreyImage, Pixels, find_centrelines,
 };
 
-/// Frames with truth used here: enough for 19,000 points, quick enough for every run.
+/// Frames used here: enough for 19,000 points, quick enough for every run.
 const FRAMES: [usize; 3] = [0, 16, 32];
 
 /// Noise-free crossing of one order.
@@ -31,7 +31,7 @@ fn truths(folder: &std::path::Path, frame_idx: usize) -> Vec<Truth> {
         .collect()
 }
 
-/// Row of the nearest order at a column, from truth on both sides at most 10 columns apart.
+/// Distance from the row of the nearest order at a column, from truth on both sides at most 10 columns apart.
 fn error_px(truths: &[Truth], point: &CentrelinePoint) -> Option<f64> {
     let pairs = truths.windows(2).filter(|w| w[0].order == w[1].order);
     let around = pairs.filter(|w| {
@@ -76,7 +76,7 @@ fn noise_is_well_below_that_of_a_column_centroid_and_as_predicted() {
     );
     // A depth noise of 32 µm where the centroid has 38 needs 0.84; measured 0.45.
     assert!(steger < 0.6 * centroid, "{steger} px against {centroid} px");
-    // Downstream weights and verdicts rest on sigma.
+    // Weights and verdicts further on rely on sigma.
     assert!((0.8..1.25).contains(&normalised), "{normalised}");
     assert!((0.8..1.25).contains(&centroid_normalised), "{centroid_normalised}");
     // 0.06 px over some 1500 independent stretches: 0.0015 px; four times that.
@@ -96,6 +96,6 @@ fn nearly_every_visible_column_is_found() {
             recovered += usize::from(points(&found).any(near));
         }
     }
-    // 97 % is asked of the whole chain.
+    // 97 % is required of the whole pipeline.
     assert!(f64::from(recovered as u32) >= 0.99 * f64::from(visible), "{recovered} of {visible}");
 }

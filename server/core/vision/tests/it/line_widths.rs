@@ -1,5 +1,5 @@
-//! Lines as wide as their light: from 2 to 40 px, side by side, changing along the line, steep.
-//! What this does not show: light that is not a bell across the line.
+//! Lines from 2 to 40 px wide: side by side, changing along the line, steep. Not covered: line profiles that are not
+//! Gaussian.
 
 use std::f64::consts::PI;
 use std::sync::Arc;
@@ -10,7 +10,7 @@ use vision::{CentrelineParams, Centrelines, GreyImage, Pixels, find_centrelines}
 
 const WIDTH: usize = 1024;
 pub const HEIGHT: usize = 768;
-/// Grey levels of the darkness, of a line's middle, and of the noise.
+/// Grey levels of the background, of a line's middle, and of the noise.
 const DARK: f64 = 8.0;
 const BRIGHT: f64 = 140.0;
 const NOISE: f64 = 2.0;
@@ -21,11 +21,11 @@ const SPECKLE: f64 = 0.28;
 pub struct Line {
     /// Row of the middle by column, and its slope.
     row: Box<dyn Fn(f64, f64) -> (f64, f64)>,
-    /// What the row depends on besides.
+    /// A second parameter of the row.
     at: f64,
     /// Full width at half height across the line by column, px.
     fwhm: Box<dyn Fn(f64) -> f64>,
-    /// Columns that it has.
+    /// Columns in which the line exists.
     pub columns: std::ops::Range<usize>,
 }
 
@@ -56,7 +56,7 @@ fn picture_of(lines: &[Line], height: usize, seed: u64) -> GreyImage {
     photographed(&grey, seed)
 }
 
-/// Light with its speckle, by a camera with its noise.
+/// Light with speckle, imaged by a camera with noise.
 fn photographed(grey: &[f64], seed: u64) -> GreyImage {
     let mut rng = Pcg64Mcg::seed_from_u64(seed);
     let height = grey.len() / WIDTH;
@@ -87,22 +87,22 @@ fn speckle(rng: &mut Pcg64Mcg, height: usize) -> Vec<f64> {
     (0..WIDTH * height).map(near).collect()
 }
 
-/// What was found of a line.
+/// Detection results for one line.
 #[derive(Debug)]
 pub struct Found {
-    /// Share of the columns with a point.
+    /// Fraction of the columns with a point.
     pub share: f64,
-    /// Columns with more than one.
+    /// Columns with more than one point.
     twice: usize,
-    /// Root mean square of the error by σ.
+    /// RMS of the error over σ.
     pub rms_sigmas: f64,
-    /// Median of found by true width.
+    /// Median of detected over true width.
     width: f64,
     /// Columns with a point, and all columns, by slope: from 0°, 15° … 75° on.
     by_slope: [[usize; 2]; 6],
 }
 
-/// Points within half a width of the line are its own.
+/// Points within half a width of the line are assigned to it.
 pub fn found(lines: &Centrelines, line: &Line, height: usize) -> Found {
     let (mut n, mut n_found, mut twice) = (0, 0, 0usize);
     let (mut sigmas, mut widths) = (0.0, Vec::new());
@@ -145,16 +145,17 @@ fn centrelines(lines: &[Line], seed: u64) -> Centrelines {
     find_centrelines(&picture(lines, seed), &CentrelineParams::default())
 }
 
-/// Pictures of one scene, of which each has noise and speckle of its own.
+/// Pictures of one scene, each with its own noise and speckle.
 const PICTURES: u64 = 4;
 
-/// Asserts that of every line at least `share` is found, each column once, that σ is honest and that nothing else is found.
+/// Asserts that at least `share` of every line is found, each column once, that σ is realistic and that nothing else is
+/// found.
 #[track_caller]
 fn assert_found(name: &str, lines: &[Line], share: f64) {
     assert_found_within(name, lines, share, 0.8..1.25);
 }
 
-/// [`assert_found`] with the errors by σ that are honest.
+/// [`assert_found`] with the accepted range of the error over σ.
 #[track_caller]
 fn assert_found_within(name: &str, lines: &[Line], share: f64, honest: std::ops::Range<f64>) {
     let (mut least, mut squares, mut n_points, mut n_own, mut n_twice) = (1.0f64, 0.0, 0, 0.0, 0);
@@ -240,7 +241,8 @@ fn steep_lines_are_found_up_to_75_degrees() {
     }
 }
 
-/// Seventeen lines that bow from level to so steep and back, and as wide at either end of that.
+/// Seventeen lines that bend from horizontal to the steepest slope and back, with the two widths at either end of the
+/// slope.
 fn seventeen(widths: [f64; 2], steepest_deg: f64, pitch_px: f64) -> (Vec<Line>, usize) {
     let angle = move |u: f64| steepest_deg.to_radians() * (PI * (2.0 * u / WIDTH as f64 - 1.0)).sin();
     let rows: Vec<f64> = (0..WIDTH)
@@ -296,7 +298,7 @@ fn seventeen_lines_are_whole_at_every_width_and_slope() {
     }
 }
 
-/// The brightest row near `row` and its neighbours as a parabola of logarithms: a plain peak finder.
+/// The brightest row near `row` and its neighbours, fitted by a parabola of logarithms: a simple peak finder.
 fn log_parabola(image: &GreyImage, u: usize, row: f64) -> f64 {
     let mean = |v: usize| (v - 1..=v + 1).map(|v| f64::from(image.at(u, v))).sum::<f64>() / 3.0 - DARK;
     let near = row as usize - 6..row as usize + 7;
@@ -334,8 +336,8 @@ fn steps_of_blocks_are_nearer_to_the_truth_than_by_a_plain_peak_finder() {
 }
 
 #[test]
-fn a_lit_ball_does_not_pass_for_the_line_that_lies_on_it() {
-    // As photographed by others: a clipped line 11 px wide on a ball that the room lights.
+fn a_lit_ball_is_not_mistaken_for_the_line_on_it() {
+    // As in photographs by others: a saturated line 11 px wide on a ball lit by the room.
     let mut grey = vec![DARK; WIDTH * HEIGHT];
     let at = |u: usize| 400.0 + 0.0006 * (u as f64 - 512.0).powi(2);
     for (idx, level) in grey.iter_mut().enumerate() {

@@ -1,45 +1,46 @@
-//! A line that disturbs what passes, on request.
+//! A serial line that injects faults on request.
 
 use parking_lot::{Mutex, MutexGuard};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use super::Dice;
+use super::Xorshift;
 use crate::lines::ports::line_to;
 use crate::lines::serial_line::{SerialLine, SerialLineError, SerialWriter};
 use crate::time;
 
-/// What becomes of bytes.
+/// A disturbance of the line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Noise {
     None,
-    /// What comes is random bytes.
+    /// Random bytes are received.
     Garbage,
-    /// In each of the next reads one bit is turned.
+    /// One bit is flipped in each of the next reads.
     Flips(usize),
-    /// Nothing comes.
+    /// Nothing is received.
     Silence,
-    /// Of what comes, the second half is lost each time.
+    /// The second half of each read is lost.
     Halves,
-    /// The next writes are lost but for half of them.
+    /// Half of each of the next writes is lost.
     LostWrites(usize),
 }
 
-/// The noise of a line, and what it has done.
+/// The disturbance of a line, and its effects so far.
 struct Disturbance {
     noise: Noise,
-    dice: Dice,
-    /// When it did harm: noise that goes on, first; single bits and writes, each of which is a fault of its own, last.
+    dice: Xorshift,
+    /// When it took effect: for a continuing disturbance the first time; for single bits and writes, each of which is a
+    /// fault, the last time.
     harmed_at: Option<Instant>,
 }
 
-/// Sets the noise of a line.
+/// Sets the disturbance of a line.
 #[derive(Clone)]
 pub struct LineControl(Arc<Mutex<Disturbance>>);
 
 impl LineControl {
     pub fn new() -> Self {
-        let dice = Dice(0x2545_f491_4f6c_dd1d);
+        let dice = Xorshift(0x2545_f491_4f6c_dd1d);
         Self(Arc::new(Mutex::new(Disturbance { noise: Noise::None, dice, harmed_at: None })))
     }
 
@@ -48,7 +49,7 @@ impl LineControl {
         (line.noise, line.harmed_at) = (noise, None);
     }
 
-    /// When the noise did harm: before that there was nothing to notice.
+    /// When the disturbance took effect: before that it was not detectable.
     pub fn harmed_at(&self) -> Option<Instant> {
         self.lock().harmed_at
     }
@@ -59,13 +60,13 @@ impl LineControl {
 }
 
 impl Disturbance {
-    /// Something passes that the noise changes.
+    /// Records that data were disturbed.
     fn harms(&mut self) {
         let goes_on = !matches!(self.noise, Noise::Flips(_) | Noise::LostWrites(_));
         self.harmed_at = self.harmed_at.filter(|_| goes_on).or_else(|| Some(time::now()));
     }
 
-    /// One of the things that the noise lasts for is over.
+    /// Counts down the events for which the disturbance lasts.
     fn ends_after(&mut self, left: usize) {
         if left == 0 {
             self.noise = Noise::None;
@@ -73,7 +74,7 @@ impl Disturbance {
     }
 }
 
-/// A port whose bytes pass through the noise.
+/// A serial line with a disturbance.
 pub struct NoisyLine {
     port: Box<dyn SerialLine>,
     control: LineControl,

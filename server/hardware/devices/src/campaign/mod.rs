@@ -1,8 +1,9 @@
-//! Serial faults by the hundred: at a random moment of a random state, over the simulated firmwares.
+//! Campaigns of serial faults: at random times in random states, over the simulated firmwares.
 //!
-//! Counted are hangs (a call that keeps its caller, a stage that neither comes to rest nor tells a fault, one that does
-//! not come back), wrong positions accepted, and light left on; each must be 0. The long version is ignored and run by
-//! `cargo xtask campaign`. Not shown: faults of a line whose two ends both believe it is sound, and real firmware.
+//! Counted are hangs (a call that blocks its caller, a stage that neither comes to rest nor reports a fault, one that
+//! does not recover), wrong positions accepted, and lasers left on; each must be 0. The long version is ignored and run
+//! by
+//! `cargo xtask campaign`. Not covered: faults that neither end of a line detects, and real firmware.
 
 mod line;
 mod rigs;
@@ -14,9 +15,9 @@ use crate::contract::Stopwatch;
 use crate::time;
 use line::{LineControl, Noise};
 
-/// What happens.
+/// The fault injected.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-enum What {
+enum FaultKind {
     Garbage,
     FlippedBit,
     Silence,
@@ -28,16 +29,16 @@ enum What {
     EndOfFile,
 }
 
-const ALL: [What; 9] = [
-    What::Garbage,
-    What::FlippedBit,
-    What::Silence,
-    What::HalfLines,
-    What::LostCommand,
-    What::Restart,
-    What::Alarm,
-    What::OtherDevice,
-    What::EndOfFile,
+const ALL: [FaultKind; 9] = [
+    FaultKind::Garbage,
+    FaultKind::FlippedBit,
+    FaultKind::Silence,
+    FaultKind::HalfLines,
+    FaultKind::LostCommand,
+    FaultKind::Restart,
+    FaultKind::Alarm,
+    FaultKind::OtherDevice,
+    FaultKind::EndOfFile,
 ];
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -49,24 +50,24 @@ enum When {
     ShiningAndMoving,
 }
 
-/// A station's half, over a line that can be disturbed.
+/// The station's side of a line with a disturbance.
 #[allow(clippy::type_complexity)]
 struct Rig {
     stage: Box<dyn crate::Stage>,
     laser: Option<Box<dyn crate::Laser>>,
     witness: crate::simulators::simulator::Witness,
     line: LineControl,
-    /// What the firmware is asked for: restart, alarm, another device, end of file, repair.
+    /// Requests to the firmware: restart, alarm, another device, end of file, repair.
     act: Box<dyn Fn(Act)>,
     /// Stage position of a machine position, mm.
     stage_from_machine: fn(f64) -> f64,
-    /// What positions may be off: steps, decimals.
+    /// Tolerance of positions: steps, decimals.
     tolerance_mm: f64,
-    /// How far the moment of a reading in motion may be off.
+    /// Tolerance of the time of a reading in motion.
     reading_slack: Duration,
-    /// Within what time a fault is to be named that comes while it homes.
+    /// Time limit for reporting a fault that occurs during homing.
     named_while_homing: Duration,
-    /// Readings in motion that are judged once it is known where the axis went: position, moment.
+    /// Readings in motion that are checked once the motion of the axis is known: position, time.
     unjudged: Vec<(f64, Instant)>,
     _folder: tempfile::TempDir,
 }
@@ -81,33 +82,33 @@ enum Act {
     Repair,
 }
 
-/// Longest that anything may take before it is a hang.
+/// Time after which an operation counts as a hang.
 const HANG: Duration = Duration::from_secs(12);
 
-/// Dark after a fault was named, or after `switch_off` (`promises.md` 3), and what a loaded machine adds.
+/// Laser off after a fault was reported, or after `switch_off` (`promises.md` 3), plus the latency of a loaded machine.
 const DARK_LIMIT: Duration = Duration::from_millis(500 + 700);
 
-/// Serial faults are named within this time (`promises.md`), counted from the harm that they do.
+/// Serial faults are reported within this time (`promises.md`), counted from their effect.
 const NAMED_LIMIT: Duration = Duration::from_secs(1);
 
-/// How often a station is tried to be made ready, as a person would.
+/// Number of attempts to make a station ready, as a person would.
 const N_ATTEMPTS: usize = 4;
 
-/// A call may take 20 ms, which the contract suite holds; this is a hang also on a machine that stands still at times.
+/// A call may take 20 ms, which the contract suite checks; this is a hang even on a machine that stalls.
 const CALL_HANG: Duration = Duration::from_secs(5);
 
 #[derive(Debug, Default)]
 struct Tally {
     n_faults: usize,
-    n_named: BTreeMap<What, usize>,
-    longest: BTreeMap<What, Duration>,
+    n_named: BTreeMap<FaultKind, usize>,
+    longest: BTreeMap<FaultKind, Duration>,
     failures: Vec<String>,
 }
 
-/// Numbers that look random and are the same every time (xorshift).
-struct Dice(u64);
+/// A pseudo-random sequence (xorshift).
+struct Xorshift(u64);
 
-impl Dice {
+impl Xorshift {
     fn roll(&mut self, n: usize) -> usize {
         self.0 ^= self.0 << 13;
         self.0 ^= self.0 >> 7;
@@ -135,11 +136,11 @@ impl Rig {
         state
     }
 
-    /// A position at rest must be where the witness saw the motion end; one under way must be on the way.
+    /// A position at rest must be where the motion ended according to the witness; one in motion must be on the path.
     fn check_position(&mut self, state: &crate::StageState, tally: &mut Tally) {
-        use crate::simulators::simulator::Happening::{MotionBegan, MotionEnded};
+        use crate::simulators::simulator::WitnessEvent::{MotionBegan, MotionEnded};
         let Some(position_mm) = state.position_mm else { return };
-        // The switch is 6 mm from the stage's zero, and where homing pulls off from it 5 mm.
+        // The switch is 6 mm from the stage's zero; homing backs off from it to 5 mm.
         if position_mm.abs() > 6.0 + self.tolerance_mm {
             tally.failures.push(format!("wrong position: {position_mm} mm is beyond everything it was sent to"));
         }
@@ -153,18 +154,18 @@ impl Rig {
             .into_iter()
             .rev()
             .find(|entry| matches!(entry.what, MotionEnded(_) | MotionBegan(_)));
-        // A reading from before the end of the motion is not judged: it is not at rest there.
+        // A reading from before the end of the motion is not checked: the stage was not at rest.
         if let Some(entry) = last.filter(|entry| entry.at < state.measured_at)
             && let MotionEnded(machine_mm) = entry.what
         {
             let true_mm = (self.stage_from_machine)(machine_mm);
             if (position_mm - true_mm).abs() > self.tolerance_mm {
-                tally.failures.push(format!("wrong position: told {position_mm} mm, it is at {true_mm} mm"));
+                tally.failures.push(format!("wrong position: reported {position_mm} mm, it is at {true_mm} mm"));
             }
         }
     }
 
-    /// A position in motion must be one that the axis had about then.
+    /// A position in motion must be one that the axis had at about that time.
     fn check_on_the_way(&self, position_mm: f64, at: Instant, tally: &mut Tally) {
         let (from, to) = (at - self.reading_slack, at + self.reading_slack);
         let Some((low_mm, high_mm)) = self.witness.positions_between(from, to) else { return };
@@ -172,12 +173,12 @@ impl Rig {
         let (low_mm, high_mm) = (one_mm.min(other_mm), one_mm.max(other_mm));
         if position_mm < low_mm - self.tolerance_mm || position_mm > high_mm + self.tolerance_mm {
             tally.failures.push(format!(
-                "wrong position: told {position_mm} mm on the way, it was at {low_mm} to {high_mm} mm"
+                "wrong position: reported {position_mm} mm during a move, it was at {low_mm} to {high_mm} mm"
             ));
         }
     }
 
-    /// Waits until `seen`; a hang otherwise.
+    /// Waits until `seen`; otherwise it is a hang.
     fn wait(
         &mut self,
         what: &str,
@@ -195,17 +196,17 @@ impl Rig {
         true
     }
 
-    /// The end of what the firmware has heard.
-    fn heard(&self) -> String {
+    /// The last bytes received by the firmware.
+    fn received(&self) -> String {
         let entries = self.witness.entries();
         let bytes = entries.iter().rev().filter_map(|entry| match entry.what {
-            crate::simulators::simulator::Happening::Byte(byte) => Some(char::from(byte)),
+            crate::simulators::simulator::WitnessEvent::Byte(byte) => Some(char::from(byte)),
             _ => None,
         });
         bytes.take(80).collect::<Vec<_>>().into_iter().rev().collect()
     }
 
-    /// Waits for the end of a motion; whether it ended without a fault. Neither is a hang.
+    /// Waits for the end of a motion; returns whether it ended without a fault. Neither is a hang.
     fn rests(&mut self, what: &str, tally: &mut Tally) -> bool {
         let mut ended_well = false;
         self.wait(what, tally, |rig, tally| {
@@ -216,11 +217,11 @@ impl Rig {
         ended_well
     }
 
-    /// Sound, homed and at -3 mm. What a fault left in the line may be a fault of its own at first.
+    /// Makes the stage ready, homed and at -3 mm. Data left in the line by a fault may cause a fault at first.
     fn make_ready(&mut self, tally: &mut Tally) -> bool {
         let is_ready = |rig: &mut Self, tally: &mut Tally| {
             rig.comes_back(tally)
-                && rig.rests("it does not rest after it came back", tally)
+                && rig.rests("it is not at rest after the reconnection", tally)
                 && rig.stage.start_home().is_ok()
                 && rig.rests("homing does not end", tally)
                 && rig.stage.start_move(-3.0, 100.0).is_ok()
@@ -233,12 +234,12 @@ impl Rig {
         self.line.set(Noise::None);
         (self.act)(Act::Repair);
         let mut asked_at: Option<Instant> = None;
-        self.wait("it does not come back", tally, |rig, tally| {
+        self.wait("it is not reconnected", tally, |rig, tally| {
             let Err(fault) = rig.poll(tally) else { return true };
             if asked_at.is_none_or(|at| time::since(at) > Duration::from_millis(1500)) {
                 asked_at = Some(time::now());
                 if rig.stage.clear_fault().is_err() {
-                    // As a person who reads what is told.
+                    // As a person who follows the remedy.
                     if fault.to_string().contains("reset button")
                         || matches!(fault, crate::StageError::NoReply { .. })
                     {
@@ -260,11 +261,11 @@ impl Rig {
         if matches!(when, When::Shining | When::ShiningAndMoving)
             && let Some(laser) = &mut self.laser
         {
-            let shines = laser.switch_on(0.5, Duration::from_secs(1)).is_ok();
-            // A lease that ends before the light was seen is no hang.
-            self.wait("it does not shine", tally, |rig, _| {
+            let is_on = laser.switch_on(0.5, Duration::from_secs(1)).is_ok();
+            // A lease that ends before the light was seen is not a hang.
+            self.wait("the laser does not turn on", tally, |rig, _| {
                 let ended = rig.laser.as_mut().is_none_or(|laser| !laser.poll().is_ok_and(|state| state.emitting));
-                !shines || rig.witness.light() || ended
+                !is_on || rig.witness.light() || ended
             });
         }
         match when {
@@ -274,24 +275,24 @@ impl Rig {
         }
     }
 
-    fn strike(&mut self, what: What, dice: &mut Dice) {
+    fn strike(&mut self, what: FaultKind, dice: &mut Xorshift) {
         let some = 1 + dice.roll(6);
         match what {
-            What::Garbage => self.line.set(Noise::Garbage),
-            What::FlippedBit => self.line.set(Noise::Flips(some)),
-            What::Silence => self.line.set(Noise::Silence),
-            What::HalfLines => self.line.set(Noise::Halves),
-            What::LostCommand => self.line.set(Noise::LostWrites(some)),
-            What::Restart => (self.act)(Act::Restart),
-            What::Alarm => (self.act)(Act::Alarm),
-            What::OtherDevice => (self.act)(Act::OtherDevice),
-            What::EndOfFile => (self.act)(Act::Unplug),
+            FaultKind::Garbage => self.line.set(Noise::Garbage),
+            FaultKind::FlippedBit => self.line.set(Noise::Flips(some)),
+            FaultKind::Silence => self.line.set(Noise::Silence),
+            FaultKind::HalfLines => self.line.set(Noise::Halves),
+            FaultKind::LostCommand => self.line.set(Noise::LostWrites(some)),
+            FaultKind::Restart => (self.act)(Act::Restart),
+            FaultKind::Alarm => (self.act)(Act::Alarm),
+            FaultKind::OtherDevice => (self.act)(Act::OtherDevice),
+            FaultKind::EndOfFile => (self.act)(Act::Unplug),
         }
     }
 
-    /// One fault, from a sound stage to what became of it.
-    fn suffer(&mut self, what: What, when: When, dice: &mut Dice, tally: &mut Tally) {
-        let shone = matches!(when, When::Shining | When::ShiningAndMoving) && self.laser.is_some();
+    /// Injects one fault and checks the recovery.
+    fn suffer(&mut self, what: FaultKind, when: When, dice: &mut Xorshift, tally: &mut Tally) {
+        let was_on = matches!(when, When::Shining | When::ShiningAndMoving) && self.laser.is_some();
         self.bring_to(when, tally);
         time::sleep(Duration::from_millis(dice.roll(150) as u64));
         let struck = Stopwatch::start();
@@ -299,10 +300,10 @@ impl Rig {
         tally.n_faults += 1;
         let struck_at = time::now();
         let limit = if when == When::Homing { self.named_while_homing } else { NAMED_LIMIT };
-        // Until it is named, or, being survived, for longer than it would have to be.
+        // Until it is reported, or, if it has no effect, for longer than the limit.
         let mut named = None;
         while named.is_none() && struck.own_time() < NAMED_LIMIT + Duration::from_millis(800) {
-            if shone && let Some(laser) = &mut self.laser {
+            if was_on && let Some(laser) = &mut self.laser {
                 laser.renew(Duration::from_secs(1)).ok();
             }
             named = self.poll(tally).err();
@@ -314,7 +315,7 @@ impl Rig {
             let longest = tally.longest.entry(what).or_default();
             *longest = (*longest).max(took);
             if took > limit {
-                tally.failures.push(format!("late: named after {took:?}: {fault}"));
+                tally.failures.push(format!("late: reported after {took:?}: {fault}"));
             }
         } else if let Some(laser) = &mut self.laser {
             laser.switch_off().ok();
@@ -322,8 +323,8 @@ impl Rig {
         let watch = Stopwatch::start();
         while self.witness.light() {
             if watch.own_time() > DARK_LIMIT {
-                let heard = self.heard();
-                tally.failures.push(format!("light left on, told as {named:?}, heard last: {heard:?}"));
+                let received = self.received();
+                tally.failures.push(format!("light left on, reported as {named:?}, received last: {received:?}"));
                 break;
             }
             time::sleep(Duration::from_millis(2));
@@ -331,9 +332,9 @@ impl Rig {
     }
 }
 
-/// `n` faults on one rig; what came of them.
+/// `n` faults on one rig; returns the tally.
 fn run(open: fn() -> Rig, n: usize, seed: u64) -> Tally {
-    let (mut tally, mut dice) = (Tally::default(), Dice(seed));
+    let (mut tally, mut dice) = (Tally::default(), Xorshift(seed));
     let mut rig = open();
     for _ in 0..n {
         let what = ALL[dice.roll(ALL.len())];
@@ -354,10 +355,10 @@ fn run(open: fn() -> Rig, n: usize, seed: u64) -> Tally {
     tally
 }
 
-/// Rigs that suffer at the same time, each under a clock of its own.
+/// Rigs tested in parallel, each under its own clock.
 const N_RIGS: usize = 10;
 
-/// How many faults: a thousand, or `N_FAULTS` of the environment.
+/// Number of faults: a thousand, or `N_FAULTS` of the environment.
 fn n_faults() -> usize {
     std::env::var("N_FAULTS").map_or(1000, |n| n.parse().expect("N_FAULTS is a number"))
 }
@@ -382,7 +383,7 @@ fn campaign(name: &str, open: fn() -> Rig, n_faults: usize, n_rigs: usize) {
     }
     let count = |word: &str| all.failures.iter().filter(|failure| failure.starts_with(word)).count();
     println!(
-        "{name}: {} faults; {} named late, {} hangs, {} wrong positions accepted, {} lights left on",
+        "{name}: {} faults; {} reported late, {} hangs, {} wrong positions accepted, {} lights left on",
         all.n_faults,
         count("late"),
         count("hang"),
@@ -390,7 +391,7 @@ fn campaign(name: &str, open: fn() -> Rig, n_faults: usize, n_rigs: usize) {
         count("light")
     );
     for (what, n) in &all.n_named {
-        println!("  {what:?}: {n} named, the last after {:?}", all.longest[what]);
+        println!("  {what:?}: {n} reported, the last after {:?}", all.longest[what]);
     }
     assert!(all.failures.is_empty(), "{name}: {:#?}", all.failures);
 }

@@ -34,7 +34,7 @@ pub fn grbl() -> Rig {
         line,
         act: Box::new(move |act| match act {
             Act::Restart => acting.restart(),
-            Act::Alarm => acting.happen(grbl_simulator::Event::Alarm(1)),
+            Act::Alarm => acting.trigger_event(grbl_simulator::Event::Alarm(1)),
             Act::OtherDevice => {
                 is_away.set(true);
                 acting.replug_as(grbl_simulator::SimulatorConfig { name: "another".to_owned(), ..kind.clone() });
@@ -82,7 +82,7 @@ pub fn zaber() -> Rig {
         line,
         act: Box::new(move |act| match act {
             Act::Restart => acting.restart(),
-            Act::Alarm => acting.happen(zaber_simulator::Event::EmergencyStop),
+            Act::Alarm => acting.trigger_event(zaber_simulator::Event::EmergencyStop),
             Act::OtherDevice => {
                 is_away.set(true);
                 acting.replug_as(zaber_simulator::SimulatorConfig { serial: 666, ..kind.clone() });
@@ -93,7 +93,7 @@ pub fn zaber() -> Rig {
             }
             Act::ResetButton => {}
             Act::Repair => {
-                acting.happen(zaber_simulator::Event::Repair);
+                acting.trigger_event(zaber_simulator::Event::Repair);
                 if is_away.replace(false) {
                     acting.replug_as(kind.clone());
                 }
@@ -129,8 +129,8 @@ pub fn marlin() -> Rig {
         witness,
         line,
         act: Box::new(move |act| match act {
-            Act::Restart => acting.happen(marlin_simulator::Event::ResetButton),
-            Act::Alarm => acting.happen(marlin_simulator::Event::Kill),
+            Act::Restart => acting.trigger_event(marlin_simulator::Event::ResetButton),
+            Act::Alarm => acting.trigger_event(marlin_simulator::Event::Kill),
             Act::OtherDevice => {
                 is_away.set(true);
                 let name = "another".to_owned();
@@ -140,7 +140,7 @@ pub fn marlin() -> Rig {
                 is_away.set(true);
                 acting.unplug();
             }
-            Act::ResetButton => acting.happen(marlin_simulator::Event::ResetButton),
+            Act::ResetButton => acting.trigger_event(marlin_simulator::Event::ResetButton),
             Act::Repair => {
                 if is_away.replace(false) {
                     acting.replug_as(kind.clone());
@@ -149,9 +149,9 @@ pub fn marlin() -> Rig {
         }),
         stage_from_machine: |machine_mm| machine_mm - 6.0,
         tolerance_mm: 0.03,
-        // It tells what was commanded last, which is ahead of the motor.
+        // It reports the last commanded position, which is ahead of the motor.
         reading_slack: Duration::from_millis(500),
-        // The firmware speaks once a second while it homes (`M113 S1`).
+        // The firmware sends a message once per second while homing (`M113 S1`).
         named_while_homing: Duration::from_millis(1700),
         unjudged: Vec::new(),
         _folder: folder,

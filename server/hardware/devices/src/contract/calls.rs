@@ -1,22 +1,22 @@
-//! How long calls take, and how long it is waited for a state.
+//! Time limits of calls, and waiting for a state.
 
 use std::time::Duration;
 
 use super::stopwatch::Stopwatch;
 use crate::CALL_LIMIT;
 
-/// What the operating system may add to a call where processors are free.
+/// Time that the operating system may add to a call on an idle machine.
 pub const SCHEDULING_SLACK: Duration = Duration::from_millis(80);
 
-/// Pause between two looks at a state that is waited for; a station polls at this pace or slower.
+/// Polling interval while waiting for a state; a station polls at this rate or slower.
 const LOOK_PERIOD: Duration = Duration::from_millis(2);
 
-/// Calls `act`, which must come back within [`CALL_LIMIT`].
+/// Calls `act`, which must return within [`CALL_LIMIT`].
 pub fn short<T>(name: &str, act: impl FnOnce() -> T) -> T {
     within(CALL_LIMIT, name, act)
 }
 
-/// Calls `act`, which must come back within `limit` and what the machine adds.
+/// Calls `act`, which must return within `limit` plus the scheduling slack.
 pub fn within<T>(limit: Duration, name: &str, act: impl FnOnce() -> T) -> T {
     let watch = Stopwatch::start();
     let result = act();
@@ -25,7 +25,7 @@ pub fn within<T>(limit: Duration, name: &str, act: impl FnOnce() -> T) -> T {
     result
 }
 
-/// Looks until `seen` gives a value; panics with `what` after `limit`.
+/// Polls until `seen` returns a value; panics with `what` after `limit`.
 pub fn wait_for<T>(limit: Duration, what: &str, mut seen: impl FnMut() -> Option<T>) -> T {
     let watch = Stopwatch::start();
     loop {

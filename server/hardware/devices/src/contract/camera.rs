@@ -1,4 +1,4 @@
-//! The rules of a camera.
+//! The contract of a camera.
 
 use std::time::{Duration, Instant};
 
@@ -9,28 +9,28 @@ use super::calls::{SCHEDULING_SLACK, short, wait_for, within};
 use super::stopwatch::Stopwatch;
 use crate::{Camera, CameraError, CameraRequest, FrameInfo, PixelFormat, Roi, Trigger};
 
-/// What the suite must know of a camera.
+/// Properties of a camera for the suite.
 pub struct CameraProfile {
-    /// Frame rate of the free-running rules, Hz; `None` leaves the camera's own.
+    /// Frame rate for the free-running rules, Hz; `None` keeps the camera's own.
     pub frame_rate_hz: Option<f64>,
     /// Longest wait for a frame, exposure and computation included.
     pub frame_limit: Duration,
-    /// Its cable, if the test can pull it.
+    /// Its cable, if the test can unplug it.
     pub cable: Option<Cable>,
 }
 
-/// A camera is noticed to be gone within this time (`promises.md`: camera faults).
+/// The loss of a camera is detected within this time (`promises.md`: camera faults).
 const GONE_LIMIT: Duration = Duration::from_secs(2);
 
-/// Longest way back after the cable is in again.
+/// Longest reconnection after the cable is plugged in again.
 const RECONNECT_LIMIT: Duration = Duration::from_secs(5);
 
-/// Frames looked at by the rules on order and memory.
+/// Frames examined by the rules on order and memory.
 const N_FRAMES: usize = 8;
 
 type Open<'a> = &'a mut dyn FnMut() -> Box<dyn Camera>;
 
-/// Runs every rule of a camera; each on a device freshly opened.
+/// Runs every rule of a camera, each on a newly opened device.
 pub fn camera(open: Open, profile: &CameraProfile) {
     settings_are_what_was_accepted(open());
     numbers_are_moved_into_their_range(open());
@@ -51,7 +51,7 @@ pub fn camera(open: Open, profile: &CameraProfile) {
     camera_faults(open, profile);
 }
 
-/// Runs the rules about a pulled cable, where the profile has one.
+/// Runs the rules about an unplugged cable, if the profile has one.
 pub fn camera_faults(open: Open, profile: &CameraProfile) {
     if let Some(cable) = &profile.cable {
         an_unplugged_camera_is_gone_until_it_is_reconnected(open(), profile, cable);
@@ -60,14 +60,15 @@ pub fn camera_faults(open: Open, profile: &CameraProfile) {
 
 fn settings_are_what_was_accepted(mut camera: Box<dyn Camera>) {
     let before = short("settings", || camera.settings());
-    let unchanged = short("configure", || camera.configure(&CameraRequest::default())).expect("nothing was asked");
+    let unchanged =
+        short("configure", || camera.configure(&CameraRequest::default())).expect("nothing was requested");
     assert_eq!(unchanged, before, "an empty request changed settings");
     if let Some(range) = camera.capabilities().exposure_us {
         let wanted_us = 0.5 * (range.min + range.max);
         let accepted = camera
             .configure(&CameraRequest { exposure_us: Some(wanted_us), ..Default::default() })
             .expect("in range");
-        assert_eq!(camera.settings(), accepted, "`settings` differs from what `configure` said it accepted");
+        assert_eq!(camera.settings(), accepted, "`settings` differs from what `configure` returned");
         assert!(
             accepted.exposure_us >= range.min && accepted.exposure_us <= range.max,
             "accepted {} µs, outside its own range",
@@ -146,7 +147,7 @@ fn refuses(camera: &mut dyn Camera, request: CameraRequest) {
 }
 
 fn nothing_comes_without_acquisition(mut camera: Box<dyn Camera>) {
-    let got = look(&mut *camera, &mut blank(), Duration::from_millis(20)).expect("not started is no fault");
+    let got = look(&mut *camera, &mut blank(), Duration::from_millis(20)).expect("not started is not a fault");
     assert_eq!(got, None, "a frame came before `start`");
 }
 
@@ -216,7 +217,7 @@ fn memory_is_used_again(mut camera: Box<dyn Camera>, profile: &CameraProfile) {
     let place = address(&image);
     for _ in 0..N_FRAMES {
         frame(&mut *camera, &mut image, profile);
-        assert_eq!(address(&image), place, "a frame was put into new memory instead of the buffer handed in");
+        assert_eq!(address(&image), place, "a frame was put into new memory instead of the given buffer");
     }
 }
 
@@ -235,7 +236,7 @@ fn stop_works_in_every_state(mut camera: Box<dyn Camera>, profile: &CameraProfil
     frame(&mut *camera, &mut image, profile);
     short("stop", || camera.stop()).expect("stop while running");
     short("stop", || camera.stop()).expect("stop twice");
-    let got = look(&mut *camera, &mut image, Duration::from_millis(20)).expect("stopped is no fault");
+    let got = look(&mut *camera, &mut image, Duration::from_millis(20)).expect("stopped is not a fault");
     assert_eq!(got, None, "a frame came after `stop`");
 }
 
@@ -297,7 +298,7 @@ fn reconnecting_a_sound_camera_stops_it(mut camera: Box<dyn Camera>, profile: &C
     let set = camera.settings();
     let mut image = blank();
     frame(&mut *camera, &mut image, profile);
-    camera.reconnect().expect("nothing is in its way");
+    camera.reconnect().expect("nothing prevents it");
     let got = back(&mut *camera, &mut image);
     assert_eq!(got, None, "it came back active");
     assert_eq!(camera.settings(), set, "it came back with other settings");
@@ -313,12 +314,12 @@ fn an_unplugged_camera_is_gone_until_it_is_reconnected(
     let mut image = blank();
     frame(&mut *camera, &mut image, profile);
     (cable.unplug)();
-    wait_for(GONE_LIMIT, "the pulled cable is noticed", || {
+    wait_for(GONE_LIMIT, "the unplugged cable is detected", || {
         matches!(look(&mut *camera, &mut image, Duration::from_millis(20)), Err(CameraError::Gone { .. }))
             .then_some(())
     });
     let again = look(&mut *camera, &mut image, Duration::from_millis(20));
-    assert!(matches!(again, Err(CameraError::Gone { .. })), "told once that it is gone, then {again:?}");
+    assert!(matches!(again, Err(CameraError::Gone { .. })), "the loss is reported once, then {again:?}");
     short("stop", || camera.stop()).ok();
     (cable.replug)();
     short("reconnect", || camera.reconnect()).ok();
@@ -328,21 +329,19 @@ fn an_unplugged_camera_is_gone_until_it_is_reconnected(
     frame(&mut *camera, &mut image, profile);
 }
 
-/// Waits until a camera that was reconnected tells no fault; what it delivers then.
+/// Waits until a reconnected camera reports no fault; returns the frame it delivers then, if any.
 fn back(camera: &mut dyn Camera, image: &mut GreyImage) -> Option<FrameInfo> {
-    wait_for(RECONNECT_LIMIT, "the camera is reached again", || {
-        look(camera, image, Duration::from_millis(20)).ok()
-    })
+    wait_for(RECONNECT_LIMIT, "the camera is reconnected", || look(camera, image, Duration::from_millis(20)).ok())
 }
 
 fn set(camera: &mut dyn Camera, request: CameraRequest) -> crate::CameraSettings {
     let accepted =
         short("configure", || camera.configure(&request)).unwrap_or_else(|e| panic!("{request:?} refused: {e}"));
-    assert_eq!(camera.settings(), accepted, "`settings` differs from what `configure` said it accepted");
+    assert_eq!(camera.settings(), accepted, "`settings` differs from what `configure` returned");
     accepted
 }
 
-/// Lets the camera expose by itself, at the profile's rate.
+/// Starts free-running acquisition at the profile's rate.
 fn run_free(camera: &mut dyn Camera, profile: &CameraProfile) {
     if camera.capabilities().triggers.contains(&Trigger::Free) {
         set(camera, CameraRequest { trigger: Some(Trigger::Free), ..Default::default() });
@@ -353,7 +352,7 @@ fn run_free(camera: &mut dyn Camera, profile: &CameraProfile) {
     short("start", || camera.start()).expect("start");
 }
 
-/// The next frame; panics if none comes.
+/// The next frame; panics if there is none.
 fn frame(camera: &mut dyn Camera, image: &mut GreyImage, profile: &CameraProfile) -> FrameInfo {
     let watch = Stopwatch::start();
     while watch.own_time() <= profile.frame_limit + SCHEDULING_SLACK {
@@ -364,7 +363,7 @@ fn frame(camera: &mut dyn Camera, image: &mut GreyImage, profile: &CameraProfile
     panic!("no frame within {:?}", profile.frame_limit);
 }
 
-/// One call of `next_frame`, which must not outlast its timeout by more than a call may take.
+/// One call of `next_frame`, which must not exceed its timeout by more than [`CALL_LIMIT`].
 fn look(
     camera: &mut dyn Camera,
     image: &mut GreyImage,
@@ -377,7 +376,7 @@ fn blank() -> GreyImage {
     GreyImage::new(1, 1, Pixels::Eight(vec![0])).expect("one pixel for one pixel")
 }
 
-/// Where an image's pixels are.
+/// Address of an image's pixels.
 fn address(image: &GreyImage) -> usize {
     match image.pixels() {
         Pixels::Eight(pixels) => pixels.as_ptr().addr(),

@@ -1,4 +1,4 @@
-//! The rules of a laser.
+//! The contract of a laser.
 
 use std::time::Duration;
 
@@ -6,31 +6,31 @@ use super::Cable;
 use super::calls::{SCHEDULING_SLACK, short, wait_for};
 use crate::{LASER_LEASE_LIMIT, Laser, LaserError};
 
-/// What the suite must know of a laser.
+/// Properties of a laser for the suite.
 pub struct LaserProfile {
-    /// Whether light is really on, by somebody else than the driver.
+    /// Whether light is really on, from a source other than the driver.
     pub light: Option<Box<dyn Fn() -> bool>>,
     /// From the end of a lease, or from a command, to its effect at the witness.
     pub reaction_limit: Duration,
-    /// Its cable, if the test can pull it.
+    /// Its cable, if the test can unplug it.
     pub cable: Option<Cable>,
 }
 
-/// A lease for the rules that let one run out.
+/// A lease for the rules in which one expires.
 const SHORT_LEASE: Duration = Duration::from_millis(120);
 
-/// A lease that outlasts every rule but the one on the longest lease.
+/// A lease longer than every rule except the one on the longest lease.
 const LONG_LEASE: Duration = LASER_LEASE_LIMIT;
 
-/// A laser is noticed to be gone within this time (`promises.md`: serial faults).
+/// The loss of a laser is detected within this time (`promises.md`: serial faults).
 const GONE_LIMIT: Duration = Duration::from_secs(1);
 
-/// Longest way back after the cable is in again.
+/// Longest reconnection after the cable is plugged in again.
 const RECONNECT_LIMIT: Duration = Duration::from_secs(5);
 
 type Open<'a> = &'a mut dyn FnMut() -> Box<dyn Laser>;
 
-/// Runs every rule of a laser; each on a device freshly opened.
+/// Runs every rule of a laser, each on a newly opened device.
 pub fn laser(open: Open, profile: &LaserProfile) {
     it_is_dark_when_opened(open(), profile);
     it_shines_as_accepted(open(), profile);
@@ -45,7 +45,7 @@ pub fn laser(open: Open, profile: &LaserProfile) {
     laser_faults(open, profile);
 }
 
-/// Runs the rules about a pulled cable, where the profile has one.
+/// Runs the rules about an unplugged cable, if the profile has one.
 pub fn laser_faults(open: Open, profile: &LaserProfile) {
     if let Some(cable) = &profile.cable {
         an_unplugged_laser_is_gone_and_comes_back_dark(open(), profile, cable);
@@ -54,18 +54,18 @@ pub fn laser_faults(open: Open, profile: &LaserProfile) {
 
 fn it_is_dark_when_opened(mut laser: Box<dyn Laser>, profile: &LaserProfile) {
     let state = short("poll", || laser.poll()).expect("a sound laser");
-    assert!(!state.emitting && state.power == 0.0, "it shines when opened: {state:?}");
-    witness_sees(profile, false, "it shines when opened");
+    assert!(!state.emitting && state.power == 0.0, "it is on when opened: {state:?}");
+    witness_sees(profile, false, "it is on when opened");
 }
 
 fn it_shines_as_accepted(mut laser: Box<dyn Laser>, profile: &LaserProfile) {
     let power = some_power(&*laser);
-    let accepted = short("switch_on", || laser.switch_on(power, LONG_LEASE)).expect("dark, sound and in range");
-    assert!(accepted.emitting, "switched on, and it says it is dark");
+    let accepted = short("switch_on", || laser.switch_on(power, LONG_LEASE)).expect("off, working and in range");
+    assert!(accepted.emitting, "switched on, but it reports off");
     assert!(accepted.power > 0.0 && accepted.power <= 1.0, "accepted a power of {}", accepted.power);
     let polled = laser.poll().expect("a sound laser");
     assert_eq!((polled.emitting, polled.power), (true, accepted.power), "`poll` differs from what was accepted");
-    witness_sees(profile, true, "switched on, and no light comes");
+    witness_sees(profile, true, "switched on, but there is no light");
     laser.switch_off().expect("switch off");
 }
 
@@ -73,20 +73,20 @@ fn impossible_powers_are_refused(mut laser: Box<dyn Laser>, profile: &LaserProfi
     for power in [0.0, -0.5, 1.5, f64::NAN, f64::INFINITY] {
         let refusal = laser.switch_on(power, LONG_LEASE);
         assert!(matches!(refusal, Err(LaserError::BadPower { .. })), "a power of {power} gave {refusal:?}");
-        assert!(!laser.poll().expect("a sound laser").emitting, "it shines after a refused power of {power}");
+        assert!(!laser.poll().expect("a sound laser").emitting, "it is on after a refused power of {power}");
     }
-    witness_sees(profile, false, "it shines after a refused power");
+    witness_sees(profile, false, "it is on after a refused power");
 }
 
 fn it_goes_dark_when_the_lease_ends(mut laser: Box<dyn Laser>, profile: &LaserProfile) {
     let power = some_power(&*laser);
     laser.switch_on(power, SHORT_LEASE).expect("sound");
-    witness_sees(profile, true, "switched on, and no light comes");
-    // The caller hangs: nobody calls the driver until the witness has seen the end.
+    witness_sees(profile, true, "switched on, but there is no light");
+    // The caller hangs: the driver is not called until the witness has seen the laser go off.
     crate::time::sleep(SHORT_LEASE);
-    witness_sees(profile, false, "the lease ended while its owner hung, and it still shines");
+    witness_sees(profile, false, "the lease ended while its owner hung, and it is still on");
     wait_for(profile.reaction_limit + SCHEDULING_SLACK, "the lease's end shows in `poll`", || {
-        (!laser.poll().expect("the end of a lease is no fault").emitting).then_some(())
+        (!laser.poll().expect("the end of a lease is not a fault").emitting).then_some(())
     });
 }
 
@@ -97,24 +97,24 @@ fn renewing_keeps_it_shining(mut laser: Box<dyn Laser>, profile: &LaserProfile) 
     let begin = crate::time::now();
     while crate::time::since(begin) < 2 * lease {
         let state = short("renew", || laser.renew(lease)).expect("shining");
-        assert!(state.emitting, "it went dark though its lease was renewed");
+        assert!(state.emitting, "it went off although its lease was renewed");
         crate::time::sleep(lease / 8);
     }
-    witness_sees(profile, true, "it went dark though its lease was renewed");
+    witness_sees(profile, true, "it went off although its lease was renewed");
     laser.switch_off().expect("switch off");
 }
 
 fn renewing_does_not_switch_on(mut laser: Box<dyn Laser>, profile: &LaserProfile) {
-    let state = laser.renew(LONG_LEASE).expect("renewing nothing is no fault");
-    assert!(!state.emitting, "renewing switched on what never shone");
+    let state = laser.renew(LONG_LEASE).expect("renewing nothing is not a fault");
+    assert!(!state.emitting, "renewing switched on a laser that was never on");
     let power = some_power(&*laser);
     laser.switch_on(power, SHORT_LEASE).expect("sound");
     wait_for(SHORT_LEASE + profile.reaction_limit + SCHEDULING_SLACK, "the lease ends", || {
         (!laser.poll().expect("sound").emitting).then_some(())
     });
-    let state = laser.renew(LONG_LEASE).expect("renewing an ended lease is no fault");
-    assert!(!state.emitting, "renewing switched on what had gone dark");
-    witness_sees(profile, false, "renewing switched on what had gone dark");
+    let state = laser.renew(LONG_LEASE).expect("renewing an ended lease is not a fault");
+    assert!(!state.emitting, "renewing switched on a laser that had gone off");
+    witness_sees(profile, false, "renewing switched on a laser that had gone off");
 }
 
 fn no_lease_is_longer_than_the_limit(mut laser: Box<dyn Laser>, profile: &LaserProfile) {
@@ -128,7 +128,7 @@ fn no_lease_is_longer_than_the_limit(mut laser: Box<dyn Laser>, profile: &LaserP
 }
 
 fn switching_off_works_in_every_state(mut laser: Box<dyn Laser>, profile: &LaserProfile) {
-    short("switch_off", || laser.switch_off()).expect("off while dark");
+    short("switch_off", || laser.switch_off()).expect("off while off");
     let power = some_power(&*laser);
     laser.switch_on(power, LONG_LEASE).expect("sound");
     short("switch_off", || laser.switch_off()).expect("off while shining");
@@ -136,25 +136,25 @@ fn switching_off_works_in_every_state(mut laser: Box<dyn Laser>, profile: &Laser
     wait_for(profile.reaction_limit + SCHEDULING_SLACK, "switched off shows in `poll`", || {
         (!laser.poll().expect("sound").emitting).then_some(())
     });
-    witness_sees(profile, false, "it shines after `switch_off`");
+    witness_sees(profile, false, "it is on after `switch_off`");
 }
 
 fn it_is_dark_when_its_owner_is_gone(mut laser: Box<dyn Laser>, profile: &LaserProfile) {
     let power = some_power(&*laser);
     laser.switch_on(power, LONG_LEASE).expect("sound");
-    witness_sees(profile, true, "switched on, and no light comes");
+    witness_sees(profile, true, "switched on, but there is no light");
     drop(laser);
-    witness_sees(profile, false, "its owner is gone, and it still shines");
+    witness_sees(profile, false, "its owner is gone, and it is still on");
 }
 
 fn reconnecting_a_sound_laser_darkens_it(mut laser: Box<dyn Laser>, profile: &LaserProfile) {
     let power = some_power(&*laser);
     laser.switch_on(power, LONG_LEASE).expect("sound");
-    short("reconnect", || laser.reconnect()).expect("nothing is in its way");
-    wait_for(RECONNECT_LIMIT, "the laser is reached again, and dark", || {
+    short("reconnect", || laser.reconnect()).expect("nothing prevents it");
+    wait_for(RECONNECT_LIMIT, "the laser is reconnected and off", || {
         laser.poll().ok().filter(|state| !state.emitting)
     });
-    witness_sees(profile, false, "it came back shining");
+    witness_sees(profile, false, "it came back with the laser on");
 }
 
 fn an_unplugged_laser_is_gone_and_comes_back_dark(
@@ -165,24 +165,26 @@ fn an_unplugged_laser_is_gone_and_comes_back_dark(
     let power = some_power(&*laser);
     laser.switch_on(power, LONG_LEASE).expect("sound");
     (cable.unplug)();
-    wait_for(GONE_LIMIT + SCHEDULING_SLACK, "the pulled cable is noticed", || laser.poll().is_err().then_some(()));
-    assert!(laser.poll().is_err(), "told once that it is gone, then not any more");
+    wait_for(GONE_LIMIT + SCHEDULING_SLACK, "the unplugged cable is detected", || {
+        laser.poll().is_err().then_some(())
+    });
+    assert!(laser.poll().is_err(), "the loss is reported once only");
     assert!(laser.switch_on(power, LONG_LEASE).is_err(), "a laser that is gone was switched on");
     short("switch_off", || laser.switch_off()).ok();
     (cable.replug)();
     short("reconnect", || laser.reconnect()).ok();
-    let state = wait_for(RECONNECT_LIMIT, "the laser is reached again", || laser.poll().ok());
-    assert!(!state.emitting, "it came back shining");
-    witness_sees(profile, false, "it came back shining");
+    let state = wait_for(RECONNECT_LIMIT, "the laser is reconnected", || laser.poll().ok());
+    assert!(!state.emitting, "it came back with the laser on");
+    witness_sees(profile, false, "it came back with the laser on");
 }
 
-/// A power every laser of its kind takes.
+/// A power that every laser of its kind accepts.
 fn some_power(laser: &dyn Laser) -> f64 {
     laser.capabilities().power.map_or(1.0, |range| 0.5 * (range.min + range.max))
 }
 
-fn witness_sees(profile: &LaserProfile, shining: bool, otherwise: &str) {
+fn witness_sees(profile: &LaserProfile, is_on: bool, otherwise: &str) {
     if let Some(light) = &profile.light {
-        wait_for(profile.reaction_limit + SCHEDULING_SLACK, otherwise, || (light() == shining).then_some(()));
+        wait_for(profile.reaction_limit + SCHEDULING_SLACK, otherwise, || (light() == is_on).then_some(()));
     }
 }

@@ -1,8 +1,8 @@
-//! The suite that every camera, stage and laser passes: the simulated station, a replay, and real devices.
+//! The contract suite that every camera, stage and laser passes: the simulated station, a replay, and real devices.
 //!
-//! Every rule is a function of its own that opens a fresh device and panics with a sentence that names the rule.
-//! [`camera()`], [`stage()`] and [`laser()`] run all of them. What a device cannot do (hold a move, lose its cable on
-//! request) is said by its profile, and the rules about it are skipped.
+//! Every rule is a function that opens a new device and panics with a message that states the rule. [`camera()`],
+//! [`stage()`] and [`laser()`] run all of them. Rules about features that the profile does not declare (holding a move,
+//! unplugging the cable) are skipped.
 
 mod calls;
 mod camera;
@@ -15,10 +15,10 @@ pub use laser::{LaserProfile, laser, laser_faults};
 pub use stage::{StageProfile, stage, stage_faults};
 pub use stopwatch::Stopwatch;
 
-/// Pulls a device's cable, and puts it in again.
+/// Unplugs a device's cable, and plugs it in again.
 pub struct Cable {
-    /// Takes the device away.
+    /// Disconnects the device.
     pub unplug: Box<dyn Fn()>,
-    /// Brings it back, so that `reconnect` can reach it.
+    /// Connects it again, so that `reconnect` succeeds.
     pub replug: Box<dyn Fn()>,
 }

@@ -1,4 +1,4 @@
-//! The rules of a stage.
+//! The contract of a stage.
 
 use std::time::Duration;
 
@@ -6,37 +6,37 @@ use super::Cable;
 use super::calls::{SCHEDULING_SLACK, short, wait_for};
 use crate::{Homing, Stage, StageError, StageState};
 
-/// What the suite must know of a stage.
+/// Properties of a stage for the suite.
 pub struct StageProfile {
-    /// Speed of the test's moves. For a stage that takes time, so slow that a move over half its travel is seen
-    /// under way.
+    /// Speed of the test's moves. For a stage with real durations, so low that a move over half its travel is observed
+    /// in motion.
     pub speed_mm_s: f64,
-    /// How near to its target a move ends.
+    /// Largest distance from its target at which a move ends.
     pub tolerance_mm: f64,
-    /// Whether moves take no time, so that none is ever seen under way.
+    /// Whether moves are instantaneous, so that none is observed in motion.
     pub instant: bool,
     /// Longest homing or move of the tests.
     pub motion_limit: Duration,
-    /// From a stop or hold to rest: braking, and a report of it.
+    /// From a stop or hold to rest: braking, and its report.
     pub rest_limit: Duration,
-    /// For a controller that a stop during homing halts for good: presses its reset button.
+    /// For a controller that is halted permanently by a stop during homing: presses its reset button.
     pub reset_button: Option<Box<dyn Fn()>>,
-    /// Its cable, if the test can pull it.
+    /// Its cable, if the test can unplug it.
     pub cable: Option<Cable>,
 }
 
-/// A stage is noticed to be gone within this time (`promises.md`: serial faults).
+/// The loss of a stage is detected within this time (`promises.md`: serial faults).
 const GONE_LIMIT: Duration = Duration::from_secs(1);
 
-/// Longest way back after the cable is in again.
+/// Longest reconnection after the cable is plugged in again.
 const RECONNECT_LIMIT: Duration = Duration::from_secs(5);
 
-/// Looks at a stage that is to stand still.
+/// Number of polls that verify that a stage is at rest.
 const N_LOOKS: usize = 10;
 
 type Open<'a> = &'a mut dyn FnMut() -> Box<dyn Stage>;
 
-/// Runs every rule of a stage; each on a device freshly opened.
+/// Runs every rule of a stage, each on a newly opened device.
 pub fn stage(open: Open, profile: &StageProfile) {
     it_is_at_rest_when_opened(open());
     nothing_moves_before_homing(open(), profile);
@@ -62,7 +62,7 @@ pub fn stage(open: Open, profile: &StageProfile) {
     stage_faults(open, profile);
 }
 
-/// Runs the rules about a pulled cable, where the profile has one.
+/// Runs the rules about an unplugged cable, if the profile has one.
 pub fn stage_faults(open: Open, profile: &StageProfile) {
     if let Some(cable) = &profile.cable {
         an_unplugged_stage_is_gone_until_it_is_reconnected(open(), profile, cable, false);
@@ -76,7 +76,7 @@ fn it_is_at_rest_when_opened(mut stage: Box<dyn Stage>) {
     let state = look(&mut *stage);
     assert!(!state.moving && !state.held, "it moves when opened: {state:?}");
     if stage.capabilities().homing == Homing::Required {
-        assert!(!state.homed && state.position_mm.is_none(), "it tells a position before homing: {state:?}");
+        assert!(!state.homed && state.position_mm.is_none(), "it reports a position before homing: {state:?}");
     }
 }
 
@@ -95,7 +95,7 @@ fn nothing_moves_before_homing(mut stage: Box<dyn Stage>, profile: &StageProfile
 fn homing_gives_a_position(mut stage: Box<dyn Stage>, profile: &StageProfile) {
     home(&mut *stage, profile);
     let state = look(&mut *stage);
-    assert!(state.homed && state.position_mm.is_some(), "homed, and it does not know where it is: {state:?}");
+    assert!(state.homed && state.position_mm.is_some(), "homed, and its position is unknown: {state:?}");
 }
 
 fn a_move_ends_where_it_was_accepted(mut stage: Box<dyn Stage>, profile: &StageProfile) {
@@ -104,7 +104,7 @@ fn a_move_ends_where_it_was_accepted(mut stage: Box<dyn Stage>, profile: &StageP
     for target_mm in [near_mm, far_mm, near_mm] {
         let accepted = short("start_move", || stage.start_move(target_mm, profile.speed_mm_s)).expect("in travel");
         let off_mm = (accepted.target_mm - target_mm).abs();
-        assert!(off_mm <= profile.tolerance_mm, "asked for {target_mm} mm, accepted {} mm", accepted.target_mm);
+        assert!(off_mm <= profile.tolerance_mm, "requested {target_mm} mm, accepted {} mm", accepted.target_mm);
         assert!(accepted.speed_mm_s > 0.0, "accepted a speed of {} mm/s", accepted.speed_mm_s);
         arrives(&mut *stage, accepted.target_mm, profile);
     }
@@ -132,7 +132,7 @@ fn targets_outside_the_travel_are_refused(mut stage: Box<dyn Stage>, profile: &S
             "a move to {target_mm} mm gave {refusal:?}"
         );
     }
-    stands(&mut *stage, before, profile, "it moved though the move was refused");
+    expect_at_rest(&mut *stage, before, profile, "it moved though the move was refused");
 }
 
 fn numbers_that_make_no_move_are_refused(mut stage: Box<dyn Stage>, profile: &StageProfile) {
@@ -153,7 +153,7 @@ fn numbers_that_make_no_move_are_refused(mut stage: Box<dyn Stage>, profile: &St
     }
     let refusal = stage.start_jog(f64::NAN, profile.speed_mm_s);
     assert!(matches!(refusal, Err(StageError::BadNumber { .. })), "a jog over NaN gave {refusal:?}");
-    stands(&mut *stage, before, profile, "it moved though the move was refused");
+    expect_at_rest(&mut *stage, before, profile, "it moved though the move was refused");
 }
 
 fn a_jog_goes_its_distance(mut stage: Box<dyn Stage>, profile: &StageProfile) {
@@ -164,7 +164,7 @@ fn a_jog_goes_its_distance(mut stage: Box<dyn Stage>, profile: &StageProfile) {
     arrives(&mut *stage, near_mm, profile);
     let accepted = short("start_jog", || stage.start_jog(distance_mm, profile.speed_mm_s)).expect("in travel");
     let off_mm = (accepted.target_mm - near_mm - distance_mm).abs();
-    assert!(off_mm <= 2.0 * profile.tolerance_mm, "jogs {off_mm} mm beside the distance asked for");
+    assert!(off_mm <= 2.0 * profile.tolerance_mm, "jogs {off_mm} mm off the requested distance");
     arrives(&mut *stage, accepted.target_mm, profile);
 }
 
@@ -188,7 +188,7 @@ fn stop_works_at_rest(mut stage: Box<dyn Stage>, profile: &StageProfile) {
         short("stop", || stage.stop()).expect("stop at rest");
         at_rest(&mut *stage, profile.rest_limit);
     }
-    stands(&mut *stage, before, profile, "a stop at rest moved it or cost its position");
+    expect_at_rest(&mut *stage, before, profile, "a stop at rest moved it or cost its position");
     let target_mm = targets(&*stage).1;
     stage.start_move(target_mm, profile.speed_mm_s).expect("a stop at rest leaves it ready");
     arrives(&mut *stage, target_mm, profile);
@@ -198,20 +198,20 @@ fn clearing_no_fault_changes_nothing(mut stage: Box<dyn Stage>, profile: &StageP
     home(&mut *stage, profile);
     let before = look(&mut *stage).position_mm;
     short("clear_fault", || stage.clear_fault()).expect("there is none");
-    stands(&mut *stage, before, profile, "clearing no fault cost the position");
+    expect_at_rest(&mut *stage, before, profile, "clearing no fault cost the position");
 }
 
 fn reconnecting_a_sound_stage_leaves_it_at_rest(mut stage: Box<dyn Stage>, profile: &StageProfile) {
     home(&mut *stage, profile);
-    short("reconnect", || stage.reconnect()).expect("nothing is in its way");
-    let state = wait_for(RECONNECT_LIMIT, "the stage is reached again", || stage.poll().ok());
+    short("reconnect", || stage.reconnect()).expect("nothing prevents it");
+    let state = wait_for(RECONNECT_LIMIT, "the stage is reconnected", || stage.poll().ok());
     assert!(!state.moving, "it came back moving");
 }
 
 fn a_move_is_seen_under_way(mut stage: Box<dyn Stage>, profile: &StageProfile) {
     home(&mut *stage, profile);
     let (near_mm, far_mm) = far_move(&mut *stage, profile);
-    assert!(look(&mut *stage).moving, "a move was started, and it says it rests");
+    assert!(look(&mut *stage).moving, "a move was started, but it reports rest");
     under_way(&mut *stage, near_mm, far_mm, profile);
     arrives(&mut *stage, far_mm, profile);
 }
@@ -252,14 +252,14 @@ fn stop_ends_homing(mut stage: Box<dyn Stage>, profile: &StageProfile) {
         return;
     }
     short("start_home", || stage.start_home()).expect("sound");
-    assert!(look(&mut *stage).moving, "homing was started, and it says it rests");
+    assert!(look(&mut *stage).moving, "homing was started, but it reports rest");
     short("stop", || stage.stop()).expect("stop while homing");
     let mut button = profile.reset_button.as_ref();
     let limit = if button.is_some() { RECONNECT_LIMIT } else { profile.rest_limit + SCHEDULING_SLACK };
     let state = wait_for(limit, "homing ends after a stop", || {
         match stage.poll() {
             Ok(state) => (!state.moving).then_some(state),
-            // A controller that calls a stopped homing an alarm tells it until it is cleared.
+            // A controller for which a stopped homing is an alarm reports it until it is cleared.
             Err(_) => {
                 if stage.clear_fault().is_err()
                     && let Some(press) = &mut button
@@ -272,7 +272,10 @@ fn stop_ends_homing(mut stage: Box<dyn Stage>, profile: &StageProfile) {
             }
         }
     });
-    assert!(!state.homed && state.position_mm.is_none(), "homing was stopped, and it tells a position: {state:?}");
+    assert!(
+        !state.homed && state.position_mm.is_none(),
+        "homing was stopped, and it reports a position: {state:?}"
+    );
     home(&mut *stage, profile);
 }
 
@@ -285,7 +288,7 @@ fn a_held_move_goes_on_when_resumed(mut stage: Box<dyn Stage>, profile: &StagePr
         let state = look(&mut *stage);
         (state.held && !state.moving).then_some(state)
     });
-    stands(&mut *stage, held.position_mm, profile, "a held stage crept");
+    expect_at_rest(&mut *stage, held.position_mm, profile, "a held stage crept");
     short("resume", || stage.resume()).expect("resume");
     arrives(&mut *stage, far_mm, profile);
 }
@@ -314,21 +317,21 @@ fn an_unplugged_stage_is_gone_until_it_is_reconnected(
     }
     (cable.unplug)();
     let gone = |fault: &StageError| matches!(fault, StageError::Gone { .. } | StageError::NoReply { .. });
-    wait_for(GONE_LIMIT + SCHEDULING_SLACK, "the pulled cable is noticed", || stage.poll().err().filter(gone));
+    wait_for(GONE_LIMIT + SCHEDULING_SLACK, "the unplugged cable is detected", || stage.poll().err().filter(gone));
     let again = stage.poll();
-    assert!(again.is_err(), "told once that it is gone, then {again:?}");
+    assert!(again.is_err(), "the loss is reported once, then {again:?}");
     let refusal = short("start_move", || stage.start_move(middle(&*stage), profile.speed_mm_s));
     assert!(refusal.is_err(), "a stage that is gone accepted {refusal:?}");
     short("stop", || stage.stop()).ok();
     (cable.replug)();
     short("reconnect", || stage.reconnect()).ok();
-    let state = wait_for(RECONNECT_LIMIT, "the stage is reached again", || stage.poll().ok());
-    // It may still brake from the move it was torn out of; a move that was repeated goes on for longer.
+    let state = wait_for(RECONNECT_LIMIT, "the stage is reconnected", || stage.poll().ok());
+    // It may still brake from the interrupted move; a repeated move would take longer.
     at_rest(&mut *stage, profile.rest_limit);
     if stage.capabilities().homing == Homing::Required {
         assert!(
             !state.homed && state.position_mm.is_none(),
-            "it came back with a position it cannot know: {state:?}"
+            "it came back with an unknowable position: {state:?}"
         );
     }
     home(&mut *stage, profile);
@@ -343,7 +346,7 @@ fn home(stage: &mut dyn Stage, profile: &StageProfile) {
     });
 }
 
-/// Starts a move from the near target to the far one; its ends.
+/// Starts a move from the near target to the far one; returns both.
 fn far_move(stage: &mut dyn Stage, profile: &StageProfile) -> (f64, f64) {
     let (near_mm, far_mm) = targets(stage);
     stage.start_move(near_mm, profile.speed_mm_s).expect("in travel");
@@ -352,9 +355,9 @@ fn far_move(stage: &mut dyn Stage, profile: &StageProfile) -> (f64, f64) {
     (near_mm, accepted.target_mm)
 }
 
-/// Waits until a position strictly between the ends is told.
+/// Waits until a position strictly between the ends is reported.
 fn under_way(stage: &mut dyn Stage, near_mm: f64, far_mm: f64, profile: &StageProfile) {
-    wait_for(profile.motion_limit + SCHEDULING_SLACK, "positions on the way are told", || {
+    wait_for(profile.motion_limit + SCHEDULING_SLACK, "positions during the move are reported", || {
         let at_mm = look(stage).position_mm?;
         (at_mm > near_mm + profile.tolerance_mm && at_mm < far_mm - profile.tolerance_mm).then_some(())
     });
@@ -362,7 +365,7 @@ fn under_way(stage: &mut dyn Stage, near_mm: f64, far_mm: f64, profile: &StagePr
 
 fn arrives(stage: &mut dyn Stage, target_mm: f64, profile: &StageProfile) {
     at_rest(stage, profile.motion_limit);
-    let at_mm = look(stage).position_mm.expect("a homed stage knows where it is");
+    let at_mm = look(stage).position_mm.expect("a homed stage reports its position");
     assert!(
         (at_mm - target_mm).abs() <= profile.tolerance_mm,
         "rests at {at_mm} mm, not at its target {target_mm} mm"
@@ -376,16 +379,16 @@ fn at_rest(stage: &mut dyn Stage, limit: Duration) {
     });
 }
 
-/// It rests, and short of `far_mm`: a stopped move is not taken up again.
+/// Asserts that it is at rest and short of `far_mm`: a stopped move is not continued.
 fn stays_short_of(stage: &mut dyn Stage, far_mm: f64, profile: &StageProfile) {
     let stopped_at = look(stage).position_mm;
     if let Some(at_mm) = stopped_at {
         assert!(at_mm < far_mm - profile.tolerance_mm, "stopped, and it is at its target of {far_mm} mm");
     }
-    stands(stage, stopped_at, profile, "a stopped move went on");
+    expect_at_rest(stage, stopped_at, profile, "a stopped move continued");
 }
 
-fn stands(stage: &mut dyn Stage, at_mm: Option<f64>, profile: &StageProfile, otherwise: &str) {
+fn expect_at_rest(stage: &mut dyn Stage, at_mm: Option<f64>, profile: &StageProfile, otherwise: &str) {
     for _ in 0..N_LOOKS {
         crate::time::sleep(Duration::from_millis(5));
         let now = look(stage);
@@ -398,10 +401,10 @@ fn stands(stage: &mut dyn Stage, at_mm: Option<f64>, profile: &StageProfile, oth
 }
 
 fn look(stage: &mut dyn Stage) -> StageState {
-    short("poll", || stage.poll()).unwrap_or_else(|fault| panic!("a sound stage tells a fault: {fault}"))
+    short("poll", || stage.poll()).unwrap_or_else(|fault| panic!("a working stage reports a fault: {fault}"))
 }
 
-/// Two targets a good way apart, within the travel.
+/// Two targets far apart within the travel.
 fn targets(stage: &dyn Stage) -> (f64, f64) {
     let (low_mm, high_mm) = stage.capabilities().travel_mm;
     (low_mm + 0.25 * (high_mm - low_mm), low_mm + 0.75 * (high_mm - low_mm))

@@ -1,5 +1,5 @@
-//! A stopwatch that leaves out how late this machine runs threads that are due: a test holds the product to its time,
-//! and not the machine.
+//! A stopwatch that excludes the scheduling latency of the machine, so that a test measures the product and not the
+//! machine.
 
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -7,18 +7,19 @@ use std::time::{Duration, Instant};
 
 use crate::time;
 
-/// Pause between two beats.
+/// Interval of the heartbeat.
 const BEAT: Duration = Duration::from_millis(1);
 
-/// Threads that hand a command on until it shows: caller, station, driver, firmware. Each can be as late as the beat.
+/// Number of threads in sequence from a command to its visible effect: caller, station, driver, firmware. Each can be
+/// as late as the heartbeat.
 const HANDED_ON: u32 = 4;
 
-/// A thread that wants to run every millisecond, and what it missed.
+/// A thread that is due every millisecond, and its lateness.
 struct Heart {
     begun_at: Instant,
-    /// Nanoseconds from `begun_at` to the newest beat.
+    /// Nanoseconds from `begun_at` to the latest beat.
     beaten_at: AtomicU64,
-    /// What all beats together came late, nanoseconds.
+    /// Total lateness of all beats, nanoseconds.
     late: AtomicU64,
 }
 
@@ -30,20 +31,19 @@ pub struct Stopwatch {
 }
 
 impl Stopwatch {
-    /// Begins to measure.
+    /// Starts the measurement.
     pub fn start() -> Self {
         Self { late_before: late(), begun_at: time::now() }
     }
 
-    /// The time since the start without what the machine may have added, which is next to nothing where processors are
-    /// free.
+    /// Time since the start minus the estimated scheduling latency, which is next to nothing on an idle machine.
     pub fn own_time(&self) -> Duration {
         let elapsed = time::since(self.begun_at);
         elapsed.saturating_sub(HANDED_ON * late().saturating_sub(self.late_before))
     }
 }
 
-/// What beats came late since the process began, the one included that is due.
+/// Total lateness of beats since the process began, including the one that is due.
 fn late() -> Duration {
     if time::is_simulated() {
         return Duration::ZERO;
@@ -54,7 +54,7 @@ fn late() -> Duration {
     Duration::from_nanos(heart.late.load(Ordering::SeqCst)) + lateness_of(since_beat)
 }
 
-/// A beat may be late by its own length: so much is the timer's.
+/// A beat may be late by its own interval, which is the timer's resolution.
 fn lateness_of(pause: Duration) -> Duration {
     pause.saturating_sub(2 * BEAT)
 }

@@ -1,7 +1,7 @@
 //! A laser that this program does not switch: it is on as long as it has power.
 //!
-//! Scans need no more. Whatever is promised elsewhere of darkness (at start, at rest, after Stop, after a fault, when
-//! the program ends) is not kept by this program for such a laser, and every place that speaks of it says so.
+//! This is sufficient for scans. The promises about the laser being off (at start, at rest, after Stop, after a fault,
+//! at exit) do not hold for such a laser, and this is stated wherever the promises are.
 
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -29,8 +29,8 @@ impl Driver for AlwaysOnDriver {
     }
 }
 
-/// See the module. Its state is what is wanted of it, with the lease of every laser, so that whoever uses it waits for
-/// nothing; `capabilities` says that none of it is so.
+/// See the module. Its state is the requested one, with leases like any laser's, so that callers need no special case;
+/// `capabilities` states that it is not switched.
 #[derive(Debug, Default)]
 pub struct AlwaysOnLaser {
     wanted_until: Option<Instant>,
@@ -94,7 +94,7 @@ mod tests {
     use crate::contract::{self, LaserProfile};
 
     #[test]
-    fn it_passes_the_suite_without_a_witness_and_says_that_it_is_not_switched() {
+    fn it_passes_the_suite_and_reports_that_it_is_not_switched() {
         let profile = LaserProfile { light: None, reaction_limit: Duration::from_millis(20), cable: None };
         contract::laser(&mut || Box::new(AlwaysOnLaser::default()), &profile);
         let laser = AlwaysOnLaser::default();

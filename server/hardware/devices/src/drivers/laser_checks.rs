@@ -1,8 +1,8 @@
-//! What every laser refuses by the same words.
+//! Checks common to all lasers.
 
 use crate::LaserError;
 
-/// `power` is a share of full power above 0.
+/// Checks that `power` is a fraction of full power above 0.
 ///
 /// # Errors
 /// [`LaserError::BadPower`].

@@ -1,4 +1,4 @@
-//! The drivers: one module a kind of device, and what they share.
+//! The drivers: one module per kind of device, and their common parts.
 
 pub mod always_on;
 pub mod controller;

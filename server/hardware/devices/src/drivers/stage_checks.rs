@@ -1,8 +1,8 @@
-//! What every stage refuses by the same words.
+//! Checks common to all stages.
 
 use crate::StageError;
 
-/// The distance or target called `name` and the speed are numbers that make a move.
+/// Checks that the distance or target called `name` and the speed are valid numbers.
 ///
 /// # Errors
 /// [`StageError::BadNumber`].
@@ -16,7 +16,7 @@ pub fn check_numbers(name: &'static str, value: f64, speed_mm_s: f64) -> Result<
     Ok(())
 }
 
-/// `target_mm` is within the travel.
+/// Checks that `target_mm` is within the travel.
 ///
 /// # Errors
 /// [`StageError::OutOfTravel`].

@@ -1,17 +1,17 @@
-//! Bytes from a line, cut into its lines.
+//! Splits the bytes of a line into text lines.
 
 use std::time::Instant;
 
 use crate::params::SERIAL_LINE_BYTES;
 
-/// Collects bytes until a line ends.
+/// Collects bytes until a text line ends.
 #[derive(Debug, Default)]
 pub struct LineReader {
     bytes: Vec<u8>,
     since: Option<Instant>,
 }
 
-/// A line without its end, and when its first byte came.
+/// A text line without its ending, and when its first byte was received.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ReceivedLine {
     pub text: String,
@@ -19,7 +19,8 @@ pub struct ReceivedLine {
 }
 
 impl LineReader {
-    /// Takes a byte that came at `now`; the line, if this ends one. A line that grows too long is cut and handed out.
+    /// Takes a byte received at `now`; returns the text line that it ends, if any. A line that is too long is cut and
+    /// returned.
     pub fn take(&mut self, byte: u8, now: Instant) -> Option<ReceivedLine> {
         let began_at = *self.since.get_or_insert(now);
         if byte != b'\n' {
@@ -33,16 +34,16 @@ impl LineReader {
         Some(ReceivedLine { text, began_at })
     }
 
-    /// Forgets what has come of a line.
+    /// Discards a partial line.
     pub fn clear(&mut self) {
         (self.bytes, self.since) = (Vec::new(), None);
     }
 }
 
-/// Longest part of a foreign line that is shown.
+/// Most characters shown of a foreign line.
 const SHOWN_CHARS: usize = 40;
 
-/// A line fit to be shown: short, and without control characters.
+/// A line for display: short, and without control characters.
 pub fn shortened(line: &str) -> String {
     let shown = |c: char| if c.is_control() { '·' } else { c };
     line.trim().chars().take(SHOWN_CHARS).map(shown).collect()

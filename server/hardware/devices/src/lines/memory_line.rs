@@ -1,4 +1,4 @@
-//! A serial line inside this process, for simulated time: what a pseudo-terminal is in real time.
+//! A serial line inside this process for simulated time, equivalent to a pseudo-terminal in real time.
 
 use parking_lot::{Mutex, MutexGuard};
 use std::collections::{BTreeMap, VecDeque};
@@ -9,10 +9,10 @@ use std::time::Duration;
 use crate::lines::serial_line::{SerialLine, SerialLineError, SerialWriter};
 use crate::time;
 
-/// Bytes that wait to be read, as many as a terminal keeps.
+/// Size of the receive buffer, as of a terminal.
 const BUFFER_BYTES: usize = 4096;
 
-/// The ports of this process, by their places.
+/// The ports of this process, by path.
 static PORTS: Mutex<BTreeMap<PathBuf, Arc<Mutex<Wires>>>> = Mutex::new(BTreeMap::new());
 
 #[derive(Debug, Default)]
@@ -42,7 +42,7 @@ fn write(waiting: &mut VecDeque<u8>, bytes: &[u8]) {
     waiting.extend(&bytes[..bytes.len().min(room)]);
 }
 
-/// The controller's end: dropped, the cable is cut.
+/// The controller's end; dropping it cuts the cable.
 pub struct MemoryPort {
     place: PathBuf,
     wires: Arc<Mutex<Wires>>,
@@ -55,7 +55,7 @@ impl MemoryPort {
         Self { place: place.to_owned(), wires }
     }
 
-    /// Reads what has come, waiting for `wait` at most; 0: nothing came.
+    /// Reads received bytes, waiting for `wait` at most; 0 if there are none.
     pub fn read(&mut self, buffer: &mut [u8], wait: Duration) -> usize {
         time::look_for(wait, || read(&self.wires, |wires| &mut wires.to_controller, buffer)).unwrap_or(0)
     }
@@ -82,7 +82,7 @@ pub struct MemoryLine {
 }
 
 impl MemoryLine {
-    /// The port at `place`, not opened yet.
+    /// The port at `place`, not open yet.
     pub fn new(place: &str) -> Self {
         Self { place: place.to_owned(), wires: None }
     }

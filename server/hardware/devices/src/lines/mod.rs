@@ -1,4 +1,4 @@
-//! Bytes on a cable: serial, TCP and in memory, cut into lines, and the dialogue with a controller over them.
+//! Byte streams: serial, TCP and in memory, split into text lines, and the dialogue with a controller over them.
 
 pub mod line_reader;
 pub mod memory_line;

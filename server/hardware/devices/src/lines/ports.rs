@@ -1,4 +1,4 @@
-//! What a driver's setting `port` means, and what may be written there.
+//! The driver setting `port`.
 
 use crate::Found;
 use crate::lines::memory_line::MemoryLine;
@@ -6,7 +6,7 @@ use crate::lines::serial_line::{PortLine, SerialLine};
 use crate::lines::tcp_line::{SCHEME, TcpLine};
 use crate::time;
 
-/// The line that a driver's setting `port` names: a device file, or `tcp://host:port`.
+/// The line named by a driver's setting `port`: a device file, or `tcp://host:port`.
 pub fn line_to(port: &str, baud_rate: u32) -> Box<dyn SerialLine> {
     match port.strip_prefix(SCHEME) {
         Some(address) => Box::new(TcpLine::new(address)),
@@ -15,7 +15,7 @@ pub fn line_to(port: &str, baud_rate: u32) -> Box<dyn SerialLine> {
     }
 }
 
-/// Serial ports with a device on USB, as values of a driver's setting `port`.
+/// Serial ports with a USB device, as values of a driver's setting `port`.
 pub fn ports_on_usb() -> Vec<Found> {
     let ports = serialport::available_ports().unwrap_or_default().into_iter();
     let on_usb = ports.filter(|port| matches!(port.port_type, serialport::SerialPortType::UsbPort(_)));

@@ -1,9 +1,9 @@
-//! The thread that drives a controller on a line, and what its devices share: written once for every protocol.
+//! The thread that drives a controller on a line, shared by its devices and written once for all protocols.
 //!
-//! A protocol is a [`Dialogue`]: a state without thread, line and clock. Callers write their lines themselves, under the
-//! lock of the dialogue, so that nothing queues; the thread reads, keeps the time (queries, leases, silence) and opens
-//! the line. A stop's bytes go out past that lock, by a writer of their own. When the thread ends, for whatever reason,
-//! its last act are the dialogue's farewell bytes.
+//! A protocol is a [`Dialogue`]: a state without thread, line and clock. Callers write their lines themselves, under
+//! the lock of the dialogue, so that nothing queues; the thread reads, handles timers (queries, leases, silence) and
+//! opens the line. A stop's bytes bypass that lock, through a separate writer. When the thread ends, for whatever
+//! reason, it finally sends the dialogue's farewell bytes.
 
 use parking_lot::{Condvar, Mutex, MutexGuard};
 use std::sync::Arc;
@@ -16,42 +16,42 @@ use crate::params::ANSWER_WAIT;
 use crate::time::{self, Thread};
 use crate::{StageError, StopHandle};
 
-/// How often a thread without a line looks whether it is to open one.
+/// Interval at which a thread without a line checks whether to open it.
 const DOWN_WAIT: Duration = Duration::from_millis(50);
 
-/// What [`Controller::open`] waits beyond the opening's own limit.
+/// Time that [`Controller::open`] waits beyond the opening's own limit.
 const OPEN_SLACK: Duration = Duration::from_secs(2);
 
-/// Under a simulated clock, how soon a change is seen.
+/// Polling interval under a simulated clock.
 const LOOK: Duration = Duration::from_millis(1);
 
-/// Longest text of one read; reports have a hundred bytes.
+/// Bytes per read; reports have a hundred.
 const READ_BYTES: usize = 512;
 
-/// The bytes that stop what moves, written past everything else.
+/// The bytes that stop the motion, written bypassing everything else.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct StopBytes {
-    /// Which of the protocol's stops it is; the dialogue is told it again by [`Dialogue::stop_sent`].
+    /// Which of the protocol's stops it is; passed to [`Dialogue::stop_sent`].
     pub code: u8,
-    /// What is written; nothing where the protocol stops by sending no more.
+    /// The bytes; empty if the protocol stops by sending no more.
     pub bytes: Vec<u8>,
 }
 
-/// A protocol's state: bytes and time come in, bytes to be written collect.
+/// State of a protocol: takes bytes and time, and collects the bytes to be written.
 pub trait Dialogue: Send + 'static {
-    /// What goes wrong.
+    /// Faults of the protocol.
     type Fault;
 
     /// Whether the line is to be opened.
-    fn wants_open(&self) -> bool;
-    /// Whether the line may be closed: nothing is expected of it any more.
+    fn should_be_open(&self) -> bool;
+    /// Whether the line may be closed because nothing is expected of it.
     fn is_down(&self) -> bool;
-    /// Whether the opening ended: well, or with a fault.
+    /// Whether the opening has ended, with or without a fault.
     fn opened_or_failed(&self) -> bool;
-    /// The fault of the stage, if there is one.
+    /// Checks that the stage has no fault.
     ///
     /// # Errors
-    /// That fault.
+    /// Its fault.
     fn sound(&self) -> Result<(), StageError>;
     /// The line was opened.
     fn line_opened(&mut self, now: Instant);
@@ -59,33 +59,33 @@ pub trait Dialogue: Send + 'static {
     fn line_unopened(&mut self, reason: String);
     /// The line was lost.
     fn line_lost(&mut self, reason: String);
-    /// Takes what came.
+    /// Takes received bytes.
     fn received(&mut self, bytes: &[u8], now: Instant);
-    /// Does what is due.
+    /// Processes what is due.
     fn tick(&mut self, now: Instant);
     /// How long the thread may sleep before the next tick.
     fn wait(&self) -> Duration;
-    /// What is to be written, handed out once.
+    /// The bytes to be written, returned once.
     fn take_outgoing(&mut self) -> Vec<u8>;
-    /// What stops at this moment.
+    /// The stop for the current state.
     fn stop(&self) -> StopBytes;
-    /// The stop's bytes were written already; what follows them.
+    /// Continues after the stop's bytes were written.
     fn stop_sent(&mut self, code: u8, now: Instant);
-    /// Whether a stop that the thread told of before its byte was out is told again.
-    fn retells(&self, code: u8) -> bool {
+    /// Whether a stop that the thread announced before its byte was written is announced again.
+    fn announces_again(&self, code: u8) -> bool {
         let _ = code;
         true
     }
-    /// The last bytes of a line, after which nothing moves and nothing shines.
+    /// The last bytes of a line, after which nothing moves and the laser is off.
     fn farewell(&self) -> Vec<u8>;
-    /// Waits are for the answer to this line; a refusal goes to the waiting caller.
+    /// Waits for the answer to this line; a refusal goes to the waiting caller.
     fn wait_for(&mut self, ticket: u64);
     /// Whether the line was answered or discarded.
     fn answered_or_gone(&self, ticket: u64) -> bool;
-    /// Ends the wait; the refusal, if there was one.
+    /// Ends the wait; returns the refusal, if there was one.
     fn end_wait(&mut self) -> Option<Self::Fault>;
 
-    /// How many of `bytes`, of which there is at least one, are written in one piece.
+    /// How many of `bytes`, which is not empty, are written in one piece.
     fn piece(bytes: &[u8]) -> usize {
         bytes.len()
     }
@@ -103,8 +103,8 @@ struct Shared<D> {
     urgent: Mutex<Option<Box<dyn SerialWriter>>>,
     stop: Mutex<StopBytes>,
     farewell: Mutex<Vec<u8>>,
-    /// A stop whose byte goes out past the session, until the session knows of it. It is there before the byte is, so
-    /// that the controller's answer never comes before the question.
+    /// A stop whose byte bypasses the session, until the session knows of it. It is set before the byte is written, so
+    /// that the controller's answer never precedes it.
     announced: Mutex<Option<(u8, Instant)>>,
 }
 
@@ -115,7 +115,7 @@ pub struct Controller<D: Dialogue> {
 }
 
 impl<D: Dialogue> Controller<D> {
-    /// Starts a thread called `name` and waits, at most `open_limit`, for the controller to be reached and checked.
+    /// Starts a thread called `name` and waits, at most `open_limit`, until the controller is connected and checked.
     ///
     /// # Errors
     /// Why it was not.
@@ -151,7 +151,7 @@ impl<D: Dialogue> Controller<D> {
         desk.session.sound()
     }
 
-    /// Lets `act` change the session, and writes what it wants written.
+    /// Lets `act` change the session, and writes the resulting output.
     pub fn act<T>(&self, act: impl FnOnce(&mut D, Instant) -> T) -> T {
         let mut desk = self.shared.lock();
         let result = act(&mut desk.session, time::now());
@@ -159,8 +159,8 @@ impl<D: Dialogue> Controller<D> {
         result
     }
 
-    /// As [`Controller::act`], then waits for the answer to the line that was sent, as long as a call may take; a
-    /// later refusal becomes a fault.
+    /// As [`Controller::act`], then waits for the answer to the line sent, as long as a call may take; a later refusal
+    /// becomes a fault.
     pub fn ask<T, E>(
         &self,
         act: impl FnOnce(&mut D, Instant) -> Result<(T, Option<u64>), E>,
@@ -185,21 +185,21 @@ impl<D: Dialogue> Controller<D> {
         }
     }
 
-    /// Stops: the stop's bytes go out before anything else is looked at.
+    /// Stops: the stop's bytes are written before anything else.
     pub fn stop(&self) {
         let stop = self.shared.stop().clone();
         let written = self.shared.write_announced(&stop);
         let mut desk = self.shared.lock();
         match written {
             Ok(true) => {
-                let told_before = !self.shared.tell_of_stops(&mut desk);
-                if told_before && desk.session.retells(stop.code) {
-                    // The reader told of it before the bytes were out, and may have seen the end of a stop since: the
-                    // stop that came after it is verified anew.
+                let told_before = !self.shared.announce_stops(&mut desk);
+                if told_before && desk.session.announces_again(stop.code) {
+                    // The reader announced it before the bytes were written, and may have seen the end of a stop since:
+                    // the stop is verified again.
                     desk.session.stop_sent(stop.code, time::now());
                 }
             }
-            // No line: nothing moves by our doing, and the fault is told already.
+            // No line: nothing moves on our command, and the fault is reported already.
             Ok(false) => {}
             Err(reason) => desk.session.line_lost(reason),
         }
@@ -224,7 +224,7 @@ impl<D: Dialogue> Drop for Controller<D> {
 }
 
 impl<D: Dialogue> Shared<D> {
-    /// A panic elsewhere poisons no lock of this kind, so that the laser can be turned off all the same.
+    /// A panic elsewhere does not poison this kind of lock, so that the laser can still be turned off.
     fn lock(&self) -> MutexGuard<'_, Desk<D>> {
         self.desk.lock()
     }
@@ -240,7 +240,7 @@ impl<D: Dialogue> Shared<D> {
         desk
     }
 
-    /// Writes what is to be written, and tells who waits.
+    /// Writes the pending output, and wakes the waiters.
     fn settle(&self, desk: &mut Desk<D>) {
         let bytes = desk.session.take_outgoing();
         if let (false, Some(writer)) = (bytes.is_empty(), &mut desk.writer)
@@ -260,7 +260,7 @@ impl<D: Dialogue> Shared<D> {
         self.stop.lock()
     }
 
-    /// Writes a stop past the session and leaves word of it; false without a line.
+    /// Writes a stop bypassing the session and announces it; false without a line.
     fn write_announced(&self, stop: &StopBytes) -> Result<bool, String> {
         let mut urgent = self.urgent.lock();
         let Some(writer) = urgent.as_mut() else { return Ok(false) };
@@ -276,9 +276,9 @@ impl<D: Dialogue> Shared<D> {
         self.announced.lock()
     }
 
-    /// Tells the session of a stop that went out past it: whoever comes first, the one that sent it or the one that read
-    /// the answer. Whether there was one to tell of.
-    fn tell_of_stops(&self, desk: &mut Desk<D>) -> bool {
+    /// Passes announced stops to the session; called by the sender and by the reader, whichever is first. Returns
+    /// whether there was one.
+    fn announce_stops(&self, desk: &mut Desk<D>) -> bool {
         let announced = self.announced().take();
         if let Some((byte, sent_at)) = announced {
             desk.session.stop_sent(byte, sent_at);
@@ -303,7 +303,7 @@ fn write_apart<D: Dialogue>(writer: &mut dyn SerialWriter, bytes: &[u8]) -> Resu
     Ok(())
 }
 
-/// The thread: opens, reads, keeps the time.
+/// The thread: opens, reads, handles timers.
 fn run<D: Dialogue>(shared: &Shared<D>, mut line: Box<dyn SerialLine>) {
     let _farewell = Farewell(shared);
     let mut buffer = [0; READ_BYTES];
@@ -314,7 +314,7 @@ fn run<D: Dialogue>(shared: &Shared<D>, mut line: Box<dyn SerialLine>) {
             Next::Read(wait) => {
                 let read = line.read(&mut buffer, wait);
                 let mut desk = shared.lock();
-                shared.tell_of_stops(&mut desk);
+                shared.announce_stops(&mut desk);
                 match read {
                     Ok(n) => desk.session.received(&buffer[..n], time::now()),
                     Err(error) => desk.session.line_lost(with_causes(&error)),
@@ -331,7 +331,7 @@ enum Next {
     Read(Duration),
 }
 
-/// Does what time demands; what to do next, or nothing more.
+/// Processes timers; returns what to do next, or `None` to end.
 fn due<D: Dialogue>(shared: &Shared<D>) -> Option<Next> {
     let mut desk = shared.lock();
     if desk.ended {
@@ -339,7 +339,7 @@ fn due<D: Dialogue>(shared: &Shared<D>) -> Option<Next> {
     }
     desk.session.tick(time::now());
     shared.settle(&mut desk);
-    Some(if desk.session.wants_open() {
+    Some(if desk.session.should_be_open() {
         Next::Open
     } else if desk.session.is_down() {
         Next::Rest
@@ -361,17 +361,17 @@ fn open<D: Dialogue>(shared: &Shared<D>, line: &mut dyn SerialLine) {
     shared.settle(&mut shared.lock());
 }
 
-/// Closes the line and sleeps until something is wanted.
+/// Closes the line and sleeps until there is something to do.
 fn rest<D: Dialogue>(shared: &Shared<D>, line: &mut dyn SerialLine) {
     shared.set_writers(None, None);
     line.close();
     let desk = shared.lock();
-    if !desk.ended && !desk.session.wants_open() {
+    if !desk.ended && !desk.session.should_be_open() {
         drop(shared.wait(desk, time::now() + DOWN_WAIT));
     }
 }
 
-/// The thread's last act, also if it panics: everything stops and the laser goes dark.
+/// The thread's final action, also if it panics: everything stops and the laser goes off.
 struct Farewell<'a, D: Dialogue>(&'a Shared<D>);
 
 impl<D: Dialogue> Drop for Farewell<'_, D> {

@@ -1,4 +1,4 @@
-//! The seam below serial drivers: bytes out now, bytes in until a deadline, opened again on request.
+//! The interface below serial drivers: write now, read until a deadline, reopen on request.
 
 use std::io::{ErrorKind, Read, Write};
 use std::time::Duration;
@@ -11,7 +11,7 @@ pub enum SerialLineError {
     /// It cannot be opened.
     #[error("{place} cannot be opened")]
     Unopened {
-        /// Where it was looked for.
+        /// Where it was expected.
         place: String,
         /// Why.
         #[source]
@@ -20,41 +20,41 @@ pub enum SerialLineError {
     /// It cannot be connected to.
     #[error("{place} cannot be connected to")]
     Unconnected {
-        /// Where it was looked for.
+        /// Where it was expected.
         place: String,
         /// Why.
         #[source]
         cause: std::io::Error,
     },
-    /// The other end is gone: unplugged, or its computer closed it.
+    /// The other end is gone: unplugged, or closed.
     #[error("{place} was cut off")]
     CutOff {
-        /// Which line.
+        /// The line.
         place: String,
-        /// How it showed; none where the line just ended.
+        /// The error; `None` if the line just ended.
         #[source]
         cause: Option<std::io::Error>,
     },
     /// Bytes were not taken in time.
     #[error("{place} takes no more bytes")]
     Blocked {
-        /// Which line.
+        /// The line.
         place: String,
     },
     /// It was not opened, or it was closed.
     #[error("{place} is closed")]
     Closed {
-        /// Which line.
+        /// The line.
         place: String,
     },
 }
 
-/// A serial line: read by one thread, written by any that holds a writer.
+/// A serial line: read by one thread, written by any thread with a writer.
 pub trait SerialLine: Send {
-    /// Where it is: a device file, or a name for a test.
+    /// Its path, or a name for a test.
     fn place(&self) -> String;
 
-    /// Opens it, or closes and opens it again. Writers of before are dead and should be dropped first, for a line
+    /// Opens it, or closes and reopens it. Existing writers become invalid and should be dropped first, because a line
     /// is opened by one owner only.
     ///
     /// # Errors
@@ -64,13 +64,13 @@ pub trait SerialLine: Send {
     /// Closes it; reading and writing fail until it is opened again.
     fn close(&mut self);
 
-    /// Reads what has arrived, waiting at most `wait` for the first byte; 0: nothing came.
+    /// Reads received bytes, waiting at most `wait` for the first; 0 if there are none.
     ///
     /// # Errors
     /// [`SerialLineError::CutOff`], [`SerialLineError::Closed`].
     fn read(&mut self, buffer: &mut [u8], wait: Duration) -> Result<usize, SerialLineError>;
 
-    /// An end to write to, also while another thread waits in [`SerialLine::read`].
+    /// A writer, usable also while another thread waits in [`SerialLine::read`].
     ///
     /// # Errors
     /// [`SerialLineError::Closed`].
@@ -79,15 +79,15 @@ pub trait SerialLine: Send {
 
 /// The writing end of a [`SerialLine`].
 pub trait SerialWriter: Send {
-    /// Hands all of `bytes` to the operating system now.
+    /// Passes all of `bytes` to the operating system now.
     ///
     /// # Errors
     /// [`SerialLineError::Blocked`] after [`WRITE_LIMIT`], [`SerialLineError::CutOff`].
     fn write_now(&mut self, bytes: &[u8]) -> Result<(), SerialLineError>;
 }
 
-/// Longest wait for room in the operating system's buffer, a part of [`crate::CALL_LIMIT`]. The buffer holds
-/// seconds of what a driver writes: a line that takes no byte in this time takes none at all.
+/// Longest wait for space in the operating system's buffer, a part of [`crate::CALL_LIMIT`]. The buffer holds seconds
+/// of a driver's output: a line that accepts no byte in this time is blocked.
 pub const WRITE_LIMIT: Duration = Duration::from_millis(10);
 
 /// A serial port of the operating system.
@@ -98,7 +98,7 @@ pub struct PortLine {
 }
 
 impl PortLine {
-    /// The port at `path`, not opened yet.
+    /// The port at `path`, not open yet.
     pub fn new(path: &str, baud_rate: u32) -> Self {
         Self { path: path.to_owned(), baud_rate, port: None }
     }

@@ -1,7 +1,7 @@
-//! A controller that is reached over TCP instead of a serial port: FluidNC's telnet port, or a serial server.
+//! A controller connected over TCP instead of a serial port: FluidNC's telnet port, or a serial server.
 //!
-//! Bytes go as they are. A telnet server may ask for options; what it asks is left out of what is read and not answered,
-//! so that it stays at its defaults.
+//! Bytes are passed unchanged. A telnet server may negotiate options; its requests are removed from the input and not
+//! answered, so that it keeps its defaults.
 
 use std::io::{ErrorKind, Read, Write};
 use std::net::{TcpStream, ToSocketAddrs};
@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 
 use crate::lines::serial_line::{SerialLine, SerialLineError, SerialWriter, WRITE_LIMIT};
 
-/// What a port's setting begins with where it is no serial port.
+/// Prefix of the port setting for a TCP connection.
 pub const SCHEME: &str = "tcp://";
 
 /// Longest wait for a connection, a part of the longest opening.
@@ -40,7 +40,7 @@ impl TcpLine {
             let left = CONNECT_LIMIT.saturating_sub(began_at.elapsed()).max(Duration::from_millis(1));
             match TcpStream::connect_timeout(&address, left) {
                 Ok(stream) => {
-                    // A lone byte is passed on at once.
+                    // A single byte is sent at once.
                     stream.set_nodelay(true)?;
                     stream.set_write_timeout(Some(WRITE_LIMIT))?;
                     return Ok(stream);
@@ -112,7 +112,7 @@ impl SerialWriter for TcpWriter {
     }
 }
 
-/// Leaves a telnet server's negotiations out of what was read.
+/// Removes a telnet server's negotiations from the input.
 #[derive(Debug, Default)]
 struct Telnet {
     state: State,
@@ -127,7 +127,7 @@ enum State {
 }
 
 impl Telnet {
-    /// Moves what is text to the front of `bytes`; how much that is.
+    /// Moves text to the front of `bytes`; returns its length.
     fn strip(&mut self, bytes: &mut [u8]) -> usize {
         let mut n = 0;
         for at in 0..bytes.len() {
@@ -162,7 +162,7 @@ mod tests {
     }
 
     #[test]
-    fn a_place_where_nobody_listens_is_named() {
+    fn an_address_without_a_listener_is_reported() {
         let mut line = TcpLine::new("127.0.0.1:1");
         let refusal = line.reopen().unwrap_err();
         assert!(refusal.to_string().contains("tcp://127.0.0.1:1"), "{refusal}");

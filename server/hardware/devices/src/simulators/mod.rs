@@ -1,4 +1,4 @@
-//! Simulated controllers: what they share, and one firmware each.
+//! Simulated controllers: the common parts, and one module per firmware.
 
 pub mod grbl_simulator;
 pub mod marlin_simulator;

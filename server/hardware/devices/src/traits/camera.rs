@@ -1,4 +1,4 @@
-//! A camera: settings, acquisition, frames into recycled buffers.
+//! A camera: settings, acquisition, frames in reused buffers.
 
 use std::borrow::Cow;
 use std::sync::Arc;
@@ -10,7 +10,7 @@ use vision::GreyImage;
 use crate::DeviceIdentity;
 use crate::traits::features::CameraDetails;
 
-/// How pixels leave the camera.
+/// Pixel format of the frames.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum PixelFormat {
     /// 8 bits per pixel.
@@ -19,18 +19,18 @@ pub enum PixelFormat {
     Mono16,
 }
 
-/// When the camera exposes.
+/// Trigger mode.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Trigger {
-    /// By itself, at `frame_rate_hz`.
+    /// Free-running, at `frame_rate_hz`.
     Free,
     /// On [`Camera::trigger`].
     Software,
-    /// On its electrical input: an encoder or a light barrier.
+    /// By its electrical input: an encoder or a light barrier.
     Hardware,
 }
 
-/// A part of the sensor, pixels.
+/// A region of interest of the sensor, pixels.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Roi {
     /// First column.
@@ -43,7 +43,7 @@ pub struct Roi {
     pub height_px: usize,
 }
 
-/// What a number may be set to.
+/// Range of a number.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ValueRange {
     /// Smallest.
@@ -59,7 +59,7 @@ impl ValueRange {
     }
 }
 
-/// What the camera can do; `None` is a setting that it does not have.
+/// Capabilities of the camera; `None` for a setting that it does not have.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CameraCapabilities {
     /// Whole sensor: columns and rows.
@@ -70,19 +70,19 @@ pub struct CameraCapabilities {
     pub gain_db: Option<ValueRange>,
     /// Frame rates of [`Trigger::Free`], Hz.
     pub frame_rate_hz: Option<ValueRange>,
-    /// Ways to trigger.
+    /// Supported trigger modes.
     pub triggers: Vec<Trigger>,
     /// Pixel formats.
     pub pixel_formats: Vec<PixelFormat>,
-    /// Whether a part of the sensor can be read alone.
+    /// Whether a region of the sensor can be read.
     pub roi: bool,
 }
 
 impl CameraCapabilities {
-    /// Settings that a camera like this may be expected to have after `wanted`: numbers moved into their range.
+    /// Settings to be expected of such a camera after `wanted`: numbers are clamped to their range.
     ///
     /// # Errors
-    /// [`CameraError::Unsupported`] for a setting it does not have, and for a number that is none.
+    /// [`CameraError::Unsupported`] for a setting it does not have, or a value that is not a number.
     pub fn expected(&self, now: &CameraSettings, wanted: &CameraRequest) -> Result<CameraSettings, CameraError> {
         let refused = |setting, value: String| {
             let expected = "what its capabilities name".to_owned();
@@ -114,7 +114,7 @@ impl CameraCapabilities {
     }
 }
 
-/// What is wanted of a camera; `None` leaves a setting as it is.
+/// Requested settings; `None` leaves a setting unchanged.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct CameraRequest {
     /// Exposure time.
@@ -123,15 +123,15 @@ pub struct CameraRequest {
     pub gain_db: Option<f64>,
     /// Frame rate of [`Trigger::Free`].
     pub frame_rate_hz: Option<f64>,
-    /// When to expose.
+    /// Trigger mode.
     pub trigger: Option<Trigger>,
-    /// How pixels come.
+    /// Pixel format.
     pub pixel_format: Option<PixelFormat>,
-    /// Which part of the sensor to read.
+    /// Region of interest.
     pub roi: Option<Roi>,
 }
 
-/// How the camera is set: what it accepted, not what was wanted.
+/// Current settings: as accepted by the camera, not as requested.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CameraSettings {
     /// Exposure time.
@@ -140,62 +140,62 @@ pub struct CameraSettings {
     pub gain_db: f64,
     /// Frame rate of [`Trigger::Free`].
     pub frame_rate_hz: f64,
-    /// When it exposes.
+    /// Trigger mode.
     pub trigger: Trigger,
-    /// How pixels come.
+    /// Pixel format.
     pub pixel_format: PixelFormat,
-    /// Which part of the sensor is read.
+    /// Region of interest.
     pub roi: Roi,
 }
 
-/// What came with a frame's pixels.
+/// Data about a frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FrameInfo {
     /// The camera's own count of exposures since acquisition started, from 0; gaps are lost frames.
     pub frame_id: u64,
     /// The camera's own clock at the middle of the exposure; `None` if it has none.
     pub device_timestamp_ns: Option<u64>,
-    /// The middle of the exposure by this computer's monotonic clock, as well as the driver can tell.
+    /// The middle of the exposure by this computer's monotonic clock, as accurately as the driver knows it.
     pub exposed_at: Instant,
-    /// Exposures since the frame before that never arrived: lost on the cable, or overrun in the driver.
+    /// Exposures since the previous frame that did not arrive: lost on the cable, or by a buffer overrun in the driver.
     pub lost_before: u64,
-    /// Those of them that arrived in part: packets were missing.
+    /// Those of them that arrived incomplete: packets were missing.
     pub lost_incomplete: u64,
-    /// How long the sensor collected light; 0 if a recording does not tell.
+    /// Exposure time; 0 if a recording does not state it.
     pub exposure_us: f64,
     /// Stage position of the recording, mm, if the frames come from one ([`crate::replay`]).
     pub recorded_position_mm: Option<f64>,
 }
 
-/// Why a camera did not do what it was asked.
+/// Why a camera refused or failed.
 #[derive(Debug, thiserror::Error)]
 pub enum CameraError {
-    /// It does not answer any more; it must be opened again.
+    /// It does not answer; it must be reopened.
     #[error("the camera is gone: {reason}")]
     Gone {
-        /// What was noticed.
+        /// What was detected.
         reason: String,
     },
-    /// A frame was not of the size or format agreed.
+    /// A frame had an unexpected size or format.
     #[error("the camera sent {got_width_px}×{got_height_px} pixels instead of {width_px}×{height_px}")]
     WrongFrame {
-        /// Columns agreed.
+        /// Columns expected.
         width_px: usize,
-        /// Rows agreed.
+        /// Rows expected.
         height_px: usize,
         /// Columns received.
         got_width_px: usize,
         /// Rows received.
         got_height_px: usize,
     },
-    /// A setting it does not have, or a value that makes no sense.
+    /// A setting it does not have, or an invalid value.
     #[error("the camera cannot take {setting} = {value}: {expected}")]
     Unsupported {
-        /// Which setting.
+        /// The setting.
         setting: &'static str,
-        /// The value wanted.
+        /// The requested value.
         value: String,
-        /// What it can do.
+        /// What is supported.
         expected: String,
     },
     /// A software trigger without acquisition, or in another trigger mode.
@@ -210,7 +210,7 @@ pub enum CameraError {
     /// A picture of a recording cannot be read.
     #[error("frame {frame_id} of the recording cannot be read")]
     Unreadable {
-        /// Which frame.
+        /// The frame.
         frame_id: u64,
         /// Why.
         #[source]
@@ -234,42 +234,42 @@ pub trait Camera: Send {
     /// Which camera this is.
     fn identity(&self) -> DeviceIdentity;
 
-    /// What it can do.
+    /// Its capabilities.
     fn capabilities(&self) -> CameraCapabilities;
 
-    /// How it is set.
+    /// Its current settings.
     fn settings(&self) -> CameraSettings;
 
-    /// Sets what `wanted` names and returns all settings as the camera accepted them: numbers are moved to the
+    /// Applies the settings in `wanted` and returns all settings as accepted by the camera: numbers are moved to the
     /// nearest possible value.
     ///
     /// # Errors
     /// [`CameraError::Unsupported`] for a setting the camera does not have; then nothing has changed.
     fn configure(&mut self, wanted: &CameraRequest) -> Result<CameraSettings, CameraError>;
 
-    /// Starts acquisition; frames of an earlier one are gone. Starting twice is starting once.
+    /// Starts acquisition; frames of an earlier one are discarded. Starting again has no effect.
     fn start(&mut self) -> Result<(), CameraError>;
 
     /// Exposes one frame now; only with [`Trigger::Software`] and a started acquisition.
     fn trigger(&mut self) -> Result<(), CameraError>;
 
-    /// Waits at most `timeout` for the next frame and writes it into `image`, whose memory is used again.
+    /// Waits at most `timeout` for the next frame and writes it into `image`, whose memory is reused.
     ///
-    /// `Ok(None)`: nothing came in that time, as always without acquisition. Frames come in the order of their
+    /// `Ok(None)`: no frame in that time, as always without acquisition. Frames are returned in the order of their
     /// exposure, each once.
     ///
     /// # Errors
-    /// [`CameraError::Gone`] if the camera went away: noticed within two seconds, and again at every later call.
+    /// [`CameraError::Gone`] if the camera is gone: detected within two seconds, and returned by every later call.
     fn next_frame(&mut self, image: &mut GreyImage, timeout: Duration) -> Result<Option<FrameInfo>, CameraError>;
 
-    /// Its own features and how its link does, for engineers; `None` if it has nothing beyond its settings. Whoever holds
-    /// the camera sets nothing by it.
+    /// Its own features and the state of its link, for engineers; `None` if it has only the settings. The owner of the
+    /// camera does not use it for setting.
     fn details(&self) -> Option<Arc<dyn CameraDetails>> {
         None
     }
 
     /// Whether a frame that was exposed is still being computed, so that it is late without being lost. Only a
-    /// simulated camera computes its frames; one that hangs computes nothing.
+    /// simulated camera computes its frames; a hung one does not.
     fn is_computing(&self) -> bool {
         false
     }
@@ -277,7 +277,7 @@ pub trait Camera: Send {
     /// Ends acquisition. Works in every state.
     fn stop(&mut self) -> Result<(), CameraError>;
 
-    /// Starts to reach the camera again after [`CameraError::Gone`] and returns at once; other calls tell `Gone`
-    /// until it is reached. It comes back stopped, with its settings.
+    /// Starts to reconnect the camera after [`CameraError::Gone`] and returns at once; other calls return `Gone` until
+    /// it is connected. It comes back stopped, with its settings.
     fn reconnect(&mut self) -> Result<(), CameraError>;
 }

@@ -1,8 +1,9 @@
-//! A driver: one kind of device that a station can be made of, with its settings, able to open and to find devices.
+//! A driver: one kind of device of a station, with its settings, which can open and discover devices.
 //!
-//! A driver is a value that holds its settings. Every kind is one module with one implementation, and one row in the
-//! table of the program (`server/cli/src/drivers.rs`), which chooses by `[station.camera]`, `[station.stage]` and
-//! `[station.laser]` who makes which device.
+//! A driver is a value that holds its settings. Every kind is one module with one implementation, and one entry in the
+//! table of the program (`server/cli/src/drivers.rs`), which selects the driver of each device by `[station.camera]`,
+//! `[station.stage]` and
+//! `[station.laser]`.
 
 use std::borrow::Cow;
 use std::fmt::Debug;
@@ -11,7 +12,7 @@ use remedy::Remedy;
 
 use crate::{Camera, Laser, LaserError, Stage, StageError};
 
-/// Some of a station's three devices.
+/// A subset of a station's three devices.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub struct DeviceSet {
     /// The camera.
@@ -36,12 +37,12 @@ impl DeviceSet {
             .filter_map(|(there, name)| there.then_some(name))
     }
 
-    /// Whether it holds none.
+    /// Whether it is empty.
     pub fn is_empty(self) -> bool {
         self == Self::default()
     }
 
-    /// What either holds.
+    /// Union.
     pub fn or(self, other: Self) -> Self {
         Self {
             camera: self.camera || other.camera,
@@ -50,7 +51,7 @@ impl DeviceSet {
         }
     }
 
-    /// What both hold.
+    /// Intersection.
     pub fn and(self, other: Self) -> Self {
         Self {
             camera: self.camera && other.camera,
@@ -60,7 +61,7 @@ impl DeviceSet {
     }
 }
 
-/// Devices that were opened: those that were wanted, and no others.
+/// Open devices: exactly those requested.
 #[derive(Default)]
 pub struct Opened {
     /// The camera.
@@ -74,13 +75,13 @@ pub struct Opened {
 /// Why a driver could not open its devices.
 #[derive(Debug, thiserror::Error)]
 pub enum OpenError {
-    /// The stage's controller is not as it must be.
+    /// Error of the stage's controller.
     #[error(transparent)]
     Stage(#[from] StageError),
-    /// The laser's.
+    /// Error of the laser.
     #[error(transparent)]
     Laser(#[from] LaserError),
-    /// The settings make no device.
+    /// Invalid settings.
     #[error("{what}")]
     Settings {
         /// What is wrong with them.
@@ -88,7 +89,7 @@ pub enum OpenError {
         /// What to do about it.
         remedy: String,
     },
-    /// What the settings name is not there; it may come.
+    /// The configured device is absent; it may appear later.
     #[error("{what}")]
     Absent {
         /// What is missing.
@@ -108,76 +109,76 @@ impl Remedy for OpenError {
     }
 }
 
-/// A setting without which a driver has nothing to open.
+/// A required setting that is missing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct MissingSetting {
     /// Its name within the driver's table.
     pub name: &'static str,
-    /// What it is to be set to.
+    /// Expected value.
     pub expected: &'static str,
 }
 
-/// A device that may be this driver's.
+/// A device that this driver may use.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Found {
-    /// The setting that chooses it.
+    /// The setting that selects it.
     pub setting: &'static str,
     /// The setting's value for it.
     pub value: String,
-    /// Who made it; empty if it does not say.
+    /// Its vendor; empty if unknown.
     pub vendor: String,
-    /// Which model it is; empty if it does not say.
+    /// Its model; empty if unknown.
     pub model: String,
-    /// Where it is, if that is not what chooses it: a network address.
+    /// Its network address, if that does not select it.
     pub address: String,
-    /// The program or computer that has it, as far as it tells; `None` if it is free, or does not tell.
+    /// The program or computer that uses it, if known; `None` if it is free, or unknown.
     pub in_use_by: Option<String>,
 }
 
 impl Found {
-    /// A device of which only what chooses it is known.
+    /// A device of which only the selecting setting is known.
     pub fn by(setting: &'static str, value: String) -> Self {
         let unknown = String::new;
         Self { setting, value, vendor: unknown(), model: unknown(), address: unknown(), in_use_by: None }
     }
 }
 
-/// One kind of device, with its settings.
+/// A driver for one kind of device, with its settings.
 pub trait Driver: Debug + Send + Sync {
-    /// Its name in the configuration, and that of the table with its settings: `[station.<kind>]`.
+    /// Its name in the configuration, which is also the name of its settings table: `[station.<kind>]`.
     fn kind(&self) -> &'static str;
 
-    /// Which devices it can make.
+    /// The devices it can create.
     fn makes(&self) -> DeviceSet;
 
-    /// Whether its devices are real ones; else pictures are computed or recorded.
+    /// Whether its devices are real, as opposed to simulated or recorded.
     fn is_real(&self) -> bool {
         true
     }
 
-    /// Whether its camera and its stage are nothing without each other: pictures of a recording were taken where its
-    /// stage was.
+    /// Whether its camera and its stage must be used together: pictures of a recording were taken at the positions of
+    /// its stage.
     fn binds_camera_to_stage(&self) -> bool {
         false
     }
 
-    /// Whether its laser is nothing without its camera, of which it is an output.
+    /// Whether its laser requires its camera, of which it is an output.
     fn binds_laser_to_camera(&self) -> bool {
         false
     }
 
-    /// The first setting that is missing; without one it can be tried to open devices.
+    /// The first missing setting; if there is none, opening can be tried.
     fn missing(&self) -> Option<MissingSetting> {
         None
     }
 
-    /// Opens what is wanted of [`Driver::makes`]: dark, at rest, stopped. May take seconds.
+    /// Opens the requested devices among [`Driver::makes`]: laser off, at rest, acquisition stopped. May take seconds.
     ///
     /// # Errors
     /// [`OpenError`]; then nothing is open.
     fn open(&self, wanted: DeviceSet) -> Result<Opened, OpenError>;
 
-    /// Devices at this computer that may be its own; nothing is opened or sent.
+    /// Devices at this computer that it may use; nothing is opened or sent.
     fn discover(&self) -> Vec<Found> {
         Vec::new()
     }

@@ -1,14 +1,14 @@
-//! What a camera says about itself beyond the settings that all cameras share: its own features by name, and how its link
-//! to this computer does. For engineers; nothing in the service depends on a name.
+//! Details of a camera beyond the settings common to all cameras: its own features by name, and the state of its link
+//! to this computer. For engineers; nothing in the service depends on a name.
 
 use std::time::Duration;
 
-/// What a feature's value is.
+/// Type of a feature's value.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum FeatureKind {
-    /// A whole number.
+    /// An integer.
     Integer,
-    /// A number.
+    /// A floating-point number.
     Float,
     /// `true` or `false`.
     Boolean,
@@ -16,11 +16,11 @@ pub enum FeatureKind {
     Enumeration,
     /// Any text.
     Text,
-    /// Something it does; it has no value.
+    /// A command; it has no value.
     Command,
 }
 
-/// What may be done with a feature now.
+/// Access to a feature in the current state.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Access {
     /// Read.
@@ -29,24 +29,24 @@ pub enum Access {
     WriteOnly,
     /// Both.
     ReadWrite,
-    /// Neither, as the camera is set now.
+    /// Neither, with the current settings.
     NotAvailable,
 }
 
-/// A feature as the camera describes it.
+/// A feature as described by the camera.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Feature {
-    /// Its name, of the standard or of the camera's maker.
+    /// Its name, from the standard or from the vendor.
     pub name: String,
-    /// What its value is.
+    /// Type of its value.
     pub kind: FeatureKind,
-    /// What may be done with it now.
+    /// Current access.
     pub access: Access,
     /// Its value as text; `None` if it cannot be read.
     pub value: Option<String>,
     /// Smallest and largest value of a number.
     pub range: Option<(f64, f64)>,
-    /// What an enumeration may be set to.
+    /// Values of an enumeration.
     pub entries: Vec<String>,
     /// The camera's own explanation; may be empty.
     pub description: String,
@@ -58,58 +58,58 @@ pub enum FeatureError {
     /// The camera has no such feature.
     #[error("the camera has no feature `{name}`; those it has are listed with their values")]
     Unknown {
-        /// The name asked for.
+        /// The requested name.
         name: String,
     },
     /// The camera refused.
     #[error("the camera refused {name} = {value}: {reason}")]
     Refused {
-        /// Which feature.
+        /// The feature.
         name: String,
-        /// The value wanted.
+        /// The requested value.
         value: String,
-        /// What the camera or its driver said.
+        /// Message of the camera or its driver.
         reason: String,
     },
-    /// It does not answer any more.
+    /// It does not answer.
     #[error("the camera is gone: {reason}")]
     Gone {
-        /// What was noticed.
+        /// What was detected.
         reason: String,
     },
 }
 
-/// How the link to a camera does; counts are since it was opened.
+/// State of the link to a camera; counts are since it was opened.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct CameraLink {
-    /// How it is reached: an address, a bus.
+    /// Its address or bus.
     pub address: String,
-    /// Size of the packets agreed on; `None` where it has none.
+    /// Negotiated packet size; `None` without packets.
     pub packet_size_bytes: Option<u32>,
-    /// Frames that arrived whole.
+    /// Complete frames.
     pub frames_complete: u64,
-    /// Frames of which packets never came; not processed.
+    /// Incomplete frames, which are not processed.
     pub frames_incomplete: u64,
-    /// Frames of which nothing came, by gaps in the camera's count.
+    /// Frames lost completely, by gaps in the camera's count.
     pub frames_missing: u64,
-    /// Times that no buffer was free for a frame.
+    /// Number of times that no buffer was free for a frame.
     pub underruns: u64,
-    /// Packets that never came.
+    /// Missing packets.
     pub packets_missing: u64,
-    /// Packets asked for again.
+    /// Packet resend requests.
     pub resend_requests: u64,
-    /// Packets that came when they were asked for again.
+    /// Packets received after a resend request.
     pub packets_resent: u64,
-    /// How well the camera's clock is known in this computer's time; `None` before that is known, or without a clock.
-    /// Beyond it lies what no one can see from here: the shortest time from exposure to arrival.
+    /// Uncertainty of the camera's clock in this computer's time; `None` until it is known, or without a clock. It does
+    /// not include the shortest time from exposure to arrival, which cannot be measured from here.
     pub clock_uncertainty: Option<Duration>,
-    /// Temperature of the camera, °C; `None` if it does not say.
+    /// Temperature of the camera, °C; `None` if not available.
     pub temperature_c: Option<f64>,
-    /// The camera's pixel format, and what is made of it: `Mono8`; `BayerRG8: green, interpolated`.
+    /// The camera's pixel format, and its conversion: `Mono8`; `BayerRG8: green, interpolated`.
     pub pixels_from: String,
 }
 
-/// Reads and sets features of a camera, beside what its owner does; calls may take as long as the camera does.
+/// Reads and sets features of a camera, independently of its owner; calls may take as long as the camera does.
 pub trait CameraDetails: Send + Sync {
     /// All features, in the camera's order.
     ///
@@ -117,13 +117,12 @@ pub trait CameraDetails: Send + Sync {
     /// [`FeatureError::Gone`].
     fn features(&self) -> Result<Vec<Feature>, FeatureError>;
 
-    /// Sets a feature from text and returns it as the camera says it is then. What was set is set again when the camera
-    /// was away.
+    /// Sets a feature from text and returns it as read back. Features that were set are set again after a reconnection.
     ///
     /// # Errors
     /// [`FeatureError`].
     fn set_feature(&self, name: &str, value: &str) -> Result<Feature, FeatureError>;
 
-    /// How its link does.
+    /// State of its link.
     fn link(&self) -> CameraLink;
 }

@@ -1,22 +1,22 @@
-//! Which device is at the other end of the cable.
+//! Identity of a device.
 
-/// What a device says about itself; checked against what the station expects when it is opened.
+/// Identity as stated by the device; compared with the expected one when it is opened.
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
 pub struct DeviceIdentity {
-    /// The driver that talks to it: `twin`, `replay`, `grbl`, `genicam`.
+    /// Its driver: `twin`, `replay`, `grbl`, `genicam`.
     pub driver: &'static str,
-    /// Who made it, or an empty text if it does not say.
+    /// Vendor; empty if unknown.
     pub vendor: String,
-    /// Which model it is.
+    /// Model.
     pub model: String,
-    /// What tells it from another of the same model; empty if it does not say.
+    /// Serial number; empty if unknown.
     pub serial: String,
-    /// Version of its firmware; empty if it does not say.
+    /// Firmware version; empty if unknown.
     pub firmware: String,
 }
 
 impl DeviceIdentity {
-    /// A device that says nothing about itself.
+    /// A device of unknown identity.
     pub fn unknown(driver: &'static str) -> Self {
         let text = String::new;
         Self { driver, vendor: text(), model: text(), serial: text(), firmware: text() }

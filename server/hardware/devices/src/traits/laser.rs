@@ -1,4 +1,4 @@
-//! A laser: light is leased, and goes out when nobody renews the lease.
+//! A laser: it is leased, and goes off unless the lease is renewed.
 
 use std::borrow::Cow;
 use std::sync::Arc;
@@ -9,37 +9,37 @@ use remedy::Remedy;
 use crate::traits::camera::ValueRange;
 use crate::{DeviceIdentity, StageError, StopHandle};
 
-/// What the laser can do.
+/// Capabilities of the laser.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LaserCapabilities {
-    /// Whether this program switches it. If not, it is on as long as it has power, and nothing that is said here of
-    /// darkness holds for it.
+    /// Whether this program switches it. If not, it is on as long as it has power, and none of the guarantees about it
+    /// being off hold.
     pub switched: bool,
-    /// Powers it can be set to, as a share of full power; `None`: on and off only.
+    /// Range of power as a fraction of full power; `None` if it can only be switched on and off.
     pub power: Option<ValueRange>,
-    /// Whether an interlock is read back.
+    /// Whether an interlock is monitored.
     pub interlock: bool,
 }
 
 impl Default for LaserCapabilities {
-    /// Switched on and off, and no more.
+    /// A laser that can only be switched on and off.
     fn default() -> Self {
         Self { switched: true, power: None, interlock: false }
     }
 }
 
-/// What a laser reports.
+/// State of a laser.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LaserState {
-    /// Whether it shines, as far as the driver knows.
+    /// Whether it is on, as far as the driver knows.
     pub emitting: bool,
-    /// Share of full power it shines with; 0 when it does not.
+    /// Power as a fraction of full power; 0 when it is off.
     pub power: f64,
-    /// `Some(true)`: the interlock is closed and light is possible; `None`: it is not read back.
+    /// `Some(true)`: the interlock is closed and the laser can be on; `None`: not monitored.
     pub interlock_closed: Option<bool>,
 }
 
-/// Why a laser did not do what it was asked.
+/// Why a laser refused or failed.
 #[derive(Debug, thiserror::Error)]
 pub enum LaserError {
     /// The interlock is open.
@@ -48,24 +48,24 @@ pub enum LaserError {
     /// The laser or its driver reports a fault.
     #[error("the laser reports a fault: {reason}")]
     Fault {
-        /// What it says.
+        /// The reported fault.
         reason: String,
-        /// What to do about it.
+        /// Remedy.
         remedy: &'static str,
     },
     /// The controller that it shares with the stage has a fault.
     #[error("the laser reports a fault: {0}")]
     Controller(StageError),
-    /// A power that is not a share of full power.
-    #[error("a laser cannot shine with power {value}")]
+    /// A power that is not a fraction of full power.
+    #[error("a laser cannot be set to power {value}")]
     BadPower {
-        /// The value wanted.
+        /// The requested value.
         value: f64,
     },
-    /// The controller refused or does not answer; whether light is on is unknown until it is reached again.
+    /// The controller refused or does not answer; whether the laser is on is unknown until it is connected again.
     #[error("the laser cannot be reached: {reason}")]
     Gone {
-        /// What was noticed.
+        /// What was detected.
         reason: String,
     },
 }
@@ -87,35 +87,34 @@ pub trait Laser: Send {
     /// Which laser this is.
     fn identity(&self) -> DeviceIdentity;
 
-    /// What it can do.
+    /// Its capabilities.
     fn capabilities(&self) -> LaserCapabilities;
 
-    /// What becomes of the light if this program is killed, as the second half of a sentence that begins "if this
+    /// What happens to the laser if this program is killed, as the second half of a sentence that begins "if this
     /// program is killed,".
     fn lost_host(&self) -> &'static str {
         "it is not known how long the laser stays on"
     }
 
-    /// Shines with a share `power` of full power (0 < power ≤ 1) for at most `lease`, unless renewed.
+    /// Switches the laser on with a fraction `power` of full power (0 < power ≤ 1) for at most `lease`, unless renewed.
     ///
-    /// The lease runs in the driver: it ends the light also when the caller hangs. It is cut to
-    /// [`crate::LASER_LEASE_LIMIT`]. Returns what was accepted.
+    /// The lease runs in the driver, which turns the laser off also when the caller hangs. It is limited to
+    /// [`crate::LASER_LEASE_LIMIT`]. Returns the accepted state.
     fn switch_on(&mut self, power: f64, lease: Duration) -> Result<LaserState, LaserError>;
 
-    /// Lets the light shine for `lease` from now; does not switch on what is off.
+    /// Extends the lease to `lease` from now; does not switch a laser on that is off.
     fn renew(&mut self, lease: Duration) -> Result<LaserState, LaserError>;
 
-    /// Goes dark. Works in every state and may be called any number of times.
+    /// Switches the laser off. Works in every state and may be called any number of times.
     fn switch_off(&mut self) -> Result<(), LaserError>;
 
-    /// Turns it off from another thread while a call has not come back; `None` where [`LaserCapabilities::switched`] is
-    /// false.
+    /// Turns it off from another thread while a call is blocked; `None` if [`LaserCapabilities::switched`] is false.
     fn stop_handle(&self) -> Option<Arc<dyn StopHandle>>;
 
-    /// What it does now.
+    /// Its current state.
     fn poll(&mut self) -> Result<LaserState, LaserError>;
 
-    /// Starts to reach the laser again and returns at once; [`Laser::poll`] tells [`LaserError::Gone`] until it is
-    /// reached. It comes back dark.
+    /// Starts to reconnect the laser and returns at once; [`Laser::poll`] returns [`LaserError::Gone`] until it is
+    /// connected. It comes back off.
     fn reconnect(&mut self) -> Result<(), LaserError>;
 }

@@ -1,4 +1,4 @@
-//! What a station is built from: camera, stage and laser as traits, and the drivers that make them.
+//! The devices of a station: camera, stage and laser as traits, and the drivers that create them.
 
 pub mod camera;
 pub mod driver;

@@ -8,22 +8,22 @@ use remedy::Remedy;
 
 use crate::{DeviceIdentity, StopHandle};
 
-/// Whether and how the stage finds its zero.
+/// Whether and how the stage is homed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Homing {
     /// It has switches and must be homed before it moves.
     Required,
-    /// It has no switches; its zero is where it was switched on, or where it is set.
+    /// It has no switches; its zero is the position at power-on, or is set explicitly.
     Absent,
 }
 
-/// How the stage moves the part.
+/// Kind of a stage.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub enum StageKind {
-    /// Along a line; positions are millimetres.
+    /// Linear; positions are millimetres.
     #[default]
     Linear,
-    /// About an axis; where a number is called millimetres or mm/s it is degrees or °/s.
+    /// Rotary; numbers named in millimetres or mm/s are degrees or °/s.
     Rotary,
 }
 
@@ -37,86 +37,86 @@ impl StageKind {
     }
 }
 
-/// What the stage can do.
+/// Capabilities of the stage.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StageCapabilities {
-    /// How it moves the part. Scans and calibrations of this version need a linear stage.
+    /// Kind of the stage. Scans and calibrations of this version need a linear stage.
     pub kind: StageKind,
-    /// Positions it can go to, mm.
+    /// Range of positions, mm.
     pub travel_mm: (f64, f64),
     /// Fastest move, mm/s.
     pub max_speed_mm_s: f64,
-    /// Acceleration, mm/s²; `None` if it does not say or does not matter.
+    /// Acceleration, mm/s²; `None` if unknown or irrelevant.
     pub acceleration_mm_s2: Option<f64>,
-    /// How it finds its zero.
+    /// How it is homed.
     pub homing: Homing,
-    /// The smallest step it can make, mm; 0 if unknown.
+    /// Smallest step, mm; 0 if unknown.
     pub resolution_mm: f64,
-    /// Whether nobody commands it, and it is where the frame last delivered was taken: the stage of a recording, or a
-    /// conveyor whose encoder triggers the camera. A sweep needs no run-up, and its frames are those that come.
+    /// Whether it is not commanded, and its position is that of the last delivered frame: the stage of a recording, or
+    /// a conveyor whose encoder triggers the camera. A sweep needs no run-up, and its frames are those that arrive.
     pub follows_frames: bool,
 }
 
 /// A move as the controller accepted it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct AcceptedMove {
-    /// Where it goes.
+    /// Target.
     pub target_mm: f64,
-    /// How fast, at most.
+    /// Speed limit.
     pub speed_mm_s: f64,
 }
 
-/// What a stage reports.
+/// State of a stage.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StageState {
-    /// Position as read back from the controller; `None` is unknown (before homing, after a fault).
+    /// Position as read back from the controller; `None` if unknown (before homing, after a fault).
     pub position_mm: Option<f64>,
-    /// When it was there, by this computer's monotonic clock.
+    /// Time of that position, by this computer's monotonic clock.
     pub measured_at: Instant,
-    /// Whether it moves.
+    /// Whether it is moving.
     pub moving: bool,
-    /// Whether the controller holds a move back (feed hold, door).
+    /// Whether a move is held by the controller (feed hold, door).
     pub held: bool,
-    /// Whether its zero is established.
+    /// Whether it is homed.
     pub homed: bool,
 }
 
-/// Why a stage did not do what it was asked.
+/// Why a stage refused or failed.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum StageError {
-    /// It is not homed, so that no position means anything.
-    #[error("the stage does not know where it is")]
+    /// It is not homed, so that its position is unknown.
+    #[error("the position of the stage is unknown")]
     NotHomed,
     /// Outside the soft limits.
     #[error("{target_mm} mm is outside the stage's travel of {min_mm} to {max_mm} mm")]
     OutOfTravel {
-        /// The target wanted.
+        /// The requested target.
         target_mm: f64,
         /// Lowest position.
         min_mm: f64,
         /// Highest position.
         max_mm: f64,
     },
-    /// A number that makes no move.
+    /// An invalid number.
     #[error("a stage cannot move with {name} = {value}")]
     BadNumber {
-        /// Which argument.
+        /// The argument.
         name: &'static str,
         /// Its value.
         value: f64,
     },
-    /// It moves or homes already, and one motion at a time is all it takes.
+    /// It is already moving or homing, and accepts one motion at a time.
     #[error("the stage is moving")]
     Moving,
-    /// It stopped on the way.
+    /// It stopped before the target.
     #[error("the stage stopped at {actual_mm} mm on the way to {target_mm} mm")]
     Stalled {
-        /// Where it was to go.
+        /// The target.
         target_mm: f64,
-        /// Where it is, as far as it knows.
+        /// The position, as far as it is known.
         actual_mm: f64,
     },
-    /// The controller raised an alarm and takes no moves.
+    /// The controller raised an alarm and accepts no moves.
     #[error("the stage's controller is in alarm {code} ({meaning})")]
     Alarm {
         /// The controller's number.
@@ -124,22 +124,22 @@ pub enum StageError {
         /// What it means.
         meaning: String,
     },
-    /// The controller says by a flag or in words that it cannot be used.
+    /// The controller reports by a flag or text that it cannot be used.
     #[error("the stage's controller reports {flag} ({meaning})")]
     Warned {
         /// The controller's flag or text.
         flag: String,
-        /// What it means.
+        /// Its meaning.
         meaning: String,
     },
-    /// The controller refused a command, and says why in words.
+    /// The controller refused a command, with a reason.
     #[error("the stage's controller refused `{command}`: {reason} ({meaning})")]
     Rejected {
         /// The line sent.
         command: String,
-        /// The controller's own word for it.
+        /// The controller's reason.
         reason: String,
-        /// What it means.
+        /// Its meaning.
         meaning: String,
     },
     /// The controller refused a command.
@@ -149,10 +149,10 @@ pub enum StageError {
         command: String,
         /// The controller's number.
         code: u32,
-        /// What it means.
+        /// Its meaning.
         meaning: String,
     },
-    /// The controller restarted by itself; where the stage is, is unknown.
+    /// The controller restarted spontaneously; the position is unknown.
     #[error("the stage's controller restarted and has lost its position")]
     Restarted,
     /// The controller does not answer.
@@ -160,29 +160,29 @@ pub enum StageError {
     NoReply {
         /// The line sent.
         command: String,
-        /// How long it was waited for.
+        /// How long the answer was awaited.
         waited_ms: u64,
     },
-    /// What came is not the protocol.
+    /// Received data is not part of the protocol.
     #[error("the stage's controller sent `{received}`, which is not its protocol")]
     Garbage {
         /// The line, shortened.
         received: String,
     },
-    /// It does not answer any more; it must be opened again.
+    /// It does not answer; it must be reopened.
     #[error("the stage is gone: {reason}")]
     Gone {
-        /// What was noticed.
+        /// What was detected.
         reason: String,
     },
-    /// Another device than the one the station was set up with.
+    /// A device other than the configured one.
     #[error("expected {expected} at {place}, found {found}")]
     WrongDevice {
-        /// Where it was looked for.
+        /// Where it was expected.
         place: String,
-        /// What is configured.
+        /// The configured device.
         expected: String,
-        /// What answered.
+        /// The device found.
         found: String,
     },
 }
@@ -194,7 +194,7 @@ impl Remedy for StageError {
             Self::BadNumber { name: "speed_mm_s", .. } => "give a finite number above 0",
             Self::BadNumber { .. } => "give a finite number",
             Self::Moving => "wait for its end or stop it first",
-            Self::Stalled { .. } => "look for an obstacle, then home it",
+            Self::Stalled { .. } => "check for an obstacle, then home it",
             Self::Alarm { .. } => "remove the cause, clear the alarm and home",
             Self::Warned { .. } => "remove the cause, clear the fault and home",
             Self::Restarted => "home it",
@@ -211,10 +211,10 @@ pub trait Stage: Send {
     /// Which stage this is.
     fn identity(&self) -> DeviceIdentity;
 
-    /// What it can do.
+    /// Its capabilities.
     fn capabilities(&self) -> StageCapabilities;
 
-    /// Starts looking for the zero and returns at once. A stage without switches takes its place as zero.
+    /// Starts homing and returns at once. A stage without switches takes its position as zero.
     fn start_home(&mut self) -> Result<(), StageError>;
 
     /// Starts a move and returns at once with the target and speed the controller accepted. A speed above the
@@ -225,37 +225,37 @@ pub trait Stage: Send {
     /// [`StageError::NotHomed`] where [`Homing::Required`]; nothing moves then.
     fn start_move(&mut self, target_mm: f64, speed_mm_s: f64) -> Result<AcceptedMove, StageError>;
 
-    /// Starts a move of `distance_mm` from here, held within the travel; allowed before homing only where
-    /// [`Homing::Absent`].
+    /// Starts a move of `distance_mm` from the current position, limited to the travel; before homing it is allowed
+    /// only for [`Homing::Absent`].
     fn start_jog(&mut self, distance_mm: f64, speed_mm_s: f64) -> Result<AcceptedMove, StageError>;
 
     /// Position as read back from the controller, and whether it is still moving.
     ///
     /// # Errors
-    /// A fault is reported here once it is noticed, and again at every call until [`Stage::clear_fault`] or
+    /// A fault is reported here once it is detected, and again by every call until [`Stage::clear_fault`] or
     /// [`Stage::reconnect`].
     fn poll(&mut self) -> Result<StageState, StageError>;
 
-    /// Holds a move back; [`Stage::resume`] goes on with it.
+    /// Holds a move; [`Stage::resume`] continues it.
     fn hold(&mut self) -> Result<(), StageError>;
 
-    /// Goes on with a move held back.
+    /// Continues a held move.
     fn resume(&mut self) -> Result<(), StageError>;
 
-    /// Stops now and forgets the move. Works in every state, also before homing and in alarm.
+    /// Stops now and discards the move. Works in every state, also before homing and in alarm.
     fn stop(&mut self) -> Result<(), StageError>;
 
-    /// Stops it from another thread while a call has not come back.
+    /// Stops it from another thread while a call is blocked.
     fn stop_handle(&self) -> Arc<dyn StopHandle>;
 
-    /// Acknowledges a fault whose cause is gone; without one it does nothing. The position is unknown afterwards if
-    /// the fault cost it. A device that takes its time is asked on: [`Stage::poll`] tells the fault until it is gone.
+    /// Acknowledges a fault whose cause is removed; has no effect without one. If the fault cost the position, it is
+    /// unknown afterwards. A device that takes time is polled: [`Stage::poll`] returns the fault until it is cleared.
     ///
     /// # Errors
     /// The fault itself, if only [`Stage::reconnect`] helps.
     fn clear_fault(&mut self) -> Result<(), StageError>;
 
-    /// Starts to reach the stage again after [`StageError::Gone`] or [`StageError::NoReply`] and returns at once;
-    /// [`Stage::poll`] tells the fault until it is reached. It comes back at rest and must be homed then.
+    /// Starts to reconnect the stage after [`StageError::Gone`] or [`StageError::NoReply`] and returns at once;
+    /// [`Stage::poll`] returns the fault until it is connected. It comes back at rest and must then be homed.
     fn reconnect(&mut self) -> Result<(), StageError>;
 }

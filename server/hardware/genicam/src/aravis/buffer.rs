@@ -1,4 +1,4 @@
-//! Memory that a stream fills.
+//! A buffer filled by a stream.
 
 use std::ptr::NonNull;
 use std::slice;
@@ -6,25 +6,25 @@ use std::slice;
 use aravis_sys as arv;
 use gobject_sys::g_object_unref;
 
-/// What became of a frame.
+/// Status of a frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum BufferStatus {
     /// Complete.
     Complete,
-    /// Packets of it never came.
+    /// Packets are missing.
     MissingPackets,
     /// It was larger than the buffer.
     WrongSize,
-    /// The acquisition ended while it was filled.
+    /// The acquisition ended while it was being filled.
     Ended,
-    /// Not a picture, or not one that the library understands.
+    /// Not a picture, or not supported by the library.
     NotUnderstood,
 }
 
-/// A picture as it arrived.
+/// A received picture.
 #[derive(Debug, Clone, Copy)]
 pub struct Image<'b> {
-    /// Its bytes as the camera sent them.
+    /// Its bytes as sent by the camera.
     pub bytes: &'b [u8],
     /// Pixel format by its number in the Pixel Format Naming Convention.
     pub format: u32,
@@ -32,7 +32,7 @@ pub struct Image<'b> {
     pub width_px: usize,
     /// Rows.
     pub height_px: usize,
-    /// Bytes after each row that are no pixels.
+    /// Padding bytes after each row.
     pub padding_bytes: usize,
 }
 
@@ -49,22 +49,22 @@ impl Buffer {
         NonNull::new(unsafe { arv::arv_buffer_new_allocate(size) }).map(Self)
     }
 
-    /// Takes over a reference.
+    /// Takes ownership of a reference.
     ///
     /// # Safety
-    /// `buffer` is valid, and its reference is the caller's to give.
+    /// `buffer` is valid, and its reference is owned by the caller.
     pub(super) unsafe fn owned(buffer: NonNull<arv::ArvBuffer>) -> Self {
         Self(buffer)
     }
 
-    /// Gives the reference away.
+    /// Releases ownership of the reference.
     pub(super) fn give(self) -> *mut arv::ArvBuffer {
         let pointer = self.0.as_ptr();
         std::mem::forget(self);
         pointer
     }
 
-    /// What became of the frame in it.
+    /// Status of the frame in it.
     pub fn status(&self) -> BufferStatus {
         // SAFETY: the buffer is valid as long as `self`.
         match unsafe { arv::arv_buffer_get_status(self.0.as_ptr()) } {
@@ -91,13 +91,13 @@ impl Buffer {
         unsafe { arv::arv_buffer_get_timestamp(self.0.as_ptr()) }
     }
 
-    /// When its first packet came, by this computer's wall clock, ns since 1970.
+    /// When its first packet was received, by this computer's wall clock, Unix time in ns.
     pub fn received_wall_ns(&self) -> u64 {
         // SAFETY: the buffer is valid as long as `self`.
         unsafe { arv::arv_buffer_get_system_timestamp(self.0.as_ptr()) }
     }
 
-    /// The picture of a complete frame; `None` if it is none.
+    /// The picture of a complete frame; `None` otherwise.
     pub fn image(&self) -> Option<Image<'_>> {
         if self.status() != BufferStatus::Complete {
             return None;

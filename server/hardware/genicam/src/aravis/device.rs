@@ -1,4 +1,4 @@
-//! A camera that was opened: its features by name, and what belongs to the whole acquisition.
+//! An open camera: its features by name, and its acquisition.
 
 use std::ffi::{c_char, c_int};
 use std::ptr::NonNull;
@@ -9,30 +9,30 @@ use gobject_sys::{g_object_unref, g_type_check_instance_is_a};
 use super::error::{AravisError, checked, terminated, text};
 use super::system;
 
-/// What a numeric feature is, and what it may be set to.
+/// Value and range of a numeric feature.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Number {
-    /// As the camera says.
+    /// Value read from the camera.
     pub value: f64,
     /// Smallest.
     pub min: f64,
     /// Largest.
     pub max: f64,
-    /// Step between possible values; 0 if there is none.
+    /// Increment between possible values; 0 if there is none.
     pub increment: f64,
 }
 
-/// An opened camera; closed when dropped, which takes seconds if it does not answer any more.
+/// An open camera; closed when dropped, which takes seconds if it does not answer.
 pub struct Device {
     camera: NonNull<arv::ArvCamera>,
     device: NonNull<arv::ArvDevice>,
 }
 
-// SAFETY: the library ties a device to no thread; one thread at a time has it, by the lock around it.
+// SAFETY: the library ties a device to no thread; the lock around it ensures that one thread at a time uses it.
 unsafe impl Send for Device {}
 
 impl Device {
-    /// Opens a camera by what the library lists it by, or by its address.
+    /// Opens a camera by its id in the library's list, or by its address.
     pub fn open(id: &str) -> Result<Self, AravisError> {
         let _list_stays = system::lock();
         let name = terminated(id);
@@ -63,13 +63,14 @@ impl Device {
         unsafe { g_type_check_instance_is_a(self.device().cast(), arv::arv_gv_device_get_type()) != 0 }
     }
 
-    /// Whether this program controls it; else another one does. Only GigE Vision cameras can be opened without.
+    /// Whether this program controls it, as opposed to another one. Only GigE Vision cameras can be opened without
+    /// control.
     pub fn is_controlled(&self) -> bool {
         // SAFETY: asked of a GigE Vision device only, whose type was checked.
         !self.is_gige() || unsafe { arv::arv_gv_device_is_controller(self.device().cast()) != 0 }
     }
 
-    /// Whether it answers a read of its memory.
+    /// Whether it answers a memory read.
     pub fn answers(&self) -> bool {
         let mut word = [0_u8; 4];
         // SAFETY: the device is valid and the memory as long as is said.
@@ -79,7 +80,7 @@ impl Device {
         .is_ok_and(|read| read != 0)
     }
 
-    /// Whether a feature is there and of use now.
+    /// Whether a feature exists and is currently available.
     pub fn has(&self, feature: &str) -> bool {
         let name = terminated(feature);
         // SAFETY: the device is valid, the name terminated.
@@ -87,12 +88,12 @@ impl Device {
             .is_ok_and(|there| there != 0)
     }
 
-    /// The first of some names that is there: standards changed them.
+    /// The first available of some names, which differ between versions of the standard.
     pub fn first<'n>(&self, names: &[&'n str]) -> Option<&'n str> {
         names.iter().copied().find(|name| self.has(name))
     }
 
-    /// A text or the chosen entry of an enumeration.
+    /// A string, or the current entry of an enumeration.
     pub fn text(&self, feature: &str) -> Result<String, AravisError> {
         let name = terminated(feature);
         // SAFETY: the device is valid, the name terminated; the text is the library's and copied at once.
@@ -101,7 +102,7 @@ impl Device {
         })
     }
 
-    /// Sets a text or chooses an entry.
+    /// Sets a string, or selects an entry.
     pub fn set_text(&self, feature: &str, value: &str) -> Result<(), AravisError> {
         let (name, value) = (terminated(feature), terminated(value));
         // SAFETY: the device is valid, both texts terminated and not kept.
@@ -110,7 +111,7 @@ impl Device {
         })
     }
 
-    /// The value of a number alone: one way to the camera and back.
+    /// The value of a number alone: one round trip to the camera.
     pub fn value(&self, feature: &str) -> Result<f64, AravisError> {
         let name = terminated(feature);
         // SAFETY: the device is valid, the name terminated.
@@ -123,12 +124,12 @@ impl Device {
         }
     }
 
-    /// A number, whole or not.
+    /// An integer or floating-point feature.
     pub fn number(&self, feature: &str) -> Result<Number, AravisError> {
         if self.is_whole(feature) { self.whole_number(feature) } else { self.broken_number(feature) }
     }
 
-    /// Sets a number, moved into its range and to its next step.
+    /// Sets a number, clamped to its range and rounded to its increment.
     pub fn set_number(&self, feature: &str, value: f64) -> Result<(), AravisError> {
         let now = self.number(feature)?;
         let within = if now.min <= now.max { value.clamp(now.min, now.max) } else { value };
@@ -149,7 +150,7 @@ impl Device {
         Ok(())
     }
 
-    /// A yes or no.
+    /// Sets a boolean.
     pub fn set_flag(&self, feature: &str, value: bool) -> Result<(), AravisError> {
         let name = terminated(feature);
         // SAFETY: the device is valid, the name terminated.
@@ -158,14 +159,14 @@ impl Device {
         })
     }
 
-    /// Carries out a command.
+    /// Executes a command.
     pub fn execute(&self, feature: &str) -> Result<(), AravisError> {
         let name = terminated(feature);
         // SAFETY: the device is valid, the name terminated.
         checked(|error| unsafe { arv::arv_device_execute_command(self.device(), name.as_ptr(), error) })
     }
 
-    /// The entries of an enumeration that can be chosen now.
+    /// The currently available entries of an enumeration.
     pub fn entries(&self, feature: &str) -> Vec<String> {
         let (name, mut n_entries) = (terminated(feature), 0);
         // SAFETY: the device is valid, the name terminated; the array returned holds that many texts of the library, and
@@ -190,25 +191,25 @@ impl Device {
         }
     }
 
-    /// The chosen pixel format's number in the Pixel Format Naming Convention.
+    /// Code of the current pixel format in the Pixel Format Naming Convention.
     pub fn pixel_format(&self) -> Result<u32, AravisError> {
         // SAFETY: the camera is valid.
         checked(|error| unsafe { arv::arv_camera_get_pixel_format(self.camera(), error) })
     }
 
-    /// Bytes of one frame as it is set now.
+    /// Size of one frame with the current settings.
     pub fn payload_bytes(&self) -> Result<usize, AravisError> {
         // SAFETY: the camera is valid.
         checked(|error| unsafe { arv::arv_camera_get_payload(self.camera(), error) }).map(|bytes| bytes as usize)
     }
 
-    /// Begins to send frames.
+    /// Starts acquisition.
     pub fn start(&self) -> Result<(), AravisError> {
         // SAFETY: the camera is valid.
         checked(|error| unsafe { arv::arv_camera_start_acquisition(self.camera(), error) })
     }
 
-    /// Ends sending.
+    /// Stops acquisition.
     pub fn stop(&self) -> Result<(), AravisError> {
         // SAFETY: the camera is valid.
         checked(|error| unsafe { arv::arv_camera_stop_acquisition(self.camera(), error) })
@@ -220,8 +221,8 @@ impl Device {
         checked(|error| unsafe { arv::arv_camera_clear_triggers(self.camera(), error) })
     }
 
-    /// Agrees on a packet size with a GigE Vision camera: the largest that arrives, or the one that is wanted. Whether a
-    /// stream reads packets beside the system's network stack is set here, too.
+    /// Negotiates the packet size with a GigE Vision camera: the largest that arrives, or the requested one. Also sets
+    /// whether a stream reads packets bypassing the system's network stack.
     pub fn agree_on_packets(&self, wanted_bytes: Option<u32>, packet_socket: bool) -> Result<u32, AravisError> {
         if !self.is_gige() {
             return Ok(0);
@@ -247,14 +248,14 @@ impl Device {
         }
     }
 
-    /// Serial number as the camera itself says; empty if it does not.
+    /// Serial number as stated by the camera; empty if unavailable.
     pub fn serial(&self) -> String {
         // SAFETY: the camera is valid; the text is the library's and copied at once.
         checked(|error| unsafe { text(arv::arv_camera_get_device_serial_number(self.camera(), error)) })
             .unwrap_or_default()
     }
 
-    /// The camera's description of its features, XML; empty if it has none.
+    /// The camera's XML description of its features; empty if unavailable.
     pub fn description(&self) -> String {
         let mut n_bytes = 0;
         // SAFETY: the device is valid; the bytes are the library's, as many as it says, and copied at once.
@@ -286,7 +287,7 @@ impl Device {
             checked(|error| {
                 arv::arv_device_get_integer_feature_bounds(self.device(), name, &mut min, &mut max, error);
             })?;
-            // A feature without a step says so by an error.
+            // A feature without an increment returns an error.
             let step = checked(|error| arv::arv_device_get_integer_feature_increment(self.device(), name, error));
             (value, step.unwrap_or(1))
         };

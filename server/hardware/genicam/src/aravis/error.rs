@@ -5,12 +5,12 @@ use std::ptr;
 
 use glib_sys::GError;
 
-/// What the library said.
+/// Message of the library.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("{0}")]
 pub struct AravisError(pub String);
 
-/// Calls a function that reports by a `GError`.
+/// Calls a function that reports errors through a `GError`.
 pub fn checked<T>(call: impl FnOnce(*mut *mut GError) -> T) -> Result<T, AravisError> {
     let mut error: *mut GError = ptr::null_mut();
     let value = call(&mut error);
@@ -26,7 +26,7 @@ pub fn checked<T>(call: impl FnOnce(*mut *mut GError) -> T) -> Result<T, AravisE
     Err(AravisError(message))
 }
 
-/// Copies a text; null is the empty one.
+/// Copies a string; null gives the empty one.
 ///
 /// # Safety
 /// `text` is null or a terminated string that lives as long as this call.
@@ -34,11 +34,11 @@ pub unsafe fn text(text: *const c_char) -> String {
     if text.is_null() {
         return String::new();
     }
-    // SAFETY: not null, and terminated by the caller's promise.
+    // SAFETY: not null, and terminated as required of the caller.
     unsafe { CStr::from_ptr(text) }.to_string_lossy().into_owned()
 }
 
-/// A text for the library; one with a zero byte in it is cut there.
+/// A C string for the library; truncated at a zero byte.
 pub fn terminated(text: &str) -> CString {
     let until_zero: Vec<u8> = text.bytes().take_while(|&byte| byte != 0).collect();
     CString::new(until_zero).unwrap_or_default()

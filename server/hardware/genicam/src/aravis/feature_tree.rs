@@ -10,7 +10,7 @@ use gobject_sys::g_type_check_instance_is_a;
 use super::device::Device;
 use super::error::{AravisError, checked, terminated, text};
 
-/// Categories within categories that are followed; descriptions have two or three.
+/// Deepest nesting of categories that is followed; descriptions have two or three levels.
 const DEEPEST: usize = 16;
 
 impl Device {
@@ -21,7 +21,7 @@ impl Device {
         names
     }
 
-    /// One feature as it is now; `None` if the camera has none of that name, or only a category.
+    /// One feature in its current state; `None` if the camera has no feature of that name, or only a category.
     pub fn feature(&self, name: &str) -> Option<Feature> {
         let node = self.node(name)?;
         let kind = kind_of(node)?;
@@ -63,7 +63,7 @@ impl Device {
         })
     }
 
-    /// Sets a feature from text: a number, `true` or `false`, the name of an entry; any text carries out a command.
+    /// Sets a feature from text: a number, `true` or `false`, the name of an entry; a command is executed for any text.
     pub fn set_feature(&self, name: &str, value: &str) -> Result<(), AravisError> {
         let node = self.node(name).ok_or_else(|| AravisError(format!("there is no feature `{name}`")))?;
         match kind_of(node) {
@@ -75,7 +75,7 @@ impl Device {
                     arv::arv_gc_feature_node_set_value_from_string(node.cast(), value.as_ptr(), error);
                 })
             }
-            None => Err(AravisError(format!("`{name}` is no feature that has a value"))),
+            None => Err(AravisError(format!("`{name}` is not a feature with a value"))),
         }
     }
 
@@ -120,7 +120,7 @@ fn is_a(node: *mut arv::ArvGcNode, class: GType) -> bool {
     unsafe { g_type_check_instance_is_a(node.cast(), class) != 0 }
 }
 
-/// What kind of feature a node is; `None` for categories and what has no value.
+/// The type of a feature node; `None` for categories and nodes without a value.
 fn kind_of(node: *mut arv::ArvGcNode) -> Option<FeatureKind> {
     // SAFETY: asks for registered types.
     let kinds = unsafe {

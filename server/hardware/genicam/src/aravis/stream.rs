@@ -1,4 +1,4 @@
-//! Frames on their way: a thread of the library fills buffers that are pushed, and hands them back in order.
+//! The stream of frames: a thread of the library fills the pushed buffers and returns them in order.
 
 use std::ffi::{CStr, c_int, c_uint};
 use std::ptr::{self, NonNull};
@@ -11,10 +11,10 @@ use super::buffer::Buffer;
 use super::device::Device;
 use super::error::{AravisError, checked};
 
-/// How a stream treats packets.
+/// Packet options of a stream.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct StreamOptions {
-    /// Whether missing packets are asked for again.
+    /// Whether missing packets are requested again.
     pub resend: bool,
     /// Size of the socket's buffer, bytes; the system may grant less.
     pub socket_buffer_bytes: usize,
@@ -60,13 +60,13 @@ impl Stream {
         Ok(Self(stream))
     }
 
-    /// Hands a buffer to be filled.
+    /// Pushes a buffer to be filled.
     pub fn push(&self, buffer: Buffer) {
         // SAFETY: both are valid; the buffer's reference goes to the stream.
         unsafe { arv::arv_stream_push_buffer(self.0.as_ptr(), buffer.give()) };
     }
 
-    /// The next buffer that is done with, complete or not; waits at most `timeout`.
+    /// The next finished buffer, complete or not; waits at most `timeout`.
     pub fn pop(&self, timeout: Duration) -> Option<Buffer> {
         let timeout_us = u64::try_from(timeout.as_micros()).unwrap_or(u64::MAX);
         // SAFETY: the stream is valid; the reference of a buffer that is returned is the caller's.
@@ -79,7 +79,7 @@ impl Stream {
         }
     }
 
-    /// A count of the library by its name; 0 if this kind of stream does not keep it.
+    /// A counter of the library by name; 0 if this kind of stream does not have it.
     pub fn count(&self, name: &CStr) -> u64 {
         // SAFETY: the stream is valid; names are compared with those that exist, and all counts asked for are `uint64`.
         unsafe {

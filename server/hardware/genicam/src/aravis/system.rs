@@ -1,4 +1,4 @@
-//! Which cameras there are.
+//! Discovery of cameras.
 
 use parking_lot::{Mutex, MutexGuard};
 
@@ -6,27 +6,27 @@ use aravis_sys as arv;
 
 use super::error::text;
 
-/// The library's list of devices is one for the process, and its texts live until it is renewed.
+/// The library's list of devices is global to the process, and its strings live until the list is renewed.
 static LIST: Mutex<()> = Mutex::new(());
 
-/// A camera that answered.
+/// A camera found.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Listed {
-    /// What the library opens it by.
+    /// Id by which the library opens it.
     pub id: String,
     /// `GigEVision`, `USB3Vision` or `Fake`.
     pub protocol: String,
-    /// Who made it.
+    /// Vendor.
     pub vendor: String,
-    /// Which model it is.
+    /// Model.
     pub model: String,
     /// Its serial number.
     pub serial: String,
-    /// Its address: IPv4, or where it is on USB.
+    /// IPv4 address, or location on USB.
     pub address: String,
 }
 
-/// Asks every network and the USB for cameras; takes about a second.
+/// Searches all networks and the USB for cameras; takes about a second.
 pub fn list() -> Vec<Listed> {
     let _one_at_a_time = lock();
     // SAFETY: no contract but initialised memory; the lock keeps the list unchanged while its texts are copied, and
@@ -52,7 +52,7 @@ pub fn enable_fake() {
     unsafe { arv::arv_enable_interface(c"Fake".as_ptr()) };
 }
 
-/// The lock that opening takes as well: it may renew the list.
+/// The lock, which opening needs as well, because it may renew the list.
 pub(super) fn lock() -> MutexGuard<'static, ()> {
     LIST.lock()
 }

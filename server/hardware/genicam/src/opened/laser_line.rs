@@ -1,12 +1,12 @@
-//! The output line that switches a laser: what it shows.
+//! The output line that switches a laser.
 
 use crate::aravis::{AravisError, Device};
 use crate::settings::GenicamSettings;
 
-/// An output that is set by hand begins so.
+/// Prefix of the names of user outputs.
 pub const USER_OUTPUT: &str = "UserOutput";
 
-/// Whether the line shows the laser's signal, or nothing, as the camera says.
+/// Whether the line outputs the laser's signal, or is off, as read from the camera.
 pub fn is_shown(device: &Device, settings: &GenicamSettings, lit: bool) -> bool {
     device.text("LineSelector").is_ok_and(|line| line == settings.laser_line)
         && device.text("LineSource").is_ok_and(|shown| shown == source(device, settings, lit))
@@ -16,7 +16,7 @@ fn source(device: &Device, settings: &GenicamSettings, lit: bool) -> String {
     if lit { settings.laser_source.clone() } else { dark_source(device, settings) }
 }
 
-/// What a dark line shows.
+/// Source of the line when the laser is off.
 fn dark_source(device: &Device, settings: &GenicamSettings) -> String {
     let sources = device.entries("LineSource");
     let off = sources.iter().find(|source| *source == "Off");
@@ -25,10 +25,10 @@ fn dark_source(device: &Device, settings: &GenicamSettings) -> String {
     off.or_else(at_rest).unwrap_or(&settings.laser_source).clone()
 }
 
-/// Lets the line show the laser's signal, or nothing.
+/// Sets the line to the laser's signal, or to off.
 ///
 /// # Errors
-/// What the camera has not, or does not take.
+/// A feature that the camera lacks or refuses.
 pub fn show(device: &Device, settings: &GenicamSettings, lit: bool) -> Result<(), AravisError> {
     let source = source(device, settings, lit);
     if !lit && source == settings.laser_source && !source.starts_with(USER_OUTPUT) {

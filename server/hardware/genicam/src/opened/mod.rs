@@ -1,4 +1,4 @@
-//! A camera that was opened: how it is found, prepared, described and set.
+//! An open camera: discovery, preparation, description and settings.
 
 pub mod laser_line;
 
@@ -16,30 +16,30 @@ use crate::names;
 use crate::pixels::SourceFormat;
 use crate::settings::GenicamSettings;
 
-/// A camera gives up a program that was silent for so long: the heartbeat that the standard starts with, and
-/// a little.
+/// Time after which a camera releases a silent program: the default heartbeat of the standard, plus a margin.
 const LOST_AFTER: Duration = Duration::from_millis(3200);
 
-/// Pause between two questions who has it.
+/// Interval of queries who controls it.
 const HOLDER_PERIOD: Duration = Duration::from_millis(200);
 
-/// A camera that this program controls.
+/// A camera controlled by this program.
 pub struct OpenedCamera {
     pub device: Device,
     /// Where it was found.
     pub listed: Listed,
-    /// Size of its packets; 0 without packets.
+    /// Packet size; 0 without packets.
     pub packet_size_bytes: u32,
 }
 
 impl OpenedCamera {
-    /// Opens the camera of that serial number and puts it into a known state: stopped, without triggers or automatics.
+    /// Opens the camera with the configured serial number and brings it to a known state: stopped, without triggers or
+    /// automatic functions.
     ///
-    /// `known`: where it was before, which spares the search.
+    /// `known`: where it was before, which avoids the search.
     ///
     /// # Errors
-    /// [`OpenError::Absent`] if it is not there or another program has it, [`OpenError::Settings`] if it cannot be
-    /// prepared as the settings say.
+    /// [`OpenError::Absent`] if it is absent or used by another program, [`OpenError::Settings`] if it cannot be
+    /// prepared as configured.
     pub fn open(settings: &GenicamSettings, known: Option<&Listed>) -> Result<Self, OpenError> {
         let serial = &settings.serial;
         let absent = |(what, remedy): (String, &str)| OpenError::Absent {
@@ -74,7 +74,7 @@ impl OpenedCamera {
         Ok(Self { device, listed, packet_size_bytes })
     }
 
-    /// Who it is.
+    /// Its identity.
     pub fn identity(&self) -> DeviceIdentity {
         let firmware = self.device.first(&names::FIRMWARE).and_then(|name| self.device.text(name).ok());
         DeviceIdentity {
@@ -86,7 +86,7 @@ impl OpenedCamera {
         }
     }
 
-    /// What it can do as it is prepared.
+    /// Its capabilities after preparation.
     pub fn capabilities(&self) -> CameraCapabilities {
         let device = &self.device;
         let range = |feature: &[&'static str]| {
@@ -121,7 +121,7 @@ impl OpenedCamera {
         }
     }
 
-    /// How it is set, as it says itself; `trigger` is what it was last set to.
+    /// Its settings as read back; `trigger` is the mode last set.
     pub fn settings(&self, trigger: Trigger) -> Result<CameraSettings, AravisError> {
         let device = &self.device;
         let value = |feature: &[&'static str]| match device.first(feature) {
@@ -148,7 +148,7 @@ impl OpenedCamera {
         })
     }
 
-    /// The pixel format that it sends.
+    /// Its current pixel format.
     pub fn source_format(&self) -> Result<SourceFormat, AravisError> {
         let code = self.device.pixel_format()?;
         SourceFormat::of_code(code).ok_or_else(|| {
@@ -157,7 +157,7 @@ impl OpenedCamera {
         })
     }
 
-    /// Sets what is wanted, in the order that cameras need: region, format, exposure, gain, rate, trigger last.
+    /// Applies settings in the order that cameras need: region, format, exposure, gain, rate, trigger last.
     pub fn set(
         &self,
         wanted: &CameraRequest,
@@ -178,7 +178,7 @@ impl OpenedCamera {
         set(&names::EXPOSURE, wanted.exposure_us)?;
         set(&names::GAIN, wanted.gain_db)?;
         if let Some(trigger) = wanted.trigger {
-            // A rate must not limit triggers; it is set again for free running.
+            // The frame rate must not limit triggers; it is enabled again for free-running.
             self.limit_rate(trigger == Trigger::Free)?;
         }
         set(&names::FRAME_RATE, wanted.frame_rate_hz)?;
@@ -190,7 +190,7 @@ impl OpenedCamera {
             true => self.device.set_number(feature, px as f64),
             false => Ok(()),
         };
-        // Offsets limit sizes, and sizes offsets.
+        // Offsets limit sizes, and vice versa.
         pixels("OffsetX", 0)?;
         pixels("OffsetY", 0)?;
         pixels("Width", roi.width_px)?;
@@ -235,7 +235,7 @@ impl OpenedCamera {
         device.set_text("TriggerMode", "On")
     }
 
-    /// Inputs that can trigger.
+    /// Inputs usable as trigger.
     fn lines(&self) -> Vec<String> {
         let mut sources = self.device.entries("TriggerSource");
         sources.retain(|source| source.starts_with("Line"));
@@ -243,7 +243,7 @@ impl OpenedCamera {
     }
 }
 
-/// Who has a camera, once a program that ended without a word would have lost it.
+/// Who controls a camera after the time in which a dead program would have lost control.
 fn held_for_long(listed: &Listed) -> Option<Control> {
     let until = Instant::now() + LOST_AFTER;
     loop {
@@ -255,17 +255,17 @@ fn held_for_long(listed: &Listed) -> Option<Control> {
     }
 }
 
-/// Answers of the library as those of a camera.
+/// Converts errors of the library to those of a camera.
 pub fn refused(setting: &'static str) -> impl Fn(AravisError) -> CameraError {
     move |error| CameraError::Unsupported {
         setting,
-        value: "what was wanted".to_owned(),
+        value: "the requested value".to_owned(),
         expected: error.to_string(),
     }
 }
 
 fn prepare(device: &Device, settings: &GenicamSettings, loopback: bool) -> Result<u32, AravisError> {
-    // A camera that a program left running goes on sending; one that does not run may refuse to stop.
+    // A camera left running by a program keeps sending; one that does not run may refuse to stop.
     let _ = device.stop();
     device.clear_triggers()?;
     if device.has("AcquisitionMode") {
@@ -282,13 +282,13 @@ fn prepare(device: &Device, settings: &GenicamSettings, loopback: bool) -> Resul
         }
     }
     if !settings.laser_line.is_empty() {
-        // Whatever a program before left on.
+        // A previous program may have left it on.
         laser_line::show(device, settings, false)?;
     }
     let offered = device.entries("PixelFormat");
     let deep = SourceFormat::choose(&offered, false, "").is_none();
     choose_format(device, deep, settings)?;
-    // A socket beside the network stack sees no packets of this computer's own.
+    // A socket that bypasses the network stack does not receive packets of this computer itself.
     device.agree_on_packets(Some(settings.packet_size_bytes).filter(|&bytes| bytes > 0), !loopback)
 }
 
@@ -301,7 +301,7 @@ fn choose_format(device: &Device, deep: bool, settings: &GenicamSettings) -> Res
     }
 }
 
-/// A region moved and cut so that it lies on the sensor.
+/// A region moved and cut to fit on the sensor.
 fn within(roi: Roi, (columns, rows): (usize, usize)) -> Roi {
     let (left_px, top_px) = (roi.left_px.min(columns.saturating_sub(1)), roi.top_px.min(rows.saturating_sub(1)));
     Roi {

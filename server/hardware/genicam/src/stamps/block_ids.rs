@@ -1,25 +1,25 @@
-//! The camera's own numbers of frames, made into a count from 0 that never turns over.
+//! Conversion of the camera's own frame ids to a count from 0 without wrap-around.
 //!
-//! GigE Vision counts in 16 bits from 1 and leaves 0 out; its extended ids and USB3 Vision count in 64 bits, the latter
-//! from 0. Cameras begin again when an acquisition starts, most of them.
+//! GigE Vision counts in 16 bits from 1 and skips 0; its extended ids and USB3 Vision count in 64 bits, the latter from
+//! 0. Most cameras restart the count when an acquisition starts.
 
 /// Largest id of 16 bits; 1 comes after it.
 const LAST_SHORT_ID: u64 = 0xFFFF;
 
-/// Ids this near to the end of 16 bits turn over at the next small one.
+/// Ids this close to the end of 16 bits wrap around at the next small one.
 const NEAR_THE_END: u64 = LAST_SHORT_ID - 4096;
 
-/// Follows the ids of one acquisition.
+/// Tracks the ids of one acquisition.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct BlockIds {
-    /// The id seen last, and its place in the count.
+    /// The last id, and its position in the count.
     last: Option<(u64, u64)>,
 }
 
 impl BlockIds {
-    /// The place of a frame in the count; `first` is that of the first frame that is seen.
+    /// The position of a frame in the count; `first` is that of the first frame received.
     ///
-    /// Returns `None` for a frame that is not newer than the one before it: it came twice, or out of order.
+    /// Returns `None` for a frame that is not newer than the previous one: a duplicate, or out of order.
     pub fn count(&mut self, id: u64, first: u64) -> Option<u64> {
         let count = match self.last {
             None => first,
@@ -29,18 +29,18 @@ impl BlockIds {
         Some(count)
     }
 
-    /// The place of the frame after the last one that was seen.
+    /// The position of the frame after the last one received.
     pub fn next(&self) -> Option<u64> {
         self.last.map(|(_, count)| count + 1)
     }
 }
 
-/// How many frames `id` is after `last`.
+/// Distance of `id` from `last`, in frames.
 fn steps(last: u64, id: u64) -> Option<u64> {
     if id > last {
         Some(id - last)
     } else if (NEAR_THE_END..=LAST_SHORT_ID).contains(&last) && id < 4096 {
-        // 65535 is followed by 1, or by 0 where a camera does not keep to the standard.
+        // 65535 is followed by 1, or by 0 if a camera does not follow the standard.
         Some((LAST_SHORT_ID - last + id).max(1))
     } else {
         None
@@ -57,19 +57,19 @@ mod tests {
     }
 
     #[test]
-    fn gaps_are_steps_and_the_first_frame_begins_the_count() {
+    fn gaps_are_counted_and_the_first_frame_starts_the_count() {
         assert_eq!(counts(&[7, 8, 11]), [Some(0), Some(1), Some(4)]);
     }
 
     #[test]
-    fn sixteen_bits_turn_over_without_zero() {
+    fn sixteen_bit_ids_wrap_around_without_zero() {
         assert_eq!(counts(&[65534, 65535, 1, 2]), [Some(0), Some(1), Some(2), Some(3)]);
-        assert_eq!(counts(&[65534, 2]), [Some(0), Some(3)], "lost across the turn");
-        assert_eq!(counts(&[65535, 65536, 65537]), [Some(0), Some(1), Some(2)], "64 bits go on");
+        assert_eq!(counts(&[65534, 2]), [Some(0), Some(3)], "lost across the wrap-around");
+        assert_eq!(counts(&[65535, 65536, 65537]), [Some(0), Some(1), Some(2)], "64 bits continue");
     }
 
     #[test]
-    fn a_frame_that_comes_again_does_not_count() {
+    fn a_duplicate_frame_does_not_count() {
         assert_eq!(counts(&[3, 3, 2, 4]), [Some(0), None, None, Some(1)]);
     }
 }

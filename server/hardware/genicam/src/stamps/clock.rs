@@ -1,33 +1,33 @@
-//! The camera's clock in this computer's time.
+//! Conversion of the camera's clock to this computer's time.
 //!
-//! A frame arrives some time after the camera stamped it, never before. Over the last frames the line is sought that lies
-//! below all arrivals and close to the earliest of them: its slope is the ratio of the clocks, its height the offset plus
-//! the shortest way, which nobody can see from here. Late arrivals lift no line, so that a busy computer does not move the
-//! time of exposures.
+//! A frame arrives some time after the camera stamped it, never before. A line is fitted below all arrivals of the last
+//! frames and close to the earliest of them: its slope is the ratio of the clocks, its offset the clock offset plus the
+//! shortest latency, which cannot be measured from here. Late arrivals do not affect the line, so that a busy computer
+//! does not shift the exposure times.
 
 use std::collections::VecDeque;
 use std::time::{Duration, Instant};
 
-/// Frames that the line is laid below. Two seconds at 128 Hz.
+/// Number of frames used for the line. Two seconds at 128 Hz.
 const KEPT: usize = 256;
 
-/// Parts of these frames, of each of which the earliest arrival counts.
+/// Number of groups of these frames; the earliest arrival of each group is used.
 const PARTS: usize = 8;
 
-/// Frames after which a line is trusted.
+/// Number of frames from which the line is trusted.
 const ENOUGH: usize = 16;
 
 /// Fastest drift between two quartz clocks that is accepted, as a ratio: five times what data sheets allow.
 const MAX_DRIFT: f64 = 5e-4;
 
-/// Arrivals of one acquisition against the camera's clock.
+/// Arrivals of one acquisition in relation to the camera's clock.
 #[derive(Debug, Default)]
 pub struct DeviceClock {
-    /// Where both clocks are counted from.
+    /// Origin of both clocks.
     origin: Option<(u64, Instant)>,
     /// Device time and arrival, seconds from the origin.
     arrivals: VecDeque<(f64, f64)>,
-    /// Arrival minus device time at `at`, seconds; its growth; how well it is known.
+    /// Line of arrival minus device time, seconds; `None` before enough frames have arrived.
     line: Option<Line>,
 }
 
@@ -40,7 +40,7 @@ struct Line {
 }
 
 impl DeviceClock {
-    /// Takes note of a frame stamped at `device_ns` that arrived at `received_at`.
+    /// Adds a frame stamped at `device_ns` that arrived at `received_at`.
     pub fn observe(&mut self, device_ns: u64, received_at: Instant) {
         let (origin_ns, origin_at) = *self.origin.get_or_insert((device_ns, received_at));
         let device_s = device_ns.wrapping_sub(origin_ns) as i64 as f64 * 1e-9;
@@ -49,7 +49,7 @@ impl DeviceClock {
             None => -origin_at.duration_since(received_at).as_secs_f64(),
         };
         if self.arrivals.back().is_some_and(|&(last, _)| device_s <= last) {
-            // The camera's clock was set back: what was known of it is not true any more.
+            // The camera's clock was reset; earlier arrivals no longer apply.
             *self = Self::default();
             return self.observe(device_ns, received_at);
         }
@@ -60,8 +60,8 @@ impl DeviceClock {
         self.line = (self.arrivals.len() >= ENOUGH).then(|| self.fit());
     }
 
-    /// When a frame stamped at `device_ns` was stamped, in this computer's time, and how well that is known: how far the
-    /// earliest arrivals scatter about their line. `None` before enough frames came.
+    /// Time of the stamp `device_ns` in this computer's time, and its uncertainty: the scatter of the earliest arrivals
+    /// about their line. `None` before enough frames have arrived.
     pub fn host_time(&self, device_ns: u64) -> Option<(Instant, Duration)> {
         let ((origin_ns, origin_at), line) = (self.origin?, self.line?);
         let device_s = device_ns.wrapping_sub(origin_ns) as i64 as f64 * 1e-9;
@@ -73,12 +73,12 @@ impl DeviceClock {
         Some((at, Duration::from_secs_f64(line.uncertainty)))
     }
 
-    /// How well the camera's clock is known now.
+    /// Current uncertainty of the camera's clock.
     pub fn uncertainty(&self) -> Option<Duration> {
         self.line.map(|line| Duration::from_secs_f64(line.uncertainty))
     }
 
-    /// A line through the earliest arrival of each part, by least squares, moved down to the earliest of all.
+    /// Least-squares line through the earliest arrival of each part, shifted down to the earliest of all.
     fn fit(&self) -> Line {
         let part = self.arrivals.len().div_ceil(PARTS);
         let earliest: Vec<(f64, f64)> = (0..self.arrivals.len())
@@ -105,9 +105,9 @@ impl DeviceClock {
 mod tests {
     use super::*;
 
-    /// A camera whose clock runs `drift` fast, whose frames take at least 2 ms, mostly up to 3 ms more, and now and then
-    /// 50 ms. Returns by how much mapped times are wrong at most, the shortest way left out, and the share of frames that
-    /// are wrong by more than was stated.
+    /// Simulates a camera whose clock runs fast by `drift` and whose frames take at least 2 ms, usually up to 3 ms
+    /// more, occasionally 50 ms more. Returns the largest error of the mapped times without the shortest latency, and
+    /// the fraction of frames whose error exceeds the stated uncertainty.
     fn errors(drift: f64, seed: u64) -> (f64, f64) {
         let (began, shortest) = (Instant::now(), Duration::from_millis(2));
         let (mut clock, mut noise) = (DeviceClock::default(), seed);
@@ -130,25 +130,26 @@ mod tests {
     }
 
     #[test]
-    fn times_are_true_within_what_is_stated_whatever_the_clocks_do() {
+    fn time_errors_are_within_the_stated_uncertainty_for_any_drift() {
         for drift in [0.0, 1e-4, -1e-4] {
             for seed in [1, 2, 3] {
                 let (worst_us, beyond) = errors(drift, seed);
-                // Of 3 ms of jitter the least of 32 is 0.09 ms on average, and 0.4 ms once in a hundred parts.
+                // The minimum of 32 samples of 3 ms jitter is 0.09 ms on average, and exceeds 0.4 ms in one part of a
+                // hundred.
                 assert!(worst_us < 500.0, "{drift}: {worst_us:.0} µs");
-                assert!(beyond < 0.05, "{drift}: {beyond:.3} of all frames beyond what was stated");
+                assert!(beyond < 0.05, "{drift}: {beyond:.3} of all frames beyond the stated uncertainty");
             }
         }
     }
 
     #[test]
-    fn a_camera_that_restarts_its_clock_is_followed_anew() {
+    fn the_line_is_fitted_anew_after_a_clock_reset() {
         let (began, mut clock) = (Instant::now(), DeviceClock::default());
         for n in 0..100_u64 {
             clock.observe(1_000_000_000 + n * 10_000_000, began + Duration::from_millis(10 * n));
         }
         assert!(clock.host_time(0).is_some());
         clock.observe(5, began + Duration::from_secs(2));
-        assert!(clock.host_time(5).is_none(), "a line of the clock before");
+        assert!(clock.host_time(5).is_none(), "a line of the previous clock");
     }
 }

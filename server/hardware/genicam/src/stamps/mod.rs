@@ -1,4 +1,4 @@
-//! What tells frames apart, and when they were exposed: the camera's numbers and its clock.
+//! Frame ids and exposure times from the camera's counter and clock.
 
 pub mod block_ids;
 pub mod clock;

@@ -1,4 +1,4 @@
-//! Features by the camera's own names.
+//! Features accessed by the camera's own names.
 
 use devices::CameraRequest;
 use devices::features::{Access, FeatureError, FeatureKind};
@@ -6,7 +6,7 @@ use devices::features::{Access, FeatureError, FeatureKind};
 use crate::rig::{SERIAL, blank, fake, open, settings, until};
 
 #[test]
-fn every_feature_is_listed_with_its_kind_and_what_may_be_done_with_it() {
+fn every_feature_is_listed_with_its_kind_and_access_mode() {
     let Some(_fake) = fake(0) else { return };
     let features = open(&settings(SERIAL)).details().unwrap().features().unwrap();
     let feature = |name: &str| {
@@ -24,7 +24,7 @@ fn every_feature_is_listed_with_its_kind_and_what_may_be_done_with_it() {
 }
 
 #[test]
-fn a_feature_set_by_name_is_what_the_camera_says_and_outlives_a_restart() {
+fn a_feature_set_by_name_is_read_back_and_survives_a_restart() {
     let Some(mut fake) = fake(0) else { return };
     let mut camera = open(&settings(SERIAL));
     let details = camera.details().unwrap();

@@ -1,5 +1,5 @@
-//! The suite that every camera passes, over the library's GigE Vision camera; and its camera within this process, which
-//! knows neither triggers nor a network.
+//! The camera contract suite with aravis' GigE Vision camera; and aravis' in-process camera, which has neither triggers
+//! nor a network.
 
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
@@ -9,7 +9,7 @@ use genicam::aravis::enable_fake;
 
 use crate::rig::{SERIAL, blank, fake, frame, open_small, settings};
 
-/// Frames per second of the free-running rules.
+/// Frame rate of the free-running tests.
 const RATE_HZ: f64 = 20.0;
 
 #[test]
@@ -25,9 +25,9 @@ fn a_gige_camera_passes_the_suite() {
         CameraProfile { frame_rate_hz: Some(RATE_HZ), frame_limit: Duration::from_secs(10), cable: Some(cable) };
     contract::camera(
         &mut || {
-            // It remembers what it was set to: every rule begins with one that was just switched on.
+            // It keeps its settings; each test begins with a freshly started camera.
             camera.lock().unwrap().restart().unwrap();
-            // Small pictures: a burst of large ones overflows the socket of a machine as it is delivered.
+            // Small images: a burst of large ones overflows the socket with its default buffer size.
             open_small(&settings(SERIAL), RATE_HZ)
         },
         &profile,

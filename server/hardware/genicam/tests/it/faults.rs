@@ -1,4 +1,4 @@
-//! A camera that goes away, comes back, starves or belongs to somebody else. Pulled and put in again: the suite.
+//! A camera that disappears, returns, loses frames or is in use elsewhere. Unplugging is covered by the contract suite.
 
 use std::time::{Duration, Instant};
 
@@ -7,14 +7,14 @@ use genicam::GenicamDriver;
 
 use crate::rig::{SERIAL, blank, fake, frame, open, open_small, settings, until};
 
-/// A camera that is gone is named within this time (`promises.md`).
+/// A lost camera is reported within this time (`promises.md`).
 const NAMED_WITHIN: Duration = Duration::from_secs(2);
 
-/// What this machine may add beside other tests.
+/// Additional time on a machine that runs other tests.
 const SLACK: Duration = Duration::from_secs(1);
 
 #[test]
-fn a_camera_that_hangs_is_gone_and_comes_back_with_its_settings() {
+fn a_camera_that_hangs_is_reported_gone_and_recovers_with_its_settings() {
     let Some(fake) = fake(0) else { return };
     let mut camera = open_small(&settings(SERIAL), 50.0);
     let wanted = CameraRequest { exposure_us: Some(1234.0), gain_db: Some(3.0), ..CameraRequest::default() };
@@ -24,13 +24,13 @@ fn a_camera_that_hangs_is_gone_and_comes_back_with_its_settings() {
     frame(&mut *camera, &mut image);
     fake.hold();
     let held_at = Instant::now();
-    let reason = until(&mut *camera, &mut image, "it is named", |_, got| match got {
+    let reason = until(&mut *camera, &mut image, "it is reported", |_, got| match got {
         Err(CameraError::Gone { reason }) => Some(reason),
         _ => None,
     });
-    assert!(held_at.elapsed() < NAMED_WITHIN + SLACK, "named after {:?}", held_at.elapsed());
-    assert!(reason.contains("does not answer"), "{reason}");
-    fake.go_on();
+    assert!(held_at.elapsed() < NAMED_WITHIN + SLACK, "reported after {:?}", held_at.elapsed());
+    assert!(reason.contains("no longer answers"), "{reason}");
+    fake.resume();
     camera.reconnect().unwrap();
     until(&mut *camera, &mut image, "it is back", |_, got| got.ok());
     assert_eq!(camera.settings(), set);
@@ -39,23 +39,23 @@ fn a_camera_that_hangs_is_gone_and_comes_back_with_its_settings() {
 }
 
 #[test]
-fn a_camera_that_restarted_behind_our_back_is_noticed_while_idle() {
+fn a_restart_of_an_idle_camera_is_detected() {
     let Some(mut fake) = fake(0) else { return };
     let mut camera = open_small(&settings(SERIAL), 50.0);
     let (mut image, set) = (blank(), camera.settings());
     fake.restart().unwrap();
-    let reason = until(&mut *camera, &mut image, "it is named", |_, got| match got {
+    let reason = until(&mut *camera, &mut image, "it is reported", |_, got| match got {
         Err(CameraError::Gone { reason }) => Some(reason),
         _ => None,
     });
     assert!(reason.contains("forgotten"), "{reason}");
     camera.reconnect().unwrap();
     until(&mut *camera, &mut image, "it is back", |_, got| got.ok());
-    assert_eq!(camera.settings(), set, "what it forgot was not set again");
+    assert_eq!(camera.settings(), set, "the lost settings were not set again");
 }
 
 #[test]
-fn a_driver_that_is_starved_loses_frames_and_counts_them() {
+fn frames_lost_without_free_buffers_are_counted() {
     let Some(_fake) = fake(0) else { return };
     let mut wanted = settings(SERIAL);
     wanted.buffers = 4;
@@ -64,7 +64,7 @@ fn a_driver_that_is_starved_loses_frames_and_counts_them() {
     let (mut image, mut shown, mut lost) = (blank(), 0, 0);
     for n in 0..60 {
         if n == 20 {
-            // Nobody takes frames: four wait, the others find no buffer.
+            // No frames are taken: four wait, the others find no buffer.
             std::thread::sleep(Duration::from_millis(500));
         }
         let info = frame(&mut *camera, &mut image);
@@ -76,14 +76,14 @@ fn a_driver_that_is_starved_loses_frames_and_counts_them() {
 }
 
 #[test]
-fn a_camera_in_other_hands_is_named_with_them() {
+fn a_camera_in_use_is_reported_with_its_owner() {
     let Some(_fake) = fake(0) else { return };
     let _held = open(&settings(SERIAL));
     let wanted = DeviceSet { camera: true, ..DeviceSet::default() };
     match GenicamDriver(settings(SERIAL)).open(wanted) {
         Err(OpenError::Absent { what, .. }) => assert!(what.contains("in use by another program"), "{what}"),
         Err(other) => panic!("{other}"),
-        Ok(_) => panic!("two programs have it"),
+        Ok(_) => panic!("two programs opened it"),
     }
     let found = GenicamDriver(settings("")).discover();
     let ours = found.iter().find(|found| found.value == SERIAL).unwrap_or_else(|| panic!("{found:?}"));
@@ -93,7 +93,7 @@ fn a_camera_in_other_hands_is_named_with_them() {
 }
 
 #[test]
-fn a_camera_that_is_not_there_is_absent_and_those_that_are_are_named() {
+fn a_missing_camera_is_absent_and_available_ones_are_listed() {
     let Some(_fake) = fake(0) else { return };
     let wanted = DeviceSet { camera: true, ..DeviceSet::default() };
     match GenicamDriver(settings("ANOTHER")).open(wanted) {

@@ -1,4 +1,4 @@
-//! What arrives, what is lost, and the account of both.
+//! Received frames, lost frames, and their counts.
 
 use devices::{CameraRequest, PixelFormat, Trigger};
 use vision::Pixels;
@@ -24,7 +24,7 @@ fn every_pixel_arrives_as_the_camera_made_it() {
         frame(&mut *camera, &mut image);
         let from = camera.details().unwrap().link().pixels_from;
         assert_eq!(from, if green { format!("{name}: green, interpolated") } else { name.to_owned() });
-        // The camera paints a ramp that goes on by one level per column, row and frame, and wraps.
+        // The camera draws a ramp that rises by one level per column, row and frame, and wraps around.
         let levels: Vec<i32> = match image.pixels() {
             Pixels::Eight(pixels) => pixels.iter().map(|&pixel| i32::from(pixel)).collect(),
             Pixels::Sixteen(pixels) => pixels.iter().map(|&pixel| i32::from(pixel >> 8)).collect(),
@@ -55,13 +55,9 @@ fn frames_with_missing_packets_are_counted_and_never_shown() {
             incomplete += info.lost_incomplete;
             assert!(info.lost_incomplete <= info.lost_before);
             last_id = info.frame_id;
-            assert_eq!(
-                shown + lost,
-                info.frame_id + 1,
-                "frames that came and frames that were lost are all frames"
-            );
+            assert_eq!(shown + lost, info.frame_id + 1, "received and lost frames are all frames");
             let Pixels::Eight(pixels) = image.pixels() else { panic!("8 bits were set") };
-            // Bytes of packets that never came would be those of another frame, or zero.
+            // Bytes of missing packets would come from another frame or be zero.
             let smooth = pixels.windows(2).enumerate().filter(|(at, _)| at % 128 != 127).all(|(_, pair)| {
                 let step = i32::from(pair[1]) - i32::from(pair[0]);
                 step == 1 || step < -200
@@ -85,12 +81,12 @@ fn software_triggers_are_answered_each_or_counted() {
     for sent in 1..=40_u64 {
         camera.trigger().unwrap();
         let asked_at = std::time::Instant::now();
-        // What was lost shows with the next frame, or never; the next trigger is not held up by it.
+        // A lost frame is noticed with the next frame or never; the next trigger does not wait for it.
         until(&mut *camera, &mut image, "an answer or its time", |_, got| {
             if let Some(info) = got.expect("it is there") {
                 (answered, lost) = (answered + 1, lost + info.lost_before);
                 assert_eq!(answered + lost, info.frame_id + 1);
-                assert!(info.frame_id < sent, "frame {info:?} after {sent} triggers: nobody asked for it");
+                assert!(info.frame_id < sent, "frame {info:?} after {sent} triggers: it was not requested");
                 return Some(());
             }
             (asked_at.elapsed().as_millis() > 800).then_some(())
@@ -116,7 +112,7 @@ fn times_of_exposures_are_even_and_their_uncertainty_is_stated() {
     for info in settled {
         let by_host = info.exposed_at.duration_since(first.exposed_at).as_secs_f64();
         let by_device = device_s(info.device_timestamp_ns) - device_s(first.device_timestamp_ns);
-        // Two lines of which each is known as well as it was stated, and a fifth of a period that neither may exceed.
+        // Two lines, each with its stated uncertainty, and a fifth of a period as the limit of both.
         let allowed = 2.0 * stated.as_secs_f64() + 0.004;
         assert!((by_host - by_device).abs() < allowed, "{by_host} and {by_device} s, stated {stated:?}");
     }

@@ -1,6 +1,6 @@
-//! What the library's camera process has not: output lines, a trigger's delay, temperature. Its description is
-//! read from it, more features are described over memory that it does not use, and it is started again with that: it keeps
-//! what is written there and does nothing by it. Shown is what the driver writes and reads; not that a camera obeys.
+//! Output lines, trigger delay and temperature, which aravis' camera process lacks. Its feature description is read,
+//! features over unused memory are added, and it is restarted with the result. The tests show what the driver writes
+//! and reads. Not covered: that a camera acts on it.
 
 use std::net::UdpSocket;
 use std::path::PathBuf;
@@ -19,7 +19,7 @@ use tempfile::TempDir;
 
 use crate::rig::{SERIAL, blank, fake, settings, until};
 
-/// Where the camera process listens.
+/// Address on which the camera process listens.
 const ADDRESS: &str = "127.0.0.1";
 
 /// Memory that the camera process does not use.
@@ -31,7 +31,7 @@ const USER_OUTPUT_VALUE: u32 = 0x8014;
 const TRIGGER_DELAY: u32 = 0x802c;
 const TEMPERATURE: u32 = 0x8030;
 
-/// An unsigned register at that address.
+/// An unsigned register at the address.
 fn register(name: &str, address: u32) -> String {
     format!(
         "<IntReg Name=\"{name}Reg\"><Address>{address:#x}</Address><Length>4</Length><AccessMode>RW</AccessMode>\
@@ -39,7 +39,7 @@ fn register(name: &str, address: u32) -> String {
     )
 }
 
-/// An enumeration over a register.
+/// An enumeration feature over a register.
 fn choice(name: &str, address: u32, entries: &[&str]) -> String {
     let entry =
         |(value, entry): (usize, &&str)| format!("<EnumEntry Name=\"{entry}\"><Value>{value}</Value></EnumEntry>");
@@ -50,12 +50,12 @@ fn choice(name: &str, address: u32, entries: &[&str]) -> String {
     )
 }
 
-/// A number over a register.
+/// An integer feature over a register.
 fn number(name: &str, address: u32) -> String {
     format!("<Integer Name=\"{name}\"><pValue>{name}Reg</pValue></Integer>{}", register(name, address))
 }
 
-/// A yes or no over a register.
+/// A boolean feature over a register.
 fn flag(name: &str, address: u32) -> String {
     format!(
         "<Boolean Name=\"{name}\"><pValue>{name}Reg</pValue><OnValue>1</OnValue><OffValue>0</OffValue></Boolean>{}",
@@ -63,7 +63,7 @@ fn flag(name: &str, address: u32) -> String {
     )
 }
 
-/// What the camera process has in a register, asked by a datagram of GigE Vision (READREG), which takes nobody's control.
+/// Value of a register of the camera process, read by a GigE Vision READREG datagram, which does not take control.
 fn register_value(address: u32) -> u32 {
     let socket = UdpSocket::bind((ADDRESS, 0)).unwrap();
     socket.connect((ADDRESS, 3956)).unwrap();
@@ -80,7 +80,7 @@ fn register_value(address: u32) -> u32 {
     panic!("it does not answer")
 }
 
-/// A camera process with these features, too; `None`: it is not installed, which is noted.
+/// Starts a camera process with these additional features; `None`, with a note, if it is not installed.
 fn with_features(more: &[String]) -> Option<(FakeCamera, TempDir)> {
     let plain = fake(0)?;
     let description = Device::open(ADDRESS).expect("it answers").description();
@@ -115,10 +115,10 @@ fn open_both(settings: &GenicamSettings) -> (Box<dyn devices::Camera>, Box<dyn L
     (opened.camera.unwrap(), opened.laser.unwrap())
 }
 
-/// A laser that keeps its camera open.
-struct Kept(Box<dyn Laser>, #[expect(dead_code, reason = "it is kept open")] Box<dyn devices::Camera>);
+/// A laser together with its open camera.
+struct LaserWithCamera(Box<dyn Laser>, #[expect(dead_code, reason = "it is kept open")] Box<dyn devices::Camera>);
 
-impl Laser for Kept {
+impl Laser for LaserWithCamera {
     fn identity(&self) -> DeviceIdentity {
         self.0.identity()
     }
@@ -156,7 +156,7 @@ impl Laser for Kept {
 fn a_laser_on_an_output_line_passes_the_suite() {
     for source in ["ExposureActive", "UserOutput1"] {
         let Some((_camera, _folder)) = with_features(&lines()) else { return };
-        // What the camera's memory holds, whoever controls it.
+        // Content of the camera's memory, independent of who controls it.
         let light = move || match register_value(LINE_SOURCE) {
             0 => false,
             1 => source == "ExposureActive",
@@ -167,7 +167,7 @@ fn a_laser_on_an_output_line_passes_the_suite() {
         contract::laser(
             &mut || {
                 let (camera, laser) = open_both(&with_laser(source));
-                Box::new(Kept(laser, camera))
+                Box::new(LaserWithCamera(laser, camera))
             },
             &profile,
         );
@@ -177,12 +177,12 @@ fn a_laser_on_an_output_line_passes_the_suite() {
 }
 
 #[test]
-fn a_laser_on_a_line_is_dark_when_its_camera_went_away_and_came_back() {
+fn a_laser_on_a_line_is_off_after_its_camera_was_reconnected() {
     let Some((mut process, _folder)) = with_features(&lines()) else { return };
     let (mut camera, mut laser) = open_both(&with_laser("ExposureActive"));
     laser.switch_on(1.0, Duration::from_secs(1)).unwrap();
     process.restart().unwrap();
-    // It came back with a line that shows exposures, as cameras may.
+    // The line of the reconnected camera signals exposures, as it does on some cameras.
     let mut image = blank();
     until(&mut *camera, &mut image, "it is missed", |_, got| got.err());
     camera.reconnect().unwrap();
@@ -194,7 +194,7 @@ fn a_laser_on_a_line_is_dark_when_its_camera_went_away_and_came_back() {
 }
 
 #[test]
-fn a_line_that_cannot_be_dark_or_is_not_there_is_refused() {
+fn a_line_that_cannot_be_turned_off_or_is_missing_is_refused() {
     let Some((_camera, _folder)) = with_features(&[
         choice("LineSelector", LINE_SELECTOR, &["Line1"]),
         choice("LineSource", LINE_SOURCE, &["ExposureActive"]),

@@ -1,5 +1,5 @@
-//! The driver over cameras that others wrote: aravis' simulated camera within this process, and its GigE Vision camera as a
-//! process of its own, reached over the network stack of this machine. Not shown here: cameras of glass and silicon.
+//! The driver with third-party cameras: aravis' simulated in-process camera, and its GigE Vision camera as a separate
+//! process, reached over the local network stack. Not covered: physical cameras.
 
 #![allow(clippy::unwrap_used)]
 

@@ -1,4 +1,4 @@
-//! Processor time of a frame, beside the library's own loop, which receives and throws away (`arv-camera-test-0.8`).
+//! Processor time per frame, compared with aravis' own loop, which receives and discards (`arv-camera-test-0.8`).
 
 use std::process::Command;
 use std::time::{Duration, Instant};
@@ -8,16 +8,16 @@ use genicam::GenicamDriver;
 
 use crate::rig::{SERIAL, blank, fake, open, settings};
 
-/// Frames per second that the camera is asked for.
+/// Requested frame rate.
 const RATE_HZ: f64 = 100.0;
 
-/// How long each is measured.
+/// Duration of each measurement.
 const DURATION: Duration = Duration::from_secs(5);
 
-/// Clock ticks of `/proc` in a second, the same on every Linux.
+/// Clock ticks of `/proc` per second, the same on every Linux.
 const TICKS_PER_S: f64 = 100.0;
 
-/// Processor time of this process, or of its children that have ended, seconds.
+/// Processor time of this process, or of its ended children, seconds.
 fn processor_s(children: bool) -> f64 {
     let stat = std::fs::read_to_string("/proc/self/stat").unwrap();
     let fields: Vec<f64> =
@@ -27,7 +27,7 @@ fn processor_s(children: bool) -> f64 {
 }
 
 #[test]
-#[ignore = "measures; wants a quiet machine"]
+#[ignore = "a measurement: needs a quiet machine"]
 fn processor_time_of_a_frame_beside_the_librarys_own_loop() {
     let Some(_camera) = fake(0) else { return };
     let mut camera = open(&settings(SERIAL));
@@ -46,7 +46,7 @@ fn processor_time_of_a_frame_beside_the_librarys_own_loop() {
     let ours_us = (processor_s(false) - before_s) * 1e6 / f64::from(n_frames);
     camera.stop().unwrap();
     drop(camera);
-    // It is let go on a thread of its own.
+    // It is released on a separate thread.
     let is_held = || GenicamDriver(settings(SERIAL)).discover().iter().any(|found| found.in_use_by.is_some());
     while is_held() {}
     let before_s = processor_s(true);

@@ -1,4 +1,4 @@
-//! What the tests share: a camera process, and the driver opened on it.
+//! Shared by the tests: a camera process, and the driver opened on it.
 
 use std::time::{Duration, Instant};
 
@@ -10,13 +10,13 @@ use vision::{GreyImage, Pixels};
 /// Serial number of the camera process.
 pub const SERIAL: &str = "SHEAF01";
 
-/// Packets as on a network with jumbo frames: a busy machine that is late for a burst of small ones loses them.
+/// Packet size of a network with jumbo frames: a busy machine loses packets of a burst of small ones.
 const PACKET_SIZE_BYTES: u32 = 8000;
 
-/// Longest wait for what must come.
+/// Longest wait for an expected event.
 pub const PATIENCE: Duration = Duration::from_secs(20);
 
-/// A camera process with so many packets lost of a thousand; `None`: it is not installed, which is noted.
+/// Starts a camera process that loses so many packets per thousand; `None`, with a note, if it is not installed.
 pub fn fake(lost_per_thousand: u32) -> Option<FakeCamera> {
     if !reference::has_program(PROGRAM, "aravis-tools") {
         return None;
@@ -25,7 +25,7 @@ pub fn fake(lost_per_thousand: u32) -> Option<FakeCamera> {
     Some(FakeCamera::start(options).expect("the camera process starts"))
 }
 
-/// The driver's settings for the camera of that serial number.
+/// Driver settings for the camera with this serial number.
 pub fn settings(serial: &str) -> GenicamSettings {
     let serial = serial.to_owned();
     GenicamSettings { serial, packet_size_bytes: PACKET_SIZE_BYTES, ..GenicamSettings::default() }
@@ -38,7 +38,7 @@ pub fn open(settings: &GenicamSettings) -> Box<dyn Camera> {
     opened.unwrap_or_else(|error| panic!("{error}")).camera.expect("a camera was wanted")
 }
 
-/// Opens it with a small picture, which a busy machine carries without loss.
+/// Opens it with a small image, which a busy machine receives without loss.
 pub fn open_small(settings: &GenicamSettings, frame_rate_hz: f64) -> Box<dyn Camera> {
     let mut camera = open(settings);
     let roi = Roi { left_px: 16, top_px: 8, width_px: 128, height_px: 96 };
@@ -52,7 +52,7 @@ pub fn blank() -> GreyImage {
     GreyImage::new(1, 1, Pixels::Eight(vec![0])).expect("one pixel for one pixel")
 }
 
-/// Looks until `seen` says that it is enough.
+/// Receives frames until `seen` returns a value.
 pub fn until<T>(
     camera: &mut dyn Camera,
     image: &mut GreyImage,
@@ -69,7 +69,7 @@ pub fn until<T>(
     }
 }
 
-/// The next frame.
+/// Returns the next frame.
 pub fn frame(camera: &mut dyn Camera, image: &mut GreyImage) -> FrameInfo {
     until(camera, image, "a frame", |_, got| got.expect("it is there"))
 }

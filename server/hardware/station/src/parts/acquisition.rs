@@ -1,4 +1,4 @@
-//! The camera under the station thread: recycled buffers, and an account of every exposure.
+//! The camera as used by the station thread: reused buffers, and a count of every exposure.
 
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -12,22 +12,22 @@ use crate::shared::frame::SharedFrame;
 use crate::shared::pool::{Pool, empty_image, pool};
 use crate::shared::status::{DropCounts, Lost};
 
-/// A frame in a buffer of its own, not yet stamped.
+/// A frame in its own buffer, not yet stamped.
 pub struct RawFrame {
-    /// Memory that nobody else holds, with the pixels in it.
+    /// Unshared memory with the pixels.
     pub frame: SharedFrame,
-    /// When the driver had delivered it.
+    /// Time at which the driver delivered it.
     pub arrived_at: Instant,
-    /// What the driver knows about them.
+    /// Metadata from the driver.
     pub info: FrameInfo,
-    /// Exposures lost since the frame before.
+    /// Exposures lost since the previous frame.
     pub lost: Lost,
 }
 
-/// Why a frame that was taken from the pool can be written.
-pub const UNSHARED: &str = "nobody else holds a frame that was taken from the pool";
+/// Why a frame taken from the pool can be written.
+pub const UNSHARED: &str = "a frame taken from the pool has no other owner";
 
-/// The camera and the account of its exposures.
+/// The camera and the counts of its exposures.
 pub struct Acquisition {
     device: Box<dyn Camera>,
     pool: Pool,
@@ -36,13 +36,13 @@ pub struct Acquisition {
     exposures: Exposures,
     lost: Lost,
     totals: Arc<DropCounts>,
-    heard_at: Instant,
+    received_at: Instant,
     asked_at: Instant,
     probed_at: Instant,
 }
 
 impl Acquisition {
-    /// Over a camera that was just opened; counts what is lost into `totals`.
+    /// Wraps a camera that was just opened; losses are added to `totals`.
     pub fn new(device: Box<dyn Camera>, totals: Arc<DropCounts>) -> Self {
         let now = Instant::now();
         Self {
@@ -53,43 +53,42 @@ impl Acquisition {
             exposures: Exposures::default(),
             lost: Lost::default(),
             totals,
-            heard_at: now,
+            received_at: now,
             asked_at: now,
             probed_at: now,
         }
     }
 
-    /// How long an exposure may take from the trigger to the frame.
+    /// Longest time from the trigger to the frame.
     pub fn grab_limit(&self) -> Duration {
         exposure(&self.settings()) + GRAB_WAIT
     }
 
-    /// Whether a frame that was asked for at `since` is still being computed by a simulated camera.
+    /// Whether a simulated camera is still rendering a frame requested at `since`.
     pub fn is_computing(&self, since: Instant, now: Instant) -> bool {
         now.saturating_duration_since(since) < RENDERING_PATIENCE && self.device.is_computing()
     }
 
-    /// When the next frame is due, if one is expected; the light it needs goes out soon after.
+    /// Time at which the next frame is due, if one is expected; its light is turned off soon after.
     pub fn frame_due(&self, now: Instant) -> Option<Instant> {
         if !self.expects_frames() {
             return None;
         }
         let settings = self.settings();
         let (since, period_s) = match settings.trigger {
-            Trigger::Free => (self.heard_at, 1.0 / settings.frame_rate_hz.max(SLOWEST_HZ)),
+            Trigger::Free => (self.received_at, 1.0 / settings.frame_rate_hz.max(SLOWEST_HZ)),
             Trigger::Software => (self.asked_at, 0.0),
-            Trigger::Hardware => (self.heard_at, 0.0),
+            Trigger::Hardware => (self.received_at, 0.0),
         };
         let due = since + Duration::from_secs_f64(period_s) + exposure(&settings) + FRAME_TRANSFER;
         Some(if self.is_computing(since, now) { due.max(now) } else { due })
     }
 
-    /// The camera itself, for what does not concern frames.
+    /// The underlying camera, for calls that do not concern frames.
     pub fn device(&mut self) -> &mut dyn Camera {
         &mut *self.device
     }
 
-    /// How it is set.
     pub fn settings(&self) -> CameraSettings {
         self.device.settings()
     }
@@ -99,12 +98,12 @@ impl Acquisition {
         &mut self.pool
     }
 
-    /// Whether frames may come.
+    /// Whether frames may arrive.
     pub fn expects_frames(&self) -> bool {
         self.running && (self.settings().trigger != Trigger::Software || self.exposures.outstanding() > 0)
     }
 
-    /// Sets it. What cannot change under way ends the acquisition and starts it again.
+    /// Applies settings. A change that is impossible during acquisition stops and restarts it.
     pub fn configure(&mut self, wanted: &CameraRequest) -> Result<CameraSettings, CameraError> {
         let now = self.settings();
         let rebuilt = wanted.trigger.is_some_and(|t| t != now.trigger)
@@ -119,23 +118,23 @@ impl Acquisition {
         settings
     }
 
-    /// Starts acquisition, if it does not run.
+    /// Starts acquisition if it is not running.
     pub fn start(&mut self) -> Result<(), CameraError> {
         if !self.running {
             self.device.start()?;
             (self.running, self.exposures, self.lost) = (true, Exposures::default(), Lost::default());
-            self.heard_at = Instant::now();
+            self.received_at = Instant::now();
         }
         Ok(())
     }
 
-    /// Ends acquisition.
+    /// Stops acquisition.
     pub fn stop(&mut self) -> Result<(), CameraError> {
         self.running = false;
         self.device.stop()
     }
 
-    /// Exposes one frame.
+    /// Triggers one exposure.
     pub fn trigger(&mut self) -> Result<(), CameraError> {
         self.device.trigger()?;
         self.exposures.ask();
@@ -143,7 +142,7 @@ impl Acquisition {
         Ok(())
     }
 
-    /// Counts exposures that were asked for and did not arrive as lost.
+    /// Counts requested exposures that did not arrive as lost.
     pub fn give_up(&mut self) {
         let camera = self.exposures.give_up();
         self.lose(Lost { camera, ..Lost::default() });
@@ -161,12 +160,12 @@ impl Acquisition {
                     self.exposures.deliver(0);
                     self.lose(Lost { malformed: 1, ..Lost::default() });
                 }
-                // What a camera that fails was asked for does not come any more.
+                // The exposures requested from a failed camera no longer arrive.
                 self.give_up();
                 return Err(error);
             }
         };
-        self.heard_at = now;
+        self.received_at = now;
         let Delivered::InTime { newly_lost } = self.exposures.deliver(info.lost_before) else { return Ok(None) };
         let incomplete = info.lost_incomplete.min(newly_lost);
         self.lose(Lost { camera: newly_lost - incomplete, incomplete, ..Lost::default() });
@@ -179,7 +178,7 @@ impl Acquisition {
         Ok(Some(RawFrame { frame, arrived_at: now, info, lost: std::mem::take(&mut self.lost) }))
     }
 
-    /// Asks a camera that does not expose whether it is still there.
+    /// Checks at intervals whether a camera that does not expose is still connected.
     pub fn probe(&mut self, now: Instant) -> Result<(), CameraError> {
         if now - self.probed_at < PROBE_CAMERA {
             return Ok(());
@@ -187,18 +186,18 @@ impl Acquisition {
         self.probe_now(now)
     }
 
-    /// The same, without waiting for the next interval.
+    /// As [`Acquisition::probe`], without waiting for the next interval.
     pub fn probe_now(&mut self, now: Instant) -> Result<(), CameraError> {
         self.probed_at = now;
         self.device.next_frame(&mut self.spare, Duration::ZERO).map(drop)
     }
 
-    /// Time since its last sign of life.
+    /// Time since the last successful call.
     pub fn silent_for(&self) -> Duration {
-        self.heard_at.elapsed()
+        self.received_at.elapsed()
     }
 
-    /// For how long a free-running camera has been silent, once that is too long.
+    /// Time for which a free-running camera has been silent, if that exceeds the limit.
     pub fn silence(&self, now: Instant) -> Option<Duration> {
         let settings = self.settings();
         if !self.running || settings.trigger != Trigger::Free {
@@ -206,8 +205,8 @@ impl Acquisition {
         }
         let period_s = SILENT_PERIODS / settings.frame_rate_hz.max(1e-3) + settings.exposure_us * 1e-6;
         let limit = CAMERA_SILENCE.max(Duration::from_secs_f64(period_s));
-        let silent = now.saturating_duration_since(self.heard_at);
-        (silent > limit && !self.is_computing(self.heard_at, now)).then_some(silent)
+        let silent = now.saturating_duration_since(self.received_at);
+        (silent > limit && !self.is_computing(self.received_at, now)).then_some(silent)
     }
 
     fn lose(&mut self, lost: Lost) {
@@ -228,10 +227,11 @@ impl Acquisition {
     }
 }
 
-/// How long the sensor collects light; longer than a minute is taken for a minute.
+/// Exposure time, limited to one minute.
 fn exposure(settings: &CameraSettings) -> Duration {
     Duration::from_secs_f64((settings.exposure_us * 1e-6).clamp(0.0, 60.0))
 }
 
-/// Rate of a free-running camera that states none, or less: light waits no longer than a second for its frames.
+/// Rate assumed for a free-running camera that reports none or a lower one: light waits at most a second for its
+/// frames.
 const SLOWEST_HZ: f64 = 1.0;

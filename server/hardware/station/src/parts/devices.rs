@@ -1,4 +1,4 @@
-//! Who makes which device of a station.
+//! The drivers of a station's devices.
 
 use std::sync::Arc;
 
@@ -8,50 +8,49 @@ use twin::{TwinDriver, TwinStation};
 use crate::parts::faults::{fault, fault_of};
 use crate::shared::status::Fault;
 
-/// The drivers of a station's devices; one driver may make several.
+/// The drivers of a station's devices; one driver may open several devices.
 #[derive(Debug, Clone)]
 pub struct StationDevices {
-    /// Makes the camera.
+    /// Driver of the camera.
     pub camera: Arc<dyn Driver>,
-    /// Makes the stage.
+    /// Driver of the stage.
     pub stage: Arc<dyn Driver>,
-    /// Makes the laser.
+    /// Driver of the laser.
     pub laser: Arc<dyn Driver>,
-    /// The simulated world, where the camera sees it: then stage and laser move and light that world, whoever makes
-    /// them.
+    /// The simulated world if the camera is simulated: stage and laser act on that world, whichever driver opens them.
     pub twin: Option<Arc<TwinDriver>>,
 }
 
-/// One driver and what a station has of it.
+/// One driver and the devices it opens for the station.
 #[derive(Clone)]
-pub struct Share {
+pub struct DriverDevices {
     pub driver: Arc<dyn Driver>,
     pub devices: DeviceSet,
-    /// The world that follows these devices.
+    /// The simulated world that follows these devices.
     followed_by: Option<Arc<TwinDriver>>,
 }
 
 impl StationDevices {
-    /// All three of one simulated world.
+    /// All three devices of one simulated world.
     pub fn twin(twin: TwinDriver) -> Self {
         let twin = Arc::new(twin);
         Self { camera: twin.clone(), stage: twin.clone(), laser: twin.clone(), twin: Some(twin) }
     }
 
-    /// All three of a simulated world of any shape.
+    /// All three devices of any simulated world.
     pub fn over(world: TwinStation) -> Self {
         Self::twin(TwinDriver::over(world))
     }
 
-    /// Where pictures come from: the kind of the camera's driver, or `None` if they are real.
+    /// Source of the images: the kind of the camera's driver, or `None` for real images.
     pub fn simulated(&self) -> Option<&'static str> {
         (!self.camera.is_real()).then(|| self.camera.kind())
     }
 
-    /// Every driver once, with those of `wanted` that it makes.
-    pub fn shares(&self, wanted: DeviceSet) -> Vec<Share> {
+    /// Each driver once, with those of the `wanted` devices that it opens.
+    pub fn shares(&self, wanted: DeviceSet) -> Vec<DriverDevices> {
         let none = DeviceSet::default();
-        let mut shares: Vec<Share> = Vec::new();
+        let mut shares: Vec<DriverDevices> = Vec::new();
         for (driver, device) in [
             (&self.camera, DeviceSet { camera: true, ..none }),
             (&self.stage, DeviceSet { stage: true, ..none }),
@@ -65,7 +64,7 @@ impl StationDevices {
                 None => {
                     let kind = driver.kind();
                     let followed_by = self.twin.clone().filter(|twin| twin.kind() != kind);
-                    shares.push(Share { driver: driver.clone(), devices: device, followed_by });
+                    shares.push(DriverDevices { driver: driver.clone(), devices: device, followed_by });
                 }
             }
         }
@@ -73,7 +72,7 @@ impl StationDevices {
     }
 }
 
-impl Share {
+impl DriverDevices {
     /// Opens the devices; may take seconds.
     pub fn open(&self) -> Result<Opened, OpenError> {
         let opened = self.driver.open(self.devices)?;
@@ -83,7 +82,7 @@ impl Share {
         }
     }
 
-    /// The fault of devices that could not be opened, named after the first of them.
+    /// The fault of devices that could not be opened, attributed to the first of them.
     pub fn fault(&self, error: OpenError) -> Option<Fault> {
         let device = self.devices.names().next()?;
         match error {

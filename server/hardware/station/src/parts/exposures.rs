@@ -1,6 +1,6 @@
-//! The account of exposures: each one arrives once or is counted as lost once.
+//! Counts of exposures: each arrives once or is counted as lost once.
 
-/// What became of the exposures of one acquisition. Exposures are numbered from 0 as the camera makes them.
+/// Outcome of the exposures of one acquisition. Exposures are numbered from 0 in the order of the camera.
 #[derive(Debug, Default, Clone, Copy, PartialEq, Eq)]
 pub struct Exposures {
     next: u64,
@@ -8,37 +8,37 @@ pub struct Exposures {
     asked_for: u64,
 }
 
-/// What a frame that the driver delivered means for the account.
+/// How a delivered frame is counted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Delivered {
-    /// It counts; that many before it are lost and were not counted yet.
+    /// It counts; the exposures lost before it are counted now.
     InTime {
-        /// Lost before it.
+        /// Exposures lost before it that were not counted yet.
         newly_lost: u64,
     },
-    /// It was given up and counted as lost; it must not count again.
+    /// It was already counted as lost and must not count again.
     TooLate,
 }
 
 impl Exposures {
-    /// One exposure was asked for.
+    /// Adds a requested exposure.
     pub fn ask(&mut self) {
         self.asked_for += 1;
     }
 
-    /// Exposures asked for that neither arrived nor were given up.
+    /// Requested exposures that neither arrived nor were given up.
     pub fn outstanding(&self) -> u64 {
         self.asked_for.saturating_sub(self.next.max(self.given_up_before))
     }
 
-    /// Gives up what is outstanding; returns how many are lost by that.
+    /// Gives up the outstanding exposures; returns the number of newly lost ones.
     pub fn give_up(&mut self) -> u64 {
         let lost = self.outstanding();
         self.given_up_before = self.asked_for.max(self.given_up_before);
         lost
     }
 
-    /// The driver delivered a frame before which `lost_before` did not arrive.
+    /// Adds a delivered frame before which `lost_before` exposures did not arrive.
     pub fn deliver(&mut self, lost_before: u64) -> Delivered {
         let id = self.next + lost_before;
         let newly_lost = id.saturating_sub(self.next.max(self.given_up_before));
@@ -71,7 +71,7 @@ mod tests {
     }
 
     #[test]
-    fn a_frame_that_comes_after_it_was_given_up_does_not_count() {
+    fn a_frame_that_arrives_after_it_was_given_up_does_not_count() {
         let mut exposures = Exposures::default();
         exposures.ask();
         assert_eq!(exposures.give_up(), 1);

@@ -1,4 +1,4 @@
-//! From an error of a device to the fault a person sees, or to a mere refusal.
+//! Conversion of device errors to faults or refusals.
 
 use devices::{CameraError, LaserError, StageError};
 use remedy::Remedy as _;
@@ -7,10 +7,10 @@ use crate::shared::refusal::StationRefusal;
 use crate::shared::status::Fault;
 use crate::shared::wall_clock::now_ms;
 
-/// What to do where a device says no more than that it failed.
+/// Remedy for a device failure without further information.
 pub const UNKNOWN_REMEDY: &str = "check the device";
 
-/// The fault behind a refusal; `None` if the device is well and only the request was impossible.
+/// The fault behind a refusal; `None` if the device works and only the request was impossible.
 pub fn fault_of(refusal: &StationRefusal) -> Option<Fault> {
     let (device, kind) = match refusal {
         StationRefusal::Camera(error) => ("camera", camera_kind(error)?),
@@ -22,7 +22,7 @@ pub fn fault_of(refusal: &StationRefusal) -> Option<Fault> {
     Some(fault(device, kind, refusal.to_string(), refusal.remedy().as_deref().unwrap_or(UNKNOWN_REMEDY)))
 }
 
-/// A fault of now: what happened and what to do.
+/// A fault that occurs now, with its detail and remedy.
 pub fn fault(device: &'static str, kind: &'static str, detail: impl Into<String>, remedy: &str) -> Fault {
     Fault { device, kind, detail: detail.into(), remedy: remedy.to_owned(), since_ms: now_ms() }
 }
@@ -67,16 +67,16 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_fault_tells_apart_what_happened_and_what_to_do() {
+    fn a_fault_separates_detail_and_remedy() {
         let refusal = StationRefusal::Stage(StageError::Stalled { target_mm: 5.0, actual_mm: 2.5 });
         let fault = fault_of(&refusal).unwrap();
         assert_eq!((fault.device, fault.kind), ("stage", "stalled"));
         assert_eq!(fault.detail, "the stage stopped at 2.5 mm on the way to 5 mm");
-        assert_eq!(fault.remedy, "look for an obstacle, then home it");
+        assert_eq!(fault.remedy, "check for an obstacle, then home it");
     }
 
     #[test]
-    fn an_impossible_request_is_no_fault() {
+    fn an_impossible_request_is_not_a_fault() {
         let refusal = StationRefusal::Stage(StageError::OutOfTravel { target_mm: 9.0, min_mm: 0.0, max_mm: 1.0 });
         assert_eq!(fault_of(&refusal), None);
     }

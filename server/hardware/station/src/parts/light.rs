@@ -1,5 +1,5 @@
-//! The laser under the station thread: light follows frames. It turns off when no frame is due any more, whoever
-//! requested it and whatever call is under way, and comes back only with the next exposure of whoever requested it.
+//! The laser as used by the station thread. It is turned off when no frame is due, whoever requested it and whatever
+//! call is in progress, and is turned on again only with the requester's next exposure.
 
 use std::time::Instant;
 
@@ -14,19 +14,19 @@ pub struct Light {
     device: Box<dyn Laser>,
     is_switched: bool,
     state: Option<LaserState>,
-    /// Share of full power that its user wants; 0 is dark.
+    /// Requested fraction of full power; 0 is off.
     wanted: f64,
-    /// When it was switched on; `None`: dark, or gone dark because its user was idle.
+    /// When it was switched on; `None` if off, or suspended because its user was idle.
     lit_at: Option<Instant>,
     renewed_at: Instant,
-    /// No frame is due after this moment.
+    /// No frame is due after this time.
     needed_until: Instant,
     polled_at: Option<Instant>,
     changed_at: Instant,
 }
 
 impl Light {
-    /// Over a laser that was just opened.
+    /// Wraps a laser that was just opened.
     pub fn new(device: Box<dyn Laser>) -> Self {
         let now = Instant::now();
         Self {
@@ -42,51 +42,51 @@ impl Light {
         }
     }
 
-    /// The laser itself, for what makes no light.
+    /// The underlying laser, for calls that do not turn it on.
     pub fn device(&mut self) -> &mut dyn Laser {
         &mut *self.device
     }
 
-    /// Whether it goes on and off at all.
+    /// Whether the laser can be switched.
     pub fn is_switched(&self) -> bool {
         self.is_switched
     }
 
-    /// What it reported last.
+    /// Last reported state.
     pub fn state(&self) -> Option<LaserState> {
         self.state
     }
 
-    /// Whether its user wants light.
+    /// Whether light is requested.
     pub fn is_wanted(&self) -> bool {
         self.wanted > 0.0
     }
 
-    /// Whether it reports light.
-    pub fn shines(&self) -> bool {
+    /// Whether it reports that it is on.
+    pub fn is_on(&self) -> bool {
         self.state.is_some_and(|state| state.emitting)
     }
 
     /// Whether it reports the requested state.
-    pub fn has_obeyed(&self) -> bool {
-        self.shines() == self.is_wanted()
+    pub fn is_as_requested(&self) -> bool {
+        self.is_on() == self.is_wanted()
     }
 
-    /// Reads the state of a laser that shall be dark: is it well?
+    /// Reads the state of a laser that must be off, to check that it works.
     pub fn check_dark(&mut self) -> Result<(), LaserError> {
         let state = self.device.poll()?;
         self.take(state, Instant::now());
         Ok(())
     }
 
-    /// Whether it reported light at that moment, as far back as its last change.
-    pub fn shone_at(&self, at: Instant) -> bool {
-        self.shines() == (at >= self.changed_at)
+    /// Whether it reported that it was on at that time; covers the time since its last change.
+    pub fn was_on_at(&self, at: Instant) -> bool {
+        self.is_on() == (at >= self.changed_at)
     }
 
     /// Whether a reading is due.
     fn is_due(&self, now: Instant) -> bool {
-        let period = match (self.lit_at.is_some(), self.shines()) {
+        let period = match (self.lit_at.is_some(), self.is_on()) {
             (true, true) => POLL_SHINING,
             (false, false) => POLL_IDLE,
             _ => POLL_CHANGING,
@@ -94,7 +94,7 @@ impl Light {
         self.polled_at.is_none_or(|at| now.saturating_duration_since(at) >= period)
     }
 
-    /// Wants light of that power. Without frames it goes out soon after it has come.
+    /// Requests light of this power. Without frames it is suspended soon after it has turned on.
     pub fn want(&mut self, power: f64, now: Instant) -> Result<(), LaserError> {
         if !(power > 0.0 && power <= 1.0) {
             return Err(LaserError::BadPower { value: power });
@@ -102,39 +102,40 @@ impl Light {
         let state = self.device.switch_on(power, LIGHT_LEASE)?;
         self.wanted = power;
         (self.lit_at, self.renewed_at, self.polled_at) = (Some(now), now, None);
-        // Until it is on: whether it comes on at all is known before this ends.
+        // Long enough to find out whether it turns on at all.
         self.needed_until = self.needed_until.max(now + LIGHT_UP_LIMIT + LIGHT_IDLE);
         self.take(state, now);
         Ok(())
     }
 
-    /// A frame is due at `due`: the light that is wanted stays until then, or comes back for it.
+    /// A frame is due at `due`: requested light stays on until then, or is turned on again for it.
     pub fn serve_frame(&mut self, due: Instant, now: Instant) -> Result<(), LaserError> {
         self.needed_until = self.needed_until.max(due + LIGHT_IDLE);
         if self.is_wanted() && self.lit_at.is_none() { self.want(self.wanted, now) } else { Ok(()) }
     }
 
-    /// A frame that is on its way is due at `due`; light that has gone out stays out.
+    /// A frame already in transfer is due at `due`; suspended light stays off.
     pub fn expect_frame(&mut self, due: Instant) {
         self.needed_until = self.needed_until.max(due + LIGHT_IDLE);
     }
 
-    /// Goes dark and stays so.
+    /// Turns the laser off and clears the request.
     pub fn off(&mut self) -> Result<(), LaserError> {
         self.wanted = 0.0;
         self.suspend()
     }
 
-    /// Reads the state, renews the lease or lets the light go out.
+    /// Reads the state, and renews the lease or suspends the light.
     ///
     /// # Errors
-    /// What the laser reports, and light that went out by itself.
+    /// The error of the laser, or light that went off unexpectedly.
     pub fn tend(&mut self, now: Instant) -> Result<(), LaserError> {
         if self.lit_at.is_some() && now > self.needed_until {
             self.suspend()?;
         }
         if self.lit_at.is_some() && now.saturating_duration_since(self.renewed_at) >= LIGHT_LEASE {
-            // This thread came too late and the lease ran out: no fault of the laser; the next exposure lights it.
+            // This thread was late and the lease expired. This is not a fault of the laser; the next exposure turns it
+            // on again.
             self.suspend()?;
         }
         if self.lit_at.is_some() && now - self.renewed_at >= LIGHT_RENEWAL {
@@ -144,7 +145,7 @@ impl Light {
         }
         if self.is_due(now) {
             self.polled_at = Some(now);
-            let was = self.shines();
+            let was = self.is_on();
             let state = self.device.poll()?;
             self.take(state, now);
             return self.check(was, now);
@@ -152,14 +153,14 @@ impl Light {
         Ok(())
     }
 
-    /// Goes dark until the next exposure of whoever wanted the light.
+    /// Turns the laser off until the requester's next exposure.
     pub fn suspend(&mut self) -> Result<(), LaserError> {
         (self.lit_at, self.polled_at) = (None, None);
         self.device.switch_off()
     }
 
     fn take(&mut self, state: LaserState, now: Instant) {
-        if self.shines() != state.emitting {
+        if self.is_on() != state.emitting {
             self.changed_at = now;
             if state.emitting {
                 self.needed_until = now + LIGHT_IDLE;
@@ -168,17 +169,17 @@ impl Light {
         self.state = Some(state);
     }
 
-    fn check(&self, was_shining: bool, now: Instant) -> Result<(), LaserError> {
+    fn check(&self, was_on: bool, now: Instant) -> Result<(), LaserError> {
         let Some(lit_at) = self.lit_at else { return Ok(()) };
         if self.state.is_some_and(|state| state.interlock_closed == Some(false)) {
             return Err(LaserError::InterlockOpen);
         }
-        if self.shines() {
+        if self.is_on() {
             return Ok(());
         }
         let late = now.saturating_duration_since(lit_at) > LIGHT_UP_LIMIT;
-        let went_out = was_shining.then_some(("the light went out by itself", "check laser and cable"));
-        match went_out.or(late.then_some(("no light came", "check laser, key switch and cable"))) {
+        let went_out = was_on.then_some(("the laser went off unexpectedly", "check laser and cable"));
+        match went_out.or(late.then_some(("the laser did not turn on", "check laser, key switch and cable"))) {
             Some((reason, remedy)) => Err(LaserError::Fault { reason: reason.to_owned(), remedy }),
             None => Ok(()),
         }
@@ -193,7 +194,7 @@ mod tests {
     use crate::tests::bench::small_twin;
 
     #[test]
-    fn a_lease_that_this_thread_let_run_out_is_no_fault_and_the_next_exposure_lights_again() {
+    fn a_lease_expired_by_this_thread_is_not_a_fault_and_the_next_exposure_turns_the_laser_on() {
         let twin = small_twin(twin::TwinOptions::default());
         let mut light = Light::new(Box::new(twin.laser()));
         let now = Instant::now();
@@ -201,9 +202,9 @@ mod tests {
         light.expect_frame(now + LIGHT_LEASE);
         light.tend(now + LIGHT_LEASE + Duration::from_millis(1)).unwrap();
         light.check_dark().unwrap();
-        assert!(!light.shines() && light.is_wanted());
+        assert!(!light.is_on() && light.is_wanted());
         light.serve_frame(Instant::now(), Instant::now()).unwrap();
-        assert!(light.shines());
+        assert!(light.is_on());
     }
 
     #[test]
@@ -216,12 +217,12 @@ mod tests {
         let due = lit + Duration::from_millis(200);
         light.expect_frame(due);
         light.tend(due + LIGHT_IDLE).unwrap();
-        assert!(light.shines(), "a frame was due so long");
+        assert!(light.is_on(), "a frame was due until now");
         light.tend(due + LIGHT_IDLE + Duration::from_millis(1)).unwrap();
         light.check_dark().unwrap();
-        assert!(!light.shines(), "none is due any more");
+        assert!(!light.is_on(), "no frame is due");
         light.expect_frame(Instant::now() + Duration::from_secs(1));
         light.tend(Instant::now()).unwrap();
-        assert!(!light.shines(), "a frame on its way does not light it");
+        assert!(!light.is_on(), "a frame in transfer does not turn it on");
     }
 }

@@ -1,36 +1,36 @@
-//! The states of OPC 40100-1 and what leads from one to another. A pure table, which the thread follows.
+//! The states of OPC 40100-1 and their transitions, as a pure table.
 
 use crate::shared::status::MachineState::{self, Error, Halted, Operational, Preoperational};
 use crate::shared::status::OperationalState::{ContinuousExecution, Initialized, Ready, SingleExecution};
 
-/// What happens to the station.
+/// An event of the station.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Event {
     /// All devices answer.
     Reached,
-    /// A device was never reached.
+    /// A device has not been connected.
     Missing,
-    /// All that a scan needs is there: zero and calibration.
+    /// A scan can start: the stage is homed and a calibration is active.
     Equipped,
-    /// Zero or calibration is missing.
+    /// The stage is not homed or no calibration is active.
     Lacking,
     /// A job takes the station.
     JobBegins,
-    /// The job gives it back.
+    /// The job releases the station.
     JobEnds,
-    /// A live view begins.
+    /// A live view starts.
     LiveBegins,
     /// The live view ends.
     LiveEnds,
-    /// A person stops it.
+    /// A person stops the station.
     Stop,
     /// A device failed.
     Fault,
-    /// A person acknowledges, devices are reached again.
+    /// A person acknowledges the faults; devices are reconnected.
     Reset,
 }
 
-/// The state after `event`; `None` refuses it. Events that mean nothing in a state leave it as it is.
+/// The state after `event`; `None` if it is refused. An event without meaning in a state leaves the state unchanged.
 pub fn next(state: MachineState, event: Event) -> Option<MachineState> {
     match state {
         Preoperational => match event {
@@ -40,7 +40,7 @@ pub fn next(state: MachineState, event: Event) -> Option<MachineState> {
             Event::JobBegins | Event::LiveBegins => None,
             _ => Some(Preoperational),
         },
-        // A fault is noted and shown; it changes nothing about who has to act.
+        // A fault is recorded and shown; a person has to act in any case.
         Halted => match event {
             Event::Reset => Some(Preoperational),
             Event::JobBegins | Event::LiveBegins => None,
@@ -95,7 +95,7 @@ mod tests {
         Event::Reset,
     ];
 
-    /// One line per state, one letter per event in the order of `EVENTS`: the state after it, `-` refuses.
+    /// One line per state, one letter per event in the order of `EVENTS`: the next state; `-` refuses.
     const TABLE: [&str; 7] = [
         "IPPP-P-PHEP", // Preoperational
         "HHHH-H-HHHP", // Halted

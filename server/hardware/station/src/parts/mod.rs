@@ -1,4 +1,4 @@
-//! What the station thread keeps of each device: motion, light, frames, exposures, faults.
+//! Per-device state of the station thread: motion, light, frames, exposures, faults.
 pub(crate) mod acquisition;
 pub(crate) mod devices;
 pub(crate) mod exposures;

@@ -1,4 +1,4 @@
-//! The stage under the station thread: one motion at a time, watched until it ends.
+//! The stage as used by the station thread: one motion at a time, monitored until it ends.
 
 use std::time::{Duration, Instant};
 
@@ -10,16 +10,16 @@ use crate::params::{
 };
 use crate::parts::track::Track;
 
-/// What the stage is under way for.
+/// Purpose of the current motion.
 #[derive(Debug, Clone, Copy)]
-enum Errand {
+enum MotionGoal {
     Move { target_mm: f64, progress: Progress, rest_since: Option<Instant> },
     Home,
     Jog { velocity_mm_s: f64, until: Instant },
     Rest,
 }
 
-/// The last visible progress of a move.
+/// Last visible progress of a move.
 #[derive(Debug, Clone, Copy)]
 struct Progress {
     position_mm: f64,
@@ -27,32 +27,32 @@ struct Progress {
     limit: Duration,
 }
 
-/// An errand that ended well.
+/// A motion that ended successfully.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Arrival {
-    /// At the target, settled; the position read back.
+    /// At the target and settled; the position read back.
     Moved(f64),
-    /// The zero is found.
+    /// Homed.
     Homed,
     /// At rest after a jog or a stop.
     Rested,
 }
 
-/// Where a frame was taken.
+/// Position at which a frame was taken.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Place {
-    /// There; `None` if unknown.
+    /// This position; `None` if unknown.
     At(Option<f64>),
-    /// The next reading decides.
+    /// Known only after the next reading.
     Later,
 }
 
-/// The stage and everything known about it.
+/// The stage and its tracked state.
 pub struct Motion {
     device: Box<dyn Stage>,
     state: Option<StageState>,
     track: Track,
-    errand: Option<Errand>,
+    goal: Option<MotionGoal>,
     begun_at: Instant,
     deadline: Instant,
     rest_since: Option<Instant>,
@@ -61,14 +61,14 @@ pub struct Motion {
 }
 
 impl Motion {
-    /// Over a stage that was just opened.
+    /// Wraps a stage that was just opened.
     pub fn new(device: Box<dyn Stage>) -> Self {
         let now = Instant::now();
         Self {
             device,
             state: None,
             track: Track::default(),
-            errand: None,
+            goal: None,
             begun_at: now,
             deadline: now,
             rest_since: None,
@@ -77,40 +77,40 @@ impl Motion {
         }
     }
 
-    /// The stage itself, for what does not move it.
+    /// The underlying stage, for calls that do not move it.
     pub fn device(&mut self) -> &mut dyn Stage {
         &mut *self.device
     }
 
-    /// Position as read back last; `None`: unknown.
+    /// Last position read back, or `None` if unknown.
     pub fn position_mm(&self) -> Option<f64> {
         self.state.filter(|_| self.trusted)?.position_mm
     }
 
-    /// Whether the zero is established.
+    /// Whether the stage is homed.
     pub fn homed(&self) -> bool {
         self.trusted && self.state.is_some_and(|state| state.homed)
     }
 
     /// Whether it moves or may move.
     pub fn is_moving(&self) -> bool {
-        self.errand.is_some() || self.state.is_some_and(|state| state.moving)
+        self.goal.is_some() || self.state.is_some_and(|state| state.moving)
     }
 
-    /// Whether it has somewhere to go; coming to rest is no errand of that kind.
+    /// Whether it is moving to a target; coming to rest does not count.
     pub fn is_under_way(&self) -> bool {
-        !matches!(self.errand, None | Some(Errand::Rest))
+        !matches!(self.goal, None | Some(MotionGoal::Rest))
     }
 
-    /// Reads the state while nobody tends the errand: is it well, and has a stop come to rest?
+    /// Reads the state while no motion is monitored: checks that the stage works and whether a stop has come to rest.
     pub fn check(&mut self) -> Result<(), StageError> {
         let state = self.device.poll()?;
         self.take(state);
-        if self.errand.is_some_and(|errand| matches!(errand, Errand::Rest))
+        if self.goal.is_some_and(|goal| matches!(goal, MotionGoal::Rest))
             && !state.moving
             && state.measured_at >= self.begun_at
         {
-            self.errand = None;
+            self.goal = None;
         }
         Ok(())
     }
@@ -124,11 +124,11 @@ impl Motion {
     /// After a fault of the stage no position is valid until it is homed again.
     pub fn invalidate_position(&mut self) {
         self.trusted = false;
-        self.errand = None;
+        self.goal = None;
         self.track.clear();
     }
 
-    /// How long a move takes from rest to rest, seconds; for ever if nobody knows where it is.
+    /// Duration of a move from rest to rest, seconds; infinite if the position is unknown.
     pub fn travel_s(&self, target_mm: f64, speed_mm_s: f64) -> f64 {
         let distance_mm = self.position_mm().map_or(f64::INFINITY, |position_mm| (target_mm - position_mm).abs());
         match self.device.capabilities().acceleration_mm_s2.filter(|a| *a > 0.0) {
@@ -148,27 +148,27 @@ impl Motion {
         ));
         let travel_s = (accepted.target_mm - from_mm).abs() / accepted.speed_mm_s + 2.0 * self.ramp_s(&accepted);
         let progress = Progress { position_mm: from_mm, at: Instant::now(), limit };
-        let errand = Errand::Move { target_mm: accepted.target_mm, progress, rest_since: None };
-        self.begin(errand, Duration::from_secs_f64(travel_s.min(1e6)) + MOVE_MARGIN);
+        let goal = MotionGoal::Move { target_mm: accepted.target_mm, progress, rest_since: None };
+        self.begin(goal, Duration::from_secs_f64(travel_s.min(1e6)) + MOVE_MARGIN);
         Ok(accepted)
     }
 
     /// Starts homing.
     pub fn start_home(&mut self) -> Result<(), StageError> {
         self.device.start_home()?;
-        self.begin(Errand::Home, HOMING_LIMIT);
+        self.begin(MotionGoal::Home, HOMING_LIMIT);
         Ok(())
     }
 
-    /// Jogs, or goes on jogging: ends by itself when this is not repeated.
+    /// Starts or continues a jog; it ends automatically unless this is repeated.
     pub fn jog(&mut self, velocity_mm_s: f64) -> Result<Option<AcceptedMove>, StageError> {
-        match &mut self.errand {
-            Some(Errand::Jog { velocity_mm_s: present, until }) if *present == velocity_mm_s => {
+        match &mut self.goal {
+            Some(MotionGoal::Jog { velocity_mm_s: present, until }) if *present == velocity_mm_s => {
                 *until = Instant::now() + JOG_SILENCE;
                 Ok(None)
             }
-            Some(Errand::Jog { .. }) => self.stop().map(|()| None),
-            Some(Errand::Rest) => Ok(None),
+            Some(MotionGoal::Jog { .. }) => self.stop().map(|()| None),
+            Some(MotionGoal::Rest) => Ok(None),
             Some(_) => Err(StageError::Moving),
             None if velocity_mm_s == 0.0 => Ok(None),
             None => self.start_jog(velocity_mm_s).map(Some),
@@ -179,28 +179,28 @@ impl Motion {
         let travel = self.device.capabilities().travel_mm;
         let distance_mm = (travel.1 - travel.0).copysign(velocity_mm_s);
         let accepted = self.device.start_jog(distance_mm, velocity_mm_s.abs())?;
-        self.begin(Errand::Jog { velocity_mm_s, until: Instant::now() + JOG_SILENCE }, HOMING_LIMIT);
+        self.begin(MotionGoal::Jog { velocity_mm_s, until: Instant::now() + JOG_SILENCE }, HOMING_LIMIT);
         Ok(accepted)
     }
 
-    /// Stops; [`Motion::tend`] reports when it is at rest.
+    /// Stops; [`Motion::tend`] reports when the stage is at rest.
     pub fn stop(&mut self) -> Result<(), StageError> {
-        let told = self.device.stop();
+        let result = self.device.stop();
         let capabilities = self.device.capabilities();
         let acceleration_mm_s2 = capabilities.acceleration_mm_s2.filter(|a| *a > 0.0);
-        // The driver waits twice the ramp before it stops harder.
+        // The driver waits twice the ramp before a harder stop.
         let ramps_s = acceleration_mm_s2.map_or(0.0, |a| 2.0 * capabilities.max_speed_mm_s / a);
         let ramps = Duration::from_secs_f64(ramps_s.clamp(0.0, HOMING_LIMIT.as_secs_f64()));
-        self.begin(Errand::Rest, REST_LIMIT + ramps);
-        told
+        self.begin(MotionGoal::Rest, REST_LIMIT + ramps);
+        result
     }
 
-    /// Reads the state if that is due and watches the errand.
+    /// Reads the state if due and monitors the motion.
     ///
     /// # Errors
-    /// What the stage reports, or [`StageError::Stalled`] if a move makes no progress.
+    /// The error of the stage, or [`StageError::Stalled`] if a move makes no progress.
     pub fn tend(&mut self, now: Instant) -> Result<Option<Arrival>, StageError> {
-        if let Some(Errand::Jog { until, .. }) = self.errand
+        if let Some(MotionGoal::Jog { until, .. }) = self.goal
             && now >= until
         {
             self.stop()?;
@@ -217,10 +217,10 @@ impl Motion {
         self.watch(&state, now)
     }
 
-    /// Where the stage was at `at`, for a frame that is reported at `now`.
+    /// Position of the stage at `at`, for a frame reported at `now`.
     pub fn place(&self, at: Instant, now: Instant) -> Place {
         let Some(position_mm) = self.position_mm() else { return Place::At(None) };
-        if self.errand.is_none() && self.rest_since.is_some_and(|since| since <= at) {
+        if self.goal.is_none() && self.rest_since.is_some_and(|since| since <= at) {
             return Place::At(Some(position_mm));
         }
         if self.track.reaches(at) || now.saturating_duration_since(at) > POSITION_WAIT {
@@ -229,7 +229,7 @@ impl Motion {
         Place::Later
     }
 
-    /// Position at a moment of the past.
+    /// Position at a past time.
     pub fn position_at_mm(&self, at: Instant) -> Option<f64> {
         match self.place(at, at) {
             Place::At(position_mm) => position_mm,
@@ -237,7 +237,7 @@ impl Motion {
         }
     }
 
-    /// How near the position read back must be to a target.
+    /// Permitted deviation of the position read back from a target.
     pub fn tolerance_mm(&self) -> f64 {
         self.device.capabilities().resolution_mm.max(0.0) + REPORT_ROUNDING_MM
     }
@@ -247,13 +247,13 @@ impl Motion {
         acceleration.map_or(0.0, |a| accepted.speed_mm_s / a)
     }
 
-    fn begin(&mut self, errand: Errand, limit: Duration) {
+    fn begin(&mut self, goal: MotionGoal, limit: Duration) {
         let now = Instant::now();
-        if let (None, Some(position_mm)) = (self.errand, self.position_mm()) {
-            // At rest until this moment: interpolation begins here, not at the last idle reading.
+        if let (None, Some(position_mm)) = (self.goal, self.position_mm()) {
+            // At rest until now: interpolation begins here, not at the last idle reading.
             self.track.push(now, position_mm);
         }
-        self.errand = Some(errand);
+        self.goal = Some(goal);
         (self.begun_at, self.deadline, self.rest_since, self.polled_at) = (now, now + limit, None, None);
     }
 
@@ -272,11 +272,11 @@ impl Motion {
 
     fn watch(&mut self, state: &StageState, now: Instant) -> Result<Option<Arrival>, StageError> {
         let tolerance_mm = self.tolerance_mm();
-        let ended = match &mut self.errand {
+        let ended = match &mut self.goal {
             None => None,
-            Some(Errand::Home) => (!state.moving && state.homed).then_some(Arrival::Homed),
-            Some(Errand::Rest | Errand::Jog { .. }) => (!state.moving).then_some(Arrival::Rested),
-            Some(Errand::Move { target_mm, progress, rest_since }) => {
+            Some(MotionGoal::Home) => (!state.moving && state.homed).then_some(Arrival::Homed),
+            Some(MotionGoal::Rest | MotionGoal::Jog { .. }) => (!state.moving).then_some(Arrival::Rested),
+            Some(MotionGoal::Move { target_mm, progress, rest_since }) => {
                 let Some(position_mm) = state.position_mm else { return Err(StageError::NotHomed) };
                 let stalled = StageError::Stalled { target_mm: *target_mm, actual_mm: position_mm };
                 if (position_mm - progress.position_mm).abs() > tolerance_mm || state.held {
@@ -291,7 +291,7 @@ impl Motion {
                 if !there && since.is_some_and(|since| now - since > SETTLE_LIMIT) {
                     return Err(stalled);
                 }
-                // Judged by what is reported: silence is the driver's to report.
+                // Based on reports; silence is reported by the driver.
                 if state.moving && state.measured_at.saturating_duration_since(progress.at) > progress.limit {
                     return Err(stalled);
                 }
@@ -300,7 +300,7 @@ impl Motion {
         };
         match ended {
             Some(arrival) => {
-                self.errand = None;
+                self.goal = None;
                 self.trusted |= arrival == Arrival::Homed;
                 Ok(Some(arrival))
             }
@@ -308,21 +308,21 @@ impl Motion {
         }
     }
 
-    /// The error of an errand that takes too long.
+    /// The error of a motion that takes too long.
     fn late(&self, now: Instant) -> Option<StageError> {
-        if self.errand.is_none() || now < self.deadline {
+        if self.goal.is_none() || now < self.deadline {
             return None;
         }
         let waited_ms = (now - self.begun_at).as_millis() as u64;
         let no_reply = |command: &str| StageError::NoReply { command: command.to_owned(), waited_ms };
-        Some(match self.errand? {
-            Errand::Move { target_mm, .. } => match self.position_mm() {
+        Some(match self.goal? {
+            MotionGoal::Move { target_mm, .. } => match self.position_mm() {
                 Some(actual_mm) => StageError::Stalled { target_mm, actual_mm },
                 None => StageError::NotHomed,
             },
-            Errand::Home => no_reply("home"),
-            Errand::Jog { .. } => no_reply("jog"),
-            Errand::Rest => no_reply("stop"),
+            MotionGoal::Home => no_reply("home"),
+            MotionGoal::Jog { .. } => no_reply("jog"),
+            MotionGoal::Rest => no_reply("stop"),
         })
     }
 }

@@ -1,4 +1,4 @@
-//! A stage that is slow, and one that says nothing new, are told from one that stands.
+//! A slow stage and one without new reports are distinguished from a stalled one.
 
 use std::time::{Duration, Instant};
 
@@ -7,10 +7,10 @@ use devices::{AcceptedMove, DeviceIdentity, Homing, Stage, StageCapabilities, St
 use super::Motion;
 use crate::params::{NO_PROGRESS_LIMIT, REST_LIMIT};
 
-/// Says what it is told to say.
+/// Reports a fixed state.
 struct Fake {
     acceleration_mm_s2: Option<f64>,
-    /// Every reading.
+    /// Returned by every reading.
     state: fn() -> StageState,
 }
 
@@ -24,7 +24,7 @@ fn moving() -> StageState {
 
 impl Stage for Fake {
     fn identity(&self) -> DeviceIdentity {
-        unreachable!("nobody asks")
+        unreachable!("never called")
     }
 
     fn capabilities(&self) -> StageCapabilities {
@@ -81,19 +81,19 @@ impl Stage for Fake {
 }
 
 #[test]
-fn a_stage_that_says_nothing_new_is_not_called_stalled_before_its_move_is_late() {
+fn a_stage_without_new_reports_is_not_stalled_before_its_move_is_late() {
     let mut motion = Motion::new(Box::new(Fake { acceleration_mm_s2: None, state: at_rest }));
     motion.check().unwrap();
     motion.start_move(40.0, 10.0).unwrap();
     let begun_at = Instant::now();
-    // One reading of the moving stage, at its begin.
+    // One reading of the moving stage, at its start.
     let reading = moving();
     assert!(motion.watch(&reading, begun_at).unwrap().is_none());
     let silent_for = NO_PROGRESS_LIMIT + Duration::from_millis(50);
-    assert!(motion.watch(&reading, begun_at + silent_for).unwrap().is_none(), "silence was called a stall");
-    let stands = StageState { measured_at: begun_at + silent_for, ..reading };
-    let told = motion.watch(&stands, begun_at + silent_for);
-    assert!(matches!(told, Err(StageError::Stalled { .. })), "{told:?}");
+    assert!(motion.watch(&reading, begun_at + silent_for).unwrap().is_none(), "silence was reported as a stall");
+    let at_rest = StageState { measured_at: begun_at + silent_for, ..reading };
+    let result = motion.watch(&at_rest, begun_at + silent_for);
+    assert!(matches!(result, Err(StageError::Stalled { .. })), "{result:?}");
 }
 
 #[test]
@@ -105,7 +105,7 @@ fn a_stop_may_take_as_long_as_a_slow_stage_brakes() {
         motion.tend(Instant::now() + REST_LIMIT + Duration::from_secs(4))
     };
     // 40 mm/s at 10 mm/s².
-    assert!(stopping(Some(10.0)).unwrap().is_none(), "it still brakes");
+    assert!(stopping(Some(10.0)).unwrap().is_none(), "it is still braking");
     assert!(matches!(stopping(None), Err(StageError::NoReply { .. })));
 }
 
@@ -116,7 +116,7 @@ fn the_time_of_a_move_counts_its_ramps() {
         motion.check().unwrap();
         motion.travel_s(target_mm, 40.0)
     };
-    // Without ramps; too short for full speed at 10 mm/s², and long enough.
+    // Without ramps; too short for full speed at 10 mm/s²; and long enough.
     assert!((travel_s(None, -16.0) - 0.4).abs() < 1e-9);
     assert!((travel_s(Some(10.0), 0.4) - 0.4).abs() < 1e-9);
     assert!((travel_s(Some(10.0), -200.0) - 9.0).abs() < 1e-9);

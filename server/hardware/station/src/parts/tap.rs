@@ -1,4 +1,4 @@
-//! The station's end of a [`FrameTap`]: every frame is offered, nobody is waited for.
+//! The station's end of a [`FrameTap`]: offers every frame without waiting.
 
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
@@ -9,18 +9,18 @@ use crate::shared::frame::SharedFrame;
 use crate::shared::status::{DropCounts, Lost};
 use crate::shared::tap::{FrameTap, TappedFrame};
 
-/// Where frames go beside everywhere else.
+/// Offers every frame to one recording.
 pub struct Tap {
     frames: SyncSender<TappedFrame>,
-    /// Exposures lost since the frame that was taken last.
+    /// Exposures lost since the last frame taken.
     lost: Lost,
-    /// Frames among them that arrived and were not taken in time.
+    /// Frames since then that arrived and were not taken in time.
     untaken: u64,
     dropped: Arc<DropCounts>,
 }
 
 impl Tap {
-    /// A tap, and what is handed to whoever takes its frames.
+    /// A tap and its receiver.
     pub fn new() -> (Self, FrameTap) {
         let (frames, receiver) = sync_channel(TAP_FRAMES);
         let dropped = Arc::new(DropCounts::default());
@@ -28,8 +28,8 @@ impl Tap {
         (Self { frames, lost: Lost::default(), untaken: 0, dropped }, outer)
     }
 
-    /// Offers a frame before which exposures were lost; `totals` counts what is not taken. `false`: nobody takes frames
-    /// any more.
+    /// Offers a frame before which exposures were lost; frames not taken are added to `totals`. Returns `false` if the
+    /// receiver was dropped.
     pub fn offer(&mut self, frame: &SharedFrame, lost: Lost, totals: &DropCounts) -> bool {
         lost.count_into(&self.dropped);
         self.lost.add(lost);
@@ -60,7 +60,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_taken_in_time_is_counted_and_told_with_the_next_frame_that_is() {
+    fn frames_not_taken_in_time_are_counted_and_reported_with_the_next_one() {
         let (mut tap, outer) = Tap::new();
         let totals = DropCounts::default();
         let n_offered = TAP_FRAMES as u64 + 3;
@@ -78,7 +78,7 @@ mod tests {
         assert_eq!(
             taken.len() as u64 + 1 + outer.dropped.total(),
             exposed,
-            "taken and dropped are what was exposed"
+            "taken and dropped add up to the exposed"
         );
         drop(outer);
         assert!(!tap.offer(&frame(n_offered + 2), Lost::default(), &totals));

@@ -1,18 +1,18 @@
-//! Where the stage was: the last readings, and the position between them.
+//! Recent stage positions, with interpolation.
 
 use std::collections::VecDeque;
 use std::time::Instant;
 
 use crate::params::TRACK_READINGS;
 
-/// Readings in the order of their time.
+/// Readings in order of time.
 #[derive(Debug, Default)]
 pub struct Track {
     readings: VecDeque<(Instant, f64)>,
 }
 
 impl Track {
-    /// Takes a reading; one that is not newer than the last is the same one.
+    /// Adds a reading; one that is not newer than the last is a duplicate.
     pub fn push(&mut self, at: Instant, position_mm: f64) {
         if self.readings.back().is_some_and(|(newest, _)| *newest >= at) {
             return;
@@ -23,17 +23,17 @@ impl Track {
         self.readings.push_back((at, position_mm));
     }
 
-    /// Forgets everything: the position was lost.
+    /// Discards all readings: the position was lost.
     pub fn clear(&mut self) {
         self.readings.clear();
     }
 
-    /// Whether a reading is as new as `at`.
+    /// Whether there is a reading at or after `at`.
     pub fn reaches(&self, at: Instant) -> bool {
         self.readings.back().is_some_and(|(newest, _)| *newest >= at)
     }
 
-    /// Position at `at`, on the straight line between the readings around it; `None` outside of them.
+    /// Position at `at`, interpolated linearly between the adjacent readings; `None` outside of them.
     pub fn position_mm(&self, at: Instant) -> Option<f64> {
         let after = self.readings.partition_point(|(time, _)| *time < at);
         let (later, later_mm) = self.readings.get(after)?;

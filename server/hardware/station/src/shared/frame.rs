@@ -1,4 +1,4 @@
-//! Frames as the station thread stamps them.
+//! Frames as stamped by the station thread.
 
 use std::sync::Arc;
 use std::sync::mpsc::Receiver;
@@ -11,23 +11,23 @@ use crate::shared::status::DropCounts;
 
 /// A frame with the state of the station at its exposure.
 pub struct StampedFrame {
-    /// The station's own count of frames that arrived, from 1, without gaps.
+    /// The station's own count of arrived frames, from 1, without gaps.
     pub sequence: u64,
-    /// The middle of the exposure.
+    /// Middle of the exposure.
     pub captured_at: Instant,
-    /// When the driver had delivered it.
+    /// Time at which the driver delivered it.
     pub arrived_at: Instant,
-    /// The middle of the exposure, nanoseconds since the station thread began.
+    /// Middle of the exposure, nanoseconds since the station thread started.
     pub captured_at_ns: u64,
-    /// Stage position at the middle of the exposure, interpolated between readings; `None` is unknown.
+    /// Stage position at the middle of the exposure, interpolated between readings; `None` if unknown.
     pub position_mm: Option<f64>,
-    /// Exposures lost between the frame before and this one.
+    /// Exposures lost between the previous frame and this one.
     pub lost_before: u64,
-    /// How long the sensor collected light.
+    /// Exposure time.
     pub exposure_us: f64,
-    /// Whether the laser shone.
+    /// Whether the laser was on.
     pub laser_on: bool,
-    /// The pixels; the station reuses their memory when nobody holds the frame any more.
+    /// Pixels; the station reuses their memory when the last owner drops the frame.
     pub image: GreyImage,
 }
 
@@ -50,7 +50,7 @@ impl StampedFrame {
 }
 
 impl StampedFrame {
-    /// A frame that came from no station, exposed now.
+    /// A frame that does not come from a station, exposed now.
     pub fn detached(sequence: u64, position_mm: f64, image: GreyImage) -> Self {
         Self {
             sequence,
@@ -66,21 +66,21 @@ impl StampedFrame {
     }
 }
 
-/// A frame with several holders.
+/// A frame with several owners.
 pub type SharedFrame = Arc<StampedFrame>;
 
-/// Every frame of a run, in order; what could not be delivered is counted, never skipped silently.
+/// All frames of a run, in order; frames that could not be delivered are counted, never skipped silently.
 pub struct FrameStream {
-    /// The frames; disconnected when the run is over or broken.
+    /// The frames; disconnected when the run has ended or failed.
     pub frames: Receiver<SharedFrame>,
-    /// What was lost in this run, by reason; final once `frames` is disconnected.
+    /// Losses of this run, by reason; final once `frames` is disconnected.
     pub dropped: Arc<DropCounts>,
-    /// Why the run ended before its end, once `frames` is disconnected.
+    /// Why the run ended early, once `frames` is disconnected.
     pub(crate) ended: Receiver<crate::StationRefusal>,
 }
 
 impl FrameStream {
-    /// Why the run broke off; `None` if it came to its end.
+    /// Why the run ended early; `None` if it was completed.
     pub fn broken(&self) -> Option<crate::StationRefusal> {
         self.ended.try_recv().ok()
     }

@@ -1,4 +1,4 @@
-//! What the station hands out: its handle, leases, frames, status and the stop line.
+//! Types that the station shares with the service: leases, frames, status and the stop line.
 
 pub mod cancel;
 pub mod frame;

@@ -1,4 +1,4 @@
-//! The memory of frames: a fixed number of buffers, reused when the last holder has dropped the frame.
+//! Frame memory: a fixed number of buffers, reused when the last owner drops the frame.
 
 use vision::{GreyImage, Pixels};
 
@@ -9,12 +9,12 @@ use crate::shared::recycling::Recycling;
 /// All buffers of a camera.
 pub type Pool = Recycling<StampedFrame>;
 
-/// As many as there may be.
+/// A pool of the largest permitted size.
 pub fn pool() -> Pool {
     Pool::of(FRAME_BUFFERS, StampedFrame::empty)
 }
 
-/// An image that holds no memory worth speaking of.
+/// An image that occupies almost no memory.
 pub fn empty_image() -> GreyImage {
     GreyImage::new(1, 1, Pixels::Eight(vec![0])).expect("one pixel is an image")
 }

@@ -1,8 +1,8 @@
-//! Shared memory that is reused once nobody holds it.
+//! Shared memory that is reused once it has no owner.
 
 use std::sync::Arc;
 
-/// Values shared by any number of readers; one that nobody else holds any more can be taken and refilled.
+/// Values shared by any number of readers; a value without other owners can be taken and refilled.
 pub struct Recycling<T> {
     free: Vec<Arc<T>>,
     lent: Vec<Arc<T>>,
@@ -15,13 +15,13 @@ impl<T> Default for Recycling<T> {
 }
 
 impl<T> Recycling<T> {
-    /// With `n` values.
+    /// A pool of `n` values.
     pub fn of(n: usize, make: impl Fn() -> T) -> Self {
         Self { free: (0..n).map(|_| Arc::new(make())).collect(), lent: Vec::with_capacity(n) }
     }
 
-    /// A value that only the caller holds, the one used last if possible, so that few are touched when few are needed;
-    /// `None` if somebody looks at every one.
+    /// Takes a value without other owners, the most recently used one if possible, so that few are touched when few are
+    /// needed; `None` if every value is in use.
     pub fn take(&mut self) -> Option<Arc<T>> {
         let mut idx = 0;
         while idx < self.lent.len() {
@@ -34,12 +34,12 @@ impl<T> Recycling<T> {
         self.free.pop()
     }
 
-    /// Registers a value that others hold from now on.
+    /// Registers a value that is shared from now on.
     pub fn lend(&mut self, value: &Arc<T>) {
         self.lent.push(value.clone());
     }
 
-    /// A value that was taken and is not needed.
+    /// Returns a taken value that is not needed.
     pub fn give_back(&mut self, value: Arc<T>) {
         self.lent.push(value);
     }
@@ -50,7 +50,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_value_comes_back_when_the_last_one_has_looked() {
+    fn a_value_is_reused_after_its_last_reader() {
         let mut values = Recycling::of(2, || 0);
         let mut first = values.take().unwrap();
         *Arc::get_mut(&mut first).unwrap() = 7;

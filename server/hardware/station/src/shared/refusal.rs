@@ -1,59 +1,59 @@
-//! Why the station did not do what it was asked.
+//! Why the station refused a request or failed.
 
 use std::borrow::Cow;
 
 use devices::{CameraError, LaserError, StageError};
 use remedy::Remedy;
 
-/// Why the station did not do what it was asked.
+/// Why the station refused a request or failed.
 #[derive(Debug, thiserror::Error)]
 pub enum StationRefusal {
     /// A job or the live view has it.
     #[error("the station is busy: {activity}")]
     Busy {
-        /// What it does.
+        /// The current activity.
         activity: String,
     },
-    /// A fault waits for a person.
+    /// A fault waits for acknowledgement.
     #[error("the station is in error: {detail}")]
     InError {
         /// The fault.
         detail: String,
-        /// What to do.
+        /// The remedy.
         remedy: String,
     },
     /// A person stopped it before.
     #[error("the station was stopped")]
     Halted,
-    /// Light by hand belongs to a live view.
-    #[error("the laser shines only while frames arrive")]
+    /// A person can use the laser only in a live view.
+    #[error("the laser is on only while frames arrive")]
     NoLiveView,
-    /// A speed that this stage does not have.
+    /// A speed outside the range of this stage.
     #[error("the stage moves at {min_mm_s} to {max_mm_s} mm/s, not at {speed_mm_s}")]
     SpeedOutOfRange {
-        /// What was asked for.
+        /// Requested speed.
         speed_mm_s: f64,
-        /// Slowest: one step of its resolution a second.
+        /// Slowest: one step of its resolution per second.
         min_mm_s: f64,
         /// Fastest.
         max_mm_s: f64,
     },
-    /// More commands wait than the station takes.
-    #[error("the station has too many commands to obey")]
+    /// The command channel is full.
+    #[error("too many commands are waiting")]
     TooManyCommands,
-    /// A person stopped it while this ran.
+    /// A person stopped it during the call.
     #[error("stopped by {actor}")]
     Stopped {
-        /// Who.
+        /// Who stopped it.
         actor: String,
     },
     /// The job was cancelled.
     #[error("cancelled")]
     Cancelled,
-    /// No such device in this station.
+    /// The station has no such device.
     #[error("this station has no {device}")]
     Absent {
-        /// Which.
+        /// The device.
         device: &'static str,
     },
     /// The camera refused or failed.
@@ -68,10 +68,10 @@ pub enum StationRefusal {
     /// A requested frame did not arrive.
     #[error("no frame arrived within {waited_ms} ms")]
     NoFrame {
-        /// How long it was waited for.
+        /// Time waited.
         waited_ms: u64,
     },
-    /// The station thread ended.
+    /// The station thread has ended.
     #[error("the station is shutting down")]
     ShuttingDown,
 }

@@ -1,4 +1,4 @@
-//! The status of the station, as everyone may read it at any time.
+//! The status of the station, which can be read at any time.
 
 use std::collections::VecDeque;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -8,7 +8,7 @@ use devices::{CameraCapabilities, CameraSettings, DeviceIdentity, LaserCapabilit
 /// The states of OPC 40100-1 (machine vision).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum MachineState {
-    /// Devices are being opened, or were never reached.
+    /// Devices are being opened, or were never connected.
     Preoperational,
     /// Stopped by a person: motion and laser stay off until a reset.
     Halted,
@@ -18,12 +18,12 @@ pub enum MachineState {
     Operational(OperationalState),
 }
 
-/// The states within Operational.
+/// The substates of Operational.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum OperationalState {
-    /// Devices answer; something is missing for a scan (homing, a calibration).
+    /// Devices answer; a scan is not possible yet (homing or calibration is missing).
     Initialized,
-    /// A scan could begin now.
+    /// A scan can start.
     Ready,
     /// A job has the station.
     SingleExecution,
@@ -32,7 +32,7 @@ pub enum OperationalState {
 }
 
 impl MachineState {
-    /// The name of OPC 40100-1.
+    /// Name according to OPC 40100-1.
     pub fn name(self) -> &'static str {
         match self {
             Self::Preoperational => "Preoperational",
@@ -46,18 +46,18 @@ impl MachineState {
     }
 }
 
-/// Whether there is laser light.
+/// State of the laser light.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum LaserLight {
-    /// This program does not switch it: it shines as long as it has power, and no promise of darkness holds.
+    /// This program does not switch it: it is on as long as it has power, and no promise about turning it off applies.
     NotControlled,
-    /// Dark.
+    /// Off.
     Off,
-    /// A job or a person may switch it on at any moment.
+    /// Off, but a job or a person may switch it on at any moment.
     Armed,
-    /// Shining.
+    /// On.
     On,
-    /// It cannot be reached: treat it as shining.
+    /// It does not answer: treat it as on.
     Unknown,
 }
 
@@ -66,28 +66,28 @@ pub enum LaserLight {
 pub struct Fault {
     /// `camera`, `stage`, `laser`.
     pub device: &'static str,
-    /// A stable word: `gone`, `stalled`, `alarm`, `no_reply`, …
+    /// Stable identifier: `gone`, `stalled`, `alarm`, `no_reply`, …
     pub kind: &'static str,
     /// What happened.
     pub detail: String,
     /// What to do.
     pub remedy: String,
-    /// When, wall clock.
+    /// When it occurred, wall clock.
     pub since_ms: i64,
 }
 
-/// A device as last seen.
+/// Last known state of a device.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DeviceStatus<C> {
     /// Whether it answers.
     pub connected: bool,
-    /// Which one it is.
+    /// Its identity.
     pub identity: DeviceIdentity,
-    /// What it can do.
+    /// Its capabilities.
     pub capabilities: C,
 }
 
-/// The latest changes of state, numbered without gaps from 1, so that whoever sees the status only now and then
+/// The latest state changes, numbered without gaps from 1, so that a client that reads the status only occasionally
 /// misses none.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct StateHistory {
@@ -96,10 +96,10 @@ pub struct StateHistory {
 }
 
 impl StateHistory {
-    /// Changes kept: more than a station makes in the seconds after which a silent viewer is given up.
+    /// Changes kept: more than a station makes within the time after which a silent viewer is disconnected.
     const KEPT: usize = 256;
 
-    /// Notes the state that was entered; the same state again is no change.
+    /// Adds an entered state; the same state again is not a change.
     pub fn enter(&mut self, state: MachineState) {
         if self.latest.back() == Some(&state) {
             return;
@@ -116,70 +116,70 @@ impl StateHistory {
         self.n_changes
     }
 
-    /// The changes after number `seen`, as far as they are kept, oldest first.
+    /// The changes after number `seen` that are still kept, oldest first.
     pub fn after(&self, seen: u64) -> impl Iterator<Item = (u64, MachineState)> + '_ {
         let first = self.n_changes - self.latest.len() as u64 + 1;
         (first..).zip(self.latest.iter().copied()).filter(move |(number, _)| *number > seen)
     }
 }
 
-/// The station as last seen.
+/// Last known state of the station.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StationStatus {
-    /// Its state.
+    /// State of the station.
     pub state: MachineState,
-    /// How it came to be in it: the station calls [`StateHistory::enter`] whenever it sets `state`.
+    /// History of `state`: the station calls [`StateHistory::enter`] whenever it sets `state`.
     pub state_history: StateHistory,
-    /// In the operator's words: "scanning, row 12 of 200".
+    /// Activity in the operator's words: "scanning, row 12 of 200".
     pub activity: String,
     /// Whether the devices are simulated or a recording: `twin`, `replay`, or `None` for real ones.
     pub simulated: Option<&'static str>,
     /// The camera.
     pub camera: DeviceStatus<CameraCapabilities>,
-    /// How it is set.
+    /// Its settings.
     pub camera_settings: CameraSettings,
     /// Frames per second over the last second.
     pub frame_rate_hz: f64,
     /// The stage.
     pub stage: DeviceStatus<StageCapabilities>,
-    /// `None`: unknown.
+    /// Position; `None` if unknown.
     pub position_mm: Option<f64>,
     /// Whether it moves.
     pub moving: bool,
-    /// Whether its zero is established.
+    /// Whether it is homed.
     pub homed: bool,
     /// The laser.
     pub laser: DeviceStatus<LaserCapabilities>,
-    /// What becomes of its light if this program is killed, see [`devices::Laser::lost_host`]; `None`: no laser.
+    /// What happens to its light if this program is killed, see [`devices::Laser::lost_host`]; `None` without a laser.
     pub laser_lost_host: Option<&'static str>,
-    /// Whether it is on.
+    /// State of its light.
     pub laser_light: LaserLight,
-    /// Share of full power.
+    /// Fraction of full power.
     pub laser_power: f64,
     /// `Some(true)`: closed; `None`: not read back.
     pub interlock_closed: Option<bool>,
-    /// Which job has the station.
+    /// The job that has the station.
     pub job_id: Option<String>,
-    /// Faults that wait for a person.
+    /// Faults waiting for acknowledgement.
     pub faults: Vec<Fault>,
-    /// Frames that arrived since the start.
+    /// Frames received since the start.
     pub frames_arrived: u64,
     /// Frames lost since the start, by reason.
     pub frames_dropped: Vec<(&'static str, u64)>,
 }
 
-/// Frames lost, by reason; every reason is visible in the API and in the metrics.
+/// Frames lost, by reason; every reason appears in the API and in the metrics.
 #[derive(Debug, Default)]
 pub struct DropCounts {
     /// Lost between sensor and driver.
     pub camera: AtomicU64,
-    /// Packets of the frame were missing: it is not processed.
+    /// Packets of the frame were missing; it is not processed.
     pub incomplete: AtomicU64,
-    /// No free buffer: everyone still held the earlier frames.
+    /// No free buffer: all earlier frames were still in use.
     pub no_buffer: AtomicU64,
     /// The recorder of a job was too slow.
     pub recorder: AtomicU64,
-    /// The frame came with another size or format.
+    /// The frame had another size or format than configured.
     pub malformed: AtomicU64,
 }
 
@@ -197,7 +197,7 @@ impl DropCounts {
         .to_vec()
     }
 
-    /// All together.
+    /// Sum over all reasons.
     pub fn total(&self) -> u64 {
         self.by_reason().iter().map(|(_, count)| count).sum()
     }
@@ -208,21 +208,21 @@ impl DropCounts {
 pub struct Lost {
     /// Between sensor and driver.
     pub camera: u64,
-    /// Packets of them were missing.
+    /// With missing packets.
     pub incomplete: u64,
-    /// For want of a buffer.
+    /// Without a free buffer.
     pub no_buffer: u64,
-    /// Of another size or format than agreed.
+    /// With another size or format than configured.
     pub malformed: u64,
 }
 
 impl Lost {
-    /// All together.
+    /// Sum over all reasons.
     pub fn total(&self) -> u64 {
         self.camera + self.incomplete + self.no_buffer + self.malformed
     }
 
-    /// Adds others.
+    /// Adds other losses.
     pub fn add(&mut self, other: Self) {
         self.camera += other.camera;
         self.incomplete += other.incomplete;
@@ -230,7 +230,7 @@ impl Lost {
         self.malformed += other.malformed;
     }
 
-    /// Adds them to shared counts.
+    /// Adds the losses to shared counts.
     pub fn count_into(&self, counts: &DropCounts) {
         counts.camera.fetch_add(self.camera, Ordering::Relaxed);
         counts.incomplete.fetch_add(self.incomplete, Ordering::Relaxed);

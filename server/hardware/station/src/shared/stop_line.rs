@@ -1,7 +1,7 @@
-//! The line a Stop travels on: beside the commands, never behind them; and the latch it leaves behind.
+//! The path of a Stop, independent of the command channel; and the latch that it sets.
 //!
-//! The station thread obeys, and stops its devices. If it is kept in a driver's call, the guard does so in its place, by the
-//! devices' own handles; the thread obeys when it comes back.
+//! The station thread stops its devices. If it is blocked in a driver's call, the guard stops them instead, through the
+//! devices' own stop handles; the thread repeats it after the call.
 
 use parking_lot::{Condvar, Mutex, MutexGuard};
 use std::sync::Arc;
@@ -13,40 +13,40 @@ use tokio::sync::oneshot;
 
 use crate::shared::refusal::StationRefusal;
 
-/// Counts the Stops. What was authorised before a Stop has an older epoch than the station and never takes it.
+/// Counts Stops. Work authorised before a Stop has an older epoch than the station and is refused.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub struct StopEpoch(u64);
 
 /// A request to stop, waiting for the devices' acknowledgement.
 pub struct StopRequest {
-    /// Who.
+    /// Who requested it.
     pub actor: String,
     /// Answered once motion and light have ended.
     pub done: oneshot::Sender<Result<(), StationRefusal>>,
 }
 
 impl StopRequest {
-    /// Who does not wait any more need not be answered.
+    /// Answers; the requester may have stopped waiting.
     pub fn answer(self, answer: Result<(), StationRefusal>) {
         drop(self.done.send(answer));
     }
 }
 
-/// Who waits, and what can be stopped past the station thread.
+/// Pending requests, and the devices that can be stopped independently of the station thread.
 #[derive(Default)]
 struct Guarded {
     requests: Vec<StopRequest>,
-    /// Those that the station thread is about to stop its devices for.
+    /// Requests that the station thread is carrying out.
     obeyed: Vec<StopRequest>,
-    /// Who pulled first.
+    /// Who requested the first of them.
     actor: String,
-    /// It was pulled, and the devices were not told since.
+    /// It was requested, and the devices have not been stopped since.
     is_due: bool,
     handles: Vec<Arc<dyn StopHandle>>,
     is_closed: bool,
 }
 
-/// Stops that wait for the station thread. Bounded by the number of connections the server takes.
+/// Pending Stops. Bounded by the number of connections that the server accepts.
 #[derive(Default)]
 pub struct StopLine {
     pulled: AtomicBool,
@@ -57,12 +57,12 @@ pub struct StopLine {
 }
 
 impl StopLine {
-    /// A line that an earlier process left latched, or not.
+    /// A stop line, latched or not by an earlier process.
     pub fn latched(latched: bool) -> Self {
         Self { latched: AtomicBool::new(latched), ..Self::default() }
     }
 
-    /// Requests a stop: from here on nothing that was authorised before takes the station.
+    /// Requests a Stop: from now on nothing authorised before can take the station.
     pub fn pull(&self, request: StopRequest) {
         let mut guarded = self.lock();
         if !guarded.is_due {
@@ -76,30 +76,30 @@ impl StopLine {
         self.changed.notify_all();
     }
 
-    /// Whether a stop waits.
+    /// Whether a Stop is pending.
     pub fn is_pulled(&self) -> bool {
         self.pulled.load(Ordering::SeqCst)
     }
 
-    /// Whether it was pulled since the last reset.
+    /// Whether a Stop was requested since the last reset.
     pub fn is_latched(&self) -> bool {
         self.latched.load(Ordering::SeqCst)
     }
 
-    /// The present epoch.
+    /// The current epoch.
     pub fn epoch(&self) -> StopEpoch {
         StopEpoch(self.epoch.load(Ordering::SeqCst))
     }
 
-    /// The station thread is about to stop its devices; returns who pulled.
-    pub fn begin_to_obey(&self) -> String {
+    /// The station thread begins to stop its devices; returns who requested it.
+    pub fn begin_stop(&self) -> String {
         let mut guarded = self.lock();
         self.pulled.store(false, Ordering::SeqCst);
         guarded.obeyed = std::mem::take(&mut guarded.requests);
         guarded.actor.clone()
     }
 
-    /// It has told all of them; returns who waits for that.
+    /// All devices were sent the stop; returns the requests that wait for it.
     pub fn obeyed(&self) -> Vec<StopRequest> {
         let mut guarded = self.lock();
         guarded.is_due = self.is_pulled();
@@ -107,7 +107,7 @@ impl StopLine {
         std::mem::take(&mut guarded.obeyed)
     }
 
-    /// A reset has ended well: the latch opens, unless somebody pulls at this moment.
+    /// A reset has succeeded: releases the latch, unless a Stop is requested at the same moment.
     pub fn release(&self) {
         let _no_pull_meanwhile = self.lock();
         if !self.is_pulled() {
@@ -115,7 +115,7 @@ impl StopLine {
         }
     }
 
-    /// A device that can be stopped past the station thread.
+    /// Adds a device that can be stopped independently of the station thread.
     pub fn add(&self, handle: Arc<dyn StopHandle>) {
         self.lock().handles.push(handle);
     }
@@ -126,8 +126,8 @@ impl StopLine {
         self.changed.notify_all();
     }
 
-    /// Stops the devices if the station thread has not done so within `patience` after a pull, and answers those who wait;
-    /// until [`StopLine::close`].
+    /// Stops the devices if the station thread has not done so within `patience` after a Stop, and answers its
+    /// requesters; returns after [`StopLine::close`].
     pub fn guard(&self, patience: Duration) {
         let mut guarded = self.lock();
         while !guarded.is_closed {
@@ -138,11 +138,11 @@ impl StopLine {
             }
             let handles = guarded.handles.clone();
             drop(guarded);
-            tracing::error!("the station thread is kept in a driver's call: its devices are stopped past it");
+            tracing::error!("the station thread is blocked in a driver's call: its devices are stopped directly");
             handles.iter().for_each(|handle| handle.stop_now());
             guarded = self.lock();
             guarded.is_due = false;
-            // The line stays pulled: the thread obeys when it comes back.
+            // The Stop stays pending: the thread carries it out after the call.
             let Guarded { requests, obeyed, .. } = &mut *guarded;
             obeyed.drain(..).chain(requests.drain(..)).for_each(|request| request.answer(Ok(())));
         }
@@ -179,12 +179,12 @@ mod tests {
         line.pull(request());
         assert!(line.is_pulled() && line.is_latched() && line.epoch() > before);
         line.release();
-        assert!(line.is_latched(), "the pull was not obeyed yet");
-        assert_eq!(line.begin_to_obey(), "a person");
+        assert!(line.is_latched(), "the Stop was not carried out yet");
+        assert_eq!(line.begin_stop(), "a person");
         assert_eq!(line.obeyed().len(), 1);
-        assert!(line.is_latched(), "obeying is not releasing");
+        assert!(line.is_latched(), "carrying it out does not release it");
         line.release();
         assert!(!line.is_latched());
-        assert!(line.epoch() > before, "what was authorised before stays old");
+        assert!(line.epoch() > before, "the earlier authorisation stays outdated");
     }
 }

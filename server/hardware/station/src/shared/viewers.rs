@@ -1,9 +1,9 @@
-//! When somebody last watched the camera: live light needs a recent viewer.
+//! Time at which the camera was last watched: live light requires a recent viewer.
 
 use parking_lot::Mutex;
 use std::time::Instant;
 
-/// When a viewer was last known to be there. Viewers renew it themselves; nobody counts them.
+/// Time of the last known viewer. Viewers renew it themselves; they are not counted.
 #[derive(Debug)]
 pub struct Viewers(Mutex<Instant>);
 
@@ -14,13 +14,13 @@ impl Default for Viewers {
 }
 
 impl Viewers {
-    /// A viewer was there at that moment.
+    /// Records a viewer at that time.
     pub fn note(&self, at: Instant) {
         let mut last = self.0.lock();
         *last = (*last).max(at);
     }
 
-    /// When one was there last.
+    /// Time of the last viewer.
     pub fn last_at(&self) -> Instant {
         *self.0.lock()
     }

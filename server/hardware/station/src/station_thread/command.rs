@@ -12,27 +12,27 @@ use crate::shared::status::Fault;
 use crate::shared::tap::FrameTap;
 use crate::station_thread::handle::{LiveRequest, Manual, Purpose, Sweep};
 
-/// What a call comes back with.
+/// Result of a call.
 pub type Answer<T> = Result<T, StationRefusal>;
 
-/// Where an answer goes.
+/// Destination of an answer.
 pub struct Reply<T>(Box<dyn FnOnce(Answer<T>) + Send>);
 
 impl<T: Send + 'static> Reply<T> {
     /// For a caller that awaits it.
     pub fn awaited() -> (Self, oneshot::Receiver<Answer<T>>) {
         let (sender, receiver) = oneshot::channel();
-        // A caller that went away does not need its answer.
+        // A caller that has gone does not need its answer.
         (Self(Box::new(move |answer| drop(sender.send(answer)))), receiver)
     }
 
-    /// For a caller that blocks until it comes.
+    /// For a caller that blocks until it arrives.
     pub fn blocking() -> (Self, std::sync::mpsc::Receiver<Answer<T>>) {
         let (sender, receiver) = sync_channel(1);
         (Self(Box::new(move |answer| drop(sender.send(answer)))), receiver)
     }
 
-    /// Answers.
+    /// Sends the answer.
     pub fn send(self, answer: Answer<T>) {
         (self.0)(answer);
     }
@@ -56,11 +56,11 @@ pub enum Command {
     Lease(Purpose, Reply<u64>),
     /// A call of the job with that lease.
     Job(u64, JobCall),
-    /// The job gives the station back.
+    /// The job releases the station.
     Release(u64, Reply<()>),
-    /// Something outside the station failed: motion and light end, a person has to act.
+    /// A failure outside the station: motion and light end, a person has to act.
     Alarm(Fault),
-    /// Look at the stop line.
+    /// Check the stop line.
     Wake,
     /// Turn the laser off, stop the stage, end.
     ShutDown,
@@ -68,33 +68,33 @@ pub enum Command {
 
 /// The calls of [`crate::StationLease`].
 pub enum JobCall {
-    /// Set the camera.
+    /// Configure the camera.
     Configure(CameraRequest, Reply<CameraSettings>),
-    /// Shine with that power; 0 goes dark.
+    /// Turn the laser on with that power; 0 turns it off.
     Light(f64, Reply<()>),
     /// Home the stage.
     Home(CancelFlag, Reply<()>),
     /// Move and settle.
     MoveTo {
-        /// Where to.
+        /// Target position.
         target_mm: f64,
-        /// How fast at most.
+        /// Highest speed.
         speed_mm_s: Option<f64>,
         /// Ends the wait and the motion.
         cancel: CancelFlag,
-        /// The position read back.
+        /// Receives the position read back.
         reply: Reply<f64>,
     },
     /// Expose one frame.
     Grab(CancelFlag, Reply<SharedFrame>),
     /// Run a sweep.
     Sweep(Sweep, CancelFlag, Reply<FrameStream>),
-    /// What the job does now.
+    /// Set the job's activity.
     Activity(String),
 }
 
 impl JobCall {
-    /// Answers the call with that refusal.
+    /// Answers the call with a refusal.
     pub fn refuse(self, refusal: StationRefusal) {
         match self {
             Self::Configure(_, reply) => reply.send(Err(refusal)),

@@ -1,4 +1,4 @@
-//! How the rest of the service talks to the station thread.
+//! Access to the station thread for the rest of the service.
 
 use parking_lot::Mutex;
 use std::sync::Arc;
@@ -25,7 +25,7 @@ use crate::station_thread::owner::Station;
 use crate::station_thread::status_publisher::{StatusPublisher, first_status};
 use crate::station_thread::thread;
 
-/// Everyone's access to the station.
+/// Shared access to the station.
 #[derive(Clone)]
 pub struct StationHandle {
     shared: Arc<Shared>,
@@ -42,12 +42,12 @@ struct Shared {
     camera_details: Arc<Mutex<Option<Arc<dyn CameraDetails>>>>,
 }
 
-/// How long a live view goes on without anyone watching.
+/// How long a live view continues unwatched.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Watch {
-    /// Its camera.
+    /// Time until the view ends.
     pub view: Duration,
-    /// Its light.
+    /// Time until its light is turned off.
     pub light: Duration,
 }
 
@@ -57,25 +57,25 @@ impl Default for Watch {
     }
 }
 
-/// Who wants the station, shown to people.
+/// Purpose for which the station is taken, shown to people.
 #[derive(Debug, Clone)]
 pub struct Purpose {
     /// The job's id.
     pub job_id: String,
-    /// In the operator's words: "scanning".
+    /// Activity in the operator's words: "scanning".
     pub activity: String,
     /// When it was authorised, see [`StationHandle::stop_epoch`].
     pub epoch: StopEpoch,
 }
 
-/// A Stop that was requested; resolves once the devices have acknowledged it.
+/// A requested Stop; resolves once the devices have acknowledged it.
 pub struct StopAcknowledgement(oneshot::Receiver<Result<(), StationRefusal>>);
 
 impl StopAcknowledgement {
     /// Returns once the devices have acknowledged the stop.
     ///
     /// # Errors
-    /// Which device did not take the command, or that the station is shutting down.
+    /// A device did not accept the command, or the station is shutting down.
     pub async fn done(self) -> Result<(), StationRefusal> {
         self.0.await.unwrap_or(Err(StationRefusal::ShuttingDown))
     }
@@ -84,13 +84,13 @@ impl StopAcknowledgement {
 /// A person's single command; refused while a job has the station.
 #[derive(Debug, Clone)]
 pub enum Manual {
-    /// Look for the stage's zero.
+    /// Home the stage.
     Home,
-    /// Go to a position; `None`: as fast as the stage can.
+    /// Move to a position.
     Move {
-        /// Where to.
+        /// Target position.
         target_mm: f64,
-        /// How fast at most.
+        /// Highest speed; `None` for the stage's highest.
         speed_mm_s: Option<f64>,
     },
     /// Move while this is repeated; stops within 300 ms of silence.
@@ -98,30 +98,30 @@ pub enum Manual {
         /// Signed speed.
         velocity_mm_s: f64,
     },
-    /// Set the camera.
+    /// Configure the camera.
     Configure(CameraRequest),
-    /// Shine with a share of full power while frames arrive; 0 goes dark.
+    /// Turn the laser on with a fraction of full power while frames arrive; 0 turns it off.
     Laser {
         /// 0–1.
         power: f64,
     },
-    /// Acknowledge faults, reach devices again.
+    /// Acknowledge faults and reconnect devices.
     Reset,
 }
 
-/// What the live view shall do.
+/// Requested state of the live view.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LiveRequest {
-    /// Whether it shall run.
+    /// Whether it runs.
     pub running: bool,
-    /// Share of full laser power, 0 is dark.
+    /// Fraction of full laser power; 0 is off.
     pub laser_power: f64,
 }
 
 /// A continuous run: the stage moves at constant speed while the camera exposes at its own rate.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sweep {
-    /// First position of interest; the run-up is added by the station.
+    /// First position of interest; the station adds the run-up.
     pub from_mm: f64,
     /// Last position of interest.
     pub to_mm: f64,
@@ -132,18 +132,18 @@ pub struct Sweep {
 }
 
 impl StationHandle {
-    /// Starts the station thread and waits until it tried to open its devices; what is absent then is a fault of the
-    /// status, and a reset tries again. `halted`: it was stopped in an earlier life and not reset since.
+    /// Starts the station thread and waits until it has tried to open its devices. A device missing then is a fault in
+    /// the status; a reset tries again. `halted`: it was stopped in an earlier process and not reset since.
     pub fn start(devices: &StationDevices, halted: bool) -> Self {
         Self::start_with(devices.clone(), Watch::default(), halted)
     }
 
-    /// Starts the station thread over a simulated station of any shape.
+    /// Starts the station thread with any simulated station.
     pub fn over_twin(twin: twin::TwinStation) -> Self {
         Self::start(&StationDevices::over(twin), false)
     }
 
-    /// The same with a live view that goes on so long without viewers.
+    /// As [`StationHandle::start`], with the times after which an unwatched live view ends.
     pub(crate) fn start_with(devices: StationDevices, watch: Watch, halted: bool) -> Self {
         let simulation = devices.twin.as_deref().and_then(TwinDriver::control);
         let (commands, receiver) = sync_channel(COMMANDS);
@@ -174,59 +174,59 @@ impl StationHandle {
         let guarded = stop_line.clone();
         let guard = move || guarded.guard(STOP_PATIENCE);
         if let Err(error) = std::thread::Builder::new().name("station-stop".to_owned()).spawn(guard) {
-            tracing::error!(%error, "nobody watches whether the station thread obeys");
+            tracing::error!(%error, "the stop guard could not be started");
         }
-        // Late devices are missing devices; they may still come with a reset.
+        // Late devices count as missing; they may still be installed later.
         let _ = first_opening.recv_timeout(START_WAIT);
         let thread = Mutex::new(thread.ok());
         let shared = Shared { commands, stop_line, viewers, status, newest, thread, simulation, camera_details };
         Self { shared: Arc::new(shared) }
     }
 
-    /// The virtual operator, where the station is simulated.
+    /// The virtual operator of a simulated station.
     pub fn simulation(&self) -> Option<TwinControl> {
         self.shared.simulation.clone()
     }
 
-    /// The camera's own features and how its link does, beside what the station does with it; `None` if there is no
-    /// camera, or it has nothing beyond its settings. Calls to it take as long as the camera does.
+    /// The camera's own features and link state, independent of the station; `None` without a camera, or if it has no
+    /// features beyond its settings. Calls block as long as the camera does.
     pub fn camera_details(&self) -> Option<Arc<dyn CameraDetails>> {
         self.shared.camera_details.lock().clone()
     }
 
-    /// The station as last seen.
+    /// Last known state of the station.
     pub fn status(&self) -> Arc<StationStatus> {
         self.shared.status.borrow().clone()
     }
 
-    /// Follows the status; the newest wins.
+    /// Watches the status; only the newest value is kept.
     pub fn watch_status(&self) -> watch::Receiver<Arc<StationStatus>> {
         self.shared.status.subscribe()
     }
 
-    /// Follows the frames; the newest wins, whoever made the camera expose.
+    /// Watches the frames of any source; only the newest is kept.
     pub fn watch_frames(&self) -> watch::Receiver<Option<SharedFrame>> {
         self.shared.newest.subscribe()
     }
 
-    /// Somebody who sees the frames was there at that moment; light of a live view goes out 4 s, the view itself 30 s
-    /// after the last one.
+    /// Records a viewer at that time; the light of a live view is turned off 4 s, the view itself ends 30 s after the
+    /// last one.
     pub fn note_viewer(&self, at: Instant) {
         self.shared.viewers.note(at);
     }
 
-    /// Stops motion, turns the laser off, ends what runs. Always taken, and latched from here on: nothing that was
-    /// authorised before takes the station again, nothing new does before a reset.
+    /// Stops motion, turns the laser off and ends all work. Always accepted, and latched from now on: work authorised
+    /// before is refused for good, new work until a reset.
     pub fn pull_stop(&self, actor: &str) -> StopAcknowledgement {
-        let (done, told) = oneshot::channel();
+        let (done, result) = oneshot::channel();
         self.shared.stop_line.pull(StopRequest { actor: actor.to_owned(), done });
-        // A full channel needs no waking: the thread looks at the line before each command. One that has ended told
-        // its devices as it did; the sender that is dropped with the line says so.
+        // No wake-up is needed if the channel is full: the thread checks the line before each command. A thread that
+        // has ended stopped its devices at its end; the caller learns this from the sender dropped with the line.
         if let Err(TrySendError::Disconnected(_)) = self.shared.commands.try_send(Command::Wake) {
-            self.shared.stop_line.begin_to_obey();
+            self.shared.stop_line.begin_stop();
             drop(self.shared.stop_line.obeyed());
         }
-        StopAcknowledgement(told)
+        StopAcknowledgement(result)
     }
 
     /// [`StationHandle::pull_stop`], and waits until the devices have acknowledged it.
@@ -234,7 +234,7 @@ impl StationHandle {
         self.pull_stop(actor).done().await
     }
 
-    /// The present epoch, to be kept with what is authorised now.
+    /// The current epoch, to be kept with work that is authorised now.
     pub fn stop_epoch(&self) -> StopEpoch {
         self.shared.stop_line.epoch()
     }
@@ -244,13 +244,13 @@ impl StationHandle {
         self.shared.stop_line.is_latched()
     }
 
-    /// Something outside the station failed: motion and light end, and a fault says what a person has to do.
+    /// Reports a failure outside the station: motion and light end, and a fault states what a person has to do.
     pub fn alarm(&self, fault: Fault) {
-        // A thread that has ended is dark and at rest.
+        // If the thread has ended, light and motion are off already.
         let _ = self.shared.commands.send(Command::Alarm(fault));
     }
 
-    /// A person's single command; returns once it was accepted, moves go on.
+    /// Carries out a person's single command; returns once it was accepted, while moves continue.
     pub async fn manual(&self, command: Manual) -> Result<Option<AcceptedMove>, StationRefusal> {
         let (reply, answer) = Reply::awaited();
         self.send(Command::Manual(command, reply))?;
@@ -264,14 +264,14 @@ impl StationHandle {
         answer.await.unwrap_or_else(|_| Err(self.why_unanswered()))
     }
 
-    /// One frame as the camera is set now: the newest of a running view, else a single exposure.
+    /// One frame with the current camera settings: the newest of a running view, else a single exposure.
     pub async fn snapshot(&self) -> Result<SharedFrame, StationRefusal> {
         let (reply, answer) = Reply::awaited();
         self.send(Command::Snapshot(reply))?;
         answer.await.unwrap_or_else(|_| Err(self.why_unanswered()))
     }
 
-    /// Every frame from now on, for one recording at a time. Nothing waits for whoever takes them.
+    /// Receives every frame from now on, for one recording at a time. The station does not wait for the receiver.
     ///
     /// # Errors
     /// [`StationRefusal::Busy`] while there is another tap.
@@ -281,19 +281,19 @@ impl StationHandle {
         answer.await.unwrap_or_else(|_| Err(self.why_unanswered()))
     }
 
-    /// No more frames come through the tap; those that wait there can still be taken.
+    /// Closes the tap; frames already queued can still be taken.
     ///
     /// # Errors
-    /// [`StationRefusal::ShuttingDown`]: then none come either.
+    /// [`StationRefusal::ShuttingDown`]: the tap is closed in that case, too.
     pub async fn close_tap(&self) -> Result<(), StationRefusal> {
         let (reply, answer) = Reply::awaited();
         self.send(Command::CloseTap(reply))?;
         answer.await.unwrap_or_else(|_| Err(self.why_unanswered()))
     }
 
-    /// Whether a scan could begin depends on a calibration being active: the service sets it.
+    /// Sets whether a calibration is active, which a scan requires.
     pub fn calibration_changed(&self, active: bool) {
-        // A thread that has ended needs no news.
+        // A thread that has ended does not need it.
         let _ = self.shared.commands.send(Command::CalibrationChanged(active));
     }
 
@@ -305,15 +305,15 @@ impl StationHandle {
         Ok(StationLease::new(self.clone(), lease))
     }
 
-    /// Darkens, stops, closes the devices and ends the thread; returns when it has ended.
+    /// Turns the laser off, stops the stage, closes the devices and ends the thread; returns when it has ended.
     pub fn shut_down(&self) {
-        // A thread that has ended already is what is wanted.
+        // It may already have ended.
         let _ = self.shared.commands.send(Command::ShutDown);
         let thread = self.shared.thread.lock().take();
         if let Some(thread) = thread
             && thread.join().is_err()
         {
-            tracing::error!("the station thread ended by a defect");
+            tracing::error!("the station thread panicked");
         }
     }
 
@@ -324,12 +324,13 @@ impl StationHandle {
         })
     }
 
-    /// Gives a lease back; waits for room in the channel, since this must not be lost. `false`: the thread has ended.
+    /// Releases a lease; waits for room in the channel, because this command must not be lost. Returns `false` if the
+    /// thread has ended.
     pub(crate) fn release(&self, command: Command) -> bool {
         self.shared.commands.send(command).is_ok()
     }
 
-    /// Why a call was never answered: a defect ended what the thread did, or the thread itself.
+    /// Why a call was not answered: a panic during its handling, or the end of the thread.
     pub(crate) fn why_unanswered(&self) -> StationRefusal {
         match self.status().faults.first() {
             Some(fault) => StationRefusal::InError { detail: fault.detail.clone(), remedy: fault.remedy.clone() },

@@ -8,9 +8,9 @@ use crate::shared::refusal::StationRefusal;
 use crate::station_thread::command::{Command, JobCall, Reply};
 use crate::station_thread::handle::{StationHandle, Sweep};
 
-/// The station in the hands of one job; calls block until done, cancelled, stopped or broken.
+/// Exclusive access of one job to the station; calls block until done, cancelled, stopped or failed.
 ///
-/// Dropped, it leaves the laser dark, the stage at rest and the camera's settings as they were.
+/// On drop the laser is turned off, the stage stopped and the camera's settings restored.
 pub struct StationLease {
     station: StationHandle,
     number: u64,
@@ -21,20 +21,21 @@ impl StationLease {
         Self { station, number }
     }
 
-    /// Sets the camera; returns what it accepted.
+    /// Configures the camera; returns the accepted settings.
     pub fn configure(&self, wanted: &CameraRequest) -> Result<CameraSettings, StationRefusal> {
         self.call(|reply| JobCall::Configure(*wanted, reply))
     }
 
-    /// Shines with a share of full power until [`StationLease::laser_off`]; returns once the laser reports light.
+    /// Turns the laser on with a fraction of full power until [`StationLease::laser_off`]; returns once the laser
+    /// reports light.
     ///
-    /// The station renews the laser's lease only while frames arrive or the job calls: light that went out because
-    /// the job was busy elsewhere comes back with its next call.
+    /// The station renews the laser's lease only while frames arrive or the job calls. Light that was suspended because
+    /// the job was busy elsewhere is turned on again by its next call.
     pub fn laser_on(&self, power: f64) -> Result<(), StationRefusal> {
         self.call(|reply| JobCall::Light(if power == 0.0 { f64::NAN } else { power }, reply))
     }
 
-    /// Goes dark; returns once the laser reports it.
+    /// Turns the laser off; returns once the laser reports it.
     pub fn laser_off(&self) -> Result<(), StationRefusal> {
         self.call(|reply| JobCall::Light(0.0, reply))
     }
@@ -54,20 +55,20 @@ impl StationLease {
         self.call(|reply| JobCall::MoveTo { target_mm, speed_mm_s, cancel: cancel.clone(), reply })
     }
 
-    /// Exposes one frame now and waits for it.
+    /// Exposes one frame and waits for it.
     pub fn grab(&self, cancel: &CancelFlag) -> Result<SharedFrame, StationRefusal> {
         self.call(|reply| JobCall::Grab(cancel.clone(), reply))
     }
 
-    /// Runs a sweep; returns once it moves. Its frames come through the stream, none is skipped silently: those with
-    /// a position from `from_mm` to `to_mm`, in the order of their exposure.
+    /// Runs a sweep; returns once the stage moves. The stream delivers the frames with a position from `from_mm` to
+    /// `to_mm`, in the order of exposure; none is skipped silently.
     pub fn sweep(&self, sweep: &Sweep, cancel: &CancelFlag) -> Result<FrameStream, StationRefusal> {
         self.call(|reply| JobCall::Sweep(*sweep, cancel.clone(), reply))
     }
 
-    /// Says what the job does now, for the status.
+    /// Sets the job's activity for the status.
     pub fn activity(&self, words: &str) {
-        // Words that come too fast are not worth waiting for.
+        // An activity is not worth waiting for a full channel.
         let _ = self.station.send(Command::Job(self.number, JobCall::Activity(words.to_owned())));
     }
 
@@ -82,7 +83,7 @@ impl Drop for StationLease {
     fn drop(&mut self) {
         let (reply, answer) = Reply::blocking();
         if self.station.release(Command::Release(self.number, reply)) {
-            // An answer that never comes means that the thread has ended: dark and at rest.
+            // Without an answer the thread has ended, with light and motion off.
             let _ = answer.recv();
         }
     }

@@ -1,4 +1,4 @@
-//! The live view: the camera runs freely for whoever watches, and ends when nobody does.
+//! The live view: the camera runs freely while it is watched.
 
 use std::time::Instant;
 
@@ -13,20 +13,20 @@ use crate::station_thread::owner::Station;
 
 /// A running live view.
 pub struct LiveView {
-    /// When it was begun, lit, or asked for a picture.
+    /// When it was started, lit, or last watched.
     used_at: Instant,
     camera_before: CameraSettings,
 }
 
 impl Station {
     /// Starts, changes or ends the live view.
-    pub(crate) fn obey_live(&mut self, request: LiveRequest, reply: Reply<()>) {
+    pub(crate) fn execute_live(&mut self, request: LiveRequest, reply: Reply<()>) {
         if !request.running {
             self.end_live();
             return self.answer(reply, Ok(()));
         }
         let begun = self.person_may_act().and_then(|()| self.begin_live());
-        let lit = begun.and_then(|()| self.shine_in_live_view(request.laser_power));
+        let lit = begun.and_then(|()| self.light_live_view(request.laser_power));
         match lit {
             Ok(()) => self.answer(reply, Ok(())),
             Err(refusal) => self.refuse(reply, refusal),
@@ -49,8 +49,8 @@ impl Station {
         Ok(())
     }
 
-    /// Light for the live view; 0 is dark.
-    pub(crate) fn shine_in_live_view(&mut self, power: f64) -> Result<(), StationRefusal> {
+    /// Sets the laser power of the live view; 0 is off.
+    pub(crate) fn light_live_view(&mut self, power: f64) -> Result<(), StationRefusal> {
         let Some(laser) = &mut self.laser else { return Err(StationRefusal::Absent { device: "laser" }) };
         if power == 0.0 {
             return Ok(laser.off()?);
@@ -60,15 +60,15 @@ impl Station {
         Ok(laser.want(power, Instant::now())?)
     }
 
-    /// A picture was requested: somebody is watching.
+    /// An image was requested: the view is watched.
     pub(crate) fn watched(&mut self) {
         if let Some(live) = &mut self.live {
             live.used_at = Instant::now();
         }
     }
 
-    /// Ends light, then the view, when nobody watches any more. A viewer who comes back finds it dark: only a person
-    /// lights it again.
+    /// Turns off the light, then ends the view, when nobody watches. The light stays off for a returning viewer until a
+    /// person turns it on.
     pub(crate) fn tend_live(&mut self) {
         let Some(live) = &self.live else { return };
         let unwatched = live.used_at.max(self.publisher.viewers.last_at()).elapsed();
@@ -76,16 +76,16 @@ impl Station {
             return self.end_live();
         }
         if unwatched > self.publisher.live_light_unwatched && self.laser.as_ref().is_some_and(Light::is_wanted) {
-            self.go_dark();
+            self.turn_laser_off();
         }
     }
 
-    /// Ends the live view: dark, the camera at rest and triggered as before.
+    /// Ends the live view: laser off, camera stopped, trigger mode restored.
     pub(crate) fn end_live(&mut self) {
         let Some(live) = self.live.take() else { return };
-        self.go_dark();
+        self.turn_laser_off();
         if let Some(camera) = &mut self.camera {
-            // Only the trigger goes back: exposure and gain are what the person has set meanwhile.
+            // Only the trigger mode is restored: the person may have changed exposure and gain.
             let now = camera.settings();
             let before = CameraSettings { trigger: live.camera_before.trigger, ..now };
             self.restore_camera(Some(before));

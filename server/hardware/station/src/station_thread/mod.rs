@@ -1,4 +1,4 @@
-//! The station thread, what it does, and the handle and leases by which others ask it.
+//! The station thread, and the handle and leases through which it is used.
 pub(crate) mod command;
 pub mod handle;
 pub mod lease;

@@ -1,4 +1,4 @@
-//! How the station thread carries out each command.
+//! Execution of the commands.
 
 use devices::{AcceptedMove, StageCapabilities, Trigger};
 
@@ -17,11 +17,11 @@ use crate::station_thread::owner::{LeaseHolder, Revoked, Station};
 use crate::station_thread::task::Task;
 
 impl Station {
-    /// Carries out a command, or refuses it with a reason.
-    pub(crate) fn obey(&mut self, command: Command) {
+    /// Executes a command, or refuses it with a reason.
+    pub(crate) fn execute(&mut self, command: Command) {
         match command {
-            Command::Manual(manual, reply) => self.obey_person(manual, reply),
-            Command::Live(request, reply) => self.obey_live(request, reply),
+            Command::Manual(manual, reply) => self.execute_manual(manual, reply),
+            Command::Live(request, reply) => self.execute_live(request, reply),
             Command::Snapshot(reply) => self.begin_snapshot(reply),
             Command::Tap(reply) => self.open_tap(reply),
             Command::CloseTap(reply) => {
@@ -30,7 +30,7 @@ impl Station {
             }
             Command::CalibrationChanged(active) => self.calibrated = active,
             Command::Lease(purpose, reply) => self.give_lease(purpose, reply),
-            Command::Job(lease, call) => self.obey_job(lease, call),
+            Command::Job(lease, call) => self.execute_job(lease, call),
             Command::Release(lease, reply) => {
                 self.take_back(lease);
                 self.answer(reply, Ok(()));
@@ -50,7 +50,7 @@ impl Station {
         self.answer(reply, Ok(frames));
     }
 
-    /// Answers with a refusal; a device's failure behind it is a fault of the station.
+    /// Answers with a refusal; an underlying device failure becomes a fault of the station.
     pub(crate) fn refuse<T: Send + 'static>(&mut self, reply: Reply<T>, refusal: StationRefusal) {
         let fault = fault_of(&refusal);
         self.answer(reply, Err(refusal));
@@ -59,7 +59,7 @@ impl Station {
         }
     }
 
-    fn obey_person(&mut self, manual: Manual, reply: Reply<Option<AcceptedMove>>) {
+    fn execute_manual(&mut self, manual: Manual, reply: Reply<Option<AcceptedMove>>) {
         let done = match manual {
             Manual::Reset => return self.begin_reset(reply),
             Manual::Configure(wanted) => self.configure_by_hand(wanted),
@@ -101,7 +101,7 @@ impl Station {
                 }
                 Ok(stage.jog(velocity_mm_s)?)
             }
-            Manual::Laser { power } => self.shine_in_live_view(power).map(|()| None),
+            Manual::Laser { power } => self.light_live_view(power).map(|()| None),
             Manual::Configure(_) | Manual::Reset => Ok(None),
         }
     }
@@ -125,7 +125,7 @@ impl Station {
             return Err(self.in_error());
         }
         if self.live.is_some() && wanted.trigger.is_some_and(|trigger| trigger != Trigger::Free) {
-            // A live view runs freely; the trigger is set again when it has ended.
+            // A live view runs freely; the trigger mode is restored when it ends.
             wanted.trigger = None;
         }
         let camera = self.camera.as_mut().ok_or(StationRefusal::Absent { device: "camera" })?;
@@ -154,26 +154,26 @@ impl Station {
         self.answer(reply, Ok(self.leases));
     }
 
-    /// The job gives the station back: dark, at rest, the camera as it was.
+    /// The job releases the station: laser off, stage at rest, camera settings restored.
     fn take_back(&mut self, lease: u64) {
         if self.holder.as_ref().is_none_or(|holder| holder.lease != lease) {
             return;
         }
         self.end_work(|_| StationRefusal::Cancelled);
-        self.go_dark();
+        self.turn_laser_off();
         self.come_to_rest();
-        self.evict(None);
+        self.revoke_lease(None);
         self.transition(Event::JobEnds);
     }
 
-    /// Ends the lease that is out and restores the camera; `why` is the answer to later calls of that job.
-    pub(crate) fn evict(&mut self, why: Option<Revoked>) {
+    /// Ends the current lease and restores the camera; `why` is the answer to later calls of that job.
+    pub(crate) fn revoke_lease(&mut self, why: Option<Revoked>) {
         let Some(holder) = self.holder.take() else { return };
         self.revoked = why.map(|why| (holder.lease, why));
         self.restore_camera(holder.camera_before);
     }
 
-    fn obey_job(&mut self, lease: u64, call: JobCall) {
+    fn execute_job(&mut self, lease: u64, call: JobCall) {
         if self.holder.as_ref().is_none_or(|holder| holder.lease != lease) {
             return call.refuse(self.why_revoked(lease));
         }
@@ -221,7 +221,7 @@ impl Station {
     }
 }
 
-/// A speed must be one that the stage has: neither so slow that it never arrives, nor faster than it can.
+/// Checks that the stage supports the speed: neither too slow ever to arrive, nor too fast.
 fn check_speed(speed_mm_s: f64, capabilities: &StageCapabilities) -> Result<(), StationRefusal> {
     let (min_mm_s, max_mm_s) = (capabilities.resolution_mm.max(REPORT_ROUNDING_MM), capabilities.max_speed_mm_s);
     if (min_mm_s..=max_mm_s).contains(&speed_mm_s) {

@@ -1,4 +1,4 @@
-//! Opening devices: every driver on a thread of its own, so that one that hangs blocks nobody else.
+//! Opening devices: every driver on its own thread, so that one that hangs does not block the others.
 
 use std::sync::mpsc::{Receiver, TryRecvError, sync_channel};
 use std::time::Instant;
@@ -7,33 +7,33 @@ use devices::{DeviceSet, OpenError, Opened};
 
 use crate::params::OPENING_LIMIT;
 use crate::parts::acquisition::Acquisition;
-use crate::parts::devices::Share;
+use crate::parts::devices::DriverDevices;
 use crate::parts::faults::fault;
 use crate::parts::light::Light;
 use crate::parts::machine::Event;
 use crate::parts::motion::Motion;
 use crate::station_thread::owner::Station;
 
-/// What a fault of a driver that hangs is called; it goes when the driver comes back.
+/// Kind of the fault of a driver that hangs; cleared when the driver returns.
 const OPENING: &str = "opening";
 
 /// A driver that opens its devices.
 pub struct Opening {
-    share: Share,
+    share: DriverDevices,
     answer: Receiver<Result<Opened, OpenError>>,
     since: Instant,
-    /// What it came back with; installed with that of the others.
+    /// Its result, installed together with those of the others.
     done: Option<Result<Opened, OpenError>>,
-    /// It was waited for in vain; its devices may still come.
+    /// The wait for it has timed out; its devices may still arrive.
     overdue: bool,
 }
 
 impl Opening {
-    fn begin(share: Share) -> Self {
+    fn begin(share: DriverDevices) -> Self {
         let (sender, answer) = sync_channel(1);
         let opened = share.clone();
         let open = move || drop(sender.send(opened.open()));
-        // Without a thread the receiver reports that nothing came.
+        // Without a thread the receiver reports that nothing arrived.
         let _ = std::thread::Builder::new().name("station-open".to_owned()).spawn(open);
         Self { share, answer, since: Instant::now(), done: None, overdue: false }
     }
@@ -54,7 +54,7 @@ impl Opening {
 }
 
 impl Station {
-    /// Begins to open what is missing and not being opened already.
+    /// Begins to open missing devices that are not being opened already.
     pub(crate) fn begin_opening(&mut self) {
         let missing =
             DeviceSet { camera: self.camera.is_none(), stage: self.stage.is_none(), laser: self.laser.is_none() };
@@ -66,12 +66,12 @@ impl Station {
         }
     }
 
-    /// Whether devices are waited for.
+    /// Whether devices are being waited for.
     pub(crate) fn is_opening(&self) -> bool {
         self.openings.iter().any(|opening| !opening.overdue)
     }
 
-    /// Installs what was opened once no driver is waited for any more, and later what comes late.
+    /// Installs the opened devices once no driver is being waited for, and late ones afterwards.
     pub(crate) fn tend_openings(&mut self) {
         self.openings.iter_mut().for_each(Opening::look);
         let was_opening = self.is_opening();
@@ -110,9 +110,9 @@ impl Station {
             let all = self.camera.is_some() && self.stage.is_some() && self.laser.is_some();
             self.transition(if all { Event::Reached } else { Event::Missing });
         }
-        // Who waits for the start reads the status next.
+        // The caller waiting for the start reads the status next.
         self.publish();
-        self.publisher.tell_opened();
+        self.publisher.notify_opened();
     }
 
     fn install(&mut self, opened: Opened) {

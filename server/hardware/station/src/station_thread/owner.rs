@@ -1,4 +1,4 @@
-//! The station thread's own state, and the turn it makes again and again.
+//! State of the station thread, and its turn.
 
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, TryRecvError};
@@ -23,28 +23,28 @@ use crate::station_thread::stamping::Stamping;
 use crate::station_thread::status_publisher::StatusPublisher;
 use crate::station_thread::task::Task;
 
-/// The job that holds the station's lease.
+/// The job that has the station.
 pub struct LeaseHolder {
-    /// The number of its lease.
+    /// Number of its lease.
     pub lease: u64,
-    /// Who it is and what it does.
+    /// Its purpose.
     pub purpose: Purpose,
-    /// How the camera was set before.
+    /// Camera settings before the lease.
     pub camera_before: Option<devices::CameraSettings>,
 }
 
-/// Why a lease is no longer good.
+/// Why a lease was revoked.
 pub enum Revoked {
     /// A person stopped the station.
     Stopped {
-        /// Who.
+        /// Who stopped it.
         actor: String,
     },
     /// A device failed.
     Fault,
 }
 
-/// The state and the devices of the station thread.
+/// State and devices of the station thread.
 pub struct Station {
     pub(crate) commands: Receiver<Command>,
     pub(crate) publisher: StatusPublisher,
@@ -75,7 +75,7 @@ pub struct Station {
 }
 
 impl Station {
-    /// A station that begins to open its devices; Halted where the stop line is latched.
+    /// Creates a station that begins to open its devices; Halted if the stop line is latched.
     pub fn new(commands: Receiver<Command>, publisher: StatusPublisher, devices: StationDevices) -> Self {
         let mut station = Self {
             commands,
@@ -113,10 +113,10 @@ impl Station {
         station
     }
 
-    /// One turn: stop, commands, frame, stage, laser, then whatever they led to. `false` ends the thread.
+    /// One turn: Stop, commands, frame, stage, laser, and their consequences. `false` ends the thread.
     pub fn turn(&mut self) -> bool {
-        self.obey_stop();
-        self.obey_commands();
+        self.execute_stop();
+        self.execute_commands();
         self.tend_openings();
         self.tend_camera();
         self.tend_stage();
@@ -130,7 +130,7 @@ impl Station {
         !self.ending
     }
 
-    /// Publishes the status, then sends the pending replies: whoever gets one sees the state that follows.
+    /// Publishes the status, then sends the pending replies, so that a caller with a reply sees the resulting state.
     pub fn publish_and_reply(&mut self) {
         self.publish();
         for answer in self.answers.drain(..) {
@@ -138,17 +138,17 @@ impl Station {
         }
     }
 
-    /// Answers at the end of this turn.
+    /// Sends an answer at the end of this turn.
     pub(crate) fn answer<T: Send + 'static>(&mut self, reply: Reply<T>, answer: Answer<T>) {
         self.answers.push(Box::new(move || reply.send(answer)));
     }
 
-    /// Takes the state machine through an event; `false` if the state refuses it.
+    /// Applies an event to the state machine; `false` if the state refuses it.
     pub(crate) fn transition(&mut self, event: Event) -> bool {
         match machine::next(self.machine, event) {
             Some(state) => {
                 self.machine = state;
-                // Back at idle it is known at once whether a scan could begin.
+                // Back at idle, whether a scan can start is determined at once.
                 let equipped = if self.is_equipped() { Event::Equipped } else { Event::Lacking };
                 self.machine = machine::next(self.machine, equipped).unwrap_or(self.machine);
                 self.history.enter(self.machine);
@@ -158,7 +158,7 @@ impl Station {
         }
     }
 
-    /// Whether something may need the thread at any moment.
+    /// Whether the thread may be needed at any moment.
     pub(crate) fn is_busy(&self) -> bool {
         self.task.is_some()
             || self.run.is_some()
@@ -169,13 +169,13 @@ impl Station {
             || self.stamping.is_waiting()
     }
 
-    fn obey_stop(&mut self) {
+    fn execute_stop(&mut self) {
         if self.publisher.stop_line.is_pulled() {
             self.stop_everything();
         }
     }
 
-    fn obey_commands(&mut self) {
+    fn execute_commands(&mut self) {
         let mut wait = self.wait_for_commands();
         for _ in 0..COMMANDS_PER_TURN {
             let command = match wait.take() {
@@ -186,18 +186,18 @@ impl Station {
                 }),
             };
             match command {
-                Ok(command) => self.obey(command),
+                Ok(command) => self.execute(command),
                 Err(RecvTimeoutError::Timeout) => break,
                 Err(RecvTimeoutError::Disconnected) => self.ending = true,
             }
             if self.ending {
                 break;
             }
-            self.obey_stop();
+            self.execute_stop();
         }
     }
 
-    /// How long to wait for a command: not at all while the camera may deliver, since then the wait is for frames.
+    /// How long to wait for a command: not at all while frames may arrive, since then the thread waits for frames.
     fn wait_for_commands(&self) -> Option<Duration> {
         if self.is_faulted("camera") || !self.camera.as_ref().is_some_and(Acquisition::expects_frames) {
             return Some(if self.is_busy() { TURN } else { IDLE_TURN });
@@ -240,7 +240,7 @@ impl Station {
         }
     }
 
-    /// The refusal while a fault waits for a person, or while devices are missing.
+    /// The refusal while a fault waits for acknowledgement, or while devices are missing.
     pub(crate) fn in_error(&self) -> StationRefusal {
         match self.faults.first() {
             Some(fault) => StationRefusal::InError { detail: fault.detail.clone(), remedy: fault.remedy.clone() },
@@ -251,13 +251,13 @@ impl Station {
         }
     }
 
-    /// At the end: refuses every pending request.
+    /// Refuses every pending request, at the end.
     pub(crate) fn refuse_all(&mut self) {
         self.end_work(|_| StationRefusal::ShuttingDown);
         self.end_reset(|| StationRefusal::ShuttingDown);
-        self.publisher.stop_line.begin_to_obey();
+        self.publisher.stop_line.begin_stop();
         for request in self.publisher.stop_line.obeyed() {
-            // Motion and light have ended: that is what was asked for.
+            // Motion and light have ended, which is what the Stop requested.
             self.answers.push(Box::new(move || request.answer(Ok(()))));
         }
         self.publish_and_reply();

@@ -1,4 +1,4 @@
-//! Reset: faults are acknowledged, devices reached again. They come back ready, never active.
+//! Reset: faults are acknowledged and devices reconnected. They are ready afterwards, never active.
 
 use std::time::Instant;
 
@@ -15,17 +15,17 @@ use crate::station_thread::owner::{Revoked, Station};
 /// The answer to a job that a reset ended.
 const RESET: &str = "a reset";
 
-/// A reset under way.
+/// A reset in progress.
 pub struct Resetting {
     until: Instant,
     replies: Vec<Reply<Option<AcceptedMove>>>,
-    /// Faults not yet overcome, as last seen.
+    /// Faults that remain, as last checked.
     open: Vec<Fault>,
 }
 
 impl Station {
-    /// Acknowledges all faults and begins to reach what failed. Accepted in every state: what runs ends, dark and at
-    /// rest; who asks during a reset gets the same answer.
+    /// Acknowledges all faults and begins to reconnect failed devices. Accepted in every state: current work ends, with
+    /// the laser off and the stage at rest. Requests during a reset get the same answer.
     pub(crate) fn begin_reset(&mut self, reply: Reply<Option<AcceptedMove>>) {
         if let Some(resetting) = &mut self.resetting {
             resetting.replies.push(reply);
@@ -35,9 +35,9 @@ impl Station {
         if self.holder.is_some() || self.task.is_some() {
             let by_reset = || StationRefusal::Stopped { actor: RESET.to_owned() };
             self.end_work(|_| by_reset());
-            self.go_dark();
+            self.turn_laser_off();
             self.come_to_rest();
-            self.evict(Some(Revoked::Stopped { actor: RESET.to_owned() }));
+            self.revoke_lease(Some(Revoked::Stopped { actor: RESET.to_owned() }));
         }
         self.transition(Event::Reset);
         let open = std::mem::take(&mut self.faults);
@@ -48,7 +48,7 @@ impl Station {
         self.resetting = Some(Resetting { until: Instant::now() + RESET_LIMIT, replies: vec![reply], open });
     }
 
-    /// Starts what may overcome a fault. Whether it did is asked afterwards.
+    /// Starts the recovery from a fault; whether it succeeded is checked later.
     fn reach_again(&mut self, fault: &Fault) {
         let lost = matches!(fault.kind, "gone" | "no_reply" | "garbage" | "wrong_device" | "silent" | "fault");
         let all = fault.device == "station";
@@ -64,7 +64,7 @@ impl Station {
         }
     }
 
-    /// Asks all devices whether they are well again.
+    /// Checks whether all devices work again.
     pub(crate) fn tend_reset(&mut self) {
         if self.resetting.is_none() || self.is_opening() {
             return;
@@ -72,7 +72,7 @@ impl Station {
         let open = self.faults_found();
         let missing = self.camera.is_none() || self.stage.is_none() || self.laser.is_none();
         let Some(mut resetting) = self.resetting.take() else { return };
-        // Ready is at rest: who resets right after a Stop would else be refused the next motion.
+        // Waits for rest: otherwise the next motion would be refused if a reset directly follows a Stop.
         let rests = self.stage_rests() || Instant::now() >= resetting.until;
         if open.is_empty() && !missing && rests {
             self.faults.clear();
@@ -98,7 +98,7 @@ impl Station {
         }
     }
 
-    /// Ends a reset before its end: faults that it has not overcome stay.
+    /// Ends a reset early; faults that remain stay.
     pub(crate) fn end_reset(&mut self, why: impl Fn() -> StationRefusal) {
         let Some(resetting) = self.resetting.take() else { return };
         resetting.open.into_iter().for_each(|fault| self.note(fault));
@@ -114,14 +114,14 @@ impl Station {
         [camera, stage, laser].iter().filter_map(|found| fault_of(found.as_ref().err()?)).collect()
     }
 
-    /// Devices that are reached again: dark, at rest, set as before the fault.
+    /// Prepares reconnected devices: laser off, stage at rest, settings as before the fault.
     fn come_back(&mut self) {
-        self.go_dark();
+        self.turn_laser_off();
         let before = self.camera_before_fault.take();
         if before.is_some() {
             self.restore_camera(before);
         } else if let Some(camera) = &mut self.camera {
-            // It answered just now; what it says next is noticed when it is used.
+            // It answered just now; a later failure is noticed when it is used.
             let _ = camera.stop();
         }
     }

@@ -1,4 +1,4 @@
-//! A continuous run: approach, run-up, frames at constant speed from first to last position of interest.
+//! A continuous run: approach, run-up, frames at constant speed from the first to the last position of interest.
 
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
@@ -18,7 +18,7 @@ use crate::station_thread::command::Reply;
 use crate::station_thread::handle::Sweep;
 use crate::station_thread::owner::Station;
 
-/// A run under way.
+/// A run in progress.
 pub struct Run {
     sweep: Sweep,
     cancel: CancelFlag,
@@ -27,22 +27,22 @@ pub struct Run {
     frames: SyncSender<SharedFrame>,
     ended: SyncSender<StationRefusal>,
     dropped: Arc<DropCounts>,
-    /// Until it runs: who waits for the stream, and the stream.
+    /// Until it runs: the caller waiting for the stream, and the stream.
     handed_over: Option<(Reply<FrameStream>, FrameStream)>,
     previous: Option<Seen>,
 }
 
 #[derive(Clone, Copy, PartialEq)]
 enum Phase {
-    /// On the way to the start of the run-up; `false` until the stage got its command.
+    /// Moving to the start of the run-up; `false` until the stage has its command.
     Approach(bool),
-    /// At the start of a recording, which begins to play once the light is as wanted: there are no frames to spare.
+    /// At the start of a recording, which begins to play once the light is as requested, because every frame is needed.
     Waiting,
-    /// At the start; the camera delivers its first frame.
+    /// At the start; waiting for the camera's first frame.
     Starting,
     Running,
-    /// Beyond the range, on the ramp that ends the move: a stage stopped there would brake no sooner, and a controller
-    /// whose laser is on while it brakes may lose its position.
+    /// Beyond the range, on the ramp that ends the move: a stop would not brake sooner, and a controller whose laser is
+    /// on while it brakes may lose its position.
     Braking,
 }
 
@@ -68,12 +68,12 @@ impl Run {
         self.phase == Phase::Running
     }
 
-    /// Ends it early; gives back the caller who still waits for its beginning.
+    /// Ends it early; returns the caller that still waits for its start.
     pub fn break_off(mut self, refusal: StationRefusal) -> Option<(Reply<FrameStream>, StationRefusal)> {
         match self.handed_over.take() {
             Some((reply, _)) => Some((reply, refusal)),
             None => {
-                // The channel holds one, and this is the only one.
+                // The channel holds one value, and this is the only one.
                 let _ = self.ended.try_send(refusal);
                 None
             }
@@ -84,7 +84,7 @@ impl Run {
         (self.sweep.to_mm - self.sweep.from_mm).signum()
     }
 
-    /// How far beyond the first position of interest, along the run.
+    /// Distance beyond the first position of interest, along the run.
     fn along_mm(&self, position_mm: f64) -> f64 {
         (position_mm - self.sweep.from_mm) * self.direction()
     }
@@ -105,7 +105,7 @@ impl Run {
         self.sweep.to_mm + self.direction() * self.run_up_mm
     }
 
-    /// Counts what was lost within the range, `n` exposures at the positions `places`.
+    /// Counts losses of which `within` lie in the range.
     fn count(&self, mut lost: Lost, within: u64) {
         let mut left = within;
         for part in [&mut lost.camera, &mut lost.no_buffer, &mut lost.malformed] {
@@ -156,7 +156,7 @@ impl Station {
         Ok(ramp_mm)
     }
 
-    /// Goes on with the run.
+    /// Continues the run.
     pub(crate) fn tend_run(&mut self) {
         let Some(run) = &self.run else { return };
         if run.cancel.is_cancelled() {
@@ -167,15 +167,15 @@ impl Station {
         match phase {
             Phase::Approach(false) if self.stage_rests() => {
                 let full_mm_s = self.stage.as_mut().map(|stage| stage.device().capabilities().max_speed_mm_s);
-                let told = self.start_way(start_mm, full_mm_s.unwrap_or_default());
-                self.enter(Phase::Approach(true), told);
+                let result = self.start_way(start_mm, full_mm_s.unwrap_or_default());
+                self.enter(Phase::Approach(true), result);
             }
             Phase::Waiting if self.light_is_as_wanted() => {
-                let told = self.expose_freely(rate_hz);
-                self.enter(Phase::Starting, told);
-                self.run_off();
+                let result = self.expose_freely(rate_hz);
+                self.enter(Phase::Starting, result);
+                self.start_sweep();
             }
-            // Light without frames on a stage that goes on: the run is lost either way.
+            // Light without frames while the stage moves: the run is lost in any case.
             Phase::Running if self.frames_are_overdue() => self.no_frame_came(),
             Phase::Braking if self.stage_rests() => {
                 self.run = None;
@@ -185,7 +185,7 @@ impl Station {
         }
     }
 
-    /// The stage ended an errand; the run's own?
+    /// The stage ended a motion, possibly that of the run.
     pub(crate) fn run_arrived(&mut self, arrival: Arrival) {
         let Some(run) = &self.run else { return };
         if run.phase == Phase::Approach(true) && matches!(arrival, Arrival::Moved(_)) {
@@ -194,17 +194,17 @@ impl Station {
                 return self.enter(Phase::Waiting, lit);
             }
             let rate_hz = run.sweep.frame_rate_hz;
-            let told = self.expose_freely(rate_hz);
-            self.enter(Phase::Starting, told);
+            let result = self.expose_freely(rate_hz);
+            self.enter(Phase::Starting, result);
         }
     }
 
-    /// A frame for the run, with what was lost before it.
+    /// Adds a frame to the run, with the losses before it.
     pub(crate) fn record(&mut self, frame: &SharedFrame, lost: Lost) {
         let Some(run) = &self.run else { return };
         match run.phase {
             Phase::Approach(_) | Phase::Waiting | Phase::Braking => {}
-            Phase::Starting => self.run_off(),
+            Phase::Starting => self.start_sweep(),
             Phase::Running => self.record_running(frame, lost),
         }
     }
@@ -214,7 +214,7 @@ impl Station {
         let previous = run.previous;
         let within = match frame.position_mm {
             Some(position_mm) => run.holds(position_mm),
-            // An unknown position is the job's to judge, where the run lies around it.
+            // A frame without position within the run is left to the job.
             None => previous.is_some_and(|previous| previous.within),
         };
         let lost_within = self.lost_within(&run, frame, lost.total());
@@ -243,7 +243,7 @@ impl Station {
         self.run = Some(run);
     }
 
-    /// How many of the exposures lost before `frame` lay within the range: exposures are spaced evenly in time.
+    /// Number of exposures lost before `frame` that lay in the range: exposures are spaced evenly in time.
     fn lost_within(&self, run: &Run, frame: &SharedFrame, lost: u64) -> u64 {
         let (Some(previous), Some(stage)) = (run.previous, &self.stage) else { return 0 };
         let between = frame.captured_at.saturating_duration_since(previous.at);
@@ -254,22 +254,22 @@ impl Station {
         (1..=lost).filter(is_within).count() as u64
     }
 
-    /// The camera delivers and the light is as wanted: off it goes.
-    fn run_off(&mut self) {
+    /// The camera delivers and the light is as requested: starts the sweep.
+    fn start_sweep(&mut self) {
         if !self.light_is_as_wanted() {
             return;
         }
         let Some(run) = &self.run else { return };
         let (end_mm, speed_mm_s) = (run.end_mm(), run.sweep.speed_mm_s);
-        let told = self.move_for_run(end_mm, speed_mm_s);
-        self.enter(Phase::Running, told);
+        let result = self.move_for_run(end_mm, speed_mm_s);
+        self.enter(Phase::Running, result);
         let handed_over = self.run.as_mut().filter(|run| run.is_running()).and_then(|run| run.handed_over.take());
         if let Some((reply, stream)) = handed_over {
             self.answer(reply, Ok(stream));
         }
     }
 
-    /// Whether the light has to go out for want of frames. A recording has neither light nor mass.
+    /// Whether the light must be turned off because frames are overdue. A recording has neither light nor inertia.
     fn frames_are_overdue(&mut self) -> bool {
         let now = Instant::now();
         let follows = self.stage.as_mut().is_some_and(|stage| stage.device().capabilities().follows_frames);
@@ -278,7 +278,7 @@ impl Station {
     }
 
     fn light_is_as_wanted(&self) -> bool {
-        self.laser.as_ref().is_none_or(Light::has_obeyed)
+        self.laser.as_ref().is_none_or(Light::is_as_requested)
     }
 
     fn move_for_run(&mut self, target_mm: f64, speed_mm_s: f64) -> Result<(), StationRefusal> {
@@ -298,12 +298,12 @@ impl Station {
             ..CameraRequest::default()
         })?;
         camera.start()?;
-        self.forget_waiting_frames();
+        self.discard_waiting_frames();
         Ok(())
     }
 
-    fn enter(&mut self, phase: Phase, told: Result<(), StationRefusal>) {
-        match told {
+    fn enter(&mut self, phase: Phase, result: Result<(), StationRefusal>) {
+        match result {
             Ok(()) => {
                 if let Some(run) = &mut self.run {
                     run.phase = phase;
@@ -319,9 +319,9 @@ impl Station {
     fn rest_after_run(&mut self) {
         self.come_to_rest();
         if let Some(camera) = &mut self.camera {
-            // A camera that cannot be stopped is noticed by its next use.
+            // A camera that cannot be stopped is noticed at its next use.
             let _ = camera.stop();
         }
-        self.forget_waiting_frames();
+        self.discard_waiting_frames();
     }
 }

@@ -1,4 +1,4 @@
-//! Frames on their way from the camera to those who look: each waits for the position reading after it.
+//! Stamping of frames: each waits for the position reading after it.
 
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -11,7 +11,7 @@ use crate::shared::frame::SharedFrame;
 use crate::shared::status::Lost;
 use crate::station_thread::owner::Station;
 
-/// Frames that wait, and the count of those that went on.
+/// Frames that wait, and statistics of those that were stamped.
 pub struct Stamping {
     waiting: VecDeque<RawFrame>,
     sequence: u64,
@@ -25,7 +25,7 @@ impl Default for Stamping {
     }
 }
 
-/// Arrivals looked back at for the frame rate.
+/// Arrivals used for the frame rate.
 const ARRIVALS: usize = 256;
 
 impl Stamping {
@@ -34,7 +34,7 @@ impl Stamping {
         !self.waiting.is_empty()
     }
 
-    /// Frames that were stamped.
+    /// Number of stamped frames.
     pub fn arrived(&self) -> u64 {
         self.sequence
     }
@@ -60,7 +60,7 @@ impl Stamping {
 }
 
 impl Station {
-    /// Takes a frame if one comes, and hands on those whose position is known by now.
+    /// Receives a frame if one is available, and publishes those whose position is now known.
     pub(crate) fn tend_camera(&mut self) {
         if !self.is_faulted("camera") {
             self.receive_frame();
@@ -119,7 +119,7 @@ impl Station {
         stamped.position_mm = info.recorded_position_mm.or(position_mm);
         stamped.lost_before = lost.total();
         stamped.exposure_us = info.exposure_us;
-        stamped.laser_on = self.laser.as_ref().is_some_and(|laser| laser.shone_at(captured_at));
+        stamped.laser_on = self.laser.as_ref().is_some_and(|laser| laser.was_on_at(captured_at));
         if let Some(camera) = &mut self.camera {
             camera.pool().lend(&frame);
         }
@@ -136,7 +136,7 @@ impl Station {
         self.grabbed(&frame);
     }
 
-    /// A frame arrived: where the camera runs freely the next one needs light as well.
+    /// A frame arrived: if the camera runs freely, the next one needs light as well.
     fn light_for_next_frame(&mut self) {
         let now = Instant::now();
         let due = self.camera.as_ref().and_then(|camera| camera.frame_due(now));
@@ -147,8 +147,8 @@ impl Station {
         }
     }
 
-    /// Frames that wait are of an acquisition that ended.
-    pub(crate) fn forget_waiting_frames(&mut self) {
+    /// Discards waiting frames of an acquisition that ended.
+    pub(crate) fn discard_waiting_frames(&mut self) {
         let waiting = self.stamping.waiting.drain(..);
         if let Some(camera) = &mut self.camera {
             waiting.for_each(|raw| camera.pool().give_back(raw.frame));

@@ -1,4 +1,4 @@
-//! What the station thread publishes to the rest of the service: status, frames, the start.
+//! Publishing to the rest of the service: status, frames, the start.
 
 use parking_lot::Mutex;
 use std::borrow::Cow;
@@ -24,21 +24,21 @@ use crate::shared::stop_line::StopLine;
 use crate::shared::viewers::Viewers;
 use crate::station_thread::owner::Station;
 
-/// The senders of everything the thread publishes.
+/// The senders of all published values.
 pub struct StatusPublisher {
     pub(crate) status: watch::Sender<Arc<StationStatus>>,
     pub(crate) newest: watch::Sender<Option<SharedFrame>>,
     pub(crate) stop_line: Arc<StopLine>,
     pub(crate) simulated: Option<&'static str>,
-    /// Who watches.
+    /// The viewers.
     pub(crate) viewers: Arc<Viewers>,
-    /// How long a live view goes on without anyone watching.
+    /// How long a live view continues unwatched.
     pub(crate) live_unwatched: Duration,
-    /// How long its light does.
+    /// How long its light stays on unwatched.
     pub(crate) live_light_unwatched: Duration,
     /// Notified once the first attempt to open the devices has ended.
     pub(crate) opened: Option<SyncSender<()>>,
-    /// The camera's own features and how its link does.
+    /// The camera's own features and link state.
     pub(crate) camera_details: Arc<Mutex<Option<Arc<dyn CameraDetails>>>>,
     pub(crate) published_at: Option<Instant>,
     pub(crate) published: Option<Highlights<'static>>,
@@ -66,7 +66,7 @@ impl Highlights<'_> {
 }
 
 impl StatusPublisher {
-    /// Publishes a frame; the newest wins.
+    /// Publishes a frame; only the newest is kept.
     pub fn show(&self, frame: SharedFrame) {
         self.newest.send_replace(Some(frame));
     }
@@ -76,8 +76,8 @@ impl StatusPublisher {
         *self.camera_details.lock() = details;
     }
 
-    /// Notifies whoever waits for the start.
-    pub fn tell_opened(&mut self) {
+    /// Notifies the caller that waits for the start.
+    pub fn notify_opened(&mut self) {
         if let Some(opened) = self.opened.take() {
             // A caller that has gone needs no answer.
             let _ = opened.try_send(());
@@ -86,7 +86,7 @@ impl StatusPublisher {
 }
 
 impl Station {
-    /// Publishes the status: at once if more than numbers changed, numbers every 100 ms.
+    /// Publishes the status: at once if more than numbers changed, else every 100 ms.
     pub(crate) fn publish(&mut self) {
         let now = Instant::now();
         let highlights = self.highlights();
@@ -151,8 +151,8 @@ impl Station {
         if self.is_faulted("laser") || laser.state().is_none() {
             return LaserLight::Unknown;
         }
-        let may_shine = self.holder.is_some() || laser.is_wanted();
-        match (laser.shines(), may_shine) {
+        let may_emit = self.holder.is_some() || laser.is_wanted();
+        match (laser.is_on(), may_emit) {
             (true, _) => LaserLight::On,
             (false, true) => LaserLight::Armed,
             (false, false) => LaserLight::Off,
@@ -163,7 +163,7 @@ impl Station {
         self.laser.as_ref().and_then(Light::state).and_then(|state| state.interlock_closed)
     }
 
-    /// What it does now, in the operator's words.
+    /// Current activity in the operator's words.
     pub(crate) fn activity(&self) -> &str {
         if let Some(holder) = &self.holder {
             return &holder.purpose.activity;
@@ -171,7 +171,7 @@ impl Station {
         let moving = self.stage.as_ref().is_some_and(Motion::is_moving);
         match self.machine {
             MachineState::Preoperational if self.is_opening() || self.resetting.is_some() => {
-                "reaching the devices"
+                "connecting the devices"
             }
             MachineState::Preoperational => "devices are missing",
             MachineState::Halted => "stopped",
@@ -191,7 +191,7 @@ impl Station {
                 let device = camera.device();
                 DeviceStatus { connected, identity: device.identity(), capabilities: device.capabilities() }
             }
-            None => DeviceStatus { connected, identity: nobody(), capabilities: no_camera() },
+            None => DeviceStatus { connected, identity: unknown_identity(), capabilities: no_camera() },
         }
     }
 
@@ -202,7 +202,7 @@ impl Station {
                 let device = stage.device();
                 DeviceStatus { connected, identity: device.identity(), capabilities: device.capabilities() }
             }
-            None => DeviceStatus { connected, identity: nobody(), capabilities: no_stage() },
+            None => DeviceStatus { connected, identity: unknown_identity(), capabilities: no_stage() },
         }
     }
 
@@ -213,26 +213,26 @@ impl Station {
                 let device = laser.device();
                 DeviceStatus { connected, identity: device.identity(), capabilities: device.capabilities() }
             }
-            None => DeviceStatus { connected, identity: nobody(), capabilities: no_laser() },
+            None => DeviceStatus { connected, identity: unknown_identity(), capabilities: no_laser() },
         }
     }
 }
 
-/// The status before anything is known.
+/// The status before the devices are known.
 pub fn first_status(simulated: Option<&'static str>, state: MachineState) -> StationStatus {
     StationStatus {
         state,
         state_history: StateHistory::default(),
-        activity: "reaching the devices".to_owned(),
+        activity: "connecting the devices".to_owned(),
         simulated,
-        camera: DeviceStatus { connected: false, identity: nobody(), capabilities: no_camera() },
+        camera: DeviceStatus { connected: false, identity: unknown_identity(), capabilities: no_camera() },
         camera_settings: no_settings(),
         frame_rate_hz: 0.0,
-        stage: DeviceStatus { connected: false, identity: nobody(), capabilities: no_stage() },
+        stage: DeviceStatus { connected: false, identity: unknown_identity(), capabilities: no_stage() },
         position_mm: None,
         moving: false,
         homed: false,
-        laser: DeviceStatus { connected: false, identity: nobody(), capabilities: no_laser() },
+        laser: DeviceStatus { connected: false, identity: unknown_identity(), capabilities: no_laser() },
         laser_lost_host: None,
         laser_light: LaserLight::Unknown,
         laser_power: 0.0,
@@ -244,7 +244,7 @@ pub fn first_status(simulated: Option<&'static str>, state: MachineState) -> Sta
     }
 }
 
-fn nobody() -> DeviceIdentity {
+fn unknown_identity() -> DeviceIdentity {
     let none = String::new;
     DeviceIdentity { driver: "none", vendor: none(), model: none(), serial: none(), firmware: none() }
 }

@@ -9,23 +9,23 @@ use crate::station_thread::owner::{Revoked, Station};
 use crate::station_thread::run::Run;
 
 impl Station {
-    /// Obeys everyone who pulled the stop line.
+    /// Carries out all pending Stops.
     pub(crate) fn stop_everything(&mut self) {
-        let actor = self.publisher.stop_line.begin_to_obey();
+        let actor = self.publisher.stop_line.begin_stop();
         self.stopped_by.clone_from(&actor);
-        let told = self.stop_all_devices();
+        let result = self.stop_all_devices();
         let requests = self.publisher.stop_line.obeyed();
         self.end_reset(|| StationRefusal::Stopped { actor: actor.clone() });
         self.end_work(|_| StationRefusal::Stopped { actor: actor.clone() });
         self.live = None;
-        self.evict(Some(Revoked::Stopped { actor }));
+        self.revoke_lease(Some(Revoked::Stopped { actor }));
         self.transition(Event::Stop);
-        if let Err(error) = &told
+        if let Err(error) = &result
             && let Some(fault) = fault_of(error)
         {
             self.raise(fault);
         }
-        let mut failed = told.err();
+        let mut failed = result.err();
         for request in requests {
             let answer = failed.take().map_or(Ok(()), Err);
             self.answers.push(Box::new(move || request.answer(answer)));
@@ -33,7 +33,7 @@ impl Station {
         self.publish_and_reply();
     }
 
-    /// Stops all devices, the stage first; the error names a device that did not take the command.
+    /// Stops all devices, the stage first; the error names a device that did not accept the command.
     pub(crate) fn stop_all_devices(&mut self) -> Result<(), StationRefusal> {
         let is_faulted = self.is_faulted("stage");
         let stage = match &mut self.stage {
@@ -43,18 +43,18 @@ impl Station {
         };
         let laser = self.laser.as_mut().map_or(Ok(()), |laser| laser.off());
         let camera = self.camera.as_mut().map_or(Ok(()), |camera| camera.stop());
-        self.forget_waiting_frames();
+        self.discard_waiting_frames();
         laser?;
         stage?;
-        // A camera neither moves nor emits light: its state is read when it is used again.
+        // A camera neither moves nor emits light; its state is read when it is next used.
         drop(camera);
         Ok(())
     }
 
-    /// A device failed, or a request was impossible: pending calls get the device's own message.
+    /// Handles a failed device or an impossible request: pending calls get the device's own message.
     pub(crate) fn fail(&mut self, refusal: StationRefusal) {
         if self.publisher.stop_line.is_pulled() {
-            // The devices may have been stopped past this thread, and say so; what is wrong all the same, they say again.
+            // The devices may have been stopped by the guard and report that; any other fault is reported again.
             return;
         }
         let fault = fault_of(&refusal);
@@ -65,32 +65,32 @@ impl Station {
         }
     }
 
-    /// Makes a fault known and the station safe.
+    /// Publishes a fault and makes the station safe.
     pub(crate) fn raise(&mut self, fault: Fault) {
         let (device, known) = (fault.device, self.is_faulted(fault.device));
         self.note(fault);
         if known {
             return;
         }
-        self.go_dark();
+        self.turn_laser_off();
         self.come_to_rest();
         if matches!(device, "stage" | "station")
             && let Some(stage) = &mut self.stage
         {
-            // It may still move: every stop that can be sent is sent; its own watchdog is the last resort.
+            // It may still move: every possible stop is sent; its own watchdog is the last resort.
             let _ = stage.device().stop();
             stage.invalidate_position();
         }
         self.end_work(|station| station.in_error());
         self.live = None;
-        self.evict(Some(Revoked::Fault));
+        self.revoke_lease(Some(Revoked::Fault));
         if !self.is_opening() {
             self.transition(Event::Fault);
         }
     }
 
-    /// Turns the laser off; a laser that does not take the command is a fault of its own.
-    pub(crate) fn go_dark(&mut self) {
+    /// Turns the laser off; a laser that does not accept the command is an additional fault.
+    pub(crate) fn turn_laser_off(&mut self) {
         if let Some(laser) = &mut self.laser
             && let Err(error) = laser.off()
             && let Some(fault) = fault_of(&error.into())
@@ -99,7 +99,7 @@ impl Station {
         }
     }
 
-    /// Ends motion, if there is any.
+    /// Stops the stage if it moves.
     pub(crate) fn come_to_rest(&mut self) {
         let is_faulted = self.is_faulted("stage");
         if let Some(stage) = &mut self.stage
@@ -119,7 +119,7 @@ impl Station {
         }
     }
 
-    /// Ends task and run; `why` is asked once for each that waits.
+    /// Ends task and run; `why` is called once for each caller that waits.
     pub(crate) fn end_work(&mut self, mut why: impl FnMut(&Self) -> StationRefusal) {
         if let Some(task) = self.task.take() {
             let refusal = why(self);
@@ -137,7 +137,7 @@ impl Station {
         }
     }
 
-    /// Adds a fault to those shown; the same one again is the same.
+    /// Adds a fault to those shown, unless it is shown already.
     pub(crate) fn note(&mut self, fault: Fault) {
         let known = |shown: &Fault| (shown.device, shown.kind) == (fault.device, fault.kind);
         if self.faults.len() < FAULTS_SHOWN && !self.faults.iter().any(known) {
@@ -146,9 +146,9 @@ impl Station {
         }
     }
 
-    /// Whether a device is left alone: until a person has acknowledged its fault, and while a reset reaches it.
+    /// Whether a device is left alone: until a person has acknowledged its fault, and while a reset reconnects it.
     pub(crate) fn is_faulted(&self, device: &str) -> bool {
-        // An open interlock is watched on: it is no defect.
+        // An open interlock is still monitored: it is not a defect.
         self.resetting.is_some()
             || self.faults.iter().any(|fault| {
                 fault.kind != "interlock_open" && (fault.device == device || fault.device == "station")

@@ -1,4 +1,4 @@
-//! What a job's call, or a person's snapshot, is doing; one at a time.
+//! The current call of a job, or snapshot of a person; one at a time.
 
 use std::time::{Duration, Instant};
 
@@ -16,51 +16,51 @@ use crate::shared::status::OperationalState::SingleExecution;
 use crate::station_thread::command::Reply;
 use crate::station_thread::owner::Station;
 
-/// A call under way.
+/// A call in progress.
 pub enum Task {
     /// Moving and settling.
     Move {
-        /// Where to.
+        /// Target position.
         target_mm: f64,
-        /// How fast at most.
+        /// Highest speed.
         speed_mm_s: Option<f64>,
-        /// Whether the stage got its command; before, it comes to rest from an earlier motion.
+        /// Whether the stage has its command; before, it comes to rest from an earlier motion.
         started: bool,
         /// Ends it.
         cancel: CancelFlag,
-        /// Told the position read back.
+        /// Receives the position read back.
         reply: Reply<f64>,
     },
     /// Homing.
     Home {
-        /// Whether the stage got its command.
+        /// Whether the stage has its command.
         started: bool,
         /// Ends it.
         cancel: CancelFlag,
-        /// Told when the zero is found.
+        /// Answered when the stage is homed.
         reply: Reply<()>,
     },
     /// Exposing one frame.
     Grab(Grab),
-    /// Waiting for light, or for darkness.
+    /// Waiting until the laser is on or off.
     Light {
-        /// Since when.
+        /// Start of the wait.
         since: Instant,
-        /// Told when the laser reports it.
+        /// Answered when the laser reports it.
         reply: Reply<()>,
     },
 }
 
-/// One frame that is waited for.
+/// One requested frame.
 pub struct Grab {
     cancel: Option<CancelFlag>,
     reply: Reply<SharedFrame>,
     begun_at: Instant,
-    /// Whether each frame is asked for; else the camera runs by itself.
+    /// Whether each frame is triggered; otherwise the camera runs freely.
     triggered: bool,
     exposing: Option<Exposing>,
     retried: bool,
-    /// For a snapshot: how the camera is set and stopped afterwards.
+    /// For a snapshot: the settings to restore afterwards.
     afterwards: Option<CameraSettings>,
 }
 
@@ -70,7 +70,7 @@ struct Exposing {
 }
 
 impl Station {
-    /// Goes on with the call under way.
+    /// Continues the current call.
     pub(crate) fn tend_task(&mut self) {
         let Some(task) = self.task.take() else { return };
         match task {
@@ -88,7 +88,7 @@ impl Station {
         }
     }
 
-    /// The stage ended an errand.
+    /// The stage ended a motion.
     pub(crate) fn arrived(&mut self, arrival: Arrival) {
         self.run_arrived(arrival);
         match (self.task.take(), arrival) {
@@ -127,11 +127,11 @@ impl Station {
         }
     }
 
-    /// Starts a move on which no frame is due. The light goes out for a long one, before it begins: some controllers
-    /// turn the laser off only between motions.
+    /// Starts a move during which no frame is due. Before a long one the light is turned off: some controllers turn the
+    /// laser off only between motions.
     pub(crate) fn start_way(&mut self, target_mm: f64, speed_mm_s: f64) -> Result<(), StationRefusal> {
         let stage = self.stage.as_mut().ok_or(StationRefusal::Absent { device: "stage" })?;
-        // The other half is for the reports of its end.
+        // The other half is reserved for the reports of its end.
         let is_long = stage.travel_s(target_mm, speed_mm_s) > LIGHT_IDLE.as_secs_f64() / 2.0;
         if let Some(laser) = self.laser.as_mut().filter(|laser| is_long && laser.is_wanted()) {
             laser.suspend()?;
@@ -154,14 +154,14 @@ impl Station {
         }
     }
 
-    /// Switches the light; the call comes back once the laser reports it.
+    /// Switches the light; the call returns once the laser reports it.
     pub(crate) fn begin_light(&mut self, power: f64, reply: Reply<()>) {
         let now = Instant::now();
         let Some(laser) = &mut self.laser else {
             return self.answer(reply, Err(StationRefusal::Absent { device: "laser" }));
         };
-        let told = if power == 0.0 { laser.off() } else { laser.want(power, now) };
-        match told {
+        let result = if power == 0.0 { laser.off() } else { laser.want(power, now) };
+        match result {
             Ok(()) => self.task = Some(Task::Light { since: now, reply }),
             Err(error) => self.refuse(reply, error.into()),
         }
@@ -169,7 +169,7 @@ impl Station {
 
     fn tend_light(&mut self, since: Instant, reply: Reply<()>) {
         let Some(laser) = &self.laser else { return self.answer(reply, Err(self.in_error())) };
-        if laser.has_obeyed() {
+        if laser.is_as_requested() {
             return self.answer(reply, Ok(()));
         }
         let late = since.elapsed() > LIGHT_UP_LIMIT;
@@ -212,7 +212,7 @@ impl Station {
         }
     }
 
-    /// Makes the camera ready for single frames; whether each must be triggered.
+    /// Prepares the camera for single frames; returns whether each must be triggered.
     fn ready_to_expose(&mut self) -> Result<bool, StationRefusal> {
         let camera = self.camera.as_mut().ok_or(StationRefusal::Absent { device: "camera" })?;
         let triggered = camera.device().capabilities().triggers.contains(&Trigger::Software);
@@ -260,14 +260,14 @@ impl Station {
             self.task = Some(Task::Grab(grab));
             return self.fail(refusal);
         }
-        if self.laser.as_ref().is_none_or(Light::has_obeyed) {
+        if self.laser.as_ref().is_none_or(Light::is_as_requested) {
             self.expose(grab, now);
         } else {
             self.task = Some(Task::Grab(grab));
         }
     }
 
-    /// Light that is wanted and has gone out comes back for an exposure that is to begin.
+    /// Turns requested light on again for an exposure about to begin.
     pub(crate) fn light_for_exposure(&mut self, now: Instant) -> Result<(), StationRefusal> {
         Ok(self.laser.as_mut().map_or(Ok(()), |laser| laser.serve_frame(now, now))?)
     }
@@ -284,7 +284,7 @@ impl Station {
         }
     }
 
-    /// Raises the fault of a camera that delivers no frame; refuses whoever waits for one.
+    /// Raises the fault of a camera that delivers no frame; refuses the caller that waits for one.
     pub(crate) fn no_frame_came(&mut self) {
         let silent = self.camera.as_ref().map_or(Duration::ZERO, Acquisition::silent_for);
         let waited_ms = match &self.task {
@@ -297,7 +297,7 @@ impl Station {
         self.fail(StationRefusal::NoFrame { waited_ms });
     }
 
-    /// A frame arrived: the one that is waited for?
+    /// Completes the current call if it waits for this frame.
     pub(crate) fn grabbed(&mut self, frame: &SharedFrame) {
         match self.task.take() {
             Some(Task::Grab(Grab { reply, triggered, exposing: Some(exposing), afterwards, .. }))
@@ -316,7 +316,7 @@ impl Station {
         }
     }
 
-    /// Stops the camera and sets it as it was.
+    /// Stops the camera and restores its settings.
     pub(crate) fn restore_camera(&mut self, before: Option<CameraSettings>) {
         let is_faulted = self.is_faulted("camera");
         let (Some(camera), Some(before)) = (&mut self.camera, before) else { return };
@@ -327,20 +327,19 @@ impl Station {
         }
         let wanted = difference(&camera.settings(), &before);
         let restored = stopped.and_then(|()| camera.configure(&wanted).map(drop));
-        self.forget_waiting_frames();
+        self.discard_waiting_frames();
         if let Err(error) = restored {
             self.fail(error.into());
         }
     }
 
-    /// Whether the stage rests.
+    /// Whether the stage is at rest.
     pub(crate) fn stage_rests(&self) -> bool {
         self.stage.as_ref().is_none_or(|stage| !Motion::is_moving(stage))
     }
 }
 
-/// What must be set so that `now` becomes `wanted`; a setting that is right already is left alone, since the camera
-/// may not have it.
+/// The settings in which `wanted` differs from `now`; others are left out, since the camera may not support them.
 fn difference(now: &CameraSettings, wanted: &CameraSettings) -> CameraRequest {
     CameraRequest {
         exposure_us: (now.exposure_us != wanted.exposure_us).then_some(wanted.exposure_us),

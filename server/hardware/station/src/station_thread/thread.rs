@@ -1,11 +1,11 @@
-//! The thread itself: turns until the end; whatever ends it, devices are dark and at rest.
+//! The main loop of the thread; however it ends, light and motion end as well.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use crate::parts::faults::fault;
 use crate::station_thread::owner::Station;
 
-/// Runs the station until it is shut down or nobody holds it any more.
+/// Runs the station until it is shut down or all its handles are dropped.
 pub fn run(station: Station) {
     let mut station = Guarded(station);
     loop {
@@ -18,36 +18,36 @@ pub fn run(station: Station) {
     // The guard's drop ends motion and light.
 }
 
-/// A station that ends motion and light when it is dropped, even by a panic.
+/// A station that ends motion and light when it is dropped, even during a panic.
 struct Guarded(Station);
 
 impl Guarded {
-    /// A defect of this program: devices are left alone until a person resets the station.
+    /// After a panic, devices are left alone until a person resets the station.
     fn after_panic(&mut self) {
         self.still();
         let settled = catch_unwind(AssertUnwindSafe(|| {
             self.0.raise(fault(
                 "station",
                 "panic",
-                "a defect ended what the station did",
+                "an internal error ended the station's work",
                 "please report it, with the log of the service",
             ));
             self.0.publish_and_reply();
         }));
         if settled.is_err() {
-            tracing::error!("the station thread could not note its own fault");
+            tracing::error!("the station thread could not record its own fault");
         }
     }
 
     fn still(&mut self) {
-        // One device's defect must not keep the stop from the others.
+        // A panic of one device's driver must not prevent the stop of the others.
         let devices: [fn(&mut Station); 3] = [
             |station| station.stage.iter_mut().for_each(|stage| drop(stage.device().stop())),
             |station| station.laser.iter_mut().for_each(|laser| drop(laser.off())),
             |station| station.camera.iter_mut().for_each(|camera| drop(camera.stop())),
         ];
-        for tell in devices {
-            let _ = catch_unwind(AssertUnwindSafe(|| tell(&mut self.0)));
+        for stop_device in devices {
+            let _ = catch_unwind(AssertUnwindSafe(|| stop_device(&mut self.0)));
         }
     }
 }

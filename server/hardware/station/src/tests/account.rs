@@ -4,7 +4,7 @@ use std::sync::atomic::Ordering;
 
 use twin::TwinFault;
 
-use super::bench::{Bench, bench_of, nobody, small_devices};
+use super::bench::{Bench, bench_of, never_cancelled, small_devices};
 use super::spied::{Spy, spied};
 use crate::StationRefusal;
 use crate::params::FRAME_BUFFERS;
@@ -16,7 +16,7 @@ fn spied_bench() -> (Bench, std::sync::Arc<Spy>) {
     (bench, spy)
 }
 
-/// Arrived and lost, by the status, once both add up to what was asked for.
+/// Checks arrived and lost frames in the status, once their sum equals the number of exposures.
 fn check(bench: &Bench, spy: &Spy) {
     let exposed = spy.triggers.load(Ordering::SeqCst);
     let lost = |status: &crate::StationStatus| -> u64 {
@@ -33,7 +33,7 @@ fn exposures_lost_on_the_cable_are_repeated_and_counted_once() {
     bench.control.set_fault(TwinFault::LostFrames { every: 3 });
     let lease = bench.lease();
     for _ in 0..5 {
-        lease.grab(&nobody()).unwrap();
+        lease.grab(&never_cancelled()).unwrap();
     }
     assert!(spy.triggers.load(Ordering::SeqCst) > 5, "some were repeated");
     check(&bench, &spy);
@@ -46,7 +46,7 @@ fn frames_without_a_free_buffer_are_counted() {
     let lease = bench.lease();
     let mut kept = Vec::new();
     let refusal = loop {
-        match lease.grab(&nobody()) {
+        match lease.grab(&never_cancelled()) {
             Ok(frame) => kept.push(frame),
             Err(refusal) => break refusal,
         }
@@ -58,7 +58,7 @@ fn frames_without_a_free_buffer_are_counted() {
 }
 
 #[test]
-fn buffers_go_round_and_are_not_made_anew() {
+fn buffers_are_reused_and_not_reallocated() {
     let (bench, _spy) = spied_bench();
     let lease = bench.lease();
     let place = |frame: &crate::SharedFrame| match frame.image.pixels() {
@@ -66,7 +66,7 @@ fn buffers_go_round_and_are_not_made_anew() {
         vision::Pixels::Sixteen(pixels) => pixels.as_ptr() as usize,
     };
     let places: std::collections::BTreeSet<usize> =
-        (0..50).map(|_| place(&lease.grab(&nobody()).unwrap())).collect();
-    // The newest frame, the one being replaced, the driver's, and one on its way home.
+        (0..50).map(|_| place(&lease.grab(&never_cancelled()).unwrap())).collect();
+    // The newest frame, the one being replaced, the driver's, and one being returned.
     assert!(places.len() <= 4, "{} buffers for one frame at a time", places.len());
 }

@@ -11,10 +11,10 @@ use crate::{
     Manual, Purpose, StationDevices, StationHandle, StationLease, StationRefusal, StationStatus, StopEpoch,
 };
 
-/// How long a test waits for what must happen; far beyond every promised time.
+/// Longest wait of a test for an expected event; far beyond every promised time.
 pub const PATIENCE: Duration = Duration::from_secs(10);
 
-/// A station on the bench.
+/// A station under test.
 pub struct Bench {
     /// The station.
     pub station: StationHandle,
@@ -28,7 +28,7 @@ impl Drop for Bench {
     }
 }
 
-/// A simulated station of few pixels.
+/// A simulated station with few pixels.
 pub fn small_twin(options: TwinOptions) -> TwinStation {
     let shape = StationShape { width_px: 160, height_px: 128, ..StationShape::default() };
     TwinStation::new(StationModel::seeded(7, &shape).unwrap(), options)
@@ -39,12 +39,12 @@ pub fn small_devices() -> StationDevices {
     StationDevices::over(small_twin(TwinOptions { scene: SceneKind::Plate, ..TwinOptions::default() }))
 }
 
-/// A station of these devices, calibrated.
+/// A calibrated station with these devices.
 pub fn bench_of(devices: StationDevices) -> Bench {
     bench_with(devices, Watch::default(), false)
 }
 
-/// The same with a live view that goes on so long without viewers, stopped in an earlier life or not.
+/// As [`bench_of`], with the times of an unwatched live view, stopped in an earlier process or not.
 pub fn bench_with(devices: StationDevices, watch: Watch, halted: bool) -> Bench {
     let control = devices.twin.as_ref().and_then(|twin| twin.control()).expect("the camera is simulated");
     let station = StationHandle::start_with(devices, watch, halted);
@@ -60,7 +60,8 @@ pub fn bench() -> Bench {
 }
 
 impl Bench {
-    /// Waits until the status is as described; panics with the last one otherwise. Returns how long it took by itself.
+    /// Waits until the status fulfils a condition; panics with the last status otherwise. Returns the time this took
+    /// without pauses of the machine.
     pub fn wait_for(&self, what: &str, holds: impl Fn(&StationStatus) -> bool) -> Duration {
         let watch = Stopwatch::start();
         while !holds(&self.station.status()) {
@@ -75,22 +76,22 @@ impl Bench {
         self.try_lease().unwrap()
     }
 
-    /// A lease, or why not.
+    /// A lease, or the refusal.
     pub fn try_lease(&self) -> Result<StationLease, StationRefusal> {
         self.lease_of(self.station.stop_epoch())
     }
 
-    /// The same for a job that was authorised then.
+    /// A lease for a job authorised in that epoch.
     pub fn lease_of(&self, epoch: StopEpoch) -> Result<StationLease, StationRefusal> {
         self.station.lease(Purpose { job_id: "job-1".to_owned(), activity: "scanning".to_owned(), epoch })
     }
 
-    /// A person's command.
+    /// Sends a person's command.
     pub fn manual(&self, command: Manual) -> Result<Option<devices::AcceptedMove>, StationRefusal> {
         wait(self.station.manual(command))
     }
 
-    /// A person's stop.
+    /// Sends a person's Stop.
     pub fn stop(&self) {
         wait(self.station.stop("a person")).unwrap();
     }
@@ -101,7 +102,7 @@ pub fn wait<F: Future>(future: F) -> F::Output {
     tokio::runtime::Builder::new_current_thread().build().unwrap().block_on(future)
 }
 
-/// Waits until something holds. Returns how long it took by itself.
+/// Waits until a condition holds. Returns the time this took without pauses of the machine.
 pub fn wait_until(what: &str, holds: impl Fn() -> bool) -> Duration {
     let watch = Stopwatch::start();
     while !holds() {
@@ -111,7 +112,7 @@ pub fn wait_until(what: &str, holds: impl Fn() -> bool) -> Duration {
     watch.own_time()
 }
 
-/// Nobody cancels.
-pub fn nobody() -> CancelFlag {
+/// A flag that is never set.
+pub fn never_cancelled() -> CancelFlag {
     CancelFlag::default()
 }

@@ -1,7 +1,7 @@
-//! A vendor's call that blocks for ten seconds: Stop ends light and motion all the same, whosever call it is.
+//! A vendor's call that blocks for ten seconds: Stop ends light and motion anyway, whichever device it belongs to.
 //!
-//! The witness is the simulated world. Not shown: a library that takes no stop beside a call of its own; a driver over one
-//! cannot give the handle that every stage and every switched laser must have.
+//! Light and motion are observed in the simulated world. Not covered: a library that cannot stop a device during
+//! another call; a driver over it cannot provide the handle that every stage and every switched laser must have.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Condvar, Mutex};
@@ -15,10 +15,10 @@ use devices::{
 };
 use vision::GreyImage;
 
-use super::bench::{Bench, bench_of, nobody, small_devices, wait, wait_until};
+use super::bench::{Bench, bench_of, never_cancelled, small_devices, wait, wait_until};
 use crate::{MachineState, Manual, StationDevices, StationRefusal, Sweep};
 
-/// How long the call blocks, unless the test has seen enough.
+/// Duration of the blocking call, unless the test ends earlier.
 const BLOCKS: Duration = Duration::from_secs(10);
 
 /// Light and motion end within this time of a Stop.
@@ -29,7 +29,7 @@ const STOPPED_WITHIN: Duration = Duration::from_millis(200);
 struct Gate {
     is_shut: Mutex<bool>,
     opened: Condvar,
-    /// Somebody stands before it.
+    /// Whether a call is blocked.
     is_waited_at: AtomicBool,
 }
 
@@ -43,7 +43,7 @@ impl Gate {
         self.opened.notify_all();
     }
 
-    /// What every call to the device goes through.
+    /// Called at the start of every device call.
     fn pass(&self) {
         let is_shut = self.is_shut.lock().unwrap();
         if *is_shut {
@@ -53,7 +53,7 @@ impl Gate {
     }
 }
 
-/// A device whose driver blocks: every call to it stands before the gate.
+/// A device whose driver blocks: every call goes through the gate.
 struct Blocking<D: ?Sized> {
     gate: Arc<Gate>,
     device: Box<D>,
@@ -66,7 +66,7 @@ impl<D: ?Sized> Blocking<D> {
     }
 }
 
-/// Which of its devices are behind the gate.
+/// The devices whose calls go through the gate.
 #[derive(Debug)]
 struct BlockingDriver {
     driver: Arc<dyn Driver>,
@@ -221,29 +221,29 @@ impl Laser for Blocking<dyn Laser> {
     }
 }
 
-/// A station of which these devices block on request.
+/// A station in which these devices block on request.
 fn blocking_bench(blocked: DeviceSet) -> (Bench, Arc<Gate>) {
     let gate = Arc::new(Gate::default());
     let devices = small_devices();
     let driver = Arc::new(BlockingDriver { driver: devices.camera, gate: gate.clone(), blocked });
     let (stage, laser) = (driver.clone(), driver.clone());
-    // Of one driver, which is its own world: nothing is to follow it.
+    // The driver is its own world; nothing follows it.
     let bench = bench_of(StationDevices { camera: driver, stage, laser, twin: devices.twin });
     bench.wait_for("ready", |status| status.activity == "ready");
     (bench, gate)
 }
 
-/// A lit sweep during which a call to one device blocks.
+/// A sweep with light during which a call to one device blocks.
 fn stops_all_the_same(blocked: DeviceSet) {
     let (bench, gate) = blocking_bench(blocked);
     let lease = bench.lease();
     lease.laser_on(1.0).unwrap();
     let sweep = Sweep { from_mm: 0.0, to_mm: 90.0, speed_mm_s: 5.0, frame_rate_hz: 50.0 };
-    let stream = lease.sweep(&sweep, &nobody()).unwrap();
+    let stream = lease.sweep(&sweep, &never_cancelled()).unwrap();
     stream.frames.recv().unwrap();
     gate.shut();
     wait_until("blocked", || gate.is_waited_at.load(Ordering::SeqCst));
-    assert!(bench.control.laser_power() > 0.0, "it is to shine when Stop comes");
+    assert!(bench.control.laser_power() > 0.0, "it must be on when Stop comes");
     let asked = Stopwatch::start();
     wait(bench.station.stop("a person")).unwrap();
     let is_moving = || {
@@ -251,7 +251,7 @@ fn stops_all_the_same(blocked: DeviceSet) {
         std::thread::sleep(Duration::from_millis(2));
         bench.control.true_position_mm() != before_mm
     };
-    wait_until("dark and at rest", || bench.control.laser_power() == 0.0 && !is_moving());
+    wait_until("off and at rest", || bench.control.laser_power() == 0.0 && !is_moving());
     let took = asked.own_time();
     assert!(took <= STOPPED_WITHIN, "light or motion for {took:?} after Stop");
     assert!(bench.station.is_halted());
@@ -283,7 +283,7 @@ fn stop_ends_light_and_motion_while_a_call_to_the_laser_blocks() {
 }
 
 #[test]
-fn a_stop_that_blocks_is_answered_all_the_same() {
+fn a_stop_that_blocks_is_answered_anyway() {
     let (bench, gate) = blocking_bench(DeviceSet { stage: true, ..DeviceSet::default() });
     bench.manual(Manual::Move { target_mm: 90.0, speed_mm_s: Some(5.0) }).unwrap();
     gate.shut();

@@ -1,11 +1,11 @@
-//! What people do: single commands, the live view, jogging.
+//! Operation by a person: single commands, the live view, jogging.
 
 use std::time::{Duration, Instant};
 
 use devices::CameraRequest;
 use devices::contract::Stopwatch;
 
-use super::bench::{bench, bench_with, nobody, small_devices, wait, wait_until};
+use super::bench::{bench, bench_with, never_cancelled, small_devices, wait, wait_until};
 use crate::station_thread::handle::Watch;
 use crate::{LaserLight, LiveRequest, MachineState, Manual, OperationalState, StationRefusal};
 
@@ -47,7 +47,7 @@ fn the_live_view_shows_frames_with_light_and_a_job_takes_over() {
     bench.wait_for("lit", |status| status.laser_light == LaserLight::On && status.frame_rate_hz > 0.0);
     let lease = bench.lease();
     assert_eq!(bench.control.laser_power(), 0.0, "the job decides about light");
-    lease.grab(&nobody()).unwrap();
+    lease.grab(&never_cancelled()).unwrap();
     assert!(matches!(wait(bench.station.live(LIVE)), Err(StationRefusal::Busy { .. })));
 }
 
@@ -61,10 +61,10 @@ fn live_light_goes_out_without_a_viewer_before_the_view_ends_and_stays_out_when_
         bench.station.note_viewer(Instant::now());
         std::thread::sleep(Duration::from_millis(50));
     }
-    assert!(bench.control.laser_power() > 0.0, "it goes on while somebody watches");
+    assert!(bench.control.laser_power() > 0.0, "it stays on while it is watched");
     let live = MachineState::Operational(OperationalState::ContinuousExecution);
     wait_until("dark", || bench.control.laser_power() == 0.0);
-    assert_eq!(bench.station.status().state, live, "the camera goes on");
+    assert_eq!(bench.station.status().state, live, "the camera continues");
     for _ in 0..10 {
         bench.station.note_viewer(Instant::now());
         std::thread::sleep(Duration::from_millis(20));
@@ -95,7 +95,7 @@ fn a_jog_stops_within_300_ms_of_the_last_command() {
     for _ in 0..4 {
         bench.manual(jog.clone()).unwrap();
         std::thread::sleep(Duration::from_millis(100));
-        assert!(bench.station.status().moving, "it goes on while it is repeated");
+        assert!(bench.station.status().moving, "it continues while it is repeated");
     }
     bench.manual(jog).unwrap();
     let watch = Stopwatch::start();
@@ -127,7 +127,7 @@ fn a_jog_of_zero_stops_at_once_and_another_direction_turns_back() {
 }
 
 #[test]
-fn a_stopped_station_obeys_nobody_until_it_is_reset() {
+fn a_stopped_station_refuses_commands_until_it_is_reset() {
     let bench = bench();
     wait(bench.station.live(LIVE)).unwrap();
     bench.stop();
@@ -172,7 +172,7 @@ fn people_are_refused_while_a_job_has_the_station_but_may_stop_it() {
 }
 
 #[test]
-fn without_a_calibration_the_station_is_initialized_and_says_why() {
+fn without_a_calibration_the_station_is_initialized_with_a_reason() {
     let bench = bench();
     bench.station.calibration_changed(false);
     let initialized = MachineState::Operational(OperationalState::Initialized);

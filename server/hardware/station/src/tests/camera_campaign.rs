@@ -1,9 +1,9 @@
-//! Camera faults by the hundred: at a random moment of a live view or of triggered exposures, over the simulated station, a
-//! recording, and a GenICam camera process that others wrote.
+//! Hundreds of camera faults at random moments of a live view or of triggered exposures, with the simulated station, a
+//! recording, and a third-party GenICam camera process.
 //!
-//! Counted are hangs, faults named late (promised: 2 s), light left on, and exposures that neither arrived nor were counted as
-//! lost by a reason; each must be 0. The long version is ignored and run by `cargo xtask campaign`. Not shown: cameras of
-//! glass and silicon.
+//! Counts hangs, late fault reports (promised: 2 s), light left on, and exposures that neither arrived nor were counted
+//! as lost by a reason; each must be 0. The long version is ignored and run by `cargo xtask campaign`. Not covered:
+//! physical cameras.
 
 use std::cell::RefCell;
 use std::collections::BTreeMap;
@@ -18,14 +18,14 @@ use genicam::witness::FakeCamera;
 use tempfile::TempDir;
 use twin::{CaptureRequest, ScanRequest, SceneKind, StationModel, StationShape, TwinFault, capture_folder};
 
-use super::bench::{Bench, bench_of, nobody, small_devices, wait};
+use super::bench::{Bench, bench_of, never_cancelled, small_devices, wait};
 use super::matrix::genicam as process;
 use super::spied::{Spy, spied};
 use crate::{LaserLight, LiveRequest, MachineState, Manual, StationDevices, StationStatus};
 
-/// What happens.
+/// The kind of fault.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-enum What {
+enum FaultKind {
     Loss,
     Late,
     WrongSize,
@@ -35,25 +35,32 @@ enum What {
     Restart,
 }
 
-const ALL: [What; 7] =
-    [What::Loss, What::Late, What::WrongSize, What::FormatChange, What::Unplug, What::Hang, What::Restart];
+const ALL: [FaultKind; 7] = [
+    FaultKind::Loss,
+    FaultKind::Late,
+    FaultKind::WrongSize,
+    FaultKind::FormatChange,
+    FaultKind::Unplug,
+    FaultKind::Hang,
+    FaultKind::Restart,
+];
 
-/// Camera faults are named within this time (`promises.md`).
+/// Camera faults are reported within this time (`promises.md`).
 const NAMED_LIMIT: Duration = Duration::from_secs(2);
 
-/// Dark so long after a fault was named.
+/// The laser is off within this time of the report of a fault.
 const DARK_LIMIT: Duration = Duration::from_millis(500);
 
-/// Longest that anything may take before it is a hang.
+/// A wait beyond this time counts as a hang.
 const HANG: Duration = Duration::from_secs(20);
 
-/// How long exposures are watched after what is survived.
+/// How long exposures are observed after a tolerated fault.
 const SURVIVED: Duration = Duration::from_millis(400);
 
-/// Numbers that look random and are the same every time (xorshift).
-struct Dice(u64);
+/// Reproducible pseudo-random numbers (xorshift).
+struct Xorshift(u64);
 
-impl Dice {
+impl Xorshift {
     fn roll(&mut self, n: u64) -> u64 {
         self.0 ^= self.0 << 13;
         self.0 ^= self.0 >> 7;
@@ -62,19 +69,19 @@ impl Dice {
     }
 }
 
-/// A station, what happens to its camera, and how it is put right.
+/// A station, with the injection and the cure of its camera's faults.
 struct Rig<'a> {
     bench: Bench,
     spy: Arc<Spy>,
-    strike: Box<dyn Fn(What) + 'a>,
+    strike: Box<dyn Fn(FaultKind) + 'a>,
     cure: Box<dyn Fn() + 'a>,
 }
 
 #[derive(Debug, Default)]
 struct Tally {
     n_faults: usize,
-    n_named: BTreeMap<What, usize>,
-    longest: BTreeMap<What, Duration>,
+    n_named: BTreeMap<FaultKind, usize>,
+    longest: BTreeMap<FaultKind, Duration>,
     failures: Vec<String>,
 }
 
@@ -83,7 +90,7 @@ fn lost(status: &StationStatus) -> u64 {
 }
 
 impl Rig<'_> {
-    /// Looks until `seen`; whether it came in time.
+    /// Waits until `seen` holds; returns the time it took, or `None` after `limit`.
     fn comes(&self, limit: Duration, seen: impl Fn(&StationStatus) -> bool) -> Option<Duration> {
         let watch = Stopwatch::start();
         while !seen(&self.bench.station.status()) {
@@ -95,7 +102,7 @@ impl Rig<'_> {
         Some(watch.own_time())
     }
 
-    /// As a person would: the cause is taken away, and the station reset.
+    /// Removes the cause and resets the station, as a person would.
     fn make_ready(&self, tally: &mut Tally) -> bool {
         (self.cure)();
         let watch = Stopwatch::start();
@@ -108,8 +115,8 @@ impl Rig<'_> {
         true
     }
 
-    /// A fault during a live view, or during exposures that are triggered one by one.
-    fn suffer(&self, what: What, live: bool, dice: &mut Dice, tally: &mut Tally) {
+    /// Injects a fault during a live view or during triggered exposures.
+    fn inject_fault(&self, what: FaultKind, live: bool, dice: &mut Xorshift, tally: &mut Tally) {
         let going = Arc::new(AtomicBool::new(true));
         let job = (!live).then(|| self.expose(going.clone()));
         if live {
@@ -121,7 +128,7 @@ impl Rig<'_> {
         std::thread::sleep(Duration::from_millis(dice.roll(120)));
         tally.n_faults += 1;
         (self.strike)(what);
-        let is_survived = matches!(what, What::Loss | What::Late);
+        let is_survived = matches!(what, FaultKind::Loss | FaultKind::Late);
         let limit = if is_survived { SURVIVED } else { NAMED_LIMIT + Duration::from_secs(1) };
         match self.comes(limit, |status| !status.faults.is_empty()) {
             Some(took) => {
@@ -130,7 +137,7 @@ impl Rig<'_> {
                 *longest = (*longest).max(took);
                 if is_survived || took > NAMED_LIMIT {
                     let faults = &self.bench.station.status().faults;
-                    tally.failures.push(format!("late: named after {took:?}: {faults:?}"));
+                    tally.failures.push(format!("late: reported after {took:?}: {faults:?}"));
                 }
                 let watch = Stopwatch::start();
                 while self.bench.control.laser_power() > 0.0 && watch.own_time() <= DARK_LIMIT {
@@ -141,7 +148,7 @@ impl Rig<'_> {
                 }
             }
             None if is_survived => {}
-            None => tally.failures.push("late: not named".to_owned()),
+            None => tally.failures.push("late: not reported".to_owned()),
         }
         going.store(false, Ordering::SeqCst);
         if let Some(job) = job {
@@ -159,30 +166,32 @@ impl Rig<'_> {
         }
     }
 
-    /// Exposes with light, one by one, until it is ended or a fault ends it.
+    /// Exposes with light, one frame after the other, until it is ended or a fault ends it.
     fn expose(&self, going: Arc<AtomicBool>) -> std::thread::JoinHandle<()> {
         let lease = self.bench.lease();
         lease.laser_on(1.0).unwrap();
-        std::thread::spawn(move || while going.load(Ordering::SeqCst) && lease.grab(&nobody()).is_ok() {})
+        std::thread::spawn(move || while going.load(Ordering::SeqCst) && lease.grab(&never_cancelled()).is_ok() {})
     }
 }
 
 fn campaign(name: &str, rig: &Rig<'_>, n_faults: usize) {
-    let (mut tally, mut dice) = (Tally::default(), Dice(0x9e37_79b9_7f4a_7c15));
+    let (mut tally, mut dice) = (Tally::default(), Xorshift(0x9e37_79b9_7f4a_7c15));
     for _ in 0..n_faults {
         let (what, live) = (ALL[dice.roll(ALL.len() as u64) as usize], dice.roll(2) == 0);
         let before = tally.failures.len();
         if rig.make_ready(&mut tally) {
-            rig.suffer(what, live, &mut dice, &mut tally);
+            rig.inject_fault(what, live, &mut dice, &mut tally);
         }
-        let doing = if live { "live" } else { "triggered" };
-        tally.failures[before..].iter_mut().for_each(|failure| failure.push_str(&format!(" ({what:?}, {doing})")));
+        let scenario = if live { "live" } else { "triggered" };
+        tally.failures[before..]
+            .iter_mut()
+            .for_each(|failure| failure.push_str(&format!(" ({what:?}, {scenario})")));
     }
     rig.make_ready(&mut tally);
     assert!(matches!(rig.bench.station.status().state, MachineState::Operational(_)));
     let count = |word: &str| tally.failures.iter().filter(|failure| failure.starts_with(word)).count();
     println!(
-        "{name}: {} faults; {} named late, {} hangs, {} accounts wrong, {} lights left on",
+        "{name}: {} faults; {} reported late, {} hangs, {} accounts wrong, {} lights left on",
         tally.n_faults,
         count("late"),
         count("hang"),
@@ -192,27 +201,27 @@ fn campaign(name: &str, rig: &Rig<'_>, n_faults: usize) {
     let status = rig.bench.station.status();
     println!("  {} arrived, lost {:?}", status.frames_arrived, status.frames_dropped);
     for (what, n) in &tally.n_named {
-        println!("  {what:?}: {n} named, the last after {:?}", tally.longest[what]);
+        println!("  {what:?}: {n} reported, the last after {:?}", tally.longest[what]);
     }
     assert!(tally.failures.is_empty(), "{name}: {:#?}", tally.failures);
 }
 
-/// How many faults: so many, or `N_FAULTS` of the environment.
+/// Number of faults, or `N_FAULTS` of the environment.
 fn n_faults(usual: usize) -> usize {
     std::env::var("N_FAULTS").map_or(usual, |n| n.parse().expect("N_FAULTS is a number"))
 }
 
-/// What happens on the way from the camera.
-fn on_the_way(spy: &Spy, what: What) {
+/// Injects a fault between camera and station.
+fn on_the_way(spy: &Spy, what: FaultKind) {
     match what {
-        What::Loss => spy.loses.store(3, Ordering::SeqCst),
-        What::Late => spy.hangs_ms.store(300, Ordering::SeqCst),
-        What::WrongSize => spy.halves.store(true, Ordering::SeqCst),
-        What::FormatChange => spy.deepens.store(true, Ordering::SeqCst),
-        What::Unplug => spy.is_unplugged.store(true, Ordering::SeqCst),
-        // Nothing comes any more.
-        What::Hang => spy.loses.store(u64::MAX, Ordering::SeqCst),
-        What::Restart => {
+        FaultKind::Loss => spy.loses.store(3, Ordering::SeqCst),
+        FaultKind::Late => spy.hangs_ms.store(300, Ordering::SeqCst),
+        FaultKind::WrongSize => spy.halves.store(true, Ordering::SeqCst),
+        FaultKind::FormatChange => spy.deepens.store(true, Ordering::SeqCst),
+        FaultKind::Unplug => spy.is_unplugged.store(true, Ordering::SeqCst),
+        // No more frames arrive.
+        FaultKind::Hang => spy.loses.store(u64::MAX, Ordering::SeqCst),
+        FaultKind::Restart => {
             spy.is_unplugged.store(true, Ordering::SeqCst);
             std::thread::sleep(Duration::from_millis(300));
             spy.is_unplugged.store(false, Ordering::SeqCst);
@@ -232,13 +241,13 @@ fn of_twin(n_faults: usize) {
     let bench = bench_of(devices);
     let (control, curing, late) = (bench.control.clone(), bench.control.clone(), spy.clone());
     let strike = move |what| match what {
-        What::Loss => control.set_fault(TwinFault::LostFrames { every: 2 }),
-        What::Late => on_the_way(&late, what),
-        What::WrongSize => control.set_fault(TwinFault::WrongFrameSize),
-        What::FormatChange => control.set_fault(TwinFault::WrongPixelFormat),
-        What::Unplug => control.set_fault(TwinFault::CameraUnplugged),
-        What::Hang => control.set_fault(TwinFault::CameraHang),
-        What::Restart => {
+        FaultKind::Loss => control.set_fault(TwinFault::LostFrames { every: 2 }),
+        FaultKind::Late => on_the_way(&late, what),
+        FaultKind::WrongSize => control.set_fault(TwinFault::WrongFrameSize),
+        FaultKind::FormatChange => control.set_fault(TwinFault::WrongPixelFormat),
+        FaultKind::Unplug => control.set_fault(TwinFault::CameraUnplugged),
+        FaultKind::Hang => control.set_fault(TwinFault::CameraHang),
+        FaultKind::Restart => {
             control.set_fault(TwinFault::CameraUnplugged);
             std::thread::sleep(Duration::from_millis(20));
             control.clear_fault(TwinFault::CameraUnplugged.name());
@@ -269,7 +278,7 @@ fn of_replay(n_faults: usize) {
     campaign("replay", &Rig { bench, spy, strike: Box::new(strike), cure: Box::new(cure) }, n_faults);
 }
 
-/// What cannot be done to the process happens on the way from the driver.
+/// Faults that cannot be injected into the process are injected after the driver.
 fn of_genicam(n_faults: usize) {
     let Some(camera) = process::fake(0).map(RefCell::new) else { return };
     let (devices, spy) = spied(process::devices(small_devices()));
@@ -279,19 +288,19 @@ fn of_genicam(n_faults: usize) {
     let camera: &RefCell<FakeCamera> = &camera;
     let (striking, curing) = (spy.clone(), spy.clone());
     let strike = move |what| match what {
-        What::Late => {
+        FaultKind::Late => {
             camera.borrow().hold();
             std::thread::sleep(Duration::from_millis(300));
-            camera.borrow().go_on();
+            camera.borrow().resume();
         }
-        What::Unplug => camera.borrow_mut().kill(),
-        What::Hang => camera.borrow().hold(),
-        What::Restart => camera.borrow_mut().restart().unwrap(),
-        What::Loss | What::WrongSize | What::FormatChange => on_the_way(&striking, what),
+        FaultKind::Unplug => camera.borrow_mut().kill(),
+        FaultKind::Hang => camera.borrow().hold(),
+        FaultKind::Restart => camera.borrow_mut().restart().unwrap(),
+        FaultKind::Loss | FaultKind::WrongSize | FaultKind::FormatChange => on_the_way(&striking, what),
     };
     let cure = move || {
         put_right(&curing);
-        camera.borrow().go_on();
+        camera.borrow().resume();
         if camera.borrow().has_ended() {
             camera.borrow_mut().restart().unwrap();
         }
@@ -300,12 +309,12 @@ fn of_genicam(n_faults: usize) {
 }
 
 #[test]
-fn a_handful_of_faults_of_the_simulated_camera() {
+fn a_few_faults_of_the_simulated_camera() {
     of_twin(5);
 }
 
 #[test]
-fn a_handful_of_faults_of_a_recording() {
+fn a_few_faults_of_a_recording() {
     of_replay(5);
 }
 

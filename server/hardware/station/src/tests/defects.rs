@@ -1,25 +1,25 @@
-//! Defects of this program and of drivers: light and motion end all the same.
+//! Defects of this program and of drivers: light and motion end anyway.
 
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
-use super::bench::{bench_of, nobody, small_devices, wait_until};
+use super::bench::{bench_of, never_cancelled, small_devices, wait_until};
 use super::spied::{spied, spied_behind_a_thread};
 use crate::station_thread::handle::Watch;
 use crate::{MachineState, Manual, OperationalState, StationHandle, StationRefusal};
 
-/// Promise 4 is 50 ms; the rest is what a machine with other tests may add.
+/// Promise 4 is 50 ms; the rest allows for a machine that runs other tests.
 const HEARD_WITHIN: Duration = Duration::from_millis(150);
 
 #[test]
-fn a_panic_in_the_thread_darkens_stops_and_becomes_a_fault() {
+fn a_panic_in_the_thread_ends_light_and_motion_and_becomes_a_fault() {
     let (devices, spy) = spied(small_devices());
     let bench = bench_of(devices);
     bench.wait_for("ready", |status| status.activity == "ready");
     let lease = bench.lease();
     lease.laser_on(1.0).unwrap();
     spy.panics.store(true, Ordering::SeqCst);
-    let ended = lease.grab(&nobody());
+    let ended = lease.grab(&never_cancelled());
     assert!(matches!(ended, Err(StationRefusal::InError { .. })), "{:?}", ended.map(|frame| frame.sequence));
     assert_eq!(bench.control.laser_power(), 0.0);
     bench.wait_for("in error", |status| {
@@ -31,7 +31,7 @@ fn a_panic_in_the_thread_darkens_stops_and_becomes_a_fault() {
     assert!(matches!(state, MachineState::Operational(OperationalState::Initialized)), "{state:?}");
     bench.manual(Manual::Home).unwrap();
     bench.wait_for("ready", |status| status.activity == "ready");
-    bench.lease().grab(&nobody()).unwrap();
+    bench.lease().grab(&never_cancelled()).unwrap();
 }
 
 #[test]
@@ -43,16 +43,16 @@ fn a_driver_that_hangs_cannot_keep_the_light_on() {
     lease.laser_on(1.0).unwrap();
     spy.hangs_ms.store(2500, Ordering::SeqCst);
     std::thread::scope(|scope| {
-        let grabbing = scope.spawn(|| lease.grab(&nobody()).map(|frame| frame.sequence));
+        let grabbing = scope.spawn(|| lease.grab(&never_cancelled()).map(|frame| frame.sequence));
         wait_until("hanging", || spy.hangs_ms.load(Ordering::SeqCst) == 0);
         let dark_after = wait_until("dark", || bench.control.laser_power() == 0.0);
-        assert!(dark_after <= Duration::from_secs(1), "dark after {dark_after:?}");
+        assert!(dark_after <= Duration::from_secs(1), "off after {dark_after:?}");
         let _ = grabbing.join().unwrap();
     });
 }
 
 #[test]
-fn stop_is_heard_while_a_camera_behind_its_thread_hangs() {
+fn a_stop_is_carried_out_while_a_camera_on_its_own_thread_hangs() {
     let (devices, spy) = spied_behind_a_thread(small_devices());
     let bench = bench_of(devices);
     bench.wait_for("ready", |status| status.activity == "ready");
@@ -62,11 +62,11 @@ fn stop_is_heard_while_a_camera_behind_its_thread_hangs() {
     spy.hangs_ms.store(hang.as_millis() as u64, Ordering::SeqCst);
     let hung_at = Instant::now();
     std::thread::scope(|scope| {
-        let grabbing = scope.spawn(|| lease.grab(&nobody()).map(|frame| frame.sequence));
+        let grabbing = scope.spawn(|| lease.grab(&never_cancelled()).map(|frame| frame.sequence));
         wait_until("hanging", || spy.hangs_ms.load(Ordering::SeqCst) == 0);
         let asked = Instant::now();
         bench.stop();
-        assert!(asked.elapsed() <= HEARD_WITHIN, "told after {:?}", asked.elapsed());
+        assert!(asked.elapsed() <= HEARD_WITHIN, "reported after {:?}", asked.elapsed());
         assert_eq!(bench.control.laser_power(), 0.0);
         assert!(matches!(grabbing.join().unwrap(), Err(StationRefusal::Stopped { .. })));
     });
@@ -74,11 +74,11 @@ fn stop_is_heard_while_a_camera_behind_its_thread_hangs() {
     std::thread::sleep((hung_at + hang + HEARD_WITHIN).saturating_duration_since(Instant::now()));
     bench.manual(Manual::Reset).unwrap();
     bench.wait_for("ready", |status| status.activity == "ready");
-    bench.lease().grab(&nobody()).unwrap();
+    bench.lease().grab(&never_cancelled()).unwrap();
 }
 
 #[test]
-fn the_end_of_the_thread_darkens() {
+fn the_end_of_the_thread_turns_the_laser_off() {
     let devices = small_devices();
     let control = devices.twin.as_ref().unwrap().control().unwrap();
     let station = StationHandle::start_with(devices, Watch::default(), false);
@@ -89,5 +89,5 @@ fn the_end_of_the_thread_darkens() {
     assert!(control.laser_power() > 0.0);
     station.shut_down();
     assert_eq!(control.laser_power(), 0.0);
-    assert!(matches!(lease.grab(&nobody()), Err(StationRefusal::ShuttingDown)));
+    assert!(matches!(lease.grab(&never_cancelled()), Err(StationRefusal::ShuttingDown)));
 }

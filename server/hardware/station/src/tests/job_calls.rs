@@ -1,4 +1,4 @@
-//! What a job can do with its lease, and how its calls end.
+//! The calls of a lease, and how they end.
 
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 use devices::CameraRequest;
 use devices::contract::Stopwatch;
 
-use super::bench::{bench, nobody, wait_until};
+use super::bench::{bench, never_cancelled, wait_until};
 use crate::shared::cancel::CancelFlag;
 use crate::{LaserLight, MachineState, Manual, OperationalState, StationRefusal, Sweep};
 
@@ -26,14 +26,14 @@ fn a_job_moves_exposes_and_leaves_everything_as_it_was() {
     assert_eq!(accepted.exposure_us, 1000.0);
     lease.laser_on(0.5).unwrap();
     assert!(bench.control.laser_power() > 0.0, "the call comes back with the light on");
-    assert_eq!(lease.move_to(12.5, None, &nobody()).unwrap(), 12.5);
-    let frame = lease.grab(&nobody()).unwrap();
+    assert_eq!(lease.move_to(12.5, None, &never_cancelled()).unwrap(), 12.5);
+    let frame = lease.grab(&never_cancelled()).unwrap();
     assert_eq!((frame.position_mm, frame.laser_on, frame.exposure_us), (Some(12.5), true, 1000.0));
     lease.laser_off().unwrap();
-    assert!(!lease.grab(&nobody()).unwrap().laser_on);
+    assert!(!lease.grab(&never_cancelled()).unwrap().laser_on);
     lease.laser_on(1.0).unwrap();
     drop(lease);
-    assert_eq!(bench.control.laser_power(), 0.0, "the lease's end darkens");
+    assert_eq!(bench.control.laser_power(), 0.0, "the end of the lease turns it off");
     let status = bench.station.status();
     assert_eq!(status.camera_settings, before);
     assert_eq!(status.state, MachineState::Operational(OperationalState::Ready));
@@ -44,7 +44,7 @@ fn a_job_moves_exposes_and_leaves_everything_as_it_was() {
 fn frames_are_numbered_without_gaps_and_in_time() {
     let bench = bench();
     let lease = bench.lease();
-    let frames: Vec<_> = (0..20).map(|_| lease.grab(&nobody()).unwrap()).collect();
+    let frames: Vec<_> = (0..20).map(|_| lease.grab(&never_cancelled()).unwrap()).collect();
     for pair in frames.windows(2) {
         assert_eq!(pair[1].sequence, pair[0].sequence + 1);
         assert!(pair[1].captured_at_ns > pair[0].captured_at_ns);
@@ -56,7 +56,7 @@ fn a_sweep_delivers_every_frame_of_its_range_with_its_position() {
     let bench = bench();
     let lease = bench.lease();
     lease.laser_on(1.0).unwrap();
-    let stream = lease.sweep(&SWEEP, &nobody()).unwrap();
+    let stream = lease.sweep(&SWEEP, &never_cancelled()).unwrap();
     let frames: Vec<_> = stream.frames.iter().collect();
     assert!(stream.broken().is_none());
     assert_eq!(stream.dropped.total(), 0);
@@ -73,14 +73,14 @@ fn a_sweep_delivers_every_frame_of_its_range_with_its_position() {
     assert!(frames.iter().all(|frame| frame.laser_on));
     drop(frames);
     lease.laser_off().unwrap();
-    assert_eq!(lease.move_to(0.0, None, &nobody()).unwrap(), 0.0);
+    assert_eq!(lease.move_to(0.0, None, &never_cancelled()).unwrap(), 0.0);
 }
 
 #[test]
 fn a_sweep_backwards_is_a_sweep_as_well() {
     let bench = bench();
     let lease = bench.lease();
-    let stream = lease.sweep(&Sweep { from_mm: 3.0, to_mm: -2.0, ..SWEEP }, &nobody()).unwrap();
+    let stream = lease.sweep(&Sweep { from_mm: 3.0, to_mm: -2.0, ..SWEEP }, &never_cancelled()).unwrap();
     let positions: Vec<f64> = stream.frames.iter().map(|frame| frame.position_mm.unwrap()).collect();
     assert!(positions.windows(2).all(|pair| pair[1] < pair[0]), "{positions:?}");
     assert!((5..=31).contains(&positions.len()), "{} frames", positions.len());
@@ -90,14 +90,14 @@ fn a_sweep_backwards_is_a_sweep_as_well() {
 fn a_sweep_without_room_for_its_run_up_is_refused_before_anything_moves() {
     let bench = bench();
     let lease = bench.lease();
-    let refused = lease.sweep(&Sweep { from_mm: -100.0, ..SWEEP }, &nobody());
+    let refused = lease.sweep(&Sweep { from_mm: -100.0, ..SWEEP }, &never_cancelled());
     assert!(matches!(refused, Err(StationRefusal::Stage(devices::StageError::OutOfTravel { .. }))));
     assert_eq!(bench.control.true_position_mm(), 0.0);
     for speed_mm_s in [0.0, -1.0, f64::NAN, f64::INFINITY] {
-        let refused = lease.sweep(&Sweep { speed_mm_s, ..SWEEP }, &nobody());
+        let refused = lease.sweep(&Sweep { speed_mm_s, ..SWEEP }, &never_cancelled());
         assert!(matches!(refused, Err(StationRefusal::Stage(devices::StageError::BadNumber { .. }))));
     }
-    assert!(lease.grab(&nobody()).is_ok(), "a refusal is no fault");
+    assert!(lease.grab(&never_cancelled()).is_ok(), "a refusal is not a fault");
 }
 
 #[test]
@@ -105,7 +105,7 @@ fn a_recorder_that_does_not_keep_up_costs_counted_frames() {
     let bench = bench();
     let lease = bench.lease();
     let sweep = Sweep { from_mm: 0.0, to_mm: 60.0, speed_mm_s: 20.0, frame_rate_hz: 100.0 };
-    let stream = lease.sweep(&sweep, &nobody()).unwrap();
+    let stream = lease.sweep(&sweep, &never_cancelled()).unwrap();
     wait_until("over", || !bench.station.status().moving);
     let delivered: Vec<u64> = stream.frames.iter().map(|frame| frame.sequence).collect();
     assert_eq!(delivered.len(), crate::params::RECORDER_FRAMES);
@@ -122,7 +122,7 @@ fn stop_ends_the_call_that_waits_and_all_later_ones() {
     let lease = bench.lease();
     lease.laser_on(1.0).unwrap();
     std::thread::scope(|scope| {
-        let moving = scope.spawn(|| lease.move_to(90.0, Some(10.0), &nobody()));
+        let moving = scope.spawn(|| lease.move_to(90.0, Some(10.0), &never_cancelled()));
         bench.wait_for("moving", |status| status.moving);
         bench.stop();
         let ended = moving.join().unwrap();
@@ -130,21 +130,25 @@ fn stop_ends_the_call_that_waits_and_all_later_ones() {
     });
     assert_eq!(bench.control.laser_power(), 0.0);
     assert_eq!(bench.station.status().state, MachineState::Halted);
-    assert!(matches!(lease.grab(&nobody()), Err(StationRefusal::Stopped { .. })));
-    assert!(bench.control.true_position_mm() < 80.0, "it stopped on its way");
+    assert!(matches!(lease.grab(&never_cancelled()), Err(StationRefusal::Stopped { .. })));
+    assert!(bench.control.true_position_mm() < 80.0, "it stopped during the move");
     assert!(matches!(bench.try_lease().map(drop), Err(StationRefusal::Halted)));
     bench.manual(Manual::Reset).unwrap();
     let next = bench.lease();
     assert_eq!(bench.station.status().state, MachineState::Operational(OperationalState::SingleExecution));
     drop(lease);
-    assert_eq!(next.move_to(1.0, None, &nobody()).unwrap(), 1.0, "the old lease's end does not touch the new one");
+    assert_eq!(
+        next.move_to(1.0, None, &never_cancelled()).unwrap(),
+        1.0,
+        "the old lease's end does not touch the new one"
+    );
 }
 
 #[test]
-fn stop_ends_a_sweep_and_says_so() {
+fn stop_ends_a_sweep_with_its_reason() {
     let bench = bench();
     let lease = bench.lease();
-    let stream = lease.sweep(&SWEEP, &nobody()).unwrap();
+    let stream = lease.sweep(&SWEEP, &never_cancelled()).unwrap();
     bench.stop();
     assert!(stream.frames.iter().count() < 20);
     assert!(matches!(stream.broken(), Some(StationRefusal::Stopped { .. })));
@@ -166,7 +170,7 @@ fn a_cancelled_job_gets_its_calls_back_at_once() {
     });
     bench.wait_for("at rest", |status| !status.moving);
     assert!(matches!(lease.grab(&cancel), Err(StationRefusal::Cancelled)));
-    assert!(lease.grab(&nobody()).is_ok(), "the lease goes on: only the call was cancelled");
+    assert!(lease.grab(&never_cancelled()).is_ok(), "the lease continues: only the call was cancelled");
 }
 
 #[test]
@@ -174,20 +178,20 @@ fn a_second_job_is_refused_while_one_has_the_station() {
     let bench = bench();
     let lease = bench.lease();
     lease.activity("scanning, row 3 of 9");
-    bench.wait_for("told", |status| status.activity == "scanning, row 3 of 9");
+    bench.wait_for("the activity", |status| status.activity == "scanning, row 3 of 9");
     assert!(matches!(bench.try_lease(), Err(StationRefusal::Busy { activity }) if activity.contains("row 3")));
     drop(lease);
     assert!(bench.try_lease().is_ok());
 }
 
 #[test]
-fn light_goes_out_when_the_job_falls_silent_and_comes_back_with_its_next_exposure() {
+fn light_is_suspended_while_the_job_is_idle_and_resumes_with_its_next_exposure() {
     let bench = bench();
     let lease = bench.lease();
     lease.laser_on(1.0).unwrap();
     let dark_after = wait_until("dark", || bench.control.laser_power() == 0.0);
-    assert!(dark_after < Duration::from_secs(1), "dark after {dark_after:?}");
-    assert!(lease.grab(&nobody()).unwrap().laser_on);
+    assert!(dark_after < Duration::from_secs(1), "off after {dark_after:?}");
+    assert!(lease.grab(&never_cancelled()).unwrap().laser_on);
 }
 
 #[test]
@@ -196,10 +200,10 @@ fn a_motion_or_a_wait_keeps_no_light_on() {
     let lease = bench.lease();
     lease.laser_on(1.0).unwrap();
     std::thread::scope(|scope| {
-        let moving = scope.spawn(|| lease.move_to(90.0, Some(20.0), &nobody()));
+        let moving = scope.spawn(|| lease.move_to(90.0, Some(20.0), &never_cancelled()));
         bench.wait_for("moving", |status| status.moving);
         wait_until("dark", || bench.control.laser_power() == 0.0);
-        assert!(!moving.is_finished(), "it goes out on the way");
+        assert!(!moving.is_finished(), "it goes off during the move");
         bench.stop();
         let _ = moving.join().unwrap();
     });
@@ -210,7 +214,7 @@ fn a_camera_that_hangs_lets_the_light_go_out_half_a_second_after_its_frame_was_d
     let bench = bench();
     let lease = bench.lease();
     lease.laser_on(1.0).unwrap();
-    assert!(lease.grab(&nobody()).unwrap().laser_on);
+    assert!(lease.grab(&never_cancelled()).unwrap().laser_on);
     bench.control.set_fault(twin::TwinFault::CameraHang);
     let (asked, watch, lit) = (Instant::now(), Stopwatch::start(), std::sync::atomic::AtomicU64::new(0));
     let ended = std::sync::atomic::AtomicBool::new(false);
@@ -218,12 +222,12 @@ fn a_camera_that_hangs_lets_the_light_go_out_half_a_second_after_its_frame_was_d
         scope.spawn(|| {
             while !ended.load(Ordering::SeqCst) {
                 let before = Instant::now();
-                let shines = bench.control.laser_power() > 0.0;
+                let is_on = bench.control.laser_power() > 0.0;
                 std::thread::sleep(Duration::from_millis(1));
-                lit.fetch_add(if shines { before.elapsed().as_micros() as u64 } else { 0 }, Ordering::SeqCst);
+                lit.fetch_add(if is_on { before.elapsed().as_micros() as u64 } else { 0 }, Ordering::SeqCst);
             }
         });
-        let refused = lease.grab(&nobody()).map(drop);
+        let refused = lease.grab(&never_cancelled()).map(drop);
         ended.store(true, Ordering::SeqCst);
         assert!(matches!(refused, Err(StationRefusal::NoFrame { .. })), "{refused:?}");
     });
@@ -231,7 +235,7 @@ fn a_camera_that_hangs_lets_the_light_go_out_half_a_second_after_its_frame_was_d
     let took = watch.own_time();
     let late = asked.elapsed().saturating_sub(took);
     let lit = Duration::from_micros(lit.load(Ordering::SeqCst)).saturating_sub(late);
-    assert!(took < Duration::from_secs(2), "named after {took:?}");
-    assert!(lit < Duration::from_millis(1200), "lit for {lit:?}");
+    assert!(took < Duration::from_secs(2), "reported after {took:?}");
+    assert!(lit < Duration::from_millis(1200), "light for {lit:?}");
     assert_eq!(bench.control.laser_power(), 0.0);
 }

@@ -1,8 +1,8 @@
-//! Stop is final: nothing moves or shines after it, whatever was authorised before or is asked afterwards.
+//! Stop is final: afterwards nothing moves or emits light, whether it was authorised before or is requested later.
 
 use std::time::{Duration, Instant};
 
-use super::bench::{bench, bench_with, nobody, small_devices, wait};
+use super::bench::{bench, bench_with, never_cancelled, small_devices, wait};
 use crate::station_thread::handle::Watch;
 use crate::{Fault, LiveRequest, MachineState, Manual, OperationalState, StationRefusal};
 
@@ -15,7 +15,7 @@ fn what_was_authorised_before_a_stop_never_has_the_station_not_even_after_the_re
     assert!(matches!(bench.try_lease().map(drop), Err(StationRefusal::Halted)));
     bench.manual(Manual::Reset).unwrap();
     assert!(matches!(bench.lease_of(before).map(drop), Err(StationRefusal::Stopped { .. })));
-    assert!(bench.lease().grab(&nobody()).is_ok());
+    assert!(bench.lease().grab(&never_cancelled()).is_ok());
 }
 
 #[test]
@@ -33,12 +33,12 @@ fn a_station_that_was_stopped_before_the_program_began_is_halted_until_a_reset()
 }
 
 #[test]
-fn a_reset_at_work_ends_the_job_dark_and_at_rest() {
+fn a_reset_during_a_job_ends_it_with_the_laser_off_and_at_rest() {
     let bench = bench();
     let lease = bench.lease();
     lease.laser_on(1.0).unwrap();
     std::thread::scope(|scope| {
-        let moving = scope.spawn(|| lease.move_to(90.0, Some(5.0), &nobody()));
+        let moving = scope.spawn(|| lease.move_to(90.0, Some(5.0), &never_cancelled()));
         bench.wait_for("moving", |status| status.moving);
         bench.manual(Manual::Reset).unwrap();
         assert!(matches!(moving.join().unwrap(), Err(StationRefusal::Stopped { .. })));
@@ -61,7 +61,7 @@ fn an_alarm_from_outside_ends_light_and_motion_and_waits_for_a_person() {
         since_ms: 0,
     };
     std::thread::scope(|scope| {
-        let moving = scope.spawn(|| lease.move_to(90.0, Some(5.0), &nobody()));
+        let moving = scope.spawn(|| lease.move_to(90.0, Some(5.0), &never_cancelled()));
         bench.wait_for("moving", |status| status.moving);
         bench.station.alarm(alarm);
         assert!(matches!(moving.join().unwrap(), Err(StationRefusal::InError { .. })));
@@ -71,9 +71,9 @@ fn an_alarm_from_outside_ends_light_and_motion_and_waits_for_a_person() {
     assert!(matches!(bench.try_lease().map(drop), Err(StationRefusal::InError { .. })));
 }
 
-/// After each Stop: old and new jobs, people, the live view; none of them moves or lights anything before a reset.
+/// After each Stop: old and new jobs, people and the live view; none of them moves or lights anything before a reset.
 #[test]
-fn after_a_stop_nothing_moves_or_shines_whoever_asks() {
+fn after_a_stop_nothing_moves_or_emits_light_whoever_requests_it() {
     let bench = bench();
     for round in 0..40_u32 {
         let before = bench.station.stop_epoch();
@@ -91,7 +91,7 @@ fn after_a_stop_nothing_moves_or_shines_whoever_asks() {
             assert!(bench.manual(Manual::Jog { velocity_mm_s: 20.0 }).is_err());
             assert!(wait(bench.station.live(LiveRequest { running: true, laser_power: 1.0 })).is_err());
             if let Some(lease) = &lease {
-                assert!(lease.laser_on(1.0).is_err() && lease.grab(&nobody()).is_err());
+                assert!(lease.laser_on(1.0).is_err() && lease.grab(&never_cancelled()).is_err());
             }
             assert_eq!(bench.control.laser_power(), 0.0, "round {round}");
             assert_eq!(bench.control.true_position_mm(), rest_mm, "round {round}");

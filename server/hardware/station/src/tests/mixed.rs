@@ -1,4 +1,4 @@
-//! Devices of several drivers make one station; each is opened by itself, and one that hangs keeps nobody waiting.
+//! Stations with devices of several drivers; each is opened separately, and one that hangs does not delay the others.
 
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
@@ -9,12 +9,12 @@ use devices::grbl_simulator::{GrblSimulator, SimulatorConfig};
 use devices::replay::{ReplayDriver, ReplaySettings};
 use tempfile::TempDir;
 
-use super::bench::{bench_of, nobody, small_devices, wait, wait_until};
+use super::bench::{bench_of, never_cancelled, small_devices, wait, wait_until};
 use super::spied::spied;
 use crate::params::OPENING_LIMIT;
 use crate::{MachineState, Manual, StationDevices};
 
-/// A controller whose axis nobody uses: without switches, so that it takes commands at once.
+/// A controller whose axis is unused: without limit switches, so that it accepts commands at once.
 fn controller() -> (GrblSimulator, Arc<GrblDriver>, TempDir) {
     let folder = tempfile::tempdir().unwrap();
     let machine = SimulatorConfig { homing: false, ..SimulatorConfig::default() };
@@ -30,10 +30,10 @@ fn a_lasers_controller_lights_the_simulated_world_while_the_simulated_stage_move
     let bench = bench_of(StationDevices { laser: grbl, ..small_devices() });
     bench.wait_for("ready", |status| status.activity == "ready");
     let lease = bench.lease();
-    lease.move_to(10.0, None, &nobody()).unwrap();
+    lease.move_to(10.0, None, &never_cancelled()).unwrap();
     assert_eq!(bench.control.true_position_mm(), 10.0);
     lease.laser_on(1.0).unwrap();
-    assert!(lease.grab(&nobody()).unwrap().laser_on);
+    assert!(lease.grab(&never_cancelled()).unwrap().laser_on);
     assert!(controller.witness().light() && bench.control.laser_power() > 0.0);
     drop(lease);
     wait_until("dark", || !controller.witness().light() && bench.control.laser_power() == 0.0);
@@ -44,13 +44,13 @@ fn a_lasers_controller_lights_the_simulated_world_while_the_simulated_stage_move
 fn a_stages_controller_moves_the_simulated_world_while_the_simulated_laser_lights_it() {
     let (controller, grbl, _folder) = controller();
     let bench = bench_of(StationDevices { stage: grbl, ..small_devices() });
-    // Its zero is where it stands, at the upper end of its travel.
+    // Homing zeroes at the present position, at the upper end of the travel.
     bench.manual(Manual::Home).unwrap();
     bench.wait_for("ready", |status| status.activity == "ready");
     let lease = bench.lease();
-    lease.move_to(-10.0, None, &nobody()).unwrap();
+    lease.move_to(-10.0, None, &never_cancelled()).unwrap();
     lease.laser_on(1.0).unwrap();
-    let frame = lease.grab(&nobody()).unwrap();
+    let frame = lease.grab(&never_cancelled()).unwrap();
     assert!(frame.laser_on && (frame.position_mm.unwrap() + 10.0).abs() < 0.01, "{:?}", frame.position_mm);
     assert!((bench.control.true_position_mm() + 10.0).abs() < 0.01);
     assert!(bench.control.laser_power() > 0.0 && !controller.witness().light());
@@ -69,7 +69,7 @@ fn a_driver_that_cannot_open_keeps_only_its_own_devices() {
 }
 
 #[test]
-fn a_driver_that_hangs_while_it_opens_is_named_and_stop_is_heard_all_the_same() {
+fn a_driver_that_hangs_while_it_opens_is_reported_and_stop_works_anyway() {
     let (devices, spy) = spied(small_devices());
     let hang = OPENING_LIMIT + Duration::from_secs(1);
     spy.open_hangs_ms.store(hang.as_millis() as u64, Ordering::SeqCst);
@@ -84,7 +84,7 @@ fn a_driver_that_hangs_while_it_opens_is_named_and_stop_is_heard_all_the_same() 
     );
     let asked = Instant::now();
     wait(bench.station.stop("a person")).unwrap();
-    assert!(asked.elapsed() < Duration::from_millis(500), "told after {:?}", asked.elapsed());
+    assert!(asked.elapsed() < Duration::from_millis(500), "reported after {:?}", asked.elapsed());
     bench.wait_for("there", |status| status.camera.connected && status.faults.is_empty());
     bench.manual(Manual::Reset).unwrap();
     bench.wait_for("ready", |status| status.activity == "ready");

@@ -1,4 +1,4 @@
-//! The station over the simulated one, driven as jobs and people drive it.
+//! Tests of the station with the simulated devices, driven as by jobs and people.
 
 mod account;
 pub mod bench;

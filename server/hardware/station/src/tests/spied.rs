@@ -1,4 +1,4 @@
-//! A camera that counts what is asked of it, and fails as no device should.
+//! A camera that counts calls and injects faults.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -13,34 +13,34 @@ use vision::{GreyImage, Pixels};
 
 use crate::StationDevices;
 
-/// What the test sees and does.
+/// Observations and injected faults.
 #[derive(Debug, Default)]
 pub struct Spy {
     /// How long the next opening hangs.
     pub open_hangs_ms: AtomicU64,
-    /// Exposures asked for.
+    /// Number of triggers.
     pub triggers: AtomicU64,
     /// The next call for a frame panics.
     pub panics: AtomicBool,
     /// How long the next call for a frame hangs.
     pub hangs_ms: AtomicU64,
-    /// Exposures: triggers that were taken, or what frames tell of a camera that runs freely.
+    /// Exposures: accepted triggers, or frame numbers of a free-running camera.
     pub exposed: AtomicU64,
-    /// So many of the next frames are lost on the way.
+    /// Number of next frames to be lost.
     pub loses: AtomicU64,
-    /// Frames come half as high.
+    /// Frames arrive with half the height.
     pub halves: AtomicBool,
-    /// Frames come with twice the bytes per pixel.
+    /// Frames arrive with twice the bytes per pixel.
     pub deepens: AtomicBool,
     /// It is unplugged.
     pub is_unplugged: AtomicBool,
 }
 
-/// A camera under observation.
+/// The observed camera.
 struct Spied {
     camera: Box<dyn Camera>,
     spy: Arc<Spy>,
-    /// Lost since the last frame that was handed on.
+    /// Lost since the last delivered frame.
     lost: u64,
     /// It was unplugged and not reconnected since.
     is_gone: bool,
@@ -50,12 +50,12 @@ impl Spied {
     fn is_there(&mut self) -> Result<(), CameraError> {
         self.is_gone |= self.spy.is_unplugged.load(Ordering::SeqCst);
         match self.is_gone {
-            true => Err(CameraError::Gone { reason: "its cable was pulled".to_owned() }),
+            true => Err(CameraError::Gone { reason: "its cable was unplugged".to_owned() }),
             false => Ok(()),
         }
     }
 
-    /// What becomes of a frame on the way.
+    /// Delivers, changes or drops a frame.
     fn handed_on(&mut self, image: &mut GreyImage, info: FrameInfo) -> Option<FrameInfo> {
         let spy = &self.spy;
         let loses = |left: u64| left.checked_sub(1);
@@ -73,28 +73,28 @@ impl Spied {
         }
         let lost_before = info.lost_before + std::mem::take(&mut self.lost);
         if self.camera.settings().trigger != Trigger::Software {
-            // Of exposures after the last frame nobody knows.
+            // Exposures after the last frame are unknown.
             spy.exposed.fetch_add(1 + lost_before, Ordering::SeqCst);
         }
         Some(FrameInfo { lost_before, ..info })
     }
 }
 
-/// A driver whose camera is under observation.
+/// A driver whose camera is observed.
 #[derive(Debug)]
 struct SpiedDriver {
     driver: Arc<dyn Driver>,
     spy: Arc<Spy>,
-    /// Whether the camera has a thread of its own.
+    /// Whether the camera runs on its own thread.
     threaded: bool,
 }
 
-/// The same devices with the camera under observation.
+/// The same devices with an observed camera.
 pub fn spied(devices: StationDevices) -> (StationDevices, Arc<Spy>) {
     observed(devices, false)
 }
 
-/// The same with the camera behind a thread of its own.
+/// As [`spied`], with the camera on its own thread.
 pub fn spied_behind_a_thread(devices: StationDevices) -> (StationDevices, Arc<Spy>) {
     observed(devices, true)
 }
@@ -162,7 +162,7 @@ impl Camera for Spied {
     }
 
     fn next_frame(&mut self, image: &mut GreyImage, timeout: Duration) -> Result<Option<FrameInfo>, CameraError> {
-        assert!(!self.spy.panics.swap(false, Ordering::SeqCst), "a planted defect");
+        assert!(!self.spy.panics.swap(false, Ordering::SeqCst), "an injected panic");
         std::thread::sleep(Duration::from_millis(self.spy.hangs_ms.swap(0, Ordering::SeqCst)));
         self.is_there()?;
         let taken = self.camera.next_frame(image, timeout);

@@ -1,9 +1,9 @@
-//! 200 stops in random states under load: promised is p99 ≤ 50 ms and at most 200 ms to the witness.
+//! 200 Stops in random states under load: p99 ≤ 50 ms and at most 200 ms until light and motion have ended.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use super::bench::{Bench, bench, nobody, wait};
+use super::bench::{Bench, bench, never_cancelled, wait};
 use crate::{LiveRequest, Manual, Sweep};
 
 /// Promise 4.
@@ -11,7 +11,7 @@ const P99: Duration = Duration::from_millis(50);
 const LONGEST: Duration = Duration::from_millis(200);
 const STOPS: usize = 200;
 
-/// Brings the station into one of its states; returns when something moves or shines.
+/// Brings the station into one of its states; returns when something moves or emits light.
 fn begin(bench: &Bench, state: usize, scope: &mut Vec<std::thread::JoinHandle<()>>) {
     let station = bench.station.clone();
     let target_mm = if bench.control.true_position_mm() > 0.0 { -90.0 } else { 90.0 };
@@ -29,7 +29,7 @@ fn begin(bench: &Bench, state: usize, scope: &mut Vec<std::thread::JoinHandle<()
             let (from_mm, to_mm) = (bench.control.true_position_mm().clamp(-50.0, 50.0), target_mm * 0.8);
             let sweep = Sweep { from_mm, to_mm, speed_mm_s: 20.0, frame_rate_hz: 60.0 };
             scope.push(std::thread::spawn(move || {
-                if let Ok(stream) = lease.sweep(&sweep, &nobody()) {
+                if let Ok(stream) = lease.sweep(&sweep, &never_cancelled()) {
                     stream.frames.iter().for_each(drop);
                 }
             }));
@@ -37,7 +37,7 @@ fn begin(bench: &Bench, state: usize, scope: &mut Vec<std::thread::JoinHandle<()
     }
 }
 
-/// Whether the witness sees motion or light: two looks at the true position, and the true light.
+/// Whether there is motion or light in the simulation: compares two true positions, and reads the true power.
 fn is_active(bench: &Bench) -> bool {
     let before = bench.control.true_position_mm();
     std::thread::sleep(Duration::from_micros(200));
@@ -56,13 +56,13 @@ fn two_hundred_stops_under_load_keep_the_promise() {
     assert!(p99 <= P99 && longest <= LONGEST, "p99 {p99:?}, longest {longest:?}");
 }
 
-/// The 99th percentile and the longest time from the request to the witness.
+/// The 99th percentile and the longest time from the request to the end of light and motion.
 fn stop_200_times() -> (Duration, Duration) {
     let bench = bench();
     let busy = AtomicBool::new(true);
     let mut times = Vec::with_capacity(STOPS);
     std::thread::scope(|scope| {
-        // Load: people who ask without pause for what is refused or harmless.
+        // Load: people who constantly send requests that are refused or harmless.
         for _ in 0..2 {
             scope.spawn(|| {
                 while busy.load(Ordering::Relaxed) {

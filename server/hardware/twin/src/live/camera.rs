@@ -1,4 +1,4 @@
-//! The simulated camera's driver: settings, start and stop, frames out of a small ring.
+//! The simulated camera: settings, acquisition, and frames from a small ring buffer.
 
 use std::sync::Arc;
 use std::thread::JoinHandle;
@@ -18,7 +18,7 @@ use crate::live::params::{
 use crate::live::sensor_thread::{Finished, Run, Sensor};
 use crate::live::world::SharedWorld;
 
-/// The camera of a [`crate::live::TwinStation`]. Its sensor exposes and renders in a thread of its own.
+/// The camera of a [`crate::live::TwinStation`]. Its sensor exposes and renders on its own thread.
 pub struct TwinCamera {
     world: SharedWorld,
     sensor: Arc<Sensor>,
@@ -53,7 +53,7 @@ impl TwinCamera {
         Self { world, sensor, sensor_px: (width_px, height_px), thread }
     }
 
-    /// Notices a pulled cable; once noticed it stays so until the camera is reached again.
+    /// Detects an unplugged cable; the camera then stays disconnected until it is reconnected.
     fn check(&self) -> Result<(), CameraError> {
         let pulled = self.world.lock().has(TwinFault::CameraUnplugged);
         let mut state = self.sensor.lock();
@@ -64,7 +64,7 @@ impl TwinCamera {
         if !state.gone {
             return Ok(());
         }
-        Err(CameraError::Gone { reason: "its cable was pulled".to_owned() })
+        Err(CameraError::Gone { reason: "its cable was unplugged".to_owned() })
     }
 
     fn accepted(&self, wanted: &CameraRequest, now: &CameraSettings) -> Result<CameraSettings, CameraError> {
@@ -93,7 +93,7 @@ impl TwinCamera {
         Ok(accepted)
     }
 
-    /// The region moved and cut so that it lies on the sensor.
+    /// The region, moved and cropped to lie on the sensor.
     fn nearest_roi(&self, wanted: Roi) -> Roi {
         let (columns, rows) = self.sensor_px;
         let (width_px, height_px) = (wanted.width_px.clamp(1, columns), wanted.height_px.clamp(1, rows));
@@ -180,7 +180,7 @@ impl Camera for TwinCamera {
         let refused = |reason| Err(CameraError::NotTriggerable { reason });
         let Some(run) = &mut state.run else { return refused("acquisition is not started; start it") };
         if settings.trigger != Trigger::Software {
-            return refused("it runs by itself; set the software trigger");
+            return refused("it runs freely; set the software trigger");
         }
         if run.pending.len() >= PENDING_TRIGGERS {
             return refused("earlier exposures are not read out yet; collect their frames");
@@ -228,7 +228,7 @@ impl Drop for TwinCamera {
     fn drop(&mut self) {
         self.sensor.close();
         if let Some(thread) = self.thread.take() {
-            // A sensor that panicked has nothing more to say.
+            // The panic of the sensor thread needs no further handling.
             let _ = thread.join();
         }
     }

@@ -1,4 +1,4 @@
-//! Control of the simulation: what an operator does at a real station, and access to the truth.
+//! Control of the simulation: the actions of an operator, and access to the ground truth.
 
 use std::sync::Arc;
 use std::time::Instant;
@@ -10,7 +10,7 @@ use crate::part::mesh::Solid;
 use crate::part::scene::{Scene, SceneKind};
 use crate::render::renderer::Renderer;
 
-/// The virtual operator: puts parts on the stage, sets faults, reads the truth. Cheap to clone.
+/// The virtual operator: places parts on the stage, injects faults, reads the ground truth. Cheap to clone.
 #[derive(Clone)]
 pub struct TwinControl {
     world: SharedWorld,
@@ -21,39 +21,39 @@ impl TwinControl {
         Self { world }
     }
 
-    /// Puts a scene on the stage in place of what was there.
+    /// Replaces the scene on the stage.
     pub fn place(&self, scene: Scene) {
         self.world.lock().scene = Arc::new(scene);
     }
 
-    /// Puts a part on the stage: a little aslant, always in the same way.
+    /// Places a part on the stage, slightly tilted, always in the same way.
     pub fn place_part(&self, part: &SceneKind) {
         let model = self.model();
         self.place(part.placed(&model, FIRST_PART_STREAM));
     }
 
-    /// Puts a solid on the stage's plate: a little aslant, as [`TwinControl::place_part`] does.
+    /// Places a solid on the stage's plate, tilted as by [`TwinControl::place_part`].
     pub fn place_solid(&self, solid: Arc<Solid>) {
         let model = self.model();
         self.place(Scene::mesh(solid, &model, FIRST_PART_STREAM));
     }
 
-    /// What is on the stage.
+    /// The scene on the stage.
     pub fn scene(&self) -> Arc<Scene> {
         self.world.lock().scene.clone()
     }
 
-    /// The true station, as it was made.
+    /// The true station, as created.
     pub fn model(&self) -> Arc<StationModel> {
         self.world.lock().model.clone()
     }
 
-    /// The renderer of the station's pictures and truth points, faults of laser and grating included.
+    /// The renderer of the station's images and truth points, including faults of laser and grating.
     pub fn renderer(&self) -> Arc<Renderer> {
         self.world.lock().renderer.clone()
     }
 
-    /// Switches a fault on; one of the same kind is replaced.
+    /// Switches a fault on; it replaces one of the same kind.
     pub fn set_fault(&self, fault: TwinFault) {
         let mut world = self.world.lock();
         world.faults.retain(|other| other.name() != fault.name());
@@ -76,33 +76,32 @@ impl TwinControl {
         true
     }
 
-    /// The faults that are on.
+    /// The active faults.
     pub fn faults(&self) -> Vec<TwinFault> {
         self.world.lock().faults.clone()
     }
 
-    /// Where the carriage truly is.
+    /// True position of the carriage.
     pub fn true_position_mm(&self) -> f64 {
         self.world.lock().true_position_mm(Instant::now())
     }
 
-    /// Share of full power that the laser really emits.
+    /// Emitted fraction of full power.
     pub fn laser_power(&self) -> f64 {
         self.world.lock().laser.light(Instant::now())
     }
 
-    /// Lets the carriage be where `position_mm` says, for a station whose stage is not the twin's own.
+    /// Makes the carriage follow `position_mm`, for a station whose stage is not the twin's own.
     pub fn follow_stage(&self, position_mm: impl Fn(Instant) -> f64 + Send + Sync + 'static) {
         self.world.lock().stage.follows = Some(Arc::new(position_mm));
     }
 
-    /// Sets the laser to the share of full power that `power` returns, for a station whose laser is not the
-    /// twin's own.
+    /// Makes the laser follow `power`, a fraction of full power, for a station whose laser is not the twin's own.
     pub fn follow_laser(&self, power: impl Fn(Instant) -> f64 + Send + Sync + 'static) {
         self.world.lock().laser.follows = Some(Arc::new(power));
     }
 
-    /// Lets the pictures show what laser and grating have become; computed here, off the sensor's thread.
+    /// Updates the renderer for the drift of laser and grating; computed here, not on the sensor's thread.
     fn follow_drift(&self, fault: TwinFault) {
         if !matches!(fault, TwinFault::WavelengthDrift { .. } | TwinFault::DirtyGrating { .. }) {
             return;

@@ -1,4 +1,4 @@
-//! Faults a simulated station can be given, by name.
+//! Faults of a simulated station, by name.
 
 use std::borrow::Cow;
 use std::fmt;
@@ -9,38 +9,38 @@ use remedy::Remedy;
 /// A fault; one of each kind at a time.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum TwinFault {
-    /// Every n-th exposure never arrives.
+    /// Every n-th exposure is lost.
     LostFrames {
         /// n, at least 1: every frame.
         every: u64,
     },
-    /// The camera's cable is pulled; after it is in again, the camera must be reconnected.
+    /// The camera's cable is unplugged; after it is plugged in again, the camera must be reconnected.
     CameraUnplugged,
-    /// Frames come half as high as agreed.
+    /// Frames arrive with half the configured height.
     WrongFrameSize,
-    /// Frames come with twice the bytes per pixel agreed.
+    /// Frames arrive with twice the configured bytes per pixel.
     WrongPixelFormat,
-    /// The camera takes commands and sends nothing.
+    /// The camera accepts commands and sends nothing.
     CameraHang,
     /// The carriage cannot pass a position.
     StageStall {
         /// The position.
         at_mm: f64,
     },
-    /// The motor has lost steps: the controller's position is wrong until it is homed.
+    /// The motor has lost steps: the controller's position is wrong until homing.
     LostSteps {
-        /// How far the true position lags behind the reported one.
+        /// Distance by which the true position lags behind the reported one.
         lost_mm: f64,
     },
     /// The stage's controller does not answer.
     StageSilent,
-    /// The stage's cable is pulled.
+    /// The stage's cable is unplugged.
     StageUnplugged,
     /// The laser's driver reports a fault.
     LaserFault,
     /// The laser's interlock is open.
     InterlockOpen,
-    /// The laser's cable is pulled.
+    /// The laser's cable is unplugged.
     LaserUnplugged,
     /// The laser has warmed up or cooled down.
     WavelengthDrift {
@@ -49,30 +49,30 @@ pub enum TwinFault {
     },
     /// Dirt on the grating weakens the orders unevenly and scatters light.
     DirtyGrating {
-        /// 0 is clean, 1 wholly dirty.
+        /// 0 is clean, 1 entirely dirty.
         share: f64,
     },
 }
 
-/// Why a text names no fault.
+/// Why a text is not a fault name.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum FaultNameError {
-    /// No such fault.
-    #[error("\"{name}\" is no fault")]
+    /// An unknown name.
+    #[error("\"{name}\" is not a fault")]
     Unknown {
         /// The name.
         name: String,
         /// All names.
         known: String,
     },
-    /// A value that the fault cannot have.
+    /// A value outside the fault's range.
     #[error("{name} cannot be {value}")]
     BadValue {
         /// The fault.
         name: String,
         /// The value.
         value: String,
-        /// What is allowed.
+        /// The permitted values.
         expected: &'static str,
     },
 }
@@ -87,7 +87,7 @@ impl Remedy for FaultNameError {
 }
 
 impl TwinFault {
-    /// One of each kind, with an ordinary value.
+    /// One of each kind, with a typical value.
     pub const EXAMPLES: [Self; 14] = [
         Self::LostFrames { every: 10 },
         Self::CameraUnplugged,
@@ -105,7 +105,7 @@ impl TwinFault {
         Self::DirtyGrating { share: 0.3 },
     ];
 
-    /// Its name.
+    /// Name.
     pub fn name(&self) -> &'static str {
         match self {
             Self::LostFrames { .. } => "lost_frames",
@@ -125,7 +125,7 @@ impl TwinFault {
         }
     }
 
-    /// Its number, if it has one: frames, mm, a relative change, a share.
+    /// Value, if the fault has one: frames, mm, a relative change, a fraction.
     pub fn value(&self) -> Option<f64> {
         match *self {
             Self::LostFrames { every } => Some(every as f64),
@@ -137,7 +137,7 @@ impl TwinFault {
         }
     }
 
-    /// The fault of that name; without a value an ordinary one is taken.
+    /// The fault of that name; without a value a typical one is used.
     ///
     /// # Errors
     /// [`FaultNameError`] for an unknown name or an impossible value.
@@ -168,7 +168,7 @@ impl TwinFault {
 }
 
 impl fmt::Display for TwinFault {
-    /// `name` or `name=value`, as [`FromStr`] reads it.
+    /// `name` or `name=value`, as parsed by [`FromStr`].
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self.value() {
             Some(value) => write!(f, "{}={value}", self.name()),
@@ -205,7 +205,7 @@ mod tests {
     }
 
     #[test]
-    fn what_names_no_fault_is_refused() {
+    fn an_invalid_fault_name_is_refused() {
         for text in
             ["fire", "lost_frames=0", "lost_frames=1.5", "dirty_grating=NaN", "camera_hang=1", "stage_stall=x"]
         {

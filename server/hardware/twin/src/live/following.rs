@@ -1,8 +1,8 @@
-//! A simulated world that follows the devices of other drivers: the pictures show the position that their controller
-//! reports, lit while it reports the laser on.
+//! A simulated world that follows the devices of other drivers: the images show the position reported by their
+//! controller, and laser light while it reports the laser on.
 //!
-//! Between two readings of a moving stage the world goes on at the speed between the last two; pictures taken then
-//! are off by what the speed changes in one reading. That is good enough to try a controller, not to measure with.
+//! After a reading of a moving stage the position is extrapolated with the speed between the last two readings; the
+//! error is the change of speed within one reading. That suffices to try a controller, but not to measure.
 
 use parking_lot::Mutex;
 use std::sync::Arc;
@@ -15,7 +15,7 @@ use devices::{
 
 use crate::live::control::TwinControl;
 
-/// The last readings of the devices.
+/// Latest readings of the devices.
 #[derive(Default)]
 struct LastReadings {
     /// The last two readings of the stage, the newer one first.
@@ -23,19 +23,19 @@ struct LastReadings {
     power: f64,
 }
 
-/// The last readings of the devices, shared with the world that follows.
+/// Latest readings of the devices, shared with the world that follows them.
 #[derive(Clone, Default)]
 pub(super) struct Mirror(Arc<Mutex<LastReadings>>);
 
 impl Mirror {
-    /// Lets the world of `control` follow a stage that is not its own.
+    /// Makes the world of `control` follow another driver's stage.
     pub(super) fn stage(&self, stage: Box<dyn Stage>, control: &TwinControl) -> Box<dyn Stage> {
         let mirror = self.clone();
         control.follow_stage(move |at| mirror.position_mm(at));
         Box::new(MirroredStage { stage, mirror: self.clone() })
     }
 
-    /// Lets the world of `control` follow a laser that is not its own.
+    /// Makes the world of `control` follow another driver's laser.
     pub(super) fn laser(&self, laser: Box<dyn Laser>, control: &TwinControl) -> Box<dyn Laser> {
         let mirror = self.clone();
         control.follow_laser(move |_| mirror.look(|seen| seen.power));
@@ -75,7 +75,7 @@ impl Mirror {
     }
 }
 
-/// A stage that the world follows.
+/// A stage followed by the world.
 struct MirroredStage {
     stage: Box<dyn Stage>,
     mirror: Mirror,
@@ -133,7 +133,7 @@ impl Stage for MirroredStage {
     }
 }
 
-/// A laser that the world follows.
+/// A laser followed by the world.
 struct MirroredLaser {
     laser: Box<dyn Laser>,
     mirror: Mirror,
@@ -142,7 +142,7 @@ struct MirroredLaser {
 impl MirroredLaser {
     fn mirrored(&self, state: Result<LaserState, LaserError>) -> Result<LaserState, LaserError> {
         if state.is_err() {
-            // What cannot be reached is not shown as light; the status says that it is unknown.
+            // An unreachable laser is shown as off; the status reports it as unknown.
             self.mirror.look(|seen| seen.power = 0.0);
         }
         state.map(|state| self.mirror.take_laser(state))

@@ -9,21 +9,21 @@ use crate::live::fault::TwinFault;
 use crate::live::params::LASER_POWER;
 use crate::live::world::{SharedWorld, World};
 
-/// Power of a laser outside the twin, as a share of full power.
+/// Power of an external laser, as a fraction of full power.
 pub(super) type PowerSource = Arc<dyn Fn(Instant) -> f64 + Send + Sync>;
 
-/// What the driver has noticed.
+/// A fault detected by the driver.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Trouble {
+enum DetectedFault {
     Fault,
     Gone,
 }
 
-/// The laser itself.
+/// State of the laser.
 pub(super) struct LaserWorld {
     power: f64,
     until: Instant,
-    trouble: Option<Trouble>,
+    trouble: Option<DetectedFault>,
     pub follows: Option<PowerSource>,
 }
 
@@ -32,7 +32,7 @@ impl LaserWorld {
         Self { power: 0.0, until: now, trouble: None, follows: None }
     }
 
-    /// Emitted power at a moment, as a share of full power.
+    /// Emitted power at a time, as a fraction of full power.
     pub(super) fn light(&self, at: Instant) -> f64 {
         match &self.follows {
             Some(source) => source(at),
@@ -41,31 +41,31 @@ impl LaserWorld {
         }
     }
 
-    fn darken(&mut self, now: Instant) {
+    fn turn_off(&mut self, now: Instant) {
         (self.power, self.until) = (0.0, now);
     }
 
     fn error(&self) -> Option<LaserError> {
         match self.trouble? {
-            Trouble::Fault => Some(LaserError::Fault {
+            DetectedFault::Fault => Some(LaserError::Fault {
                 reason: "its driver is too hot".to_owned(),
                 remedy: "let it cool down, then reset the station",
             }),
-            Trouble::Gone => Some(LaserError::Gone { reason: "its cable was pulled".to_owned() }),
+            DetectedFault::Gone => Some(LaserError::Gone { reason: "its cable was unplugged".to_owned() }),
         }
     }
 }
 
 impl World {
-    /// A fault of the laser begins: any of them turns it off.
+    /// Starts a fault of the laser; each of them turns it off.
     pub(super) fn laser_fault_begins(&mut self, fault: TwinFault, now: Instant) {
         match fault {
-            TwinFault::LaserFault => self.laser.trouble = Some(Trouble::Fault),
-            TwinFault::LaserUnplugged => self.laser.trouble = Some(Trouble::Gone),
+            TwinFault::LaserFault => self.laser.trouble = Some(DetectedFault::Fault),
+            TwinFault::LaserUnplugged => self.laser.trouble = Some(DetectedFault::Gone),
             TwinFault::InterlockOpen => {}
             _ => return,
         }
-        self.laser.darken(now);
+        self.laser.turn_off(now);
     }
 
     fn laser_state(&self, now: Instant) -> LaserState {
@@ -147,9 +147,9 @@ impl Laser for TwinLaser {
 
     fn switch_off(&mut self) -> Result<(), LaserError> {
         let mut world = self.world.lock();
-        world.laser.darken(Instant::now());
+        world.laser.turn_off(Instant::now());
         match world.laser.trouble {
-            Some(Trouble::Gone) => world.laser.error().map_or(Ok(()), Err),
+            Some(DetectedFault::Gone) => world.laser.error().map_or(Ok(()), Err),
             _ => Ok(()),
         }
     }
@@ -167,22 +167,22 @@ impl Laser for TwinLaser {
         if !(world.has(TwinFault::LaserFault) || world.has(TwinFault::LaserUnplugged)) {
             world.laser.trouble = None;
         }
-        world.laser.darken(Instant::now());
+        world.laser.turn_off(Instant::now());
         Ok(())
     }
 }
 
-/// Darkens the laser past whoever holds it.
+/// Turns the laser off, independently of its owner.
 struct LaserStop(SharedWorld);
 
 impl StopHandle for LaserStop {
     fn stop_now(&self) {
-        self.0.lock().laser.darken(Instant::now());
+        self.0.lock().laser.turn_off(Instant::now());
     }
 }
 
 impl Drop for TwinLaser {
     fn drop(&mut self) {
-        self.world.lock().laser.darken(Instant::now());
+        self.world.lock().laser.turn_off(Instant::now());
     }
 }

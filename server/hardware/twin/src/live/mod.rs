@@ -1,9 +1,10 @@
-//! The simulated station in operation: camera, stage and laser behind the traits of `devices`, and one world they share.
+//! The simulated station in operation: camera, stage and laser behind the traits of `devices`, and the world they
+//! share.
 //!
-//! [`TwinStation`] is made from a [`StationModel`]; its devices go to whoever drives the station, its
-//! [`TwinControl`] is its virtual operator: parts and boards are put on the stage, faults switched on and off, the truth
-//! read. The camera renders in a thread of its own, as a sensor exposes by itself.
-//! Light, noise and timing: `server/docs/maths/twin.md`.
+//! [`TwinStation`] is created from a [`StationModel`]. Its devices are used like real ones; its [`TwinControl`] is the
+//! virtual operator, which places parts and boards on the stage, switches faults on and off, and reads the ground
+//! truth. The camera renders on its own thread, as a sensor exposes independently. Light, noise and timing:
+//! `server/docs/maths/twin.md`.
 
 mod camera;
 mod control;
@@ -39,7 +40,7 @@ pub struct TwinStation {
 }
 
 impl TwinStation {
-    /// Switches a station on. A ball lies on its stage, as [`TwinOptions::scene`] says.
+    /// Switches a station on, with the scene of [`TwinOptions::scene`].
     pub fn new(model: StationModel, options: TwinOptions) -> Self {
         Self { world: SharedWorld::new(&model, &options), options, mirror: Mirror::default() }
     }
@@ -49,7 +50,7 @@ impl TwinStation {
         TwinControl::new(self.world.clone())
     }
 
-    /// Opens the devices: at rest, dark, stopped. Opened again they share the same world.
+    /// Opens the devices: stage at rest, laser off, camera stopped. Devices opened again share the same world.
     pub fn devices(&self) -> (TwinCamera, TwinStage, TwinLaser) {
         (self.camera(), self.stage(), self.laser())
     }
@@ -59,21 +60,21 @@ impl TwinStation {
         TwinCamera::open(self.world.clone(), &self.options)
     }
 
-    /// Opens the stage: at rest; homed only where it needs no homing.
+    /// Opens the stage: at rest; homed only if it needs no homing.
     pub fn stage(&self) -> TwinStage {
         TwinStage::open(self.world.clone(), &self.options)
     }
 
-    /// Opens the laser: dark.
+    /// Opens the laser: off.
     pub fn laser(&self) -> TwinLaser {
         TwinLaser::open(self.world.clone())
     }
-    /// A stage of another driver, which the carriage of this world follows from now on.
+    /// Makes the carriage of this world follow another driver's stage.
     pub fn followed_stage(&self, stage: Box<dyn Stage>) -> Box<dyn Stage> {
         self.mirror.stage(stage, &self.control())
     }
 
-    /// A laser of another driver, which the light of this world follows from now on.
+    /// Makes the light of this world follow another driver's laser.
     pub fn followed_laser(&self, laser: Box<dyn Laser>) -> Box<dyn Laser> {
         self.mirror.laser(laser, &self.control())
     }

@@ -1,8 +1,8 @@
-//! Where the carriage is at any moment of a motion: phases of constant acceleration, one after the other.
+//! Motion profile of the carriage: consecutive phases of constant acceleration.
 
 use std::time::{Duration, Instant};
 
-/// A part of a motion with constant acceleration.
+/// A phase of constant acceleration.
 #[derive(Debug, Clone, Copy)]
 struct Phase {
     duration_s: f64,
@@ -11,7 +11,7 @@ struct Phase {
     acceleration_mm_s2: f64,
 }
 
-/// A motion from its beginning to rest.
+/// A motion from its start to rest.
 #[derive(Debug, Clone)]
 pub(super) struct Motion {
     began: Instant,
@@ -21,7 +21,7 @@ pub(super) struct Motion {
     ramped: bool,
 }
 
-/// Place and speed at a moment.
+/// Position and speed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Place {
     pub position_mm: f64,
@@ -43,7 +43,7 @@ impl Motion {
         Self { began: at, phases: Vec::new(), from_mm: position_mm, to_mm: position_mm, ramped: false }
     }
 
-    /// From rest to rest: up the ramp, along, down the ramp; without `acceleration_mm_s2` there are no ramps.
+    /// From rest to rest with ramps; without `acceleration_mm_s2` there are no ramps.
     pub(super) fn travel(
         began: Instant,
         (from_mm, to_mm): (f64, f64),
@@ -77,7 +77,7 @@ impl Motion {
         Self { began, phases, from_mm, to_mm, ramped: true }
     }
 
-    /// This motion, and after it a travel to another place.
+    /// This motion, followed by a travel to another position.
     pub(super) fn then(mut self, to_mm: f64, speed_mm_s: f64, acceleration_mm_s2: Option<f64>) -> Self {
         let next = Self::travel(self.began, (self.to_mm, to_mm), speed_mm_s, acceleration_mm_s2);
         self.phases.extend(next.phases);
@@ -85,7 +85,7 @@ impl Motion {
         self
     }
 
-    /// To rest from where this motion is at a moment, as fast as the ramp allows.
+    /// Brakes to rest from the state at `at`, as fast as the ramp allows.
     pub(super) fn braked(&self, at: Instant, acceleration_mm_s2: Option<f64>) -> Self {
         let place = self.place(at);
         let Some(acceleration) = acceleration_mm_s2.filter(|_| place.speed_mm_s != 0.0) else {
@@ -101,7 +101,7 @@ impl Motion {
         Self { began: at, phases: vec![phase], from_mm: place.position_mm, to_mm, ramped: true }
     }
 
-    /// Place and speed at a moment; before its beginning as at its beginning, after its end at rest.
+    /// Position and speed at `at`; before the start those of the start, after the end at rest.
     pub(super) fn place(&self, at: Instant) -> Place {
         let mut time_s = at.saturating_duration_since(self.began).as_secs_f64();
         for phase in &self.phases {
@@ -113,27 +113,27 @@ impl Motion {
         Place { position_mm: self.to_mm, speed_mm_s: 0.0 }
     }
 
-    /// Where it began.
+    /// Start position.
     pub(super) fn begin_mm(&self) -> f64 {
         self.from_mm
     }
 
-    /// Whether it ends with a ramp, so that something rings afterwards.
+    /// Whether it ends with a ramp, so that the carriage rings afterwards.
     pub(super) fn ramped(&self) -> bool {
         self.ramped
     }
 
-    /// Where it comes to rest.
+    /// Final position.
     pub(super) fn to_mm(&self) -> f64 {
         self.to_mm
     }
 
-    /// When it comes to rest.
+    /// Time at which it comes to rest.
     pub(super) fn end(&self) -> Instant {
         self.began + Duration::from_secs_f64(self.phases.iter().map(|phase| phase.duration_s).sum())
     }
 
-    /// Whether it goes on at a moment.
+    /// Whether it is still moving at `at`.
     pub(super) fn moving(&self, at: Instant) -> bool {
         at < self.end()
     }

@@ -1,34 +1,34 @@
-//! How a simulated station is to behave.
+//! Options of a simulated station.
 
 use optics::StageKind;
 
 use crate::part::scene::SceneKind;
 
-/// Whether things take their time.
+/// Whether processes take realistic time.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Timing {
-    /// Moves without a stated speed arrive at once, exposures take no time, nothing rings.
+    /// Moves without a stated speed are immediate, exposures take no time, nothing rings.
     #[default]
     Instant,
-    /// Speeds, ramps, ringing, homing, exposure and read-out take the time they take on a bench.
+    /// Speeds, ramps, ringing, homing, exposure and read-out take as long as on a real station.
     Realistic,
 }
 
-/// How a simulated station is to behave.
+/// Options of a simulated station.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TwinOptions {
-    /// Whether things take their time.
+    /// Timing.
     pub timing: Timing,
-    /// What lies on the stage when the station is switched on.
+    /// Scene on the stage when the station is switched on.
     pub scene: SceneKind,
     /// Travel of the stage, mm; of a turntable, degrees.
     pub travel_mm: (f64, f64),
-    /// Whether the stage must be homed before it moves; with [`Timing::Realistic`] it must in any case.
+    /// Whether the stage must be homed before it moves; always with [`Timing::Realistic`].
     pub homing_required: bool,
 }
 
 impl TwinOptions {
-    /// As by default, with the travel of such a stage: a turntable's is more than a whole turn both ways.
+    /// Default options with the travel of such a stage; a turntable turns more than one revolution in each direction.
     pub fn of(kind: StageKind) -> Self {
         match kind {
             StageKind::Linear => Self::default(),
@@ -38,7 +38,7 @@ impl TwinOptions {
 }
 
 impl Default for TwinOptions {
-    /// A ball of radius 18.9 mm on a stage of ±100 mm, without waiting.
+    /// A ball of radius 18.9 mm on a stage of ±100 mm, without delays.
     fn default() -> Self {
         Self {
             timing: Timing::Instant,

@@ -1,4 +1,4 @@
-//! The sensor: exposes on schedule, renders in its own thread, keeps a few frames until they are collected.
+//! The sensor: exposes on schedule, renders on its own thread, keeps a few frames until they are collected.
 
 use parking_lot::{Condvar, Mutex, MutexGuard};
 use std::collections::VecDeque;
@@ -15,19 +15,19 @@ use crate::model::random::derived_seed;
 use crate::params::BOARD_WHITE_LEVEL;
 use crate::render::exposure::{Exposure, ExposureBuffers};
 
-/// Stream of live pictures among those derived from a station's seed.
+/// Random stream of live images, derived from a station's seed.
 const LIVE_STREAM: u64 = 6;
 
 /// Longest sleep of the sensor's thread, so that a missed wake-up costs little.
 const LONGEST_SLEEP: Duration = Duration::from_millis(100);
 
-/// An exposure on its way to a picture.
+/// A pending exposure.
 pub(super) struct Pending {
     frame_id: u64,
     /// Middle of the exposure.
     at: Instant,
     settings: CameraSettings,
-    /// What the sensor sees, once the middle has come.
+    /// The view of the sensor, once the middle of the exposure has passed.
     seen: Option<(View, u64)>,
 }
 
@@ -36,7 +36,7 @@ pub(super) struct Finished {
     pub info: FrameInfo,
     pub image: GreyImage,
     pub roi: Roi,
-    /// Columns and rows that came where the fault of a wrong format is on.
+    /// Columns and rows delivered while a fault of a wrong format is active.
     pub wrong_px: Option<(usize, usize)>,
 }
 
@@ -44,22 +44,22 @@ pub(super) struct Finished {
 pub(super) struct Run {
     number: u64,
     next_id: u64,
-    /// When a free-running sensor exposes next.
+    /// Time of the next exposure of a free-running sensor.
     due: Instant,
     lost: u64,
     pub pending: VecDeque<Pending>,
     frames: VecDeque<Finished>,
-    /// What the last exposure saw, and how often in a row.
+    /// View of the last exposure, and its number of consecutive repetitions.
     still: (u64, u64),
 }
 
-/// What driver and thread share.
+/// State shared between driver and thread.
 pub(super) struct SensorState {
     pub settings: CameraSettings,
     pub run: Option<Run>,
     pub n_runs: u64,
     pub gone: bool,
-    /// Whether the thread is making a picture.
+    /// Whether the thread is rendering an image.
     rendering: bool,
     spare: Vec<GreyImage>,
     closed: bool,
@@ -88,7 +88,7 @@ impl Run {
         }
     }
 
-    /// Gives up what was exposed with settings that hold no more; it counts as lost.
+    /// Discards pending exposures whose settings no longer apply; they count as lost.
     pub(super) fn discard(&mut self) {
         self.lost += (self.pending.len() + self.frames.len()) as u64;
         self.lost += self.frames.iter().map(|frame| frame.info.lost_before).sum::<u64>();
@@ -97,8 +97,8 @@ impl Run {
         self.due = Instant::now();
     }
 
-    /// Numbers a picture by what it shows and how often that was exposed since it last changed: the same procedure
-    /// sees the same noise, whatever happened before.
+    /// Numbers an image by its content and by how often it was exposed since the last change, so that the same
+    /// procedure gets the same noise, regardless of earlier events.
     fn picture_of(&mut self, view: &View, settings: &CameraSettings) -> u64 {
         let shown = [
             view.scene.fingerprint(),
@@ -121,7 +121,7 @@ impl SensorState {
         }
     }
 
-    /// Whether an exposure of this run has not become a frame yet, or its turn has come and the thread has not.
+    /// Whether an exposure of this run is not a frame yet, or is due but not started by the thread.
     pub(super) fn is_computing(&self, now: Instant) -> bool {
         let free = self.settings.trigger == Trigger::Free;
         let behind = |run: &Run| !run.pending.is_empty() || (free && run.due <= now);
@@ -158,7 +158,7 @@ impl Sensor {
         self.state.lock()
     }
 
-    /// There is something to do, or to stop.
+    /// Wakes the thread.
     pub(super) fn wake(&self) {
         self.to_do.notify_all();
         self.frame_ready.notify_all();
@@ -173,7 +173,7 @@ impl Sensor {
         self.lock().spare.push(image);
     }
 
-    /// Waits until a frame is there, the deadline has come (`None`) or something changed.
+    /// Waits until a frame is available, the deadline has passed (`None`) or something changed.
     pub(super) fn wait_for_frame<'s>(
         &self,
         mut state: MutexGuard<'s, SensorState>,
@@ -190,7 +190,7 @@ impl Sensor {
         Some(state)
     }
 
-    /// Opens the shutter now.
+    /// Starts an exposure now.
     pub(super) fn expose(&self, run: &mut Run, settings: &CameraSettings) {
         let half = Duration::from_secs_f64(settings.exposure_us / 2e6);
         let now = Instant::now();
@@ -209,7 +209,7 @@ impl Sensor {
         exposure.seen = Some((view, picture));
     }
 
-    /// The thread: exposes, renders, delivers, until the camera is closed.
+    /// The thread: exposes, renders and delivers until the camera is closed.
     pub(super) fn run(&self) {
         let mut buffers = ExposureBuffers::default();
         let mut state = self.lock();
@@ -233,7 +233,7 @@ impl Sensor {
         }
     }
 
-    /// The next exposure to render and memory for it, or how long there is none.
+    /// The next exposure to render and memory for it, or the time until there is one.
     fn next_exposure(&self, state: &mut SensorState, now: Instant) -> Result<(u64, Pending, GreyImage), Duration> {
         let settings = state.settings;
         let Some(run) = &mut state.run else { return Err(LONGEST_SLEEP) };
@@ -247,7 +247,7 @@ impl Sensor {
                 return Err(run.due - now);
             }
             self.expose(run, &settings);
-            // A sensor that is late does not catch up: its next exposure is a period after this one was due, or now.
+            // A late sensor does not catch up: its next exposure is one period after this one was due, or now.
             run.due = (run.due + Duration::from_secs_f64(1.0 / settings.frame_rate_hz)).max(now);
         }
         let Some(first) = run.pending.front() else { return Err(LONGEST_SLEEP) };
@@ -278,7 +278,7 @@ impl Sensor {
         }
     }
 
-    /// Waits until the frame would be out of the sensor.
+    /// Waits until the frame would be read out.
     fn read_out(&self, exposure: &Pending) {
         if self.timing == Timing::Realistic {
             let half = Duration::from_secs_f64(exposure.settings.exposure_us / 2e6);
@@ -315,8 +315,8 @@ impl Sensor {
     }
 }
 
-/// The light of a view: by the lamp where the laser is dark, else the laser's, what room and dirt add, and no lamp. In a room
-/// with light of its own there is no lamp: that light is there with the laser and without.
+/// The light of a view: the lamp if the laser is off, else the laser, with the additions of room and dirt, without the
+/// lamp. In a room with ambient light there is no lamp: the ambient light is independent of the laser.
 fn light_of<'v>(view: &'v View, settings: &CameraSettings, picture: u64) -> Exposure<'v> {
     let dark = view.laser_power <= 0.0;
     let ambient = view.renderer.model().shape.ambient_levels;
@@ -336,7 +336,7 @@ fn light_of<'v>(view: &'v View, settings: &CameraSettings, picture: u64) -> Expo
     }
 }
 
-/// A row's width when its bytes are taken for pixels of the format agreed.
+/// Width of a row when its bytes are interpreted as pixels of the agreed format.
 fn bytes_of_other_format(agreed: PixelFormat, width_px: usize) -> usize {
     match agreed {
         PixelFormat::Mono8 => 2 * width_px,

@@ -1,4 +1,4 @@
-//! The simulated stage: a carriage, the controller with its own idea of the position, and the driver.
+//! The simulated stage: a carriage, a controller with its own position, and the driver.
 
 use std::f64::consts::TAU;
 use std::sync::Arc;
@@ -17,18 +17,18 @@ use crate::live::params::{
 };
 use crate::live::world::{SharedWorld, World};
 
-/// Where something outside the twin says the carriage is.
+/// Carriage position from outside the twin.
 pub(super) type PositionSource = Arc<dyn Fn(Instant) -> f64 + Send + Sync>;
 
-/// What the driver has noticed.
+/// A fault detected by the driver.
 #[derive(Debug, Clone, Copy, PartialEq)]
-enum Trouble {
+enum DetectedFault {
     Stalled { target_mm: f64, actual_mm: f64 },
     Silent { since: Instant },
     Gone,
 }
 
-/// What the controller does.
+/// Activity of the controller.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Activity {
     Idle,
@@ -45,8 +45,8 @@ pub(super) struct StageWorld {
     motion: Motion,
     activity: Activity,
     homed: bool,
-    trouble: Option<Trouble>,
-    /// How far the true position lags behind the controller's.
+    trouble: Option<DetectedFault>,
+    /// Distance by which the true position lags behind the controller's.
     pub lost_mm: f64,
     pub follows: Option<PositionSource>,
 }
@@ -74,7 +74,7 @@ impl StageWorld {
         self.blocked_mm(stall_mm, at) - self.lost_mm + self.ringing_mm(at)
     }
 
-    /// Where the motion has come, an obstacle in its way considered.
+    /// Position of the motion, limited by an obstacle.
     fn blocked_mm(&self, stall_mm: Option<f64>, at: Instant) -> f64 {
         let position_mm = self.motion.place(at).position_mm;
         match stall_mm {
@@ -88,7 +88,7 @@ impl StageWorld {
         }
     }
 
-    /// Frame and carriage swing a little after every stop.
+    /// Ringing of frame and carriage after a stop.
     fn ringing_mm(&self, at: Instant) -> f64 {
         if self.timing == Timing::Instant || !self.motion.ramped() {
             return 0.0;
@@ -106,14 +106,14 @@ impl StageWorld {
         if self.timing == Timing::Realistic { REALISTIC_SPEED_MM_S } else { INSTANT_SPEED_MM_S }
     }
 
-    /// Advances to a moment: motions end, obstacles are met.
+    /// Advances to a time: ends motions and stops at obstacles.
     fn advance(&mut self, stall_mm: Option<f64>, now: Instant) {
         let place_mm = self.blocked_mm(stall_mm, now);
         let blocked = place_mm != self.motion.place(now).position_mm;
         match self.activity {
             Activity::Moving { .. } | Activity::Homing if blocked => {
                 let target_mm = self.motion.to_mm();
-                self.trouble.get_or_insert(Trouble::Stalled { target_mm, actual_mm: place_mm });
+                self.trouble.get_or_insert(DetectedFault::Stalled { target_mm, actual_mm: place_mm });
                 self.rest(now, place_mm);
                 self.homed = false;
             }
@@ -139,9 +139,9 @@ impl StageWorld {
 
     fn error(&self, command: &str, now: Instant) -> Option<StageError> {
         match self.trouble? {
-            Trouble::Stalled { target_mm, actual_mm } => Some(StageError::Stalled { target_mm, actual_mm }),
-            Trouble::Gone => Some(StageError::Gone { reason: "its cable was pulled".to_owned() }),
-            Trouble::Silent { since } => (now.saturating_duration_since(since)
+            DetectedFault::Stalled { target_mm, actual_mm } => Some(StageError::Stalled { target_mm, actual_mm }),
+            DetectedFault::Gone => Some(StageError::Gone { reason: "its cable was unplugged".to_owned() }),
+            DetectedFault::Silent { since } => (now.saturating_duration_since(since)
                 >= Duration::from_millis(SILENCE_MS))
             .then(|| StageError::NoReply { command: command.to_owned(), waited_ms: SILENCE_MS }),
         }
@@ -170,7 +170,7 @@ impl StageWorld {
 
     fn state(&self, now: Instant) -> StageState {
         let seen = match self.trouble {
-            Some(Trouble::Silent { since }) => since,
+            Some(DetectedFault::Silent { since }) => since,
             _ => now,
         };
         StageState {
@@ -184,22 +184,22 @@ impl StageWorld {
 }
 
 impl World {
-    /// A fault of the stage begins.
+    /// Starts a fault of the stage.
     pub(super) fn stage_fault_begins(&mut self, fault: TwinFault, now: Instant) {
         self.stage.advance(self.stall_mm(), now);
         match fault {
             TwinFault::StageUnplugged => {
                 self.stage.brake(now);
                 self.stage.homed = false;
-                self.stage.trouble = Some(Trouble::Gone);
+                self.stage.trouble = Some(DetectedFault::Gone);
             }
-            TwinFault::StageSilent => self.stage.trouble = Some(Trouble::Silent { since: now }),
+            TwinFault::StageSilent => self.stage.trouble = Some(DetectedFault::Silent { since: now }),
             TwinFault::LostSteps { lost_mm } => self.stage.lost_mm = lost_mm,
             _ => {}
         }
     }
 
-    /// A fault of the stage ends; what the driver has noticed stays until it is acknowledged.
+    /// Ends a fault of the stage; an error detected by the driver stays until it is acknowledged.
     pub(super) fn stage_fault_ends(&mut self, fault: TwinFault) {
         if matches!(fault, TwinFault::LostSteps { .. }) {
             self.stage.lost_mm = 0.0;
@@ -209,8 +209,8 @@ impl World {
 
 /// The stage of a [`crate::live::TwinStation`].
 ///
-/// Positions that are commanded are reached exactly. Where it needs no homing it has an absolute scale: its zero is
-/// the station's, and homing only reports where it is.
+/// Commanded positions are reached exactly. A stage that needs no homing has an absolute scale with the station's zero;
+/// homing only reports its position.
 pub struct TwinStage {
     world: SharedWorld,
 }
@@ -233,7 +233,7 @@ impl TwinStage {
         Self { world }
     }
 
-    /// The world with the stage as it is now, unless a fault keeps `command` from it.
+    /// Runs `command` on the state of the stage, unless a fault prevents it.
     fn reach<T>(
         &self,
         command: &str,
@@ -303,7 +303,7 @@ impl Stage for TwinStage {
             Ok(())
         });
         if homed_now {
-            // Steps lost before are found again.
+            // Homing corrects lost steps.
             self.world.lock().faults.retain(|fault| !matches!(fault, TwinFault::LostSteps { .. }));
         }
         outcome
@@ -349,7 +349,7 @@ impl Stage for TwinStage {
     fn resume(&mut self) -> Result<(), StageError> {
         self.reach("resume", |stage, now| {
             if let Activity::Held { target_mm, speed_mm_s } = stage.activity {
-                // What is left of the braking is cut short.
+                // The remaining braking is cut short.
                 stage.start(target_mm, speed_mm_s, now);
             }
             Ok(())
@@ -367,7 +367,7 @@ impl Stage for TwinStage {
     fn clear_fault(&mut self) -> Result<(), StageError> {
         let mut world = self.world.lock();
         match world.stage.trouble {
-            Some(Trouble::Stalled { .. }) => {
+            Some(DetectedFault::Stalled { .. }) => {
                 world.stage.trouble = None;
                 Ok(())
             }
@@ -387,12 +387,12 @@ impl Stage for TwinStage {
     }
 }
 
-/// Stops the stage past whoever holds it.
+/// Stops the stage, independently of its owner.
 struct StageStop(SharedWorld);
 
 impl StopHandle for StageStop {
     fn stop_now(&self) {
-        // A stage that cannot be told is told of by its own calls.
+        // The driver's own calls report a stage that cannot be reached.
         stop(&self.0).ok();
     }
 }
@@ -403,7 +403,9 @@ fn stop(world: &SharedWorld) -> Result<(), StageError> {
     let stall_mm = world.stall_mm();
     world.stage.advance(stall_mm, now);
     match world.stage.trouble {
-        Some(Trouble::Silent { .. } | Trouble::Gone) => world.stage.error("stop", now).map_or(Ok(()), Err),
+        Some(DetectedFault::Silent { .. } | DetectedFault::Gone) => {
+            world.stage.error("stop", now).map_or(Ok(()), Err)
+        }
         _ => {
             world.stage.brake(now);
             Ok(())
@@ -411,7 +413,7 @@ fn stop(world: &SharedWorld) -> Result<(), StageError> {
     }
 }
 
-/// The distance or target called `name` and the speed are numbers that make a move.
+/// Checks that distance or target `name` and the speed are valid numbers.
 fn check_numbers(name: &'static str, value: f64, speed_mm_s: f64) -> Result<(), StageError> {
     if !value.is_finite() {
         return Err(StageError::BadNumber { name, value });
@@ -422,7 +424,7 @@ fn check_numbers(name: &'static str, value: f64, speed_mm_s: f64) -> Result<(), 
     Ok(())
 }
 
-/// The target is within the travel.
+/// Checks that the target is within the travel.
 fn check_travel(target_mm: f64, (min_mm, max_mm): (f64, f64)) -> Result<(), StageError> {
     if (min_mm..=max_mm).contains(&target_mm) {
         return Ok(());

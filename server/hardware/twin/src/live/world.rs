@@ -1,4 +1,4 @@
-//! The one world that all devices of a station share.
+//! The world shared by all devices of a station.
 
 use parking_lot::{Mutex, MutexGuard};
 use std::sync::Arc;
@@ -14,15 +14,15 @@ use crate::model::station::StationModel;
 use crate::part::scene::Scene;
 use crate::render::renderer::Renderer;
 
-/// Stream of the part that lies on the stage at first, among those derived from a station's seed.
+/// Random stream of the initial part on the stage, derived from a station's seed.
 pub(super) const FIRST_PART_STREAM: u64 = 0x200;
 
-/// Stream of the dirt on the grating.
+/// Random stream of the dirt on the grating.
 const DIRT_STREAM: u64 = 0x201;
 
-/// The state of the world at this moment.
+/// Current state of the world.
 pub(super) struct World {
-    /// The station as it was made; faults change what the renderer shows, not this.
+    /// The station as created; faults change only what the renderer shows.
     pub model: Arc<StationModel>,
     pub renderer: Arc<Renderer>,
     pub scene: Arc<Scene>,
@@ -31,7 +31,7 @@ pub(super) struct World {
     pub faults: Vec<TwinFault>,
 }
 
-/// What the sensor sees at the middle of an exposure.
+/// The sensor's view at the middle of an exposure.
 #[derive(Clone)]
 pub(super) struct View {
     pub renderer: Arc<Renderer>,
@@ -58,14 +58,14 @@ impl SharedWorld {
         })))
     }
 
-    /// The world, for a moment; a thread that panicked with it leaves it as it was.
+    /// Locks the world; ignores poisoning by a panicked thread.
     pub(super) fn lock(&self) -> MutexGuard<'_, World> {
         self.0.lock()
     }
 }
 
 impl World {
-    /// The fault for which `pick` gives something.
+    /// First value that `pick` returns for an active fault.
     pub(super) fn fault<T>(&self, pick: impl Fn(&TwinFault) -> Option<T>) -> Option<T> {
         self.faults.iter().find_map(pick)
     }
@@ -74,12 +74,12 @@ impl World {
         self.faults.contains(&fault)
     }
 
-    /// Where the carriage truly is.
+    /// True position of the carriage.
     pub(super) fn true_position_mm(&self, at: Instant) -> f64 {
         self.stage.true_position_mm(self.stall_mm(), at)
     }
 
-    /// Where an obstacle stands.
+    /// Position of an obstacle.
     pub(super) fn stall_mm(&self) -> Option<f64> {
         self.fault(|fault| if let TwinFault::StageStall { at_mm } = *fault { Some(at_mm) } else { None })
     }
@@ -96,13 +96,13 @@ impl World {
         }
     }
 
-    /// The station as its faults have changed it.
+    /// The station as changed by its faults.
     pub(super) fn model_with_faults(&self) -> StationModel {
         faulty_model(&self.model, &self.faults)
     }
 }
 
-/// A station that has warmed up, and whose grating is dirty.
+/// A station with wavelength drift and a dirty grating.
 fn faulty_model(model: &StationModel, faults: &[TwinFault]) -> StationModel {
     let mut changed = model.clone();
     for fault in faults {
@@ -110,7 +110,7 @@ fn faulty_model(model: &StationModel, faults: &[TwinFault]) -> StationModel {
             TwinFault::WavelengthDrift { relative } => changed.grating.wavelength_over_period *= 1.0 + relative,
             TwinFault::DirtyGrating { share } => {
                 let dirt = derived_seed(model.seed, DIRT_STREAM);
-                // What is left of the grating's shape still sends as much to one side as to the other.
+                // The remaining grating profile still diffracts symmetrically to both sides.
                 for (power, order) in changed.order_powers.iter_mut().zip(&model.orders) {
                     let unevenness = derived_seed(dirt, order.unsigned_abs().into()) as f64 / u64::MAX as f64;
                     *power *= 1.0 - share * (0.5 + 0.5 * unevenness);

@@ -1,4 +1,4 @@
-//! The fan of light of an order: its rays at angles closer than pixels, computed once.
+//! The light fan of an order: its rays at sub-pixel angular spacing, computed once.
 
 use nalgebra::Vector3;
 use optics::LightRay;
@@ -6,10 +6,10 @@ use optics::LightRay;
 use crate::model::station::StationModel;
 use crate::params::{FOLLOWED_DEPTH_SHARE, SHEET_REACH_SIGMAS};
 
-/// Distance between two neighbouring rays, in pixels at the standoff.
+/// Distance between neighbouring rays, in pixels at the standoff.
 pub(crate) const FINE_STEP_PX: f64 = 0.9;
 
-/// The angles at which fans are followed, from −last to last steps.
+/// The sampled fan angles, from −last to last steps.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct FanAngles {
     pub spacing_mm: f64,
@@ -17,12 +17,12 @@ pub(crate) struct FanAngles {
     pub last: i32,
 }
 
-/// One order's rays.
+/// The rays of one order.
 #[derive(Debug, Clone)]
 pub(crate) struct Fan {
     pub order: i8,
     pub angles: FanAngles,
-    /// To either side of its middle the sheet is followed this far.
+    /// Half-width of the evaluated sheet around its centre.
     pub reach_mm: f64,
     rays: Vec<Option<FanRay>>,
 }
@@ -32,7 +32,7 @@ pub(crate) struct Fan {
 pub(crate) struct FanRay {
     pub origin_mm: Vector3<f64>,
     pub direction: Vector3<f64>,
-    /// From the middle of the sheet as far as it is followed.
+    /// From the middle of the sheet to its evaluated edge.
     pub across_mm: Vector3<f64>,
 }
 

@@ -1,4 +1,4 @@
-//! What the simulated station is made of: its shape, its devices with their errors, its light, its randomness.
+//! Model of the simulated station: shape, devices with their errors, light, randomness.
 
 pub(crate) mod fan;
 pub(crate) mod psf;

@@ -1,4 +1,4 @@
-//! Lens blur: a separable Gaussian, over the whole picture or where there is light.
+//! Lens blur: a separable Gaussian, over the whole image or only the lit pixels.
 
 use std::array::from_fn;
 
@@ -9,7 +9,7 @@ use crate::params::{PSF_RADIUS_PX, PSF_SIGMA_PX};
 /// Taps of the sampled Gaussian.
 pub(crate) const PSF_TAPS: usize = 2 * PSF_RADIUS_PX + 1;
 
-/// The sampled, normalised point spread.
+/// The sampled, normalised point spread function.
 pub(crate) fn psf_taps() -> [f32; PSF_TAPS] {
     let raw: [f32; PSF_TAPS] = from_fn(|idx| {
         let x = (idx as f32 - PSF_RADIUS_PX as f32) / PSF_SIGMA_PX;
@@ -19,7 +19,7 @@ pub(crate) fn psf_taps() -> [f32; PSF_TAPS] {
     raw.map(|tap| tap / sum)
 }
 
-/// Blurs the pixels `from..to` of `row` along the row into `target`; the picture's border pixels continue outside.
+/// Blurs the pixels `from..to` of `row` along the row into `target`; border pixels are extended beyond the image.
 pub(crate) fn blur_along(row: &[f32], from: usize, to: usize, taps: &[f32; PSF_TAPS], target: &mut [f32]) {
     let inner_from = from.max(PSF_RADIUS_PX);
     let inner_to = to.min(row.len().saturating_sub(PSF_RADIUS_PX)).max(inner_from);
@@ -32,7 +32,7 @@ pub(crate) fn blur_along(row: &[f32], from: usize, to: usize, taps: &[f32; PSF_T
     }
 }
 
-/// Blurs pixel columns `from..to` of row `v` of an image of rows `width` long across the rows into `target`.
+/// Blurs the columns `from..to` of row `v` across the rows into `target`; rows have `width` pixels.
 pub(crate) fn blur_across(
     image: &[f32],
     width: usize,
@@ -46,7 +46,7 @@ pub(crate) fn blur_across(
     weigh(rows, taps, &mut target[from..to]);
 }
 
-/// The weighted sum of what stands at each tap, which is at least as long as `target`.
+/// Weighted sum of the taps, each at least as long as `target`.
 #[multiversion(targets("x86_64+avx2"))]
 fn weigh(at: [&[f32]; PSF_TAPS], taps: &[f32; PSF_TAPS], target: &mut [f32]) {
     let n = target.len();
@@ -60,7 +60,7 @@ fn weigh(at: [&[f32]; PSF_TAPS], taps: &[f32; PSF_TAPS], target: &mut [f32]) {
     }
 }
 
-/// The place of a tap around `centre`, held inside `0..length`.
+/// Index of a tap around `centre`, clamped to `0..length`.
 fn clamped(centre: usize, tap: usize, length: usize) -> usize {
     (centre + tap).saturating_sub(PSF_RADIUS_PX).min(length - 1)
 }

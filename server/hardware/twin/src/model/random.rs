@@ -1,4 +1,4 @@
-//! Randomness that depends on nothing but its seed and place: the base of bit-identical images.
+//! Random numbers that depend only on seed and index: the basis of bit-identical images.
 
 use crate::params::QUANTILE_BITS;
 
@@ -10,13 +10,13 @@ pub(crate) fn scrambled(bits: u64) -> u64 {
     z ^ (z >> 31)
 }
 
-/// The seed of a stream within a stream: of a frame within a station, of a row within a frame.
+/// Seed of a stream within a stream: of a frame within a station, of a row within a frame.
 pub(crate) fn derived_seed(seed: u64, stream: u64) -> u64 {
     scrambled(scrambled(seed) ^ stream.wrapping_mul(0xD6E8_FEB8_6659_FD93))
 }
 
-/// Quantiles of the standard normal distribution at the centres of 2^[`QUANTILE_BITS`] equal probabilities,
-/// scaled to unit variance: a uniform index gives a normal number.
+/// Quantiles of the standard normal distribution at the centres of 2^[`QUANTILE_BITS`] equal probabilities, scaled to
+/// unit variance: a uniform index gives a normal number.
 pub(crate) fn normal_quantiles() -> Vec<f32> {
     let n = 1_usize << QUANTILE_BITS;
     let raw: Vec<f64> = (0..n).map(|idx| normal_quantile((idx as f64 + 0.5) / n as f64)).collect();

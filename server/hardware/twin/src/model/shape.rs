@@ -1,4 +1,4 @@
-//! What a station is to be like; its small errors of make and assembly come from the seed.
+//! Requested properties of a station; its small manufacturing and assembly errors derive from the seed.
 
 use optics::StageKind;
 use vision::LineDirection;
@@ -12,34 +12,33 @@ pub struct StationShape {
     pub height_px: usize,
     /// Bits per pixel: 8 or 16.
     pub bits: u32,
-    /// Wavelength of the laser by its data sheet.
+    /// Nominal wavelength of the laser.
     pub wavelength_nm: f64,
-    /// Grooves per millimetre by the grating's data sheet.
+    /// Nominal grooves per millimetre of the grating.
     pub lines_per_mm: f64,
-    /// Relative error of the true λ/d_g against the data sheets.
+    /// Relative error of the true λ/d_g against the nominal value.
     pub wavelength_over_period_error: f64,
     /// Orders that carry light, in any sequence.
     pub orders: Vec<i8>,
-    /// Which way the lines run across the image; along columns, the projector stands beside the camera.
+    /// Direction of the lines in the image; if along columns, the projector is mounted beside the camera.
     pub line_direction: LineDirection,
     /// Whether the stage travels across the lines or turns about an axis along them.
     pub stage: StageKind,
     /// Distance from the camera to the middle of the working volume.
     pub standoff_mm: f64,
-    /// Half of what the image's width covers at the standoff; with the width this sets the focal length.
+    /// Half of the image's width at the standoff, mm; with the width in pixels this sets the focal length.
     pub field_half_width_mm: f64,
     /// Angle between the fan's axis and the grating's normal.
     pub grating_tilt_rad: f64,
     /// Standard deviation of a line's profile at the standoff, before lens blur.
     pub line_sigma_px: f64,
-    /// How far from the standoff the lines are √2 times as wide as there; infinite where the focus is as deep as the
-    /// scene.
+    /// Distance from the standoff at which the lines are √2 times as wide; infinite for unlimited depth of focus.
     pub focus_depth_mm: f64,
     /// Mean grey level of the brightest line's ridge on white, as a fraction of full scale.
     pub line_peak: f64,
-    /// Standard deviation of the speckle over its mean, 0–1.
+    /// Speckle contrast: standard deviation over mean, 0–1.
     pub speckle_contrast: f64,
-    /// Size of the speckle's grain: full width at half height of the intensity's correlation.
+    /// Speckle grain size: full width at half maximum of the intensity's correlation.
     pub speckle_grain_px: f64,
     /// Grey levels (of 255) that ambient light adds to white in laser images.
     pub ambient_levels: f64,
@@ -71,12 +70,12 @@ impl Default for StationShape {
 }
 
 impl StationShape {
-    /// λ/d_g by the data sheets.
+    /// Nominal λ/d_g.
     pub fn wavelength_over_period(&self) -> f64 {
         self.wavelength_nm * 1e-6 * self.lines_per_mm
     }
 
-    /// Size of everything relative to a field of ±100 mm: boards and travels shrink and grow with it.
+    /// Scale relative to a field of ±100 mm, for boards and travels.
     pub fn field_scale(&self) -> f64 {
         let aspect = self.height_px as f64 / self.width_px as f64;
         self.field_half_width_mm / 101.7 * (aspect / 0.8).min(1.0)

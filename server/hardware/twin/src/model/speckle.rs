@@ -21,29 +21,29 @@ const FWHM_BY_SIGMA: f64 = 2.354_820;
 /// (1 − Δ/2h)·cos(πΔ/2h) + sin(πΔ/2h)/π, then has the integral of the Gaussian, 16h/π² = 2√π·s.
 const KNOTS_PER_SIGMA: f64 = 2.186_7;
 
-/// A periodic pattern of mean 1 that pictures look into at random places.
+/// A periodic pattern of mean 1 that images sample at random offsets.
 #[derive(Debug, Clone)]
 pub(crate) struct Speckle {
     tile: Vec<f32>,
 }
 
-/// The pattern as a surface shows it where the stage has carried it.
+/// The pattern of a surface at the stage's position.
 pub(crate) struct SpeckleView<'s> {
     tile: &'s [f32],
-    /// Of the surface.
+    /// Seed of the surface.
     seed: u64,
     /// Travel in distances of independent patterns.
     knots: f64,
 }
 
-/// What one block of the picture sees: two places of the tile and the weights of the grain there.
+/// Sampling of one image block: two offsets in the tile and the weights of the grain there.
 struct BlockView {
     places: [(usize, usize); 2],
     weights: [f32; 2],
 }
 
 impl Speckle {
-    /// A pattern of the wanted contrast whose grain (full width of the intensity's correlation) is `grain_px`.
+    /// A pattern of the given contrast whose grain (full width of the intensity's correlation) is `grain_px`.
     pub(crate) fn new(seed: u64, contrast: f64, grain_px: f64, quantiles: &[f32]) -> Self {
         let n_pixels = SPECKLE_TILE_PX * SPECKLE_TILE_PX;
         if contrast <= 0.0 {
@@ -67,15 +67,16 @@ impl Speckle {
         Self { tile }
     }
 
-    /// The view of the surface `seed` carried by `travel_mm` under sheets of thickness `sheet_sigma_mm` (one σ):
-    /// independent of every other surface's, and of itself carried farther than the sheet is thick.
+    /// The view of the surface `seed` moved by `travel_mm` under sheets of thickness `sheet_sigma_mm` (one σ):
+    /// independent of every other surface's, and of its own after a travel longer than the sheet thickness.
     pub(crate) fn view(&self, seed: u64, travel_mm: f64, sheet_sigma_mm: f64) -> SpeckleView<'_> {
         SpeckleView { tile: &self.tile, seed, knots: travel_mm / (KNOTS_PER_SIGMA * sheet_sigma_mm) }
     }
 }
 
 impl SpeckleView<'_> {
-    /// Fills `target` with a share of the light on a run of pixels of row `v` from column `from`, grained by the pattern.
+    /// Fills `target` with a fraction of the light on a run of pixels of row `v` from column `from`, multiplied by the
+    /// pattern.
     pub(crate) fn grain(&self, v: usize, from: usize, light: &[f32], share: f32, target: &mut [f32]) {
         let mut u = from;
         let to = from + light.len();
@@ -99,7 +100,8 @@ impl SpeckleView<'_> {
         }
     }
 
-    /// Where the block that holds pixel (u, v) looks. Blocks change from one pattern to the next at places of their own.
+    /// Sampling of the block that contains pixel (u, v). Each block changes from one pattern to the next at its own
+    /// positions.
     fn block(&self, u: usize, v: usize) -> BlockView {
         let block = ((v / SPECKLE_BLOCK_PX) as u64) << 32 | (u / SPECKLE_BLOCK_PX) as u64;
         let own = scrambled(self.seed ^ block.wrapping_mul(0x9E37_79B9_7F4A_7C15));
@@ -126,7 +128,8 @@ fn last_weight(n_looks: usize, contrast: f64) -> f32 {
     (((-b - root) / (2.0 * a)).clamp(0.0, 1.0)) as f32
 }
 
-/// Mean 1 and exactly the wanted contrast (only a tile of many looks is moved by more than its sampling error).
+/// Normalises to mean 1 and exactly the given contrast (only a tile of many looks changes by more than its sampling
+/// error).
 fn normalise(tile: &mut [f32], contrast: f64) {
     let n = tile.len() as f64;
     let mean = tile.iter().map(|&v| f64::from(v)).sum::<f64>() / n;
@@ -137,7 +140,7 @@ fn normalise(tile: &mut [f32], contrast: f64) {
     }
 }
 
-/// Gaussian smoothing of the field; the intensity's correlation then has the field filter's own width.
+/// Gaussian smoothing of the field; the intensity's correlation then has the width of the field filter.
 fn field_taps(sigma_px: f64) -> Vec<f32> {
     let radius = (4.0 * sigma_px).ceil().max(1.0) as i64;
     (-radius..=radius).map(|x| (-(x as f64 / sigma_px).powi(2) / 2.0).exp() as f32).collect()
@@ -197,10 +200,10 @@ mod tests {
                     / n
             };
             assert!((mean - 1.0).abs() < 1e-4);
-            // 512² pixels hold some 3·10⁴ grains: the contrast of a sample is good to half a per cent.
+            // 512² pixels contain about 3·10⁴ grains: the sample contrast is accurate to half a per cent.
             assert!((covariance(0).sqrt() - contrast).abs() < 0.01 * contrast, "{contrast}");
             let at_grain = covariance(1) / covariance(0);
-            // Half height at 1.5 px from the centre: exp(−ln2·(1/1.5)²) = 0.735 at 1 px.
+            // Half maximum at 1.5 px from the centre: exp(−ln2·(1/1.5)²) = 0.735 at 1 px.
             assert!((at_grain - 0.735).abs() < 0.02, "{contrast}: {at_grain}");
         }
     }
@@ -229,12 +232,12 @@ mod tests {
         };
         let start = picture(3, -0.2);
         let (mean, variance) = moments(&start, &start);
-        // 64 blocks look into a tile of 3·10⁴ grains: mean and contrast are good to some per cent.
+        // 64 blocks sample a tile of 3·10⁴ grains: mean and contrast are accurate to a few per cent.
         assert!((mean - 1.0).abs() < 0.01 && (variance.sqrt() - 0.3).abs() < 0.02, "{mean} {variance}");
         for travel_mm in [0.0, 0.05, 0.1, 0.2, 0.35, 0.5, 0.7, 1.0, 1.4, 3.0] {
             let correlation = moments(&start, &picture(3, travel_mm - 0.2)).1 / variance;
             let expected = (-(travel_mm / SHEET_SIGMA_MM).powi(2) / 4.0).exp();
-            // 0.03 of the crossfade itself, and 64 blocks, each at its own phase of it.
+            // 0.03 from the crossfade itself, and 64 blocks, each at a different phase of it.
             assert!((correlation - expected).abs() < 0.06, "{travel_mm} mm: {correlation}, not {expected}");
         }
         let other = moments(&start, &picture(4, -0.2)).1 / variance;

@@ -1,4 +1,4 @@
-//! A simulated station: the true camera, grating, stage and light that nobody but the truth files knows.
+//! A simulated station: the true camera, grating, stage and light, known only to the truth files.
 
 use std::borrow::Cow;
 
@@ -13,35 +13,35 @@ use crate::model::random::derived_seed;
 use crate::model::shape::StationShape;
 use crate::params::{FAN_MARGIN, LOOK_DOWN_RAD, TABLE_BELOW_SHARE};
 
-/// Stream of the station's own numbers among those derived from its seed.
+/// Random stream of the station's own numbers, derived from its seed.
 const STATION_STREAM: u64 = 1;
 
-/// Stream of a turntable's axis.
+/// Random stream of a turntable's axis.
 const AXIS_STREAM: u64 = 6;
 
-/// Why a station cannot be built as wanted.
+/// Why a station cannot be built as requested.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum StationError {
-    /// A number that makes no station.
+    /// A property out of range.
     #[error("a station with {name} = {value} cannot be built")]
     OutOfRange {
-        /// Which property of the shape.
+        /// The property of the shape.
         name: &'static str,
         /// Its value.
         value: f64,
-        /// What is allowed.
+        /// The permitted values.
         expected: &'static str,
     },
-    /// Fewer than one order, or the same order twice.
+    /// No order, or the same order twice.
     #[error("orders {orders:?} make no station")]
     Orders {
-        /// As wanted.
+        /// As requested.
         orders: Vec<i8>,
     },
-    /// Lines that the camera would never see on a plate at the standoff.
+    /// Lines that the camera could not see on a plate at the standoff.
     #[error("orders {orders:?} fall outside the picture at {standoff_mm} mm")]
     OutOfView {
-        /// The orders in question.
+        /// These orders.
         orders: Vec<i8>,
         /// The standoff.
         standoff_mm: f64,
@@ -58,10 +58,10 @@ impl Remedy for StationError {
     }
 }
 
-/// The truth about a simulated station.
+/// Ground truth of a simulated station.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StationModel {
-    /// What all randomness of this station and its images derives from.
+    /// Seed of all randomness of this station and its images.
     pub seed: u64,
     /// The requested properties of the station.
     pub shape: StationShape,
@@ -75,7 +75,7 @@ pub struct StationModel {
     pub orders: Vec<i8>,
     /// Power of each order relative to the brightest, in the sequence of `orders`.
     pub order_powers: Vec<f64>,
-    /// Half of the angle over which the laser spreads.
+    /// Half of the laser's fan angle.
     pub fan_half_angle_rad: f64,
     /// Standard deviation of the light sheets' thickness at the standoff.
     pub sheet_sigma_mm: f64,
@@ -85,7 +85,7 @@ impl StationModel {
     /// The station of that seed and shape.
     ///
     /// # Errors
-    /// [`StationError`] if the shape is impossible or an order would never be in the picture.
+    /// [`StationError`] if the shape is impossible or an order would never be in the image.
     pub fn seeded(seed: u64, shape: &StationShape) -> Result<Self, StationError> {
         check(shape)?;
         let mut draw = Draw { rng: Pcg64::seed_from_u64(derived_seed(seed, STATION_STREAM)) };
@@ -125,14 +125,14 @@ impl StationModel {
 }
 
 impl StationModel {
-    /// What the stage has done to the part at `position`, mm of travel or degrees of a turntable.
+    /// Motion of the part at `position`, mm of travel or degrees of a turntable.
     pub fn motion(&self, position: f64) -> Motion {
         let position = self.stage.kind().position(position);
         self.stage.motion(position).expect("a position of the stage's own kind")
     }
 
-    /// The way of a part that the stage takes to `position`: of a turntable, that of a surface as far from the axis as the
-    /// table's top from the camera's axis.
+    /// Path length of a part moved to `position`; for a turntable, that of a surface as far from the axis as the table
+    /// top is from the camera's axis.
     pub(crate) fn travel_mm(&self, position: f64) -> f64 {
         match self.stage {
             Stage::Linear(axis) => axis.direction.norm() * position,
@@ -140,12 +140,12 @@ impl StationModel {
         }
     }
 
-    /// How far a turntable's top lies below the middle of the working volume.
+    /// Distance of a turntable's top below the middle of the working volume.
     pub(crate) fn table_below_mm(&self) -> f64 {
         TABLE_BELOW_SHARE * self.shape.field_half_width_mm
     }
 
-    /// How many times as thick as at the standoff the light sheets are at this depth: a Gaussian beam's √(1 + (Δz/z_R)²).
+    /// Thickness of the light sheets at this depth relative to the standoff: √(1 + (Δz/z_R)²) of a Gaussian beam.
     pub fn defocus(&self, depth_mm: f64) -> f64 {
         defocus(depth_mm - self.shape.standoff_mm, 1.0 / self.shape.focus_depth_mm)
     }
@@ -158,7 +158,7 @@ pub(crate) fn defocus(from_focus_mm: f64, per_focus_depth_mm: f64) -> f64 {
     (1.0 + ratio * ratio).sqrt()
 }
 
-/// Uniform draws around a value.
+/// Uniform random values around a nominal one.
 struct Draw {
     rng: Pcg64,
 }
@@ -214,7 +214,7 @@ fn seeded_grating(draw: &mut Draw, shape: &StationShape) -> Grating {
     }
 }
 
-/// A turntable whose axis lies along the lines, and on which the camera looks down; lines along image rows.
+/// A turntable whose axis is parallel to the lines, seen by the camera from above; lines along image rows.
 fn seeded_axis(seed: u64, shape: &StationShape) -> RotaryAxis {
     let mut draw = Draw { rng: Pcg64::seed_from_u64(derived_seed(seed, AXIS_STREAM)) };
     let standoff = shape.standoff_mm;
@@ -239,7 +239,7 @@ fn turned(grating: &Grating, turn: &Rotation3<f64>) -> Grating {
     }
 }
 
-/// The wanted orders as they lie in the picture, from its top (left).
+/// The requested orders in image order, from the top (left).
 fn orders_in_picture(shape: &StationShape, camera: &Camera, grating: &Grating) -> Result<Vec<i8>, StationError> {
     let mut seen: Vec<(f64, i8)> = Vec::new();
     let mut missed = Vec::new();
@@ -284,7 +284,7 @@ fn check(shape: &StationShape) -> Result<(), StationError> {
         ("standoff_mm", shape.standoff_mm),
         ("field_half_width_mm", shape.field_half_width_mm),
         ("line_sigma_px", shape.line_sigma_px),
-        // Infinite is allowed.
+        // Infinity is allowed.
         ("focus_depth_mm", shape.focus_depth_mm.min(f64::MAX)),
         ("line_peak", shape.line_peak),
         ("speckle_grain_px", shape.speckle_grain_px),

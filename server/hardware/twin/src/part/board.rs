@@ -1,4 +1,4 @@
-//! The calibration target: a printed pattern with a white margin before a backdrop.
+//! The calibration target: a printed pattern with a white margin in front of a backdrop.
 
 use capture::Target;
 use nalgebra::{Matrix3, Vector2, Vector3};
@@ -8,28 +8,29 @@ use crate::params::{BACKDROP_REFLECTANCE, BLACK_REFLECTANCE, WHITE_REFLECTANCE};
 use crate::part::print::Print;
 use crate::part::scene::SceneHit;
 
-/// A calibration target at rest. Its own frame: origin at its centre, x along its rows, y along its columns, z into it;
-/// the first square or disc, at negative x and y, is black.
+/// A calibration target at rest. Its frame: origin at its centre, x along its rows, y along its columns, z into it; the
+/// first square or disc, at negative x and y, is black.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Board {
     /// Inner corners, or discs, along a row.
     pub inner_columns: usize,
     /// Inner corners, or discs, along a column.
     pub inner_rows: usize,
-    /// Sides of a square, or steps of a grid of discs, along x and y; the white margin around the pattern is as wide.
+    /// Side of a square, or step of a grid of discs, along x and y; the white margin around the pattern has the same
+    /// width.
     pub square_mm: Vector2<f64>,
-    /// What is on it.
+    /// The printed pattern.
     pub print: Print,
     /// Columns: the board's axes in the camera frame.
     pub axes: Matrix3<f64>,
     /// The centre in the camera frame.
     pub centre_mm: Vector3<f64>,
-    /// Depth of the backdrop, a wall across the camera axis.
+    /// Depth of the backdrop, a wall perpendicular to the camera axis.
     pub backdrop_z_mm: f64,
 }
 
 impl Board {
-    /// The target as it is printed, before the camera axis at the camera itself.
+    /// The target as printed, on the camera axis at the camera.
     pub fn of(target: &Target) -> Self {
         let (inner_columns, inner_rows) = target.inner_corners();
         let square = target.square_mm();
@@ -44,7 +45,7 @@ impl Board {
         }
     }
 
-    /// Half of what the pattern covers along x and y: discs have half a step around them.
+    /// Half of the pattern's size along x and y, including half a step around discs.
     pub fn half_mm(&self) -> Vector2<f64> {
         let beyond = if matches!(self.print, Print::Discs { .. }) { 0.0 } else { 1.0 };
         (self.extent_steps().add_scalar(beyond)).component_mul(&self.square_mm) / 2.0
@@ -58,17 +59,17 @@ impl Board {
         self.centre_mm + self.axes * Vector3::new(at.x, at.y, 0.0)
     }
 
-    /// Points of the grid along x and y, with those that a staggered one leaves empty.
+    /// Points of the grid along x and y, including the empty ones of a staggered grid.
     fn extent_steps(&self) -> Vector2<f64> {
         Vector2::new((self.print.steps_along_row() * self.inner_columns) as f64, self.inner_rows as f64)
     }
 
-    /// Place on the board so many steps from its first corner or disc.
+    /// Point on the board at so many steps from its first corner or disc.
     fn place_mm(&self, steps: &Vector2<f64>) -> Vector2<f64> {
         (steps - (self.extent_steps().add_scalar(-1.0)) / 2.0).component_mul(&self.square_mm)
     }
 
-    /// Numbers that identify its pattern; a plain chessboard needs no more than its counts and one side.
+    /// Numbers that identify its pattern; a plain chessboard needs only its counts and one side.
     pub(crate) fn pattern_numbers(&self) -> Vec<f64> {
         let mut numbers = vec![self.inner_columns as f64, self.inner_rows as f64, self.square_mm.x];
         if self.square_mm.y != self.square_mm.x {
@@ -84,12 +85,12 @@ impl Board {
         numbers
     }
 
-    /// The board moved in the camera frame.
+    /// The board translated in the camera frame.
     pub fn moved(&self, by_mm: &Vector3<f64>) -> Self {
         Self { centre_mm: self.centre_mm + by_mm, ..self.clone() }
     }
 
-    /// The board on a stage that has moved.
+    /// The board after a motion of the stage.
     pub fn turned(&self, motion: &Motion) -> Self {
         let axis = |axis| motion.camera_direction(&self.axes.column(axis).into_owned());
         Self {
@@ -99,7 +100,7 @@ impl Board {
         }
     }
 
-    /// Where a ray meets the board's plane: reach, and the place on it.
+    /// Intersection of a ray with the board's plane: ray length and point on the plane.
     pub(crate) fn plane_hit(
         &self,
         origin: &Vector3<f64>,
@@ -114,7 +115,7 @@ impl Board {
         Some((reach, Vector2::new(self.axes.column(0).dot(&at), self.axes.column(1).dot(&at))))
     }
 
-    /// The board or the backdrop behind it.
+    /// Intersection with the board or the backdrop behind it.
     pub(crate) fn hit(&self, origin: &Vector3<f64>, direction: &Vector3<f64>) -> Option<SceneHit> {
         if let Some((reach, at)) = self.plane_hit(origin, direction) {
             let edge = self.half_mm() + self.square_mm;
@@ -165,12 +166,12 @@ impl Board {
         })
     }
 
-    /// Squares from the top left of the pattern.
+    /// A point in squares from the top left of the pattern.
     fn in_squares(&self, at: &Vector2<f64>) -> Vector2<f64> {
         (at + self.half_mm()).component_div(&self.square_mm)
     }
 
-    /// From the centre of the nearest disc to a place, mm.
+    /// Vector from the centre of the nearest disc to a point, mm.
     fn beside_disc_mm(&self, at: &Vector2<f64>) -> Vector2<f64> {
         let along_row = self.print.steps_along_row() as f64;
         let steps = at.component_div(&self.square_mm) + (self.extent_steps().add_scalar(-1.0)) / 2.0;
@@ -185,7 +186,7 @@ impl Board {
     }
 
     /// Reflectance averaged over a small parallelogram around `at` that spans `span` along x and y (mm), each edge
-    /// blurred as if it crossed alone; and the share of the board itself, the rest being backdrop.
+    /// blurred as if it crossed alone; and the fraction covered by the board, the rest being backdrop.
     ///
     /// The average is odd about every edge and every corner, so that neither moves.
     pub(crate) fn blurred_reflectance(&self, at: &Vector2<f64>, span: &Vector2<f64>) -> (f64, f64) {
@@ -206,13 +207,14 @@ impl Board {
         (WHITE_REFLECTANCE + (BLACK_REFLECTANCE - WHITE_REFLECTANCE) * black, board)
     }
 
-    /// Share of a small parallelogram that is black by squares.
+    /// Fraction of a small parallelogram that is covered by black squares.
     fn black_by_squares(&self, at: &Vector2<f64>, span: &Vector2<f64>) -> f64 {
         let (half, counts) = (self.half_mm(), [self.inner_columns as i64, self.inner_rows as i64]);
         let (mut parity, mut squares) = (1.0, 1.0);
         for axis in 0..2 {
             let square = self.square_mm[axis];
-            // The nearest inner line; casts round towards zero, and what lies outside is held at the first or last.
+            // The nearest inner line; casts round towards zero, and points outside are clamped to the first or last
+            // line.
             let line = (((at[axis] + half[axis]) / square + 0.5) as i64).clamp(1, counts[axis]);
             let side = 2.0 * step(at[axis] + half[axis] - line as f64 * square, span[axis]) - 1.0;
             parity *= if line & 1 == 0 { side } else { -side };
@@ -257,7 +259,7 @@ mod tests {
     }
 
     #[test]
-    fn every_edge_of_every_pattern_is_told_of() {
+    fn every_edge_of_every_pattern_is_detected() {
         let sides = capture::SquareMm { x_mm: 12.0, y_mm: 13.0 };
         let grid = CirclesTarget { columns: 4, rows: 11, square_mm: sides, diameter_mm: 9.0 };
         let dictionary = "DICT_4X4_50".to_owned();

@@ -10,22 +10,22 @@ use crate::part::scene::{Plate, SceneHit};
 /// Number of hills.
 const HILLS: usize = 6;
 
-/// Steps of the march towards the surface; four suffice unless the ray grazes a hill.
+/// Steps of the ray march towards the surface; four suffice unless the ray grazes a hill.
 const MARCH_MAX_STEPS: usize = 200;
 
-/// A hill ends where its exponent passes this: exp(−34) of its height, 1e-14 mm, is left.
+/// A hill is cut off beyond this exponent: exp(−34) of its height, 1e-14 mm, remains.
 const FOOT_EXPONENT: f64 = 34.0;
 
 /// Newton steps from a guess; from a neighbouring pixel's tangent plane two suffice.
 const NEAR_MAX_STEPS: usize = 4;
 
-/// The march ends this close to the surface, mm.
+/// Distance from the surface at which the march ends, mm.
 const MARCH_TOLERANCE_MM: f64 = 1e-10;
 
-/// One hill.
+/// A Gaussian hill.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Hill {
-    /// Where it stands, along the plate's first two axes.
+    /// Position along the plate's first two axes.
     pub at_mm: [f64; 2],
     /// Standard deviation of its profile.
     pub sigma_mm: f64,
@@ -36,13 +36,13 @@ pub struct Hill {
 /// Gaussian hills on a plate: height(x, y) = Σ hᵢ exp(−|(x, y) − atᵢ|² / 2σᵢ²).
 #[derive(Debug, Clone, PartialEq)]
 pub struct Freeform {
-    /// What the hills stand on.
+    /// The plate below the hills.
     pub plate: Plate,
     /// The hills.
     pub hills: Vec<Hill>,
-    /// Above the highest point.
+    /// Upper bound of the height.
     pub(crate) ceiling_mm: f64,
-    /// Strongest curvature, an upper bound, 1/mm.
+    /// Upper bound of the curvature, 1/mm.
     pub(crate) curvature: f64,
 }
 
@@ -60,10 +60,10 @@ impl Freeform {
         Self::new(plate, hills)
     }
 
-    /// A part of these hills.
+    /// A part with these hills.
     pub fn new(plate: Plate, hills: Vec<Hill>) -> Self {
         let ceiling_mm = hills.iter().map(|hill| hill.height_mm.max(0.0)).sum::<f64>() + MARCH_TOLERANCE_MM;
-        // A Gaussian is most curved at its top, where its second derivative is h/σ².
+        // A Gaussian has its greatest curvature, h/σ², at its top.
         let curvature = hills.iter().map(|hill| hill.height_mm.abs() / (hill.sigma_mm * hill.sigma_mm)).sum();
         Self { plate, hills, ceiling_mm, curvature }
     }
@@ -82,8 +82,8 @@ impl Freeform {
         })
     }
 
-    /// Where a ray from above meets the part, by Newton steps from the guess `reach`; `None` if they do not converge
-    /// or the bound on the curvature does not prove that the ray meets nothing before.
+    /// Intersection of a ray from above with the part, by Newton steps from the guess `reach`; `None` if they do not
+    /// converge or the curvature bound does not prove that it is the first intersection.
     pub(crate) fn hit_from(
         &self,
         origin: &Vector3<f64>,
@@ -107,7 +107,8 @@ impl Freeform {
         None
     }
 
-    /// Whether light from `from` surely reaches `to`, a point of the surface with this normal. `false` decides nothing.
+    /// Whether light from `from` is proven to reach `to`, a point of the surface with this normal. `false` is
+    /// inconclusive.
     pub(crate) fn surely_lit(&self, from: &Vector3<f64>, to: &Vector3<f64>, normal: &Vector3<f64>) -> bool {
         let way = self.plate.local(&(to - from));
         let normal = self.plate.local(normal);
@@ -115,8 +116,8 @@ impl Freeform {
         self.surely_free(&way, at_mm, -normal.dot(&way) / normal.z, 1.0)
     }
 
-    /// Whether a ray that closes in on the surface by `closing` per reach where it meets it, `at_mm` above the plate,
-    /// met nothing over its last `reach`: backwards by s, it was above the surface by at least closing·s − C·s²/2.
+    /// Whether a ray was proven free over its last `reach`, where `closing` is its rate of approach to the surface at
+    /// the hit, `at_mm` above the plate: backwards by s, it was above the surface by at least closing·s − C·s²/2.
     fn surely_free(&self, way: &Vector3<f64>, at_mm: f64, closing: f64, reach: f64) -> bool {
         if way.z >= 0.0 || closing <= 0.0 {
             return false;
@@ -125,8 +126,9 @@ impl Freeform {
         self.curvature * way.xy().norm_squared() * below_ceiling < 2.0 * closing
     }
 
-    /// Where a ray from above meets the part: with the curvature bounded by C, the height a above the surface cannot
-    /// fall faster than a − ct − Ct²/2, whose root is a step that never overshoots and converges as Newton's.
+    /// Intersection of a ray from above with the part: with the curvature bounded by C, the height a above the surface
+    /// cannot fall faster than a − ct − Ct²/2, whose root is a step that never overshoots and converges as fast as
+    /// Newton's.
     pub(crate) fn hit(&self, origin: &Vector3<f64>, direction: &Vector3<f64>) -> Option<SceneHit> {
         let from = self.plate.local(&(origin - self.plate.point_mm));
         let way = self.plate.local(direction);
@@ -144,7 +146,7 @@ impl Freeform {
                 return (reach > 0.0).then_some(SceneHit { reach, normal, reflectance: PART_REFLECTANCE });
             }
             let closing = slope_x * way.x + slope_y * way.y - way.z;
-            // Rounding may carry a step just below the surface; the way back is as short.
+            // Rounding may carry a step slightly below the surface; the step back is as short.
             let root = (closing * closing + bend * above).max(0.0).sqrt();
             reach += 2.0 * above / (closing + root);
         }

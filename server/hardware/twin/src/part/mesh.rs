@@ -1,4 +1,4 @@
-//! A part made of triangles, and the tree of boxes that finds the one a ray meets first.
+//! A triangle mesh with a bounding-volume hierarchy for ray intersection.
 
 mod shadows;
 
@@ -16,33 +16,33 @@ use crate::part::scene::{Ball, Plate, SceneHit};
 /// Triangles per leaf of the tree: testing a few costs less than another level.
 const LEAF_TRIANGLES: usize = 4;
 
-/// Deepest tree: each level halves the triangles, so 2³² of them would fit.
+/// Greatest depth of the tree: each level halves the triangles, so 2³² of them would fit.
 const MAX_DEPTH: usize = 48;
 
-/// How far beyond its edges a triangle still catches a ray, as a share of its sides: closes the seams.
+/// Tolerance of the intersection test beyond a triangle's edges, as a fraction of its sides: closes the seams.
 pub(crate) const SEAM: f64 = 1e-9;
 
-/// Largest part, mm: larger numbers are a wrong unit.
+/// Largest part, mm: larger numbers indicate a wrong unit.
 const MAX_SIZE_MM: f64 = 10_000.0;
 
-/// Why triangles make no part.
+/// Why triangles do not form a part.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum SolidError {
-    /// Nothing that a ray could meet.
+    /// No triangle that a ray could hit.
     #[error("the part has no triangle with an area")]
     Empty,
-    /// A corner that is no place.
+    /// A corner with a coordinate that is not finite.
     #[error("triangle {triangle_idx} has a corner that is not finite")]
     NotFinite {
-        /// Which triangle, from 0.
+        /// Index of the triangle, from 0.
         triangle_idx: usize,
     },
     /// So large or far away that its unit must be wrong.
     #[error("the part reaches over {size_mm} mm, more than {max_mm} mm")]
     TooLarge {
-        /// Largest side of its box.
+        /// Largest side of its bounding box.
         size_mm: f64,
-        /// What is allowed.
+        /// The permitted size.
         max_mm: f64,
     },
 }
@@ -61,32 +61,32 @@ impl Remedy for SolidError {
 #[derive(Debug, PartialEq)]
 pub struct Solid {
     triangles: Vec<Triangle>,
-    /// Unit normals of the triangles, to either side.
+    /// Unit normals of the triangles, of either sign.
     normals: Vec<Vector3<f64>>,
-    /// Corners, each once, and which of them the triangles have.
+    /// Distinct corners, and the corner indices of the triangles.
     corners: Vec<Vector3<f64>>,
     corner_idx: Vec<[u32; 3]>,
     nodes: Vec<Node>,
     fingerprint: u64,
 }
 
-/// A part of triangles that stands on a plate: its x and y along the plate's first two axes.
+/// A mesh that stands on a plate: its x and y along the plate's first two axes.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Mesh {
-    /// What it stands on.
+    /// The plate.
     pub plate: Plate,
     /// The part.
     pub solid: Arc<Solid>,
 }
 
-/// A corner and the two sides from it.
+/// A corner and its two sides.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Triangle {
     corner: Vector3<f64>,
     sides: [Vector3<f64>; 2],
 }
 
-/// A box around triangles: `count` of them from `first`, or, if 0, the nodes `first` and the one after this.
+/// A bounding box: of `count` triangles from `first`, or, if `count` is 0, of the nodes `first` and the next one.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Node {
     low: Vector3<f64>,
@@ -95,7 +95,7 @@ struct Node {
     count: u32,
 }
 
-/// A ray, prepared for many boxes.
+/// A ray prepared for many box tests.
 struct Ray {
     origin: Vector3<f64>,
     direction: Vector3<f64>,
@@ -103,7 +103,7 @@ struct Ray {
 }
 
 impl Solid {
-    /// The part of these triangles (three corners each, mm). Triangles without area are left out.
+    /// Builds the part from its triangles (three corners each, mm). Triangles without area are left out.
     ///
     /// # Errors
     /// [`SolidError`] if nothing remains, a corner is not finite, or it cannot be in millimetres.
@@ -139,7 +139,7 @@ impl Solid {
         Ok(Self { triangles, normals, corners: corners_once, corner_idx, nodes, fingerprint })
     }
 
-    /// How many triangles it has.
+    /// Number of triangles.
     pub fn n_triangles(&self) -> usize {
         self.triangles.len()
     }
@@ -148,7 +148,7 @@ impl Solid {
         self.fingerprint
     }
 
-    /// How many corners its triangles share.
+    /// Number of distinct corners.
     pub(crate) fn n_corners(&self) -> usize {
         self.corners.len()
     }
@@ -158,17 +158,18 @@ impl Solid {
         self.corners[idx as usize]
     }
 
-    /// Which corners a triangle has.
+    /// Corner indices of a triangle.
     pub(crate) fn corner_idx(&self, triangle: u32) -> [u32; 3] {
         self.corner_idx[triangle as usize]
     }
 
-    /// Unit normal of a triangle in the part's frame, to either side.
+    /// Unit normal of a triangle in the part's frame, of either sign.
     pub(crate) fn normal(&self, idx: u32) -> Vector3<f64> {
         self.normals[idx as usize]
     }
 
-    /// Every triangle of all leaves whose boxes, seen as balls (centre and radius), `may` hold what is sought.
+    /// Calls a function for the triangles of all nodes for whose bounding spheres (centre and radius) `may` returns
+    /// true.
     pub(crate) fn for_each_in(&self, may: impl Fn(&Vector3<f64>, f64) -> bool, mut each: impl FnMut(u32)) {
         let mut waiting = vec![0];
         while let Some(idx) = waiting.pop() {
@@ -184,15 +185,15 @@ impl Solid {
         }
     }
 
-    /// The nearest triangle on a ray: reach and normal towards where the ray comes from.
+    /// The nearest triangle on a ray: ray length, and the normal towards the ray's origin.
     fn hit(&self, origin: &Vector3<f64>, direction: &Vector3<f64>) -> Option<(f64, Vector3<f64>)> {
         let (reach, idx) = self.search(&Ray::new(origin, direction), f64::INFINITY, false)?;
         let normal = self.normals[idx];
         Some((reach, if normal.dot(direction) > 0.0 { -normal } else { normal }))
     }
 
-    /// The nearest triangle on a ray within `limit`, and its reach; `any` one will do where the question is whether
-    /// there is one.
+    /// The nearest triangle on a ray within `limit`, and its ray length; with `any` the first one found, for occlusion
+    /// tests.
     #[inline]
     fn search(&self, ray: &Ray, limit: f64, any: bool) -> Option<(f64, usize)> {
         let mut nearest = (limit, None);
@@ -221,7 +222,7 @@ impl Solid {
             }
             let children = [idx + 1, first];
             let enter = [self.nodes[idx + 1].enter(ray), self.nodes[first].enter(ray)];
-            // The nearer one is looked into first, so that it can rule out the other.
+            // The nearer one is searched first, so that it can exclude the other.
             let order = if enter[0] <= enter[1] { [1, 0] } else { [0, 1] };
             for side in order {
                 if enter[side] < nearest.0 {
@@ -241,14 +242,14 @@ impl Mesh {
         Some(SceneHit { reach, normal: self.plate.axes * normal, reflectance: PART_REFLECTANCE })
     }
 
-    /// A ball around the part.
+    /// A bounding sphere of the part.
     pub(crate) fn ball(&self) -> Ball {
         let Node { low, high, .. } = self.solid.nodes[0];
         let centre_mm = self.plate.point_mm + self.plate.axes * ((low + high) / 2.0);
         Ball { centre_mm, radius_mm: (high - low).norm() / 2.0 }
     }
 
-    /// Whether a triangle stands on a ray before `limit`.
+    /// Whether a triangle intersects a ray before `limit`.
     pub(crate) fn is_in_the_way(&self, origin: &Vector3<f64>, direction: &Vector3<f64>, limit: f64) -> bool {
         let from = self.plate.local(&(origin - self.plate.point_mm));
         let ray = Ray::new(&from, &self.plate.local(direction));
@@ -275,7 +276,7 @@ impl Triangle {
         self.corner + (self.sides[0] + self.sides[1]) / 3.0
     }
 
-    /// Where a ray meets it (Möller & Trumbore 1997), from either side.
+    /// Intersection with a ray (Möller & Trumbore 1997), from either side.
     #[inline(always)]
     fn reach(&self, origin: &Vector3<f64>, direction: &Vector3<f64>) -> Option<f64> {
         let [a, b] = &self.sides;
@@ -286,20 +287,20 @@ impl Triangle {
         let q = from.cross(a);
         let v = direction.dot(&q) * scale;
         let reach = b.dot(&q) * scale;
-        // Not a number where the ray runs along the triangle: no comparison holds.
+        // NaN if the ray is parallel to the triangle: no comparison holds.
         (u >= -SEAM && v >= -SEAM && u + v <= 1.0 + SEAM && reach > 0.0).then_some(reach)
     }
 }
 
 impl Node {
-    /// Where a ray enters the box; infinite if it passes (Kay & Kajiya 1986).
+    /// Ray length at which the box is entered; infinite if it is missed (Kay & Kajiya 1986).
     #[inline(always)]
     fn enter(&self, ray: &Ray) -> f64 {
         let (mut enter, mut leave) = (0.0_f64, f64::INFINITY);
         for axis in 0..3 {
             let a = (self.low[axis] - ray.origin[axis]) * ray.inverse[axis];
             let b = (self.high[axis] - ray.origin[axis]) * ray.inverse[axis];
-            // One instruction each, unlike `min` and `max`; not a number (in the plane of a side) decides nothing.
+            // One instruction each, unlike `min` and `max`; NaN (in the plane of a side) has no effect.
             let (near, far) = (if b < a { b } else { a }, if a > b { a } else { b });
             enter = if near > enter { near } else { enter };
             leave = if far < leave { far } else { leave };
@@ -312,12 +313,12 @@ fn empty_box() -> (Vector3<f64>, Vector3<f64>) {
     (Vector3::repeat(f64::INFINITY), Vector3::repeat(f64::NEG_INFINITY))
 }
 
-/// The corners of triangles, each once, and which of them each triangle has.
+/// Distinct corners of triangles, and the corner indices of each triangle.
 fn numbered(triangles: &[[Vector3<f64>; 3]]) -> (Vec<Vector3<f64>>, Vec<[u32; 3]>) {
     let mut corners = Vec::with_capacity(triangles.len() / 2 + 2);
     let mut known = HashMap::with_capacity(triangles.len() / 2 + 2);
     let mut number = |corner: &Vector3<f64>| {
-        // Adding 0 makes the two zeros one.
+        // Adding 0 unifies the two zeros.
         let name = [0, 1, 2].map(|axis| (corner[axis] + 0.0).to_bits());
         *known.entry(name).or_insert_with(|| {
             corners.push(*corner);
@@ -328,15 +329,15 @@ fn numbered(triangles: &[[Vector3<f64>; 3]]) -> (Vec<Vector3<f64>>, Vec<[u32; 3]
     (corners, corner_idx)
 }
 
-/// Adds the tree over the triangles of `order`, which begins at `first` of all, halving them along the longest side of their
-/// middles' box.
+/// Adds the tree over the triangles of `order`, which begins at index `first`, halving them along the longest side of
+/// their centroids' box.
 fn build(triangles: &[Triangle], order: &mut [u32], first: usize, depth: usize, nodes: &mut Vec<Node>) {
     let grow = |(low, high): (Vector3<f64>, Vector3<f64>), p: Vector3<f64>| (low.inf(&p), high.sup(&p));
     let of = |idx: &u32| &triangles[*idx as usize];
     let (low, high) = order.iter().flat_map(|idx| of(idx).corners()).fold(empty_box(), grow);
     let idx = nodes.len();
     let (first_u32, count) = (first as u32, order.len() as u32);
-    // Boxes are widened as triangles are at their seams.
+    // Boxes are widened by the seam tolerance of the triangles.
     let margin = Vector3::repeat(SEAM * (high - low).max());
     nodes.push(Node { low: low - margin, high: high + margin, first: first_u32, count });
     if order.len() <= LEAF_TRIANGLES || depth >= MAX_DEPTH {
@@ -392,7 +393,7 @@ mod tests {
     }
 
     #[test]
-    fn what_makes_no_part_is_refused() {
+    fn triangles_that_form_no_part_are_refused() {
         let flat = [[[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [2.0, 0.0, 0.0]]];
         assert_eq!(Solid::new(&flat).unwrap_err(), SolidError::Empty);
         assert_eq!(Solid::new(&[]).unwrap_err(), SolidError::Empty);

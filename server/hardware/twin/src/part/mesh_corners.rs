@@ -1,5 +1,5 @@
-//! Corners of a part's triangles as the camera sees them, each computed on first use: six triangles share one,
-//! and several orders' light falls on it.
+//! Projected corners of a part's triangles, each computed on first use: six triangles share a corner, and several
+//! orders illuminate it.
 
 use nalgebra::Vector3;
 use optics::Camera;
@@ -11,20 +11,20 @@ use crate::part::scene::Plate;
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct PlacedTriangle {
     pub corners: [Vector3<f64>; 3],
-    /// Where its corners are seen; `None` behind the camera.
+    /// Pixels of its corners; `None` behind the camera.
     pub pixels: [Option<[f64; 2]>; 3],
 }
 
-/// The corners of a part where the stage has carried it.
+/// The corners of a part at the stage's position.
 #[derive(Debug, Default)]
 pub(crate) struct PlacedCorners {
     place: Option<Place>,
-    /// Counts the places: what was computed for another one is void.
+    /// Index of the pose; values computed for another pose are invalid.
     place_idx: u32,
     corners: Vec<PlacedCorner>,
 }
 
-/// Where a part is, and who looks at it.
+/// Pose of a part, and its camera.
 #[derive(Debug, Clone, PartialEq)]
 struct Place {
     part: u64,
@@ -48,7 +48,7 @@ impl PlacedTriangle {
 }
 
 impl PlacedCorners {
-    /// Makes ready for the triangles of a part, carried by the stage.
+    /// Prepares for the triangles of a part at the stage's position.
     pub(crate) fn turn_to(&mut self, camera: &Camera, mesh: &Mesh, moved: &Vector3<f64>) {
         let part = mesh.solid.fingerprint();
         let place = Some(Place { part, plate: mesh.plate, moved_mm: *moved, camera: *camera });
@@ -66,7 +66,7 @@ impl PlacedCorners {
         }
     }
 
-    /// A triangle of the part that was turned to.
+    /// A triangle of the prepared part.
     #[inline]
     pub(crate) fn triangle(&mut self, mesh: &Mesh, idx: u32) -> PlacedTriangle {
         let [a, b, c] = mesh.solid.corner_idx(idx);

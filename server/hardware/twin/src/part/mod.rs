@@ -1,4 +1,4 @@
-//! What lies on the stage, and where a ray meets it.
+//! Parts on the stage, and their intersection with rays.
 
 pub(crate) mod board;
 pub(crate) mod freeform;

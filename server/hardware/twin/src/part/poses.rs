@@ -1,4 +1,4 @@
-//! Where a virtual operator holds the target: tilted every way, near and far, always wholly in the picture.
+//! Poses of the target for calibration: tilted in all directions, near and far, always entirely in the image.
 
 use capture::{ChessboardTarget, Target};
 use nalgebra::{Rotation3, Vector3};
@@ -10,7 +10,7 @@ use crate::model::station::StationModel;
 use crate::params::BACKDROP_GAP_FRACTION;
 use crate::part::board::Board;
 
-/// Inner corners along the rows and columns of the usual target.
+/// Inner corners along the rows and columns of the default target.
 pub const BOARD_CORNERS: (usize, usize) = (11, 8);
 
 /// Side of a square at a field of ±100 mm.
@@ -19,7 +19,7 @@ const SQUARE_MM: f64 = 12.0;
 /// Smallest and largest tilt of a pose, radians (11° and 28°).
 const TILT_RAD: (f64, f64) = (0.2, 0.49);
 
-/// Largest turn within the picture, radians.
+/// Largest rotation in the image plane, radians.
 const ROLL_RAD: f64 = 0.2;
 
 /// Nearest and farthest pose relative to the standoff.
@@ -28,36 +28,36 @@ const DISTANCE: (f64, f64) = (0.9, 1.06);
 /// Largest shift from the camera axis at a field of ±100 mm.
 const SHIFT_MM: f64 = 14.0;
 
-/// Distance kept between the outermost corners of squares and the picture's edge, as a share of its width.
+/// Distance between the outermost corners of squares and the image border, as a fraction of its width.
 const EDGE_SHARE: f64 = 0.01;
 
-/// Draws per pose before tilt and shift are drawn more timidly.
+/// Draws per pose before tilt and shift are reduced.
 const DRAWS: usize = 40;
 
-/// Stream of the poses among those derived from a station's seed.
+/// Random stream of the poses, derived from a station's seed.
 const POSE_STREAM: u64 = 4;
 
-/// Stream of the target on the stage.
+/// Random stream of the target on the stage.
 const STAGE_STREAM: u64 = 5;
 
-/// Side of the usual target's squares: made to fill the station's field.
+/// Side of the default target's squares: chosen to fill the station's field.
 pub fn square_mm(model: &StationModel) -> f64 {
-    // Whole hundredths, as a maker of targets would print on the back.
+    // Whole hundredths, as printed by a manufacturer.
     (SQUARE_MM * model.shape.field_scale() * 100.0).round() / 100.0
 }
 
-/// The chessboard that suits the station.
+/// The default chessboard of the station.
 pub fn usual_target(model: &StationModel) -> Target {
     let (inner_columns, inner_rows) = BOARD_CORNERS;
     ChessboardTarget { inner_columns, inner_rows, square_mm: square_mm(model).into() }.into()
 }
 
-/// [`target_poses`] of the usual target.
+/// [`target_poses`] of the default target.
 pub fn board_poses(model: &StationModel, count: usize) -> Vec<Board> {
     target_poses(model, &usual_target(model), count)
 }
 
-/// [`stage_target`] with the usual target.
+/// [`stage_target`] with the default target.
 pub fn stage_board(model: &StationModel, positions: &[f64]) -> Board {
     stage_target(model, &usual_target(model), positions)
 }
@@ -66,7 +66,7 @@ pub fn stage_board(model: &StationModel, positions: &[f64]) -> Board {
 pub fn target_poses(model: &StationModel, target: &Target, count: usize) -> Vec<Board> {
     let target = Board::of(target);
     let mut rng = Pcg64::seed_from_u64(derived_seed(model.seed, POSE_STREAM));
-    // Successive directions part by the golden angle, so that any number of poses is spread well.
+    // Successive directions differ by the golden angle, so that any number of poses is spread well.
     let golden = std::f64::consts::PI * (3.0 - 5.0_f64.sqrt());
     (0..count)
         .map(|idx| {
@@ -80,7 +80,7 @@ pub fn target_poses(model: &StationModel, target: &Target, count: usize) -> Vec<
         .collect()
 }
 
-/// A target on the stage, seen wholly at all of `positions`, in the stage's unit.
+/// A target on the stage, entirely in the image at all `positions`, in the stage's unit.
 pub fn stage_target(model: &StationModel, target: &Target, positions: &[f64]) -> Board {
     let target = Board::of(target);
     let mut rng = Pcg64::seed_from_u64(derived_seed(model.seed, STAGE_STREAM));
@@ -97,7 +97,8 @@ pub fn stage_target(model: &StationModel, target: &Target, positions: &[f64]) ->
     }
 }
 
-/// Draws until the board is wholly in the picture, ever more timidly; at last it stands straight before the camera.
+/// Draws until the board is entirely in the image, with decreasing tilt and shift; at last it is perpendicular to the
+/// camera axis.
 fn in_picture(model: &StationModel, rng: &mut Pcg64, mut draw: impl FnMut(&mut Pcg64, f64) -> Board) -> Board {
     let mut draws = 0;
     loop {
@@ -138,7 +139,7 @@ fn placed(
     }
 }
 
-/// Whether the whole pattern is in the picture.
+/// Whether the whole pattern is in the image.
 fn fits(model: &StationModel, board: &Board) -> bool {
     let (width, height) = (model.camera.width_px as f64, model.camera.height_px as f64);
     let margin = EDGE_SHARE * width;

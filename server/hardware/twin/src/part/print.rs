@@ -1,4 +1,4 @@
-//! What is printed on a calibration target.
+//! The printed pattern of a calibration target.
 
 use std::sync::Arc;
 
@@ -6,7 +6,7 @@ use capture::Target;
 use nalgebra::Vector2;
 use vision::CharucoParams;
 
-/// What is printed on a target.
+/// The printed pattern of a target.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Print {
     /// Squares, the first one black.
@@ -34,7 +34,7 @@ pub struct Markers {
 }
 
 impl Print {
-    /// What `target` shows. A marker that its dictionary does not have is left white.
+    /// The pattern of `target`. A marker missing from its dictionary is left white.
     pub(crate) fn of(target: &Target) -> Self {
         match target {
             Target::Chessboard(_) => Self::Squares,
@@ -67,7 +67,8 @@ impl Markers {
         self.share
     }
 
-    /// Share of a small rectangle around `at` (squares from the top left of the board) that is black by a marker.
+    /// Fraction of a small rectangle around `at` (squares from the top left of the board) that is covered by black
+    /// cells of a marker.
     pub(crate) fn black_share(&self, at: &Vector2<f64>, span: &Vector2<f64>) -> f64 {
         let Some(cells) = self.marker_at(at) else { return 0.0 };
         let n = cells.len() as f64;
@@ -85,7 +86,7 @@ impl Markers {
         pairs.filter(|((x, _), (y, _))| black(*x, *y)).map(|((_, a), (_, b))| a * b).sum()
     }
 
-    /// Whether a marker reaches within `reach` (squares) of `at`.
+    /// Whether a marker is within `reach` (squares) of `at`.
     pub(crate) fn is_near(&self, at: &Vector2<f64>, reach: &Vector2<f64>) -> bool {
         let rim = 0.5 * (1.0 - self.share);
         self.marker_at(at).is_some()
@@ -95,19 +96,19 @@ impl Markers {
             })
     }
 
-    /// The cells of the marker in the square at a place.
+    /// The cells of the marker in the square at a point.
     fn marker_at(&self, at: &Vector2<f64>) -> Option<&Vec<Vec<bool>>> {
         let (column, row) = (at.x.floor(), at.y.floor());
         let is_white = (column + row).rem_euclid(2.0) > 0.5;
         if !is_white || column < 0.0 || row < 0.0 || column >= self.columns as f64 {
             return None;
         }
-        // Of the squares before this one every other is white.
+        // Every other square before this one is white.
         self.cells.get((row as usize * self.columns + column as usize) / 2)
     }
 }
 
-/// The cells that an interval no longer than one touches, each with its share of the interval.
+/// The cells overlapped by an interval no longer than one, each with its fraction of the interval.
 fn overlaps(middle: f64, length: f64) -> [(f64, f64); 2] {
     let (low, high) = (middle - length / 2.0, middle + length / 2.0);
     let (first, last) = (low.floor(), high.floor());
@@ -137,7 +138,7 @@ mod tests {
         let Print::Markers(markers) = Print::of(&target) else { panic!("a board with markers") };
         let params = CharucoParams { columns: 5, rows: 4, marker_share: 0.6, dictionary };
         let span = Vector2::repeat(1e-6);
-        // White squares in their order: (1, 0), (3, 0), (0, 1), (2, 1), (4, 1), (1, 2) …
+        // White squares in order: (1, 0), (3, 0), (0, 1), (2, 1), (4, 1), (1, 2) …
         for (id, (column, row)) in [(1, 0), (3, 0), (0, 1), (2, 1), (4, 1), (1, 2)].into_iter().enumerate() {
             let cells = params.marker_cells(id).unwrap();
             for (y, x) in (0..6).flat_map(|y| (0..6).map(move |x| (y, x))) {
@@ -146,7 +147,7 @@ mod tests {
                 assert_eq!(markers.black_share(&place, &span), f64::from(u8::from(cells[y][x])), "{id} {x} {y}");
             }
         }
-        // The border's outer edge: half of the rectangle is on it.
+        // Outer edge of the border: half of the rectangle is on it.
         let edge = markers.black_share(&Vector2::new(1.2, 0.5), &Vector2::repeat(0.01));
         assert!((edge - 0.5).abs() < 1e-9, "{edge}");
         assert_eq!(markers.black_share(&Vector2::new(1.1, 0.5), &span), 0.0);

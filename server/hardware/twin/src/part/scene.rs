@@ -1,4 +1,4 @@
-//! The scene before the station: surfaces that rays meet, carried by the stage.
+//! The scene in front of the station: surfaces intersected by rays, moved by the stage.
 
 use std::sync::Arc;
 
@@ -19,24 +19,25 @@ use crate::part::mesh::{Mesh, Solid};
 /// Half-sizes of the gauge block's top at a field of ±100 mm.
 const BLOCK_HALF_MM: [f64; 2] = [11.0, 7.0];
 
-/// How far plates may lean against the camera axis, radians: a plate put on a table by hand.
+/// Greatest tilt of plates against the camera axis, radians: a plate placed on a table by hand.
 const PLATE_LEAN_RAD: f64 = 0.03;
 
-/// How far aside a ball may lie, mm per radian of [`PLATE_LEAN_RAD`]; on a turntable far enough to be seen to turn.
+/// Greatest sideways offset of a ball, mm per radian of [`PLATE_LEAN_RAD`]; on a turntable large enough for a visible
+/// rotation.
 const ASIDE_MM: (f64, f64) = (30.0, 200.0);
 
-/// Where a ray meets a scene.
+/// Intersection of a ray with a scene.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SceneHit {
     /// The hit is origin + `reach` · direction.
     pub reach: f64,
     /// Unit normal of the surface, out of the material.
     pub normal: Vector3<f64>,
-    /// Share of the light that a white, matt surface would send back, 0–1.
+    /// Fraction of the light that a white, matt surface would reflect, 0–1.
     pub reflectance: f64,
 }
 
-/// Where a ray has met a surface, to guess from where a ray close by will.
+/// A hit that serves as the initial guess for a neighbouring ray.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct NearHit {
     pub point_mm: Vector3<f64>,
@@ -44,13 +45,13 @@ pub(crate) struct NearHit {
 }
 
 impl NearHit {
-    /// Reach of a ray to the tangent plane.
+    /// Ray length to the tangent plane.
     pub(crate) fn reach_of(&self, origin: &Vector3<f64>, direction: &Vector3<f64>) -> f64 {
         self.normal.dot(&(self.point_mm - origin)) / self.normal.dot(direction)
     }
 }
 
-/// A ball around something.
+/// A bounding sphere.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Ball {
     pub centre_mm: Vector3<f64>,
@@ -58,7 +59,7 @@ pub(crate) struct Ball {
 }
 
 impl Ball {
-    /// Whether the line of a ray may meet what is inside.
+    /// Whether the line of a ray may intersect the content.
     #[inline]
     pub(crate) fn is_near(&self, origin: &Vector3<f64>, direction: &Vector3<f64>) -> bool {
         let beside = (self.centre_mm - origin).cross(direction).norm_squared();
@@ -66,10 +67,10 @@ impl Ball {
     }
 }
 
-/// Everything the camera can see, in the camera frame at stage position 0.
+/// The scene of the camera, in the camera frame at stage position 0.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Scene {
-    /// A chessboard before a backdrop.
+    /// A chessboard in front of a backdrop.
     Board(Board),
     /// A plane.
     Plate(Plate),
@@ -79,7 +80,7 @@ pub enum Scene {
     Sphere(Sphere),
     /// Smooth hills on a plate.
     Freeform(Freeform),
-    /// A part of triangles on a plate.
+    /// A triangle mesh on a plate.
     Mesh(Mesh),
 }
 
@@ -88,14 +89,14 @@ pub enum Scene {
 pub struct Plate {
     /// Columns: two directions in the plane, and its normal towards the camera.
     pub axes: Matrix3<f64>,
-    /// A point of the plane; the origin of what stands on it.
+    /// A point of the plane; the origin of the part on it.
     pub point_mm: Vector3<f64>,
 }
 
 /// A block on a plate, its top parallel to it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Gauge {
-    /// What it stands on.
+    /// The plate.
     pub plate: Plate,
     /// Height of the top above the plate.
     pub height_mm: f64,
@@ -106,7 +107,7 @@ pub struct Gauge {
 /// A ball that touches a plate.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sphere {
-    /// What it lies on.
+    /// The plate.
     pub plate: Plate,
     /// Radius.
     pub radius_mm: f64,
@@ -114,7 +115,7 @@ pub struct Sphere {
     pub centre_mm: Vector3<f64>,
 }
 
-/// Which part to put on the stage.
+/// Kind of part on the stage.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum SceneKind {
     /// The bare plate.
@@ -134,7 +135,7 @@ pub enum SceneKind {
 }
 
 impl SceneKind {
-    /// The name of this kind on command lines and in truth files.
+    /// Name of this kind on command lines and in truth files.
     pub fn name(&self) -> &'static str {
         match self {
             Self::Plate => "plate",
@@ -144,7 +145,8 @@ impl SceneKind {
         }
     }
 
-    /// The part put on the stage of `model` by hand: leaning and turned a little, as `stream` of its seed says.
+    /// The part placed on the stage of `model` by hand: slightly tilted and rotated, according to random stream
+    /// `stream` of its seed.
     pub fn placed(&self, model: &StationModel, stream: u64) -> Scene {
         let mut rng = Pcg64::seed_from_u64(derived_seed(model.seed, stream));
         let plate = placed_plate(model, &mut rng);
@@ -167,7 +169,7 @@ impl SceneKind {
     }
 }
 
-/// A plate put on the stage by hand.
+/// A plate placed on the stage by hand.
 fn placed_plate(model: &StationModel, rng: &mut Pcg64) -> Plate {
     let mut lean = || PLATE_LEAN_RAD * (2.0 * rng.random::<f64>() - 1.0);
     let turn = Rotation3::from_euler_angles(lean(), lean(), lean());
@@ -182,7 +184,7 @@ fn placed_plate(model: &StationModel, rng: &mut Pcg64) -> Plate {
     Plate { axes, point_mm: Vector3::new(0.0, 0.0, model.shape.standoff_mm) }
 }
 
-/// The top of a turntable: across its axis, whatever its angle; what stands on it is turned by `turn_rad`.
+/// The top of a turntable, perpendicular to its axis at any angle; the part on it is rotated by `turn_rad`.
 fn table_top(axis: &RotaryAxis, below_mm: f64, turn_rad: f64) -> Plate {
     let up = axis.direction;
     let (first, second) = completing_frame(&up);
@@ -192,7 +194,7 @@ fn table_top(axis: &RotaryAxis, below_mm: f64, turn_rad: f64) -> Plate {
 }
 
 impl Scene {
-    /// The scene as a turntable has turned it; what stands beside the table, a board's backdrop, stays.
+    /// The scene rotated by a turntable; a board's backdrop stays in place.
     pub(crate) fn turned(&self, motion: &Motion) -> Self {
         let place = |at: &Vector3<f64>| motion.camera_from_part(&PointMm::new(*at)).xyz;
         let axes = |axes: &Matrix3<f64>| {
@@ -211,13 +213,13 @@ impl Scene {
         }
     }
 
-    /// A part of triangles put on the stage of `model` by hand, as [`SceneKind::placed`] puts the others.
+    /// A mesh placed on the stage of `model` by hand, as [`SceneKind::placed`] places the other parts.
     pub fn mesh(solid: Arc<Solid>, model: &StationModel, stream: u64) -> Self {
         let mut rng = Pcg64::seed_from_u64(derived_seed(model.seed, stream));
         Self::Mesh(Mesh { plate: placed_plate(model, &mut rng), solid })
     }
 
-    /// The first surface a ray meets; `direction` need not be a unit vector.
+    /// The first surface hit by a ray; `direction` need not be a unit vector.
     pub fn hit(&self, origin: &Vector3<f64>, direction: &Vector3<f64>) -> Option<SceneHit> {
         match self {
             Self::Board(board) => board.hit(origin, direction),
@@ -229,7 +231,7 @@ impl Scene {
         }
     }
 
-    /// A ball around the part that stands on a plate, where that says where rays meet nothing but the plate.
+    /// A bounding sphere of the part on a plate, if rays outside of it can hit only the plate.
     pub(crate) fn part_ball(&self) -> Option<Ball> {
         match self {
             Self::Gauge(Gauge { plate, height_mm, half_mm }) => {
@@ -275,7 +277,7 @@ impl Scene {
         numbers.into_iter().map(f64::to_bits).fold(kind, derived_seed)
     }
 
-    /// Whether light on its way from `from` reaches `to`, a point on one of the surfaces.
+    /// Whether light from `from` reaches `to`, a point on one of the surfaces.
     pub fn reaches(&self, from: &Vector3<f64>, to: &Vector3<f64>) -> bool {
         let way = to - from;
         let length = way.norm();
@@ -288,7 +290,7 @@ impl Scene {
     }
 }
 
-/// What a path of this length meets beyond this is its end itself.
+/// Path length beyond which an intersection is the end of the path itself.
 pub(crate) fn hidden_beyond(length_mm: f64) -> f64 {
     length_mm - SAME_HIT_MM * length_mm.max(1.0)
 }
@@ -311,7 +313,7 @@ impl Plate {
         self.axes.tr_mul(vector)
     }
 
-    /// Where a ray meets the plane.
+    /// Intersection of a ray with the plane.
     pub fn hit(&self, origin: &Vector3<f64>, direction: &Vector3<f64>) -> Option<SceneHit> {
         let normal = self.normal();
         let reach = normal.dot(&(self.point_mm - origin)) / normal.dot(direction);
@@ -320,7 +322,7 @@ impl Plate {
 }
 
 impl Gauge {
-    /// Where a ray enters the block (slab by slab, Kay & Kajiya 1986).
+    /// Ray length at which the block is entered (slab by slab, Kay & Kajiya 1986).
     fn block_hit(&self, origin: &Vector3<f64>, direction: &Vector3<f64>) -> Option<SceneHit> {
         let from = self.plate.local(&(origin - self.plate.point_mm));
         let way = self.plate.local(direction);

@@ -1,231 +1,56 @@
-//! STL files, binary and text: triangles in millimetres. Normals are not read: they follow from the corners.
+//! A part from the bytes of an STL file.
 
 use std::borrow::Cow;
 
 use remedy::Remedy;
+use stl::StlError;
 
 use crate::part::mesh::{Solid, SolidError};
 
-/// Most triangles that are read: some 500 MiB of memory with their tree.
+/// Greatest number of triangles: about 500 MiB of memory with their tree.
 pub const STL_MAX_TRIANGLES: usize = 2_000_000;
-
-/// Bytes before the first triangle of a binary file: header and count.
-const BINARY_HEADER: usize = 84;
-
-/// Bytes of a triangle of a binary file: normal, three corners, attribute.
-const BINARY_TRIANGLE: usize = 50;
 
 /// Why a file cannot be read as a part.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
-pub enum StlError {
-    /// More than is taken.
-    #[error("the file says {count} triangles, more than {max}")]
-    TooMany {
-        /// How many.
-        count: usize,
-        /// What is allowed.
-        max: usize,
-    },
-    /// The length does not fit the count.
-    #[error("the file says {count} triangles and has {got_bytes} bytes instead of {needed_bytes}")]
-    WrongLength {
-        /// Triangles by its header.
-        count: usize,
-        /// Bytes for so many.
-        needed_bytes: usize,
-        /// Bytes there are.
-        got_bytes: usize,
-    },
-    /// Neither text nor long enough to be binary.
-    #[error("{got_bytes} bytes are no STL file")]
-    TooShort {
-        /// Bytes there are.
-        got_bytes: usize,
-    },
-    /// Text that is not as it should be.
-    #[error("line {line}: expected {expected}, found \"{found}\"")]
-    Syntax {
-        /// Line, from 1.
-        line: usize,
-        /// What should be there.
-        expected: &'static str,
-        /// What is there, shortened.
-        found: String,
-    },
+pub enum PartFileError {
+    /// No STL file, or too large.
+    #[error(transparent)]
+    Stl(#[from] StlError),
     /// Triangles that make no part.
     #[error("the triangles make no part")]
-    Solid {
-        /// Why.
-        #[source]
-        cause: SolidError,
-    },
+    Solid(#[source] SolidError),
 }
 
-impl Remedy for StlError {
+impl Remedy for PartFileError {
     fn remedy(&self) -> Option<Cow<'_, str>> {
-        Some(Cow::Borrowed(match self {
-            Self::TooMany { .. } => "reduce the mesh",
-            Self::WrongLength { .. } => "copy it again",
-            Self::TooShort { .. } | Self::Syntax { .. } => "export the part again as STL, in mm",
-            Self::Solid { cause } => return cause.remedy(),
-        }))
+        match self {
+            Self::Stl(error) => error.remedy(),
+            Self::Solid(cause) => cause.remedy(),
+        }
     }
 }
 
-/// Reads a part from the bytes of an STL file.
+/// Reads a part from the bytes of an STL file, mm.
 ///
 /// # Errors
-/// [`StlError`] for a file that is cut, says a wrong count, is no STL, is too large, or holds no part.
-pub fn read_stl(bytes: &[u8]) -> Result<Solid, StlError> {
-    let corners = match binary_count(bytes) {
-        Some(count) if bytes.len() == BINARY_HEADER + count * BINARY_TRIANGLE => binary(bytes, count)?,
-        _ if looks_like_text(bytes) => text(bytes)?,
-        Some(count) if count > STL_MAX_TRIANGLES => {
-            return Err(StlError::TooMany { count, max: STL_MAX_TRIANGLES });
-        }
-        Some(count) => {
-            let needed_bytes = BINARY_HEADER + count * BINARY_TRIANGLE;
-            return Err(StlError::WrongLength { count, needed_bytes, got_bytes: bytes.len() });
-        }
-        None => return Err(StlError::TooShort { got_bytes: bytes.len() }),
-    };
-    Solid::new(&corners).map_err(|cause| StlError::Solid { cause })
-}
-
-fn binary_count(bytes: &[u8]) -> Option<usize> {
-    let count = bytes.get(BINARY_HEADER - 4..BINARY_HEADER)?;
-    Some(u32::from_le_bytes(count.try_into().ok()?) as usize)
-}
-
-/// Binary headers may begin with "solid" too; a text has its first facet soon.
-fn looks_like_text(bytes: &[u8]) -> bool {
-    let start = &bytes[..bytes.len().min(1024)];
-    start.trim_ascii_start().starts_with(b"solid") && !start.contains(&0)
-}
-
-fn binary(bytes: &[u8], count: usize) -> Result<Vec<[[f64; 3]; 3]>, StlError> {
-    if count > STL_MAX_TRIANGLES {
-        return Err(StlError::TooMany { count, max: STL_MAX_TRIANGLES });
-    }
-    let number = |four: &[u8]| f64::from(f32::from_le_bytes([four[0], four[1], four[2], four[3]]));
-    let triangles = bytes[BINARY_HEADER..].chunks_exact(BINARY_TRIANGLE);
-    Ok(triangles
-        .map(|triangle| {
-            std::array::from_fn(|corner| {
-                std::array::from_fn(|axis| number(&triangle[12 + 12 * corner + 4 * axis..]))
-            })
-        })
-        .collect())
-}
-
-fn text(bytes: &[u8]) -> Result<Vec<[[f64; 3]; 3]>, StlError> {
-    let text = String::from_utf8_lossy(bytes);
-    let mut triangles = Vec::new();
-    let mut corners: Vec<[f64; 3]> = Vec::with_capacity(3);
-    let mut open = false;
-    for (idx, line) in text.lines().enumerate() {
-        let wrong =
-            |expected| StlError::Syntax { line: idx + 1, expected, found: line.trim().chars().take(40).collect() };
-        let mut words = line.split_ascii_whitespace();
-        match words.next() {
-            Some("facet") if !open => open = true,
-            Some("facet") => return Err(wrong("endfacet")),
-            Some("vertex") if open && corners.len() < 3 => {
-                corners.push(corner(words).ok_or_else(|| wrong("three numbers"))?)
-            }
-            Some("vertex") => return Err(wrong("a facet of three corners")),
-            Some("endfacet") => {
-                let three = corners.as_slice().try_into().map_err(|_| wrong("three corners before endfacet"))?;
-                if triangles.len() >= STL_MAX_TRIANGLES {
-                    return Err(StlError::TooMany { count: triangles.len() + 1, max: STL_MAX_TRIANGLES });
-                }
-                triangles.push(three);
-                corners.clear();
-                open = false;
-            }
-            Some("solid" | "outer" | "endloop" | "endsolid") | None => {}
-            Some(_) => return Err(wrong("facet, outer loop, vertex, endloop, endfacet or endsolid")),
-        }
-    }
-    if open {
-        let line = text.lines().count();
-        return Err(StlError::Syntax { line, expected: "endfacet", found: "the end of the file".to_owned() });
-    }
-    Ok(triangles)
-}
-
-fn corner<'t>(mut words: impl Iterator<Item = &'t str>) -> Option<[f64; 3]> {
-    let mut next = || words.next()?.parse().ok();
-    Some([next()?, next()?, next()?])
+/// [`PartFileError`] for a file that is no STL, is cut or too large, or holds no part.
+pub fn read_stl(bytes: &[u8]) -> Result<Solid, PartFileError> {
+    Solid::new(&stl::read(bytes, STL_MAX_TRIANGLES)?).map_err(PartFileError::Solid)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    const TETRAHEDRON: [[[f32; 3]; 3]; 2] = [
-        [[0.0, 0.0, 0.0], [10.0, 0.0, 0.0], [0.0, 10.0, 0.0]],
-        [[0.0, 0.0, 0.0], [10.0, 0.0, 0.0], [0.0, 0.0, 10.0]],
-    ];
-
-    fn binary_file(triangles: &[[[f32; 3]; 3]], count: u32) -> Vec<u8> {
-        let mut bytes = b"solid by a program that writes binary".to_vec();
-        bytes.resize(80, 0);
-        bytes.extend(count.to_le_bytes());
-        for triangle in triangles {
-            bytes.extend([0; 12]);
-            bytes.extend(triangle.as_flattened().iter().flat_map(|x| x.to_le_bytes()));
-            bytes.extend([0; 2]);
-        }
-        bytes
-    }
-
-    fn text_file(triangles: &[[[f32; 3]; 3]]) -> String {
-        let mut text = "solid part\n".to_owned();
-        for triangle in triangles {
-            text += "facet normal 0 0 0\n outer loop\n";
-            for [x, y, z] in triangle {
-                text += &format!("  vertex {x:e} {y} {z}\n");
-            }
-            text += " endloop\nendfacet\n";
-        }
-        text + "endsolid part\n"
-    }
-
     #[test]
-    fn both_kinds_of_files_give_the_same_part() {
-        let binary = read_stl(&binary_file(&TETRAHEDRON, 2)).unwrap();
-        assert_eq!(binary.n_triangles(), 2);
-        assert_eq!(binary, read_stl(text_file(&TETRAHEDRON).as_bytes()).unwrap());
-    }
-
-    #[test]
-    fn hostile_files_are_refused_by_name() {
-        let whole = binary_file(&TETRAHEDRON, 2);
-        assert!(matches!(read_stl(&whole[..150]), Err(StlError::WrongLength { count: 2, got_bytes: 150, .. })));
-        assert!(matches!(read_stl(&binary_file(&TETRAHEDRON, 3)), Err(StlError::WrongLength { count: 3, .. })));
-        assert!(matches!(read_stl(&binary_file(&TETRAHEDRON, u32::MAX)), Err(StlError::TooMany { .. })));
-        assert!(matches!(read_stl(b"P5 3 3"), Err(StlError::TooShort { got_bytes: 6 })));
-        let mut broken = TETRAHEDRON;
-        broken[1][2][0] = f32::NAN;
-        for refused in [read_stl(&binary_file(&broken, 2)), read_stl(text_file(&broken).as_bytes())] {
-            let cause = SolidError::NotFinite { triangle_idx: 1 };
-            assert_eq!(refused, Err(StlError::Solid { cause }));
-        }
-        for (from, to, line) in
-            [("vertex 1e1 0", "vertex 1e1", 5), ("endloop", "loop", 7), ("  vertex 0e0 10 0\n", "", 7)]
-        {
-            let text = text_file(&TETRAHEDRON).replacen(from, to, 1);
-            assert!(
-                matches!(read_stl(text.as_bytes()), Err(StlError::Syntax { line: at, .. }) if at == line),
-                "{to}: {text}"
-            );
-        }
-        let cut = text_file(&TETRAHEDRON);
-        assert!(matches!(read_stl(&cut.as_bytes()[..200]), Err(StlError::Syntax { .. })));
-        assert!(matches!(
-            read_stl(b"solid nothing\nendsolid\n"),
-            Err(StlError::Solid { cause: SolidError::Empty })
-        ));
+    fn what_is_no_part_is_refused_by_name() {
+        let text = |corner: &str| {
+            format!("solid part\nfacet\nvertex 0 0 0\nvertex 10 0 0\nvertex {corner}\nendfacet\nendsolid\n")
+        };
+        assert_eq!(read_stl(text("0 10 0").as_bytes()).unwrap().n_triangles(), 1);
+        let infinite = SolidError::NotFinite { triangle_idx: 0 };
+        assert_eq!(read_stl(text("0 nan 0").as_bytes()), Err(PartFileError::Solid(infinite)));
+        assert_eq!(read_stl(b"solid nothing\nendsolid\n"), Err(PartFileError::Solid(SolidError::Empty)));
+        assert!(matches!(read_stl(b"P5 3 3"), Err(PartFileError::Stl(StlError::TooShort { got_bytes: 6 }))));
     }
 }

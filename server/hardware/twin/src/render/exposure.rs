@@ -1,32 +1,32 @@
-//! An exposure: what falls on the sensor and for how long, and the memory that frames are made in.
+//! An exposure: the light on the sensor and its duration, and the buffers for rendering.
 
 use crate::model::station::StationModel;
 use crate::part::scene::Scene;
 use crate::render::view::lit_pixels::LitPixels;
 use crate::render::view::pixel_hits::MeshMemory;
 
-/// What the sensor is exposed to.
+/// The input of an exposure.
 #[derive(Debug, Clone, Copy)]
 pub struct Exposure<'s> {
-    /// What the camera sees.
+    /// The scene.
     pub scene: &'s Scene,
-    /// Where the stage stands that has moved it: mm of travel, degrees of a turntable.
+    /// Stage position: mm of travel, degrees of a turntable.
     pub position: f64,
-    /// Grey level (of 255) of white at the picture's centre by ordinary light at its nominal exposure.
+    /// Grey level (of 255) of white at the image centre under ambient light at its nominal exposure.
     pub ordinary_level: f64,
-    /// Exposure relative to the nominal one of ordinary light.
+    /// Exposure relative to the nominal one of ambient light.
     pub ordinary_share: f32,
-    /// Laser power and exposure, both relative to nominal ones; 0 is dark.
+    /// Product of laser power and exposure, relative to nominal ones; 0 is off.
     pub laser_share: f32,
     /// Amplification after the sensor has collected its electrons.
     pub gain: f32,
     /// Bits per pixel: 8 or 16.
     pub bits: u32,
-    /// Numbers the frame, and so the noise of its sensor.
+    /// Number of the image; determines its sensor noise.
     pub picture: u64,
 }
 
-/// Reusable buffers of the renderer, and the last pictures by laser and by ordinary light.
+/// Reusable buffers of the renderer, and the last images under laser and ambient light.
 #[derive(Debug, Default)]
 pub struct ExposureBuffers {
     pub(crate) row: Vec<f32>,
@@ -35,20 +35,20 @@ pub struct ExposureBuffers {
     pub(crate) mesh: MeshMemory,
 }
 
-/// A picture by laser light, blurred by the lens, before speckle and sensor: it changes only with what it shows.
+/// An image under laser light, blurred by the lens, before speckle and sensor: depends only on its content.
 #[derive(Debug, Default)]
 pub(crate) struct LaserPicture {
     shows: Option<(StationModel, u64, u64)>,
     /// Light on every pixel, of 255; 0 outside the runs.
     pub(crate) levels: Vec<f32>,
-    /// The same, blurred along the rows alone.
+    /// The same, blurred only along the rows.
     pub(crate) along: Vec<f32>,
     /// Runs of pixels (from, to) that light may reach, row by row.
     pub(crate) runs: Vec<Vec<(usize, usize)>>,
     pub(crate) lit: Option<[LitPixels; 2]>,
 }
 
-/// A picture by ordinary light, blurred by the lens, before the sensor: it changes only with what it shows.
+/// An image under ambient light, blurred by the lens, before the sensor: depends only on its content.
 #[derive(Debug, Default)]
 pub(crate) struct OrdinaryPicture {
     shows: Option<(u64, u64, u64)>,
@@ -56,7 +56,7 @@ pub(crate) struct OrdinaryPicture {
 }
 
 impl OrdinaryPicture {
-    /// Makes it show `scene`; returns whether it must be drawn.
+    /// Selects `scene`; returns whether the image must be drawn.
     pub(crate) fn turn_to(&mut self, scene: &Scene, position: f64, level: f64) -> bool {
         let wanted = Some((scene.fingerprint(), position.to_bits(), level.to_bits()));
         std::mem::replace(&mut self.shows, wanted) != wanted
@@ -64,7 +64,7 @@ impl OrdinaryPicture {
 }
 
 impl LaserPicture {
-    /// Makes it show `scene` as the station's light falls on it; returns whether it must be drawn, all dark then.
+    /// Selects `scene` under the station's light; returns whether the image must be drawn, and clears it if so.
     pub(crate) fn turn_to(&mut self, model: &StationModel, scene: &Scene, position: f64) -> bool {
         let (scene, position) = (scene.fingerprint(), position.to_bits());
         let shown =
@@ -76,7 +76,7 @@ impl LaserPicture {
         !shown
     }
 
-    /// Makes it dark. Only where the last picture had light is there anything to wipe.
+    /// Clears the image. Only runs with light must be cleared.
     fn wipe(&mut self, width: usize, height: usize) {
         let same_size = self
             .shows
@@ -102,12 +102,12 @@ impl LaserPicture {
 }
 
 impl Exposure<'_> {
-    /// Whether laser light falls on the sensor.
+    /// Whether laser light reaches the sensor.
     pub(crate) fn laser(&self) -> bool {
         self.laser_share > 0.0
     }
 
-    /// Whether ordinary light does.
+    /// Whether ambient light reaches the sensor.
     pub(crate) fn ordinary(&self) -> bool {
         self.ordinary_level > 0.0 && self.ordinary_share > 0.0
     }
@@ -123,7 +123,7 @@ mod tests {
     use crate::render::renderer::Renderer;
 
     #[test]
-    fn memory_used_again_gives_the_pictures_of_fresh_memory() {
+    fn reused_memory_gives_the_images_of_fresh_memory() {
         let shape = StationShape { width_px: 328, height_px: 250, ..StationShape::default() };
         let larger = StationShape { width_px: 400, height_px: 300, ..shape.clone() };
         let model = StationModel::seeded(3, &shape).unwrap();

@@ -1,4 +1,4 @@
-//! From the station and what lies on it to the picture that its camera takes.
+//! Rendering of the station and its scene to camera images.
 
 pub(crate) mod exposure;
 mod light;

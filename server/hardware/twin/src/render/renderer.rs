@@ -1,4 +1,4 @@
-//! Pictures of a station: everything that depends on the station alone is computed once, then frames are cheap.
+//! Images of a station: values that depend only on the station are computed once, so that frames are cheap.
 
 use nalgebra::{Vector2, Vector3};
 use optics::LightSurfaces;
@@ -18,13 +18,13 @@ use crate::render::view::board_image::ordinary_light;
 use crate::render::view::laser_image::{MovedScene, laser_light};
 use crate::render::view::pixel_hits::MeshMemory;
 
-/// Stream of the speckle pattern among those derived from a station's seed.
+/// Random stream of the speckle pattern, derived from a station's seed.
 const SPECKLE_STREAM: u64 = 2;
 
-/// Stream of pictures: the sensor's noise of one frame is independent of every other frame's.
+/// Random stream of images: the sensor noise of each frame is independent.
 const PICTURE_STREAM: u64 = 3;
 
-/// Takes pictures with the simulated camera.
+/// Renders images of the simulated camera.
 #[derive(Debug, Clone)]
 pub struct Renderer {
     pub(crate) model: StationModel,
@@ -34,7 +34,7 @@ pub struct Renderer {
     pub(crate) fans: Vec<Fan>,
     /// Distance from the source to the middle of the working volume.
     pub(crate) reference_distance_mm: f64,
-    /// Towards which side of the picture ordinary light grows.
+    /// Direction in the image in which ambient light increases.
     pub(crate) brighter_side: Vector2<f64>,
     speckle: Speckle,
     sensor: Sensor,
@@ -42,12 +42,12 @@ pub struct Renderer {
 }
 
 impl Renderer {
-    /// A renderer of the station's pictures, with all noise.
+    /// A renderer of the station's images, with all noise.
     pub fn new(model: &StationModel) -> Self {
         Self::with_noise(model, Noise::On)
     }
 
-    /// A renderer without speckle, shot and read noise: the mean of infinitely many pictures.
+    /// A renderer without speckle, shot and read noise: the mean of infinitely many images.
     pub fn without_noise(model: &StationModel) -> Self {
         Self::with_noise(model, Noise::Off)
     }
@@ -91,7 +91,7 @@ impl Renderer {
         &self.model
     }
 
-    /// A picture at normal exposure with the laser off; `picture` numbers the frame and so its noise.
+    /// An image at normal exposure with the laser off; `picture` numbers the frame and determines its noise.
     pub fn board_image(&self, scene: &Scene, position: f64, picture: u64) -> GreyImage {
         self.image(&Exposure {
             scene,
@@ -105,8 +105,8 @@ impl Renderer {
         })
     }
 
-    /// A picture at low exposure with the laser on; `picture` numbers the frame and so the sensor's noise: speckle belongs
-    /// to the surface and follows its position.
+    /// An image at low exposure with the laser on; `picture` numbers the frame and determines the sensor's noise:
+    /// speckle belongs to the surface and follows its position.
     pub fn laser_image(&self, scene: &Scene, position: f64, picture: u64) -> GreyImage {
         self.image(&Exposure {
             scene,
@@ -126,7 +126,7 @@ impl Renderer {
         image
     }
 
-    /// Takes a picture into `image`, whose memory is reused, as `buffers`' is. Runs in the calling thread alone.
+    /// Renders an image into `image`; its memory and that of `buffers` are reused. Single-threaded.
     pub fn expose(&self, exposure: &Exposure<'_>, buffers: &mut ExposureBuffers, image: &mut GreyImage) {
         const SIDES: &str = "a station's pictures have at least one row and one column";
         let (width, height) = (self.model.camera.width_px, self.model.camera.height_px);
@@ -147,7 +147,7 @@ impl Renderer {
         derived_seed(derived_seed(self.model.seed, PICTURE_STREAM), picture)
     }
 
-    /// The picture by laser light before speckle and sensor, drawn anew only where it shows something else than before.
+    /// The image under laser light before speckle and sensor, redrawn only if its content changed.
     fn project_laser(&self, exposure: &Exposure<'_>, picture: &mut LaserPicture, memory: &mut MeshMemory) {
         if !picture.turn_to(&self.model, exposure.scene, exposure.position) {
             return;
@@ -171,7 +171,7 @@ impl Renderer {
         }
     }
 
-    /// The picture by ordinary light before the sensor, drawn anew only where it shows something else than before.
+    /// The image under ambient light before the sensor, redrawn only if its content changed.
     fn light_up(&self, exposure: &Exposure<'_>, picture: &mut OrdinaryPicture, memory: &mut MeshMemory) {
         if !picture.turn_to(exposure.scene, exposure.position, exposure.ordinary_level) {
             return;

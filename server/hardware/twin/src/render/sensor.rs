@@ -6,27 +6,27 @@ use crate::model::random::{derived_seed, scrambled};
 use crate::params::{BLACK_LEVEL, DARK_STRIP_PX, ELECTRONS_PER_LEVEL, QUANTILE_BITS, READ_NOISE_LEVELS};
 use crate::render::view::lit_pixels::WORD_PX;
 
-/// Full scale in the levels that light is counted in here, whatever the bit depth.
+/// Full scale of the light levels used here, for any bit depth.
 pub(crate) const FULL_SCALE: f32 = 255.0;
 
-/// Values of the table of normal quantiles.
+/// Size of the table of normal quantiles.
 const QUANTILES: usize = 1 << QUANTILE_BITS;
 
 /// Levels of a 16-bit image per level of an 8-bit one.
 const SIXTEEN_BY_EIGHT: f32 = 257.0;
 
-/// Noise on or off: without, images are the mean of infinitely many.
+/// Noise on or off; without noise, images are the mean of infinitely many.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Noise {
     On,
     Off,
 }
 
-/// Turns light (levels of 255 above black) into pixels.
+/// Converts light (levels of 255 above black) to pixels.
 #[derive(Debug, Clone)]
 pub(crate) struct Sensor {
     quantiles: Vec<f32>,
-    /// A strip of unlit pixels, and its first word once more.
+    /// A strip of unlit pixels, followed by its first word again.
     dark_eight: Vec<u8>,
     dark_sixteen: Vec<u16>,
     noise: Noise,
@@ -34,7 +34,7 @@ pub(crate) struct Sensor {
 
 /// A pixel type.
 pub(crate) trait Level: Copy + Send + Sync {
-    /// The nearest level, held within the type's range.
+    /// The nearest level, clamped to the type's range.
     fn from_light(level: f32) -> Self;
     /// A strip of unlit pixels.
     fn dark(sensor: &Sensor) -> &[Self];
@@ -74,19 +74,19 @@ impl Sensor {
         }
     }
 
-    /// Random bits of pixel (u, v) of a picture, the same however the picture is cut: one word serves four pixels.
+    /// Random bits of pixel (u, v) of an image, independent of how the image is divided: one word serves four pixels.
     #[inline]
     fn bits(row_seed: u64, word: usize) -> u64 {
         scrambled(row_seed.wrapping_add((word as u64).wrapping_mul(0xA076_1D64_78BD_642F)))
     }
 
-    /// The seed of a row of a picture.
+    /// Seed of a row of an image.
     pub(crate) fn row_seed(picture_seed: u64, v: usize) -> u64 {
         derived_seed(picture_seed, v as u64)
     }
 
     /// Fills `target`, which begins at column `from` (the start of a word) of a row, with unlit pixels: each word from
-    /// another place of the strip.
+    /// a random offset of the strip.
     pub(crate) fn expose_dark<L: Level>(&self, row_seed: u64, from: usize, target: &mut [L]) {
         let strip = L::dark(self);
         let place = |word: usize| Self::bits(row_seed, from / 4 + word * (WORD_PX / 4)) as usize % DARK_STRIP_PX;
@@ -98,8 +98,8 @@ impl Sensor {
         rest.copy_from_slice(&strip[place(last)..][..rest.len()]);
     }
 
-    /// Fills `target`, which begins at column `from` (a multiple of 4) of a row, from the light on it: noise comes
-    /// before the amplification by `gain`, black level and saturation after it.
+    /// Fills `target`, which begins at column `from` (a multiple of 4) of a row, from the light on it: noise precedes
+    /// the amplification by `gain`, black level and saturation follow it.
     pub(crate) fn expose<L: Level>(&self, row_seed: u64, from: usize, light: &[f32], gain: f32, target: &mut [L]) {
         let quantiles: &[f32; QUANTILES] = self.quantiles.as_slice().try_into().expect("as many as were made");
         let noise = if self.noise == Noise::On { gain } else { 0.0 };
@@ -115,7 +115,7 @@ impl Sensor {
     }
 }
 
-/// The grey levels of pixels from the light on them and a normal deviate each.
+/// Grey levels of pixels from the light on them and a normal deviate each.
 #[multiversion(targets("x86_64+avx2"))]
 fn develop<L: Level>(light: &[f32], deviates: &[f32; WORD_PX], (gain, noise): (f32, f32), pixels: &mut [L]) {
     for ((pixel, light), deviate) in pixels.iter_mut().zip(light).zip(deviates) {
@@ -125,7 +125,7 @@ fn develop<L: Level>(light: &[f32], deviates: &[f32; WORD_PX], (gain, noise): (f
     }
 }
 
-/// Quantiles in random order, each as often as every other, and the first word of them once more.
+/// Quantiles in random order, each equally often, followed by the first word again.
 fn shuffled(quantiles: &[f32]) -> Vec<f32> {
     let mut strip: Vec<f32> = quantiles.iter().copied().cycle().take(DARK_STRIP_PX).collect();
     for idx in (1..strip.len()).rev() {
@@ -149,7 +149,7 @@ mod tests {
     }
 
     #[test]
-    fn unlit_pixels_have_the_read_noise_and_know_nothing_of_each_other() {
+    fn unlit_pixels_have_independent_read_noise() {
         let sensor = Sensor::new(&normal_quantiles(), Noise::On);
         let (one, other) = (dark_rows(&sensor, 1), dark_rows(&sensor, 2));
         let variance = f64::from(READ_NOISE_LEVELS * READ_NOISE_LEVELS);

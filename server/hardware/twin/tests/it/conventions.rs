@@ -1,7 +1,7 @@
-//! Pictures show what the truth says: lines, edges, shadows, in raw pixels whose centres are whole numbers.
+//! Images agree with the truth: lines, edges, shadows, in raw pixels whose centres are whole numbers.
 //!
-//! Positions are measured here by areas (centroids, integrals across an edge), which share nothing with the
-//! renderer. Not shown: that real speckle, lenses and paint behave so.
+//! Positions are measured here by areas (centroids, integrals across an edge), independently of the renderer. Not
+//! covered: that real speckle, lenses and paint behave so.
 
 use nalgebra::Vector3;
 use optics::LightSurfaces;
@@ -41,9 +41,9 @@ fn centroid_error_px(image: &GreyImage, point: &TruthPoint, direction: LineDirec
 
 #[test]
 fn the_centroid_of_a_line_on_a_plate_is_the_true_centre() {
-    // A sheet of even thickness looks thicker on its near side: at a focal length of 1 260 px the centroid of
-    // a line of 1.6 px leans by 0.002 px. Lens blur takes the picture's border for continued, which moves
-    // slanted lines by 0.01 px in the outermost columns; these are left out.
+    // A sheet of even thickness looks thicker on its near side: at a focal length of 1 260 px the centroid of a line of
+    // 1.6 px is biased by 0.002 px. Lens blur extends the image border, which shifts slanted lines by 0.01 px in the
+    // outermost columns; these are left out.
     const TOLERANCE_PX: f64 = 0.003;
     const BORDER_PX: f64 = 4.0;
     for line_direction in [LineDirection::Rows, LineDirection::Columns] {
@@ -83,7 +83,7 @@ fn edges_of_the_target_lie_where_they_project() {
                 let (from, to) = (board.corner_mm(column, row), board.corner_mm(next.0, next.1));
                 let on_edge = |share: f64| camera.project(&(from + (to - from) * share)).unwrap();
                 let line = on_edge(0.5)[1 - axis].round();
-                // Newton steps to where the edge, bent by the lens, crosses that row (column) of pixels.
+                // Newton steps to the crossing of the edge, bent by the lens, with that row (column) of pixels.
                 let share = (0..5).fold(0.5, |share, _| {
                     let (here, ahead) = (on_edge(share), on_edge(share + 1e-4));
                     share + 1e-4 * (line - here[1 - axis]) / (ahead[1 - axis] - here[1 - axis])
@@ -93,7 +93,7 @@ fn edges_of_the_target_lie_where_they_project() {
                     let at = (across.round() as i64 + offset) as usize;
                     f64::from(if axis == 0 { image.at(at, line as usize) } else { image.at(line as usize, at) })
                 };
-                // Both sides continue as straight lines, because light changes across the picture.
+                // Both sides are extrapolated as straight lines, because the light changes across the image.
                 let line_through = |a: i64, b: i64| {
                     let slope = (level(b) - level(a)) / (b - a) as f64;
                     move |k: i64, at_a: f64| at_a + slope * (k - a) as f64
@@ -118,7 +118,7 @@ fn truth_lies_on_the_sheets_and_on_the_part() {
     let renderer = renderer(&shape());
     let model = renderer.model().clone();
     let (gauge, position_mm) = (SceneKind::Gauge { height_mm: 8.9 }.placed(&model, 1), 2.0);
-    let Scene::Gauge(block) = &gauge else { panic!("a gauge was asked for") };
+    let Scene::Gauge(block) = &gauge else { panic!("a gauge was requested") };
     let mut on_top = 0;
     for point in renderer.truth_points(&gauge, position_mm) {
         let pixel = nalgebra::Vector2::new(point.u_px, point.v_px);

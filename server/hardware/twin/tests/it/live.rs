@@ -1,6 +1,6 @@
-//! The simulated station through the traits: it keeps the drivers' rules, and what is commanded is what is seen.
+//! The simulated station through the device traits: it fulfils the contract, and images show the commanded state.
 //!
-//! Not shown: that real cameras, stages and lasers fail in these ways only.
+//! Not covered: that real cameras, stages and lasers fail only in these ways.
 
 use std::time::{Duration, Instant};
 
@@ -17,7 +17,7 @@ use twin::{
 };
 use vision::{CentrelineMethod, CentrelineParams, GreyImage, LineDirection, Pixels, find_centrelines};
 
-/// Longest wait for anything.
+/// Longest wait for an expected event.
 const PATIENCE: Duration = Duration::from_secs(20);
 
 const LEASE: Duration = Duration::from_secs(1);
@@ -98,7 +98,7 @@ fn blank() -> GreyImage {
 }
 
 fn mean(image: &GreyImage) -> f64 {
-    let Pixels::Eight(pixels) = image.pixels() else { panic!("8 bits were asked for") };
+    let Pixels::Eight(pixels) = image.pixels() else { panic!("8 bits were requested") };
     pixels.iter().map(|&level| f64::from(level)).sum::<f64>() / pixels.len() as f64
 }
 
@@ -161,7 +161,7 @@ fn the_laser_passes_the_suite() {
 
 #[test]
 fn nominal_exposures_give_the_pictures_of_a_recording() {
-    // Without noise two pictures of one thing are the same whatever their number; the levels must be, too.
+    // Without noise two images of the same scene are equal whatever their number, and so must be the levels.
     const NOISE_OF_THE_MEAN: f64 = 0.02; // 1.2 levels over 82 000 pixels, five standard deviations
     let mut bench = Bench::new();
     let renderer = bench.control.renderer();
@@ -173,7 +173,7 @@ fn nominal_exposures_give_the_pictures_of_a_recording() {
     assert!((mean(&bench.image) - mean(&recorded)).abs() < 4.0 * NOISE_OF_THE_MEAN);
     bench.laser_grab();
     let recorded = renderer.laser_image(&board, 0.0, 1);
-    // Speckle: contrast 0.3 over some 2 000 grains of a tenth of the picture.
+    // Speckle: contrast 0.3 over some 2 000 grains of a tenth of the image.
     assert!((mean(&bench.image) - mean(&recorded)).abs() < 0.05 * (mean(&recorded) - 3.0));
 }
 
@@ -250,7 +250,7 @@ fn centrelines_of_frames_lie_on_the_truth() {
     let errors: Vec<f64> = found
         .filter_map(|point| {
             // The neighbouring column as well: where a line ends at the block's edge, the last point found may lie one
-            // column beyond the last ray that still meets the table.
+            // column beyond the last ray that still hits the table.
             let of_column = truth.iter().filter(|truth| (truth.u_px - point.u_px).abs() <= 1.5);
             of_column.map(|truth| point.v_px - truth.v_px).min_by(|a, b| a.abs().total_cmp(&b.abs()))
         })
@@ -262,7 +262,7 @@ fn centrelines_of_frames_lie_on_the_truth() {
 }
 
 #[test]
-fn the_end_of_a_lease_darkens_the_picture() {
+fn the_end_of_a_lease_turns_the_laser_off_in_the_image() {
     let mut bench = Bench::new();
     let lit = mean(&bench.laser_grab());
     bench.laser.renew(Duration::from_millis(30)).unwrap();
@@ -271,8 +271,8 @@ fn the_end_of_a_lease_darkens_the_picture() {
         assert!(begin.elapsed() < PATIENCE);
     }
     bench.grab();
-    // The lamp shines instead of the laser; 1 000 µs of it leave 5 % of its levels.
-    let Pixels::Eight(pixels) = bench.image.pixels() else { panic!("8 bits were asked for") };
+    // The lamp is on instead of the laser; 1 000 µs of it give 5 % of its levels.
+    let Pixels::Eight(pixels) = bench.image.pixels() else { panic!("8 bits were requested") };
     assert!(lit > 4.0 && *pixels.iter().max().unwrap() < 30, "{lit}");
 }
 
@@ -326,7 +326,7 @@ fn frames_of_another_form_are_refused_until_the_fault_is_gone() {
 }
 
 #[test]
-fn a_camera_that_hangs_says_nothing() {
+fn a_camera_that_hangs_reports_nothing() {
     let mut bench = Bench::new();
     bench.control.set_fault(TwinFault::CameraHang);
     bench.camera.trigger().unwrap();
@@ -337,7 +337,7 @@ fn a_camera_that_hangs_says_nothing() {
 }
 
 #[test]
-fn a_stalled_stage_says_so_until_it_is_acknowledged_and_homed() {
+fn a_stalled_stage_reports_it_until_it_is_acknowledged_and_homed() {
     let mut bench = Bench::new();
     bench.control.set_fault(TwinFault::StageStall { at_mm: 5.0 });
     for _ in 0..2 {
@@ -350,7 +350,7 @@ fn a_stalled_stage_says_so_until_it_is_acknowledged_and_homed() {
     assert_eq!(bench.stage.poll().unwrap().position_mm, None);
     assert!(matches!(bench.stage.start_move(0.0, 1e6), Err(StageError::NotHomed)));
     bench.stage.start_home().unwrap();
-    assert!(matches!(bench.go(20.0), Err(StageError::Stalled { .. })), "the obstacle still stands");
+    assert!(matches!(bench.go(20.0), Err(StageError::Stalled { .. })), "the obstacle is still there");
     bench.control.clear_fault("stage_stall");
     bench.stage.clear_fault().unwrap();
     bench.stage.start_home().unwrap();
@@ -358,7 +358,7 @@ fn a_stalled_stage_says_so_until_it_is_acknowledged_and_homed() {
 }
 
 #[test]
-fn lost_steps_show_in_the_pictures_alone() {
+fn lost_steps_are_visible_only_in_the_images() {
     let mut bench = Bench::new();
     bench.go(1.0).unwrap();
     let before = bench.laser_grab();
@@ -374,7 +374,7 @@ fn lost_steps_show_in_the_pictures_alone() {
 }
 
 #[test]
-fn a_silent_stage_is_noticed_within_a_second() {
+fn a_silent_stage_is_detected_within_a_second() {
     let mut bench = Bench::new();
     bench.control.set_fault(TwinFault::StageSilent);
     let watch = Stopwatch::start();
@@ -384,16 +384,13 @@ fn a_silent_stage_is_noticed_within_a_second() {
     assert!(watch.own_time() < Duration::from_secs(1)); // promises.md: serial faults
     assert!(matches!(bench.stage.clear_fault(), Err(StageError::NoReply { .. })));
     bench.control.clear_fault("stage_silent");
-    assert!(
-        matches!(bench.stage.poll(), Err(StageError::NoReply { .. })),
-        "it stays so until it is reached again"
-    );
+    assert!(matches!(bench.stage.poll(), Err(StageError::NoReply { .. })), "it stays so until it is reconnected");
     bench.stage.reconnect().unwrap();
     assert_eq!(bench.stage.poll().unwrap().position_mm, None);
 }
 
 #[test]
-fn a_faulty_laser_is_dark() {
+fn a_faulty_laser_is_off() {
     let mut bench = Bench::new();
     bench.shine(1.0);
     bench.control.set_fault(TwinFault::InterlockOpen);
@@ -439,7 +436,7 @@ fn a_dirty_grating_dims_the_lines_and_scatters_light() {
     let mut bench = Bench::new();
     bench.control.place_part(&SceneKind::Plate);
     let brightest_and_darkest = |image: &GreyImage| {
-        let Pixels::Eight(pixels) = image.pixels() else { panic!("8 bits were asked for") };
+        let Pixels::Eight(pixels) = image.pixels() else { panic!("8 bits were requested") };
         let mut sorted = pixels.clone();
         sorted.sort_unstable();
         (sorted[sorted.len() * 98 / 100], sorted[sorted.len() / 4])

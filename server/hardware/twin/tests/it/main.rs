@@ -1,4 +1,4 @@
-//! The simulated station against its own truth, other renderers' conventions and the devices' contract.
+//! The simulated station against its ground truth, other renderers' conventions and the devices' contract.
 
 #![allow(clippy::unwrap_used)]
 

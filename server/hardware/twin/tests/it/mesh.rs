@@ -1,7 +1,7 @@
-//! A part of triangles looks like the shape that it approximates.
+//! A mesh renders like the shape that it approximates.
 //!
-//! The ball of triangles and the ball by closed form share the light, not the search for the surface. Not shown: that
-//! the closed form is right; `conventions.rs` compares that with the truth.
+//! The mesh of a ball and the analytic ball share the light, but not the ray intersection. Not covered: that the
+//! analytic form is right; `conventions.rs` compares it with the truth.
 
 use std::f64::consts::{PI, TAU};
 use std::sync::Arc;
@@ -19,8 +19,8 @@ const SECTORS: usize = 480;
 /// Rows to either side of a true centre; wider than a line, narrower than the gap between two.
 const HALF_PX: i64 = 6;
 
-/// 0.0008 mm of depth at 0.64 mm per pixel and a slope of the line of some 0.3, and facets that tilt the light's
-/// share by 1 % over a line of 1.6 px.
+/// 0.0008 mm of depth at 0.64 mm per pixel and a slope of the line of some 0.3, and facets that change the level by 1 %
+/// over a line of 1.6 px.
 const CENTRE_TOLERANCE_PX: f64 = 0.02;
 
 fn ball_of_triangles() -> Vec<[[f64; 3]; 3]> {
@@ -50,11 +50,11 @@ fn lines_on_a_ball_of_triangles_lie_where_they_lie_on_a_ball() {
     let model = StationModel::seeded(11, &shape).unwrap();
     let renderer = Renderer::without_noise(&model);
     let triangles = Scene::mesh(Arc::new(Solid::new(&ball_of_triangles()).unwrap()), &model, 1);
-    let Scene::Mesh(mesh) = &triangles else { panic!("a mesh was asked for") };
+    let Scene::Mesh(mesh) = &triangles else { panic!("a mesh was requested") };
     let Scene::Sphere(mut ball) = (SceneKind::Sphere { radius_mm: RADIUS_MM }).placed(&model, 1) else {
-        panic!("a ball was asked for")
+        panic!("a ball was requested")
     };
-    // The mesh stands over the plate's origin.
+    // The mesh is placed over the plate's origin.
     ball.plate = mesh.plate;
     ball.centre_mm = mesh.plate.point_mm + mesh.plate.normal() * RADIUS_MM;
     let mut compared = 0;
@@ -64,7 +64,7 @@ fn lines_on_a_ball_of_triangles_lie_where_they_lie_on_a_ball() {
         for point in renderer.truth_points(&Scene::Sphere(ball), position_mm) {
             let on_stage = point.hit_in_camera_mm - *model.motion(position_mm).shift_mm();
             let from_centre: Vector3<f64> = on_stage - ball.centre_mm;
-            // The ball's upper part: near its rim a line runs along the view and its centroid means little.
+            // The upper part of the ball: near its rim a line is parallel to the view and its centroid means little.
             let on_cap = from_centre.norm() < RADIUS_MM + 1e-6 && -from_centre.z > 0.6 * RADIUS_MM;
             let (u, v) = (point.u_px.round() as usize, point.v_px.round() as i64);
             if !on_cap || v < HALF_PX || v + HALF_PX >= 256 || u >= 320 {

@@ -1,4 +1,4 @@
-//! A recorded capture folder is complete, valid, repeatable, and honest about being cut short.
+//! A recorded capture folder is complete, valid and repeatable, and recognisable when incomplete.
 
 use std::ops::ControlFlow;
 use std::path::Path;

@@ -62,9 +62,9 @@ fn speckle_belongs_to_the_surface_and_has_its_contrast_in_the_picture() {
         let other = ridge(picture, position_mm);
         covariance(&first, &other) / (covariance(&first, &first) * covariance(&other, &other)).sqrt()
     };
-    // Another picture of the same place: the sensor's noise alone is new.
+    // Another image at the same position: only the sensor's noise differs.
     assert!(correlation(1, 0.0) > 0.97, "{}", correlation(1, 0.0));
-    // A step much shorter than the sheet is thick (some 0.6 mm here), and one much longer; 640 columns hold some
+    // A step much shorter than the sheet's thickness (some 0.6 mm here), and one much longer; 640 columns contain some
     // 400 grains: 3σ of a chance correlation is 0.15.
     assert!(correlation(1, 0.1) > 0.85, "{}", correlation(1, 0.1));
     assert!(correlation(1, 10.0).abs() < 0.15, "{}", correlation(1, 10.0));
@@ -153,7 +153,7 @@ fn vector(value: &Value) -> Vector3<f64> {
     Vector3::new(value[0].as_f64().unwrap(), value[1].as_f64().unwrap(), value[2].as_f64().unwrap())
 }
 
-/// The twin set up with the reference station's truth.
+/// The twin with the reference station's truth.
 fn reference_model(truth: &Value) -> StationModel {
     let number = |value: &Value| value.as_f64().unwrap();
     let k: Vec<f64> = truth["K"].as_array().unwrap().iter().map(number).collect();
@@ -189,7 +189,7 @@ fn the_reference_pixels_lie_on_the_sheets_of_the_twin() {
 
 #[test]
 fn the_reference_boards_are_rendered_where_the_reference_shows_them() {
-    // The mean of 88 corners that image noise moves by 0.0065 px each: 3σ is 0.002 px.
+    // The mean of 88 corners, each shifted by 0.0065 px by image noise: 3σ is 0.002 px.
     const TOLERANCE_PX: f64 = 0.0025;
     let Some((folder, truth)) = rig_a() else { return };
     let renderer = Renderer::without_noise(&reference_model(&truth));
@@ -215,8 +215,8 @@ fn the_reference_boards_are_rendered_where_the_reference_shows_them() {
     }
 }
 
-/// How far `b` lies from `a` around a corner, from their difference along the gradient (least squares; gain and
-/// offset free and changing across the window).
+/// Shift of `b` against `a` around a corner, from their difference along the gradient (least squares; gain and offset
+/// free and varying across the window).
 fn shift_px(a: &GreyImage, b: &GreyImage, corner: &Vector2<f64>) -> Vector2<f64> {
     const HALF_PX: i64 = 9;
     let mut normal = SMatrix::<f64, 8, 8>::zeros();

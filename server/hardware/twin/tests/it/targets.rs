@@ -1,11 +1,11 @@
-//! Boards of every kind, rendered and found again: the twin's own projection is the truth.
+//! Boards of every kind, rendered and detected: the twin's own projection is the truth.
 
 use capture::{CharucoTarget, CirclesTarget, SquareMm, Target};
 use twin::poses::{target_poses, usual_target};
 use twin::{Board, Print, Renderer, Scene, StationModel, StationShape};
 use vision::{BoardCorners, CharucoParams, CircleParams, find_charuco, find_circles};
 
-/// RMS per axis of disc centres: 0.004 px is what `find_circles` states, with half as much again for tilted views.
+/// RMS per axis of disc centres: 0.004 px is stated by `find_circles`, with half as much again for tilted views.
 const DISC_RMS_PX: f64 = 0.006;
 
 /// RMS per axis of ChArUco corners, whose windows end before the markers: that of `vision`'s own drawings.
@@ -18,7 +18,8 @@ fn grid(columns: usize, rows: usize, square_mm: SquareMm) -> CirclesTarget {
     CirclesTarget { columns, rows, square_mm, diameter_mm: 9.0 }
 }
 
-/// Whether the found points lie where the board projects, in the order of its rows and columns or turned by half.
+/// Checks that the detected points lie where the board projects, in the order of its rows and columns or rotated by
+/// 180°.
 fn check(renderer: &Renderer, board: &Board, found: &BoardCorners) {
     let (columns, rows) = (board.inner_columns, board.inner_rows);
     assert_eq!(found.corners.len(), columns * rows);

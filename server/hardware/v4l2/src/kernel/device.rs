@@ -27,7 +27,8 @@ const MAPPED: u32 = 1;
 /// `V4L2_FIELD_NONE`: whole frames.
 const PROGRESSIVE: u32 = 1;
 
-/// `V4L2_CAP_VIDEO_CAPTURE`, `V4L2_CAP_STREAMING`, and `V4L2_CAP_DEVICE_CAPS`: there are those of this file alone.
+/// `V4L2_CAP_VIDEO_CAPTURE`, `V4L2_CAP_STREAMING`, and `V4L2_CAP_DEVICE_CAPS`: the capabilities of this file alone are
+/// given.
 const CAN_CAPTURE: u32 = 0x1;
 const CAN_STREAM: u32 = 0x0400_0000;
 const HAS_OWN_CAPABILITIES: u32 = 0x8000_0000;
@@ -41,13 +42,13 @@ const DISABLED: u32 = 0x1;
 /// `V4L2_FRMSIZE_TYPE_DISCRETE`, `V4L2_FRMIVAL_TYPE_DISCRETE`
 const DISCRETE: u32 = 1;
 
-/// `V4L2_BUF_FLAG_ERROR`, and what its time stamp is: mask and value of the monotonic clock, mask and value of the
+/// `V4L2_BUF_FLAG_ERROR`, and the kind of time stamp: mask and value of the monotonic clock, mask and value of the
 /// exposure's start.
 const IS_DAMAGED: u32 = 0x40;
 const CLOCK: (u32, u32) = (0xE000, 0x2000);
 const SOURCE: (u32, u32) = (0x0007_0000, 0x0001_0000);
 
-/// Longest list that is read: a driver that never ends one would keep its caller.
+/// Longest list that is read: a driver with an endless list would block its caller.
 const LONGEST_LIST: u32 = 256;
 
 /// A device file of the kernel.
@@ -58,7 +59,7 @@ pub struct KernelDevice {
 }
 
 impl KernelDevice {
-    /// Opens the device file; nothing of the device changes.
+    /// Opens the device file without changing the device.
     pub fn open(path: &Path) -> io::Result<Self> {
         let file = OpenOptions::new().read(true).write(true).custom_flags(O_NONBLOCK).open(path)?;
         Ok(Self { file, mappings: Vec::new() })
@@ -87,7 +88,7 @@ impl KernelDevice {
 
     fn queue(&self, index: u32) -> io::Result<()> {
         let mut buffer = described(index);
-        // SAFETY: one structure in and out; the memory it names is the kernel's.
+        // SAFETY: one structure in and out; the memory it refers to is the kernel's.
         unsafe { requests::queue_buffer(self.fd(), &mut buffer)? };
         Ok(())
     }
@@ -235,7 +236,7 @@ impl VideoDevice for KernelDevice {
             let mut buffer = described(index);
             // SAFETY: one structure in and out.
             unsafe { requests::query_buffer(self.fd(), &mut buffer)? };
-            // SAFETY: of mapped memory the kernel writes this member; any number is valid.
+            // SAFETY: for mapped memory the kernel writes this member; any number is valid.
             let offset = unsafe { buffer.m.offset };
             self.mappings.push(Mapping::new(&self.file, offset, buffer.length)?);
             self.queue(index)?;
@@ -247,7 +248,7 @@ impl VideoDevice for KernelDevice {
         let limit = PollTimeout::try_from(timeout).unwrap_or(PollTimeout::MAX);
         match poll(&mut [PollFd::new(self.file.as_fd(), PollFlags::POLLIN)], limit) {
             Ok(0) | Err(Errno::EINTR) => return Ok(false),
-            // What is wrong with a device in error is said by the next request.
+            // The next request returns the error of a device in error.
             Ok(_) => {}
             Err(error) => return Err(error.into()),
         }
@@ -260,7 +261,7 @@ impl VideoDevice for KernelDevice {
         }
         let mapping = self.mappings.get(buffer.index as usize).ok_or(io::ErrorKind::InvalidData)?;
         see(&Filled {
-            // SAFETY: dequeued above, and queued again below, when nothing refers to it any more.
+            // SAFETY: dequeued above, and queued again below, when nothing refers to it.
             bytes: unsafe { mapping.bytes(buffer.bytesused as usize) },
             sequence: buffer.sequence,
             stamped_at: (buffer.flags & CLOCK.0 == CLOCK.1).then(|| stamped_at(&buffer)).flatten(),
@@ -289,7 +290,7 @@ fn of_fraction(fraction: kernel::Fraction) -> Interval {
     Interval { numerator: fraction.numerator, denominator: fraction.denominator }
 }
 
-/// Asks for one entry after the other until there is none; nothing where the device does not have the list.
+/// Requests one entry after the other until there are none; empty if the device does not have the list.
 fn listed<T>(mut entry: impl FnMut(u32) -> nix::Result<T>) -> io::Result<Vec<T>> {
     let mut list = Vec::new();
     for index in 0..LONGEST_LIST {
@@ -306,13 +307,13 @@ fn is_not_offered(error: &io::Error) -> bool {
     matches!(error.raw_os_error(), Some(code) if code == Errno::EINVAL as i32 || code == Errno::ENOTTY as i32)
 }
 
-/// A text that ends with a zero or with its field.
+/// A text that ends with a zero byte or with its field.
 fn text(field: &[u8]) -> String {
     let end = field.iter().position(|&byte| byte == 0).unwrap_or(field.len());
     String::from_utf8_lossy(&field[..end]).into_owned()
 }
 
-/// A time stamp of the monotonic clock, which is the one that `Instant` reads on Linux.
+/// A time stamp of the monotonic clock, which `Instant` uses on Linux.
 fn stamped_at(buffer: &kernel::Buffer) -> Option<Instant> {
     let now = Instant::now();
     let clock = Duration::from(clock_gettime(ClockId::CLOCK_MONOTONIC).ok()?);
@@ -321,7 +322,7 @@ fn stamped_at(buffer: &kernel::Buffer) -> Option<Instant> {
     moment(Duration::from_secs(seconds) + Duration::from_micros(micros), clock, now)
 }
 
-/// The moment of a stamp of a clock that says `clock` at `now`; a stamp of the future is one of another clock.
+/// Converts a stamp of a clock that reads `clock` at `now`; a stamp in the future belongs to another clock.
 fn moment(stamp: Duration, clock: Duration, now: Instant) -> Option<Instant> {
     now.checked_sub(clock.checked_sub(stamp)?)
 }
@@ -331,7 +332,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_file_that_is_no_video_device_says_so() {
+    fn a_file_that_is_not_a_video_device_is_an_error() {
         let device = KernelDevice::open("/dev/null".as_ref()).unwrap();
         assert_eq!(device.card().unwrap_err().raw_os_error(), Some(Errno::ENOTTY as i32));
         assert_eq!(device.formats().unwrap(), []);
@@ -339,7 +340,7 @@ mod tests {
     }
 
     #[test]
-    fn a_time_stamp_is_as_long_ago_as_its_clock_says() {
+    fn the_age_of_a_time_stamp_is_that_of_its_clock() {
         let (clock, now) = (Duration::from_secs(100), Instant::now());
         let ago = Duration::from_millis(30);
         assert_eq!(moment(clock - ago, clock, now), now.checked_sub(ago));

@@ -1,4 +1,4 @@
-//! Memory of the kernel that is seen by this program.
+//! Kernel memory mapped into this process.
 
 use std::fs::File;
 use std::io;
@@ -9,7 +9,7 @@ use std::slice;
 
 use nix::sys::mman::{MapFlags, ProtFlags, mmap, munmap};
 
-/// A buffer of a device, mapped; unmapped when it is dropped.
+/// A mapped buffer of a device; unmapped on drop.
 pub struct Mapping {
     start: NonNull<c_void>,
     length: NonZeroUsize,
@@ -19,28 +19,28 @@ pub struct Mapping {
 unsafe impl Send for Mapping {}
 
 impl Mapping {
-    /// Maps the buffer that begins at `offset` of the device.
+    /// Maps the buffer at `offset` of the device.
     pub fn new(device: &File, offset: u32, length: u32) -> io::Result<Self> {
         let length = NonZeroUsize::new(length as usize).ok_or(io::ErrorKind::InvalidData)?;
-        // SAFETY: a new mapping at a place of the kernel's choice overlaps nothing.
+        // SAFETY: a new mapping at an address chosen by the kernel overlaps nothing.
         let start =
             unsafe { mmap(None, length, ProtFlags::PROT_READ, MapFlags::MAP_SHARED, device, i64::from(offset))? };
         Ok(Self { start, length })
     }
 
-    /// The first `used` bytes, or all there are.
+    /// The first `used` bytes, at most the whole buffer.
     ///
     /// # Safety
-    /// Nobody writes to the buffer meanwhile: it is dequeued.
+    /// Nothing writes to the buffer meanwhile: it is dequeued.
     pub unsafe fn bytes(&self, used: usize) -> &[u8] {
-        // SAFETY: mapped for reading over this length for as long as `self` is.
+        // SAFETY: mapped for reading over this length for the lifetime of `self`.
         unsafe { slice::from_raw_parts(self.start.as_ptr().cast(), used.min(self.length.get())) }
     }
 }
 
 impl Drop for Mapping {
     fn drop(&mut self) {
-        // SAFETY: mapped by `new`, and nothing refers to it any more. It can fail only for addresses that are none.
+        // SAFETY: mapped by `new`, and nothing refers to it. It can fail only for invalid addresses.
         let _ = unsafe { munmap(self.start, self.length.get()) };
     }
 }

@@ -1,13 +1,12 @@
-//! The kernel's interface, and the only unsafe code of this crate: each request stands beside the contract that makes it
-//! sound.
+//! The kernel's interface, and the only unsafe code of this crate: each request is documented with the contract that
+//! makes it sound.
 //!
-//! Contracts that hold for all of them (Linux, `Documentation/userspace-api/media/v4l`): a request reads and writes the one
-//! structure that its number names, which lives longer than the call and has the size that is part of the number; a buffer
-//! between DQBUF and QBUF is written to by nobody; a mapping is valid until it is unmapped, also after the camera was
-//! unplugged.
+//! Contracts of all requests (Linux, `Documentation/userspace-api/media/v4l`): a request reads and writes only the
+//! structure given by its number, which outlives the call and has the size encoded in the number; nothing writes to a
+//! buffer between DQBUF and QBUF; a mapping is valid until it is unmapped, also after the camera was unplugged.
 //!
-//! The structures are written after `linux/videodev2.h`, which never changes what it once declared; a test compiles that
-//! header and compares sizes, places and numbers.
+//! The structures follow `linux/videodev2.h`, whose declarations never change; a test compiles that header and compares
+//! sizes, offsets and numbers.
 #![allow(unsafe_code)]
 
 mod device;

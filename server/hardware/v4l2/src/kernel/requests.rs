@@ -38,7 +38,7 @@ mod tests {
     use super::super::structures::*;
     use super::*;
 
-    /// What C says: expression and the value Rust has for it.
+    /// C expressions and their values in Rust.
     fn expected() -> Vec<(&'static str, usize)> {
         let mut rows = vec![
             ("sizeof(struct v4l2_capability)", size_of::<Capability>()),

@@ -1,16 +1,16 @@
-//! Structures of `linux/videodev2.h`, with the kernel's names of fields.
+//! Structures of `linux/videodev2.h`, with the kernel's field names.
 //!
-//! All are plain numbers, for which zero is a value.
+//! All consist of plain numbers, for which zero is valid.
 
 use nix::libc::{c_ulong, timeval};
 
-/// Structure with a value of all zeros.
+/// Structure for which all zeros is valid.
 ///
 /// # Safety
 /// Zero bytes are a valid value.
 pub unsafe trait Plain: Sized {
     fn zeroed() -> Self {
-        // SAFETY: promised by the implementation.
+        // SAFETY: guaranteed by the implementation.
         unsafe { std::mem::zeroed() }
     }
 }
@@ -18,7 +18,7 @@ pub unsafe trait Plain: Sized {
 macro_rules! plain {
     ($($name:ident),*) => {
         $(
-            // SAFETY: made of numbers alone.
+            // SAFETY: consists of numbers only.
             unsafe impl Plain for $name {}
         )*
     };

@@ -1,4 +1,4 @@
-//! The Huffman tables of ISO/IEC 10918-1, Annex K.3: what a JPEG picture without tables is coded with (AVI's MJPG).
+//! The Huffman tables of ISO/IEC 10918-1, Annex K.3, which apply to JPEG images without tables (AVI's MJPG).
 
 /// Marker segment (DHT) with all four tables: DC and AC of luma, DC and AC of chroma.
 #[rustfmt::skip]

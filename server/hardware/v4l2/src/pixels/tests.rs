@@ -40,7 +40,7 @@ fn bytes_after_rows_are_no_pixels() {
     assert_eq!(unpack(&[1, 0, 9, 9, 2, 0, 9, 9], &format(b"Y16 ", (1, 2), 4)).unwrap(), [1, 2]);
 }
 
-/// A ramp of 64 × 32 pixels as a JPEG picture in colour.
+/// A ramp of 64 × 32 pixels as a colour JPEG.
 fn jpeg() -> Vec<u8> {
     let rgb: Vec<u8> = (0..64 * 32_usize).flat_map(|at| [(at % 64 * 4) as u8; 3]).collect();
     let mut bytes = Vec::new();
@@ -51,23 +51,23 @@ fn jpeg() -> Vec<u8> {
 
 fn is_the_ramp(pixels: &[u16]) {
     for (at, &pixel) in pixels.iter().enumerate() {
-        // Quality 95 moves a smooth ramp by a level or two.
+        // Quality 95 changes a smooth ramp by a level or two.
         assert!(pixel.abs_diff((at % 64 * 4) as u16) <= 3, "pixel {at} is {pixel}");
     }
 }
 
 #[test]
-fn a_jpeg_picture_is_decoded_with_what_cameras_add_and_leave_out() {
+fn jpeg_images_are_decoded_with_padding_and_without_tables() {
     let format = format(b"MJPG", (64, 32), 0);
     is_the_ramp(&unpack(&jpeg(), &format).unwrap());
     let filled_up = [jpeg(), vec![0; 300]].concat();
     is_the_ramp(&unpack(&filled_up, &format).unwrap());
-    // Many cameras leave out the Huffman tables, since those of the standard are meant (AVI's MJPG).
+    // Many cameras omit the Huffman tables, in which case those of the standard apply (AVI's MJPG).
     is_the_ramp(&unpack(&without_huffman_tables(&jpeg()), &format).unwrap());
 }
 
 #[test]
-fn a_jpeg_picture_that_is_cut_off_or_of_another_size_is_none() {
+fn a_truncated_or_wrongly_sized_jpeg_image_is_an_error() {
     let whole = jpeg();
     let agreed = format(b"MJPG", (64, 32), 0);
     for keep in [0, 2, 100, whole.len() / 2, whole.len() - 2] {

@@ -1,4 +1,4 @@
-//! The suite that every camera passes, as a station holds the camera: on a thread of its own.
+//! The camera contract suite, with the camera on its own thread as in a station.
 
 use std::time::Duration;
 

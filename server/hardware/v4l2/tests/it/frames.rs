@@ -1,4 +1,4 @@
-//! Frames, their account and their times.
+//! Frames, their numbers and their times.
 
 use std::time::Duration;
 
@@ -33,7 +33,8 @@ fn frame(camera: &mut V4l2Camera, image: &mut GreyImage) -> FrameInfo {
     }
 }
 
-/// Frames with these flaws, then one good one: ids, frames lost before each, and how many of those came damaged.
+/// Receives frames with these flaws, then one good one: ids, frames lost before each, and how many of those were
+/// damaged.
 fn account(first_sequence: u32, flaws: Vec<Flaw>) -> Vec<(u64, u64, u64)> {
     let bench = Bench::default();
     let mut camera = started(&bench);
@@ -66,7 +67,7 @@ fn damaged_frames_are_counted_and_never_shown() {
 }
 
 #[test]
-fn pictures_are_those_that_were_sent() {
+fn images_equal_those_that_were_sent() {
     for format in ["YUYV", "MJPG"] {
         let bench = Bench::default();
         let mut camera = bench.open(&v4l2::V4l2Settings { format_8: format.to_owned(), ..settings() }).unwrap();
@@ -76,7 +77,7 @@ fn pictures_are_those_that_were_sent() {
             let info = frame(&mut camera, &mut image);
             let Pixels::Eight(pixels) = image.pixels() else { panic!("{format}: not 8 bits") };
             let expected = level(info.frame_id as u32);
-            // A flat picture survives JPEG but for rounding.
+            // A uniform image survives JPEG except for rounding.
             assert!(
                 pixels.iter().all(|pixel| pixel.abs_diff(expected) <= 1),
                 "{format}: {} {expected}",

@@ -1,6 +1,6 @@
-//! The driver over a scripted device: what the kernel would answer, without kernel and camera. Not shown here: that a
-//! kernel and cameras of glass and silicon answer so. The structures of the kernel's interface are compared with its
-//! header beside them.
+//! The driver over a scripted device: the answers of a kernel, without kernel and camera. Not covered: that a kernel
+//! and physical cameras answer so. The structures of the kernel's interface are compared with its header in their own
+//! test.
 
 #![allow(clippy::unwrap_used)]
 

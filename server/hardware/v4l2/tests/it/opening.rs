@@ -1,4 +1,4 @@
-//! What is set when a camera is opened, and what is refused.
+//! Settings and refusals when a camera is opened.
 
 use devices::{Camera, CameraError, CameraRequest, Driver as _, OpenError, PixelFormat, ValueRange};
 use v4l2::{V4l2Driver, V4l2Settings};
@@ -14,7 +14,7 @@ fn refusal(bench: &Bench, settings: &V4l2Settings) -> OpenError {
 }
 
 #[test]
-fn everything_automatic_is_off_before_exposure_and_gain_are_set() {
+fn automatic_functions_are_off_before_exposure_and_gain_are_set() {
     let bench = Bench::default();
     let mut camera = bench.open(&V4l2Settings { gain: 20, ..settings() }).unwrap();
     assert_eq!((value(&bench, EXPOSURE_AUTO), value(&bench, AUTO_WHITE_BALANCE), value(&bench, GAIN)), (1, 0, 20));
@@ -66,7 +66,7 @@ fn an_automatic_that_another_program_turned_on_is_off_again_when_frames_start() 
 }
 
 #[test]
-fn what_it_can_do_is_what_its_lists_say() {
+fn capabilities_equal_the_lists_of_the_device() {
     let able = Bench::default().open(&settings()).unwrap().capabilities();
     assert_eq!(able.sensor_px, (64, 48));
     assert_eq!(able.exposure_us, Some(ValueRange { min: 100.0, max: 500_000.0 }));
@@ -76,7 +76,7 @@ fn what_it_can_do_is_what_its_lists_say() {
 }
 
 #[test]
-fn without_a_size_the_largest_picture_is_taken() {
+fn without_a_size_the_largest_image_is_used() {
     let whole = V4l2Settings { width_px: 0, height_px: 0, ..settings() };
     assert_eq!(Bench::default().open(&whole).unwrap().capabilities().sensor_px, (1280, 720));
 }
@@ -94,11 +94,14 @@ fn the_nearest_frame_rate_is_set_and_kept_over_a_change_of_format() {
 #[test]
 fn a_size_it_does_not_have_is_refused_with_what_it_sends() {
     let refused = refusal(&Bench::default(), &V4l2Settings { width_px: 100, height_px: 100, ..settings() });
-    assert!(refused.to_string().contains("sends YUYV with 640×480 pixels where YUYV with 100×100"), "{refused}");
+    assert!(
+        refused.to_string().contains("sends YUYV with 640×480 pixels instead of YUYV with 100×100"),
+        "{refused}"
+    );
 }
 
 #[test]
-fn a_camera_that_is_absent_or_in_other_hands_may_come() {
+fn an_absent_or_busy_camera_may_become_available() {
     let bench = Bench::default();
     bench.camera().is_busy = true;
     let busy = refusal(&bench, &settings());
@@ -123,7 +126,7 @@ fn the_kernel_names_a_file_that_is_missing_or_no_camera() {
 }
 
 #[test]
-fn a_driver_without_a_device_file_says_what_is_missing() {
+fn a_driver_without_a_device_file_reports_the_missing_setting() {
     assert_eq!(V4l2Driver(V4l2Settings::default()).missing().unwrap().name, "device");
     assert_eq!(V4l2Driver(settings()).missing(), None);
 }

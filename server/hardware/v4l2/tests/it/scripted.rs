@@ -1,4 +1,4 @@
-//! A device that answers as a script says, in the way of a UVC camera under Linux.
+//! A scripted device that behaves like a UVC camera under Linux.
 
 use std::collections::BTreeMap;
 use std::io;
@@ -21,21 +21,21 @@ pub const EXPOSURE: ControlId = ControlId(0x009A_0902);
 pub const GAIN: ControlId = ControlId(0x0098_0913);
 pub const AUTO_WHITE_BALANCE: ControlId = ControlId(0x0098_090C);
 
-/// Frame intervals of the camera: 30, 15 and 5 Hz, and one faster than real time for tests that only want frames.
+/// Frame intervals of the camera: 30, 15 and 5 Hz, and one faster than real time for tests that need only frames.
 const RATES_HZ: [u32; 4] = [200, 30, 15, 5];
 
-/// How one frame differs from a good one.
+/// Flaws of a frame.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Flaw {
-    /// Frames before it of which nothing comes.
+    /// Lost frames before it.
     pub lost_before: u32,
-    /// The driver marks it as damaged.
+    /// Marked by the driver as damaged.
     pub is_marked: bool,
-    /// Bytes that are missing at its end.
+    /// Bytes missing at its end.
     pub missing_bytes: usize,
 }
 
-/// The camera at the other end of the cable. It keeps its settings while programs come and go, and loses them with its
+/// The camera at the other end of the cable. It keeps its settings when programs close it, and loses them with its
 /// power, as UVC cameras do.
 pub struct Scripted {
     pub is_plugged: bool,
@@ -45,14 +45,14 @@ pub struct Scripted {
     pub stubborn: Vec<ControlId>,
     pub format: Format,
     pub interval: Interval,
-    /// The driver's count of the next frame.
+    /// The driver's number of the next frame.
     pub sequence: u32,
     pub stamped: Stamped,
-    /// Flaws of the frames to come, the next one first.
+    /// Flaws of the coming frames, the next one first.
     pub flaws: Vec<Flaw>,
-    /// When the acquisition began and how many frames it has had; `None` while nothing streams.
+    /// Start of the acquisition and its number of frames; `None` while not streaming.
     pub streaming: Option<(Instant, u32)>,
-    /// Time stamps of the frames that were handed over.
+    /// Time stamps of the delivered frames.
     pub stamps: Vec<Instant>,
     /// Numbers of the controls in the order in which they were set.
     pub set: Vec<ControlId>,
@@ -65,7 +65,7 @@ impl Default for Scripted {
             is_plugged: true,
             is_busy: false,
             controls: BTreeMap::from([
-                // As they come: aperture priority, 15.6 ms, some gain, automatic white balance.
+                // Factory settings: aperture priority, 15.6 ms, some gain, automatic white balance.
                 (EXPOSURE_AUTO.0, control(0, 3, 1, 3)),
                 (EXPOSURE.0, control(1, 5000, 1, 156)),
                 (GAIN.0, control(4, 255, 1, 64)),
@@ -105,7 +105,7 @@ impl Bench {
         V4l2Camera::open(settings, open)
     }
 
-    /// Pulls the cable: settings are lost, and handles that are open stay dead.
+    /// Unplugs the cable: settings are lost, and open handles become invalid.
     pub fn unplug(&self) {
         *self.camera() = Scripted { is_plugged: false, ..Scripted::default() };
     }
@@ -115,7 +115,7 @@ impl Bench {
     }
 }
 
-/// Settings that name the camera, with small pictures.
+/// Settings that name the camera, with small images.
 pub fn settings() -> V4l2Settings {
     V4l2Settings { device: "/dev/video0".to_owned(), width_px: 64, height_px: 48, ..V4l2Settings::default() }
 }
@@ -169,7 +169,7 @@ impl VideoDevice for Handle {
         let (width_px, height_px) = if is_known { (wanted.width_px, wanted.height_px) } else { (640, 480) };
         let row_bytes = if wanted.pixels == FourCc(*b"MJPG") { 0 } else { 2 * width_px };
         camera.format = Format { width_px, height_px, row_bytes, ..*wanted };
-        // As in UVC, a format brings its own interval.
+        // As in UVC, a format resets the interval.
         camera.interval = Interval { numerator: 1, denominator: 30 };
         Ok(camera.format)
     }
@@ -266,12 +266,12 @@ impl Handle {
     }
 }
 
-/// Grey level of a frame, which tells one from the next.
+/// Grey level of a frame, which distinguishes successive frames.
 pub fn level(sequence: u32) -> u8 {
     (sequence % 200) as u8 + 20
 }
 
-/// A picture of one grey level.
+/// An image of one grey level.
 fn picture(format: &Format, sequence: u32) -> Vec<u8> {
     let (n_pixels, level) = (format.width_px * format.height_px, level(sequence));
     match &format.pixels.0 {

@@ -1,14 +1,14 @@
-//! One key is one request, done once: the keys of requests that are being answered.
+//! Idempotency keys of the requests in progress: one key is one request, carried out once.
 
 use parking_lot::Mutex;
 use std::collections::HashSet;
 use std::sync::Arc;
 
-/// Keys of requests that are being answered.
+/// Keys of the requests in progress.
 #[derive(Debug, Clone, Default)]
 pub struct KeysInFlight(Arc<Mutex<HashSet<String>>>);
 
-/// A key's place among those in flight; given back when dropped.
+/// A key in progress; freed on drop.
 #[derive(Debug)]
 pub struct InFlight {
     keys: KeysInFlight,
@@ -16,7 +16,7 @@ pub struct InFlight {
 }
 
 impl KeysInFlight {
-    /// Enters a key; `None` while the same key is being answered.
+    /// Registers a key; `None` while a request with the same key is in progress.
     pub fn enter(&self, key: String) -> Option<InFlight> {
         let is_new = self.0.lock().insert(key.clone());
         is_new.then(|| InFlight { keys: self.clone(), key })

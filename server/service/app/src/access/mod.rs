@@ -1,4 +1,4 @@
-//! Who asks, who is in control, and a request that is asked twice.
+//! Principals, the control lease, and idempotent requests.
 
 pub mod idempotency;
 pub mod lease;

@@ -1,32 +1,32 @@
 //! On whose behalf something is done.
 
-use crate::events::Act;
+use crate::events::Initiator;
 
-/// Who asks for something. Every use case that changes something takes one, and the log of events names it.
+/// The caller of a use case. Every use case that changes something takes one, and the event log names it.
 ///
-/// There is one kind so far, `local`: whoever reaches the service may use it, and what they call themselves is not
-/// proven. Users with rights of their own would be another kind.
+/// There is one kind so far, `local`: anyone who can reach the service may use it, and their name is not verified. Users
+/// with individual rights would be another kind.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Principal {
-    /// What the log calls them: the holder of the control lease that came along, else the name they give themselves.
+    /// Name for the log: the holder of the control lease sent along, else the name given by the caller.
     pub actor: String,
-    /// From where: an address.
+    /// Network address.
     pub source: String,
-    /// Id of the control lease that came along.
+    /// Id of the control lease sent along.
     pub control_id: Option<String>,
 }
 
 impl Principal {
-    /// The kind that the log names.
+    /// The kind as named in the log.
     pub const LOCAL: &'static str = "local";
 
-    /// Somebody at this station.
+    /// A local user of this station.
     pub fn local(actor: &str, source: &str, control_id: Option<&str>) -> Self {
         Self { actor: actor.to_owned(), source: source.to_owned(), control_id: control_id.map(str::to_owned) }
     }
 
-    /// As an event names them.
-    pub fn act(&self) -> Act {
-        Act { principal: Self::LOCAL.to_owned(), actor: self.actor.clone(), source: self.source.clone() }
+    /// The initiator fields of an event.
+    pub fn initiator(&self) -> Initiator {
+        Initiator { principal: Self::LOCAL.to_owned(), actor: self.actor.clone(), source: self.source.clone() }
     }
 }

@@ -1,4 +1,4 @@
-//! Finds an exposure at which the laser lines are bright and not flattened, from frames of the live view.
+//! Auto-exposure: finds an exposure at which the laser lines are bright but not saturated, from live view frames.
 
 use std::time::{Duration, Instant};
 
@@ -11,45 +11,45 @@ use crate::App;
 use crate::error::{AppError, ErrorKind};
 use station::{Manual, SharedFrame, StationRefusal};
 
-/// Where the lines shall be, as share of full scale: room for a brighter place of the part.
+/// Target line brightness, share of full scale: leaves headroom for brighter areas of the part.
 const BRIGHT: f64 = 0.6;
 
-/// Below this share of full scale a line has more noise than it must have.
+/// Below this share of full scale a line is needlessly noisy.
 const DIM_BELOW: f64 = 0.3;
 
-/// The bright end of the lines that counts: the brightest tenth of their points, for what is dimmer cannot be flattened.
+/// Quantile of the line brightness that is controlled: the brightest tenth, since dimmer points cannot saturate.
 const BRIGHT_SHARE: f64 = 0.1;
 
-/// Points, and without lines pixels, at full scale that a highlight may have; from here on lines are flattened.
+/// Saturated line points (or pixels, without lines) tolerated as a highlight; from here on lines count as saturated.
 const SATURATED_POINTS: f64 = 0.02;
 const SATURATED_PIXELS: f64 = 2e-4;
 
-/// Largest step to longer exposures: noise is no measure of light.
+/// Largest factor towards longer exposures: noise is no measure of brightness.
 const LONGEST_STEP: f64 = 4.0;
 
-/// Halving from the longest exposure of a camera to its shortest takes about as many steps.
+/// Maximum number of steps: halving from the longest to the shortest exposure takes about as many.
 const STEPS: usize = 14;
 
-/// A frame with the new exposure comes at latest after this and a few exposures.
+/// Maximum wait for a frame with the new exposure, in addition to a few exposures.
 const FRAME_WITHIN: Duration = Duration::from_secs(3);
 
-/// The camera rounds what is asked for.
+/// The camera rounds the requested value.
 const SAME_EXPOSURE: f64 = 0.02;
 
-/// What the lines of a frame say about its exposure.
+/// Assessment of the exposure of a frame from its lines.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Light {
-    /// Lines are flattened.
+    /// Lines are saturated.
     Over,
-    /// Lines are too dim; their brightness as share of full scale.
+    /// Lines are too dark; their brightness as a share of full scale.
     Under(f64),
     Good,
 }
 
-/// Sets the exposure step by step while the live view runs with light; `may_go_on` is asked before each.
+/// Adjusts the exposure step by step while the live view runs with the laser on; `may_go_on` is checked before each step.
 ///
 /// # Errors
-/// A problem: no live view with light, no frame with a new exposure, a camera that refuses, or what `may_go_on` answers.
+/// A problem: no live view with the laser on, no frame with the new exposure, a refusal of the camera or of `may_go_on`.
 pub async fn auto_exposure<E: From<AppError> + From<StationRefusal>>(
     app: &App,
     may_go_on: impl Fn() -> Result<(), E>,
@@ -59,7 +59,7 @@ pub async fn auto_exposure<E: From<AppError> + From<StationRefusal>>(
     let mut frames = app.station.watch_frames();
     let mut shortened = false;
     for _ in 0..STEPS {
-        // Whoever asks for this looks at the lines through it: the light stays.
+        // The caller is a viewer: the laser stays on.
         app.station.note_viewer(Instant::now());
         let status = app.station.status();
         let exposure_us = status.camera_settings.exposure_us;
@@ -80,17 +80,17 @@ pub async fn auto_exposure<E: From<AppError> + From<StationRefusal>>(
     Ok(())
 }
 
-/// By how much the exposure should change; `None` where it is right. `shortened`: it was too long before.
+/// Factor for the exposure; `None` if it is right. `shortened`: it was too long before.
 fn factor(light: Light, shortened: bool) -> Option<f64> {
     match light {
         Light::Over => Some(0.5),
-        // What was too long and is now too short has highlights that no exposure suits; the lines count.
+        // Too long before and too short now: there are highlights that no exposure suits; the lines count.
         Light::Under(bright) if !shortened => Some((BRIGHT / bright.max(0.01)).min(LONGEST_STEP)),
         Light::Under(_) | Light::Good => None,
     }
 }
 
-/// A frame with light that was exposed so long.
+/// A laser-on frame with the given exposure.
 async fn frame_with(
     frames: &mut watch::Receiver<Option<SharedFrame>>,
     exposure_us: f64,
@@ -111,7 +111,7 @@ async fn frame_with(
     };
     let within = FRAME_WITHIN + Duration::from_secs_f64(4e-6 * exposure_us);
     timeout(within, found).await.ok().flatten().ok_or_else(|| {
-        AppError::new(ErrorKind::Conflict, "no lit frame with the new exposure arrived")
+        AppError::new(ErrorKind::Conflict, "no laser-on frame with the new exposure arrived")
             .remedy("start the live view with the laser, then try again")
     })
 }
@@ -120,7 +120,7 @@ async fn light_of(frame: SharedFrame, params: CentrelineParams) -> Result<Light,
     let judged =
         tokio::task::spawn_blocking(move || judge(&frame.image, &find_centrelines(&frame.image, &params)));
     judged.await.map_err(|cause| {
-        AppError::new(ErrorKind::Internal, "the frame could not be judged").because(cause.to_string())
+        AppError::new(ErrorKind::Internal, "the frame could not be evaluated").because(cause.to_string())
     })
 }
 
@@ -155,7 +155,7 @@ fn saturated_share(image: &GreyImage) -> f64 {
 mod tests {
     use super::*;
 
-    /// Five lines of that height over a background of 8, three pixels wide, cut off at full scale.
+    /// Five lines of the given height over a background of 8, three pixels wide, clipped at full scale.
     fn lit(height: f64) -> GreyImage {
         let (width, rows) = (200, 120);
         let level = |row: usize| {
@@ -173,7 +173,7 @@ mod tests {
     }
 
     #[test]
-    fn lines_are_judged_and_not_the_picture_around_them() {
+    fn lines_are_assessed_and_not_the_image_around_them() {
         assert_eq!(judged(0.0), Light::Under(0.0));
         // The level of a ridge is a mean over a few pixels: a fifth below the peak where lines are 3 px wide.
         assert!(matches!(judged(40.0), Light::Under(bright) if (0.8..=1.0).contains(&(bright * 255.0 / 40.0))));
@@ -184,7 +184,7 @@ mod tests {
     }
 
     #[test]
-    fn too_long_is_halved_and_too_short_goes_to_where_lines_are_bright_by_four_at_most() {
+    fn a_long_exposure_is_halved_and_a_short_one_raised_by_a_factor_of_four_at_most() {
         assert_eq!(factor(Light::Over, false), Some(0.5));
         assert_eq!(factor(Light::Over, true), Some(0.5));
         assert_eq!(factor(Light::Under(0.2), false), Some(BRIGHT / 0.2));
@@ -192,7 +192,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_right_stays_and_what_was_shortened_is_not_lengthened_again() {
+    fn a_right_exposure_is_kept_and_a_shortened_one_is_not_lengthened_again() {
         assert_eq!(factor(Light::Good, false), None);
         assert_eq!(factor(Light::Under(0.2), true), None);
     }

@@ -1,7 +1,7 @@
-//! How people set the camera, kept over restarts and lost cables.
+//! The user's camera settings, kept across restarts and disconnections.
 //!
-//! Only what somebody asked for is kept, with the value that the camera accepted; jobs set the camera for themselves and
-//! give it back as it was.
+//! Only settings that a user changed are kept, with the value that the camera accepted; jobs change settings
+//! temporarily and restore them.
 
 use devices::{CameraRequest, CameraSettings, PixelFormat, Roi, Trigger};
 use serde::{Deserialize, Serialize};
@@ -16,46 +16,46 @@ use crate::evented_catalogue::EventedCatalogue;
 /// The name of the setting.
 const SETTING: &str = "camera.settings";
 
-/// How the camera is set, as it is stored and published: what nobody asked for is missing.
+/// The user's camera settings as stored and published; settings that no user changed are absent.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(default)]
-pub struct KeptSettings {
+pub struct StoredCameraSettings {
     /// Exposure time.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub exposure_us: Option<f64>,
     /// Gain.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub gain_db: Option<f64>,
-    /// Frame rate of the free trigger.
+    /// Frame rate in free-running mode.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub frame_rate_hz: Option<f64>,
-    /// When it exposes.
+    /// Trigger mode.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub trigger: Option<KeptTrigger>,
-    /// How pixels come.
+    pub trigger: Option<StoredTrigger>,
+    /// Pixel format.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub pixel_format: Option<KeptFormat>,
-    /// Which part of the sensor is read.
+    pub pixel_format: Option<StoredPixelFormat>,
+    /// Region of interest.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub roi: Option<KeptRoi>,
+    pub roi: Option<StoredRoi>,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
-/// When the camera exposes.
-pub enum KeptTrigger {
-    /// At its own rate.
+/// Trigger mode of the camera.
+pub enum StoredTrigger {
+    /// Free-running.
     Free,
-    /// On command.
+    /// Software trigger.
     Software,
-    /// On its electrical input.
+    /// Hardware trigger input.
     Hardware,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
-/// How pixels come.
-pub enum KeptFormat {
+/// Pixel format.
+pub enum StoredPixelFormat {
     /// 8 bits.
     Mono8,
     /// 16 bits.
@@ -63,8 +63,8 @@ pub enum KeptFormat {
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, ToSchema)]
-/// A part of the sensor.
-pub struct KeptRoi {
+/// Region of interest of the sensor.
+pub struct StoredRoi {
     /// First column.
     pub left_px: usize,
     /// First row.
@@ -75,8 +75,8 @@ pub struct KeptRoi {
     pub height_px: usize,
 }
 
-impl KeptSettings {
-    /// All of them, as the camera `accepted` them.
+impl StoredCameraSettings {
+    /// All settings, as the camera `accepted` them.
     pub fn all(accepted: &CameraSettings) -> Self {
         let every = CameraRequest {
             exposure_us: Some(accepted.exposure_us),
@@ -91,24 +91,24 @@ impl KeptSettings {
         settings
     }
 
-    /// Takes over what was `asked` for, as it was `accepted`.
+    /// Merges the settings in `asked`, with the `accepted` values.
     fn note(&mut self, asked: &CameraRequest, accepted: &CameraSettings) {
         self.exposure_us = asked.exposure_us.map(|_| accepted.exposure_us).or(self.exposure_us);
         self.gain_db = asked.gain_db.map(|_| accepted.gain_db).or(self.gain_db);
         self.frame_rate_hz = asked.frame_rate_hz.map(|_| accepted.frame_rate_hz).or(self.frame_rate_hz);
         let trigger = match accepted.trigger {
-            Trigger::Free => KeptTrigger::Free,
-            Trigger::Software => KeptTrigger::Software,
-            Trigger::Hardware => KeptTrigger::Hardware,
+            Trigger::Free => StoredTrigger::Free,
+            Trigger::Software => StoredTrigger::Software,
+            Trigger::Hardware => StoredTrigger::Hardware,
         };
         self.trigger = asked.trigger.map(|_| trigger).or(self.trigger);
         let format = match accepted.pixel_format {
-            PixelFormat::Mono8 => KeptFormat::Mono8,
-            PixelFormat::Mono16 => KeptFormat::Mono16,
+            PixelFormat::Mono8 => StoredPixelFormat::Mono8,
+            PixelFormat::Mono16 => StoredPixelFormat::Mono16,
         };
         self.pixel_format = asked.pixel_format.map(|_| format).or(self.pixel_format);
         let Roi { left_px, top_px, width_px, height_px } = accepted.roi;
-        self.roi = asked.roi.map(|_| KeptRoi { left_px, top_px, width_px, height_px }).or(self.roi);
+        self.roi = asked.roi.map(|_| StoredRoi { left_px, top_px, width_px, height_px }).or(self.roi);
     }
 
     fn request(&self) -> CameraRequest {
@@ -117,15 +117,15 @@ impl KeptSettings {
             gain_db: self.gain_db,
             frame_rate_hz: self.frame_rate_hz,
             trigger: self.trigger.map(|trigger| match trigger {
-                KeptTrigger::Free => Trigger::Free,
-                KeptTrigger::Software => Trigger::Software,
-                KeptTrigger::Hardware => Trigger::Hardware,
+                StoredTrigger::Free => Trigger::Free,
+                StoredTrigger::Software => Trigger::Software,
+                StoredTrigger::Hardware => Trigger::Hardware,
             }),
             pixel_format: self.pixel_format.map(|format| match format {
-                KeptFormat::Mono8 => PixelFormat::Mono8,
-                KeptFormat::Mono16 => PixelFormat::Mono16,
+                StoredPixelFormat::Mono8 => PixelFormat::Mono8,
+                StoredPixelFormat::Mono16 => PixelFormat::Mono16,
             }),
-            roi: self.roi.map(|KeptRoi { left_px, top_px, width_px, height_px }| Roi {
+            roi: self.roi.map(|StoredRoi { left_px, top_px, width_px, height_px }| Roi {
                 left_px,
                 top_px,
                 width_px,
@@ -135,7 +135,7 @@ impl KeptSettings {
     }
 }
 
-/// Keeps what was `asked` for, as it was `accepted`.
+/// Stores the settings in `asked`, with the `accepted` values.
 ///
 /// # Errors
 /// If the catalogue cannot be used.
@@ -151,26 +151,26 @@ pub async fn remember(
     Ok(())
 }
 
-/// What is kept; what cannot be understood counts as nothing, and is said.
-async fn read(ledger: &EventedCatalogue) -> Result<Option<KeptSettings>, StoreError> {
+/// The stored settings; unreadable ones count as none and are logged.
+async fn read(ledger: &EventedCatalogue) -> Result<Option<StoredCameraSettings>, StoreError> {
     let Some(setting) = ledger.read().setting(SETTING).await? else { return Ok(None) };
     let kept = serde_json::from_value(setting.value);
-    Ok(kept.inspect_err(|error| tracing::error!(%error, "how the camera was set cannot be used")).ok())
+    Ok(kept.inspect_err(|error| tracing::error!(%error, "stored camera settings are invalid")).ok())
 }
 
-/// Sets the camera as it was kept; one that is not there is set once it is.
+/// Applies the stored settings; for a disconnected camera, once it is connected.
 pub async fn restore(ledger: &EventedCatalogue, station: &StationHandle) {
     let wanted = match read(ledger).await {
         Ok(Some(kept)) => kept.request(),
         Ok(None) => return,
-        Err(error) => return tracing::error!(%error, "how the camera was set cannot be read"),
+        Err(error) => return tracing::error!(%error, "stored camera settings cannot be read"),
     };
     if let Err(refusal) = station.manual(Manual::Configure(wanted)).await {
-        tracing::warn!(%refusal, "the camera is not set as it was");
+        tracing::warn!(%refusal, "stored camera settings were not applied");
     }
 }
 
-/// Sets the camera anew whenever it comes back; ends with the station.
+/// Reapplies the settings whenever the camera reconnects; ends with the station.
 pub async fn follow(ledger: EventedCatalogue, station: StationHandle) {
     let mut status = station.watch_status();
     loop {

@@ -1,4 +1,4 @@
-//! The camera between jobs: how people set it, kept over restarts, and exposure found from the live view.
+//! The camera between jobs: user settings kept across restarts, and auto-exposure from the live view.
 
 pub mod auto_exposure;
 pub mod memory;

@@ -1,4 +1,4 @@
-//! How the service is set up, as far as its use cases care; where the values come from is the program's business.
+//! The configuration of the use cases; the program decides where the values come from.
 
 pub mod limits;
 
@@ -13,13 +13,13 @@ pub use twin::params::{GAUGE_HEIGHT_MM, SPHERE_RADIUS_MM};
 /// The configuration of the use cases.
 #[derive(Debug, Clone)]
 pub struct AppConfig {
-    /// Where everything is kept.
+    /// The data directory.
     pub data: PathBuf,
-    /// What the station is made of.
+    /// Station devices.
     pub station: StationDevices,
     /// The board used for calibration.
     pub target: Target,
-    /// The projector by its data sheet.
+    /// Nominal values of laser and grating.
     pub projector: GratingProjector,
 }
 
@@ -33,7 +33,7 @@ impl AppConfig {
         }
     }
 
-    /// Everything as the simulated station has it, with its data under `data`.
+    /// The configuration of the simulated station, with its data under `data`.
     pub fn simulated(data: PathBuf) -> Self {
         let shape = twin::StationShape::default();
         let (inner_columns, inner_rows) = twin::poses::BOARD_CORNERS;

@@ -1,47 +1,47 @@
-//! Whether a request may use the station: the table of uses, asked with the lease that came along.
+//! Whether a request may use the station: applies the table of uses to the caller's lease.
 
 use std::time::Instant;
 
 use station::{StationRefusal, StationStatus};
 
 use crate::App;
-use crate::access::lease::{Asker, Authority};
+use crate::access::lease::{Authority, Caller};
 use crate::access::principal::Principal;
-use crate::control::{Ask, Refusal, Ruling, StationUse, rule};
+use crate::control::{Decision, Refusal, Request, StationUse, rule};
 use crate::error::{AppError, ErrorKind};
 
-/// Asks the table whether somebody may use the station; a command of whoever is in control renews the lease.
+/// Checks the table for a caller; a command of the holder renews the lease.
 ///
 /// # Errors
-/// Why not; [`Ruling::Waits`] is no error.
-pub fn admit(app: &App, by: &Principal, ask: Ask) -> Result<Authority, AppError> {
+/// The refusal; [`Decision::Waits`] is not an error.
+pub fn admit(app: &App, by: &Principal, request: Request) -> Result<Authority, AppError> {
     let id = by.control_id.as_deref();
     let now = Instant::now();
     let epoch = app.station.stop_epoch();
     let status = app.station.status();
-    let asker = app.control.asker(id, now);
-    if let Ruling::Refused(refusal) = rule(ask, asker, station_use(app, &status)) {
+    let caller = app.control.caller(id, now);
+    if let Decision::Refused(refusal) = rule(request, caller, station_use(app, &status)) {
         return Err(match refusal {
-            // Says as well whether the lease that came along has expired.
+            // Also reports whether the lease sent along has expired.
             Refusal::ControlRequired => app.control.command(id, now).err().unwrap_or_else(not_in_control),
             Refusal::Halted => StationRefusal::Halted.into(),
             Refusal::Busy => StationRefusal::Busy { activity: status.activity.clone() }.into(),
             Refusal::Fault => fault(&status),
         });
     }
-    if asker == Asker::InControl {
+    if caller == Caller::Holder {
         app.control.command(id, now)?;
     }
     Ok(app.control.authority(id, epoch, now))
 }
 
-/// A station whose latch is closed is halted, even where its thread has not said so yet, or is being reset.
+/// A station whose Stop latch is set counts as halted, even if its thread has not reported it yet or is being reset.
 fn station_use(app: &App, status: &StationStatus) -> StationUse {
     if app.station.is_halted() { StationUse::Halted } else { StationUse::from(status) }
 }
 
 fn not_in_control() -> AppError {
-    AppError::new(ErrorKind::ControlRequired, "control changed hands at this moment").remedy("try again")
+    AppError::new(ErrorKind::ControlRequired, "control has just been taken by someone else").remedy("try again")
 }
 
 fn fault(status: &StationStatus) -> AppError {

@@ -1,60 +1,60 @@
-//! The one table of who may use the station, who waits and who is refused. It is printed in `docs/station.md`. Stop is
-//! not in it: it is refused to nobody.
+//! The table of who may use the station, who waits and who is refused, also printed in `docs/station.md`. Stop is not
+//! in it: it is always allowed.
 
-use crate::access::lease::Asker;
+use crate::access::lease::Caller;
 use station::{MachineState, OperationalState, StationStatus};
 
-/// What the station is used for at this moment.
+/// Current use of the station.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum StationUse {
-    /// Nothing, or a motion by hand.
+    /// None, or a manual motion.
     Free,
     /// The live view.
     Live,
-    /// A job, or a session's photograph, which holds it like a short job.
+    /// A job, or a session image capture, which holds the station like a short job.
     Job,
     /// Stopped: motion and laser stay off until a reset.
     Halted,
-    /// A fault waits for a person.
+    /// A fault requires action.
     Fault,
 }
 
-/// What somebody asks.
+/// A request to use the station.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Ask {
-    /// A single command: move, light, live view, camera settings.
+pub enum Request {
+    /// A single command: move, laser, live view, camera settings.
     Command,
-    /// A picture of a calibration session, with light.
-    Photograph,
+    /// An image of a calibration session, with the laser.
+    SessionImage,
     /// A job that needs the station.
     StartJob,
-    /// The end of such a job.
+    /// Cancelling such a job.
     CancelJob,
-    /// To leave Halted, or to acknowledge faults.
+    /// A reset: leaves Halted or acknowledges faults.
     Reset,
 }
 
-/// What follows.
+/// The decision.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Ruling {
-    /// It is done.
+pub enum Decision {
+    /// Allowed.
     Now,
-    /// It is accepted and waits for its turn.
+    /// Accepted; waits for its turn.
     Waits,
-    /// It is not.
+    /// Refused.
     Refused(Refusal),
 }
 
-/// Why not.
+/// Reason of a refusal.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Refusal {
-    /// Only for whoever is in control.
+    /// Only for the holder of control.
     ControlRequired,
     /// The station is busy.
     Busy,
     /// The station was stopped.
     Halted,
-    /// A fault waits for a person.
+    /// A fault requires action.
     Fault,
 }
 
@@ -70,24 +70,24 @@ impl From<&StationStatus> for StationUse {
     }
 }
 
-/// What follows when `asker` asks for `ask` while the station is used for `station_use`.
-pub fn rule(ask: Ask, asker: Asker, station_use: StationUse) -> Ruling {
+/// The decision for `caller` requesting `request` while the station is used for `station_use`.
+pub fn rule(request: Request, caller: Caller, station_use: StationUse) -> Decision {
     use Refusal::{Busy, ControlRequired, Fault, Halted};
-    let allowed = match (ask, asker) {
-        (_, Asker::InControl) => true,
-        (Ask::StartJob | Ask::CancelJob, Asker::WhileNobodyIs) => true,
-        (_, Asker::WhileNobodyIs | Asker::WhileAnotherIs) => false,
+    let allowed = match (request, caller) {
+        (_, Caller::Holder) => true,
+        (Request::StartJob | Request::CancelJob, Caller::NoHolder) => true,
+        (_, Caller::NoHolder | Caller::OtherHolder) => false,
     };
     if !allowed {
-        return Ruling::Refused(ControlRequired);
+        return Decision::Refused(ControlRequired);
     }
-    match (ask, station_use) {
-        (Ask::Reset | Ask::CancelJob, _) => Ruling::Now,
-        (_, StationUse::Halted) => Ruling::Refused(Halted),
-        (_, StationUse::Fault) => Ruling::Refused(Fault),
-        (Ask::StartJob, StationUse::Job) => Ruling::Waits,
-        (Ask::Command | Ask::Photograph, StationUse::Job) => Ruling::Refused(Busy),
-        (_, StationUse::Free | StationUse::Live) => Ruling::Now,
+    match (request, station_use) {
+        (Request::Reset | Request::CancelJob, _) => Decision::Now,
+        (_, StationUse::Halted) => Decision::Refused(Halted),
+        (_, StationUse::Fault) => Decision::Refused(Fault),
+        (Request::StartJob, StationUse::Job) => Decision::Waits,
+        (Request::Command | Request::SessionImage, StationUse::Job) => Decision::Refused(Busy),
+        (_, StationUse::Free | StationUse::Live) => Decision::Now,
     }
 }
 
@@ -95,45 +95,47 @@ pub fn rule(ask: Ask, asker: Asker, station_use: StationUse) -> Ruling {
 mod tests {
     use super::*;
 
-    const ASKS: [Ask; 5] = [Ask::Command, Ask::Photograph, Ask::StartJob, Ask::CancelJob, Ask::Reset];
+    const REQUESTS: [Request; 5] =
+        [Request::Command, Request::SessionImage, Request::StartJob, Request::CancelJob, Request::Reset];
 
-    /// The table of `docs/station.md`: one row an asker and a use, one word an ask.
+    /// The table of `docs/station.md`: one row per caller and use, one column per request.
     const DOCUMENT: &str = include_str!("../../../../docs/station.md");
 
-    fn word(ruling: Ruling) -> &'static str {
-        match ruling {
-            Ruling::Now => "now",
-            Ruling::Waits => "waits",
-            Ruling::Refused(Refusal::ControlRequired) => "control",
-            Ruling::Refused(Refusal::Busy) => "busy",
-            Ruling::Refused(Refusal::Halted) => "halted",
-            Ruling::Refused(Refusal::Fault) => "fault",
+    fn word(decision: Decision) -> &'static str {
+        match decision {
+            Decision::Now => "now",
+            Decision::Waits => "waits",
+            Decision::Refused(Refusal::ControlRequired) => "control",
+            Decision::Refused(Refusal::Busy) => "busy",
+            Decision::Refused(Refusal::Halted) => "halted",
+            Decision::Refused(Refusal::Fault) => "fault",
         }
     }
 
-    fn expected_row(asker: &str, station_use: &str) -> Vec<&'static str> {
-        let begins = format!("| {asker} | {station_use} |");
+    fn expected_row(caller: &str, station_use: &str) -> Vec<&'static str> {
+        let begins = format!("| {caller} | {station_use} |");
         let row = DOCUMENT.lines().find_map(|line| line.strip_prefix(begins.as_str()));
         let row = row.unwrap_or_else(|| panic!("docs/station.md has no row {begins}"));
         row.trim_end_matches('|').split('|').map(str::trim).collect()
     }
 
     #[test]
-    fn every_ruling_is_the_one_in_the_document() {
-        for (asker, asker_word) in [
-            (Asker::InControl, "in control"),
-            (Asker::WhileNobodyIs, "while nobody is"),
-            (Asker::WhileAnotherIs, "while another is"),
+    fn every_decision_matches_the_document() {
+        for (caller, caller_text) in [
+            (Caller::Holder, "in control"),
+            (Caller::NoHolder, "nobody in control"),
+            (Caller::OtherHolder, "another in control"),
         ] {
             for (station_use, use_word) in [
                 (StationUse::Free, "free"),
                 (StationUse::Live, "live view"),
-                (StationUse::Job, "job or photograph"),
+                (StationUse::Job, "job or session image"),
                 (StationUse::Halted, "halted"),
                 (StationUse::Fault, "fault"),
             ] {
-                let ruled: Vec<_> = ASKS.iter().map(|ask| word(rule(*ask, asker, station_use))).collect();
-                assert_eq!(ruled, expected_row(asker_word, use_word), "{asker_word}, {use_word}");
+                let decided: Vec<_> =
+                    REQUESTS.iter().map(|request| word(rule(*request, caller, station_use))).collect();
+                assert_eq!(decided, expected_row(caller_text, use_word), "{caller_text}, {use_word}");
             }
         }
     }

@@ -1,4 +1,4 @@
-//! Stop and reset as the service sees them: the devices, the queue and the record, in that order.
+//! Stop and reset in the service: devices, queue and record, in this order.
 
 use crate::events::{Event, event};
 use std::time::Duration;
@@ -14,35 +14,35 @@ use crate::error::{AppError, ErrorKind};
 use crate::evented_catalogue::EventedCatalogue;
 use crate::jobs::Waiting;
 
-/// The setting that outlives the process.
+/// The setting that persists across restarts.
 const HALTED: &str = "station.halted";
 
-/// Longest wait of Stop's answer for its record: a disk that hangs must not look like a Stop that did not arrive.
+/// Maximum time that the response to Stop waits for its record: a hanging disk must not look like a lost Stop.
 const RECORD_WAIT: Duration = Duration::from_secs(1);
 
-/// What a Stop did.
+/// Result of a Stop.
 #[derive(Debug)]
 pub struct StopOutcome {
     /// Whether the devices received it.
-    pub told: Result<(), StationRefusal>,
-    /// Whether it is on the disk, so that it survives a restart.
+    pub acknowledged: Result<(), StationRefusal>,
+    /// Whether it is stored, so that it persists across a restart.
     pub recorded: bool,
 }
 
-/// Stops the station. When this returns the line is pulled and the station's queue is empty, so that a client that goes
-/// away at any moment changes nothing; the rest runs to its end whether or not the outcome is awaited.
+/// Stops the station. When this returns the stop line is pulled and the station's queue is empty, so that a client that
+/// disconnects changes nothing; the rest completes whether or not the outcome is awaited.
 pub fn stop(app: &App, by: &Principal) -> impl Future<Output = StopOutcome> + Send + use<> {
-    let told = app.station.pull_stop(&by.actor);
+    let acknowledged = app.station.pull_stop(&by.actor);
     let cleared = app.jobs.clear_station_jobs();
     let (app, by) = (app.clone(), by.clone());
     let (to_caller, outcome) = tokio::sync::oneshot::channel();
     app.tasks.clone().spawn(async move {
-        let told = told.done().await;
+        let acknowledged = acknowledged.done().await;
         let record = app.tasks.spawn(record_stop(app.clone(), cleared, by));
         let recorded = match tokio::time::timeout(RECORD_WAIT, record).await {
             Ok(Ok(Ok(()))) => true,
             Ok(Ok(Err(error))) => {
-                tracing::error!(%error, "Stop cannot be stored: a restart forgets it");
+                tracing::error!(%error, "Stop cannot be stored: it will not outlast a restart");
                 false
             }
             Ok(Err(_)) | Err(_) => {
@@ -51,18 +51,20 @@ pub fn stop(app: &App, by: &Principal) -> impl Future<Output = StopOutcome> + Se
             }
         };
         // A caller that has gone needs no answer.
-        let _ = to_caller.send(StopOutcome { told, recorded });
+        let _ = to_caller.send(StopOutcome { acknowledged, recorded });
     });
-    async move { outcome.await.unwrap_or(StopOutcome { told: Err(StationRefusal::ShuttingDown), recorded: false }) }
+    async move {
+        outcome.await.unwrap_or(StopOutcome { acknowledged: Err(StationRefusal::ShuttingDown), recorded: false })
+    }
 }
 
-/// Stores in one transaction that the station is stopped and that the jobs which waited for it have ended.
+/// Stores in one transaction that the station is stopped and that its waiting jobs have ended.
 async fn record_stop(app: App, cleared: Vec<Waiting>, by: Principal) -> Result<(), StoreError> {
     let _turn = app.halt_turn.lock().await;
     let also = vec![
-        // A reset that was faster has ended the Stop.
+        // A faster reset has already ended the Stop.
         Change::PutSetting(halted(app.station.is_halted())),
-        event("station", Event::StationStopped(by.act())),
+        event("station", Event::StationStopped(by.initiator())),
     ];
     app.jobs.end_cleared_jobs(cleared, &by.actor, also).await
 }
@@ -70,7 +72,7 @@ async fn record_stop(app: App, cleared: Vec<Waiting>, by: Principal) -> Result<(
 /// Resets the station and clears the stored Stop.
 ///
 /// # Errors
-/// A problem while the data directory cannot be written, or while a device is not reached.
+/// A problem if the data directory cannot be written or a device cannot be reached.
 pub async fn reset(app: &App, by: &Principal) -> Result<(), AppError> {
     if let Some(reason) = app.store.watch_failure().borrow().clone() {
         return Err(AppError::new(ErrorKind::Unavailable, format!("the data directory is read-only: {reason}"))
@@ -78,8 +80,8 @@ pub async fn reset(app: &App, by: &Principal) -> Result<(), AppError> {
     }
     app.station.manual(Manual::Reset).await?;
     let _turn = app.halt_turn.lock().await;
-    let mut changes = vec![event("station", Event::StationReset(by.act()))];
-    // A Stop that came meanwhile has its own record.
+    let mut changes = vec![event("station", Event::StationReset(by.initiator()))];
+    // A Stop received in the meantime has its own record.
     if !app.station.is_halted() {
         changes.push(Change::PutSetting(halted(false)));
     }
@@ -87,13 +89,13 @@ pub async fn reset(app: &App, by: &Principal) -> Result<(), AppError> {
     Ok(())
 }
 
-/// Whether the station was stopped before this process began and not reset since. What cannot be read counts as
+/// Whether the station was stopped before this process started and not reset since. An unreadable setting counts as
 /// stopped.
 pub async fn was_halted(ledger: &EventedCatalogue) -> bool {
     match ledger.read().setting(HALTED).await {
         Ok(setting) => setting.is_some_and(|setting| setting.value != json!(false)),
         Err(error) => {
-            tracing::error!(%error, "whether the station was stopped cannot be read; it counts as stopped");
+            tracing::error!(%error, "the stored Stop state cannot be read; the station counts as stopped");
             true
         }
     }

@@ -1,4 +1,4 @@
-//! Errors of the service's parts as problems: their kind is decided here, their remedy comes with them.
+//! Errors of the service's parts as [`AppError`]: their kind is decided here, their remedy comes with them.
 
 use calibration::DifferenceError;
 use capture::{CaptureError, TargetError};
@@ -8,7 +8,7 @@ use store::StoreError;
 
 use crate::error::{AppError, ErrorKind};
 use pipeline::{Failure, FailureKind};
-use twin::{FaultNameError, StlError};
+use twin::{FaultNameError, PartFileError};
 
 impl From<Failure> for AppError {
     fn from(failure: Failure) -> Self {
@@ -25,7 +25,7 @@ impl From<Failure> for AppError {
             problem = problem.at(entry);
         }
         match failure.advice() {
-            // The command line's switch is a field of the job's input.
+            // The command-line switch corresponds to a field of the job's input.
             Some(advice) => problem.remedy(advice.replace("--leave-out-unreadable", "leave_out_unreadable")),
             None => problem,
         }
@@ -41,8 +41,8 @@ impl From<CaptureError> for AppError {
 impl From<StoreError> for AppError {
     fn from(error: StoreError) -> Self {
         let kind = match &error {
-            StoreError::NotFound { kind: "artifact", id } => return lost_file(id, "the file is not there"),
-            StoreError::Damaged { id } => return lost_file(id, "its bytes are not those that were written"),
+            StoreError::NotFound { kind: "artifact", id } => return lost_file(id, "the file is missing"),
+            StoreError::Damaged { id } => return lost_file(id, "its content does not match its hash"),
             StoreError::NotFound { .. } => ErrorKind::NotFound,
             StoreError::Exists { .. } | StoreError::Refused { .. } => ErrorKind::Conflict,
             StoreError::Changed { .. } => ErrorKind::Changed,
@@ -55,35 +55,35 @@ impl From<StoreError> for AppError {
             | StoreError::Broken { .. }
             | StoreError::File { .. } => ErrorKind::Internal,
         };
-        told(kind, &error)
+        app_error(kind, &error)
     }
 }
 
 impl From<DifferenceError> for AppError {
     fn from(error: DifferenceError) -> Self {
-        told(ErrorKind::Impossible, &error)
+        app_error(ErrorKind::Impossible, &error)
     }
 }
 
 impl From<FaultNameError> for AppError {
     fn from(error: FaultNameError) -> Self {
-        told(ErrorKind::Impossible, &error)
+        app_error(ErrorKind::Impossible, &error)
     }
 }
 
 impl From<TargetError> for AppError {
     fn from(error: TargetError) -> Self {
-        told(ErrorKind::Impossible, &error)
+        app_error(ErrorKind::Impossible, &error)
     }
 }
 
-impl From<StlError> for AppError {
-    fn from(error: StlError) -> Self {
-        told(ErrorKind::Impossible, &error)
+impl From<PartFileError> for AppError {
+    fn from(error: PartFileError) -> Self {
+        app_error(ErrorKind::Impossible, &error)
     }
 }
 
-/// A file that a record names; what people call it is said by who asked, with [`AppError::of_stored`].
+/// A file that a record refers to; the caller adds its display name with [`AppError::of_stored`].
 fn lost_file(id: &str, why: &str) -> AppError {
     AppError::damaged(&format!("the file {id}"), why)
 }
@@ -110,11 +110,11 @@ impl From<StationRefusal> for AppError {
             | StationRefusal::Laser(_)
             | StationRefusal::NoFrame { .. } => ErrorKind::DeviceFault,
         };
-        told(kind, &refusal)
+        app_error(kind, &refusal)
     }
 }
 
-fn told(kind: ErrorKind, error: &dyn Remedy) -> AppError {
+fn app_error(kind: ErrorKind, error: &dyn Remedy) -> AppError {
     let mut problem = AppError::new(kind, without_folders(&error.to_string()));
     problem.remedy = error.remedy().map(|remedy| without_folders(&remedy));
     let mut causes = Vec::new();
@@ -126,7 +126,7 @@ fn told(kind: ErrorKind, error: &dyn Remedy) -> AppError {
     if causes.is_empty() { problem } else { problem.because(causes.join(": ")) }
 }
 
-/// Clients never see where the server keeps its files: of a path only its last part stays.
+/// Clients never see server paths: only the last component of a path is kept.
 fn without_folders(text: &str) -> String {
     let name = |word: &str| {
         let (before, path) = word.split_at(word.find('/').unwrap_or(word.len()));
@@ -144,7 +144,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn of_a_path_only_the_name_is_told() {
+    fn only_the_last_component_of_a_path_is_shown() {
         let reason = "cannot sync /var/lib/sheaf/artifacts/ab: I/O error".to_owned();
         let problem = AppError::from(StoreError::ReadOnly { reason });
         assert_eq!(problem.kind, ErrorKind::Unavailable);
@@ -154,7 +154,7 @@ mod tests {
     }
 
     #[test]
-    fn a_damaged_file_and_a_missing_one_are_told_alike() {
+    fn damaged_and_missing_files_give_the_same_error() {
         let id = "a".repeat(64);
         let damaged = AppError::from(StoreError::Damaged { id: id.clone() }).of_stored("the cloud of scan 7");
         let missing =
@@ -166,19 +166,19 @@ mod tests {
     }
 
     #[test]
-    fn a_remedy_stands_beside_the_message_and_the_cause_is_kept() {
+    fn the_remedy_is_separate_from_the_message_and_the_cause_is_kept() {
         let cause = std::io::Error::other("no such device");
         let error = StoreError::File { what: "write", path: "x".into(), cause };
         let problem = AppError::from(error);
         assert_eq!((problem.kind, problem.cause.as_deref()), (ErrorKind::Internal, Some("no such device")));
-        // Words that look like a remedy are none.
+        // Text that looks like a remedy is not one.
         let reason = "disk 1; disk 2".to_owned();
         let problem = AppError::from(StoreError::ReadOnly { reason });
         assert!(problem.detail.ends_with("(disk 1; disk 2)"), "{problem:?}");
         assert_eq!(problem.remedy.as_deref(), Some("check the disk, then restart"));
         let problem = AppError::from(StationRefusal::Stage(devices::StageError::NotHomed));
         assert_eq!((problem.kind, problem.remedy.as_deref()), (ErrorKind::Conflict, Some("home it first")));
-        // Nor are those within the words of a device.
+        // Nor is text within a device message.
         let meaning = "a limit switch was hit; the position is lost".to_owned();
         let problem = AppError::from(StationRefusal::Stage(devices::StageError::Alarm { code: 1, meaning }));
         assert!(problem.detail.ends_with("(a limit switch was hit; the position is lost)"), "{problem:?}");

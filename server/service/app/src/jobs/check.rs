@@ -1,4 +1,4 @@
-//! Whether a job's input can work at all, before it is accepted, and what it will need of the disk.
+//! Validation of a job's input before it is accepted, and the disk space it will need.
 
 use optics::LightModelKind;
 
@@ -12,10 +12,10 @@ use crate::resources::calibrations::stored::stored_document;
 use crate::resources::measurements::check_measurements;
 use crate::resources::scan_run::{ScanSource, stage_kind};
 
-/// Board poses a calibration may ask the virtual operator for: three determine a camera, more than sixty only cost time.
+/// Allowed number of board poses of the virtual operator: three determine a camera, more than sixty only cost time.
 const N_POSES: std::ops::RangeInclusive<usize> = 3..=60;
 
-/// Refuses what cannot work; returns the bytes on the disk that the job will need.
+/// Refuses invalid input; returns the disk space that the job will need, bytes.
 pub(super) async fn check(input: &JobInput, parts: &JobParts) -> Result<u64, AppError> {
     let takes_pictures = input.needs_station();
     match input {
@@ -39,15 +39,18 @@ pub(super) async fn check(input: &JobInput, parts: &JobParts) -> Result<u64, App
 async fn check_calibration(input: &CalibrateInput, parts: &JobParts) -> Result<(), AppError> {
     if let Some(model) = &input.light_model {
         let known = LightModelKind::ALL.iter().any(|kind| kind.name() == model) || model == "auto";
-        word(known, "/light_model", model, "auto, planes, pencil or grating")?;
+        check_code(known, "/light_model", model, "auto, planes, pencil or grating")?;
     }
     if let Some(k3) = &input.k3 {
-        word(matches!(k3.as_str(), "auto" | "on" | "off"), "/k3", k3, "auto, on or off")?;
+        check_code(matches!(k3.as_str(), "auto" | "on" | "off"), "/k3", k3, "auto, on or off")?;
     }
     if let Some(n_poses) = input.n_poses.filter(|n_poses| !N_POSES.contains(n_poses)) {
-        return Err(AppError::new(ErrorKind::Impossible, format!("a calibration cannot use {n_poses} poses"))
-            .remedy(format!("give a number from {} to {}; 12 is usual", N_POSES.start(), N_POSES.end()))
-            .at("/n_poses"));
+        return Err(AppError::new(
+            ErrorKind::Impossible,
+            format!("a calibration with {n_poses} poses is not possible"),
+        )
+        .remedy(format!("give a number from {} to {}; 12 is usual", N_POSES.start(), N_POSES.end()))
+        .at("/n_poses"));
     }
     if let Some(id) = &input.session_id {
         return exists(parts.ledger.read().session(id).await, "/session_id").map(drop);
@@ -59,18 +62,18 @@ async fn check_calibration(input: &CalibrateInput, parts: &JobParts) -> Result<(
         Source::Station if parts.station.status().simulated == Some("twin") => Ok(()),
         Source::Station => Err(AppError::new(
             ErrorKind::Impossible,
-            "nobody moves the board on this station: only the simulated one has a virtual operator",
+            "only the simulated station has a virtual operator to move the board",
         )
-        .remedy("begin a calibration session, take the board in several poses, and solve it")
+        .remedy("start a calibration session, capture the board in several poses, and solve it")
         .at("/source")),
     }
 }
 
-/// A scan from the station is planned once before it is accepted; one that goes on was planned already.
+/// A scan from the station is planned before it is accepted; a resumed scan has been planned already.
 async fn check_scan(input: &ScanInput, parts: &JobParts) -> Result<u64, AppError> {
     check_measurements(&input.measure)?;
     if !input.measure.is_empty() && input.resume_scan_id.is_some() {
-        return Err(AppError::new(ErrorKind::Impossible, "a continued scan measures what it was begun for")
+        return Err(AppError::new(ErrorKind::Impossible, "a resumed scan has its own measurements")
             .remedy("leave it out, or measure afterwards")
             .at("/measure"));
     }
@@ -98,30 +101,28 @@ async fn check_scan(input: &ScanInput, parts: &JobParts) -> Result<u64, AppError
     }
 }
 
-/// A record named by the input must be there; the request itself was understood, hence 422 and not 404.
+/// A record referred to by the input must exist; the request itself is valid, hence 422 and not 404.
 fn exists<T>(found: Result<T, store::StoreError>, place: &str) -> Result<T, AppError> {
     match found {
         Ok(found) => Ok(found),
         Err(error @ store::StoreError::NotFound { .. }) => {
-            Err(AppError::new(ErrorKind::Impossible, error.to_string())
-                .remedy("name one that is in its list")
-                .at(place))
+            Err(AppError::new(ErrorKind::Impossible, error.to_string()).remedy("use an existing id").at(place))
         }
         Err(error) => Err(error.into()),
     }
 }
 
-fn word(known: bool, place: &str, found: &str, allowed: &str) -> Result<(), AppError> {
+fn check_code(known: bool, place: &str, found: &str, allowed: &str) -> Result<(), AppError> {
     if known {
         return Ok(());
     }
     let shown: String = found.chars().take(40).collect();
-    Err(AppError::new(ErrorKind::Impossible, format!("\"{shown}\" is not possible here"))
+    Err(AppError::new(ErrorKind::Impossible, format!("\"{shown}\" is not allowed here"))
         .remedy(format!("give {allowed}"))
         .at(place))
 }
 
-/// Pictures as files and once more in the archive.
+/// Images as files and once more in the archive.
 fn calibration_bytes(input: &CalibrateInput, parts: &JobParts) -> u64 {
     let (width_px, height_px) = parts.station.status().camera.capabilities.sensor_px;
     let picture_bytes = (width_px * height_px) as u64;

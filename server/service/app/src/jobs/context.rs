@@ -1,4 +1,4 @@
-//! What a job gets to work with: a computation never sees the station.
+//! The context of a job: a computation has no access to the station.
 
 use std::ops::Deref;
 use std::sync::Arc;
@@ -17,21 +17,20 @@ use crate::progress::{JobReporter, Phase, ProgressFn, Step};
 use crate::recordings::Recordings;
 use crate::resources::captures::Captures;
 
-/// Time between two attempts to take a station that is busy for a moment.
+/// Interval between two attempts to take a station that is briefly busy.
 const STATION_RETRY: Duration = Duration::from_millis(20);
 
-/// What a computation gets to work with: records, artifacts, and a sink for its progress. A job runs on a
-/// thread of its own and may block.
+/// The context of a computation: records, artifacts and a progress sink. A job runs on its own thread and may block.
 pub struct ComputeContext {
     /// The job's id.
     pub id: String,
-    /// Set when it shall end.
+    /// Set when the job is to end.
     pub cancel: CancelFlag,
-    /// How the station is set up: board, grating, folders.
+    /// Configuration: board, grating, folders.
     pub config: Arc<AppConfig>,
-    /// Reads; a job's own changes go into [`Done::changes`](crate::jobs::Done::changes).
+    /// Read access; the changes of a job go into [`Done::changes`](crate::jobs::Done::changes).
     pub ledger: EventedCatalogue,
-    /// Where it puts what it makes.
+    /// Store for its results.
     pub artifacts: Arc<dyn Artifacts>,
     /// Captures as folders.
     pub captures: Captures,
@@ -39,17 +38,17 @@ pub struct ComputeContext {
     pub(super) progress: ProgressFn,
 }
 
-/// What a job at the station gets: all that a computation gets, and the station.
+/// The context of a station job: that of a computation, plus the station.
 pub struct StationContext {
-    /// For the part of the job that only computes.
+    /// The context of the computing part of the job.
     pub compute: ComputeContext,
     /// The hardware.
     pub station: StationHandle,
-    /// On whose word the job uses it.
+    /// The authority under which the job uses it.
     pub authority: Authority,
-    /// What browsers see while it runs.
+    /// The live bus that browsers follow.
     pub live: LiveBus,
-    /// What is recorded of it.
+    /// The recorder.
     pub recordings: Recordings,
 }
 
@@ -62,7 +61,7 @@ impl Deref for StationContext {
 }
 
 impl ComputeContext {
-    /// Says where the job is: 0–1, by name, and in the operator's words.
+    /// Reports progress: fraction 0–1, phase, and a message for the operator.
     pub fn report(&self, fraction: f64, step: impl Into<Step>, message: &str) {
         (self.progress)(fraction, step.into(), message);
     }
@@ -73,8 +72,8 @@ impl ComputeContext {
         JobReporter { cancel: self.cancel.clone(), progress: self.progress.clone(), phase, part }
     }
 
-    /// Ends the job if that was asked for.
-    pub fn go_on(&self) -> Result<(), JobEnd> {
+    /// Ends the job if cancellation was requested.
+    pub fn check_cancelled(&self) -> Result<(), JobEnd> {
         if self.cancel.is_cancelled() { Err(JobEnd::Cancelled) } else { Ok(()) }
     }
 
@@ -85,13 +84,13 @@ impl ComputeContext {
 }
 
 impl StationContext {
-    /// Takes the station; waits while a session's photograph or a motion by hand has it.
+    /// Takes the station; waits while a session capture or a manual motion uses it.
     ///
     /// # Errors
-    /// [`JobEnd::Cancelled`] after a Stop or a cancellation, else why the station cannot be had.
+    /// [`JobEnd::Cancelled`] after a Stop or a cancellation, else why the station cannot be taken.
     pub fn take_station(&self, activity: &str) -> Result<StationLease, JobEnd> {
         loop {
-            self.go_on()?;
+            self.check_cancelled()?;
             let purpose =
                 Purpose { job_id: self.id.clone(), activity: activity.to_owned(), epoch: self.authority.epoch };
             match self.station.lease(purpose) {

@@ -1,4 +1,4 @@
-//! What comes of a job, as values that survive the way from one process to another; and which errors end one.
+//! The outcome of a job as serialisable values, and which errors end a job.
 
 use capture::CaptureError;
 use pipeline::Failure;
@@ -10,27 +10,27 @@ use store::{Change, ResultRef, StoreError};
 use crate::error::AppError;
 use crate::resources::stored_scan::disk_problem;
 
-/// A job that came to its end.
+/// A completed job.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Done {
-    /// What it made.
+    /// Its result.
     pub result: ResultRef,
-    /// Last words to the operator.
+    /// Final message for the operator.
     pub message: String,
     /// Stored in the same transaction as its end.
     pub changes: Vec<Change>,
-    /// The scan whose folder of work is of no use any more once that is stored: only a crash before needs it.
+    /// The scan whose work folder can be removed once this is stored; needed only after an earlier crash.
     pub finished_work: Option<String>,
 }
 
-/// A job that did not.
+/// A job that did not complete.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub enum JobEnd {
-    /// By a person.
+    /// Cancelled by a user.
     Cancelled,
-    /// By a person, after it had made something that is kept.
+    /// Cancelled by a user after it had produced something that is kept.
     CancelledAfter(Box<Done>),
-    /// With a reason.
+    /// Failed.
     Failed(Box<AppError>),
 }
 
@@ -71,7 +71,7 @@ impl From<StoreError> for JobEnd {
 }
 
 impl From<StationRefusal> for JobEnd {
-    /// Stop and cancellation are how a person ends a job; everything else is a failure.
+    /// Stop and cancellation count as cancelled by a user; everything else is a failure.
     fn from(refusal: StationRefusal) -> Self {
         match refusal {
             StationRefusal::Cancelled | StationRefusal::Stopped { .. } => Self::Cancelled,
@@ -85,7 +85,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_stopped_job_was_ended_by_a_person_and_did_not_fail() {
+    fn a_stopped_job_was_cancelled_and_did_not_fail() {
         let stopped = StationRefusal::Stopped { actor: "A".into() };
         assert!(matches!(JobEnd::from(stopped), JobEnd::Cancelled));
         assert!(matches!(JobEnd::from(Failure::cancelled()), JobEnd::Cancelled));

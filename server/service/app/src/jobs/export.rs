@@ -1,4 +1,4 @@
-//! Write a scan's cloud or mesh in another format, once: the same request finds the bytes of the first time.
+//! Export of a scan's cloud or mesh to another format, once: a repeated request returns the stored file.
 
 use crate::events::{Event, ScanExported, event};
 use std::collections::HashSet;
@@ -16,14 +16,14 @@ use crate::jobs::{ComputeContext, Done, ExportInput, JobEnd};
 use crate::progress::Phase;
 use crate::resources::stored_scan::{disk_problem, stored_cloud_bytes, without_cloud};
 
-/// Folder of the workbench that remembers what was exported; may be deleted at any time. No record names these
-/// artifacts: each sweep asks [`remembered_of`].
+/// Folder of the workbench with the index of exports; may be deleted at any time. No record refers to these artifacts:
+/// each sweep asks [`remembered_of`].
 const CACHE: &str = "cache/exports";
 
 /// One export is computed at a time: a mesh holds a whole cloud in memory.
 static TURN: tokio::sync::Mutex<()> = tokio::sync::Mutex::const_new(());
 
-/// The kind of what exports make: `<scan id>/<what>.<format>`.
+/// The result kind of exports: `<scan id>/<what>.<format>`.
 const EXPORT: &str = "export";
 
 /// What to write.
@@ -31,7 +31,7 @@ const EXPORT: &str = "export";
 pub enum ExportFormat {
     /// The points.
     Cloud(CloudFormat),
-    /// The surface through them.
+    /// The mesh.
     Mesh(MeshFormat),
 }
 
@@ -39,10 +39,10 @@ impl ExportFormat {
     /// `what` is `cloud` or `mesh`, `format` one of its file formats.
     ///
     /// # Errors
-    /// A problem that lists what there is.
+    /// A problem that lists the allowed values.
     pub fn parse(what: &str, format: &str) -> Result<Self, AppError> {
         let unknown = |field: &str, given: &str, known: String| {
-            AppError::new(ErrorKind::Impossible, format!("there is no {field} \"{given}\""))
+            AppError::new(ErrorKind::Impossible, format!("unknown {field} \"{given}\""))
                 .at(format!("/{field}"))
                 .remedy(format!("use one of {known}"))
         };
@@ -98,7 +98,7 @@ pub fn run(input: ExportInput, ctx: &ComputeContext) -> Result<Done, JobEnd> {
     let words = format!("writing the {} as {}", format.what(), format.extension());
     ctx.report(0.0, Phase::Exporting, &words);
     ctx.wait(bytes_to_artifact(&ctx.artifacts, &scan, format))?;
-    ctx.go_on()?;
+    ctx.check_cancelled()?;
     let body = ScanExported {
         scan_id: scan.id.clone(),
         what: format.what().to_owned(),
@@ -116,10 +116,10 @@ fn file_name(format: ExportFormat) -> String {
     format!("{}.{}", format.what(), format.extension())
 }
 
-/// The artifact that holds a scan's cloud or mesh in that format; made if it is not there yet.
+/// The artifact with a scan's cloud or mesh in this format; computed if missing.
 ///
 /// # Errors
-/// A problem: no cloud, a damaged one, a full disk, a format that cannot hold it.
+/// A problem: no cloud, a damaged cloud, a full disk, or a format that cannot represent it.
 pub async fn bytes_to_artifact(
     artifacts: &Arc<dyn Artifacts>,
     scan: &ScanRecord,
@@ -134,7 +134,7 @@ pub async fn bytes_to_artifact(
         return Ok(id);
     }
     let _turn = TURN.lock().await;
-    // Somebody else may have asked for the same while this one waited.
+    // Another request may have computed it while this one waited.
     if let Some(id) = known(&**artifacts, &note).await? {
         return Ok(id);
     }
@@ -149,13 +149,13 @@ pub async fn bytes_to_artifact(
     let id = artifacts.adopt(FinishedFile::at(&file)).await?;
     match remember(&note, &id) {
         Ok(()) => artifacts.release(&id),
-        // The next request computes it again; nothing else depends on the note.
-        Err(cause) => tracing::warn!(%cause, "cannot remember an export"),
+        // The next request computes it again; nothing else depends on the index.
+        Err(cause) => tracing::warn!(%cause, "cannot store the record of an export"),
     }
     Ok(id)
 }
 
-/// Converts points as they come; a mesh needs all of them in memory, freed before it is written.
+/// Converts points as a stream; a mesh needs all of them in memory, freed before it is written.
 fn write(cloud: &ArtifactBytes, format: ExportFormat, target: &Path) -> Result<(), AppError> {
     let options = File::options().read(true).write(true).create_new(true).open(target);
     let mut out = options.map_err(disk_problem)?;
@@ -191,13 +191,13 @@ pub fn remembered_of(artifacts: &dyn Artifacts, named: &HashSet<ArtifactId>) -> 
         if cloud.is_some_and(|cloud| named.contains(&cloud)) {
             kept.extend(read_note(&note));
         } else if let Err(cause) = std::fs::remove_file(&note) {
-            tracing::warn!(%cause, "cannot forget an export");
+            tracing::warn!(%cause, "cannot delete the record of an export");
         }
     }
     kept
 }
 
-/// Where it is noted which artifact holds that export of that cloud.
+/// Index file of the artifact for this export of this cloud.
 fn remembered(artifacts: &dyn Artifacts, cloud: &ArtifactId, format: ExportFormat) -> PathBuf {
     folder(artifacts).join(format!("{}-{}", cloud.as_str(), file_name(format)))
 }

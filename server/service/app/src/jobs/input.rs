@@ -1,4 +1,4 @@
-//! What jobs are asked to do, as stored in their records.
+//! Job inputs as stored in job records.
 
 use serde::{Deserialize, Serialize};
 
@@ -11,14 +11,14 @@ use crate::resources::scan_run::{BackgroundInput, MeasureInput, ScanMode, ScanPu
 pub enum Source {
     /// The station itself.
     Station,
-    /// A capture that was uploaded or recorded.
+    /// A stored capture.
     Capture {
-        /// Which.
+        /// The watch.
         capture_id: String,
     },
 }
 
-/// Calibrate camera, light and stage.
+/// Calibrate camera, light sheets and stage.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct CalibrateInput {
     /// Where pictures come from; on the simulated station a virtual operator moves the board.
@@ -27,93 +27,93 @@ pub struct CalibrateInput {
     pub light_model: Option<String>,
     /// `auto`, `on`, `off`.
     pub k3: Option<String>,
-    /// Go on without pictures that show no board or line even if they are the most.
+    /// Ignore images without a readable board or line, even if most are unreadable.
     pub leave_out_unreadable: bool,
-    /// Board poses to take at the station.
+    /// Number of board poses to capture at the station.
     pub n_poses: Option<usize>,
-    /// The session whose pictures are used; with it `source` is the station.
+    /// The session whose images are used; `source` is then the station.
     pub session_id: Option<String>,
 }
 
-/// Scan a part.
+/// Request to scan a part.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ScanInput {
-    /// Where frames come from.
+    /// Source of the frames.
     pub source: ScanSource,
-    /// What a person calls it.
+    /// Its name.
     pub name: Option<String>,
-    /// First stage position.
+    /// First position of a linear stage.
     pub from_mm: Option<f64>,
-    /// Last stage position.
+    /// Last position of a linear stage.
     pub to_mm: Option<f64>,
-    /// Distance between frames.
+    /// Distance between rows.
     pub step_mm: Option<f64>,
-    /// Speed of a continuous scan; with it the step follows from the frame rate.
+    /// Speed of a continuous scan; the step follows from the frame rate.
     pub speed_mm_s: Option<f64>,
     /// First angle of a turntable.
     #[serde(default)]
     pub from_deg: Option<f64>,
-    /// Last angle of a turntable; more than a turn shows how well it closes.
+    /// Last angle of a turntable; more than a full turn shows the closure.
     #[serde(default)]
     pub to_deg: Option<f64>,
-    /// Angle between frames.
+    /// Angle between rows.
     #[serde(default)]
     pub step_deg: Option<f64>,
-    /// Speed of a continuous scan on a turntable.
+    /// Speed of a continuous scan on a turntable; the step follows from the frame rate.
     #[serde(default)]
     pub speed_deg_s: Option<f64>,
-    /// How the stage moves.
+    /// Motion of the stage.
     pub mode: Option<ScanMode>,
-    /// Exposure of the laser frames.
+    /// Exposure time of the laser frames.
     pub exposure_us: Option<f64>,
-    /// Two to four exposures of every row in place of one, for parts with dark and bright places.
+    /// Two to four exposure times per row instead of one (HDR), for parts with dark and bright areas.
     #[serde(default)]
     pub exposures_us: Vec<f64>,
-    /// Share of full laser power.
+    /// Laser power, share of full power.
     pub laser_power: Option<f64>,
     /// Keep the frames as a capture.
     pub keep_frames: bool,
-    /// When pictures with the laser off are taken; `None`: never.
+    /// When laser-off images are captured; `None`: never.
     #[serde(default)]
     pub background: Option<BackgroundInput>,
-    /// Record everything that the camera delivers meanwhile, as an MCAP file.
+    /// Record everything that the camera delivers during the scan as an MCAP file.
     #[serde(default)]
     pub record: bool,
-    /// Which calibration; `None`: the active one.
+    /// The calibration; `None`: the active one.
     pub calibration_id: Option<String>,
-    /// The partial scan that is continued.
+    /// The partial scan to resume.
     pub resume_scan_id: Option<String>,
-    /// What is measured on it, in the same job; a continued scan measures what it was begun for.
+    /// What is measured in the same job; a resumed scan has its own measurements.
     #[serde(default)]
     pub measure: Vec<MeasureInput>,
-    /// What it is made for.
+    /// Purpose of the scan.
     #[serde(default)]
     pub purpose: ScanPurpose,
 }
 
-/// Compute a scan again from its peaks.
+/// Recompute a scan from its peaks.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct RecomputeInput {
     /// The scan.
     pub scan_id: String,
-    /// With which calibration; `None`: the active one.
+    /// The calibration; `None`: the active one.
     pub calibration_id: Option<String>,
 }
 
-/// Scan a known part and compare.
+/// Scan a reference part and compare.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct VerifyInput {
     /// `gauge` or `sphere`.
-    pub artefact: String,
-    /// Its height or radius.
+    pub reference_part: String,
+    /// Nominal height or radius.
     pub nominal_mm: f64,
-    /// Largest deviation allowed.
+    /// Symmetric tolerance of the deviation.
     pub tolerance_mm: Option<f64>,
-    /// How to scan it; its source may also be a capture.
+    /// The scan; its source may also be a capture.
     pub scan: ScanInput,
 }
 
-/// Write a scan in another format.
+/// Request to write a scan in another format.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ExportInput {
     /// The scan.
@@ -124,7 +124,7 @@ pub struct ExportInput {
     pub format: String,
 }
 
-/// What a job is asked to do.
+/// The input of a job.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "kind", rename_all = "snake_case")]
 pub enum JobInput {
@@ -141,7 +141,7 @@ pub enum JobInput {
 }
 
 impl ScanInput {
-    /// Whether the stage is to move on while frames are taken: by the mode, or because a speed is given.
+    /// Whether the stage moves while frames are captured: by the mode, or because a speed is given.
     pub fn is_continuous(&self) -> bool {
         let by_speed = self.speed_mm_s.is_some() || self.speed_deg_s.is_some();
         self.mode.map_or(by_speed, |mode| mode == ScanMode::Continuous)
@@ -160,7 +160,7 @@ impl JobInput {
         }
     }
 
-    /// What jobs are compared with when their time is foretold: kind, and what makes a difference within it.
+    /// Class of similar jobs for forecasts of the duration: the kind, and what matters within it.
     pub fn likeness(&self) -> String {
         match self {
             Self::Scan(input) | Self::Verification(VerifyInput { scan: input, .. }) => {
@@ -181,7 +181,7 @@ impl JobInput {
         }
     }
 
-    /// How much work it is, in whatever unit its kind counts: jobs of one likeness take about as long per unit.
+    /// Amount of work, in the unit of its kind: similar jobs take about the same time per unit.
     pub fn size(&self) -> f64 {
         match self {
             Self::Scan(input) | Self::Verification(VerifyInput { scan: input, .. }) => {

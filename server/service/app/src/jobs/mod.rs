@@ -1,8 +1,8 @@
-//! Jobs: what takes seconds, is asked for once, survives the browser that asked, and ends in a stated way.
+//! Jobs: long operations that outlive the client that requested them and end in a defined state.
 //!
-//! A job is accepted durably, waits in a queue, runs on a thread of its own, and ends together with what it made in
-//! one transaction. A [`StationJob`] needs the station, and they run one at a time; a [`ComputeJob`] is a function of
-//! records and artifacts, and they run one at a time beside them.
+//! A job is accepted durably, waits in a queue, runs on its own thread, and ends together with its results in one
+//! transaction. A [`StationJob`] needs the station; a [`ComputeJob`] is a function of records and artifacts. At most one
+//! job of each of the two types runs at a time.
 
 pub mod calibrate;
 mod check;
@@ -50,12 +50,12 @@ use queue::{Queue, run};
 use station::wall_clock::now_ms;
 use station::{StationHandle, StationRefusal};
 
-/// A job as a client sees it: the record, with the progress of this moment.
+/// A job as clients see it: the record with its current progress.
 #[derive(Debug, Clone)]
 pub struct JobView {
-    /// As stored, with progress and message of this moment.
+    /// The stored record, with current progress and message.
     pub record: JobRecord,
-    /// What it does at this moment; `None` if it does nothing.
+    /// Current step; `None` unless it is running.
     pub step: Option<Step>,
     /// Seconds to its end; `None` if unknown.
     pub remaining_s: Option<f64>,
@@ -70,11 +70,11 @@ impl From<JobRecord> for JobView {
 /// What jobs work with.
 #[derive(Clone)]
 pub struct JobParts {
-    /// How the station is set up.
+    /// Configuration.
     pub config: Arc<AppConfig>,
     /// The catalogue and its events.
     pub ledger: EventedCatalogue,
-    /// What records name.
+    /// The artifact store.
     pub artifacts: Arc<dyn Artifacts>,
     /// Captures as folders.
     pub captures: Captures,
@@ -82,9 +82,9 @@ pub struct JobParts {
     pub station: StationHandle,
     /// Who is in control.
     pub control: ControlDesk,
-    /// What is seen at this moment.
+    /// The live bus.
     pub live: LiveBus,
-    /// What is recorded of it.
+    /// The recorder.
     pub recordings: Recordings,
     /// Bytes free on the disk of the data directory.
     pub free_bytes: Arc<dyn Fn() -> u64 + Send + Sync>,
@@ -95,9 +95,9 @@ pub struct JobParts {
 pub struct Jobs(Arc<Queue>);
 
 impl Jobs {
-    /// Takes up the work where an earlier process left it: computations that wait go on; jobs that wait for the
-    /// station are interrupted, because nobody who authorised light and motion may still stand there. Called within
-    /// the runtime, after the store has marked the jobs that died.
+    /// Resumes the work of an earlier process: waiting computations are kept; jobs waiting for the station are
+    /// interrupted, because the person who authorised laser and motion may no longer be present. Called within the
+    /// runtime, after the store has marked the jobs that were running.
     ///
     /// # Errors
     /// If the catalogue cannot be used.
@@ -105,25 +105,25 @@ impl Jobs {
         Self::start_with(parts, Arc::new(run::by_kind)).await
     }
 
-    /// With another procedure behind the queue.
+    /// With another procedure executing the jobs.
     async fn start_with(parts: JobParts, procedure: Procedure) -> Result<Self, StoreError> {
         let queue = Queue::new(parts, procedure);
         scan::recover(&queue.parts.ledger, &*queue.parts.artifacts).await;
         let waiting = queue.parts.ledger.read().queue().await?;
         for row in &waiting.damaged {
-            tracing::error!(job = row.id, "a waiting job is damaged in the database and will not be done");
+            tracing::error!(job = row.id, "a waiting job is damaged in the database and will not run");
         }
         let authority = queue.nobodys_authority();
         for record in waiting.records {
             let end = match serde_json::from_value::<JobInput>(record.input.clone()) {
                 Ok(input) if !input.needs_station() => {
-                    // A computation waits for no Stop.
+                    // Stop does not affect a computation.
                     let _ = queue.push(Waiting { record, input, authority: authority.clone() });
                     continue;
                 }
                 Ok(_) => End::interrupted("the service was restarted while the job waited for the station"),
                 Err(cause) => End::failed(
-                    &AppError::new(ErrorKind::Internal, "the job was stored by a program this one does not know")
+                    &AppError::new(ErrorKind::Internal, "the job was stored by an incompatible version")
                         .because(cause.to_string()),
                 ),
             };
@@ -133,16 +133,16 @@ impl Jobs {
         Ok(Self(queue))
     }
 
-    /// Accepts a job and nothing else.
+    /// Accepts a job.
     #[cfg(test)]
     pub async fn submit(&self, input: JobInput, source: &str) -> Result<JobRecord, AppError> {
         let authority = self.0.nobodys_authority();
         self.submit_with(input, source, authority, |_| Vec::new()).await
     }
 
-    /// Accepts a job durably; `source` says who asked, `authority` on whose word it takes the station. What `and`
-    /// returns, such as the answer that is kept for the request's key, is stored in the same transaction or not at
-    /// all. A job that a Stop meets on its way is accepted and cancelled.
+    /// Accepts a job durably; `source` names the requester, `authority` permits it to take the station. What `and` returns,
+    /// such as the response stored for the idempotency key, is stored in the same transaction or not at all. A job
+    /// accepted during a Stop is cancelled.
     ///
     /// # Errors
     /// A problem: `halted` if it needs a station that was stopped, `too-many` with a full queue, `storage-full`,
@@ -176,18 +176,18 @@ impl Jobs {
         Ok(record)
     }
 
-    /// Asks a job to end; works in every state, returns the job as it is then.
+    /// Requests cancellation of a job in any state; returns the job.
     pub async fn cancel(&self, id: &str, actor: &str) -> Result<JobView, AppError> {
         self.0.cancel_running(|running| running.id == id);
         let _turn = self.0.turn.lock().await;
         self.0
-            .cancel_waiting(id, &End::cancelled(&format!("cancelled by {actor} before it began")), actor)
+            .cancel_waiting(id, &End::cancelled(&format!("cancelled by {actor} before it started")), actor)
             .await?;
         self.0.cancel_running(|running| running.id == id);
         self.view(id).await
     }
 
-    /// A job now.
+    /// The current state of a job.
     pub async fn view(&self, id: &str) -> Result<JobView, AppError> {
         // Before the catalogue is read: a caller woken by a job's end must not get its state before that.
         let running = self.0.running_views();
@@ -200,28 +200,28 @@ impl Jobs {
         }
     }
 
-    /// Jobs now, newest first.
+    /// The current state of jobs, newest first.
     pub async fn list(&self, state: Option<JobState>, page: &store::Page) -> Result<Listed<JobView>, AppError> {
         let running = self.0.running_views();
         let listed = self.0.parts.ledger.read().jobs(state, page).await?;
         Ok(listed.map(|record| now(record, &running)))
     }
 
-    /// Changes with every progress of any job; carries the newest word of each.
+    /// Changes with every progress of any job; holds the newest progress of each.
     pub fn watch_progress(&self) -> watch::Receiver<JobNews> {
         self.0.progress.subscribe()
     }
 
-    /// After the stop line was pulled: empties the station's queue and ends the job that has it. Waits for nothing;
-    /// the jobs that it returns are to be given to [`Jobs::end_cleared_jobs`].
+    /// After the stop line was pulled: empties the station's queue and cancels its running job. Does not block; pass the
+    /// returned jobs to [`Jobs::end_cleared_jobs`].
     pub fn clear_station_jobs(&self) -> Vec<Waiting> {
         self.0.clear_station()
     }
 
-    /// Stores that these jobs were ended by a Stop, and `also`, in one transaction.
+    /// Stores that these jobs were ended by a Stop, together with `also`, in one transaction.
     ///
     /// # Errors
-    /// If the catalogue cannot be written; the next start calls the jobs interrupted.
+    /// If the catalogue cannot be written; the next start marks the jobs as interrupted.
     pub async fn end_cleared_jobs(
         &self,
         cleared: Vec<Waiting>,
@@ -253,38 +253,38 @@ impl Jobs {
         stored.map(drop)
     }
 
-    /// Whether a job waits for the station or has it; one that has ended does not.
+    /// Whether a job waits for the station or has it.
     pub fn is_station_job(&self, id: &str) -> bool {
         self.0.is_station_job(id)
     }
 
-    /// Looks whether a job may begin that waited for somebody to give control back.
-    pub fn look_again(&self) {
+    /// Starts a job that waited for control to be released, if it may start now.
+    pub fn recheck_control(&self) {
         self.0.advance();
     }
 
-    /// Begins nothing any more.
+    /// Starts no further jobs.
     pub fn close(&self) {
         self.0.close();
     }
 
-    /// Begins nothing any more, ends what runs as interrupted, and waits for that.
+    /// Starts no further jobs, interrupts running ones, and waits for them.
     pub async fn shut_down(&self) {
         self.0.shut_down().await;
     }
 }
 
-/// A stored job as it is now: its end as stored, until then as its thread reports.
+/// The current state of a stored job: its end as stored, before that as its thread reports.
 fn now(record: JobRecord, running: &[JobView]) -> JobView {
-    let told = running.iter().find(|view| view.record.id == record.id);
-    match told.filter(|_| !record.state.is_terminal()) {
+    let current = running.iter().find(|view| view.record.id == record.id);
+    match current.filter(|_| !record.state.is_terminal()) {
         Some(view) => view.clone(),
         None => record.into(),
     }
 }
 
 fn stopped_on_its_way() -> End {
-    End::cancelled("the station was stopped while the job was accepted")
+    End::cancelled("the station was stopped while the job was being accepted")
 }
 
 fn queued_record(input: &JobInput, source: &str) -> Result<JobRecord, AppError> {
@@ -309,7 +309,7 @@ fn queued_record(input: &JobInput, source: &str) -> Result<JobRecord, AppError> 
 }
 
 impl Queue {
-    /// The authority of who is not in control, now.
+    /// The current authority of a caller who is not in control.
     fn nobodys_authority(&self) -> Authority {
         Authority { holder: None, epoch: self.parts.station.stop_epoch() }
     }
@@ -321,7 +321,7 @@ impl Queue {
             );
         }
         if self.n_waiting() >= QUEUE_LIMIT {
-            return Err(AppError::new(ErrorKind::TooMany, format!("{QUEUE_LIMIT} jobs wait already"))
+            return Err(AppError::new(ErrorKind::TooMany, format!("the queue is full with {QUEUE_LIMIT} jobs"))
                 .remedy("wait until some have ended, or cancel some")
                 .retry_after_s(RETRY_AFTER_S));
         }
@@ -329,7 +329,11 @@ impl Queue {
         if free_bytes < needed_bytes {
             return Err(AppError::new(
                 ErrorKind::StorageFull,
-                format!("the job needs {} MiB of disk, {} MiB are free", needed_bytes >> 20, free_bytes >> 20),
+                format!(
+                    "the job needs {} MiB of disk space, {} MiB are free",
+                    needed_bytes >> 20,
+                    free_bytes >> 20
+                ),
             )
             .remedy("delete captures or scans that are no longer needed"));
         }

@@ -1,4 +1,4 @@
-//! Compute a scan again from its peaks, with another calibration, and measure it again; the first one stays as it is.
+//! Recomputes a scan from its peaks with another calibration and measures it again; the original is not changed.
 
 use store::ScanRecord;
 
@@ -10,13 +10,13 @@ use crate::resources::calibrations::stored::stored_document;
 use crate::resources::measurements::parts::planned_measurements;
 use crate::resources::stored_scan::{cloud_name, new_id, stored_peaks};
 
-/// Share of the job that reading the peaks takes.
+/// Share of the job for reading the peaks.
 const READING: f64 = 0.05;
 
 /// Computes and measures.
 pub fn run(input: RecomputeInput, ctx: &ComputeContext) -> Result<Done, JobEnd> {
     let scan = ctx.wait(ctx.ledger.read().scan(&input.scan_id))?;
-    // Both scans name them: they stay although the first one may be deleted meanwhile.
+    // Both scans refer to them: they are kept even if the original is deleted in the meantime.
     ctx.wait(ctx.artifacts.hold(&scan.peaks))?;
     let computed = computed(&scan, &input, ctx);
     if computed.is_err() {
@@ -27,9 +27,9 @@ pub fn run(input: RecomputeInput, ctx: &ComputeContext) -> Result<Done, JobEnd> 
 
 fn computed(scan: &ScanRecord, input: &RecomputeInput, ctx: &ComputeContext) -> Result<Done, JobEnd> {
     let document = ctx.wait(stored_document(&ctx.ledger, &*ctx.artifacts, input.calibration_id.as_deref()))?;
-    ctx.report(0.0, Phase::ReadingPeaks, "reading the scan's peaks");
+    ctx.report(0.0, Phase::ReadingPeaks, "reading the peaks of the scan");
     let frames = ctx.wait(stored_peaks(&*ctx.artifacts, &scan.peaks, &scan.id))?;
-    ctx.go_on()?;
+    ctx.check_cancelled()?;
     check_camera_of(&frames, &document)?;
     let losses = serde_json::from_value(scan.report["losses"].clone()).unwrap_or_default();
     let story = ScanStory {

@@ -1,4 +1,4 @@
-//! Jobs by what they need: the station, or nothing but records and artifacts.
+//! Jobs by what they need: the station, or only records and artifacts.
 
 use serde::{Deserialize, Serialize};
 
@@ -7,56 +7,56 @@ use crate::jobs::{
     Source, StationContext, VerifyInput, calibrate, export, recompute, scan, verify,
 };
 
-/// A job, by what it needs.
+/// A station job or a computation.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Job {
-    /// The station.
+    /// Needs the station.
     Station(StationJob),
-    /// Only computing.
+    /// Computes only.
     Compute(ComputeJob),
 }
 
-/// Moves, exposes, turns the laser on: runs in the process that owns the station, one at a time, and Stop ends it.
+/// Moves the stage, exposes, turns the laser on. Runs in the process that owns the station, one at a time; Stop ends it.
 #[derive(Debug, Clone, PartialEq)]
 pub enum StationJob {
     /// The virtual operator of the simulated station moves the board.
     Calibration(CalibrateInput),
-    /// Row by row or in one sweep.
+    /// Stop-and-go or continuous.
     Scan(ScanInput),
-    /// A scan of a known part.
+    /// A scan of a reference part.
     Verification(VerifyInput),
 }
 
-/// A function of records and artifacts. As a text it can be handed to another process, and so can what comes of it:
+/// A function of records and artifacts. It can be serialised for another process, and so can its outcome:
 /// `Result<`[`Done`]`, `[`JobEnd`]`>`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub enum ComputeJob {
-    /// Calibrate from a person's session.
+    /// Calibrate from a session.
     SessionCalibration {
-        /// Which.
+        /// Its id.
         session_id: String,
-        /// How.
+        /// The input.
         input: CalibrateInput,
     },
     /// Calibrate from a capture.
     CaptureCalibration {
-        /// Which.
+        /// Its id.
         capture_id: String,
-        /// How.
+        /// The input.
         input: CalibrateInput,
     },
     /// Scan the frames of a capture.
     CaptureScan {
-        /// Which.
+        /// Its id.
         frames: RecordedFrames,
-        /// How.
+        /// The input.
         input: ScanInput,
     },
-    /// Compare the frames of a capture with the known part they show.
+    /// Compare the frames of a capture with the reference part they show.
     CaptureVerification {
-        /// Which.
+        /// Its id.
         frames: RecordedFrames,
-        /// How.
+        /// The input.
         input: VerifyInput,
     },
     /// See [`RecomputeInput`].
@@ -108,7 +108,7 @@ fn recorded(input: &ScanInput) -> Option<RecordedFrames> {
 }
 
 impl StationJob {
-    /// Does it, on the thread that calls.
+    /// Runs it on the calling thread.
     pub fn run(self, ctx: &StationContext) -> Result<Done, JobEnd> {
         match self {
             Self::Calibration(input) => calibrate::at_station(&input, ctx),
@@ -119,7 +119,7 @@ impl StationJob {
 }
 
 impl ComputeJob {
-    /// Does it, on the thread that calls.
+    /// Runs it on the calling thread.
     pub fn run(self, ctx: &ComputeContext) -> Result<Done, JobEnd> {
         match self {
             Self::SessionCalibration { session_id, input } => calibrate::from_session(&input, &session_id, ctx),

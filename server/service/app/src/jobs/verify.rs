@@ -1,4 +1,4 @@
-//! Scan a known part and compare: is the station still what its calibration says?
+//! Verification: scans a reference part and compares it with its nominal value.
 
 use metrology::Tool;
 use optics::StageKind;
@@ -17,25 +17,25 @@ use crate::resources::measurements::parts::verdict_in;
 use crate::resources::measurements::{MeasureInput, ScanPurpose};
 use crate::resources::scan_run::stage_kind;
 
-/// The kind of record that a verification ends with.
+/// The result kind of a verification.
 const MEASUREMENT: &str = "measurement";
 
-/// Range of a verification's scan if nothing else is said, mm: the five lines of a station lie 13 mm apart and meet
-/// every place of a part in the middle of the table.
+/// Default range of a verification scan, mm: the five lines are 13 mm apart, so all of them sweep a part in the middle of
+/// the table.
 const RANGE_MM: (f64, f64) = (-16.0, 16.0);
 
-/// Distance of its rows, mm: a radius or a height needs thousands of points, not millions.
+/// Default distance between rows, mm: a radius or a height needs thousands of points, not millions.
 const STEP_MM: f64 = 0.4;
 
-/// The same on a turntable, degrees: a turn and what shows how well it closes.
+/// Default range on a turntable, degrees: a full turn and an overlap that shows the closure.
 const TURN_DEG: (f64, f64) = (0.0, 375.0);
 
-/// Angle between its rows, degrees.
+/// Default angle between rows, degrees.
 const TURN_STEP_DEG: f64 = 1.5;
 
-/// Scans and compares; at the simulated station the virtual operator brings the part.
+/// Scans and compares; on the simulated station the virtual operator places the part.
 pub fn at_station(input: &VerifyInput, ctx: &StationContext) -> Result<Done, JobEnd> {
-    let part = artefact(input, &ctx.config)?;
+    let part = reference_part(input, &ctx.config)?;
     let at_work = ctx.station.simulation().map(|operator| Exchanged::new(operator, &part, ctx));
     let stage = stage_kind(&ctx.station.status());
     let measured = at_station_measured(&filled(input, stage), ctx)?;
@@ -43,31 +43,30 @@ pub fn at_station(input: &VerifyInput, ctx: &StationContext) -> Result<Done, Job
     compared(input, measured)
 }
 
-/// Compares what the frames of a capture show.
+/// Compares the part in the frames of a capture.
 pub fn of_capture(input: &VerifyInput, frames: &RecordedFrames, ctx: &ComputeContext) -> Result<Done, JobEnd> {
     compared(input, of_capture_measured(&filled(input, StageKind::Linear), frames, ctx)?)
 }
 
 fn compared(input: &VerifyInput, measured: Measured) -> Result<Done, JobEnd> {
     let record = measured.measurements.first().ok_or_else(|| {
-        AppError::new(ErrorKind::Internal, "the known part was not measured").remedy("verify again")
+        AppError::new(ErrorKind::Internal, "the reference part was not measured").remedy("verify again")
     })?;
     let result = ResultRef { kind: MEASUREMENT.to_owned(), id: format!("{}/{}", record.scan_id, record.id) };
-    let message = in_words(input, record);
+    let message = message(input, record);
     Ok(measured.done_with(result, Some(message)))
 }
 
-/// The scan that a verification will run at a station with such a stage.
+/// The scan of a verification on a station with this kind of stage.
 ///
 /// # Errors
-/// A problem for an unknown part or an impossible number.
+/// A problem for an unknown part or an invalid number.
 pub fn checked(input: &VerifyInput, stage: StageKind) -> Result<ScanInput, AppError> {
     tool(input).map(|_| filled(input, stage))
 }
 
-/// The part as the virtual operator finds it beside the station: of its own true size, whatever a person believes it
-/// to be.
-fn artefact(input: &VerifyInput, config: &AppConfig) -> Result<SceneKind, AppError> {
+/// The simulated part with its true size, regardless of the nominal value.
+fn reference_part(input: &VerifyInput, config: &AppConfig) -> Result<SceneKind, AppError> {
     let (height_mm, radius_mm) = config.known_sizes_mm();
     Ok(match tool(input)? {
         Tool::Step => SceneKind::Gauge { height_mm },
@@ -89,17 +88,17 @@ fn tool(input: &VerifyInput) -> Result<Tool, AppError> {
     {
         return refused("tolerance_mm", format!("tolerance_mm is {tolerance_mm}"), "give a number above 0");
     }
-    match input.artefact.as_str() {
+    match input.reference_part.as_str() {
         "gauge" => Ok(Tool::Step),
         "sphere" => Ok(Tool::Sphere),
-        other => refused("artefact", format!("there is no known part \"{other}\""), "use gauge or sphere"),
+        other => refused("reference_part", format!("unknown reference part \"{other}\""), "use gauge or sphere"),
     }
 }
 
-/// The scan with what is measured on it, and with a range if none was given.
+/// The scan with its measurement, and with a default range if none was given.
 fn filled(input: &VerifyInput, stage: StageKind) -> ScanInput {
     let known = MeasureInput {
-        tool: if input.artefact == "gauge" { Tool::Step } else { Tool::Sphere }.name().to_owned(),
+        tool: if input.reference_part == "gauge" { Tool::Step } else { Tool::Sphere }.name().to_owned(),
         name: None,
         nominal_mm: Some(input.nominal_mm),
         tolerance_mm: input.tolerance_mm,
@@ -125,11 +124,11 @@ fn filled(input: &VerifyInput, stage: StageKind) -> ScanInput {
         step: if free { Some(usual_step) } else { asked.step },
         ..asked
     };
-    let name = scan.name.clone().or_else(|| Some(input.artefact.clone()));
+    let name = scan.name.clone().or_else(|| Some(input.reference_part.clone()));
     ScanInput { name, ..range.filled_into(&scan) }
 }
 
-/// The virtual operator has put the known part on the stage, and will put back what was there.
+/// The virtual operator has placed the reference part on the stage and will restore the previous scene.
 struct Exchanged {
     operator: TwinControl,
     before: Scene,
@@ -137,7 +136,7 @@ struct Exchanged {
 
 impl Exchanged {
     fn new(operator: TwinControl, part: &SceneKind, ctx: &ComputeContext) -> Self {
-        let words = format!("the virtual operator puts a {} on the stage", part.name());
+        let words = format!("the virtual operator places a {} on the stage", part.name());
         ctx.report(0.0, Phase::PlacingPart, &words);
         let before = (*operator.scene()).clone();
         operator.place_part(part);
@@ -151,13 +150,13 @@ impl Drop for Exchanged {
     }
 }
 
-fn in_words(input: &VerifyInput, record: &MeasurementRecord) -> String {
+fn message(input: &VerifyInput, record: &MeasurementRecord) -> String {
     let number =
         |key: &str| record.result[key].as_f64().map_or_else(|| "–".to_owned(), |mm| format!("{mm:.4} mm"));
     let verdict = verdict_in(record).map_or_else(String::new, |verdict| format!(", {}", verdict.label()));
     format!(
         "{}: nominal {:.4} mm, measured {}, U = {} (k = 2){verdict}",
-        input.artefact,
+        input.reference_part,
         input.nominal_mm,
         number("value"),
         number("expanded_uncertainty")

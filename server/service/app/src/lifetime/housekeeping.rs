@@ -1,5 +1,5 @@
-//! What is done beside everything else, so that months of work stay small: old records are pruned, and files that no
-//! record names are deleted, soon after a record went and once an hour.
+//! Background housekeeping: old records are pruned, and unreferenced files are deleted, shortly after a record was
+//! deleted and once an hour.
 
 use std::collections::HashSet;
 
@@ -12,14 +12,14 @@ use crate::config::limits::{
 };
 use crate::jobs::{export, scan};
 
-/// Keeps house until it is aborted. The first round, at the start, deletes what a dead process left.
-pub async fn keep_house(app: App) {
+/// Runs until it is aborted. The first round, at start-up, deletes leftovers of a crashed process.
+pub async fn run_housekeeping(app: App) {
     let mut period = tokio::time::interval(HOUSEKEEPING_PERIOD);
     loop {
         tokio::select! {
             _ = period.tick() => {
-                if let Err(error) = forget_old(&app).await {
-                    tracing::warn!(%error, "old records were not forgotten");
+                if let Err(error) = prune_old(&app).await {
+                    tracing::warn!(%error, "old records were not pruned");
                 }
                 if let Err(error) = app.store.back_up().await {
                     tracing::warn!(%error, "the catalogue was not copied");
@@ -29,32 +29,32 @@ pub async fn keep_house(app: App) {
         }
         match sweep(&app).await {
             Ok(0) => {}
-            Ok(freed_bytes) => tracing::info!(freed_bytes, "files that no record names were deleted"),
-            Err(error) => tracing::warn!(%error, "files that no record names were not deleted"),
+            Ok(freed_bytes) => tracing::info!(freed_bytes, "unreferenced files were deleted"),
+            Err(error) => tracing::warn!(%error, "unreferenced files were not deleted"),
         }
         tokio::time::sleep(SWEEP_PAUSE).await;
     }
 }
 
-async fn forget_old(app: &App) -> Result<(), StoreError> {
+async fn prune_old(app: &App) -> Result<(), StoreError> {
     let (last, now) = (app.ledger.read().last_event_seq().await?, now_ms());
     let mut changes = vec![
-        Change::ForgetIdempotencyBefore { at_ms: now - IDEMPOTENCY_KEPT_MS },
-        Change::ForgetEndedJobs { before_ms: now - JOBS_KEPT_MS, keep_newest: JOBS_KEPT },
+        Change::PruneIdempotencyKeys { at_ms: now - IDEMPOTENCY_KEPT_MS },
+        Change::PruneEndedJobs { before_ms: now - JOBS_KEPT_MS, keep_newest: JOBS_KEPT },
     ];
     if last > EVENTS_KEPT {
-        changes.push(Change::ForgetEventsThrough { seq: last - EVENTS_KEPT });
+        changes.push(Change::PruneEventsThrough { seq: last - EVENTS_KEPT });
     }
     app.ledger.commit(changes).await?;
     Ok(())
 }
 
-/// Artifacts, exports, unpacked captures and pictures of stopped scans whose records are gone.
+/// Deletes artifacts, exports, unpacked captures and images of stopped scans without records.
 async fn sweep(app: &App) -> Result<u64, StoreError> {
-    scan::forget_orphans(&app.ledger, &*app.artifacts).await;
+    scan::remove_orphans(&app.ledger, &*app.artifacts).await;
     let also_named = |named: &HashSet<ArtifactId>| {
         tokio::task::block_in_place(|| {
-            app.captures.forget_others(named);
+            app.captures.evict_others(named);
             export::remembered_of(&*app.artifacts, named)
         })
     };

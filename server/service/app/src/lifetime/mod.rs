@@ -1,4 +1,4 @@
-//! The service from its start to its end, and what is tidied meanwhile.
+//! Start-up, shutdown and housekeeping of the service.
 
 pub mod housekeeping;
 pub mod start;

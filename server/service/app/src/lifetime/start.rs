@@ -1,4 +1,4 @@
-//! The service from start to end: what must be there before a port opens, and what must be dark before it closes.
+//! Start-up and shutdown: what must be ready before a port opens, and that the laser is off before it closes.
 
 use crate::access::principal::Principal;
 use crate::events::{Event, event};
@@ -22,7 +22,7 @@ use crate::config::limits::{CONTROL_WATCH, DRAIN_TIMEOUT};
 use crate::control::was_halted;
 use crate::evented_catalogue::EventedCatalogue;
 use crate::jobs::{JobParts, Jobs};
-use crate::lifetime::housekeeping::keep_house;
+use crate::lifetime::housekeeping::run_housekeeping;
 use crate::recordings::figures::Ended;
 use crate::recordings::{RecordingParts, Recordings};
 use crate::resources::calibrations::Calibrations;
@@ -31,7 +31,7 @@ use crate::resources::measurements::plan::MeasurementPlans;
 use crate::sessions::Sessions;
 use tokio_util::sync::CancellationToken;
 
-/// Captures as folders, below the data folder: can be deleted at any time while the service is down.
+/// Folder of unpacked captures in the data folder; may be deleted while the service is down.
 const UNPACKED_FOLDER: &str = "unpacked";
 
 impl App {
@@ -49,9 +49,9 @@ impl App {
         let artifacts = store.artifacts.clone();
         let captures = Captures::new(ledger.clone(), artifacts.clone(), &config.data.join(UNPACKED_FOLDER))
             .map_err(|cause| {
-                Failure::bad_input("the folder of unpacked captures cannot be made")
+                Failure::bad_input("the folder of unpacked captures cannot be created")
                     .because(&cause)
-                    .remedy("check the data folder's rights")
+                    .remedy("check the permissions of the data folder")
             })?;
         let live = LiveBus::default();
         let station = StationHandle::start(&config.station, was_halted(&ledger).await);
@@ -59,7 +59,7 @@ impl App {
         tokio::spawn(crate::camera::memory::follow(ledger.clone(), station.clone()));
         let calibrations = Calibrations::new(ledger.clone(), artifacts.clone(), live.clone(), station.clone());
         if let Err(error) = calibrations.load_active().await {
-            // Scans are refused with the same words; captures, downloads and a new calibration work.
+            // Scans are refused with the same message; captures, downloads and new calibrations work.
             tracing::error!(detail = error.detail, cause = error.cause, "the active calibration cannot be used");
         }
         let sessions = Sessions::new(config.clone(), ledger.clone(), artifacts.clone(), station.clone());
@@ -110,21 +110,21 @@ impl App {
         })
     }
 
-    /// What is done beside everything else, until it is aborted.
+    /// Background tasks, until they are aborted.
     pub fn watch(&self) -> [JoinHandle<()>; 3] {
         [
-            tokio::spawn(keep_house(self.clone())),
+            tokio::spawn(run_housekeeping(self.clone())),
             tokio::spawn(watch_control(self.clone())),
             tokio::spawn(watch_store(self.clone())),
         ]
     }
 
-    /// Ends light and motion, then the jobs, then the station; doors see [`App::closing`] in between.
+    /// Stops laser and motion, then jobs, then the station; interfaces see [`App::closing`] in between.
     pub async fn shut_down(&self) {
-        // Nothing may begin between the stop and the end.
+        // Nothing may start between the stop and the end.
         self.jobs.close();
         if let Err(refusal) = self.station.stop("shutdown").await {
-            tracing::warn!(%refusal, "the station did not take the last stop");
+            tracing::warn!(%refusal, "the station refused the final stop");
         }
         self.closing.cancel();
         self.jobs.shut_down().await;
@@ -135,16 +135,16 @@ impl App {
         }
     }
 
-    /// Waits for what was asked for and runs to its end.
+    /// Waits for running requests.
     pub async fn drain(&self) {
         self.tasks.close();
         if tokio::time::timeout(DRAIN_TIMEOUT, self.tasks.wait()).await.is_err() {
-            tracing::warn!("a request did not run to its end");
+            tracing::warn!("a request did not finish in time");
         }
     }
 }
 
-/// A data directory that cannot be used: the message says what to do, with the folders that no client may see.
+/// An unusable data directory; this message is for the console and contains paths that clients must not see.
 fn unusable(error: store::StoreError) -> Failure {
     let remedy = error.remedy().unwrap_or("check the data folder".into());
     let failure = Failure::bad_input(error.to_string()).remedy(remedy);
@@ -154,24 +154,26 @@ fn unusable(error: store::StoreError) -> Failure {
     }
 }
 
-/// Says when control lapses, and lets jobs begin that waited for it.
+/// Publishes the expiry of control, and starts jobs that waited for it.
 async fn watch_control(app: App) {
     let mut changes = app.control.watch();
     loop {
-        // A lease ends by time alone, without a request.
+        // A lease expires without a request.
         let _ = tokio::time::timeout(CONTROL_WATCH, changes.changed()).await;
         if let Some(lease) = app.control.collect_expired(Instant::now()) {
-            let lapsed =
-                event(&lease.holder, Event::ControlExpired(Principal::local(&lease.holder, "server", None).act()));
+            let lapsed = event(
+                &lease.holder,
+                Event::ControlExpired(Principal::local(&lease.holder, "server", None).initiator()),
+            );
             if let Err(error) = app.ledger.commit(vec![lapsed]).await {
                 tracing::warn!(%error, "the end of control is not stored");
             }
         }
-        app.jobs.look_again();
+        app.jobs.recheck_control();
     }
 }
 
-/// A store that cannot write ends light and motion: nothing may be made that cannot be kept.
+/// A store that cannot write stops laser and motion: results could not be stored.
 async fn watch_store(app: App) {
     let mut failure = app.store.watch_failure();
     let Ok(failed) = failure.wait_for(Option::is_some).await.map(|reason| reason.clone()) else { return };

@@ -1,4 +1,4 @@
-//! Progress of a job: a procedure's own fraction becomes a part of the job's.
+//! Progress of a job: maps the fraction of a procedure to a part of the job's progress.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -9,18 +9,18 @@ use station::cancel::CancelFlag;
 
 use crate::progress::{Phase, Step};
 
-/// Takes a job's fraction, 0–1, what it does, and the same in words.
+/// Receives a job's fraction 0–1, its step, and a message.
 pub type ProgressFn = Arc<dyn Fn(f64, Step, &str) + Send + Sync>;
 
-/// Where a job's procedures report.
+/// The progress sink of a job's procedures.
 pub struct JobReporter {
-    /// Set when the job shall end.
+    /// Set when the job is to end.
     pub cancel: CancelFlag,
-    /// Takes the job's fraction, step and words.
+    /// Receives fraction, step and message.
     pub progress: ProgressFn,
-    /// What the procedure does for the job.
+    /// The phase of the procedure.
     pub phase: Phase,
-    /// Which part of the job's fraction the procedure fills.
+    /// The part of the job's progress that the procedure covers.
     pub part: Range<f64>,
 }
 
@@ -99,14 +99,14 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_procedure_fills_its_part_of_the_job_and_ends_when_asked() {
-        let told = Arc::new(Mutex::new(Vec::new()));
+    fn a_procedure_covers_its_part_of_the_job_and_ends_on_request() {
+        let reported = Arc::new(Mutex::new(Vec::new()));
         let cancel = CancelFlag::default();
-        let heard = told.clone();
+        let sink = reported.clone();
         let progress = Arc::new(move |fraction: f64, step: Step, words: &str| {
-            heard.lock().push((fraction, step, words.to_owned()));
+            sink.lock().push((fraction, step, words.to_owned()));
         });
-        let phase = Phase::ReadingPictures;
+        let phase = Phase::ReadingImages;
         let reporter = JobReporter { cancel: cancel.clone(), progress, phase, part: 0.5..0.9 };
         let task = reporter.count("reading", "pictures", 2);
         task.step();
@@ -116,9 +116,9 @@ mod tests {
             (0.7, phase.counted(1, 2), "reading: 1 of 2 pictures".to_owned()),
             (0.9, phase.counted(2, 2), "reading: 2 of 2 pictures".to_owned()),
         ];
-        assert_eq!(*told.lock(), expected);
-        assert!(reporter.go_on().is_ok());
+        assert_eq!(*reported.lock(), expected);
+        assert!(reporter.check_cancelled().is_ok());
         cancel.cancel();
-        assert!(reporter.go_on().unwrap_err().is_cancelled());
+        assert!(reporter.check_cancelled().unwrap_err().is_cancelled());
     }
 }

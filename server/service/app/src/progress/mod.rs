@@ -1,4 +1,4 @@
-//! What a job does at this moment, and how far it is.
+//! Current step and progress of a job.
 
 mod job;
 #[cfg(test)]

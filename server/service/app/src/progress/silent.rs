@@ -1,4 +1,4 @@
-//! Progress that nobody sees.
+//! A progress sink that discards everything.
 
 use pipeline::{Reporter, Task};
 

@@ -1,61 +1,61 @@
-//! What a job does at this moment, by names that programs and other languages can hold on to.
+//! The current step of a job, by stable names for programs and translations.
 
-/// What a job does.
+/// Phase of a job.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Phase {
-    /// The stage looks for its origin.
+    /// Homing the stage.
     Homing,
-    /// Poses of the board, by daylight.
+    /// Capturing board poses with the laser off.
     ExposingBoard,
-    /// Poses of the board, by laser light.
+    /// Capturing board poses with the laser on.
     ExposingLaser,
-    /// The board on the stage, at several positions.
+    /// Capturing the board on the stage, at several positions.
     ExposingStage,
-    /// Pictures of a session are put together.
-    GatheringPictures,
-    /// Pictures become a capture.
-    StoringPictures,
-    /// A capture becomes pictures.
+    /// Collecting the images of a session.
+    CollectingImages,
+    /// Storing the images as a capture.
+    StoringImages,
+    /// Unpacking a capture.
     UnpackingCapture,
-    /// Corners and lines are looked for in the pictures of a calibration.
-    ReadingPictures,
-    /// Camera, light and stage are fitted.
+    /// Detecting corners and lines in calibration images.
+    ReadingImages,
+    /// Fitting camera, light sheets and stage.
     Calibrating,
-    /// What was found is written down.
+    /// Writing the report.
     WritingReport,
-    /// The virtual operator puts a part on the stage.
+    /// The virtual operator places a part on the stage.
     PlacingPart,
-    /// Rows of a scan that was stopped are read back.
+    /// Reading the rows of a stopped scan.
     ReadingRows,
-    /// Rows of a scan.
-    TakingRows,
-    /// Pictures of a scan become a capture.
-    PackingPictures,
-    /// Lines are looked for in the pictures of a scan.
+    /// Capturing the rows of a scan.
+    CapturingRows,
+    /// Packing the images of a scan into a capture.
+    PackingImages,
+    /// Detecting lines in the frames of a scan.
     ReadingFrames,
-    /// Lines of an earlier scan are read back.
+    /// Reading the lines of an earlier scan.
     ReadingPeaks,
-    /// Lines become points.
+    /// Computing points from lines.
     ComputingCloud,
-    /// Points are stored.
+    /// Storing the points.
     StoringCloud,
-    /// A value is fitted to the points.
+    /// Measuring on the points.
     Measuring,
-    /// A cloud or mesh is written as a file.
+    /// Writing a cloud or mesh to a file.
     Exporting,
 }
 
-/// Where a job is.
+/// The step of a job.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Step {
-    /// What it does.
+    /// The phase.
     pub phase: Phase,
-    /// The how-manieth of how many, where it counts.
+    /// Number of the item and number of items, if counted.
     pub count: Option<(usize, usize)>,
 }
 
 impl Phase {
-    /// The `number`th of `of`.
+    /// Item `number` of `of`.
     pub fn counted(self, number: usize, of: usize) -> Step {
         Step { phase: self, count: Some((number, of)) }
     }

@@ -1,4 +1,4 @@
-//! A recording in figures, as its record keeps them.
+//! Statistics of a recording, as stored in its record.
 
 use recording::{FrameLosses, RecordingFile};
 use serde::{Deserialize, Serialize};
@@ -19,55 +19,55 @@ pub enum Ended {
     DiskFloor,
     /// The disk is full.
     DiskFull,
-    /// The disk did not take it.
+    /// Writing failed.
     WriteFailed,
     /// The service has ended.
     ServiceEnded,
-    /// The process died.
+    /// The process crashed.
     Crashed,
 }
 
 impl Ended {
-    /// In the words of the file.
-    pub fn words(self) -> &'static str {
+    /// The reason as written to the file.
+    pub fn text(self) -> &'static str {
         match self {
-            Self::Stopped => "stopped by a person",
-            Self::LiveEnded => "the live view has ended",
-            Self::ScanEnded => "the frames of the scan are taken",
-            Self::ScanBegan => "a scan is recorded instead",
-            Self::DiskFloor => "the disk has no more room than must stay free",
+            Self::Stopped => "stopped by a user",
+            Self::LiveEnded => "the live view ended",
+            Self::ScanEnded => "all frames of the scan were captured",
+            Self::ScanBegan => "the recording of a scan started",
+            Self::DiskFloor => "free disk space reached its lower limit",
             Self::DiskFull => "the disk is full",
-            Self::WriteFailed => "the disk did not take it",
-            Self::ServiceEnded => "the service has ended",
-            Self::Crashed => "the process died",
+            Self::WriteFailed => "writing to the disk failed",
+            Self::ServiceEnded => "the service was shut down",
+            Self::Crashed => "the process crashed",
         }
     }
 }
 
-/// A recording in figures.
+/// Statistics of a recording.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct RecordingFigures {
-    /// Frames in it.
+    /// Recorded frames.
     pub n_frames: u64,
-    /// Exposures that are not in it, by reason.
+    /// Missing exposures by reason.
     pub lost: FrameLosses,
-    /// Places where they are missing.
+    /// Number of gaps.
     pub n_gaps: u64,
-    /// Rows of a scan.
+    /// Recorded rows of the scan.
     pub n_rows: u64,
-    /// Messages beside the frames that found no room.
+    /// Messages other than frames that were dropped because their queue was full.
     pub n_notes_lost: u64,
-    /// From the first frame to the last.
+    /// From the first to the last frame.
     pub duration_s: f64,
-    /// Why it ended; `None` while it goes on.
+    /// Why it ended; `None` while recording.
     pub ended: Option<Ended>,
-    /// What went wrong at its end.
+    /// What went wrong at the end.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub problem: Option<String>,
 }
 
 impl RecordingFigures {
-    /// Of a file that a dead process left.
+    /// From the file of a crashed process.
     pub fn of_file(file: &RecordingFile) -> Self {
         let summary = file.summary();
         Self {

@@ -1,4 +1,4 @@
-//! What happens while frames are recorded: events, devices, stage, lines and profiles become notes.
+//! Events, devices, stage, lines and profiles during a recording, queued as notes.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -11,10 +11,10 @@ use crate::evented_catalogue::EventedCatalogue;
 use crate::recordings::notes::{Note, Notes, event_note, peaks_note, profile_note, settings_note, stage_note};
 use crate::recordings::params::PROFILES_HZ;
 
-/// Events read at once.
+/// Number of events read at a time.
 const EVENTS: u32 = 100;
 
-/// Time between two notes about a stage that moves: what lies between is in the frames.
+/// Minimum interval of notes about a moving stage: positions in between are in the frames.
 const STAGE_EVERY: Duration = Duration::from_millis(20);
 
 /// Notes every event that comes after this call.
@@ -37,7 +37,7 @@ pub fn events(ledger: EventedCatalogue, notes: Notes) -> impl Future<Output = ()
     }
 }
 
-/// Notes the devices and the stage, first as they are.
+/// Notes devices and stage: first the current state, then changes.
 pub async fn devices(station: StationHandle, notes: Notes) {
     let mut status = station.watch_status();
     let mut last: Option<Arc<StationStatus>> = None;
@@ -67,11 +67,11 @@ fn are_set_differently(before: &StationStatus, now: &StationStatus) -> bool {
         || before.camera.identity != now.camera.identity
 }
 
-/// Notes lines and profiles, as often as they are worth it; of a live view they are computed for this, too.
+/// Notes lines and profiles at a limited rate; during a live view they are computed for this purpose.
 pub async fn profiles(live: LiveBus, notes: Notes) {
     let _wish = live.subscribe(StreamKind::Profile, PROFILES_HZ);
     let mut frames = live.watch_frames();
-    // The one that is there already is of before.
+    // The existing one is older.
     frames.borrow_and_update();
     let mut pace = Pace::new(PROFILES_HZ, tokio::time::Instant::now());
     while frames.changed().await.is_ok() {
@@ -89,12 +89,12 @@ pub async fn profiles(live: LiveBus, notes: Notes) {
     }
 }
 
-/// Returns when the live view has ended.
+/// Waits for the end of the live view.
 pub async fn end_of_live_view(station: StationHandle) {
     let mut status = station.watch_status();
     let runs = |status: &Arc<StationStatus>| {
         status.state == MachineState::Operational(OperationalState::ContinuousExecution)
     };
-    // A station that has ended shows nothing either.
+    // A terminated station has no live view either.
     let _ = status.wait_for(|status| !runs(status)).await;
 }

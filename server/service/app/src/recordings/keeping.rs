@@ -1,4 +1,4 @@
-//! What becomes of a recording when it has ended, or its process.
+//! Storing a recording after its end or after a crash.
 
 use std::path::{Path, PathBuf};
 
@@ -12,12 +12,12 @@ use crate::error::AppError;
 use crate::events::{Event, RecordingEnded, event};
 use crate::recordings::figures::{Ended, RecordingFigures};
 use crate::recordings::writing::Written;
-use crate::recordings::{RecordingParts, stored, word};
+use crate::recordings::{RecordingParts, code, stored};
 
-/// Folder of recordings under way, beside the artifacts.
+/// Folder of running recordings, beside the artifacts.
 const FOLDER: &str = "recordings";
 
-/// Recordings looked through at once for those that a dead process left.
+/// Page size when searching for recordings of a crashed process.
 const PAGE: u32 = 200;
 
 /// Where a recording is written.
@@ -25,23 +25,23 @@ pub fn path_of(artifacts: &dyn Artifacts, id: &str) -> PathBuf {
     artifacts.workbench().kept(FOLDER).join(format!("{id}.mcap"))
 }
 
-/// It is not needed any more.
+/// Removes the file.
 pub fn removed(path: &Path) {
     if let Err(cause) = std::fs::remove_file(path)
         && cause.kind() != std::io::ErrorKind::NotFound
     {
-        tracing::warn!(%cause, "what is left of a recording cannot be removed");
+        tracing::warn!(%cause, "the work file of a recording cannot be removed");
     }
 }
 
-/// The calibration document, byte by byte.
+/// The bytes of the calibration document.
 pub async fn calibration_bytes(parts: &RecordingParts, id: &str) -> Result<Vec<u8>, AppError> {
     let record = parts.ledger.read().calibration(id).await?;
     let what = format!("the document of calibration {id}");
     parts.artifacts.read(&record.document).await.map_err(|error| AppError::from(error).of_stored(&what))
 }
 
-/// Makes the file an artifact and says how the recording ended.
+/// Stores the file as an artifact and records how the recording ended.
 pub async fn keep(
     parts: &RecordingParts,
     record: RecordingRecord,
@@ -56,18 +56,18 @@ pub async fn keep(
             adopted(parts, record, path, figures, RecordingState::Interrupted).await
         }
         Err(defect) => {
-            tracing::error!(%defect, "a defect ended a recording");
+            tracing::error!(%defect, "an internal error ended a recording");
             mended(parts, record, path).await
         }
     }
 }
 
-/// The recordings that a dead process left; files that no record names are deleted.
+/// The recordings of a crashed process; unreferenced files are deleted.
 pub async fn left_unfinished(parts: &RecordingParts) -> Vec<RecordingRecord> {
     let left = match unfinished(parts).await {
         Ok(left) => left,
         Err(error) => {
-            tracing::error!(%error, "recordings that were broken off cannot be looked for");
+            tracing::error!(%error, "interrupted recordings cannot be listed");
             return Vec::new();
         }
     };
@@ -79,7 +79,7 @@ pub async fn left_unfinished(parts: &RecordingParts) -> Vec<RecordingRecord> {
     left
 }
 
-/// Makes what a dead process left of a recording an artifact.
+/// Stores the recording of a crashed process as an artifact.
 pub async fn mend(parts: &RecordingParts, record: RecordingRecord) {
     let path = path_of(&*parts.artifacts, &record.id);
     mended(parts, record, &path).await;
@@ -101,7 +101,7 @@ async fn unfinished(parts: &RecordingParts) -> Result<Vec<RecordingRecord>, Stor
     }
 }
 
-/// A file that was broken off gets index and end, if there is room for a second one; it can be read in any case.
+/// Adds index and end to a truncated file if there is space for a second one; it is readable in any case.
 async fn mended(parts: &RecordingParts, record: RecordingRecord, path: &Path) -> RecordingRecord {
     let free_bytes = (parts.free_bytes)();
     let draft = parts.artifacts.workbench().scratch().join(format!("{}.mcap", record.id));
@@ -110,7 +110,7 @@ async fn mended(parts: &RecordingParts, record: RecordingRecord, path: &Path) ->
         let size_bytes = std::fs::metadata(&from).map_or(0, |file| file.len());
         if free_bytes > size_bytes.saturating_add(FREE_FLOOR_BYTES) {
             let repaired = repair(&from, &to)?;
-            tracing::info!(n_messages = repaired.n_messages, "a recording that was broken off is whole again");
+            tracing::info!(n_messages = repaired.n_messages, "an interrupted recording was repaired");
             std::fs::rename(&to, &from).map_err(|cause| recording::RecordingError::File {
                 act: "write",
                 path: from.clone(),
@@ -146,7 +146,7 @@ async fn adopted(
     if let Err(error) = parts.ledger.commit(vec![Change::UpdateRecording(finishing)]).await {
         tracing::error!(%error, "the end of a recording is not stored");
     }
-    // By a second name: until the record names the artifact, a crash finds the file where it was.
+    // As a hard link: until the record refers to the artifact, the file stays where a restart looks for it.
     let second = parts.artifacts.workbench().scratch().join(format!("{}.finished.mcap", record.id));
     let named = std::fs::hard_link(path, &second).or_else(|_| std::fs::rename(path, &second));
     if let Err(cause) = named {
@@ -165,9 +165,9 @@ async fn adopted(
     }
 }
 
-/// Nothing of it can be kept.
+/// Nothing of it can be stored.
 async fn lost(parts: &RecordingParts, record: RecordingRecord, problem: String) -> RecordingRecord {
-    tracing::error!(recording = record.id, problem, "a recording cannot be kept");
+    tracing::error!(recording = record.id, problem, "a recording cannot be stored");
     let figures = RecordingFigures {
         ended: Some(Ended::Crashed),
         problem: Some(problem),
@@ -178,13 +178,13 @@ async fn lost(parts: &RecordingParts, record: RecordingRecord, problem: String) 
     record
 }
 
-/// Whether it is stored; if not, the next start finds the recording as it was.
+/// Whether it was stored; if not, the next start finds the recording unchanged.
 async fn commit_end(parts: &RecordingParts, record: &RecordingRecord, figures: &RecordingFigures) -> bool {
     let ended = figures.ended.unwrap_or(Ended::Crashed);
     let body = RecordingEnded {
         name: record.name.clone(),
-        state: word(record.state),
-        ended: word(ended),
+        state: code(record.state),
+        ended: code(ended),
         n_frames: figures.n_frames,
         n_lost: figures.lost.total(),
         size_bytes: record.size_bytes,

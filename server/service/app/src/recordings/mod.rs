@@ -1,8 +1,8 @@
-//! Recordings: what the camera delivers, with everything beside it, as an MCAP file; one at a time.
+//! Recordings: everything the camera delivers, with device states and events, as an MCAP file; one at a time.
 //!
-//! Frames come through a tap of the station, which waits for nobody; one thread writes them, and it alone waits for the
-//! disk. While it runs, a recording is a file under `recordings/` of the data directory and a record in the state
-//! `recording`; when it has ended, the file becomes an artifact. What a dead process left is mended after the next start.
+//! Frames come through a non-blocking tap of the station; one thread writes them, and only it waits for the disk. While
+//! running, a recording is a file under `recordings/` of the data directory and a record in the state `recording`; at its
+//! end the file becomes an artifact. Recordings of a crashed process are repaired after the next start.
 
 pub mod figures;
 mod follow;
@@ -44,20 +44,20 @@ pub enum RecordingOf {
     Live,
     /// A scan, for as long as its frames are taken.
     Scan {
-        /// Which.
+        /// Its id.
         scan_id: String,
-        /// With which calibration.
+        /// Its calibration.
         calibration_id: String,
-        /// Bytes that the scan itself still needs of the disk.
+        /// Disk space that the scan itself still needs, bytes.
         needed_bytes: u64,
     },
 }
 
-/// Records what the station delivers. Clones are the same.
+/// The recorder. Clones share it.
 #[derive(Clone)]
 pub struct Recordings(Arc<Shared>);
 
-/// What recording works with.
+/// Dependencies of the recorder.
 pub struct RecordingParts {
     /// How the station is set up.
     pub config: Arc<AppConfig>,
@@ -75,31 +75,30 @@ pub struct RecordingParts {
 
 struct Shared {
     parts: RecordingParts,
-    /// Held while one begins or ends.
+    /// Held while a recording starts or ends.
     turn: tokio::sync::Mutex<()>,
     current: Mutex<Option<Current>>,
 }
 
-/// The recording that runs, or is being finished.
+/// The recording that is running or being finished.
 #[derive(Clone)]
 struct Current {
     record: RecordingRecord,
     progress: Arc<Progress>,
     notes: Notes,
-    /// Why it shall end; the first word counts.
+    /// The reason for its end; the first one counts.
     ending: Arc<Mutex<Option<Ended>>>,
-    /// Its record as it was stored at its end.
+    /// Its final record.
     kept: watch::Receiver<Option<RecordingRecord>>,
 }
 
 impl Recordings {
-    /// Nothing is recorded yet. Called within the runtime.
+    /// An idle recorder. Called within the runtime.
     pub fn new(parts: RecordingParts) -> Self {
         Self(Arc::new(Shared { parts, turn: tokio::sync::Mutex::default(), current: Mutex::default() }))
     }
 
-    /// Takes care of what a dead process left. Called before anybody can begin a recording; what takes time is done
-    /// beside everything else.
+    /// Repairs recordings of a crashed process. Called before requests are served; slow work is done in the background.
     pub async fn recover(&self) {
         let left = keeping::left_unfinished(&self.0.parts).await;
         let this = self.clone();
@@ -110,7 +109,7 @@ impl Recordings {
         });
     }
 
-    /// Begins to record; durable when it returns. What `and` returns is stored in the same transaction.
+    /// Starts a recording; durable when it returns. What `and` returns is stored in the same transaction.
     ///
     /// # Errors
     /// [`ErrorKind::Conflict`] while another recording runs, [`ErrorKind::StorageFull`] near the floor, a device or a disk
@@ -142,7 +141,7 @@ impl Recordings {
         begun
     }
 
-    #[allow(clippy::too_many_arguments, reason = "the steps of one beginning, apart from what undoes them")]
+    #[allow(clippy::too_many_arguments, reason = "the steps of a start, separate from their clean-up")]
     async fn write<E: From<AppError>>(
         &self,
         header: RecordingHeader,
@@ -164,7 +163,7 @@ impl Recordings {
             let made = tokio::task::spawn_blocking(move || made_file(&path, &header, calibration, progress)).await;
             made.map_err(disk_problem).and_then(|made| made)?
         };
-        // From before it begins, which is an event of its own.
+        // From before the start, which is an event itself.
         let events = follow::events(parts.ledger.clone(), notes.clone());
         let mut changes = and(&record).inspect_err(|_| keeping::removed(&path))?;
         changes.push(Change::InsertRecording(record.clone()));
@@ -190,7 +189,7 @@ impl Recordings {
         Ok(record)
     }
 
-    /// Starts the thread that writes, and those who follow what happens; when it has ended the record is kept.
+    /// Starts the writer thread and the followers; stores the record when the recording has ended.
     fn run(
         &self,
         record: RecordingRecord,
@@ -217,7 +216,7 @@ impl Recordings {
             this.close_tap().await;
             let record = keeping::keep(&this.0.parts, record, &path, written).await;
             *this.0.current.lock() = None;
-            // Nobody may wait for it.
+            // Possibly nobody waits for it.
             let _ = keep.send(Some(record));
         });
     }
@@ -232,38 +231,38 @@ impl Recordings {
             let (this, station) = (self.clone(), parts.station.clone());
             all.push(tokio::spawn(async move {
                 follow::end_of_live_view(station).await;
-                this.tell(None, Ended::LiveEnded).await;
+                this.publish(None, Ended::LiveEnded).await;
             }));
         }
         all
     }
 
-    /// Ends the recording `id`, or whichever runs, and returns its record once it is kept; `None`: there is none.
+    /// Ends the recording `id`, or the running one, and returns its final record; `None` if there is none.
     pub async fn end(&self, id: Option<&str>, why: Ended) -> Option<RecordingRecord> {
-        let mut kept = self.tell(id, why).await?;
+        let mut kept = self.publish(id, why).await?;
         let ended = tokio::time::timeout(END_WAIT, kept.wait_for(Option::is_some)).await;
         ended.ok()?.ok()?.clone()
     }
 
-    /// The same without waiting for its end; gives what will hold its record.
-    async fn tell(&self, id: Option<&str>, why: Ended) -> Option<watch::Receiver<Option<RecordingRecord>>> {
+    /// The same without waiting; returns a receiver of the final record.
+    async fn publish(&self, id: Option<&str>, why: Ended) -> Option<watch::Receiver<Option<RecordingRecord>>> {
         let current = self.current().filter(|current| id.is_none_or(|id| current.record.id == id))?;
         current.ending.lock().get_or_insert(why);
         self.close_tap().await;
         Some(current.kept)
     }
 
-    /// Where rows of the recorded scan are noted; `None` where no scan is recorded.
+    /// The note queue for rows of the recorded scan; `None` if no scan is recorded.
     pub fn notes(&self, id: &str) -> Option<Notes> {
         self.current().filter(|current| current.record.id == id).map(|current| current.notes)
     }
 
-    /// A record as it is at this moment: of the one that runs, with what is written so far.
+    /// A record with its current state; for the running recording, with the figures so far.
     pub fn now(&self, record: RecordingRecord) -> RecordingRecord {
         let Some(current) = self.current().filter(|current| current.record.id == record.id) else { return record };
         let of = |count: &std::sync::atomic::AtomicU64| count.load(Ordering::Relaxed);
         let progress = &current.progress;
-        // Which reason they have is told at the end.
+        // Their reasons are known at the end.
         let lost = FrameLosses {
             camera: of(&progress.n_lost),
             recorder: of(&progress.n_untaken),
@@ -299,7 +298,7 @@ impl Recordings {
             return Ok(());
         }
         let (needed, free) = (needed_bytes >> 20, free_bytes >> 20);
-        let detail = format!("to record, {needed} MiB of the disk must be free, {free} MiB are");
+        let detail = format!("a recording needs {needed} MiB of free disk space, {free} MiB are free");
         Err(AppError::new(ErrorKind::StorageFull, detail)
             .remedy("delete recordings, captures or scans that are no longer needed"))
     }
@@ -355,7 +354,7 @@ fn begun_record(header: &RecordingHeader) -> RecordingRecord {
     }
 }
 
-/// Makes the file with its header, durably. Blocks.
+/// Creates the file with its header, durably. Blocks.
 fn made_file(
     path: &std::path::Path,
     header: &RecordingHeader,
@@ -379,13 +378,13 @@ fn made_file(
     Ok((writer, file))
 }
 
-/// A state or a reason as events and answers say it.
-fn word(value: impl serde::Serialize) -> String {
+/// The code of a state or a reason in events and responses.
+fn code(value: impl serde::Serialize) -> String {
     let word = serde_json::to_value(value).ok().and_then(|value| value.as_str().map(str::to_owned));
     word.expect("states and reasons are enums without fields, which serde writes as words")
 }
 
-/// Figures as the record keeps them.
+/// The statistics in their stored form.
 fn stored(figures: &RecordingFigures) -> serde_json::Value {
     serde_json::to_value(figures).expect("figures are numbers and words")
 }

@@ -1,4 +1,4 @@
-//! What is recorded beside the frames, and the queue in which it waits.
+//! Notes recorded in addition to the frames, and their queue.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -16,15 +16,15 @@ use store::EventRecord;
 
 use crate::recordings::params::NOTES;
 
-/// Something beside the frames.
+/// A note.
 pub enum Note {
-    /// Where the stage is.
+    /// The stage position.
     Stage(StageNote),
     /// Which frame is a row of the scan.
     Row(RowNote),
-    /// How the devices are set.
+    /// The device settings.
     Settings(Box<SettingsNote>),
-    /// What happened.
+    /// An event.
     Event(Box<EventNote>),
     /// The lines of a frame.
     Peaks(PeaksNote),
@@ -32,10 +32,10 @@ pub enum Note {
     Profile(Vec<ProfilePoint>),
 }
 
-/// A note and its moment, nanoseconds since 1970.
+/// A note and its time, nanoseconds since 1970.
 pub type Timed = (u64, Note);
 
-/// Where notes go; clones are the same queue. Nobody waits: what finds no room is counted.
+/// The note queue; clones share it. Adding never blocks: notes that do not fit are counted.
 #[derive(Clone)]
 pub struct Notes {
     queue: SyncSender<Timed>,
@@ -51,24 +51,24 @@ impl Notes {
         (Self { queue, lost: Arc::default(), stage, clock }, notes)
     }
 
-    /// Adds a note of now.
+    /// Adds a note with the current time.
     pub fn add(&self, note: Note) {
         self.add_at(self.clock.now_ns(), note);
     }
 
-    /// Adds a note of that moment.
+    /// Adds a note with the given time.
     pub fn add_at(&self, at_ns: u64, note: Note) {
         if self.queue.try_send((at_ns, note)).is_err() {
             self.lost.fetch_add(1, Ordering::Relaxed);
         }
     }
 
-    /// A frame is row `row` of the scan, which takes it to be at `position_mm`.
+    /// Notes that a frame is row `row` of the scan, at `position_mm`.
     pub fn row(&self, row: usize, sequence: u64, position_mm: f64) {
         self.add(Note::Row(RowNote { sequence, row: row as u64, place: place(self.stage, Some(position_mm)) }));
     }
 
-    /// Notes that found no room.
+    /// Number of dropped notes.
     pub fn n_lost(&self) -> u64 {
         self.lost.load(Ordering::Relaxed)
     }
@@ -79,7 +79,7 @@ impl Notes {
     }
 }
 
-/// Monotonic time as nanoseconds since 1970: the wall clock is read once, when the recording begins.
+/// Monotonic time as nanoseconds since 1970: the wall clock is read once, at the start of the recording.
 #[derive(Debug, Clone, Copy)]
 pub struct Clock {
     began: std::time::Instant,
@@ -87,7 +87,7 @@ pub struct Clock {
 }
 
 impl Clock {
-    /// That begins now.
+    /// Starts now.
     pub fn start() -> Self {
         let since_1970 = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH);
         Self { began: std::time::Instant::now(), began_ns: since_1970.map_or(0, |time| time.as_nanos() as u64) }
@@ -98,7 +98,7 @@ impl Clock {
         self.at_ns(std::time::Instant::now())
     }
 
-    /// That moment, also one before the recording.
+    /// A given time, also before the recording.
     pub fn at_ns(&self, at: std::time::Instant) -> u64 {
         let since = at.saturating_duration_since(self.began).as_nanos() as u64;
         let before = self.began.saturating_duration_since(at).as_nanos() as u64;
@@ -106,7 +106,7 @@ impl Clock {
     }
 }
 
-/// Where a stage of that kind stands.
+/// The position of a stage of this kind.
 pub fn place(kind: StageKind, position: Option<f64>) -> Place {
     match (kind, position) {
         (_, None) => Place::default(),
@@ -115,7 +115,7 @@ pub fn place(kind: StageKind, position: Option<f64>) -> Place {
     }
 }
 
-/// The stage by the station's status.
+/// The stage from the station status.
 pub fn stage_note(status: &StationStatus) -> StageNote {
     StageNote {
         place: place(status.stage.capabilities.kind, status.position_mm),
@@ -124,7 +124,7 @@ pub fn stage_note(status: &StationStatus) -> StageNote {
     }
 }
 
-/// The devices by the station's status.
+/// The devices from the station status.
 pub fn settings_note(status: &StationStatus) -> SettingsNote {
     let camera = &status.camera_settings;
     let camera_settings = [
@@ -170,7 +170,7 @@ fn device(connected: bool, identity: &DeviceIdentity, settings: &[(&str, Value)]
     }
 }
 
-/// An event as the log keeps it, with its wall clock in ns.
+/// An event as in the log, with its wall-clock time in ns.
 pub fn event_note(event: &EventRecord) -> Timed {
     let at_ns = (event.at_ms.max(0) as u64).saturating_mul(1_000_000);
     let note = EventNote { kind: event.kind.clone(), subject: event.subject.clone(), body: event.body.clone() };
@@ -188,7 +188,7 @@ pub fn peaks_note(frame: &LiveFrame) -> PeaksNote {
     PeaksNote { sequence: frame.frame.sequence, lines: frame.centrelines.segments.iter().map(line).collect() }
 }
 
-/// The profile of a frame in the camera's frame, if there is a calibration.
+/// The profile of a frame in the camera frame, if there is a calibration.
 pub fn profile_note(frame: &LiveFrame) -> Option<Vec<ProfilePoint>> {
     let point = |point: &scanning::ProfilePoint| ProfilePoint {
         position_mm: point.hit_in_camera.xyz.into(),

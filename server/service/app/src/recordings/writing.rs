@@ -1,4 +1,4 @@
-//! The thread that writes a recording. It alone waits for the disk.
+//! The writer thread of a recording. Only it waits for the disk.
 
 use std::fs::File;
 use std::io::BufWriter;
@@ -16,16 +16,16 @@ use crate::recordings::figures::{Ended, RecordingFigures};
 use crate::recordings::notes::{Note, Notes, Timed, place};
 use crate::recordings::params::{FLUSH_EVERY, TURN};
 
-/// How far a recording is, for whoever looks.
+/// Progress of a recording, for readers on other threads.
 #[derive(Debug, Default)]
 pub struct Progress {
     /// Frames written.
     pub n_frames: AtomicU64,
-    /// Frames that arrived and were not taken in time.
+    /// Frames that arrived but were not written in time.
     pub n_untaken: AtomicU64,
     /// Exposures that did not arrive.
     pub n_lost: AtomicU64,
-    /// Bytes handed to the system.
+    /// Bytes passed to the operating system.
     pub size_bytes: AtomicU64,
 }
 
@@ -33,32 +33,32 @@ pub struct Progress {
 pub struct Writing {
     /// The file.
     pub writer: RecordingWriter<Counted>,
-    /// The same file, to be synced.
+    /// The same file, for syncing.
     pub file: File,
-    /// Where frames come from.
+    /// The frame source.
     pub tap: FrameTap,
-    /// What comes beside them.
+    /// The note source.
     pub notes: Receiver<Timed>,
-    /// Their other end: their losses, and the clock.
+    /// The note queue: its losses and the clock.
     pub queue: Notes,
-    /// What moves the part.
+    /// The kind of stage.
     pub stage: StageKind,
-    /// How far it is.
+    /// Progress.
     pub progress: Arc<Progress>,
     /// Bytes free on the disk.
     pub free_bytes: Arc<dyn Fn() -> u64 + Send + Sync>,
-    /// With less free it ends.
+    /// Free-space limit at which the recording ends.
     pub floor_bytes: u64,
 }
 
-/// Counts what is written.
+/// Counts the written data.
 pub struct Counted {
     file: BufWriter<File>,
     progress: Arc<Progress>,
 }
 
 impl Counted {
-    /// Over a file that was just made.
+    /// For a newly created file.
     pub fn new(file: File, progress: Arc<Progress>) -> Self {
         Self { file: BufWriter::with_capacity(1 << 20, file), progress }
     }
@@ -76,15 +76,15 @@ impl std::io::Write for Counted {
     }
 }
 
-/// What became of it.
+/// The outcome.
 pub struct Written {
-    /// In figures.
+    /// Statistics.
     pub figures: RecordingFigures,
-    /// Whether index and end are there.
+    /// Whether index and end were written.
     pub is_whole: bool,
 }
 
-/// Why writing came to an end by itself.
+/// Why writing ended on its own.
 enum Cause {
     Closed,
     DiskFloor,
@@ -92,8 +92,8 @@ enum Cause {
 }
 
 impl Writing {
-    /// Writes until the tap is closed, the disk is at its floor, or it does not take any more. `ended` says why the tap
-    /// was closed.
+    /// Writes until the tap is closed, the free-space limit is reached, or writing fails. `ended` returns why the tap was
+    /// closed.
     pub fn run(mut self, ended: impl FnOnce() -> Ended) -> Written {
         let mut account = Account::default();
         let syncing = Syncing::begin(&self.file);
@@ -109,11 +109,11 @@ impl Writing {
             Cause::Failed(error) => (Ended::WriteFailed, Some(error)),
         };
         if ended != Ended::DiskFloor && failure.is_none() {
-            // What was exposed after the last frame that is in the file.
+            // Exposures after the last frame in the file.
             account.lost.recorder = self.tap.dropped.recorder.load(Ordering::Relaxed);
         }
         let n_notes_lost = self.queue.n_lost();
-        let reason = ended.words().to_owned();
+        let reason = ended.text().to_owned();
         let end = RecordingEnd { reason, n_frames: account.n_frames, lost: account.lost, n_notes_lost };
         let finished = match failure {
             Some(error) => Err(error),
@@ -221,7 +221,7 @@ fn mcap_io(cause: std::io::Error) -> RecordingError {
     RecordingError::Mcap(cause.into())
 }
 
-/// What is in the file so far.
+/// The statistics so far.
 #[derive(Default)]
 struct Account {
     n_frames: u64,
@@ -241,7 +241,7 @@ impl Account {
     }
 }
 
-/// Syncs the file on a thread of its own: a disk that takes its time holds no frame.
+/// Syncs the file on its own thread, so that a slow disk delays no frame.
 struct Syncing {
     ask: Option<SyncSender<()>>,
     thread: Option<std::thread::JoinHandle<()>>,
@@ -254,7 +254,7 @@ impl Syncing {
         let sync = move || {
             for () in asked {
                 if let Err(cause) = file.sync_data() {
-                    tracing::error!(%cause, "a recording is not on the disk");
+                    tracing::error!(%cause, "a recording could not be synced");
                 }
             }
         };
@@ -262,7 +262,7 @@ impl Syncing {
         Self { ask: Some(ask), thread }
     }
 
-    /// One that waits already does for this, too.
+    /// A pending sync covers this one.
     fn ask(&self) {
         let _ = self.ask.as_ref().map(|ask| ask.try_send(()));
     }

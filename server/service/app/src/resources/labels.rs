@@ -1,8 +1,8 @@
-//! Names that people give to things: what is shown as a line must be one.
+//! Validation of user-given names.
 
 use crate::error::{AppError, ErrorKind};
 
-/// A name from outside: not empty, not endless, without characters that are not seen. `place` says where it stands.
+/// Checks a name: not empty, not too long, no invisible characters. `place` is its JSON pointer.
 pub fn label(text: &str, place: &str) -> Result<(), AppError> {
     /// Longer names break tables and file names.
     const LONGEST: usize = 100;
@@ -15,7 +15,7 @@ pub fn label(text: &str, place: &str) -> Result<(), AppError> {
         .remedy(format!("give 1 to {LONGEST} letters")))
 }
 
-/// Characters that are not seen and change how the rest is: of writing direction, of lines.
+/// Invisible characters that change how the rest is displayed: writing direction, line breaks.
 fn turns_text(letter: char) -> bool {
     matches!(letter, '\u{200e}' | '\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
 }

@@ -1,4 +1,4 @@
-//! What is kept, kind by kind, and how a record of it is read back.
+//! Stored resources by kind, and how their records are read.
 
 pub mod calibrations;
 pub mod captures;

@@ -1,4 +1,4 @@
-//! Catching up: the blocks of a scan that the stream did not bring.
+//! Display point blocks of a scan, for clients that missed some in the stream.
 
 use std::sync::Arc;
 
@@ -18,16 +18,16 @@ const PAGE_BYTES: usize = 8 * 1024 * 1024;
 pub struct PointsPage {
     /// The blocks, as the stream sends them.
     pub bytes: Bytes,
-    /// Number of the first block that is not in `bytes`: ask from there on.
+    /// Number of the first block not in `bytes`: where the next request continues.
     pub next_block: u32,
-    /// Whether the scan has no more blocks and will get none.
+    /// Whether these are the last blocks of the scan.
     pub complete: bool,
 }
 
-/// The blocks of a scan from number `from_block` on: of the running scan from memory, else from its display artifact.
+/// The blocks of a scan from number `from_block` on: from memory for the running scan, else from its display artifact.
 ///
 /// # Errors
-/// [`StoreError::NotFound`] for an unknown scan, [`StoreError::Damaged`] for a display artifact that is none.
+/// [`StoreError::NotFound`] for an unknown scan, [`StoreError::Damaged`] for an invalid display artifact.
 pub async fn points_page(
     live: &LiveBus,
     ledger: &EventedCatalogue,

@@ -1,4 +1,4 @@
-//! Scans as the store keeps them: reading them back, and the words for a disk that does not take them.
+//! Reading stored scans, and errors when writing them.
 
 use std::error::Error;
 use std::io::{self, BufReader};
@@ -17,7 +17,7 @@ pub fn new_id() -> String {
     uuid::Uuid::now_v7().to_string()
 }
 
-/// The cloud of a scan, all of it in memory.
+/// The whole cloud of a scan in memory.
 ///
 /// # Errors
 /// A problem: the scan has no cloud (it was stopped), or the artifact is damaged.
@@ -38,7 +38,7 @@ pub async fn stored_cloud_bytes(artifacts: &dyn Artifacts, scan: &ScanRecord) ->
     artifacts.bytes(id).await.map_err(lost)
 }
 
-/// The frames of a scan, checked; they stay in their file.
+/// The frames of a scan, verified; they are read from their file on demand.
 ///
 /// # Errors
 /// A problem: the artifact is damaged.
@@ -51,7 +51,7 @@ pub async fn stored_peaks(
     parsed(scan_id, "peaks", move || PeaksFile::new(bytes)).await
 }
 
-/// Where the frames of a scan were taken.
+/// The stage positions of the frames of a scan.
 ///
 /// # Errors
 /// A problem: the artifact is damaged.
@@ -63,7 +63,7 @@ pub async fn stored_positions(
     parsed(&scan.id, "peaks", move || read_positions(BufReader::new(bytes))).await
 }
 
-/// One frame of a scan and when it was taken, or how many frames there are; the others are not read.
+/// One frame of a scan with its time, or the number of frames if out of range; other frames are not read.
 ///
 /// # Errors
 /// A problem: the artifact is damaged.
@@ -85,7 +85,7 @@ async fn peaks_bytes(
     bytes.map_err(|error| AppError::from(error).of_stored(&format!("the record of lines of scan {scan_id}")))
 }
 
-/// Reads what takes up to a second on a thread that nobody else waits for.
+/// Runs a read of up to a second on a blocking thread.
 async fn parsed<T: Send + 'static, E: Error + Send + 'static>(
     scan_id: &str,
     what: &str,
@@ -97,22 +97,22 @@ async fn parsed<T: Send + 'static, E: Error + Send + 'static>(
     }
 }
 
-/// What the header of its cloud calls a scan; for a capture its scan, whatever a person calls the result.
+/// Name of a scan in the header of its cloud; for a capture, the name of its scan.
 pub fn cloud_name(scan: &ScanRecord) -> String {
     ScanRun::of(scan).map_or_else(|_| scan.name.clone(), |run| run.cloud_name)
 }
 
-/// Why there is no cloud, and what to do.
+/// Why there is no cloud, and the remedy.
 pub fn without_cloud(scan: &ScanRecord) -> AppError {
     AppError::new(ErrorKind::Conflict, format!("scan {} was stopped before its cloud was computed", scan.id))
-        .remedy("resume the scan, or compute it again from its peaks")
+        .remedy("resume the scan, or recompute it from its peaks")
 }
 
 fn damaged(scan_id: &str, what: &str, error: &dyn Error) -> AppError {
     AppError::damaged(&format!("the {what} of scan {scan_id}"), error.to_string())
 }
 
-/// A file in the making that the disk did not take.
+/// A file could not be written.
 pub fn disk_problem(error: impl Error + 'static) -> AppError {
     let mut causes = Vec::new();
     let mut full = false;

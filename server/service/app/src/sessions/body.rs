@@ -1,4 +1,4 @@
-//! What a calibration session knows: target, projector, pictures and what was found in each.
+//! The content of a calibration session: target, projector, images and their detections.
 
 use capture::{GratingProjector, Target};
 use optics::StagePosition;
@@ -13,113 +13,113 @@ use crate::sessions::stored::from_stored;
 pub struct Session {
     /// UUID v7.
     pub id: String,
-    /// Grows with every change.
+    /// Version; increases with every change.
     pub version: i64,
-    /// Everything else.
+    /// The content.
     pub body: SessionBody,
-    /// When it was begun, ms since 1970.
+    /// Time of creation, ms since 1970 (UTC).
     pub created_at_ms: i64,
-    /// When it was changed last, ms since 1970.
+    /// Time of the last change, ms since 1970 (UTC).
     pub changed_at_ms: i64,
 }
 
-/// What a session has gathered.
+/// The content of a calibration session.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SessionBody {
-    /// What a person calls it.
+    /// Its name.
     pub name: String,
-    /// The board.
+    /// The calibration board.
     pub target: Target,
-    /// The laser and its grating.
+    /// Laser and grating.
     pub projector: ProjectorSheet,
-    /// How pictures are exposed.
+    /// Exposure settings.
     pub exposures: Exposures,
-    /// Columns of the pictures; 0 before the first.
+    /// Image width; 0 before the first image.
     pub width_px: usize,
-    /// Rows of the pictures; 0 before the first.
+    /// Image height; 0 before the first image.
     pub height_px: usize,
-    /// The board at rest.
+    /// Captured poses of the board.
     pub poses: Vec<SessionPose>,
-    /// The board carried by the stage.
+    /// The board on the stage, at several positions.
     pub stage_views: Vec<SessionStageView>,
-    /// The camera as the boards so far give it.
+    /// Camera estimate from the boards so far.
     pub camera: CameraSoFar,
-    /// The job that was started to solve it.
+    /// The calibration job started from this session.
     pub job_id: Option<String>,
 }
 
-/// Laser and grating by their data sheets.
+/// Nominal values of laser and grating.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ProjectorSheet {
     /// Wavelength of the laser.
     pub wavelength_nm: f64,
-    /// Grooves of the grating.
+    /// Groove density of the grating.
     pub grating_lines_per_mm: f64,
-    /// Orders from the top (left) of the image.
+    /// Orders, from the top (left) of the image.
     pub orders: Vec<i8>,
-    /// `rows` or `columns`.
+    /// Lines run along image `rows` or `columns`.
     pub line_direction: String,
 }
 
-/// A picture in the store.
+/// A stored image.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Picture {
-    /// The PNG file's SHA-256.
+    /// SHA-256 of the PNG file.
     pub artifact: String,
-    /// How long it was exposed.
+    /// Exposure time.
     pub exposure_us: f64,
-    /// When it was taken, ms since 1970.
+    /// Time of capture, ms since 1970 (UTC).
     pub taken_at_ms: i64,
 }
 
-/// A board picture and what was found in it.
+/// A board image and its detections.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BoardPicture {
-    /// The picture.
+    /// The image.
     pub picture: Picture,
-    /// Corners: column and row on the board, u and v in the picture (px), standard deviation (px).
+    /// Detected corners: column and row on the board, u and v in the image (px), standard deviation (px).
     pub corners: Vec<[f64; 5]>,
-    /// Cells of the coverage map (8 × 6, row by row from the top left) that hold corners.
+    /// Cells of the coverage map (8 × 6, row by row from the top left) that contain corners.
     pub coverage_cells: Vec<u32>,
-    /// Typical standard deviation of a corner: grows with blur, darkness and noise.
+    /// Typical standard deviation of a corner; grows with blur, underexposure and noise.
     pub corner_sigma_px: Option<f64>,
-    /// Share of pixels at the sensor's limit.
+    /// Share of saturated pixels.
     pub saturated_share: f64,
-    /// Angle between the board and the picture plane; once the camera is known.
+    /// Angle between the board and the image plane; available once the camera is estimated.
     pub tilt_deg: Option<f64>,
-    /// Distance of the board's middle; once the camera is known.
+    /// Distance of the board centre; available from three images on.
     pub distance_mm: Option<f64>,
-    /// RMS distance of the corners from where the camera so far expects them.
+    /// RMS reprojection error with the current camera estimate.
     pub rms_px: Option<f64>,
-    /// What is wrong with it, and what to do.
+    /// What is wrong and what to do.
     pub problem: Option<String>,
 }
 
-/// A laser picture and what was found in it.
+/// A laser image and its detections.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LaserPicture {
-    /// The picture.
+    /// The image.
     pub picture: Picture,
-    /// Pieces of lines.
+    /// Number of line segments.
     pub n_segments: usize,
-    /// Points on them.
+    /// Number of line points.
     pub n_points: usize,
-    /// Every sixteenth point of each piece, u and v, for drawing.
+    /// Every sixteenth point of each segment, u and v, for display.
     pub lines_px: Vec<Vec<[f64; 2]>>,
-    /// Share of pixels at the sensor's limit.
+    /// Share of saturated pixels.
     pub saturated_share: f64,
-    /// What is wrong with it, and what to do.
+    /// What is wrong and what to do.
     pub problem: Option<String>,
 }
 
-/// A pose of the board at rest.
+/// A captured pose of the board.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SessionPose {
     /// UUID v7.
     pub id: String,
-    /// By ordinary light.
+    /// Image with the laser off.
     pub board: BoardPicture,
-    /// By laser light; without it the pose serves the camera alone.
+    /// Image with the laser on; without it the pose is used for the camera only.
     pub laser: Option<LaserPicture>,
 }
 
@@ -130,32 +130,32 @@ pub struct SessionStageView {
     pub id: String,
     /// Position read back from the stage.
     pub position: StagePosition,
-    /// By ordinary light.
+    /// Image with the laser off.
     pub board: BoardPicture,
 }
 
-/// The camera as the boards so far give it.
+/// Camera estimate from the boards so far.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct CameraSoFar {
     /// Focal length along u.
     pub focal_px: Option<f64>,
-    /// RMS distance of all corners.
+    /// RMS reprojection error of all corners.
     pub rms_px: Option<f64>,
-    /// Cells of the coverage map that no board has reached yet.
+    /// Cells of the coverage map not covered by any board yet.
     pub uncovered_cells: Vec<u32>,
-    /// What is still missing, and what to do.
+    /// What is still missing and what to do.
     pub problem: Option<String>,
 }
 
 impl BoardPicture {
-    /// Whether a calibration can use it.
+    /// Whether it is usable for a calibration.
     pub fn is_readable(&self) -> bool {
         !self.corners.is_empty()
     }
 }
 
 impl LaserPicture {
-    /// Whether a calibration can use it.
+    /// Whether it is usable for a calibration.
     pub fn is_readable(&self) -> bool {
         self.n_segments > 0
     }
@@ -190,7 +190,7 @@ impl TryFrom<SessionRecord> for Session {
         let body = from_stored(record.body).map_err(|cause| {
             AppError::new(ErrorKind::Internal, format!("session {} cannot be read", record.id))
                 .because(cause.to_string())
-                .remedy("begin a new session")
+                .remedy("start a new session")
         })?;
         let SessionRecord { id, version, created_at_ms, changed_at_ms, .. } = record;
         Ok(Self { id, version, body, created_at_ms, changed_at_ms })

@@ -1,4 +1,4 @@
-//! The camera as the boards of a session give it so far: how each board stands, what is still missing.
+//! Camera estimate from the boards of a session so far: pose of each board, what is still missing.
 
 use std::collections::BTreeSet;
 

@@ -1,4 +1,4 @@
-//! What a picture of a session shows, said at once so that a person can take it again.
+//! Detections in a session image, reported at once so that the user can capture it again.
 
 use std::collections::BTreeSet;
 
@@ -8,19 +8,19 @@ use vision::{BoardCorners, CentrelineParams, GreyImage, LineDirection, Pixels, f
 
 use crate::sessions::body::{BoardPicture, LaserPicture, Picture};
 
-/// Columns and rows of the coverage map: coarse enough to be filled by a dozen boards.
+/// Columns and rows of the coverage map: coarse enough to be covered by a dozen boards.
 pub const COVERAGE: (usize, usize) = (8, 6);
 
-/// A corner worse than this is blurred or dark: ten times the usual.
+/// Corner σ above which the image counts as blurred or underexposed: ten times the usual.
 const BLURRED_SIGMA_PX: f64 = 0.1;
 
-/// Share of saturated pixels from which a board picture is called overexposed: glare on a few squares.
+/// Share of saturated pixels from which a board image counts as overexposed: glare on a few squares.
 const GLARE_SHARE: f64 = 0.02;
 
-/// Points of a line left out between two that are kept for drawing.
+/// Subsampling of line points for display.
 const DRAWN_EVERY: usize = 16;
 
-/// Looks for the board.
+/// Detects the board.
 pub fn board_in(image: &GreyImage, picture: Picture, target: &Target) -> BoardPicture {
     let saturated_share = saturated_share(image);
     let mut found = BoardPicture {
@@ -37,7 +37,7 @@ pub fn board_in(image: &GreyImage, picture: Picture, target: &Target) -> BoardPi
     match find_board(image, target) {
         Err(error) => {
             let needed = if matches!(target, Target::Charuco(_)) { "more of" } else { "the whole" };
-            found.problem = Some(format!("{error}; hold {needed} board in the picture, evenly lit and sharp"));
+            found.problem = Some(format!("{error}; hold {needed} board in the image, evenly lit and in focus"));
         }
         Ok(board) => {
             found.coverage_cells = covered(&board, image.width(), image.height());
@@ -52,7 +52,7 @@ pub fn board_in(image: &GreyImage, picture: Picture, target: &Target) -> BoardPi
     found
 }
 
-/// Looks for laser lines.
+/// Detects laser lines.
 pub fn lines_in(image: &GreyImage, picture: Picture, line_direction: &str) -> LaserPicture {
     let line_direction = if line_direction == "columns" { LineDirection::Columns } else { LineDirection::Rows };
     let lines = find_centrelines(image, &CentrelineParams { line_direction, ..CentrelineParams::default() });
@@ -60,7 +60,7 @@ pub fn lines_in(image: &GreyImage, picture: Picture, line_direction: &str) -> La
         .segments
         .iter()
         .map(|segment| segment.points.iter().step_by(DRAWN_EVERY).map(|point| [point.u_px, point.v_px]).collect());
-    let nothing = "no laser line was found; check that the laser is on and exposed long enough";
+    let nothing = "no laser line was detected; check that the laser is on and the exposure is long enough";
     LaserPicture {
         picture,
         n_segments: lines.segments.len(),
@@ -73,10 +73,10 @@ pub fn lines_in(image: &GreyImage, picture: Picture, line_direction: &str) -> La
 
 fn weakness(sigma_px: Option<f64>, saturated_share: f64) -> Option<String> {
     if sigma_px.is_some_and(|sigma_px| sigma_px > BLURRED_SIGMA_PX) {
-        return Some("the board is blurred or dark; hold it still, focus, or expose longer".to_owned());
+        return Some("the board is blurred or dark; hold it still, focus, or increase the exposure".to_owned());
     }
     (saturated_share > GLARE_SHARE)
-        .then(|| "the board is overexposed; expose shorter or turn it out of the glare".to_owned())
+        .then(|| "the board is overexposed; reduce the exposure or tilt it to avoid glare".to_owned())
 }
 
 fn covered(board: &BoardCorners, width_px: usize, height_px: usize) -> Vec<u32> {

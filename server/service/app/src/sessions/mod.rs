@@ -1,12 +1,12 @@
-//! Calibration sessions: a person moves the board, the server takes the pictures and says at once what they show.
+//! Calibration sessions: a user moves the board, the server captures the images and reports the detections at once.
 //!
-//! Everything gathered is kept on the server, so that a session goes on in another browser, or after a restart, where
-//! it was. Solving it is a job; the active calibration stays as it is until somebody activates the result.
+//! Sessions are stored on the server and can be continued in another browser or after a restart. Solving one is a job; the
+//! active calibration does not change until the result is activated.
 
 mod body;
 mod camera_so_far;
+mod detection;
 mod found;
-mod look;
 mod needs;
 pub mod photographer;
 mod stored;
@@ -37,50 +37,50 @@ pub use body::{
     BoardPicture, CameraSoFar, LaserPicture, Picture, ProjectorSheet, Session, SessionBody, SessionPose,
     SessionStageView,
 };
-pub use look::Look;
+pub use detection::BoardDetection;
 pub use needs::{Need, SessionNeeds};
 
-/// Most pictures of a session: five times what any calibration needs, and a bounded record.
+/// Maximum number of images in a session: five times what any calibration needs.
 const PICTURE_LIMIT: usize = 120;
 
-/// Fewest readable boards that a calibration can begin with.
+/// Minimum number of usable boards for a calibration.
 const FEWEST_BOARDS: usize = 3;
 
-/// What a new session is to be.
+/// Request to create a session.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct NewSession {
-    /// What a person calls it.
+    /// Its name.
     pub name: Option<String>,
-    /// The board; the configured one if left out.
+    /// The calibration board; default: the configured one.
     pub target: Option<Target>,
-    /// The projector; the configured one if left out.
+    /// Laser and grating; default: the configured ones.
     pub projector: Option<ProjectorSheet>,
-    /// How pictures are exposed.
+    /// Exposure settings.
     pub exposures: Option<Exposures>,
 }
 
-/// What a new session has where nothing else is said.
+/// Defaults of a new session.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SessionDefaults {
     /// The configured board.
     pub target: Target,
-    /// The configured projector.
+    /// The configured laser and grating.
     pub projector: ProjectorSheet,
-    /// How pictures are exposed.
+    /// Exposure settings.
     pub exposures: Exposures,
 }
 
-/// Where the virtual operator of a simulated station is to hold the board.
+/// Where the virtual operator of the simulated station holds the board.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum VirtualBoard {
-    /// In a pose, counted from 0.
+    /// In one of the predefined poses.
     Pose {
-        /// Which.
+        /// Index of the pose, from 0.
         pose: usize,
     },
     /// On the stage, for stage views.
     Stage,
-    /// Out of the way; what lay on the stage before comes back.
+    /// Removed; the previous scene returns to the stage.
     Away,
 }
 
@@ -91,10 +91,10 @@ pub struct Sessions {
     ledger: EventedCatalogue,
     artifacts: Arc<dyn Artifacts>,
     station: StationHandle,
-    /// One change at a time: pictures take longer than a version check can bridge.
+    /// Serialises changes: capturing takes too long for a version check alone.
     turn: Arc<tokio::sync::Mutex<()>>,
     operator: Arc<Mutex<Option<VirtualOperator>>>,
-    /// One look at a time: many browsers may ask for the same.
+    /// Serialises detections: several browsers may request them.
     eye: Arc<tokio::sync::Mutex<()>>,
 }
 
@@ -117,7 +117,7 @@ impl Sessions {
         }
     }
 
-    /// What a new session has where nothing else is said: the configured board and projector.
+    /// Defaults of a new session: the configured board and projector.
     pub fn defaults(&self) -> SessionDefaults {
         SessionDefaults {
             target: self.config.target.clone(),
@@ -126,13 +126,13 @@ impl Sessions {
         }
     }
 
-    /// Begins a session.
+    /// Creates a session.
     #[cfg(test)]
     pub async fn create(&self, by: &Principal, new: NewSession) -> Result<Session, AppError> {
         self.create_with(by, new, |_| Vec::new()).await
     }
 
-    /// Begins a session, with changes that are made in the same transaction or not at all.
+    /// Creates a session, with further changes in the same transaction.
     pub async fn create_with(
         &self,
         by: &Principal,
@@ -155,12 +155,12 @@ impl Sessions {
         };
         check_new(&body)?;
         let session = Session { id: new_id(), version: 1, body, created_at_ms: now, changed_at_ms: now };
-        let told = event(
+        let entry = event(
             &session.id,
             Event::SessionCreated(SessionVersion { actor: by.actor.clone(), version: session.version }),
         );
         let mut changes = and(&session);
-        changes.extend([Change::InsertSession(record(&session)), told]);
+        changes.extend([Change::InsertSession(record(&session)), entry]);
         self.ledger.commit(changes).await?;
         Ok(session)
     }
@@ -177,20 +177,19 @@ impl Sessions {
         Ok(Listed { records, damaged, next })
     }
 
-    /// Looks at the newest frame of a running live view, else at a single exposure; the session stays as it is.
-    pub async fn look(&self, id: &str) -> Result<Look, AppError> {
+    /// Detects the board in the newest frame of a running live view, else in a single frame; the session is not changed.
+    pub async fn detect_board(&self, id: &str) -> Result<BoardDetection, AppError> {
         let _eye = self.eye.lock().await;
         let body = self.get(id).await?.body;
         let frame = self.station.snapshot().await?;
-        tokio::task::block_in_place(|| look::look_at(&frame, body))
+        tokio::task::block_in_place(|| detection::detect_in_frame(&frame, body))
     }
 
-    /// Takes the board as it is held now, by ordinary and by laser light. `expected`: refused unless the session has
-    /// this version.
+    /// Captures the board as held now, with the laser off and on. `expected`: refused unless the session has this version.
     pub async fn add_pose(&self, by: &Principal, id: &str, expected: Option<i64>) -> Result<Session, AppError> {
         self.change(by, id, expected, |sessions, body| {
             check_room(body)?;
-            let camera = sessions.photographer(id, body, "taking a calibration pose")?;
+            let camera = sessions.photographer(id, body, "capturing a calibration pose")?;
             let board = camera.board()?;
             let laser = camera.laser()?;
             drop(camera);
@@ -204,7 +203,7 @@ impl Sessions {
         .await
     }
 
-    /// Forgets a pose.
+    /// Deletes a pose.
     pub async fn delete_pose(
         &self,
         by: &Principal,
@@ -221,7 +220,7 @@ impl Sessions {
         .await
     }
 
-    /// Moves the stage to a position and takes the board that lies on it.
+    /// Moves the stage to a position and captures the board on it.
     pub async fn add_stage_view(
         &self,
         by: &Principal,
@@ -232,7 +231,7 @@ impl Sessions {
         self.change(by, id, expected, move |sessions, body| {
             check_room(body)?;
             check_kind(position, &sessions.station.status())?;
-            let camera = sessions.photographer(id, body, "taking a stage view")?;
+            let camera = sessions.photographer(id, body, "capturing a stage view")?;
             let position = camera.go_to(position)?;
             let frame = camera.board()?;
             drop(camera);
@@ -243,7 +242,7 @@ impl Sessions {
         .await
     }
 
-    /// Forgets a stage view.
+    /// Deletes a stage view.
     pub async fn delete_stage_view(
         &self,
         by: &Principal,
@@ -258,9 +257,9 @@ impl Sessions {
         .await
     }
 
-    /// Lets the virtual operator of a simulated station hold the board somewhere.
+    /// Sets where the virtual operator of a simulated station holds the board.
     pub fn place_virtual_board(&self, place: VirtualBoard) -> Result<(), AppError> {
-        let hands = self.station.simulation().ok_or_else(|| {
+        let twin = self.station.simulation().ok_or_else(|| {
             AppError::new(ErrorKind::Conflict, "this station is not simulated").remedy("move the board by hand")
         })?;
         let mut operator = self.operator.lock();
@@ -268,10 +267,10 @@ impl Sessions {
             *operator = None;
             return Ok(());
         }
-        let operator = operator.get_or_insert_with(|| VirtualOperator::new(hands, self.config.target.clone()));
+        let operator = operator.get_or_insert_with(|| VirtualOperator::new(twin, self.config.target.clone()));
         match place {
             VirtualBoard::Pose { pose } if pose >= PICTURE_LIMIT => {
-                return Err(AppError::new(ErrorKind::Impossible, format!("there is no pose {pose}"))
+                return Err(AppError::new(ErrorKind::Impossible, format!("pose {pose} does not exist"))
                     .remedy(format!("give a number below {PICTURE_LIMIT}")));
             }
             VirtualBoard::Pose { pose } => operator.hold_board(pose, virtual_operator::N_POSES),
@@ -280,7 +279,7 @@ impl Sessions {
         Ok(())
     }
 
-    /// Refuses a session whose readable pictures do not suffice for a calibration.
+    /// Refuses a session without enough usable images for a calibration.
     pub async fn check_suffices(&self, id: &str) -> Result<(), AppError> {
         let session = self.get(id).await?;
         let n_readable = session.body.poses.iter().filter(|pose| pose.board.is_readable()).count();
@@ -289,7 +288,7 @@ impl Sessions {
                 ErrorKind::Impossible,
                 format!("a calibration needs {FEWEST_BOARDS} readable boards, the session has {n_readable}"),
             )
-            .remedy("take the board in more poses, tilted differently"));
+            .remedy("capture the board in more poses with different tilts"));
         }
         let views = session.body.stage_views.iter().filter(|view| view.board.is_readable());
         let positions: Vec<StagePosition> = views.map(|view| view.position).collect();
@@ -306,7 +305,7 @@ impl Sessions {
         Ok(())
     }
 
-    /// Notes the job that was started to solve a session.
+    /// Records the job that was started to solve a session.
     pub async fn note_job(&self, by: &Principal, id: &str, job_id: &str) -> Result<(), AppError> {
         let job_id = job_id.to_owned();
         self.change(by, id, None, move |_, body| {
@@ -317,16 +316,16 @@ impl Sessions {
         Ok(())
     }
 
-    /// Forgets a session; what it made stays.
+    /// Deletes a session; its results are kept.
     pub async fn delete(&self, by: &Principal, id: &str) -> Result<(), AppError> {
         let _turn = self.turn.lock().await;
         self.ledger.read().session(id).await?;
-        let told = event(id, Event::SessionDeleted(by.act()));
-        self.ledger.commit(vec![Change::DeleteSession(id.to_owned()), told]).await?;
+        let entry = event(id, Event::SessionDeleted(by.initiator()));
+        self.ledger.commit(vec![Change::DeleteSession(id.to_owned()), entry]).await?;
         Ok(())
     }
 
-    /// Changes a session on a thread that may block, and stores it as its next version.
+    /// Changes a session on a blocking thread and stores it as its next version.
     async fn change(
         &self,
         by: &Principal,
@@ -342,9 +341,9 @@ impl Sessions {
         tokio::task::block_in_place(|| act(self, &mut session.body))?;
         session.version += 1;
         session.changed_at_ms = now_ms();
-        let told =
+        let entry =
             event(id, Event::SessionChanged(SessionVersion { actor: by.actor.clone(), version: session.version }));
-        match self.ledger.commit(vec![Change::UpdateSession(record(&session)), told]).await {
+        match self.ledger.commit(vec![Change::UpdateSession(record(&session)), entry]).await {
             Ok(_) => Ok(session),
             Err(StoreError::Changed { .. }) => Err(changed()),
             Err(error) => Err(error.into()),
@@ -360,7 +359,7 @@ impl Sessions {
 
     fn keep_board(&self, frame: &StampedFrame, body: &mut SessionBody) -> Result<BoardPicture, AppError> {
         let size_px = (frame.image.width(), frame.image.height());
-        look::check_size(body, size_px)?;
+        detection::check_size(body, size_px)?;
         (body.width_px, body.height_px) = size_px;
         Ok(found::board_in(&frame.image, self.keep(frame)?, &body.target))
     }
@@ -388,8 +387,7 @@ fn record(session: &Session) -> SessionRecord {
     }
 }
 
-/// Target and projector must be ones that a manifest may state; the manifest's own rules decide when it is solved,
-/// plain mistakes are reported at once.
+/// Basic checks of target and projector, reported at once; the rules of the manifest apply when the session is solved.
 fn check_new(body: &SessionBody) -> Result<(), AppError> {
     let impossible = |what: &str, remedy: &str, place: &str| {
         Err(AppError::new(ErrorKind::Impossible, what.to_owned()).remedy(remedy).at(place))
@@ -401,18 +399,22 @@ fn check_new(body: &SessionBody) -> Result<(), AppError> {
     let sheet = &body.projector;
     if !(sheet.wavelength_nm > 0.0 && sheet.grating_lines_per_mm > 0.0) || sheet.orders.is_empty() {
         return impossible(
-            "a projector has a wavelength, a grating and orders",
-            "see its data sheet",
+            "a projector needs a wavelength, a grating and orders",
+            "see the data sheet",
             "/projector",
         );
     }
     if !matches!(sheet.line_direction.as_str(), "rows" | "columns") {
-        return impossible("lines run along rows or columns", "give rows or columns", "/projector/line_direction");
+        return impossible(
+            "lines must run along rows or columns",
+            "give rows or columns",
+            "/projector/line_direction",
+        );
     }
     let Exposures { board_exposure_us, laser_exposure_us, laser_power } = body.exposures;
     if !(board_exposure_us > 0.0 && laser_exposure_us > 0.0 && laser_power > 0.0 && laser_power <= 1.0) {
         return impossible(
-            "exposures are above 0 µs, laser power is above 0 and at most 1",
+            "exposures must be above 0 µs, laser power above 0 and at most 1",
             "correct them",
             "/exposures",
         );
@@ -420,7 +422,7 @@ fn check_new(body: &SessionBody) -> Result<(), AppError> {
     Ok(())
 }
 
-/// The position is one of the station's own kind of stage.
+/// Checks that the position matches the station's kind of stage.
 fn check_kind(position: StagePosition, status: &StationStatus) -> Result<(), AppError> {
     let (is, wanted) = match (stage_kind(status), position) {
         (StageKind::Linear, StagePosition::RotaryDeg(_)) => ("travels", "position_mm"),
@@ -435,7 +437,7 @@ fn check_room(body: &SessionBody) -> Result<(), AppError> {
     if body.poses.len() * 2 + body.stage_views.len() < PICTURE_LIMIT {
         return Ok(());
     }
-    Err(AppError::new(ErrorKind::Impossible, format!("a session holds at most {PICTURE_LIMIT} pictures"))
+    Err(AppError::new(ErrorKind::Impossible, format!("a session can have at most {PICTURE_LIMIT} images"))
         .remedy("delete some, or solve it"))
 }
 
@@ -450,5 +452,5 @@ fn remove<T>(list: &mut Vec<T>, what: &str, id: &str, id_of: impl Fn(&T) -> &Str
 }
 
 fn changed() -> AppError {
-    AppError::new(ErrorKind::Changed, "the session was changed meanwhile").remedy("read it again and repeat")
+    AppError::new(ErrorKind::Changed, "the session was changed in the meantime").remedy("read it again and repeat")
 }

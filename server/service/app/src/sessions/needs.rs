@@ -1,63 +1,63 @@
-//! What a session still needs for a good calibration, step by step: decided here, the same for every browser and program.
+//! What a session still needs for a good calibration, step by step, the same for all clients.
 
 use crate::sessions::body::{BoardPicture, SessionBody};
 use crate::sessions::found::COVERAGE;
 
-/// Readable boards. With these figures the twin's calibrations stay below their own σ.
+/// Required boards. With these requirements the errors of the twin's calibrations stay below their own σ.
 const BOARDS: f64 = 8.0;
 
-/// Cells of the coverage map, of 48: in the others the distortion is extrapolated.
+/// Required cells of the coverage map, of 48: in the others the distortion is extrapolated.
 const CELLS: f64 = 36.0;
 
-/// Boards tilted enough to separate the focal length from the distance.
+/// Required tilted boards, to separate focal length and distance.
 const TILTED_BOARDS: f64 = 3.0;
 
 /// Tilt from which a board counts as tilted, degrees.
 const TILTED_DEG: f64 = 15.0;
 
-/// Range of the boards' distances as a share of their mean: depth is calibrated where boards were.
+/// Required spread of the board distances as a share of their mean: depth is calibrated only where boards were.
 const DISTANCE_SPREAD: f64 = 0.1;
 
-/// Boards with laser lines: two determine a light sheet, the third shows whether they fit.
+/// Required boards with laser lines: two determine a light sheet, the third is a check.
 const LIT_BOARDS: f64 = 3.0;
 
-/// Positions of the stage: two fit a line whatever they are, the third shows whether it is one.
+/// Required stage positions: two always fit a line, the third is a check.
 const STAGE_VIEWS: f64 = 3.0;
 
-/// One thing a calibration wants.
+/// One requirement of a calibration.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Need {
-    /// What is there.
+    /// Current value.
     pub have: f64,
-    /// What is wanted.
+    /// Required value.
     pub want: f64,
-    /// Whether that is enough.
+    /// Whether the requirement is met.
     pub met: bool,
 }
 
-/// What the steps of a session have and want.
+/// What the steps of a session have and need.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct SessionNeeds {
-    /// Boards with corners.
+    /// Boards with detected corners.
     pub boards: Need,
-    /// Cells of the coverage map with corners.
+    /// Covered cells of the coverage map.
     pub cells: Need,
     /// Boards tilted by `tilted_deg` or more.
     pub tilted_boards: Need,
     /// Tilt from which a board counts as tilted, degrees.
     pub tilted_deg: f64,
-    /// Range of the boards' distances, mm.
+    /// Spread of the board distances, mm.
     pub distance_mm: Need,
-    /// Whether the camera's step has all of these.
+    /// Whether all requirements of the camera step are met.
     pub camera_met: bool,
-    /// Boards with laser lines.
+    /// Boards with detected laser lines.
     pub lit_boards: Need,
-    /// Positions of the stage with a readable board.
+    /// Stage positions with a detected board.
     pub stage_views: Need,
 }
 
 impl SessionNeeds {
-    /// Of what a session has gathered.
+    /// The requirements of a session with their current values.
     pub fn of(body: &SessionBody) -> Self {
         let need = |have: f64, want: f64| Need { have, want, met: have >= want };
         let readable = |board: &&BoardPicture| !board.corners.is_empty();
@@ -84,7 +84,7 @@ impl SessionNeeds {
     }
 }
 
-/// The range of distances; a single one has none.
+/// The spread of distances; 0 for a single one.
 fn distance(boards: &[&BoardPicture]) -> Need {
     let distances_mm: Vec<f64> = boards.iter().filter_map(|board| board.distance_mm).collect();
     let low = distances_mm.iter().copied().fold(f64::INFINITY, f64::min);
@@ -102,7 +102,7 @@ mod tests {
     use super::*;
     use crate::sessions::stored::from_stored;
 
-    /// Eight boards that have everything a good calibration wants, as changed by the test.
+    /// Eight boards that meet all requirements, as changed by the test.
     fn needs(change: impl Fn(usize, &mut BoardPicture), uncovered: usize) -> SessionNeeds {
         let picture = json!({ "artifact": "", "exposure_us": 1.0, "taken_at_ms": 0 });
         let pose = |idx: usize| {
@@ -129,7 +129,7 @@ mod tests {
     }
 
     #[test]
-    fn needs_say_what_is_missing_each_for_itself() {
+    fn each_requirement_is_reported_separately() {
         let all = needs(|_, _| {}, 0);
         assert!(all.camera_met && all.lit_boards.met && !all.stage_views.met, "{all:?}");
         let flat = needs(|_, board| board.tilt_deg = Some(5.0), 0);

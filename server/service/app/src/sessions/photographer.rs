@@ -1,5 +1,5 @@
-//! The pictures of a calibration, taken with the station in hand: the board by ordinary light, the lines on it by
-//! laser light.
+//! Captures calibration images with exclusive use of the station: the board with the laser off, its lines with the
+//! laser on.
 
 use devices::{CameraRequest, Trigger};
 use optics::StagePosition;
@@ -7,19 +7,19 @@ use optics::StagePosition;
 use station::cancel::CancelFlag;
 use station::{SharedFrame, StationLease, StationRefusal};
 
-/// How long the camera looks, and how bright the laser is.
+/// Exposure times and laser power.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Exposures {
-    /// For the board, with the laser off.
+    /// Exposure time for the board, laser off.
     pub board_exposure_us: f64,
-    /// For the laser lines.
+    /// Exposure time for the laser lines.
     pub laser_exposure_us: f64,
     /// Share of full laser power, above 0 and at most 1.
     pub laser_power: f64,
 }
 
 impl Default for Exposures {
-    /// What suits a white board at the simulated station.
+    /// Defaults for a white board on the simulated station.
     fn default() -> Self {
         Self {
             board_exposure_us: twin::live::BOARD_EXPOSURE_US,
@@ -29,7 +29,7 @@ impl Default for Exposures {
     }
 }
 
-/// Takes pictures until it is dropped; then the station is dark, at rest and free again.
+/// Captures images until it is dropped; then the laser is off, the stage at rest and the station free.
 pub struct Photographer {
     lease: StationLease,
     cancel: CancelFlag,
@@ -37,18 +37,18 @@ pub struct Photographer {
 }
 
 impl Photographer {
-    /// With the station in hand.
+    /// With exclusive use of the station.
     pub fn new(lease: StationLease, cancel: CancelFlag, exposures: Exposures) -> Self {
         Self { lease, cancel, exposures }
     }
 
-    /// The board by ordinary light.
+    /// Captures the board with the laser off.
     pub fn board(&self) -> Result<SharedFrame, StationRefusal> {
         self.lease.laser_off()?;
         self.expose(self.exposures.board_exposure_us)
     }
 
-    /// The laser lines.
+    /// Captures the laser lines.
     pub fn laser(&self) -> Result<SharedFrame, StationRefusal> {
         self.lease.laser_on(self.exposures.laser_power)?;
         let frame = self.expose(self.exposures.laser_exposure_us);
@@ -66,8 +66,8 @@ impl Photographer {
         Ok(position.kind().position(self.lease.move_to(position.value(), None, &self.cancel)?))
     }
 
-    /// Tells the station's status what is done now.
-    pub fn say(&self, words: &str) {
+    /// Sets the activity in the station status.
+    pub fn report_activity(&self, words: &str) {
         self.lease.activity(words);
     }
 

@@ -1,6 +1,6 @@
-//! What a calibration session has gathered, as its record keeps it.
+//! The content of a calibration session as stored in its record.
 //!
-//! The forms below name every field of their part once: `remote` makes the compiler hold them to it.
+//! The stored types list every field of their domain type; `remote` makes the compiler check this.
 
 use capture::Target;
 use optics::StagePosition;
@@ -26,7 +26,7 @@ pub fn to_stored(body: &SessionBody) -> Value {
     StoredSessionBody::serialize(body, serde_json::value::Serializer).expect("a session is numbers and texts")
 }
 
-/// The stored form of [`SessionBody`]; those below are of its parts, field by field.
+/// The stored form of [`SessionBody`]; the types below are those of its parts.
 #[derive(Serialize, Deserialize)]
 #[serde(remote = "SessionBody")]
 struct StoredSessionBody {
@@ -139,14 +139,14 @@ struct StoredCameraSoFar {
     problem: Option<String>,
 }
 
-/// A target is stored as a manifest states it; of a record from before there were kinds it is a chessboard.
+/// A target is stored as in a manifest; without a kind it is a chessboard.
 fn read_target<'de, D: Deserializer<'de>>(from: D) -> Result<Target, D::Error> {
     let mut stored = serde_json::Map::deserialize(from)?;
     stored.entry("kind").or_insert_with(|| "chessboard".into());
     Target::deserialize(Value::Object(stored)).map_err(D::Error::custom)
 }
 
-// Parts in lists and options go by their stored form within a value of its own.
+// Items of lists and options are wrapped to use their stored form.
 
 #[derive(Serialize)]
 struct WrittenPose<'a>(#[serde(with = "StoredSessionPose")] &'a SessionPose);
@@ -198,7 +198,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_version_0_1_stored_is_read_and_stored_with_the_kind_of_its_board() {
+    fn the_stored_form_of_version_0_1_is_read_and_written_with_the_kind_of_its_board() {
         let picture = json!({ "artifact": "ab", "exposure_us": 800.5, "taken_at_ms": 1_700_000_000_000_i64 });
         let board = json!({ "picture": picture, "corners": [[0.0, 1.0, 10.5, 20.25, 0.01]], "coverage_cells": [7],
             "corner_sigma_px": 0.02, "saturated_share": 0.1, "tilt_deg": 12.5, "distance_mm": 400.0, "rms_px": 0.03,

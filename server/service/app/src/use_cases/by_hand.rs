@@ -1,4 +1,4 @@
-//! The devices by hand: camera, stage, laser, live view.
+//! Manual control of the devices: camera, stage, laser, live view.
 
 use std::time::Instant;
 
@@ -9,19 +9,19 @@ use crate::App;
 use crate::access::principal::Principal;
 use crate::camera::auto_exposure::auto_exposure;
 use crate::camera::memory;
-use crate::control::{Ask, admit};
+use crate::control::{Request, admit};
 use crate::error::AppError;
-use crate::events::{CameraConfigured, Event, LaserSwitched, LiveView, Motion, event};
+use crate::events::{CameraConfigured, Event, LaserSwitched, LiveView, StageMotion, by_kind, event};
 
-/// What only turns something off is refused to nobody in control, whatever the station does.
+/// The holder of control may always turn things off, whatever the station does.
 fn in_control(app: &App, by: &Principal) -> Result<(), AppError> {
     app.control.command(by.control_id.as_deref(), Instant::now()).map(drop)
 }
 
-/// Sets the camera if `may` agrees, once it is known that who asks is in control.
+/// Changes camera settings if the caller is in control and `may` agrees.
 ///
 /// # Errors
-/// Who is not in control, what `may` says, a camera that refuses.
+/// The caller is not in control, `may` refuses, or the camera refuses.
 pub async fn configure_camera<E: From<AppError>>(
     app: &App,
     by: &Principal,
@@ -34,12 +34,12 @@ pub async fn configure_camera<E: From<AppError>>(
     Ok(configured(app, by, &wanted).await?)
 }
 
-/// Sets the exposure so that the lines are bright and not flattened; needs a live view with light.
+/// Adjusts the exposure so that the laser lines are bright but not saturated; needs a live view with the laser on.
 ///
 /// # Errors
-/// Who may not command the station; no live view with light; a camera that refuses.
+/// The caller may not use the station, there is no live view with the laser on, or the camera refuses.
 pub async fn auto_expose(app: &App, by: &Principal) -> Result<(), AppError> {
-    let may_go_on = || admit(app, by, Ask::Command).map(drop);
+    let may_go_on = || admit(app, by, Request::Command).map(drop);
     may_go_on()?;
     auto_exposure(app, may_go_on).await?;
     let exposure_us = app.station.status().camera_settings.exposure_us;
@@ -47,33 +47,35 @@ pub async fn auto_expose(app: &App, by: &Principal) -> Result<(), AppError> {
     configured(app, by, &wanted).await
 }
 
-/// Stores and publishes the settings a person gave the camera.
+/// Stores and publishes the user's camera settings.
 async fn configured(app: &App, by: &Principal, wanted: &CameraRequest) -> Result<(), AppError> {
     memory::remember(&app.ledger, wanted, &app.station.status().camera_settings).await?;
-    let kept = memory::KeptSettings::all(&app.station.status().camera_settings);
-    let body = CameraConfigured { act: by.act(), settings: kept };
+    let kept = memory::StoredCameraSettings::all(&app.station.status().camera_settings);
+    let body = CameraConfigured { initiator: by.initiator(), settings: kept };
     app.ledger.commit(vec![event("camera", Event::CameraConfigured(body))]).await?;
     Ok(())
 }
 
-/// Homes, moves or jogs the stage; goes on after the answer, which says what the stage accepted.
+/// Homes, moves or jogs the stage; returns what the stage accepted before the motion ends.
 ///
 /// # Errors
-/// Who may not command the station, a stage that refuses.
+/// The caller may not use the station, or the stage refuses.
 pub async fn move_stage(app: &App, by: &Principal, command: Manual) -> Result<Option<AcceptedMove>, AppError> {
-    admit(app, by, Ask::Command)?;
-    let (told, jog) = (motion_event(&command), matches!(command, Manual::Jog { .. }));
+    admit(app, by, Request::Command)?;
+    let (variant, jog) = (motion_event(&command), matches!(command, Manual::Jog { .. }));
     let accepted = app.station.manual(command).await?;
-    // A jog is repeated many times a second: its beginning is what happened.
+    // A jog is repeated many times a second: only its start is an event.
     if accepted.is_some() || !jog {
-        let (target_mm, speed_mm_s) = (accepted.map(|to| to.target_mm), accepted.map(|to| to.speed_mm_s));
-        let body = Motion { act: by.act(), target_mm, speed_mm_s };
-        app.ledger.commit(vec![event("stage", told(body))]).await?;
+        let kind = app.station.status().stage.capabilities.kind;
+        let (target_mm, target_deg) = by_kind(kind, accepted.map(|to| to.target_mm));
+        let (speed_mm_s, speed_deg_s) = by_kind(kind, accepted.map(|to| to.speed_mm_s));
+        let body = StageMotion { initiator: by.initiator(), target_mm, target_deg, speed_mm_s, speed_deg_s };
+        app.ledger.commit(vec![event("stage", variant(body))]).await?;
     }
     Ok(accepted)
 }
 
-fn motion_event(command: &Manual) -> fn(Motion) -> Event {
+fn motion_event(command: &Manual) -> fn(StageMotion) -> Event {
     match command {
         Manual::Home => Event::StageHomed,
         Manual::Jog { .. } => Event::StageJogged,
@@ -81,18 +83,18 @@ fn motion_event(command: &Manual) -> fn(Motion) -> Event {
     }
 }
 
-/// Shines with a share of full power while frames arrive; 0 goes dark.
+/// Sets the laser power as a share of full power; 0 turns it off. The laser is on only while frames arrive.
 ///
 /// # Errors
-/// Who may not command the station, a laser that refuses.
+/// The caller may not use the station, or the laser refuses.
 pub async fn switch_laser(app: &App, by: &Principal, power: f64) -> Result<(), AppError> {
     if power > 0.0 {
-        admit(app, by, Ask::Command)?;
+        admit(app, by, Request::Command)?;
     } else {
         in_control(app, by)?;
     }
     app.station.manual(Manual::Laser { power }).await?;
-    let body = LaserSwitched { act: by.act(), power };
+    let body = LaserSwitched { initiator: by.initiator(), power };
     app.ledger.commit(vec![event("laser", Event::LaserSwitched(body))]).await?;
     Ok(())
 }
@@ -100,17 +102,17 @@ pub async fn switch_laser(app: &App, by: &Principal, power: f64) -> Result<(), A
 /// Starts or ends the live view.
 ///
 /// # Errors
-/// Who may not command the station, a device that refuses.
+/// The caller may not use the station, or a device refuses.
 pub async fn set_live_view(app: &App, by: &Principal, wanted: LiveRequest) -> Result<(), AppError> {
     let LiveRequest { running, laser_power } = wanted;
     if running {
-        admit(app, by, Ask::Command)?;
+        admit(app, by, Request::Command)?;
     } else {
         in_control(app, by)?;
     }
     app.station.live(wanted).await?;
-    let body = LiveView { act: by.act(), laser_power };
-    let told = if running { Event::LiveStarted(body) } else { Event::LiveEnded(body) };
-    app.ledger.commit(vec![event("station", told)]).await?;
+    let body = LiveView { initiator: by.initiator(), laser_power };
+    let change = if running { Event::LiveStarted(body) } else { Event::LiveEnded(body) };
+    app.ledger.commit(vec![event("station", change)]).await?;
     Ok(())
 }

@@ -1,4 +1,4 @@
-//! Captures from outside.
+//! Uploaded captures.
 
 use std::path::PathBuf;
 
@@ -10,21 +10,21 @@ use crate::error::{AppError, ErrorKind};
 use crate::events::{Event, event};
 use crate::resources::captures::{ArchiveFormat, CaptureOrigin};
 
-/// An archive that was received.
+/// A received archive.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Upload {
-    /// Its file, under the artifacts' scratch folder; gone afterwards.
+    /// Its file in the scratch folder of the artifacts; consumed.
     pub archive: PathBuf,
-    /// How it is packed.
+    /// Its archive format.
     pub format: ArchiveFormat,
-    /// What a person calls it.
+    /// Its name.
     pub name: String,
 }
 
-/// Checks an archive down to the last pixel and keeps it, together with what `and` returns.
+/// Validates an archive completely and stores it, together with what `and` returns.
 ///
 /// # Errors
-/// An archive that is no capture, or what `and` says.
+/// The archive is not a valid capture, or `and` fails.
 pub async fn upload<E: From<AppError>>(
     app: &App,
     by: &Principal,
@@ -38,20 +38,20 @@ pub async fn upload<E: From<AppError>>(
         AppError::new(ErrorKind::Internal, "the archive could not be checked").because(cause.to_string())
     })?;
     let (record, change) = taken?;
-    let told = event(&record.id, Event::CaptureCreated((&record).into()));
+    let entry = event(&record.id, Event::CaptureCreated((&record).into()));
     tracing::info!(capture = record.id, principal = Principal::LOCAL, actor = by.actor, "a capture was uploaded");
-    let mut changes = vec![change, told];
+    let mut changes = vec![change, entry];
     changes.extend(and(&record)?);
     app.ledger.commit(changes).await.map_err(AppError::from)?;
     Ok(record)
 }
 
-/// Forgets a capture.
+/// Deletes a capture.
 ///
 /// # Errors
-/// If there is none, or a record needs it.
+/// If it does not exist, or a record refers to it.
 pub async fn delete_capture(app: &App, by: &Principal, id: String) -> Result<(), AppError> {
-    let gone = event(&id, Event::CaptureDeleted(by.act()));
+    let gone = event(&id, Event::CaptureDeleted(by.initiator()));
     app.ledger.commit(vec![Change::DeleteCapture(id), gone]).await?;
     Ok(())
 }

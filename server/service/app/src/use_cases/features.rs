@@ -1,4 +1,4 @@
-//! The camera's own features by name, for engineers.
+//! Camera features by name (GenICam), for engineers.
 
 use std::sync::Arc;
 
@@ -8,30 +8,30 @@ use station::Manual;
 
 use crate::App;
 use crate::access::principal::Principal;
-use crate::control::{Ask, admit};
+use crate::control::{Request, admit};
 use crate::error::{AppError, ErrorKind};
 use crate::events::{CameraFeaturesSet, Event, FeatureSet, event};
 
-/// How the camera's link does, and all its features. Takes as long as the camera does, seconds at most.
+/// The camera link and all features. Takes as long as the camera needs, seconds at most.
 ///
 /// # Errors
-/// A camera that has none, or does not answer.
+/// The camera has none, or does not respond.
 pub async fn camera_features(app: &App) -> Result<(CameraLink, Vec<Feature>), AppError> {
     let details = details(app)?;
     blocking(move || Ok((details.link(), details.features()?))).await
 }
 
-/// Sets features of the camera one after the other; returns them as the camera says they are then. Its settings are read
-/// again, since they may be what was set.
+/// Sets camera features one after the other; returns them as read back. The camera settings are read again, since features
+/// may change them.
 ///
 /// # Errors
-/// Who may not command the station; a feature that does not exist or is refused: those before it are set.
+/// The caller may not use the station; a feature does not exist or is refused: those before it are set.
 pub async fn set_camera_features(
     app: &App,
     by: &Principal,
     wanted: Vec<(String, String)>,
 ) -> Result<Vec<Feature>, AppError> {
-    admit(app, by, Ask::Command)?;
+    admit(app, by, Request::Command)?;
     let details = details(app)?;
     let outcome = blocking(move || {
         let (mut set, mut refused) = (Vec::new(), None);
@@ -49,8 +49,9 @@ pub async fn set_camera_features(
     let (set, refused) = outcome.await?;
     if !set.is_empty() {
         app.station.manual(Manual::Configure(CameraRequest::default())).await?;
-        let told = |feature: &Feature| FeatureSet { name: feature.name.clone(), value: feature.value.clone() };
-        let body = CameraFeaturesSet { act: by.act(), features: set.iter().map(told).collect() };
+        let read_back =
+            |feature: &Feature| FeatureSet { name: feature.name.clone(), value: feature.value.clone() };
+        let body = CameraFeaturesSet { initiator: by.initiator(), features: set.iter().map(read_back).collect() };
         app.ledger.commit(vec![event("camera", Event::CameraFeaturesSet(body))]).await?;
     }
     refused.map_or(Ok(set), Err)
@@ -58,8 +59,8 @@ pub async fn set_camera_features(
 
 fn details(app: &App) -> Result<Arc<dyn CameraDetails>, AppError> {
     app.station.camera_details().ok_or_else(|| {
-        AppError::new(ErrorKind::NotFound, "this camera has no features beyond its settings")
-            .remedy("GET /api/v1/devices/camera/settings has what every camera can be set to")
+        AppError::new(ErrorKind::NotFound, "this camera has no named features")
+            .remedy("use GET /api/v1/devices/camera/settings for the common settings")
     })
 }
 
@@ -68,8 +69,8 @@ async fn blocking<T: Send + 'static>(
 ) -> Result<T, AppError> {
     tokio::task::spawn_blocking(work).await.unwrap_or_else(|cause| {
         tracing::error!(%cause, "reading the camera's features panicked");
-        Err(AppError::new(ErrorKind::Internal, "the camera's features met a defect of the program")
-            .remedy("report it with the log of the server"))
+        Err(AppError::new(ErrorKind::Internal, "an internal error occurred while accessing camera features")
+            .remedy("report it together with the server log"))
     })
 }
 
@@ -77,11 +78,11 @@ impl From<FeatureError> for AppError {
     fn from(error: FeatureError) -> Self {
         let (kind, remedy) = match &error {
             FeatureError::Unknown { .. } => {
-                (ErrorKind::Impossible, "GET /api/v1/devices/camera/features lists those it has")
+                (ErrorKind::Impossible, "GET /api/v1/devices/camera/features lists the available ones")
             }
             FeatureError::Refused { .. } => (
                 ErrorKind::Impossible,
-                "look at its range, its entries and its access; some need the live view ended",
+                "check its range, entries and access mode; some features need the live view to be ended",
             ),
             FeatureError::Gone { .. } => (ErrorKind::DeviceFault, "check cable and power, then reset the station"),
         };

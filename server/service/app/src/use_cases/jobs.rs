@@ -1,18 +1,18 @@
-//! What takes seconds: accepted, and ended before its time.
+//! Starting and cancelling jobs.
 
 use store::{Change, JobRecord};
 
 use crate::App;
 use crate::access::lease::Authority;
 use crate::access::principal::Principal;
-use crate::control::{Ask, admit};
+use crate::control::{Request, admit};
 use crate::error::AppError;
 use crate::jobs::{JobInput, JobView};
 
 /// Accepts a job durably, together with what `and` returns or not at all.
 ///
 /// # Errors
-/// Who may not use the station, an input that cannot work, a full queue or disk.
+/// The caller may not use the station, the input is invalid, or queue or disk are full.
 pub async fn start_job(
     app: &App,
     by: &Principal,
@@ -20,20 +20,20 @@ pub async fn start_job(
     and: impl FnOnce(&JobRecord) -> Vec<Change>,
 ) -> Result<JobRecord, AppError> {
     let authority = match input.needs_station() {
-        true => admit(app, by, Ask::StartJob)?,
-        // A computation needs nobody's word.
+        true => admit(app, by, Request::StartJob)?,
+        // A computation needs no authority.
         false => Authority { holder: None, epoch: app.station.stop_epoch() },
     };
     app.jobs.submit_with(input, &by.actor, authority, and).await
 }
 
-/// Asks a job to end. While somebody is in control, a job that needs the station is ended by nobody else.
+/// Cancels a job. While someone is in control, only they can cancel a job that needs the station.
 ///
 /// # Errors
-/// No such job; who may not use the station.
+/// The job does not exist, or the caller may not use the station.
 pub async fn cancel_job(app: &App, by: &Principal, id: &str) -> Result<JobView, AppError> {
     if app.jobs.is_station_job(id) {
-        admit(app, by, Ask::CancelJob)?;
+        admit(app, by, Request::CancelJob)?;
     }
     app.jobs.cancel(id, &by.actor).await
 }

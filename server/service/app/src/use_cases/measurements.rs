@@ -1,20 +1,20 @@
-//! Measuring by hand, and what is measured on every part.
+//! Manual measurements, and the measurement plan.
 
 use store::{Change, MeasurementRecord};
 
 use crate::App;
 use crate::access::principal::Principal;
 use crate::error::{AppError, ErrorKind};
-use crate::events::{Event, PlanChanged, event};
+use crate::events::{Event, MeasurementPlanChanged, event};
 use crate::resources::calibrations::stored::stored_document;
 use crate::resources::measurements::plan::{KeptPlan, MeasurementPlan};
 use crate::resources::measurements::{MeasureInput, changes_by, measurement};
 use crate::resources::stored_scan::stored_cloud;
 
-/// Measures on a scan and keeps it, together with what `and` returns; takes up to some seconds.
+/// Measures on a scan and stores the result together with what `and` returns; takes some seconds.
 ///
 /// # Errors
-/// A request that cannot be, a feature that is not there and for which no verdict was asked, or what `and` says.
+/// An invalid request, a feature that cannot be found (without a tolerance), or `and` fails.
 pub async fn measure<E: From<AppError>>(
     app: &App,
     by: &Principal,
@@ -28,7 +28,8 @@ pub async fn measure<E: From<AppError>>(
     let cloud = stored_cloud(&*app.artifacts, &scan).await?;
     let work = move || measurement(&scan, &cloud, &document.calibration(), &input);
     let record = tokio::task::spawn_blocking(work).await.map_err(|cause| {
-        AppError::new(ErrorKind::Internal, "the measurement ended by a defect").because(cause.to_string())
+        AppError::new(ErrorKind::Internal, "the measurement failed with an internal error")
+            .because(cause.to_string())
     })??;
     let mut all = changes_by(&record, Some(&by.actor));
     all.extend(and(&record)?);
@@ -36,10 +37,10 @@ pub async fn measure<E: From<AppError>>(
     Ok(record)
 }
 
-/// Changes what Start scans and measures, if `may` agrees to its version (`None`: what is kept is damaged).
+/// Changes the measurement plan if `may` accepts its version (`None`: the stored one is damaged).
 ///
 /// # Errors
-/// What `may` says, or a plan that cannot be.
+/// `may` refuses, or the plan is invalid.
 pub async fn change_measurement_plan<E: From<AppError>>(
     app: &App,
     by: &Principal,
@@ -47,9 +48,10 @@ pub async fn change_measurement_plan<E: From<AppError>>(
     may: impl FnOnce(Option<u64>) -> Result<(), E>,
 ) -> Result<KeptPlan, E> {
     let kept = app.measurement_plans.put(plan, may).await?;
-    let told = Event::MeasurementPlanChanged(PlanChanged { version: kept.version, actor: by.actor.clone() });
-    // The plan is kept already; who follows events reads it again at the next one.
-    if let Err(error) = app.ledger.commit(vec![event("", told)]).await {
+    let entry =
+        Event::MeasurementPlanChanged(MeasurementPlanChanged { version: kept.version, actor: by.actor.clone() });
+    // The plan is stored already; followers of events read it again at the next event.
+    if let Err(error) = app.ledger.commit(vec![event("", entry)]).await {
         tracing::warn!(%error, "a change of the measurement plan is not in the log");
     }
     Ok(kept)

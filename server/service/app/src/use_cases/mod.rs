@@ -1,7 +1,7 @@
-//! What can be asked of the service and changes something: functions of who asks and what for.
+//! Use cases that change something, as functions of `(Principal, Input)`.
 //!
-//! Doors call these and nothing below them to change anything. Each decides whether it may be, does it, and stores it
-//! together with the event that names who asked.
+//! Interfaces change state only through these functions. Each checks the permission, carries out the action, and stores
+//! it together with the event that names the caller.
 
 mod by_hand;
 mod calibrations;
@@ -18,15 +18,16 @@ mod simulation;
 pub use by_hand::{auto_expose, configure_camera, move_stage, set_live_view, switch_laser};
 pub use calibrations::{Activate, activate, roll_back};
 pub use captures::{Upload, delete_capture, upload};
-pub use control::{TakeControl, give_control_back, renew_control, reset, stop, take_control};
+pub use control::{TakeControl, release_control, renew_control, reset, stop, take_control};
 pub use features::{camera_features, set_camera_features};
 pub use jobs::{cancel_job, start_job};
 pub use measurements::{change_measurement_plan, measure};
 pub use recordings::{delete_recording, start_recording, stop_recording};
 pub use scans::delete_scan;
 pub use sessions::{
-    begin_session, delete_pose, delete_session, delete_stage_view, solve_session, take_pose, take_stage_view,
+    capture_pose, capture_stage_view, create_session, delete_pose, delete_session, delete_stage_view,
+    solve_session,
 };
 pub use simulation::{
-    idle_simulation, place_board, place_part, place_solid, simulation, switch_fault_off, switch_fault_on,
+    disable_fault, enable_fault, idle_simulation, place_board, place_part, place_scene, simulation,
 };

@@ -1,4 +1,4 @@
-//! Recordings of the live view, and what becomes of recordings.
+//! Starting, stopping and deleting recordings.
 
 use std::time::Instant;
 
@@ -7,17 +7,17 @@ use store::{Change, RecordingRecord, RecordingState};
 
 use crate::App;
 use crate::access::principal::Principal;
-use crate::control::{Ask, admit};
+use crate::control::{Request, admit};
 use crate::error::{AppError, ErrorKind};
 use crate::events::{Event, event};
 use crate::recordings::RecordingOf;
 use crate::recordings::figures::Ended;
 use crate::resources::labels::label;
 
-/// Records the live view from now on, until it is stopped or the live view ends; stores with it what `and` returns.
+/// Records the live view until the recording is stopped or the live view ends; stores with it what `and` returns.
 ///
 /// # Errors
-/// Who may not command the station; no live view; another recording; a disk without room.
+/// The caller may not use the station, there is no live view, another recording runs, or the disk is full.
 pub async fn start_recording<E: From<AppError>>(
     app: &App,
     by: &Principal,
@@ -25,7 +25,7 @@ pub async fn start_recording<E: From<AppError>>(
     and: impl FnOnce(&RecordingRecord) -> Result<Vec<Change>, E>,
 ) -> Result<RecordingRecord, E> {
     label(name, "/name")?;
-    admit(app, by, Ask::Command)?;
+    admit(app, by, Request::Command)?;
     let live = MachineState::Operational(OperationalState::ContinuousExecution);
     if app.station.status().state != live {
         return Err(AppError::new(ErrorKind::Conflict, "there is no live view to record")
@@ -35,10 +35,10 @@ pub async fn start_recording<E: From<AppError>>(
     app.recordings.begin(name, RecordingOf::Live, Some(&by.actor), and).await
 }
 
-/// Ends a recording and returns it with its file. One that has ended is returned as it is.
+/// Stops a recording and returns it with its file. A recording that has ended is returned unchanged.
 ///
 /// # Errors
-/// Who is not in control; if there is none of that id.
+/// The caller is not in control, or the recording does not exist.
 pub async fn stop_recording(app: &App, by: &Principal, id: &str) -> Result<RecordingRecord, AppError> {
     app.control.command(by.control_id.as_deref(), Instant::now())?;
     let ended = app.recordings.end(Some(id), Ended::Stopped).await;
@@ -48,17 +48,17 @@ pub async fn stop_recording(app: &App, by: &Principal, id: &str) -> Result<Recor
     }
 }
 
-/// Forgets a recording; its bytes are freed by the sweep that follows.
+/// Deletes a recording; its disk space is freed by the next sweep.
 ///
 /// # Errors
-/// If there is none, or it is not finished.
+/// If it does not exist or is not finished.
 pub async fn delete_recording(app: &App, by: &Principal, id: String) -> Result<(), AppError> {
     let record = app.ledger.read().recording(&id).await;
     if let Ok(RecordingRecord { state: RecordingState::Recording | RecordingState::Finishing, .. }) = record {
         return Err(AppError::new(ErrorKind::Conflict, format!("recording {id} is not finished"))
-            .remedy("stop it first, and wait until it is finished"));
+            .remedy("stop it first, and wait until its file is complete"));
     }
-    let gone = event(&id, Event::RecordingDeleted(by.act()));
+    let gone = event(&id, Event::RecordingDeleted(by.initiator()));
     app.ledger.commit(vec![Change::DeleteRecording(id), gone]).await?;
     Ok(())
 }

@@ -1,4 +1,4 @@
-//! Scans that are there.
+//! Stored scans.
 
 use store::Change;
 
@@ -7,12 +7,12 @@ use crate::access::principal::Principal;
 use crate::error::AppError;
 use crate::events::{Event, event};
 
-/// Forgets a scan and its measurements.
+/// Deletes a scan and its measurements.
 ///
 /// # Errors
-/// If there is none.
+/// If it does not exist.
 pub async fn delete_scan(app: &App, by: &Principal, id: String) -> Result<(), AppError> {
-    let gone = event(&id, Event::ScanDeleted(by.act()));
+    let gone = event(&id, Event::ScanDeleted(by.initiator()));
     app.ledger.commit(vec![Change::DeleteScan(id), gone]).await?;
     Ok(())
 }

@@ -1,21 +1,21 @@
-//! A calibration picture by picture.
+//! Calibration sessions.
 
 use optics::StagePosition;
 use store::{Change, JobRecord};
 
 use crate::App;
 use crate::access::principal::Principal;
-use crate::control::{Ask, admit};
+use crate::control::{Request, admit};
 use crate::error::AppError;
 use crate::jobs::calibrate::{SolveSession, solve_input};
 use crate::sessions::{NewSession, Session};
 use crate::use_cases::jobs::start_job;
 
-/// Begins a session, together with what `and` returns.
+/// Creates a session, together with what `and` returns.
 ///
 /// # Errors
-/// A board, projector or exposure that cannot be.
-pub async fn begin_session(
+/// An invalid board, projector or exposure.
+pub async fn create_session(
     app: &App,
     by: &Principal,
     new: NewSession,
@@ -24,21 +24,26 @@ pub async fn begin_session(
     app.sessions.create_with(by, new, and).await
 }
 
-/// Takes the board as it is held now. `expected`: refused unless the session has this version.
+/// Captures the board as held now. `expected`: refused unless the session has this version.
 ///
 /// # Errors
-/// Who may not use the station, a full session, devices that refuse.
-pub async fn take_pose(app: &App, by: &Principal, id: &str, expected: Option<i64>) -> Result<Session, AppError> {
+/// The caller may not use the station, the session is full, or a device refuses.
+pub async fn capture_pose(
+    app: &App,
+    by: &Principal,
+    id: &str,
+    expected: Option<i64>,
+) -> Result<Session, AppError> {
     app.sessions.get(id).await?;
-    admit(app, by, Ask::Photograph)?;
+    admit(app, by, Request::SessionImage)?;
     app.sessions.add_pose(by, id, expected).await
 }
 
-/// Moves the stage to a position and takes the board that lies on it.
+/// Moves the stage to a position and captures the board on it.
 ///
 /// # Errors
-/// As [`take_pose`].
-pub async fn take_stage_view(
+/// As [`capture_pose`].
+pub async fn capture_stage_view(
     app: &App,
     by: &Principal,
     id: &str,
@@ -46,14 +51,14 @@ pub async fn take_stage_view(
     expected: Option<i64>,
 ) -> Result<Session, AppError> {
     app.sessions.get(id).await?;
-    admit(app, by, Ask::Photograph)?;
+    admit(app, by, Request::SessionImage)?;
     app.sessions.add_stage_view(by, id, position, expected).await
 }
 
-/// Forgets a pose.
+/// Deletes a pose.
 ///
 /// # Errors
-/// If there is none, or the session was changed meanwhile.
+/// If it does not exist, or the session was changed in the meantime.
 pub async fn delete_pose(
     app: &App,
     by: &Principal,
@@ -63,10 +68,10 @@ pub async fn delete_pose(
     app.sessions.delete_pose(by, id, pose_id, expected).await
 }
 
-/// Forgets a stage view.
+/// Deletes a stage view.
 ///
 /// # Errors
-/// If there is none, or the session was changed meanwhile.
+/// If it does not exist, or the session was changed in the meantime.
 pub async fn delete_stage_view(
     app: &App,
     by: &Principal,
@@ -76,18 +81,18 @@ pub async fn delete_stage_view(
     app.sessions.delete_stage_view(by, id, view_id, expected).await
 }
 
-/// Forgets a session; calibrations made from it stay.
+/// Deletes a session; calibrations computed from it are kept.
 ///
 /// # Errors
-/// If there is none.
+/// If it does not exist.
 pub async fn delete_session(app: &App, by: &Principal, id: &str) -> Result<(), AppError> {
     app.sessions.delete(by, id).await
 }
 
-/// Starts the calibration from the session's readable pictures.
+/// Starts the calibration from the session's usable images.
 ///
 /// # Errors
-/// Pictures that do not suffice; as [`start_job`].
+/// Too few usable images; as [`start_job`].
 pub async fn solve_session(
     app: &App,
     by: &Principal,

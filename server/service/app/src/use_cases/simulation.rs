@@ -1,6 +1,6 @@
-//! What a person's hands do at the simulated station: what lies on the stage, which faults it has. Only there.
+//! Control of the simulated station: what is on the stage and which faults are active. Simulated stations only.
 //!
-//! They need no control: at a real station nobody asks the service before laying down a part.
+//! These actions need no control lease: at a real station, placing a part needs none either.
 
 use std::sync::Arc;
 
@@ -9,10 +9,10 @@ use twin::{SceneKind, TwinControl, TwinFault, read_stl};
 use crate::App;
 use crate::access::principal::Principal;
 use crate::error::{AppError, ErrorKind};
-use crate::events::{Event, NoBody, SimulatedFault, event};
+use crate::events::{EmptyBody, Event, SimulatedFault, event};
 use crate::sessions::VirtualBoard;
 
-/// The hands at the simulated station.
+/// The control of the simulated station.
 ///
 /// # Errors
 /// If the station is not simulated.
@@ -23,22 +23,22 @@ pub fn simulation(app: &App) -> Result<TwinControl, AppError> {
     })
 }
 
-/// The hands while no job has the station: what it scans must not change under it.
+/// The same, only while no job uses the station: the scene must not change during a scan.
 ///
 /// # Errors
-/// If the station is not simulated, or a job has it.
+/// If the station is not simulated, or a job uses it.
 pub fn idle_simulation(app: &App) -> Result<TwinControl, AppError> {
-    let hands = simulation(app)?;
+    let twin = simulation(app)?;
     let status = app.station.status();
     if status.job_id.is_none() {
-        return Ok(hands);
+        return Ok(twin);
     }
     Err(AppError::new(ErrorKind::StationBusy, format!("the station is busy: {}", status.activity))
         .remedy("wait for the job, or cancel it")
         .retry_after_s(1))
 }
 
-/// Lets the virtual operator hold the board somewhere.
+/// Sets where the virtual operator holds the board.
 ///
 /// # Errors
 /// If the station is not simulated, or there is no such pose.
@@ -46,51 +46,52 @@ pub fn place_board(app: &App, _by: &Principal, place: VirtualBoard) -> Result<()
     app.sessions.place_virtual_board(place)
 }
 
-/// Puts a known part on the stage.
+/// Places a scene on the stage.
 ///
 /// # Errors
-/// If the station is not simulated, or a job has it.
-pub fn place_part(app: &App, _by: &Principal, part: &SceneKind) -> Result<(), AppError> {
+/// If the station is not simulated, or a job uses it.
+pub fn place_scene(app: &App, _by: &Principal, part: &SceneKind) -> Result<(), AppError> {
     idle_simulation(app)?.place_part(part);
     Ok(())
 }
 
-/// Puts a part from the bytes of an STL file (binary or text, mm) on the stage's plate.
+/// Places a part from the bytes of an STL file (binary or ASCII, mm) on the plate of the stage.
 ///
 /// # Errors
-/// If the station is not simulated, a job has it, or the bytes are no part.
-pub async fn place_solid(app: &App, _by: &Principal, stl: Vec<u8>) -> Result<(), AppError> {
-    let hands = idle_simulation(app)?;
+/// If the station is not simulated, a job uses it, or the bytes are not a valid STL file.
+pub async fn place_part(app: &App, _by: &Principal, stl: Vec<u8>) -> Result<(), AppError> {
+    let twin = idle_simulation(app)?;
     let read = tokio::task::spawn_blocking(move || read_stl(&stl)).await;
     let solid = read.map_err(|cause| {
-        AppError::new(ErrorKind::Internal, "reading the part ended by a defect").because(cause.to_string())
+        AppError::new(ErrorKind::Internal, "reading the part failed with an internal error")
+            .because(cause.to_string())
     })??;
-    hands.place_solid(Arc::new(solid));
+    twin.place_solid(Arc::new(solid));
     Ok(())
 }
 
-/// Switches the fault of that name on.
+/// Activates a simulated fault by name.
 ///
 /// # Errors
-/// If the station is not simulated, or there is no such fault or value.
-pub async fn switch_fault_on(app: &App, _by: &Principal, name: &str, value: Option<f64>) -> Result<(), AppError> {
-    let hands = simulation(app)?;
+/// If the station is not simulated, or the fault or value is unknown.
+pub async fn enable_fault(app: &App, _by: &Principal, name: &str, value: Option<f64>) -> Result<(), AppError> {
+    let twin = simulation(app)?;
     let fault = TwinFault::named(name, value).map_err(|error| AppError::from(error).at("/name"))?;
-    hands.set_fault(fault);
+    twin.set_fault(fault);
     let body = SimulatedFault { value: fault.value() };
     app.ledger.commit(vec![event(fault.name(), Event::SimulationFaultOn(body))]).await?;
     Ok(())
 }
 
-/// Switches the fault of that name off; what it did to a device may need a reset of the station.
+/// Deactivates a simulated fault by name; the station may need a reset afterwards.
 ///
 /// # Errors
-/// If the station is not simulated, or no such fault is on.
-pub async fn switch_fault_off(app: &App, _by: &Principal, name: &str) -> Result<(), AppError> {
+/// If the station is not simulated, or the fault is not active.
+pub async fn disable_fault(app: &App, _by: &Principal, name: &str) -> Result<(), AppError> {
     if !simulation(app)?.clear_fault(name) {
-        return Err(AppError::new(ErrorKind::NotFound, format!("no fault \"{name}\" is switched on"))
-            .remedy("GET /api/v1/simulation/faults lists those that are"));
+        return Err(AppError::new(ErrorKind::NotFound, format!("fault \"{name}\" is not active"))
+            .remedy("GET /api/v1/simulation/faults lists the active ones"));
     }
-    app.ledger.commit(vec![event(name, Event::SimulationFaultOff(NoBody {}))]).await?;
+    app.ledger.commit(vec![event(name, Event::SimulationFaultOff(EmptyBody {}))]).await?;
     Ok(())
 }

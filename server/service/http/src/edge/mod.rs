@@ -1,8 +1,8 @@
-//! The outermost edge: an own accept loop, because slow, silent and too many clients must not cost the others.
+//! The accept loop: slow, silent or too many clients must not affect the others.
 //!
-//! Every connection has ten seconds for each request header and takes bytes at least every twelve seconds; there are
+//! Every client must send each request header within ten seconds and read bytes at least every twelve; there are
 //! at most [`CONNECTION_LIMIT`] of them. Beyond that a few are accepted for Stop alone. Why not the framework's
-//! own server: ADR 0010.
+//! built-in server: ADR 0010.
 
 mod stalled;
 mod stop_places;
@@ -38,38 +38,38 @@ use tokio_util::sync::CancellationToken;
 /// The only path that a connection beyond the limit may call.
 pub const STOP_PATH: &str = "/api/v1/station/stop";
 
-/// Most bytes of a request's header.
+/// Maximum size of a request header, bytes.
 const HEADER_LIMIT_BYTES: usize = 64 * 1024;
 
-/// Pause after a refused accept (no file handles left), so that the loop does not spin.
+/// Pause after a failed accept (no file handles left), so that the loop does not spin.
 const ACCEPT_PAUSE: Duration = Duration::from_millis(50);
 
-/// The client's address, in every request's extensions.
+/// The client's address, stored in the extensions of every request.
 #[derive(Debug, Clone, Copy)]
 pub struct Peer(pub SocketAddr);
 
-/// The address of this machine that the client reached, in every request's extensions.
+/// The local address that the client connected to, stored in the extensions of every request.
 #[derive(Debug, Clone, Copy)]
 pub struct Reached(pub std::net::IpAddr);
 
-/// Where a request came from, for the log of events.
+/// Where a request came from, for the event log.
 pub fn source(peer: Option<&Peer>) -> String {
     peer.map_or_else(|| "server".to_owned(), |peer| peer.0.ip().to_string())
 }
 
-/// What a connection may ask for.
+/// What a connection may request.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Admission {
     /// Everything.
     Full,
-    /// Stop alone: there are too many connections.
+    /// Stop only: there are too many connections.
     StopOnly,
 }
 
-/// Accepts connections until `closing`, then gives those at work [`DRAIN_TIMEOUT`] to end.
+/// Accepts connections until `closing`, then waits up to [`DRAIN_TIMEOUT`] for open requests to finish.
 ///
-/// A request that changes something runs on `tasks` from the moment its header is read, to its end, whether or not the
-/// client stays: half of a change is worse than one that nobody waits for, and a Stop must not need its client.
+/// A request that changes something runs to completion on `tasks` once its header has been read, even if the client
+/// disconnects: a half-finished change is worse than an unread answer, and a Stop must not depend on its client.
 pub async fn serve(listener: TcpListener, router: Router, closing: CancellationToken, tasks: TaskTracker) {
     let places = Arc::new(Semaphore::new(CONNECTION_LIMIT));
     let stop_places = StopPlaces::new(STOP_CONNECTION_LIMIT);
@@ -121,7 +121,7 @@ pub async fn serve(listener: TcpListener, router: Router, closing: CancellationT
     drop(listener);
     let drained = async { while connections.join_next().await.is_some() {} };
     if tokio::time::timeout(DRAIN_TIMEOUT, drained).await.is_err() {
-        tracing::info!("connections were still open at the end");
+        tracing::info!("connections were still open at shutdown");
     }
 }
 
@@ -133,7 +133,7 @@ async fn serve_connection(
     closing: CancellationToken,
     tasks: TaskTracker,
 ) {
-    // Small messages of the live stream must not wait for the next one; a socket that refuses is slower, not wrong.
+    // Small live-stream messages must not be delayed by Nagle's algorithm; if this fails the socket is only slower.
     let _ = stream.set_nodelay(true);
     let reached = stream.local_addr().ok().map(|address| Reached(address.ip()));
     let service = hyper::service::service_fn(move |mut request: Request<Incoming>| {
@@ -142,7 +142,7 @@ async fn serve_connection(
         }
         let changes = !request.method().is_safe();
         let answering = answer(request.map(Body::new), peer, router.clone(), admission);
-        // Begun here and not when it is first waited for: a client that is gone by then is not waited for at all.
+        // Spawned here rather than on first poll: the answer of a client that has gone is never polled.
         if changes { detached(tasks.spawn(answering)).boxed() } else { answering.boxed() }
     });
     let (keep_alive, header_timeout) = match admission {
@@ -170,11 +170,11 @@ async fn serve_connection(
     }
 }
 
-/// The answer of a request that runs by itself.
+/// The answer of a request that runs in its own task.
 async fn detached(task: JoinHandle<Result<Response, Infallible>>) -> Result<Response, Infallible> {
     match task.await {
         Ok(answered) => answered,
-        // A panic was answered inside; the runtime ended it.
+        // A panic is answered inside the task; only a runtime shutdown gets here.
         Err(ended) => Ok(crate::problem::cut_off(&ended)),
     }
 }
@@ -193,7 +193,7 @@ async fn answer(
 }
 
 fn too_many() -> Problem {
-    Problem::new(ProblemKind::Unavailable, format!("{CONNECTION_LIMIT} connections are open"))
-        .remedy("close some, or try again; Stop is still heard")
+    Problem::new(ProblemKind::Unavailable, format!("the limit of {CONNECTION_LIMIT} open connections is reached"))
+        .remedy("close some, or try again; Stop still works")
         .retry_after_s(5)
 }

@@ -1,4 +1,4 @@
-//! A connection that fails once its client takes no bytes any more.
+//! A connection that fails when its client stops reading.
 
 use std::io;
 use std::pin::Pin;

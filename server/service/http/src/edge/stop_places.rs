@@ -1,5 +1,5 @@
-//! Places for Stop when all others are taken. A new connection always gets one: it takes that of the oldest connection
-//! of the address that has most, so that no crowd keeps a single Stop out.
+//! Slots reserved for Stop when all other connections are taken. A new connection always gets one: it evicts the oldest
+//! connection of the address that holds the most slots, so that one busy address cannot keep a Stop from another out.
 
 use parking_lot::{Mutex, MutexGuard};
 use std::collections::{HashMap, VecDeque};
@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 use tokio::sync::oneshot;
 
-/// The places.
+/// The slots.
 #[derive(Clone)]
 pub struct StopPlaces {
     limit: usize,
@@ -28,7 +28,7 @@ struct Occupied {
     _evict: oneshot::Sender<()>,
 }
 
-/// One of them.
+/// One slot.
 pub struct Place {
     number: u64,
     evicted: oneshot::Receiver<()>,
@@ -36,12 +36,12 @@ pub struct Place {
 }
 
 impl StopPlaces {
-    /// That many.
+    /// `n` slots.
     pub fn new(limit: usize) -> Self {
         Self { limit, held: Arc::default() }
     }
 
-    /// A place for a connection from `address`.
+    /// A slot for a connection from `address`.
     pub fn take(&self, address: IpAddr) -> Place {
         let (evict, evicted) = oneshot::channel();
         let mut held = self.held();
@@ -60,7 +60,7 @@ impl StopPlaces {
 }
 
 impl Held {
-    /// Drops the sender of the oldest connection of the most numerous address, which ends it.
+    /// Drops the sender of the oldest connection of the address with the most slots, which closes that connection.
     fn evict_one(&mut self) {
         let mut counts: HashMap<IpAddr, usize> = HashMap::new();
         for place in &self.places {
@@ -75,7 +75,7 @@ impl Held {
 }
 
 impl Place {
-    /// Runs the connection until its end, or until somebody else needs the place more.
+    /// Runs the connection until it ends or is evicted.
     pub async fn hold(mut self, connection: impl Future<Output = ()>) {
         tokio::select! {
             () = connection => {}
@@ -95,7 +95,7 @@ mod tests {
     use super::*;
 
     #[tokio::test]
-    async fn a_crowd_from_one_address_evicts_itself_and_not_the_one_from_another() {
+    async fn many_connections_from_one_address_evict_each_other_and_not_one_from_another() {
         let places = StopPlaces::new(3);
         let (crowd, other) = ("10.0.0.1".parse().unwrap(), "10.0.0.2".parse().unwrap());
         let first = places.take(crowd);
@@ -105,7 +105,7 @@ mod tests {
         for place in [&mut single, &mut second, &mut third] {
             assert_eq!(place.evicted.try_recv(), Err(oneshot::error::TryRecvError::Empty));
         }
-        // The crowd's oldest goes; were it held on to, this would never end.
+        // The oldest of the many is evicted; if it were kept, this would never return.
         first.hold(std::future::pending()).await;
         assert_eq!(places.held().places.len(), 3);
     }

@@ -1,57 +1,58 @@
-//! Answers in the API's manner: made, accepted, done.
+//! Responses: created, accepted, done.
 
 use app::error::AppError;
 use axum::Json;
 use axum::http::{HeaderName, HeaderValue, StatusCode, header};
 use axum::response::{IntoResponse, Response};
+use headers::HeaderMapExt as _;
 use percent_encoding::{NON_ALPHANUMERIC, utf8_percent_encode};
 use serde::Serialize;
 use serde_json::{Value, json};
 
 use crate::problem::PROBLEM_TYPE;
 use crate::problem::{Problem, ProblemKind};
-use crate::rest::etag::quoted;
+use crate::rest::etag::tag;
 
-/// An answer that can be kept and given again: status, `Location`, JSON.
+/// A response that can be stored and replayed: status, `Location`, JSON.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Reply {
-    /// 200, 201 or 202; that of the problem if it went wrong after it had begun.
+    /// 200, 201 or 202; the status of the problem if the action failed after it had started.
     pub status: u16,
-    /// Where the thing is, if the answer says so.
+    /// The `Location` header, if any.
     pub location: Option<String>,
-    /// The version of the body, if it has one.
+    /// The version of the body (`ETag`), if any.
     pub version: Option<String>,
     /// The body.
     pub body: Value,
 }
 
 impl Reply {
-    /// Something was made at `location`.
+    /// 201: created at `location`.
     pub fn created(location: String, body: &impl Serialize) -> Self {
         Self { status: 201, location: Some(location), version: None, body: to_value(body) }
     }
 
-    /// A job was accepted.
+    /// 202: a job was accepted.
     pub fn accepted(location: String, body: &impl Serialize) -> Self {
         Self { status: 202, location: Some(location), version: None, body: to_value(body) }
     }
 
-    /// It was done.
+    /// 200: done.
     pub fn done(version: Option<String>, body: &impl Serialize) -> Self {
         Self { status: 200, location: None, version, body: to_value(body) }
     }
 
-    /// It went wrong after it had begun.
+    /// The action failed after it had started.
     pub fn broken(problem: &Problem) -> Self {
         Self { status: problem.status, location: None, version: None, body: to_value(problem) }
     }
 
-    /// As kept with the key of the request.
+    /// The form stored with the idempotency key.
     pub fn to_json(&self) -> Value {
         json!({ "status": self.status, "location": self.location, "version": self.version, "body": self.body })
     }
 
-    /// As kept before.
+    /// Restored from the stored form.
     pub fn from_json(kept: &Value) -> Option<Self> {
         Some(Self {
             status: u16::try_from(kept["status"].as_u64()?).ok()?,
@@ -71,18 +72,20 @@ impl IntoResponse for Reply {
         let status = StatusCode::from_u16(self.status).unwrap_or(StatusCode::OK);
         let mut response = (status, Json(self.body)).into_response();
         let location = self.location.map(|location| (header::LOCATION, location));
-        let version = self.version.map(|version| (header::ETAG, quoted(&version)));
         let problem = (self.status >= 400).then(|| (header::CONTENT_TYPE, PROBLEM_TYPE.to_owned()));
-        for (name, text) in [location, version, problem].into_iter().flatten() {
+        for (name, text) in [location, problem].into_iter().flatten() {
             if let Ok(value) = HeaderValue::from_str(&text) {
                 response.headers_mut().insert(name, value);
             }
+        }
+        if let Some(tag) = self.version.as_deref().and_then(tag) {
+            response.headers_mut().typed_insert(tag);
         }
         response
     }
 }
 
-/// Bytes of a stated type, offered as a file if they have a name.
+/// Bytes with a media type, offered as a download if they have a name.
 pub fn bytes(media_type: &'static str, file_name: Option<&str>, body: impl Into<axum::body::Body>) -> Response {
     let mut response = ([(header::CONTENT_TYPE, media_type)], body.into()).into_response();
     if let Some(offer) = file_name.and_then(|name| HeaderValue::from_str(&attachment(name)).ok()) {
@@ -91,7 +94,7 @@ pub fn bytes(media_type: &'static str, file_name: Option<&str>, body: impl Into<
     response
 }
 
-/// Offers a file of any name, RFC 6266: in UTF-8, and in plain letters for clients that know no other.
+/// `Content-Disposition` for any file name (RFC 6266): UTF-8, with an ASCII fallback for old clients.
 fn attachment(name: &str) -> String {
     let is_plain = |letter: char| letter.is_ascii_alphanumeric() || " ._-()".contains(letter);
     let plain: String = name.chars().map(|letter| if is_plain(letter) { letter } else { '_' }).collect();
@@ -99,9 +102,9 @@ fn attachment(name: &str) -> String {
     format!("attachment; filename=\"{plain}\"; filename*=UTF-8''{whole}")
 }
 
-/// The bytes of an artifact, streamed; `what` is what people call it.
+/// Streams an artifact; `what` names it in error messages.
 ///
-/// It is read once before: an answer that has begun cannot say any more that the rest is damaged.
+/// It is verified before the response starts: a started response cannot report that the rest is damaged.
 pub async fn artifact(
     app: &app::App,
     id: &store::ArtifactId,
@@ -115,17 +118,17 @@ pub async fn artifact(
     let stream = tokio_util::io::ReaderStream::with_capacity(reader.bytes, STREAM_CHUNK_BYTES);
     let mut response = bytes(media_type, file_name, axum::body::Body::from_stream(stream));
     response.headers_mut().insert(header::CONTENT_LENGTH, HeaderValue::from(reader.size_bytes));
-    // An artifact is named by its content.
-    if let Ok(tag) = HeaderValue::from_str(&format!("\"{}\"", id.as_str())) {
-        response.headers_mut().insert(header::ETAG, tag);
+    // An artifact's id is the hash of its content.
+    if let Some(tag) = tag(id.as_str()) {
+        response.headers_mut().typed_insert(tag);
     }
     Ok(response)
 }
 
-/// Read and sent at once: few system calls, little memory per download.
+/// Chunk size: few system calls, little memory per download.
 const STREAM_CHUNK_BYTES: usize = 64 * 1024;
 
-/// A value of a header that a handler needs.
+/// The value of a header that a handler needs.
 pub fn header_text(headers: &axum::http::HeaderMap, name: &HeaderName) -> Result<Option<String>, Problem> {
     let Some(value) = headers.get(name) else { return Ok(None) };
     let text = value.to_str().map_err(|_| {

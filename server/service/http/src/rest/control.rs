@@ -1,4 +1,4 @@
-//! Who sends a request: the control lease and the name in its headers, and the address it came from.
+//! The sender of a request: control lease and actor name from its headers, and its address.
 
 use std::time::Instant;
 
@@ -14,16 +14,16 @@ use app::labels::label;
 use app::lease::ControlDesk;
 use app::principal::Principal;
 
-/// The header that carries the lease's id.
+/// The header with the id of the lease.
 pub const CONTROL_HEADER: HeaderName = HeaderName::from_static("sheaf-control");
 
-/// The header that says who sends a request, for the log, where no lease says it: a name in UTF-8.
+/// The header with the sender's name (UTF-8), for the log, used where no lease gives one.
 pub const ACTOR_HEADER: HeaderName = HeaderName::from_static("sheaf-actor");
 
-/// What a log calls who gives no name.
+/// The log's name for senders that give none.
 pub const NAMELESS: &str = "rest";
 
-/// Who sends a request, as every use case takes it.
+/// The sender of a request, as the use cases take it.
 pub struct By(pub Principal);
 
 impl<S: Send + Sync> FromRequestParts<S> for By
@@ -38,14 +38,14 @@ where
     }
 }
 
-/// The one place where a request becomes a principal; refuses nothing, so that Stop can use it.
+/// The one place where a request becomes a principal; never refuses, so that Stop can use it.
 pub fn principal(desk: &ControlDesk, headers: &HeaderMap, peer: Option<&Peer>) -> Principal {
     let control_id = headers.get(CONTROL_HEADER).and_then(|id| id.to_str().ok());
     Principal::local(&actor(desk, headers), &source(peer), control_id)
 }
 
-/// What a log calls the sender of a request: the holder of the lease that came along, else the name it gives itself.
-/// Neither is proven.
+/// The sender's name for the log: the holder of the lease sent with the request, else the name it gives.
+/// Neither is verified.
 fn actor(desk: &ControlDesk, headers: &HeaderMap) -> String {
     let id = headers.get(CONTROL_HEADER).and_then(|id| id.to_str().ok());
     let present = desk.present(Instant::now()).filter(|lease| Some(lease.id.as_str()) == id);
@@ -53,7 +53,7 @@ fn actor(desk: &ControlDesk, headers: &HeaderMap) -> String {
     holder.or_else(|| own_name(headers)).unwrap_or_else(|| NAMELESS.to_owned())
 }
 
-/// The name that a request gives its sender, where it is one.
+/// The sender's name from the request, if it is valid.
 fn own_name(headers: &HeaderMap) -> Option<String> {
     let name = std::str::from_utf8(headers.get(ACTOR_HEADER)?.as_bytes()).ok()?;
     label(name, "").ok().map(|()| name.trim().to_owned())
@@ -66,7 +66,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_log_names_the_holder_of_the_lease_else_the_name_that_came_along() {
+    fn the_log_names_the_holder_of_the_lease_else_the_name_in_the_request() {
         let desk = ControlDesk::default();
         let anna = desk.take("Anna", false, Instant::now()).unwrap().lease.id;
         let check = |control: &str, name: &[u8], expected: &str| {
@@ -92,7 +92,7 @@ mod tests {
         let peer = Peer("10.0.0.9:4000".parse().unwrap());
         assert_eq!(principal(&desk, &headers, Some(&peer)), Principal::local("Ben", "10.0.0.9", Some("7")));
         assert_eq!(principal(&desk, &HeaderMap::new(), None), Principal::local(NAMELESS, "server", None));
-        let act = Principal::local("Ben", "10.0.0.9", None).act();
-        assert_eq!((act.principal.as_str(), act.actor.as_str()), ("local", "Ben"));
+        let initiator = Principal::local("Ben", "10.0.0.9", None).initiator();
+        assert_eq!((initiator.principal.as_str(), initiator.actor.as_str()), ("local", "Ben"));
     }
 }

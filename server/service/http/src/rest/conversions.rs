@@ -1,4 +1,4 @@
-//! What handlers of several resources do alike.
+//! What handlers of several resources share.
 
 use axum::http::HeaderMap;
 
@@ -14,7 +14,7 @@ use store::JobRecord;
 
 pub use app::labels::label;
 
-/// Accepts a job, at most once for its key: 202 with its address.
+/// Accepts a job, at most once per idempotency key: 202 with its address.
 pub async fn accept_job(
     app: &App,
     by: &Principal,
@@ -31,37 +31,37 @@ pub async fn accept_job(
     Ok(accepted(&record))
 }
 
-/// The answer that a job was accepted.
+/// The response for an accepted job.
 pub fn accepted(record: &JobRecord) -> Reply {
     Reply::accepted(job_href(&record.id), &JobDto::from(JobView::from(record.clone())))
 }
 
-/// Runs what blocks or calculates away from the threads that answer.
+/// Runs blocking or CPU-bound work off the async threads.
 pub async fn blocking<T: Send + 'static>(work: impl FnOnce() -> T + Send + 'static) -> Result<T, Problem> {
     tokio::task::spawn_blocking(work).await.map_err(|cause| {
-        tracing::error!(%cause, "a calculation panicked");
-        Problem::new(ProblemKind::Internal, "the request met a defect of the program")
-            .remedy("report it with the log of the server")
+        tracing::error!(%cause, "a computation panicked");
+        Problem::new(ProblemKind::Internal, "an internal error occurred")
+            .remedy("report it together with the server log")
     })
 }
 
-/// How many there are of something; `place` is its JSON pointer.
+/// Checks a number of entries; `place` is the JSON pointer.
 pub fn check_count(count: usize, allowed: std::ops::RangeInclusive<usize>, place: &str) -> Result<(), Problem> {
     if allowed.contains(&count) {
         return Ok(());
     }
     let (least, most) = (allowed.start(), allowed.end());
-    Err(Problem::new(ProblemKind::Impossible, format!("{count} entries are too few or too many"))
+    Err(Problem::new(ProblemKind::Impossible, format!("{count} entries are outside the allowed number"))
         .at(place)
         .remedy(format!("give {least} to {most}")))
 }
 
-/// A share of full laser power, 0 to 1; `place` is its JSON pointer.
+/// Checks a share of full laser power, 0 to 1; `place` is the JSON pointer.
 pub fn check_laser_power(power: f64, place: &str) -> Result<(), Problem> {
     if (0.0..=1.0).contains(&power) {
         return Ok(());
     }
-    Err(Problem::new(ProblemKind::Impossible, format!("{power} is no share of full power"))
+    Err(Problem::new(ProblemKind::Impossible, format!("{power} is not a share of full power"))
         .at(place)
         .remedy("give a number from 0 to 1"))
 }

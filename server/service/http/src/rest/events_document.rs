@@ -1,4 +1,4 @@
-//! The catalogue of events as a page, made from their types.
+//! The event catalogue as a page, generated from the types.
 
 use std::fmt::Write as _;
 
@@ -24,7 +24,7 @@ pub fn events_markdown(document: &Value) -> String {
     text
 }
 
-/// The fields of a schema, through references and what is put together of several.
+/// The fields of a schema, through references and `allOf`.
 fn collect_fields(schemas: &Value, schema: &Value, fields: &mut Vec<String>) {
     if let Some(name) = schema["$ref"].as_str().and_then(|path| path.rsplit('/').next()) {
         collect_fields(schemas, &schemas[name], fields);

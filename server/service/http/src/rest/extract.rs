@@ -1,4 +1,4 @@
-//! Bodies, queries and paths as typed values; what cannot be read is a problem that says where.
+//! Bodies, queries and paths as typed values; what cannot be parsed is a problem that names the place.
 
 use std::time::Duration;
 
@@ -56,17 +56,17 @@ pub fn media_type(headers: &HeaderMap) -> Option<String> {
     Some(text.split(';').next().unwrap_or_default().trim().to_ascii_lowercase())
 }
 
-/// All bytes of a body that is small enough for the memory.
+/// The whole of a body within the size limit.
 pub async fn whole_body(body: Body, limit_bytes: usize, timeout: Duration) -> Result<Vec<u8>, Problem> {
     let read = tokio::time::timeout(timeout, Limited::new(body, limit_bytes).collect());
     match read.await {
         Ok(Ok(collected)) => Ok(collected.to_bytes().into()),
         Ok(Err(error)) if error.is::<LengthLimitError>() => {
             Err(Problem::new(ProblemKind::TooLarge, format!("the body has more than {limit_bytes} bytes"))
-                .remedy("no request needs that many; see the API's document"))
+                .remedy("no request needs that many; see the API document"))
         }
         Ok(Err(error)) => {
-            Err(Problem::new(ProblemKind::BadRequest, "the body broke off").because(error.to_string()))
+            Err(Problem::new(ProblemKind::BadRequest, "the body was cut off").because(error.to_string()))
         }
         Err(_) => Err(Problem::new(
             ProblemKind::TimedOut,
@@ -75,17 +75,17 @@ pub async fn whole_body(body: Body, limit_bytes: usize, timeout: Duration) -> Re
     }
 }
 
-/// Reads JSON; what does not fit is named with its place.
+/// Parses JSON; errors name the place.
 fn parse<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, Problem> {
     let mut json = serde_json::Deserializer::from_slice(bytes);
-    let value = serde_path_to_error::deserialize(&mut json).map_err(|error| misfit(&error))?;
+    let value = serde_path_to_error::deserialize(&mut json).map_err(|error| invalid_field(&error))?;
     json.end().map_err(|error| not_json(&error))?;
     let plain = serde_json::from_slice(bytes).map_err(|error| not_json(&error))?;
-    objects_only::<T>(plain).map_err(|error| misfit(&error))?;
+    objects_only::<T>(plain).map_err(|error| invalid_field(&error))?;
     Ok(value)
 }
 
-fn misfit(error: &serde_path_to_error::Error<serde_json::Error>) -> Problem {
+fn invalid_field(error: &serde_path_to_error::Error<serde_json::Error>) -> Problem {
     if !error.inner().is_data() {
         return not_json(error.inner());
     }
@@ -93,7 +93,7 @@ fn misfit(error: &serde_path_to_error::Error<serde_json::Error>) -> Problem {
     let what = text.split(" at line ").next().unwrap_or_default();
     Problem::new(ProblemKind::Impossible, what)
         .at(pointer(error.path()))
-        .remedy("see the API's document for what is expected")
+        .remedy("see the API document for what is expected")
 }
 
 fn not_json(error: &serde_json::Error) -> Problem {
@@ -122,7 +122,7 @@ impl<S: Send + Sync, T: DeserializeOwned> FromRequestParts<S> for ApiQuery<T> {
             let what = text.trim_start_matches("Failed to deserialize query string: ").to_owned();
             Problem::new(ProblemKind::BadRequest, what)
                 .at("query")
-                .remedy("see the API's document for what may be asked")
+                .remedy("see the API document for the parameters")
         })?;
         Ok(Self(query.0))
     }
@@ -168,7 +168,7 @@ mod tests {
     }
 
     #[test]
-    fn what_does_not_fit_is_named_with_its_place() {
+    fn a_parse_error_names_its_place() {
         check(r#"{"inner":{"step_mm":"wide"}}"#, 422, Some("/inner/step_mm"), "expected f64");
         check(r#"{"inner":{"step_mm":1,"speed":2}}"#, 422, Some("/inner/speed"), "unknown field `speed`");
         check(r#"{"outer":1}"#, 422, Some("/outer"), "unknown field `outer`");
@@ -182,7 +182,7 @@ mod tests {
     }
 
     #[test]
-    fn an_array_is_no_object_of_a_kind_and_stays_an_array_elsewhere() {
+    fn an_array_is_refused_for_an_object_and_accepted_for_an_array() {
         #[derive(Debug, Deserialize)]
         #[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
         #[allow(dead_code)]

@@ -1,7 +1,7 @@
-//! `Idempotency-Key`: one key is one request, done once and answered alike for seven days, across restarts.
+//! `Idempotency-Key`: one key is one request, carried out once and answered the same for seven days, across restarts.
 //!
-//! The answer is stored in the same transaction as what the request made, so that there is no moment in which one is
-//! there without the other.
+//! The response is stored in the same transaction as what the request created, so that neither exists without the
+//! other.
 
 use axum::http::{HeaderMap, HeaderName};
 use serde_json::Value;
@@ -16,10 +16,10 @@ use app::idempotency::InFlight;
 
 const HEADER: HeaderName = HeaderName::from_static("idempotency-key");
 
-/// Longest key.
+/// Maximum length of a key.
 const KEY_LIMIT: usize = 200;
 
-/// A request that is done for the first time.
+/// A request carried out for the first time.
 #[derive(Debug)]
 pub struct Once {
     flight: Option<InFlight>,
@@ -31,11 +31,11 @@ pub struct Once {
 pub enum Begun {
     /// It was answered before.
     Answered(Reply),
-    /// It was not.
+    /// It is new.
     Fresh(Once),
 }
 
-/// Enters the key of a request, if it has one: 409 while the same key is being answered.
+/// Registers the key of a request, if it has one: 409 while a request with the same key is running.
 pub fn enter(app: &App, headers: &HeaderMap, route: &str) -> Result<Option<InFlight>, Problem> {
     let Some(key) = header_text(headers, &HEADER)? else { return Ok(None) };
     if key.is_empty() || key.len() > KEY_LIMIT || !key.bytes().all(|byte| byte.is_ascii_graphic()) {
@@ -44,35 +44,39 @@ pub fn enter(app: &App, headers: &HeaderMap, route: &str) -> Result<Option<InFli
             .remedy(format!("send 1 to {KEY_LIMIT} visible ASCII characters, such as a UUID")));
     }
     let flight = app.keys.enter(format!("{route} {key}")).ok_or_else(|| {
-        Problem::new(ProblemKind::Conflict, "a request with this Idempotency-Key is being answered")
+        Problem::new(ProblemKind::Conflict, "a request with this Idempotency-Key is still running")
             .remedy("wait for its answer, then repeat")
             .retry_after_s(1)
     })?;
     Ok(Some(flight))
 }
 
-/// Looks the key of a request up, now that the body is known.
+/// Looks up the key of a request, now that the body is known.
 pub async fn look_up(app: &App, flight: Option<InFlight>, body_sha256: &str) -> Result<Begun, Problem> {
     let fresh = |flight| Begun::Fresh(Once { flight, body_sha256: body_sha256.to_owned() });
     let Some(entered) = &flight else { return Ok(fresh(flight)) };
     let Some(kept) = app.ledger.read().idempotency(entered.key()).await? else { return Ok(fresh(flight)) };
     if kept.body_sha256 != body_sha256 {
-        return Err(Problem::new(ProblemKind::KeyReused, "the Idempotency-Key came with another request before")
-            .remedy("take a new key for a new request"));
+        return Err(Problem::new(
+            ProblemKind::KeyReused,
+            "the Idempotency-Key was already used for another request",
+        )
+        .remedy("use a new key for a new request"));
     }
     if kept.answer.is_null() {
         return Err(Problem::new(
             ProblemKind::Conflict,
-            "a request with this Idempotency-Key was begun, how it ended is not known",
+            "a request with this Idempotency-Key was started, but its outcome is unknown",
         )
-        .remedy("see what was done, then take a new key for what is left to do"));
+        .remedy("check what was done, then use a new key for the rest"));
     }
     Reply::from_json(&kept.answer).map(Begun::Answered).ok_or_else(|| {
-        Problem::new(ProblemKind::Internal, "the answer kept for this key cannot be read").remedy("take a new key")
+        Problem::new(ProblemKind::Internal, "the response stored for this key cannot be read")
+            .remedy("use a new key")
     })
 }
 
-/// [`enter`] and [`look_up`] for a body that is known already.
+/// [`enter`] and [`look_up`] for a body that is already known.
 pub async fn begin(app: &App, headers: &HeaderMap, route: &str, body_sha256: &str) -> Result<Begun, Problem> {
     look_up(app, enter(app, headers, route)?, body_sha256).await
 }
@@ -85,9 +89,9 @@ pub fn fingerprint(body_sha256: String, query: Option<&str>) -> String {
     }
 }
 
-/// Does what cannot be undone or stored together with its answer, such as a motion, at most once for its key: the key is
-/// noted before, so that a crash in the middle leaves a key that never does it again. A refusal gives the key back; what
-/// went wrong after it had begun is the answer.
+/// Carries out an action that cannot be stored in one transaction with its response, such as a motion, at most once per
+/// key: the key is stored first, so that after a crash the same key never repeats it. A refusal frees the key; a failure
+/// after the start becomes the stored response.
 pub async fn at_most_once(
     app: &App,
     headers: &HeaderMap,
@@ -112,7 +116,7 @@ pub async fn at_most_once(
 }
 
 impl Once {
-    /// What keeps the answer, to be committed with what the request made; nothing without a key.
+    /// The write that stores the response, to be committed with what the request created; nothing without a key.
     pub fn changes(&self, answer: &Reply) -> Vec<Change> {
         self.insert(answer.to_json())
     }

@@ -1,4 +1,4 @@
-//! The REST interface: one file per resource, and what all answers have in common beside it.
+//! The REST interface: one file per resource, and what all of them share.
 
 pub mod answers;
 pub mod around;

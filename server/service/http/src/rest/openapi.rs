@@ -1,4 +1,4 @@
-//! The API's document, made from the routes themselves.
+//! The API document, generated from the routes.
 
 use crate::Http;
 use axum::Router;
@@ -16,35 +16,35 @@ use crate::wire::job::jobs::JobStateDto;
 use crate::wire::measurement::measurements::VerdictDto;
 use crate::wire::scan::scans::{CloudFormatDto, MeshFormatDto, ScanStateDto};
 
-/// Title, tags and the types that only the completion below refers to.
+/// Title, tags and the types that only [`complete`] refers to.
 #[derive(OpenApi)]
 #[openapi(
     info(
         title = "Sheaf",
-        description = "The scanner's interface: station, captures, calibrations, scans, measurements, jobs, events.\n\n\
-            Every error is a problem (RFC 9457) with cause and remedy. What takes seconds is a job: the answer is 202 \
-            with its address in `Location`. What changes settings that people share takes `If-Match`. Commands that \
-            move, shine or set something need the control lease in the header `Sheaf-Control`; Stop needs nothing."
+        description = "The API of the scanner: station, captures, calibrations, scans, measurements, jobs, events.\n\n\
+            Every error is a problem (RFC 9457) with cause and remedy. Long operations are jobs: the response is 202 with \
+            the address of the job in `Location`. Changes of shared settings take `If-Match`. Commands that move the \
+            stage, turn the laser on or change settings need the control lease in the header `Sheaf-Control`; Stop does not."
     ),
     tags(
-        (name = "service", description = "Whether the service lives and can work"),
-        (name = "station", description = "State, Stop, control, live view"),
+        (name = "service", description = "Liveness, readiness, metrics, API document"),
+        (name = "station", description = "State, Stop, reset, control, live view"),
         (name = "devices", description = "Camera, stage and laser"),
-        (name = "simulation", description = "The hands at the simulated station"),
-        (name = "captures", description = "Recorded pictures, uploaded or taken here"),
-        (name = "recordings", description = "Everything that was seen, as MCAP files"),
-        (name = "calibrations", description = "Made by jobs, active by decision"),
-        (name = "calibration sessions", description = "A calibration picture by picture"),
-        (name = "scans", description = "Clouds, meshes, profiles"),
-        (name = "measurements", description = "Values with uncertainty and verdict"),
-        (name = "jobs", description = "What takes seconds"),
-        (name = "events", description = "What happened")
+        (name = "simulation", description = "Scene, board and faults of the simulated station"),
+        (name = "captures", description = "Image sets with a manifest, uploaded or captured here"),
+        (name = "recordings", description = "Everything the camera delivered, as MCAP files"),
+        (name = "calibrations", description = "Computed by jobs, activated explicitly"),
+        (name = "calibration sessions", description = "Interactive calibration, image by image"),
+        (name = "scans", description = "Scans with their clouds, meshes and profiles"),
+        (name = "measurements", description = "Measured values with uncertainty and verdict"),
+        (name = "jobs", description = "Long operations: queue, progress, results"),
+        (name = "events", description = "The event log and the event stream")
     ),
     components(schemas(Problem, CloudFormatDto, MeshFormatDto, JobStateDto, ScanStateDto, VerdictDto))
 )]
 struct Document;
 
-/// The routes and their document.
+/// The routes and the API document.
 pub fn routes_and_document() -> (Router<Http>, utoipa::openapi::OpenApi) {
     let (router, mut document) = OpenApiRouter::with_openapi(Document::openapi())
         .merge(routes::service::routes())
@@ -54,13 +54,13 @@ pub fn routes_and_document() -> (Router<Http>, utoipa::openapi::OpenApi) {
     (router, document)
 }
 
-/// The catalogue of events as it is printed and checked in.
+/// The event catalogue as it is printed and checked in.
 pub fn events_document() -> String {
     let (_, document) = routes_and_document();
     events_markdown(&serde_json::to_value(document).expect("the document is made of texts and numbers"))
 }
 
-/// The document as it is printed and checked in.
+/// The API document as it is printed and checked in.
 pub fn document_json() -> String {
     let (_, document) = routes_and_document();
     let mut json = document.to_pretty_json().expect("the document is made of texts and numbers");
@@ -68,16 +68,16 @@ pub fn document_json() -> String {
     json
 }
 
-/// Problems that any operation can answer with.
+/// Status codes of problems that any operation can return.
 const ALWAYS: &[u16] = &[400, 403, 404, 408, 500, 503];
 
-/// Problems of those that take a body.
+/// Those of operations with a request body.
 const WITH_BODY: &[u16] = &[409, 413, 415, 422];
 
-/// Problems of those that change something.
+/// Those of operations that change something.
 const CHANGING: &[u16] = &[409, 412, 422, 428, 429, 507];
 
-/// Problems of those that only read, but ask more of the station or the store than to be there.
+/// Those of reading operations that need more of the station or the store.
 const READING: &[(&str, &[u16])] = &[
     ("get_snapshot", &[409, 422, 429]),
     ("get_cloud", &[409, 422, 507]),
@@ -90,13 +90,13 @@ const READING: &[(&str, &[u16])] = &[
     ("diff_calibrations", &[409, 422]),
 ];
 
-/// Adds the problems that operations of a kind have in common, and the header of those done at most once.
+/// Adds the problems that groups of operations share, and the `Idempotency-Key` header where it applies.
 fn complete(document: &mut utoipa::openapi::OpenApi) {
     let components = document.components.get_or_insert_default();
     components.responses.insert("Problem".to_owned(), RefOr::T(problem_response()));
     for (path, item) in &mut document.paths.paths {
         if path == crate::edge::STOP_PATH {
-            // Stop is always answered with 200.
+            // Stop always returns 200.
             continue;
         }
         let reading = [&mut item.get].into_iter().flatten().map(|operation| (operation, false));
@@ -122,10 +122,10 @@ fn complete(document: &mut utoipa::openapi::OpenApi) {
     }
 }
 
-/// Operations that answer with 200 and are done at most once for their key all the same. A jog is repeated on purpose.
-const ONCE: &[&str] = &["take_pose", "take_stage_view", "home_stage", "move_stage", "roll_back_activation"];
+/// Operations that return 200 and still honour `Idempotency-Key`. Jog does not: it is repeated on purpose.
+const ONCE: &[&str] = &["capture_pose", "capture_stage_view", "home_stage", "move_stage", "roll_back_activation"];
 
-/// Whether an operation makes or moves something: such requests may carry an `Idempotency-Key`.
+/// Whether an operation creates or moves something: such requests may carry an `Idempotency-Key`.
 fn creates(operation: &Operation) -> bool {
     let id = operation.operation_id.as_deref().unwrap_or_default();
     let makes = operation.responses.responses.keys().any(|status| matches!(status.as_str(), "201" | "202"));
@@ -141,7 +141,7 @@ fn add_problems(operation: &mut Operation, statuses: &[u16]) {
 
 fn problem_response() -> Response {
     ResponseBuilder::new()
-        .description("What went wrong, why, and what to do about it")
+        .description("Problem details: what went wrong, its cause and remedy")
         .content(PROBLEM_TYPE, Content::new(Some(RefOr::Ref(Ref::from_schema_name("Problem")))))
         .build()
 }
@@ -153,7 +153,7 @@ fn idempotency_key() -> Parameter {
         .parameter_in(ParameterIn::Header)
         .required(Required::False)
         .description(Some(
-            "The same key with the same body and query is the same request, for seven days: it is done once and answered alike",
+            "Repeating a request with the same key, body and query within seven days does not repeat the action; it returns the same response",
         ))
         .schema(Some(text.pattern(Some("^[!-~]+$")).build()))
         .build()

@@ -1,55 +1,47 @@
-//! Ranges of large files, RFC 9110 section 14: what a program needs that reads an index first and then what it points at.
+//! Range requests for large files (RFC 9110 section 14), for programs that read an index first and then parts of the file.
 
 use std::io::{Read as _, Seek as _, SeekFrom};
+use std::ops::RangeInclusive;
 
 use app::error::AppError;
 use axum::body::Body;
-use axum::http::{HeaderMap, HeaderValue, StatusCode, header};
+use axum::http::{HeaderMap, StatusCode, header};
 use axum::response::{IntoResponse as _, Response};
 use bytes::Bytes;
+use headers::{AcceptRanges, ContentLength, ContentRange, HeaderMapExt as _, IfRange};
+use http_range_header::parse_range_header;
 use store::{ArtifactBytes, ArtifactId};
 
 use crate::problem::{Problem, ProblemKind};
 use crate::rest::answers::{artifact, bytes, header_text};
+use crate::rest::etag::tag;
 
-/// Read and sent at once.
+/// Chunk size.
 const STEP_BYTES: usize = 256 * 1024;
 
-/// What a header `Range` asks of a file.
+/// A parsed `Range` header.
 #[derive(Debug, PartialEq, Eq)]
 enum Wanted {
-    /// All of it: no range, or one that is not understood and may be ignored.
+    /// The whole file: no range, several ranges, or an invalid one, which may be ignored.
     Whole,
-    /// From the first of these bytes to the last, both within the file.
-    Part(u64, u64),
-    /// Nothing that is there.
+    /// These bytes, all within the file.
+    Part(RangeInclusive<u64>),
+    /// Outside the file.
     Nowhere,
 }
 
-/// One range; several at once are answered with the whole.
+/// Parses one range; for several ranges the whole file is returned.
 fn wanted(range: Option<&str>, size_bytes: u64) -> Wanted {
-    let Some((first, last)) = range.and_then(|range| range.strip_prefix("bytes=")?.split_once('-')) else {
-        return Wanted::Whole;
-    };
-    let number = |text: &str| text.trim().parse::<u64>();
-    match (first.trim(), last.trim()) {
-        ("", suffix) => match number(suffix) {
-            Ok(0) => Wanted::Nowhere,
-            Ok(_) if size_bytes == 0 => Wanted::Nowhere,
-            Ok(n_bytes) => Wanted::Part(size_bytes.saturating_sub(n_bytes), size_bytes - 1),
-            Err(_) => Wanted::Whole,
-        },
-        (first, last) => match (number(first), number(last)) {
-            (Ok(first), _) if first >= size_bytes => Wanted::Nowhere,
-            (Ok(first), Err(_)) if last.is_empty() => Wanted::Part(first, size_bytes - 1),
-            (Ok(first), Ok(last)) if first <= last => Wanted::Part(first, last.min(size_bytes - 1)),
-            _ => Wanted::Whole,
-        },
+    let Some(ranges) = range.and_then(|range| parse_range_header(range).ok()) else { return Wanted::Whole };
+    match ranges.validate(size_bytes).as_deref() {
+        Ok([range]) => Wanted::Part(range.clone()),
+        Ok(_) => Wanted::Whole,
+        Err(_) => Wanted::Nowhere,
     }
 }
 
-/// The bytes of an artifact whose parts carry their own checksums. The whole is checked before it is sent; a part is
-/// not, because to check it all of it would have to be read.
+/// The bytes of an artifact whose parts carry their own checksums. The whole file is verified before it is sent; a range
+/// is not, because that would require reading the whole file.
 pub async fn ranged_artifact(
     app: &app::App,
     id: &ArtifactId,
@@ -60,41 +52,41 @@ pub async fn ranged_artifact(
 ) -> Result<Response, Problem> {
     let damaged = |error| AppError::from(error).of_stored(what);
     let file = app.artifacts.bytes(id).await.map_err(damaged)?;
-    let tag = format!("\"{}\"", id.as_str());
-    let is_same = header_text(headers, &header::IF_RANGE)?.is_none_or(|of| of == tag);
+    let tag = tag(id.as_str());
+    let is_same = headers.typed_get().is_none_or(|of: IfRange| !of.is_modified(tag.as_ref(), None));
     let range = header_text(headers, &header::RANGE)?.filter(|_| is_same);
     let size_bytes = file.size_bytes();
     let mut response = match wanted(range.as_deref(), size_bytes) {
         Wanted::Whole => artifact(app, id, what, media_type, Some(file_name)).await?,
-        Wanted::Part(first, last) => {
-            let mut response = bytes(media_type, Some(file_name), body_of(file, first, last));
+        Wanted::Part(part) => {
+            let mut response = bytes(media_type, Some(file_name), body_of(file, &part));
             *response.status_mut() = StatusCode::PARTIAL_CONTENT;
-            put(&mut response, header::CONTENT_RANGE, &format!("bytes {first}-{last}/{size_bytes}"));
-            put(&mut response, header::CONTENT_LENGTH, &(last - first + 1).to_string());
-            put(&mut response, header::ETAG, &tag);
+            let added = response.headers_mut();
+            added.typed_insert(ContentLength(part.end() - part.start() + 1));
+            if let Ok(place) = ContentRange::bytes(part, size_bytes) {
+                added.typed_insert(place);
+            }
+            if let Some(tag) = tag {
+                added.typed_insert(tag);
+            }
             response
         }
         Wanted::Nowhere => {
-            let detail = format!("the file has {size_bytes} bytes, and none in that range");
+            let detail = format!("the file has {size_bytes} bytes; the range lies outside it");
             let problem = Problem::new(ProblemKind::RangeNotSatisfiable, detail).at("Range");
-            let mut response = problem.remedy("ask for bytes that are there").into_response();
-            put(&mut response, header::CONTENT_RANGE, &format!("bytes */{size_bytes}"));
+            let mut response = problem.remedy("request a range within the file").into_response();
+            response.headers_mut().typed_insert(ContentRange::unsatisfied_bytes(size_bytes));
             response
         }
     };
-    put(&mut response, header::ACCEPT_RANGES, "bytes");
+    response.headers_mut().typed_insert(AcceptRanges::bytes());
     Ok(response)
 }
 
-fn put(response: &mut Response, name: header::HeaderName, text: &str) {
-    if let Ok(value) = HeaderValue::from_str(text) {
-        response.headers_mut().insert(name, value);
-    }
-}
-
-/// Reads step by step, on threads that may wait for a disk.
-fn body_of(file: ArtifactBytes, first: u64, last: u64) -> Body {
-    let steps = futures_util::stream::try_unfold((file, first), move |(mut file, at)| async move {
+/// Reads chunk by chunk on blocking threads.
+fn body_of(file: ArtifactBytes, part: &RangeInclusive<u64>) -> Body {
+    let last = *part.end();
+    let steps = futures_util::stream::try_unfold((file, *part.start()), move |(mut file, at)| async move {
         let left = (last + 1).saturating_sub(at);
         if left == 0 {
             return Ok(None);
@@ -116,14 +108,14 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_range_is_part_of_the_file_or_nowhere() {
+    fn a_range_is_within_the_file_or_not_satisfiable() {
         for (range, expected) in [
             (None, Wanted::Whole),
-            (Some("bytes=0-0"), Wanted::Part(0, 0)),
-            (Some("bytes=90-"), Wanted::Part(90, 99)),
-            (Some("bytes=-8"), Wanted::Part(92, 99)),
-            (Some("bytes=-800"), Wanted::Part(0, 99)),
-            (Some("bytes=10-1000"), Wanted::Part(10, 99)),
+            (Some("bytes=0-0"), Wanted::Part(0..=0)),
+            (Some("bytes=90-"), Wanted::Part(90..=99)),
+            (Some("bytes=-8"), Wanted::Part(92..=99)),
+            (Some("bytes=-800"), Wanted::Part(0..=99)),
+            (Some("bytes=10-1000"), Wanted::Part(10..=99)),
             (Some("bytes=100-"), Wanted::Nowhere),
             (Some("bytes=-0"), Wanted::Nowhere),
             (Some("bytes=9-3"), Wanted::Whole),

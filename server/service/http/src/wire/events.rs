@@ -6,16 +6,16 @@ use serde_json::Value;
 use store::EventRecord;
 use utoipa::ToSchema;
 
-use crate::wire::paging::DamagedDto;
+use crate::wire::paging::DamagedRecordDto;
 
-/// Something that happened.
+/// An event.
 #[derive(Debug, Serialize, ToSchema)]
 pub struct EventDto {
     /// Position in the log; also the id in the event stream.
     pub seq: i64,
-    /// The id it is about.
+    /// Id of the resource concerned.
     pub subject: String,
-    /// When, wall clock, ms since 1970.
+    /// Time, ms since 1970 (UTC).
     pub at_ms: i64,
     /// What happened.
     #[serde(flatten)]
@@ -28,7 +28,7 @@ pub struct EventDto {
 pub struct StoredEvent {
     /// What happened: `job.succeeded`.
     pub kind: String,
-    /// More about it.
+    /// Details.
     pub body: Value,
 }
 
@@ -37,11 +37,11 @@ pub struct StoredEvent {
 pub struct EventListDto {
     /// The events.
     pub items: Vec<EventDto>,
-    /// Events between these that are damaged in the database; missing if all are whole.
+    /// Damaged events in this range; absent if there are none.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     #[schema(required = false)]
-    pub damaged: Vec<DamagedDto>,
-    /// Address of those after them.
+    pub damaged: Vec<DamagedRecordDto>,
+    /// URL of the next events.
     pub next: String,
 }
 

@@ -1,4 +1,4 @@
-//! Wire types: what clients send and get. Their doc comments are the API's documentation.
+//! Wire types: requests and responses. Their doc comments are the API documentation.
 
 pub mod calibration;
 pub mod events;
@@ -13,10 +13,10 @@ use serde::de::DeserializeOwned;
 use serde_json::Value;
 use store::DamagedRow;
 
-/// Figures that a record keeps as JSON; what is none of this version's is a damaged record, named and not guessed.
+/// Parses the JSON of a stored record. JSON that this version cannot read counts as a damaged record; it is not guessed.
 fn figures<T: DeserializeOwned>(kind: &'static str, id: &str, stored: Value) -> Result<T, DamagedRow> {
     serde_json::from_value(stored).map_err(|cause| {
-        tracing::warn!(kind, id, %cause, "the figures of a record cannot be read");
+        tracing::warn!(kind, id, %cause, "the stored JSON of a record cannot be read");
         DamagedRow { kind, id: id.to_owned() }
     })
 }
@@ -33,10 +33,10 @@ mod tests {
     use crate::wire::scan::captures::CaptureSummaryDto;
     use crate::wire::scan::scan_reports::ScanReportDto;
 
-    /// Figures as version 0.1 stored them are returned whole.
+    /// Records stored by version 0.1 are returned in full.
     fn told_whole<T: DeserializeOwned + Serialize>(stored: Value) {
-        let told: T = figures("record", "7", stored.clone()).unwrap();
-        assert_eq!(serde_json::to_value(told).unwrap(), stored);
+        let parsed: T = figures("record", "7", stored.clone()).unwrap();
+        assert_eq!(serde_json::to_value(parsed).unwrap(), stored);
     }
 
     fn errors() -> Value {
@@ -44,7 +44,7 @@ mod tests {
     }
 
     #[test]
-    fn a_measurement_is_told_whole() {
+    fn a_measurement_is_returned_in_full() {
         told_whole::<MeasurementRequestDto>(json!({
             "tool": "sphere", "name": null, "nominal_mm": 18.9, "tolerance_mm": null, "seed": 1,
             "region_mm": { "min": [0.0, 1.0, 2.0], "max": [3.0, 4.0, 5.0] },
@@ -75,19 +75,19 @@ mod tests {
     }
 
     #[test]
-    fn what_could_not_be_measured_is_told_as_that() {
+    fn an_unmeasurable_characteristic_is_returned_as_such() {
         let stored = json!({
             "tool": "angle", "unit": "°", "value": null, "nominal": 90.0, "error": null, "u_noise": null,
             "u_systematic": null, "expanded_uncertainty": null, "coverage_factor": 2, "tolerance": 0.1,
             "verdict": "invalid", "errors": null, "per_order": [], "features": [],
             "notes": ["not measurable: no plane"], "calibration_id": "c", "scan_state": "invalid",
         });
-        let told: MeasurementResultDto = figures("measurement", "7", stored).unwrap();
-        assert_eq!((told.value, told.uncertainty_complete, told.notes.len()), (None, None, 1));
+        let parsed: MeasurementResultDto = figures("measurement", "7", stored).unwrap();
+        assert_eq!((parsed.value, parsed.uncertainty_complete, parsed.notes.len()), (None, None, 1));
     }
 
     #[test]
-    fn a_scan_is_told_whole_and_a_stopped_one_with_what_it_has() {
+    fn a_scan_is_returned_in_full_and_a_stopped_one_with_what_it_has() {
         let delays = json!({ "p50": 1.0, "p99": 2.0, "max": 3.0 });
         told_whole::<ScanReportDto>(json!({
             "scan": "gauge", "n_frames": 9, "n_points": 90, "n_segments": 5, "median_sigma_mm": 0.01,
@@ -99,12 +99,12 @@ mod tests {
                 "arrival_to_file_ms": delays, "measuring_s": 0.3, "n_measured": 1 },
         }));
         let stopped = json!({ "scan": "part", "n_frames": 3, "losses": [], "stopped": "stopped by a person" });
-        let told: ScanReportDto = figures("scan", "7", stopped).unwrap();
-        assert_eq!((told.n_frames, told.n_points, told.stopped.is_some()), (3, None, true));
+        let parsed: ScanReportDto = figures("scan", "7", stopped).unwrap();
+        assert_eq!((parsed.n_frames, parsed.n_points, parsed.stopped.is_some()), (3, None, true));
     }
 
     #[test]
-    fn a_capture_and_a_calibration_are_told_whole() {
+    fn a_capture_and_a_calibration_are_returned_in_full() {
         told_whole::<CaptureSummaryDto>(json!({
             "width_px": 1280, "height_px": 1024, "n_poses": 12, "n_laser_poses": 11, "n_stage_views": 5,
             "scans": [{ "name": "gauge", "n_frames": 40, "from_mm": -1.0, "to_mm": 1.0 }],

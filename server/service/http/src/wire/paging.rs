@@ -1,4 +1,4 @@
-//! Lists: newest first, `?limit=` at a time, `next` leads on; what is damaged is named beside what is whole.
+//! Lists: newest first, `?limit=` per page, `next` links to the next page; damaged records are listed separately.
 
 use serde::{Deserialize, Serialize};
 use store::{DamagedRow, Listed, Page};
@@ -7,58 +7,58 @@ use utoipa::{IntoParams, ToSchema};
 use crate::limits::{PAGE_LIMIT_DEFAULT, PAGE_LIMIT_MAX};
 use crate::problem::{Problem, ProblemKind};
 
-/// Which part of a list.
+/// Selects a page of a list.
 #[derive(Debug, Clone, Default, Deserialize, IntoParams)]
 #[serde(deny_unknown_fields)]
 #[into_params(parameter_in = Query)]
 pub struct PageQuery {
-    /// Id of the last record of the page before.
+    /// Id of the last record of the previous page.
     pub before: Option<String>,
-    /// Records of a page, 1 to 200; 50 if not said.
+    /// Records per page, 1 to 200; default 50.
     #[param(minimum = 1, maximum = 200)]
     pub limit: Option<u32>,
 }
 
 impl PageQuery {
-    /// As the store takes it.
+    /// The page as the store expects it.
     pub fn page(&self) -> Result<Page, Problem> {
         page(self.before.clone(), self.limit)
     }
 }
 
-/// A page of the store; limits outside 1 to 200 are refused.
+/// A page request for the store; limits outside 1 to 200 are refused.
 pub fn page(before: Option<String>, limit: Option<u32>) -> Result<Page, Problem> {
     let limit = limit.unwrap_or(PAGE_LIMIT_DEFAULT);
     if !(1..=PAGE_LIMIT_MAX).contains(&limit) {
-        return Err(Problem::new(ProblemKind::BadRequest, format!("a page cannot have {limit} records"))
+        return Err(Problem::new(ProblemKind::BadRequest, format!("a page of {limit} records is not possible"))
             .at("query/limit")
-            .remedy(format!("ask for 1 to {PAGE_LIMIT_MAX}")));
+            .remedy(format!("request 1 to {PAGE_LIMIT_MAX}")));
     }
     Ok(Page { before, limit })
 }
 
-/// A part of a list.
+/// A page of a list.
 #[derive(Debug, Serialize, ToSchema)]
 pub struct ListDto<T> {
     /// The records, newest first.
     pub items: Vec<T>,
-    /// Records between these that are damaged in the database and cannot be shown, whatever the list was asked for;
-    /// missing if all are whole.
+    /// Records in this range that are damaged in the database and cannot be shown, regardless of the filter; absent if
+    /// there are none.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     #[schema(required = false)]
-    pub damaged: Vec<DamagedDto>,
-    /// Address of the next page; missing on the last one.
+    pub damaged: Vec<DamagedRecordDto>,
+    /// URL of the next page; absent on the last page.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub next: Option<String>,
 }
 
-/// A record that is not what was written.
+/// A damaged record.
 #[derive(Debug, Serialize, ToSchema)]
-pub struct DamagedDto {
-    /// What it was.
+pub struct DamagedRecordDto {
+    /// Kind of record.
     #[schema(example = "scan")]
     pub kind: &'static str,
-    /// Its id, as far as it can be read.
+    /// Its id, as far as readable.
     pub id: String,
     /// What is wrong.
     pub detail: String,
@@ -66,7 +66,7 @@ pub struct DamagedDto {
     pub remedy: String,
 }
 
-impl From<DamagedRow> for DamagedDto {
+impl From<DamagedRow> for DamagedRecordDto {
     fn from(row: DamagedRow) -> Self {
         let (kind, id) = (row.kind, row.id.clone());
         let problem = Problem::from(store::StoreError::from(row));
@@ -75,7 +75,7 @@ impl From<DamagedRow> for DamagedDto {
 }
 
 impl<T> ListDto<T> {
-    /// The same of records with figures that may be none of this version's: those are named as damaged.
+    /// The same for records whose JSON may be unreadable: such records are listed as damaged.
     pub fn whole_of<R>(
         path: &str,
         page: &Page,
@@ -92,18 +92,18 @@ impl<T> ListDto<T> {
         Self { items, ..Self::new(path, page, listed, |_| unreachable!("the records were taken")) }
     }
 
-    /// The list at `path`, which may have a query, with at most `page.limit` records.
+    /// The page of the list at `path` (which may have a query), with at most `page.limit` records.
     pub fn new<R>(path: &str, page: &Page, listed: Listed<R>, dto: impl Fn(R) -> T) -> Self {
         let next = listed.next.map(|before| {
             let joint = if path.contains('?') { '&' } else { '?' };
             format!("{path}{joint}before={before}&limit={}", page.limit)
         });
-        let damaged = listed.damaged.into_iter().map(DamagedDto::from).collect();
+        let damaged = listed.damaged.into_iter().map(DamagedRecordDto::from).collect();
         Self { items: listed.records.into_iter().map(dto).collect(), damaged, next }
     }
 }
 
-/// An address with the parts of its query that were asked for. Values are words of the API and ids of records.
+/// A URL with the given query parameters. Values are API codes and record ids.
 pub fn path_with(path: &str, query: &[(&str, Option<&str>)]) -> String {
     let asked = query.iter().filter_map(|(name, value)| Some(format!("{name}={}", (*value)?)));
     let asked: Vec<String> = asked.collect();
@@ -115,7 +115,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_record_whose_figures_cannot_be_read_is_named_and_hides_no_other() {
+    fn a_record_with_unreadable_json_is_listed_as_damaged_and_hides_no_other() {
         let listed = Listed { records: vec!["1", "two", "3"], damaged: Vec::new(), next: Some("3".to_owned()) };
         let page = Page { before: None, limit: 3 };
         let number = |text: &str| text.parse::<u8>().map_err(|_| DamagedRow { kind: "scan", id: text.to_owned() });

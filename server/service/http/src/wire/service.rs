@@ -1,17 +1,17 @@
-//! Whether the service lives and can work.
+//! Liveness and readiness on the wire.
 
 use serde::Serialize;
 use utoipa::ToSchema;
 
-/// The process answers.
+/// The process is running.
 #[derive(Debug, Serialize, ToSchema)]
 pub struct HealthDto {
     /// `alive`.
     #[schema(example = "alive")]
     pub status: &'static str,
-    /// Version of the program.
+    /// Program version.
     pub version: &'static str,
-    /// Whether users and TLS are left to a reverse proxy before this server (`http.trusted_proxy`).
+    /// Whether a reverse proxy in front of this server handles users and TLS (`http.trusted_proxy`).
     pub trusted_proxy: bool,
 }
 
@@ -21,8 +21,8 @@ pub struct ReadyDto {
     /// `ready`.
     #[schema(example = "ready")]
     pub status: &'static str,
-    /// State of the station in words; a station in error does not keep captures from being computed.
+    /// State of the station in plain words; captures can be processed even if the station has a fault.
     pub station: String,
-    /// Room on the disk of the data folder.
+    /// Free space on the disk of the data folder.
     pub free_bytes: Option<u64>,
 }

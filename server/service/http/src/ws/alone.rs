@@ -1,4 +1,4 @@
-//! The live stream without a station behind it, for measuring what it carries.
+//! The live stream without a station, for load tests.
 
 use std::io;
 use std::sync::Arc;
@@ -17,11 +17,11 @@ use tokio_util::sync::CancellationToken;
 use tokio_util::task::TaskTracker;
 use vision::LineDirection;
 
-use crate::wire::hardware::station::StoppedDto;
+use crate::wire::hardware::station::StopResultDto;
 use crate::ws::station::Station;
 use crate::ws::{Sources, Streams};
 
-/// Serves what is on the bus to whoever connects, through the service's own accept loop, handshake and connections.
+/// Serves the bus to every client through the service's own accept loop, handshake and connections.
 ///
 /// # Errors
 /// If a thread cannot be started.
@@ -49,8 +49,8 @@ pub(super) struct NoStation;
 impl Station for NoStation {
     fn note_viewer(&self, _at: Instant) {}
 
-    fn stop(&self, _actor: Option<&str>) -> BoxFuture<'static, StoppedDto> {
-        let nothing = StoppedDto { acknowledged: false, state: "Preoperational", detail: None };
+    fn stop(&self, _actor: Option<&str>) -> BoxFuture<'static, StopResultDto> {
+        let nothing = StopResultDto { acknowledged: false, state: "Preoperational", detail: None };
         Box::pin(std::future::ready(nothing))
     }
 }

@@ -1,7 +1,7 @@
-//! One client: what it says and what it gets.
+//! One client connection: its messages and what it is sent.
 //!
-//! One message is on its way at a time; while the client does not take it, newer pictures replace older ones and
-//! nothing piles up.
+//! One message is in flight at a time; until the client has read it, newer images replace older ones and nothing piles
+//! up.
 
 use axum::extract::ws::{CloseFrame, Message, WebSocket};
 use bytes::Bytes;
@@ -13,44 +13,45 @@ use tokio::sync::mpsc;
 use tokio::time::{Duration, Instant, sleep_until, timeout};
 
 use crate::ws::feeds::{Feeds, Next};
-use crate::ws::listener::{End, Heard, LastHeard, listen};
+use crate::ws::listener::{End, LastReceived, Received, listen};
 use crate::ws::station::Station;
 use crate::ws::streams::Streams;
 
-/// Time between two pings: a viewer who is gone is to be noticed well within the 4 s after which live light goes out.
+/// Ping interval: a lost viewer must be noticed well within the 4 s after which the live laser is turned off.
 const PING_EVERY: Duration = Duration::from_secs(1);
-/// A client that sent nothing, or took nothing, for so long is gone: many pings, and together with a full send
+/// A client that has sent or read nothing for this long is disconnected: many pings, and together with a full send
 /// buffer less than the 30 s promised.
 const SILENCE_LIMIT: Duration = Duration::from_secs(15);
-/// How long a farewell may take.
+/// Timeout of the close handshake.
 const FAREWELL_LIMIT: Duration = Duration::from_secs(1);
-/// Requests that wait while a message is on its way.
+/// Requests that may wait while a message is in flight.
 const WAITING_REQUESTS: usize = 8;
 
-/// Serves a client until it goes or has to go.
+/// Serves a client until it disconnects or is disconnected.
 pub async fn serve(socket: WebSocket, streams: Streams, station: &dyn Station) {
     let (to_client, from_client) = socket.split();
     let (requests, asked) = mpsc::channel(WAITING_REQUESTS);
-    let heard = LastHeard::now();
-    let mut speaker = Speaker { to_client, asked, feeds: Feeds::default(), streams, heard: &heard, station };
+    let last_received = LastReceived::now();
+    let mut speaker =
+        Speaker { to_client, asked, feeds: Feeds::default(), streams, last_received: &last_received, station };
     let end = tokio::select! {
-        end = listen(from_client, requests, &heard, station) => end,
+        end = listen(from_client, requests, &last_received, station) => end,
         end = speaker.speak() => end,
     };
     if let End::Close { code, reason } = end {
         let farewell = Message::Close(Some(CloseFrame { code, reason: reason.into() }));
-        // The client may be gone; then there is nobody to take leave of.
+        // The client may be gone already.
         let _ = timeout(FAREWELL_LIMIT, speaker.to_client.send(farewell)).await;
     }
 }
 
-/// The half of a connection that speaks.
+/// The sending half of a connection.
 struct Speaker<'a> {
     to_client: SplitSink<WebSocket, Message>,
-    asked: mpsc::Receiver<Heard>,
+    asked: mpsc::Receiver<Received>,
     feeds: Feeds,
     streams: Streams,
-    heard: &'a LastHeard,
+    last_received: &'a LastReceived,
     station: &'a dyn Station,
 }
 
@@ -68,13 +69,13 @@ impl Speaker<'_> {
         loop {
             let now = Instant::now();
             if self.streams.closing.is_cancelled() {
-                return Err(End::Close { code: close::GOING_AWAY, reason: "the server ends" });
+                return Err(End::Close { code: close::GOING_AWAY, reason: "server shutdown" });
             }
-            if now >= self.heard.at() + SILENCE_LIMIT {
-                return Err(End::Close { code: close::SILENT, reason: "nothing was heard of the client" });
+            if now >= self.last_received.at() + SILENCE_LIMIT {
+                return Err(End::Close { code: close::SILENT, reason: "no message from the client" });
             }
             if self.feeds.shows_frames() {
-                self.station.note_viewer(self.heard.at().into_std());
+                self.station.note_viewer(self.last_received.at().into_std());
             }
             if now >= ping_at {
                 ping_at = now + PING_EVERY;
@@ -92,7 +93,7 @@ impl Speaker<'_> {
         }
     }
 
-    /// Waits for a request, for something to send, for the end, or for that moment.
+    /// Waits for a request, for something to send, for shutdown, or until the given time.
     async fn wait(&mut self, until: Instant) -> Result<(), End> {
         let closing = self.streams.closing.clone();
         let request = tokio::select! {
@@ -108,11 +109,11 @@ impl Speaker<'_> {
         Ok(())
     }
 
-    /// Does what a client asks and says so.
-    fn answer(&mut self, heard: Heard) -> Message {
-        let request = match heard {
-            Heard::Answer(text) => return Message::text(text),
-            Heard::Asked(request) => request,
+    /// Handles a request and replies.
+    fn answer(&mut self, received: Received) -> Message {
+        let request = match received {
+            Received::Answer(text) => return Message::text(text),
+            Received::Asked(request) => request,
         };
         let text = match request {
             Err(misunderstanding) => ServerText::Error(&misunderstanding).to_json(),
@@ -136,7 +137,7 @@ impl Speaker<'_> {
         Message::text(text)
     }
 
-    /// Sends; meanwhile notes what the client misses.
+    /// Sends, and counts what the client misses meanwhile.
     async fn send(&mut self, message: Message) -> Result<(), End> {
         let sending = self.to_client.send(message);
         let give_up = sleep_until(Instant::now() + SILENCE_LIMIT);
@@ -153,7 +154,7 @@ impl Speaker<'_> {
                 biased;
                 sent = &mut sending => return sent.map_err(|_| End::Gone),
                 () = &mut give_up => {
-                    return Err(End::Close { code: close::SILENT, reason: "the client takes nothing" });
+                    return Err(End::Close { code: close::SILENT, reason: "the client does not read" });
                 }
                 () = next_due => {}
             }

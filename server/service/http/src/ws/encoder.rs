@@ -1,4 +1,4 @@
-//! The thread `live-encode`: turns the newest frame into messages, once for all who watch.
+//! The thread `live-encode`: encodes the newest frame once for all viewers.
 
 use std::io;
 use std::sync::Arc;
@@ -16,7 +16,7 @@ use live::protocol::profile::{ProfileMessage, calibration_mark};
 use live::worker::Worker;
 use live::{LiveBus, LiveFrame, StreamKind};
 
-/// Sizes of pictures: divisors of the frame's size.
+/// Image scales: divisors of the frame size.
 pub const SCALES: [u8; 3] = [1, 2, 4];
 /// JPEG quality, 1–100: laser lines keep their shape, a frame of 1280×1024 has 100–200 kB.
 const JPEG_QUALITY: u8 = 80;
@@ -24,13 +24,13 @@ const JPEG_QUALITY: u8 = 80;
 /// The newest message of a stream.
 #[derive(Debug, Clone, Default)]
 pub struct Published {
-    /// Counts the messages of the stream, from 1; 0 is none yet.
+    /// Message number, from 1; 0: none yet.
     pub number: u64,
     /// The message.
     pub bytes: Bytes,
 }
 
-/// Where the newest messages are found.
+/// Receivers of the newest messages.
 #[derive(Clone)]
 pub struct Slots {
     images: [watch::Sender<Published>; SCALES.len()],
@@ -47,7 +47,7 @@ impl Default for Slots {
 }
 
 impl Slots {
-    /// Where messages of that kind are found.
+    /// The receiver for this kind of message.
     pub fn of(&self, sight: StreamKind) -> &watch::Sender<Published> {
         match sight {
             StreamKind::Profile => &self.profiles,
@@ -71,7 +71,7 @@ pub fn start(bus: LiveBus, slots: Slots, line_direction: LineDirection) -> io::R
     Worker::spawn("live-encode", move || encode_frames(bus, slots, line_direction))
 }
 
-/// What one kind of message is encoded from and when.
+/// The state of one kind of message.
 struct Line {
     sight: StreamKind,
     pace: Pace,
@@ -120,14 +120,14 @@ async fn encode_frames(bus: LiveBus, slots: Slots, line_direction: LineDirection
     }
 }
 
-/// Encodes; keeps its memory from frame to frame.
+/// The encoder; reuses its buffers.
 struct Encoding {
     line_direction: LineDirection,
     grey: Vec<u8>,
 }
 
 impl Encoding {
-    /// The message; `None` for a profile without calibration, or a picture that cannot be a JPEG.
+    /// The message; `None` for a profile without calibration or an image that JPEG cannot hold.
     fn encode(&mut self, sight: StreamKind, live: &Arc<LiveFrame>, number: u32) -> Option<Bytes> {
         let image = &live.frame.image;
         let stamp = FrameStamp::of(&live.frame, live.profile.is_some());
@@ -164,7 +164,7 @@ impl Encoding {
         match Encoder::new(&mut jpeg, JPEG_QUALITY).encode(&self.grey, width, height, ColorType::Luma) {
             Ok(()) => Some(jpeg),
             Err(error) => {
-                tracing::error!("a picture of {width}×{height} pixels could not be encoded: {error}");
+                tracing::error!("an image of {width}×{height} pixels could not be encoded: {error}");
                 None
             }
         }

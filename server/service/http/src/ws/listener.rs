@@ -16,21 +16,21 @@ use crate::ws::station::Station;
 /// Why a connection ends.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum End {
-    /// The client went, or cannot be reached any more.
+    /// The client has gone or cannot be reached.
     Gone,
     /// The server closes it.
     Close {
         /// Close code.
         code: u16,
-        /// Words for the client's log.
+        /// Reason text for the client's log.
         reason: &'static str,
     },
 }
 
 /// When the client last sent something.
-pub struct LastHeard(Mutex<Instant>);
+pub struct LastReceived(Mutex<Instant>);
 
-impl LastHeard {
+impl LastReceived {
     /// Now.
     pub fn now() -> Self {
         Self(Mutex::new(Instant::now()))
@@ -46,20 +46,20 @@ impl LastHeard {
     }
 }
 
-/// What the other half of the connection is to answer.
-pub enum Heard {
-    /// What was asked, or why it was not understood.
+/// What the sending half has to reply.
+pub enum Received {
+    /// The request, or why it was not understood.
     Asked(Result<Request, Misunderstanding>),
-    /// An answer that is ready.
+    /// A finished reply.
     Answer(String),
 }
 
-/// Hears the client until it goes or breaks a rule; what it asks goes to `answers`. Stop is obeyed here and at once,
-/// whatever the client has not yet taken and however much it has said before.
+/// Reads from the client until it disconnects or breaks a rule; its requests go to `answers`. Stop is carried out here
+/// immediately, regardless of unread data and message limits.
 pub async fn listen(
     mut from_client: SplitStream<WebSocket>,
-    answers: mpsc::Sender<Heard>,
-    heard: &LastHeard,
+    answers: mpsc::Sender<Received>,
+    last_received: &LastReceived,
     station: &dyn Station,
 ) -> End {
     let mut allowance = Allowance { left: CLIENT_MESSAGE_BURST, at: Instant::now() };
@@ -69,7 +69,7 @@ pub async fn listen(
             Some(Err(error)) => return end_by(error),
             Some(Ok(message)) => message,
         };
-        heard.note();
+        last_received.note();
         let asked = match &message {
             Message::Text(text) if text.len() <= MAX_CLIENT_MESSAGE_BYTES => Some(parse(text)),
             _ => None,
@@ -79,8 +79,8 @@ pub async fn listen(
             tokio::spawn(async move {
                 let stopped = json!(stopping.await);
                 let answer = ServerText::Stopped { id, stopped: &stopped }.to_json();
-                // The client may be gone; the station is stopped all the same.
-                let _ = answers.send(Heard::Answer(answer)).await;
+                // The client may be gone; the station is stopped in any case.
+                let _ = answers.send(Received::Answer(answer)).await;
             });
             continue;
         }
@@ -89,14 +89,14 @@ pub async fn listen(
         }
         match (message, asked) {
             (_, Some(asked)) => {
-                if answers.send(Heard::Asked(asked)).await.is_err() {
+                if answers.send(Received::Asked(asked)).await.is_err() {
                     return End::Gone;
                 }
             }
             (Message::Close(_), None) => return End::Gone,
             (Message::Ping(_) | Message::Pong(_), None) => {}
             (Message::Binary(_), None) => {
-                return End::Close { code: close::UNSUPPORTED, reason: "a client sends text only" };
+                return End::Close { code: close::UNSUPPORTED, reason: "binary messages are not supported" };
             }
             (Message::Text(_), None) => {
                 return End::Close { code: close::TOO_BIG, reason: "the message is too long" };
@@ -111,16 +111,14 @@ fn end_by(error: axum::Error) -> End {
     use tungstenite::error::ProtocolError;
     match error.into_inner().downcast_ref() {
         Some(Error::Protocol(ProtocolError::ResetWithoutClosingHandshake)) => End::Gone,
-        Some(Error::Protocol(_)) => {
-            End::Close { code: close::PROTOCOL, reason: "this is not the WebSocket protocol" }
-        }
+        Some(Error::Protocol(_)) => End::Close { code: close::PROTOCOL, reason: "WebSocket protocol violation" },
         Some(Error::Utf8(_)) => End::Close { code: close::NOT_UTF8, reason: "the text is not UTF-8" },
         Some(Error::Capacity(_)) => End::Close { code: close::TOO_BIG, reason: "the message is too long" },
         _ => End::Gone,
     }
 }
 
-/// How many messages the client may still send.
+/// Rate limit of client messages (token bucket).
 struct Allowance {
     left: f64,
     at: Instant,

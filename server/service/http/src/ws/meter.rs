@@ -1,17 +1,17 @@
-//! Which messages of a stream one client gets, and what became of the others.
+//! Rate limiting of one stream for one client, and its drop counts.
 
 use tokio::time::Instant;
 
 use live::pace::Pace;
 use live::protocol::text::{DropCount, Stream};
 
-/// Follows one stream for one client. Messages of a stream are numbered without gaps.
+/// Tracks one stream for one client. Messages of a stream are numbered without gaps.
 #[derive(Debug, Clone)]
 pub struct Meter {
     pace: Pace,
-    /// Number of the newest message when the subscription began, without the one that was there already.
+    /// Number of the newest message before the subscription, not counting the one sent at once.
     first: u64,
-    /// Number of the message sent last.
+    /// Number of the last message sent.
     last: u64,
     /// Number of the newest message when the next one was due but the connection was busy.
     at_due: Option<u64>,
@@ -21,31 +21,31 @@ pub struct Meter {
 }
 
 impl Meter {
-    /// From `now` on at most `rate_hz` per second, `newest` being there already (0: nothing).
+    /// From `now` on at most `rate_hz` per second; `newest` exists already (0: none).
     pub fn new(rate_hz: f64, now: Instant, newest: u64) -> Self {
         let before = newest.saturating_sub(1);
         let pace = Pace::new(rate_hz, now);
         Self { pace, first: before, last: before, at_due: None, sent: 0, by_rate: 0, too_slow: 0 }
     }
 
-    /// When the next message may go.
+    /// When the next message may be sent.
     pub fn opens(&self) -> Instant {
         self.pace.opens()
     }
 
-    /// Whether there is something to send.
+    /// Whether a message is unsent.
     pub fn waits(&self, newest: u64) -> bool {
         newest > self.last
     }
 
-    /// The connection is busy: what comes from the due time on is lost to the client's slowness, not to its rate.
+    /// While the connection is busy: messages after the due time count as `too_slow`, not as `by_rate`.
     pub fn observe_busy(&mut self, now: Instant, newest: u64) {
         if self.at_due.is_none() && now >= self.opens() {
             self.at_due = Some(newest);
         }
     }
 
-    /// Message `number`, the newest, is sent now.
+    /// Records that message `number`, the newest, is sent now.
     pub fn send(&mut self, now: Instant, number: u64) {
         let next = self.last + 1;
         let sendable = self.at_due.take().unwrap_or(number).clamp(next, number);
@@ -56,7 +56,7 @@ impl Meter {
         self.pace.pass(now);
     }
 
-    /// What became of the messages so far.
+    /// The counts so far.
     pub fn count(&self, stream: Stream) -> DropCount {
         DropCount {
             stream,
@@ -80,14 +80,14 @@ mod tests {
     }
 
     #[test]
-    fn what_the_rate_left_out_and_what_slowness_left_out_are_told_apart() {
+    fn drops_by_rate_and_by_slowness_are_counted_separately() {
         let start = Instant::now();
         let mut meter = Meter::new(10.0, start, 0);
         meter.send(start, 1);
-        // Idle until the next is due: 2 to 5 went by, 6 goes.
+        // Idle until the next is due: 2 to 5 are skipped, 6 is sent.
         meter.send(start + Duration::from_millis(100), 6);
         assert_eq!((adds_up(&meter).by_rate, adds_up(&meter).too_slow), (4, 0));
-        // Busy: at the due time 11 was the newest, 30 goes in the end.
+        // Busy: at the due time 11 was the newest, 30 is sent in the end.
         meter.observe_busy(start + Duration::from_millis(120), 8);
         meter.observe_busy(start + Duration::from_millis(200), 11);
         meter.observe_busy(start + Duration::from_millis(400), 21);
@@ -97,7 +97,7 @@ mod tests {
     }
 
     #[test]
-    fn busy_with_nothing_to_send_is_no_loss() {
+    fn a_busy_connection_without_new_messages_drops_nothing() {
         let start = Instant::now();
         let mut meter = Meter::new(1000.0, start, 5);
         assert!(meter.waits(5));

@@ -1,7 +1,7 @@
 //! The live stream: WebSocket sub-protocol `sheaf.v1`, specified in `openapi/stream.md`.
 //!
-//! A frame is encoded once for all who watch it (`encoder`), each stream keeps only its newest message, and every
-//! connection (`connection`) takes from there what its client wants as fast as the client takes it.
+//! A frame is encoded once for all viewers (`encoder`), each stream keeps only its newest message, and every connection
+//! (`connection`) sends what its client has subscribed to as fast as the client reads.
 
 mod alone;
 pub mod connection;

@@ -1,4 +1,4 @@
-//! What all connections share, and the door they come through.
+//! The state shared by all connections, and the upgrade handler.
 
 use parking_lot::Mutex;
 use std::io;
@@ -27,16 +27,16 @@ use app::jobs::JobNews;
 use app::lease::Lease;
 use tokio_util::sync::CancellationToken;
 
-/// What the streams are made of.
+/// The sources of the streams.
 #[derive(Clone)]
 pub struct Sources {
     /// Frames and points.
     pub live: LiveBus,
-    /// The station's frames, for its clock.
+    /// The station's frames, for their clock.
     pub frames: watch::Receiver<Option<SharedFrame>>,
     /// The station's state.
     pub status: watch::Receiver<Arc<StationStatus>>,
-    /// Who commands.
+    /// Who is in control.
     pub control: watch::Receiver<Option<Lease>>,
     /// Progress of jobs.
     pub jobs: watch::Receiver<JobNews>,
@@ -44,10 +44,10 @@ pub struct Sources {
     pub events: watch::Receiver<i64>,
 }
 
-/// A status and its JSON, made once for all.
+/// A status and its JSON, serialised once for all connections.
 type StationText = (Arc<StationStatus>, Arc<Value>);
 
-/// What all connections share. Clones are the same.
+/// The state shared by all connections. Clones share it.
 #[derive(Clone)]
 pub struct Streams {
     pub(super) sources: Sources,
@@ -58,7 +58,7 @@ pub struct Streams {
 }
 
 impl Streams {
-    /// Over those sources until `closing`, with the thread that encodes; it ends when the worker is dropped.
+    /// Streams from `sources` until `closing`, and starts the encoder thread; it ends when the worker is dropped.
     pub fn start(
         sources: Sources,
         line_direction: LineDirection,
@@ -76,12 +76,12 @@ impl Streams {
         Ok((streams, worker))
     }
 
-    /// Connections now.
+    /// Number of open connections.
     pub fn n_sockets(&self) -> usize {
         MAX_SOCKETS - self.sockets.available_permits()
     }
 
-    /// Takes a connection in, or says why not.
+    /// Accepts a connection, or says why not.
     pub fn accept(
         &self,
         upgrade: Result<WebSocketUpgrade, WebSocketUpgradeRejection>,
@@ -106,24 +106,27 @@ impl Streams {
         upgrade: Result<WebSocketUpgrade, WebSocketUpgradeRejection>,
     ) -> Result<(WebSocketUpgrade, OwnedSemaphorePermit), Box<Problem>> {
         let upgrade = upgrade.map_err(|rejection| {
-            Problem::new(ProblemKind::BadRequest, "this is not the beginning of a WebSocket")
+            Problem::new(ProblemKind::BadRequest, "this is not a WebSocket handshake")
                 .because(rejection.body_text())
                 .remedy("connect with a WebSocket client, see openapi/stream.md")
         })?;
         if !upgrade.requested_protocols().any(|name| name == SUB_PROTOCOL) {
             let problem = Problem::new(
                 ProblemKind::BadRequest,
-                format!("the sub-protocol {SUB_PROTOCOL} was not asked for"),
+                format!("the sub-protocol {SUB_PROTOCOL} was not requested"),
             );
-            return Err(Box::new(problem.remedy(format!("ask for {SUB_PROTOCOL} in Sec-WebSocket-Protocol"))));
+            return Err(Box::new(problem.remedy(format!("request {SUB_PROTOCOL} in Sec-WebSocket-Protocol"))));
         }
         let closing = self.closing.is_cancelled();
         let place = self.sockets.clone().try_acquire_owned().ok().filter(|_| !closing).ok_or_else(|| {
-            Problem::new(ProblemKind::Unavailable, format!("{MAX_SOCKETS} viewers are connected already"))
-                .remedy("close pages that are not looked at")
-                .retry_after_s(5)
+            Problem::new(
+                ProblemKind::Unavailable,
+                format!("the limit of {MAX_SOCKETS} live connections is reached"),
+            )
+            .remedy("close unused pages")
+            .retry_after_s(5)
         })?;
-        // Twice the limit: what is above it is closed with its own code, what is far above it is not even read.
+        // Twice the limit: a message above the limit is closed with its own code, one far above it is not even read.
         let limit = 2 * MAX_CLIENT_MESSAGE_BYTES;
         Ok((upgrade.protocols([SUB_PROTOCOL]).max_message_size(limit).max_frame_size(limit), place))
     }
@@ -134,7 +137,7 @@ impl Streams {
         Some(frame.captured_at_ns as f64 / 1e6 + frame.captured_at.elapsed().as_secs_f64() * 1e3)
     }
 
-    /// A status as JSON, made once for all connections.
+    /// A status as JSON, serialised once for all connections.
     pub(super) fn station_text(&self, status: &Arc<StationStatus>) -> Arc<Value> {
         let mut kept = self.station_text.lock();
         if let Some((known, text)) = &*kept

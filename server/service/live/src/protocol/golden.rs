@@ -1,7 +1,7 @@
-//! Sample messages, byte by byte: `tests/golden/ws/` is what the program writes, and what every reader must read.
+//! Sample messages, byte by byte: `tests/golden/ws/` is what the program writes and every client must read.
 //!
-//! The values are invented. With `SHEAF_WRITE_GOLDEN` set the files are written instead of compared; look at the
-//! difference before committing it, for old readers will meet it.
+//! The values are synthetic. With `SHEAF_WRITE_GOLDEN` set the files are written instead of compared; review the
+//! difference before committing it, since it affects existing clients.
 
 use std::path::PathBuf;
 
@@ -26,7 +26,7 @@ fn root() -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../..")
 }
 
-/// The golden file, or in writing mode what it shall be from now on.
+/// The golden file, or in writing mode its new content.
 fn golden(name: &str, now: &[u8]) -> Vec<u8> {
     let path = root().join("tests/golden/ws").join(name);
     if std::env::var_os("SHEAF_WRITE_GOLDEN").is_some() {
@@ -161,7 +161,7 @@ impl At<'_> {
 }
 
 #[test]
-fn the_image_sample_is_written_as_it_stands() {
+fn the_image_sample_is_written_byte_by_byte() {
     let now = image(&sample_jpeg());
     let golden = golden("image.bin", &now);
     let jpeg = &golden[320 + 3 * 8 + 7 * 4..];
@@ -192,7 +192,7 @@ fn the_image_sample_reads_by_the_table() {
 }
 
 #[test]
-fn the_profile_sample_is_written_as_it_stands() {
+fn the_profile_sample_is_written_byte_by_byte() {
     let now = profile_message();
     assert_eq!(golden("profile.bin", &now), now);
 }
@@ -215,7 +215,7 @@ fn the_profile_sample_reads_by_the_table() {
 }
 
 #[test]
-fn the_points_sample_is_written_as_it_stands() {
+fn the_points_sample_is_written_byte_by_byte() {
     let now = block();
     assert_eq!(golden("points.bin", &now), now);
 }
@@ -285,14 +285,14 @@ fn server_texts() -> Value {
 }
 
 #[test]
-fn the_texts_of_the_server_are_written_as_they_stand() {
+fn the_server_texts_are_written_byte_by_byte() {
     let now = server_texts();
     let golden = golden("server_texts.json", (serde_json::to_string_pretty(&now).unwrap() + "\n").as_bytes());
     assert_eq!(serde_json::from_slice::<Value>(&golden).unwrap(), now);
 }
 
 #[test]
-fn the_texts_of_a_client_are_understood_as_they_stand() {
+fn the_client_texts_are_parsed() {
     let path = root().join("tests/golden/ws/client_texts.json");
     let texts: Vec<Value> = serde_json::from_slice(&std::fs::read(path).unwrap()).unwrap();
     let commands: Vec<_> = texts.iter().map(|text| parse(&text.to_string()).unwrap()).collect();

@@ -1,33 +1,33 @@
-//! What the messages of a frame begin with.
+//! The common header of frame messages.
 
 use bytes::{BufMut, BytesMut};
 
 use station::StampedFrame;
 
-/// Flag: the laser shone during the exposure.
+/// Flag: the laser was on during the exposure.
 pub const LASER_ON: u8 = 1;
 /// Flag: lines carry orders, a calibration was active.
 pub const LABELLED: u8 = 2;
 /// The order of a line that has none.
 pub const NO_ORDER: i8 = i8::MIN;
 
-/// A frame's moment.
+/// Identification and time of a frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FrameStamp {
     /// The station's count of frames.
     pub sequence: u64,
     /// Middle of the exposure, nanoseconds of the station's clock.
     pub captured_at_ns: u64,
-    /// Stage position; NaN is unknown.
+    /// Stage position; NaN if unknown.
     pub position_mm: f64,
-    /// Whether the laser shone.
+    /// Whether the laser was on.
     pub laser_on: bool,
     /// Whether lines carry orders.
     pub labelled: bool,
 }
 
 impl FrameStamp {
-    /// The moment of `frame`.
+    /// The header of `frame`.
     pub fn of(frame: &StampedFrame, labelled: bool) -> Self {
         Self {
             sequence: frame.sequence,
@@ -51,7 +51,7 @@ impl FrameStamp {
     }
 }
 
-/// How pixel positions become 16-bit numbers.
+/// Quantisation of pixel positions to 16 bits.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct PixelGrid {
     /// Columns of the frame.
@@ -77,7 +77,7 @@ impl PixelGrid {
     /// Writes a position.
     pub fn put(&self, bytes: &mut BytesMut, u_px: f64, v_px: f64) {
         for position in [u_px, v_px] {
-            // `as` saturates; a fit may place an end a little outside of the picture.
+            // `as` saturates; a fit may place an end slightly outside the image.
             bytes.put_u16_le((position * f64::from(self.units_per_px)).round() as u16);
         }
     }

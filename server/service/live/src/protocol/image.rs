@@ -1,4 +1,4 @@
-//! Opcode 1: a frame as JPEG, with the centrelines that were found in it.
+//! Opcode 1: a frame as JPEG with its centrelines.
 
 use bytes::{BufMut, Bytes, BytesMut};
 use vision::{GreyImage, Pixels, Segment};
@@ -18,25 +18,25 @@ const LINE_BYTES: usize = 8;
 /// Bytes of a point.
 const POINT_BYTES: usize = 4;
 
-/// What an image message says.
+/// Content of an image message.
 pub struct ImageMessage<'a> {
-    /// The moment.
+    /// Identification and time of the frame.
     pub stamp: FrameStamp,
     /// Size of the frame, and grid of the points.
     pub grid: PixelGrid,
     /// Bits per pixel of the frame: 8 or 16.
     pub bit_depth: u8,
-    /// The picture is smaller than the frame by this factor along both sides.
+    /// Downscaling factor in both directions.
     pub scale: u8,
-    /// How long the sensor collected light.
+    /// Exposure time.
     pub exposure_us: f32,
-    /// How bright the frame is.
+    /// Brightness statistics of the frame.
     pub brightness: Brightness,
     /// Lines of the frame.
     pub segments: &'a [Segment],
     /// Per line: its order.
     pub labels: &'a [Option<i8>],
-    /// Columns and rows of the picture.
+    /// Image width and height.
     pub jpeg_px: (u16, u16),
     /// The picture.
     pub jpeg: &'a [u8],
@@ -78,7 +78,7 @@ impl ImageMessage<'_> {
     }
 }
 
-/// How bright a frame is.
+/// Brightness statistics of a frame.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Brightness {
     /// Pixels per 1/64 of full scale.
@@ -107,7 +107,7 @@ impl Brightness {
     }
 }
 
-/// Pixels per grey level, counted four by turns: equal neighbours would otherwise wait for each other's count.
+/// Histogram with four interleaved counters: equal neighbours would otherwise stall on the same counter.
 fn counts(pixels: &[u8]) -> [u32; 256] {
     let mut counts = [[0u32; 256]; 4];
     let fours = pixels.chunks_exact(4);
@@ -118,10 +118,10 @@ fn counts(pixels: &[u8]) -> [u32; 256] {
     std::array::from_fn(|level| counts.iter().map(|counts| counts[level]).sum())
 }
 
-/// A picture made smaller by averaging squares of `scale` × `scale` pixels, in 8 bits; a rest at the right and lower
-/// edge is left out.
+/// Downscales an image by averaging squares of `scale` × `scale` pixels, to 8 bits; incomplete squares at the right and
+/// lower edge are dropped.
 ///
-/// `into` keeps its memory. Returns columns and rows.
+/// `into` is reused. Returns width and height.
 pub fn shrink(image: &GreyImage, scale: usize, into: &mut Vec<u8>) -> (u16, u16) {
     let (width, height) = ((image.width() / scale).max(1), (image.height() / scale).max(1));
     let (columns, rows) = (scale.min(image.width()), scale.min(image.height()));
@@ -177,7 +177,7 @@ mod tests {
     }
 
     #[test]
-    fn a_smaller_picture_holds_averages() {
+    fn a_downscaled_image_has_averages() {
         let image = GreyImage::new(5, 2, Pixels::Eight(vec![10, 20, 1, 1, 9, 30, 40, 1, 1, 9])).unwrap();
         let mut small = Vec::new();
         assert_eq!(shrink(&image, 2, &mut small), (2, 1));

@@ -15,7 +15,7 @@ pub const SUB_PROTOCOL: &str = "sheaf.v1";
 pub const MAX_CLIENT_MESSAGE_BYTES: usize = 16 * 1024;
 /// Messages a client may send at once.
 pub const CLIENT_MESSAGE_BURST: f64 = 50.0;
-/// Messages a client may send per second in the long run: people do not click faster.
+/// Average number of messages per second that a client may send: users do not click faster.
 pub const CLIENT_MESSAGES_PER_S: f64 = 20.0;
 /// Highest rate a client may ask for, Hz: no screen shows more.
 pub const MAX_RATE_HZ: f64 = 240.0;
@@ -26,9 +26,9 @@ pub const MAX_SOCKETS: usize = 200;
 
 /// Why the server closes a socket.
 pub mod close {
-    /// The server ends.
+    /// Server shutdown.
     pub const GOING_AWAY: u16 = 1001;
-    /// Bytes that are not the WebSocket protocol.
+    /// WebSocket protocol violation.
     pub const PROTOCOL: u16 = 1002;
     /// Text that is not UTF-8.
     pub const NOT_UTF8: u16 = 1007;
@@ -38,6 +38,6 @@ pub mod close {
     pub const POLICY: u16 = 1008;
     /// A message above the limit.
     pub const TOO_BIG: u16 = 1009;
-    /// The client sent nothing, or took nothing.
+    /// The client sent nothing, or did not read.
     pub const SILENT: u16 = 4000;
 }

@@ -38,7 +38,7 @@ pub fn block_bytes(n_points: usize) -> usize {
     HEADER_BYTES + n_points * POINT_BYTES
 }
 
-/// The same behind what is in `bytes`.
+/// Appends a block to `bytes`.
 pub fn put_block(
     bytes: &mut BytesMut,
     scan_id: &str,
@@ -84,7 +84,7 @@ pub fn put_block(
     }
 }
 
-/// Length of the block that begins with `header`; `None` if no block begins so.
+/// Length of the block with this header; `None` for an invalid header.
 pub fn block_length(header: &[u8]) -> Option<usize> {
     let count = header.get(36..40)?;
     let begins = header[0] == OPCODE && header[2..4] == (HEADER_BYTES as u16).to_le_bytes();
@@ -122,8 +122,8 @@ fn rounded(value: f64) -> u16 {
     (value + 0.5) as u16
 }
 
-/// Classes of σ: 16·log₂(σ / 0.1 µm), rounded, at most 254; 255 is unknown. Looked up, since a logarithm a point is
-/// what a frame of points can do without.
+/// Classes of σ: 16·log₂(σ / 0.1 µm), rounded, at most 254; 255 is unknown. A lookup table avoids one logarithm per
+/// point.
 struct SigmaClasses {
     /// Where, from one power of two to the next, the classes begin.
     rises: [f32; SIGMA_CLASSES_PER_DOUBLING],

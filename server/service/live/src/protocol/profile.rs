@@ -16,15 +16,15 @@ const ORDER_BYTES: usize = 12;
 /// Bytes of a point over all columns.
 const POINT_BYTES: usize = 20;
 
-/// What a profile message says.
+/// Content of a profile message.
 pub struct ProfileMessage<'a> {
-    /// The moment.
+    /// Identification and time of the frame.
     pub stamp: FrameStamp,
     /// Size of the frame, and grid of the pixels.
     pub grid: PixelGrid,
     /// Which calibration, see [`calibration_mark`].
     pub calibration: [u8; 8],
-    /// Which way the lines run.
+    /// Direction of the lines.
     pub line_direction: LineDirection,
     /// The points.
     pub profile: &'a Profile,

@@ -25,7 +25,7 @@ pub enum Stream {
 }
 
 impl Stream {
-    /// Whether a client may say how often at most.
+    /// Whether a subscription may set a maximum rate.
     pub fn has_rate(self) -> bool {
         matches!(self, Self::Image | Self::Profile | Self::State | Self::Jobs)
     }
@@ -43,14 +43,14 @@ impl Stream {
     }
 }
 
-/// What a client says.
+/// A client message.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Command {
-    /// Wants streams, or wants them differently.
+    /// Subscribes to streams, or changes subscriptions.
     Subscribe(Vec<Subscription>),
-    /// Does not want them any more.
+    /// Unsubscribes.
     Unsubscribe(Vec<Stream>),
-    /// Wants the time.
+    /// Requests the clock.
     Ping,
     /// Stops the station.
     Stop {
@@ -59,16 +59,16 @@ pub enum Command {
     },
 }
 
-/// A command and the number its answer shall carry.
+/// A command and the id for its reply.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Request {
     /// Chosen by the client.
     pub id: Option<u64>,
-    /// What it wants.
+    /// The command.
     pub command: Command,
 }
 
-/// A stream as it was subscribed to.
+/// A subscription.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Subscription {
     /// Which.
@@ -76,10 +76,10 @@ pub struct Subscription {
     /// At most this often.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub max_rate_hz: Option<f64>,
-    /// Pictures: made smaller by 1, 2 or 4.
+    /// Images: downscaling by 1, 2 or 4.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub scale: Option<u8>,
-    /// Points: the first block wanted of the scan that runs now.
+    /// Points: the first block of the running scan.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub from_block: Option<u32>,
 }
@@ -88,16 +88,16 @@ pub struct Subscription {
 #[derive(Debug, Clone, PartialEq, Serialize, thiserror::Error)]
 #[error("{detail}")]
 pub struct Misunderstanding {
-    /// A stable word.
+    /// A stable code.
     pub code: &'static str,
-    /// What is wrong, and what would be right.
+    /// What is wrong and what would be right.
     pub detail: String,
-    /// The number the message carried.
+    /// The id of the message.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub id: Option<u64>,
 }
 
-/// What the server says in text.
+/// A server text message.
 #[derive(Debug, Serialize)]
 #[serde(tag = "op", rename_all = "snake_case")]
 pub enum ServerText<'a> {
@@ -112,9 +112,9 @@ pub enum ServerText<'a> {
         /// Limits of a connection.
         limits: Limits,
     },
-    /// Everything that is subscribed to now.
+    /// All current subscriptions.
     Subscribed {
-        /// The number the command carried.
+        /// The id of the command.
         #[serde(skip_serializing_if = "Option::is_none")]
         id: Option<u64>,
         /// The streams.
@@ -122,24 +122,24 @@ pub enum ServerText<'a> {
     },
     /// The time.
     Pong {
-        /// The number the command carried.
+        /// The id of the command.
         #[serde(skip_serializing_if = "Option::is_none")]
         id: Option<u64>,
         /// The station's clock now; `null` before its first frame.
         clock_ms: Option<f64>,
     },
-    /// What became of a Stop.
+    /// Result of a Stop.
     Stopped {
-        /// The number the command carried.
+        /// The id of the command.
         #[serde(skip_serializing_if = "Option::is_none")]
         id: Option<u64>,
-        /// As `POST /api/v1/station/stop` answers.
+        /// As the response of `POST /api/v1/station/stop`.
         #[serde(flatten)]
         stopped: &'a Value,
     },
     /// A message was not understood.
     Error(&'a Misunderstanding),
-    /// The station now, and every change of its state since the last such message.
+    /// The current station, and every change of its state since the last such message.
     State {
         /// Changes, oldest first, numbered without gaps.
         changes: Vec<StateChange>,
@@ -151,23 +151,23 @@ pub enum ServerText<'a> {
         /// As `GET /api/v1/jobs/{id}` returns it.
         job: &'a Value,
     },
-    /// There are durable events up to this one.
+    /// The newest durable event.
     Event {
         /// Its number.
         seq: i64,
     },
-    /// A scan whose points come, began or ended.
+    /// A scan with points started or ended.
     Scan {
         /// Which.
         scan_id: &'a str,
         /// Whether more points will come.
         running: bool,
-        /// Blocks so far; once it has ended, all.
+        /// Number of blocks so far; the total once it has ended.
         n_blocks: u32,
-        /// Number of the block that comes next on this connection.
+        /// Number of the next block on this connection.
         next_block: u32,
     },
-    /// What was not sent since the subscription.
+    /// Messages dropped since the subscription.
     Dropped {
         /// Per stream.
         streams: Vec<DropCount>,
@@ -207,18 +207,18 @@ impl From<(u64, MachineState)> for StateChange {
     }
 }
 
-/// What became of the messages of a stream since it was subscribed to: offered = sent + by_rate + too_slow.
+/// Message counts of a stream since the subscription: offered = sent + by_rate + too_slow.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub struct DropCount {
     /// Which.
     pub stream: Stream,
-    /// Messages there were.
+    /// Messages available.
     pub offered: u64,
     /// Messages sent.
     pub sent: u64,
-    /// Left out because the client wanted fewer.
+    /// Skipped because of the requested rate.
     pub by_rate: u64,
-    /// Replaced by newer ones while the client did not take what was sent before.
+    /// Replaced by newer ones while the client was still reading earlier messages.
     pub too_slow: u64,
 }
 
@@ -242,7 +242,7 @@ struct SubscriptionText {
     from_block: Option<u32>,
 }
 
-/// What stands in a message even if the rest is not understood.
+/// The envelope of a message, readable even if the rest is invalid.
 #[derive(Deserialize)]
 struct Envelope {
     op: Option<Value>,
@@ -281,7 +281,7 @@ fn accepted(wanted: SubscriptionText) -> Result<Subscription, String> {
     let max_rate_hz = match (wanted.stream.has_rate(), wanted.max_rate_hz) {
         (false, None) => None,
         (false, Some(_)) => {
-            return Err(format!("{name} takes no max_rate_hz: it leaves nothing out; leave it away"));
+            return Err(format!("{name} takes no max_rate_hz, because it drops nothing; omit it"));
         }
         (true, rate) => Some(rate.unwrap_or(DEFAULT_RATE_HZ)),
     };
@@ -327,7 +327,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_wrong_is_said_by_name() {
+    fn errors_name_the_field() {
         let cases = [
             ("[1]", "bad-json"),
             ("{\"op\":", "bad-json"),

@@ -27,7 +27,7 @@ pub fn content(camera: &Camera, report: &CameraReport) -> Markup {
         residual_map(camera, report),
         figure(
             bars(&per_picture, "px", 4, |idx| per_picture[idx].1 > 1.5 * report.rms_px),
-            "RMS distance of the corners per picture. A picture that stands out (dark) was moved, blurred or bent.",
+            "RMS reprojection error per image. An outlier (dark) means that the board was moved, blurred or bent.",
         ),
         coverage_map(camera, &report.poses),
     ];

@@ -1,4 +1,4 @@
-//! The covariance as a picture: which parameters the data can separate.
+//! The correlation matrix as an image: which parameters the data can separate.
 
 use std::fmt::Write as _;
 
@@ -64,7 +64,7 @@ fn caption(names: &[String], strongest: &mut [(f64, usize, usize)]) -> String {
     if let Some((correlation, row, column)) = strongest.first() {
         let _ = write!(
             caption,
-            " Strongest: {} with {} ({correlation:+.4}): only their combination is well known, which is all a measurement needs.",
+            " Strongest: {} with {} ({correlation:+.4}): only their combination is well determined, which is sufficient for measurements.",
             names[*row], names[*column]
         );
     }

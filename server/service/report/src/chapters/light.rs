@@ -38,7 +38,7 @@ pub fn models(models: &CrossValidation) -> Markup {
             ],
         })
         .collect();
-    let head = ["model", "held-out RMS, px", "held-out RMS, µm", "of it bias, µm", "RMS of the fit, px", ""];
+    let head = ["model", "held-out RMS, px", "held-out RMS, µm", "bias, µm", "RMS of the fit, px", ""];
     let fitted: Vec<_> = models.scores.iter().filter(|score| score.failure.is_none()).collect();
     let entries: Vec<(String, f64)> =
         fitted.iter().map(|score| (score.model.name().to_owned(), score.held_out_bias_mm * 1e3)).collect();
@@ -48,7 +48,7 @@ pub fn models(models: &CrossValidation) -> Markup {
         (table(&head, &rows, marked))
         (figure(
             bars(&entries, "µm", 1, |idx| fitted[idx].model == models.recommended),
-            "Systematic depth error at poses the model has not seen: mean error per pose and order, RMS.",
+            "Systematic depth error on held-out poses: mean error per pose and order, RMS.",
         ))
     }
 }
@@ -106,7 +106,7 @@ fn order_plot(light: &LightReport, order: i8, direction: LineDirection, extent: 
     figure(
         plot.svg(),
         &format!(
-            "Order {}: residual along the line, all poses; the line is the running mean. A bow is a wrong model.",
+            "Order {}: residual along the line, all poses; the line is the running mean. A bow indicates a wrong model.",
             order_name(order)
         ),
     )
@@ -164,6 +164,6 @@ fn pose_order_map(light: &LightReport) -> Markup {
     };
     figure(
         svg,
-        "Mean residual in px of every pose (rows) and order (columns). A row of one colour is a moved board.",
+        "Mean residual in px of every pose (rows) and order (columns). A row of one colour indicates a moved board.",
     )
 }

@@ -38,5 +38,5 @@ fn straightness(stage: &StageReport) -> Markup {
         plot.line(&points, &format!("stroke:{colour};stroke-width:1.5"));
         plot.dots(points.iter().copied(), 6.0, &format!("stroke:{colour}"));
     }
-    figure(plot.svg(), "How far the board was from where a straight, even stage would have put it.")
+    figure(plot.svg(), "Deviation of the board from straight and even travel.")
 }

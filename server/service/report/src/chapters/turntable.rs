@@ -20,7 +20,7 @@ pub fn content(axis: &AxisReport) -> Markup {
         })
         .collect();
     let [first, second] = [0, 1].map(|i| (axis.shift_sigma_mm[i], axis.tilt_sigma_deg[i]));
-    for (name, (shift_mm, tilt_deg)) in [("σ, first way across", first), ("σ, second way across", second)] {
+    for (name, (shift_mm, tilt_deg)) in [("σ, first direction", first), ("σ, second direction", second)] {
         rows.push(vec![name.to_owned(), format!("{shift_mm:.4}"), format!("{tilt_deg:.4}°")]);
     }
     let keys: Vec<(String, String)> =
@@ -43,5 +43,5 @@ fn deviations(axis: &AxisReport) -> Markup {
         plot.line(&points, &format!("stroke:{colour};stroke-width:1.5"));
         plot.dots(points.iter().copied(), 6.0, &format!("stroke:{colour}"));
     }
-    figure(plot.svg(), "How far the middle of the board was from where a pure turn would have put it.")
+    figure(plot.svg(), "Deviation of the board centre from a pure rotation.")
 }

@@ -119,7 +119,7 @@ impl CloudView {
             (self.side("x, mm", |point| point.x_mm))
             (self.side("y, mm", |point| point.y_mm))
         };
-        figure(drawing, "From two sides; colours are orders. Heights are drawn on a scale of their own.")
+        figure(drawing, "From two sides; colours are orders. Heights are drawn on a separate scale.")
     }
 
     fn side(&self, title: &str, place: impl Fn(&Seen) -> f64) -> Markup {

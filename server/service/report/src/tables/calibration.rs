@@ -36,7 +36,7 @@ fn camera_text(text: &mut String, result: &CalibrationResult) {
     let n_corners: usize = camera.poses.iter().map(|pose| pose.n_corners).sum();
     let _ = writeln!(
         text,
-        "camera   RMS {:.4} px over {} pictures, {n_corners} corners; corner noise {:.4} px per axis",
+        "camera   RMS {:.4} px over {} images, {n_corners} corners; corner noise {:.4} px per axis",
         camera.rms_px,
         camera.poses.len(),
         camera.corner_sigma_px
@@ -67,7 +67,7 @@ fn light_text(text: &mut String, light: &LightReport) {
     );
     let _ = writeln!(text, "  {}", light.termination.sentence());
     if let Some([value, sigma, sheet]) = light.wavelength_over_period {
-        let _ = writeln!(text, "  λ/d {value:.6} ± {sigma:.6} (data sheet {sheet:.6})");
+        let _ = writeln!(text, "  λ/d {value:.6} ± {sigma:.6} (nominal {sheet:.6})");
     }
     let _ = writeln!(
         text,
@@ -89,7 +89,7 @@ fn light_text(text: &mut String, light: &LightReport) {
 }
 
 fn models_text(text: &mut String, models: &CrossValidation) {
-    let _ = writeln!(text, "\nmodels, each pose predicted from the others");
+    let _ = writeln!(text, "\nmodels, error on held-out poses");
     let _ = writeln!(
         text,
         "  {:<9}{:>14}{:>14}{:>16}{:>12}",
@@ -141,11 +141,11 @@ fn axis_text(text: &mut String, axis: &AxisReport) {
     let angle = match (axis.angle_sigma_deg, axis.angle_sigma_stated) {
         (None, _) => "angles of unknown accuracy".to_owned(),
         (Some(sigma), true) => format!("angles ± {sigma:.4}° as stated"),
-        (Some(sigma), false) => format!("angles ± {sigma:.4}° by the views"),
+        (Some(sigma), false) => format!("angles ± {sigma:.4}° from the views"),
     };
     let _ = writeln!(
         text,
-        "  {angle}; {} views miss a pure turn by {:.2} times their noise",
+        "  {angle}; {} views deviate from a pure rotation by {:.2} times their noise",
         axis.deviations_um.len(),
         axis.noise_ratio
     );

@@ -18,8 +18,8 @@ pub fn measurement_text(measurement: &Measurement) -> String {
         measurement.expanded_uncertainty
     );
     let systematic = match measurement.u_systematic {
-        Some(u) => format!("{u:.5} shared by all points"),
-        None => "what all points share is unknown".to_owned(),
+        Some(u) => format!("{u:.5} common to all points"),
+        None => "the part common to all points is unknown".to_owned(),
     };
     let _ = writeln!(text, "  u           {:.5} from noise, {systematic}, {unit}", measurement.u_noise);
     if let (Some(nominal), Some(error)) = (measurement.nominal, measurement.error) {
@@ -44,7 +44,7 @@ pub fn measurement_text(measurement: &Measurement) -> String {
     for feature in &measurement.features {
         let _ = writeln!(
             text,
-            "  {:<11} {} points, RMS {:.4} mm; left out: {} off the surface, {} near the border",
+            "  {:<11} {} points, RMS {:.4} mm; rejected: {} off the surface, {} near the border",
             feature.role, feature.n_points, feature.rms_mm, feature.n_outliers, feature.n_border
         );
     }
@@ -122,7 +122,7 @@ pub fn measurement_json(measurement: &Measurement) -> Value {
     })
 }
 
-fn finding_json(finding: &Finding) -> Value {
+pub(super) fn finding_json(finding: &Finding) -> Value {
     json!({ "kind": finding.name(), "text": finding.to_string() })
 }
 
@@ -131,7 +131,7 @@ fn errors_json(errors: &ErrorSummary) -> Value {
         "max_mm": errors.max_mm })
 }
 
-fn shape_json(shape: &Shape) -> Value {
+pub(super) fn shape_json(shape: &Shape) -> Value {
     let xyz = |v: &nalgebra::Vector3<f64>| [v.x, v.y, v.z];
     match shape {
         Shape::Plane { point_mm, normal } => {

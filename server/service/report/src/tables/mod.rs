@@ -1,11 +1,15 @@
 //! Results as tables for a person and as JSON for a machine.
 
 mod calibration;
+mod comparison;
 mod measurement;
+mod plan;
 mod scan;
 
 pub use calibration::{calibration_json, calibration_text, order_sums};
+pub use comparison::{comparison_json, comparison_text};
 pub use measurement::{measurement_json, measurement_text};
+pub use plan::{plan_json, plan_text};
 pub use scan::{closure_gaps, losses, median_sigma_mm, scan_json, scan_text};
 
 /// An order as a person writes it: 0, +1, −1.

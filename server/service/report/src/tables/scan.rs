@@ -9,7 +9,7 @@ use super::order_name;
 
 /// Points, losses, agreement of the orders.
 pub fn scan_text(name: &str, report: &ScanReport, median_sigma_mm: f64) -> String {
-    let mut text = format!("scan {name}: {} points from {} line pieces\n", report.n_points, report.n_segments);
+    let mut text = format!("scan {name}: {} points from {} line segments\n", report.n_points, report.n_segments);
     let _ = writeln!(text, "  median σ {:.1} µm along the ray", median_sigma_mm * 1e3);
     let losses: Vec<String> =
         losses(report).into_iter().map(|(why, points, _)| format!("{points} {why}")).collect();
@@ -77,7 +77,7 @@ fn closure_text(report: &ScanReport) -> String {
     for (name, gap) in closure_gaps(report) {
         let _ = writeln!(
             text,
-            "  closure after a turn, {name}: bias {:+.1} µm, RMS {:.1} µm over {} pairs ({} left out)",
+            "  closure after a turn, {name}: bias {:+.1} µm, RMS {:.1} µm over {} pairs ({} rejected)",
             gap.bias_mm * 1e3,
             gap.rms_mm * 1e3,
             gap.n_pairs,

@@ -1,4 +1,4 @@
-//! The bytes of an artifact at any place, wherever they are kept.
+//! Random access to the bytes of an artifact.
 
 use std::fmt;
 use std::io::{self, Read, Seek, SeekFrom};
@@ -7,7 +7,7 @@ use std::sync::Arc;
 /// Bytes that can be read in ranges by any number of threads at once: a file of this machine, an object in a store that
 /// answers ranges.
 pub trait ByteRanges: Send + Sync {
-    /// How many there are.
+    /// Number of bytes.
     fn size_bytes(&self) -> u64;
 
     /// Reads from `offset_bytes` on into `buffer`, as many as come at once; 0 behind the last one. Blocks.

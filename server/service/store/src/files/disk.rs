@@ -1,4 +1,4 @@
-//! The steps by which a file becomes durable: the seam where tests let a disk fail.
+//! The file operations that make data durable; tests inject disk failures here.
 
 use std::fs::{self, File};
 use std::io::{self, Write};
@@ -33,7 +33,7 @@ pub struct LocalDisk;
 
 impl Disk for LocalDisk {}
 
-/// Whether an operation failed for want of room.
+/// Whether an operation failed because the disk is full.
 pub(crate) fn is_full(error: &io::Error) -> bool {
     matches!(error.kind(), io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded)
 }

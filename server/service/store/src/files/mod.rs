@@ -1,4 +1,4 @@
-//! Bytes on a disk: how they become durable, where they are made, and room for when there is none.
+//! Files on disk: durability, temporary files, and a reserve for a full disk.
 
 pub mod bytes;
 pub mod disk;

@@ -1,4 +1,4 @@
-//! Room on the disk that is given back when there is none, so that records can still be deleted.
+//! A reserve of disk space, released on a full disk so that records can still be deleted.
 
 use std::fs::{self, File};
 use std::io::{self, Write};
@@ -24,11 +24,11 @@ impl Reserve {
             return;
         }
         if let Err(cause) = write_zeros(&self.0) {
-            tracing::warn!(%cause, "there is no reserve for a full disk");
+            tracing::warn!(%cause, "the reserve for a full disk could not be created");
         }
     }
 
-    /// Gives the room back to the disk.
+    /// Releases the reserve.
     ///
     /// # Errors
     /// [`StoreError::File`] if the file cannot be deleted.

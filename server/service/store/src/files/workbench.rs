@@ -1,4 +1,4 @@
-//! Files in the making on this machine: every store has a workbench here, wherever it keeps what is finished.
+//! Temporary files on this machine: every store has a local workbench, wherever it keeps finished artifacts.
 
 use std::fs::File;
 use std::io;
@@ -28,7 +28,7 @@ impl Workbench {
     }
 }
 
-/// A file of the workbench to which nothing is added any more. A store on the same disk moves it, any other reads it.
+/// A file of the workbench that is complete. A store on the same disk moves it, any other reads it.
 #[derive(Debug, Clone)]
 pub struct FinishedFile(PathBuf);
 

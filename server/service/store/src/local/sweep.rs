@@ -1,4 +1,4 @@
-//! Deleting what nothing names.
+//! Deletion of unreferenced artifacts.
 
 use std::collections::HashSet;
 use std::fs;

@@ -69,7 +69,7 @@ pub async fn apply_all(
     })
 }
 
-/// By hand, because SQLite ends a transaction by itself when the disk is full: then there is nothing to roll back, and
+/// By hand, because SQLite rolls a transaction back on its own when the disk is full: then there is nothing to roll back, and
 /// a wrapper that counts transactions would keep counting it.
 async fn transaction(connection: &mut SqliteConnection, changes: Vec<Change>) -> Written<Committed> {
     sqlx::raw_sql("BEGIN IMMEDIATE").execute(&mut *connection).await?;
@@ -128,9 +128,9 @@ async fn touched_by(to: &mut SqliteConnection, change: &Change) -> Written<Vec<T
         | Change::DeleteSession(_)
         | Change::Activate { .. }
         | Change::AppendEvent(_)
-        | Change::ForgetEndedJobs { .. }
-        | Change::ForgetIdempotencyBefore { .. }
-        | Change::ForgetEventsThrough { .. } => return Ok(Vec::new()),
+        | Change::PruneEndedJobs { .. }
+        | Change::PruneIdempotencyKeys { .. }
+        | Change::PruneEventsThrough { .. } => return Ok(Vec::new()),
     };
     let row = seal::verify(to, &table, key).await?;
     let named_before = named::is_named_by(&table).then(|| row.as_ref().map(named::in_row).unwrap_or_default());
@@ -171,13 +171,11 @@ async fn apply(to: &mut SqliteConnection, change: Change) -> Written<Option<Even
         Change::DeleteSession(id) => sessions::delete(to, &id).await?,
         Change::PutSetting(setting) => settings::put(to, &setting).await?,
         Change::AppendEvent(event) => return events::append(to, event).await.map(Some),
-        Change::ForgetEndedJobs { before_ms, keep_newest } => {
-            jobs::forget_ended(to, before_ms, keep_newest).await?
-        }
+        Change::PruneEndedJobs { before_ms, keep_newest } => jobs::prune_ended(to, before_ms, keep_newest).await?,
         Change::InsertIdempotency(record) => events::insert_idempotency(to, &record).await?,
         Change::AnswerIdempotency { key, answer } => events::answer_idempotency(to, &key, answer.as_ref()).await?,
-        Change::ForgetIdempotencyBefore { at_ms } => events::forget_idempotency(to, at_ms).await?,
-        Change::ForgetEventsThrough { seq } => events::forget_through(to, seq).await?,
+        Change::PruneIdempotencyKeys { at_ms } => events::prune_idempotency(to, at_ms).await?,
+        Change::PruneEventsThrough { seq } => events::prune_through(to, seq).await?,
     }
     Ok(None)
 }

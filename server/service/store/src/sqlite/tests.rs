@@ -1,4 +1,4 @@
-//! What only shows from inside: the log's size, a database without room.
+//! Tests of internals: size of the log, a database on a full disk.
 
 use std::sync::Arc;
 
@@ -66,7 +66,7 @@ async fn a_database_without_room_says_full_and_goes_on_when_there_is_some() {
     assert!(matches!(error, StoreError::Full), "{error}");
     assert!(!catalogue.health.is_read_only());
     assert_eq!(catalogue.last_event_seq().await.unwrap(), n_stored);
-    catalogue.commit(vec![Change::ForgetEventsThrough { seq: 1 }]).await.expect("deleting works when it is full");
+    catalogue.commit(vec![Change::PruneEventsThrough { seq: 1 }]).await.expect("deleting works when it is full");
     limit(1_000).await;
     let stored = catalogue.commit(vec![big_event()]).await.unwrap();
     assert_eq!(stored[0].seq, n_stored + 1);

@@ -1,4 +1,4 @@
-//! A disk that fails, fills up or forgets: what the store says, and what it does no longer.
+//! A disk that fails, fills up or loses data: what the store reports and refuses.
 
 use std::collections::HashSet;
 use std::fs::{self, File};
@@ -117,7 +117,7 @@ async fn a_failed_write_makes_the_whole_store_read_only_and_is_not_tried_again()
 }
 
 #[tokio::test]
-async fn a_full_disk_is_told_leaves_nothing_and_is_over_when_there_is_room() {
+async fn a_full_disk_is_reported_leaves_nothing_and_recovers_when_there_is_space() {
     for step in ["write", "sync_file", "rename"] {
         let (_folder, disk, store) = store_on_faulty_disk().await;
         disk.fail(step, ENOSPC);
@@ -169,7 +169,7 @@ async fn a_flipped_bit_and_a_missing_byte_are_found_by_every_way_of_reading() {
                 continue;
             }
         };
-        // One who counts the bytes and reads no further is told as well.
+        // A reader that counts the bytes and stops at the last one gets the error as well.
         let mut read = vec![0; damaged.len()];
         let error = reader.bytes.read_exact(&mut read).await.unwrap_err();
         let cause = error.get_ref().unwrap().downcast_ref::<StoreError>();
@@ -226,10 +226,10 @@ async fn a_catalogue_that_cannot_be_written_is_read_only_and_keeps_what_it_ackno
             .env(FOLDER, folder.path())
             .output()
             .unwrap();
-        let told = String::from_utf8_lossy(&output.stdout).into_owned();
-        assert!(output.status.success(), "{told}{}", String::from_utf8_lossy(&output.stderr));
+        let stdout = String::from_utf8_lossy(&output.stdout).into_owned();
+        assert!(output.status.success(), "{stdout}{}", String::from_utf8_lossy(&output.stderr));
         let n_acknowledged: i64 =
-            told.lines().find_map(|line| line.strip_prefix("acknowledged ")).unwrap().parse().unwrap();
+            stdout.lines().find_map(|line| line.strip_prefix("acknowledged ")).unwrap().parse().unwrap();
         let store = Store::open(folder.path()).await.unwrap();
         assert!(n_acknowledged > 0);
         assert_eq!(store.catalogue.last_event_seq().await.unwrap(), n_acknowledged);

@@ -97,7 +97,7 @@ async fn the_catalogue_of_another_station_is_refused() {
     fs::copy(catalogue(other.path()), catalogue(folder.path())).unwrap();
     forget_log(folder.path());
     is_refused(Store::open(folder.path()).await, &["another station"]);
-    // Whoever also lost the artifacts' mark is not let in either: nothing that is there is known.
+    // A store that also lost the mark of the artifacts is refused as well: none of its files can be identified.
     fs::remove_file(folder.path().join("artifacts/station")).unwrap();
     is_refused(Store::open(folder.path()).await, &["artifacts"]);
     let name = archive.as_str();

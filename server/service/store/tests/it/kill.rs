@@ -55,7 +55,7 @@ fn kill_after(mut child: Child, delay: Duration) -> Vec<Vec<String>> {
     let reader = std::thread::spawn(move || pipe.lines().map_while(Result::ok).collect::<Vec<_>>());
     std::thread::sleep(delay);
     child.kill().unwrap();
-    assert_eq!(child.wait().unwrap().signal(), Some(9), "the child must not have ended by itself");
+    assert_eq!(child.wait().unwrap().signal(), Some(9), "the child must not have exited on its own");
     let lines = reader.join().unwrap();
     let words = |line: &str| line.split_whitespace().map(str::to_owned).collect::<Vec<_>>();
     lines.iter().filter_map(|line| line.strip_prefix("ack ")?.strip_suffix(" .").map(words)).collect()
@@ -114,13 +114,13 @@ async fn write_on(store: std::sync::Arc<Store>, seed: u64) {
         acknowledge(&format!("artifact {}", archive.as_str()));
         let (job, mut capture) = (job(), capture());
         (capture.name, capture.archive) = (job.id.clone(), archive.clone());
-        let told = event(&job.id);
+        let entry = event(&job.id);
         let changes = vec![
-            Change::AppendEvent(told.clone()),
+            Change::AppendEvent(entry.clone()),
             Change::InsertJob(job.clone()),
             Change::StartJob { id: job.id.clone(), at_ms: 1 },
             Change::InsertCapture(capture.clone()),
-            Change::AppendEvent(told),
+            Change::AppendEvent(entry),
         ];
         store.catalogue.commit(changes).await.unwrap();
         acknowledge(&format!("commit {} {}", archive.as_str(), capture.id));

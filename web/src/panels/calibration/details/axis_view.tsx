@@ -1,4 +1,4 @@
-/** What the stage views told of a turntable: where its axis is, and how well that is known. */
+/** Results of the stage views on a turntable: the axis and its uncertainty. */
 
 import { language, text } from "../../../text";
 import { decimal } from "../../../units";

@@ -10,7 +10,7 @@ import { um } from "./format";
 import { drawGrid, roundUp } from "./heat_map";
 import { MapView, ScaleLegend } from "./map_view";
 
-type Difference = Schemas["DifferenceDto"];
+type Difference = Schemas["CalibrationDifferenceDto"];
 
 export function Comparison({ one, other, onClose }: { one: string; other: string; onClose?: () => void }) {
   const { api } = useApp();

@@ -3,7 +3,7 @@
 import { dot, type Vec3, vec3 } from "../../../scene/cloud/shapes";
 import type { CalibrationDocument, Light, ModelName, Models } from "./figures";
 
-/** Below this ratio two models are wrong by the same amount, as far as a dozen poses can tell. */
+/** Below this ratio the errors of two models are indistinguishable with a dozen poses. */
 const ALIKE_RATIO = 1.5;
 
 export type Meaning =
@@ -59,7 +59,7 @@ export function orderAngles(document: CalibrationDocument): OrderAngle[] {
   }));
 }
 
-/** Free planes know no grating: the angles between their normals. */
+/** Free planes have no grating: the angles between their normals. */
 function planeAngles(light: Extract<Light, { model: "planes" }>): OrderAngle[] {
   const zero = light.planes.find((plane) => plane.order === 0)?.normal;
   if (!zero) return [];

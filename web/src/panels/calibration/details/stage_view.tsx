@@ -1,4 +1,4 @@
-/** What the stage views told: direction, scale, straightness of the travel. */
+/** Results of the stage views: direction, scale, straightness of the travel. */
 
 import { language, text } from "../../../text";
 import { decimal } from "../../../units";

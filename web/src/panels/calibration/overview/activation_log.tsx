@@ -25,10 +25,10 @@ export function ActivationLog({ acts }: { acts: readonly Schemas["ActivationDto"
             </thead>
             <tbody>
               {acts.map((act) => (
-                <tr key={act.seq} data-act={act.act}>
+                <tr key={act.seq} data-act={act.action}>
                   <td>{moment(act.at_ms, language.value)}</td>
                   <td>{actorName(act.actor)}</td>
-                  <td>{words.acts[act.act] ?? act.act}</td>
+                  <td>{words.acts[act.action] ?? act.action}</td>
                   <td class="mono">{act.calibration_id ?? words.none}</td>
                   <td class="mono">{act.previous_id ?? words.none}</td>
                 </tr>

@@ -16,7 +16,7 @@ import type { CalibrationItem } from "../details/figures";
 import { um } from "../details/format";
 
 interface Properties {
-  active: Schemas["ActiveDto"];
+  active: Schemas["ActiveCalibrationDto"];
   item: CalibrationItem | undefined;
   acts: readonly Schemas["ActivationDto"][];
   reload: () => Promise<void>;
@@ -77,7 +77,7 @@ export function ActiveCard({ active, item, acts, reload }: Properties) {
 export function lastStanding(acts: readonly Schemas["ActivationDto"][]): string | undefined {
   let rolled_back = 0;
   for (const act of acts) {
-    if (act.act === "roll_back") rolled_back += 1;
+    if (act.action === "roll_back") rolled_back += 1;
     else if (rolled_back === 0) return act.previous_id ?? undefined;
     else rolled_back -= 1;
   }

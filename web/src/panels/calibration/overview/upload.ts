@@ -1,4 +1,4 @@
-/** Sending an archive with progress; `fetch` does not tell how far an upload is. */
+/** Uploading an archive with progress, which `fetch` does not report. */
 
 import { type Problem, Refusal } from "../../../api/client";
 
@@ -18,7 +18,7 @@ export interface Upload {
   cancel(): void;
 }
 
-/** Sends `file` as a capture; `onProgress` hears the bytes sent. `broken`: what to say if the line breaks. */
+/** Uploads `file` as a capture; `onProgress` gets the bytes sent. `broken`: message if the connection breaks. */
 export function upload(
   file: File,
   media_type: string,

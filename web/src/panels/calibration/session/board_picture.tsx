@@ -8,7 +8,7 @@ import { text } from "../../../text";
 import type { LiveBoard } from "./live_board";
 import type { Corner } from "./session_state";
 
-/** A hand needs no thirty pictures a second; half the pixels show a board well. */
+/** A hand-held board needs no thirty images per second, and half the resolution is sufficient. */
 const WANTED = { stream: "image", max_rate_hz: 15, scale: 2 } as const;
 
 /** Colour of the corners: seen well on black, white and grey squares. */

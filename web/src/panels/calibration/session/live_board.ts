@@ -10,7 +10,7 @@ import type { App } from "../../../app";
 import type { Look, Session } from "./session_state";
 import { Stillness } from "./stillness";
 
-/** Pause between two looks: four a second are enough for a hand, and leave the machine to others. */
+/** Pause between two detections: four per second are enough for a hand-held board and keep the load low. */
 const PAUSE_MS = 200;
 
 /** Pause after a look that was refused. */
@@ -65,7 +65,7 @@ export class LiveBoard {
     this.exposure_before_us = undefined;
   }
 
-  /** Forgets what was seen: the board was moved on purpose. */
+  /** Resets the detection: the board was moved intentionally. */
   clear(): void {
     this.look.value = undefined;
     this.still_ms.value = 0;
@@ -103,7 +103,7 @@ export class LiveBoard {
 }
 
 async function lookAt(api: Api, id: string): Promise<Look> {
-  return await data(api.POST("/api/v1/calibration-sessions/{id}/look", { params: { path: { id } } }));
+  return await data(api.POST("/api/v1/calibration-sessions/{id}/detect-board", { params: { path: { id } } }));
 }
 
 /** Sets the exposure; answers what it was before. */

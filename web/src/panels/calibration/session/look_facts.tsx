@@ -17,15 +17,15 @@ export function LookFacts({ board, session, taking }: Properties) {
   const words = text.value.calibration;
   const look = board.look.value;
   const n_all = pointsOf(session.body.target);
-  if (taking) return <Told words={words.taking} progress={undefined} />;
-  if (!look) return <Told words={words.looking} progress={undefined} />;
-  if (look.corners.length === 0) return <Told words={words.board_missing} detail={look.problem ?? undefined} />;
+  if (taking) return <Status words={words.taking} progress={undefined} />;
+  if (!look) return <Status words={words.looking} progress={undefined} />;
+  if (look.corners.length === 0) return <Status words={words.board_missing} detail={look.problem ?? undefined} />;
   const known = isKnownPlace(look, session);
   const seen = words.board_seen(String(look.corners.length), String(n_all));
   const advice = look.problem ?? (known ? words.known_place : words.hold_still);
   return (
     <div class="look" data-corners={look.corners.length} data-known={known}>
-      <Told words={seen} detail={advice} progress={known ? undefined : board.still_ms.value / STILL_FOR_MS} />
+      <Status words={seen} detail={advice} progress={known ? undefined : board.still_ms.value / STILL_FOR_MS} />
       <dl class="facts inline">
         <dt>{words.tilt}</dt>
         <dd>{look.tilt_deg == null ? words.after_three : degrees(look.tilt_deg)}</dd>
@@ -42,10 +42,10 @@ export function LookFacts({ board, session, taking }: Properties) {
   );
 }
 
-function Told(properties: { words: string; detail?: string | undefined; progress?: number | undefined }) {
+function Status(properties: { words: string; detail?: string | undefined; progress?: number | undefined }) {
   const { words, detail, progress } = properties;
   return (
-    <div class="told">
+    <div class="board-facts">
       <div>
         <strong>{words}</strong> {detail && <span class="muted">{detail}</span>}
       </div>

@@ -1,4 +1,4 @@
-/** What is said about board, laser and grating before a session begins. */
+/** Settings of board, laser and grating for a new session. */
 
 import type { Schemas } from "../../../api/client";
 import type { Target } from "./target";

@@ -1,4 +1,4 @@
-/** Sessions that were begun and not discarded: any browser may go on with them. */
+/** Unfinished sessions, which can be continued from any browser. */
 
 import { useSignal } from "@preact/signals";
 import { useMemo } from "preact/hooks";

@@ -1,4 +1,4 @@
-/** The hands at the simulated station: holds the board where a person would. */
+/** The virtual operator of the simulated station: holds the board as a person would. */
 
 import { useSignal } from "@preact/signals";
 import { useMemo } from "preact/hooks";
@@ -7,9 +7,10 @@ import { type App, useApp } from "../../../app";
 import { CommandButton } from "../../../parts/command_button";
 import { ProblemCard } from "../../../parts/problem";
 import { Command } from "../../../state/station/command";
+import { positionOf } from "../../../state/station/station";
 import { text } from "../../../text";
 
-/** Poses that the virtual operator knows; enough for any calibration. */
+/** Number of poses of the virtual operator; enough for any calibration. */
 const N_POSES = 12;
 
 /** The stage must have come to rest before the board is held over it. */
@@ -97,14 +98,19 @@ export async function place({ api }: App, board: Schemas["VirtualBoardDto"]): Pr
 
 /** The poses of the twin are meant for the stage at 0. */
 async function toZero({ api, control, station }: App): Promise<void> {
-  if (station.status.peek()?.stage.position_mm === 0) return;
+  if (station.position.peek() === 0) return;
   await control.ensure();
   const params = { header: { "Sheaf-Control": control.id() ?? "" } };
-  await data(api.POST("/api/v1/devices/stage/move", { params, body: { target_mm: 0 } }));
+  await data(
+    api.POST("/api/v1/devices/stage/move", {
+      params,
+      body: station.rotary.peek() ? { target_deg: 0 } : { target_mm: 0 },
+    }),
+  );
   const begun = performance.now();
   while (performance.now() - begun < STAGE_REST_MS) {
     const stage = await data(api.GET("/api/v1/devices/stage"));
-    if (!stage.moving && stage.position_mm === 0) return;
+    if (!stage.moving && positionOf(stage) === 0) return;
     await new Promise((resolve) => setTimeout(resolve, 50));
   }
 }

@@ -71,7 +71,7 @@ function Pose({ session, pose, number, stands_out, change }: PoseProperties) {
     <li class="pose" data-pose={pose.id}>
       <SessionPicture
         session={session}
-        artifact={board.picture.artifact}
+        artifact={board.image.artifact}
         label={words.pose(number)}
         dots={board.corners.map(([, , u = 0, v = 0]) => [u, v, undefined] as const)}
       />

@@ -1,4 +1,4 @@
-/** Changes of a session that several browsers may have open: whoever has not seen the newest version changes nothing. */
+/** Changes of a session that may be open in several browsers: only possible from its newest version. */
 
 import { useSignal } from "@preact/signals";
 import { useRef } from "preact/hooks";
@@ -11,7 +11,7 @@ export type Change = (act: (if_match: string) => Promise<Session>) => Promise<bo
 
 const CHANGED = 412;
 
-/** The newest version this page knows, and the way to change it. */
+/** The newest version loaded by this page, and how to change it. */
 export function useSessionChange(loaded: Session | undefined, reload: () => Promise<void>) {
   const answered = useSignal<Session | undefined>(undefined);
   const conflict = useSignal<Problem | undefined>(undefined);

@@ -39,7 +39,7 @@ export function SessionPicture({ session, artifact, label, dots }: Properties) {
   return (
     <div class="data-view picture">
       <img
-        src={`/api/v1/calibration-sessions/${session.id}/pictures/${artifact}`}
+        src={`/api/v1/calibration-sessions/${session.id}/images/${artifact}`}
         alt={label}
         loading="lazy"
         decoding="async"

@@ -4,7 +4,7 @@ import type { Job, Schemas } from "../../../api/client";
 import { hasEnded } from "../../../state/records/jobs";
 
 export type Session = Schemas["SessionDto"];
-export type Look = Schemas["LookDto"];
+export type Look = Schemas["BoardDetectionDto"];
 export type Corner = Look["corners"][number];
 
 export const STEPS = ["check", "camera", "light", "stage", "verify", "finish"] as const;
@@ -16,7 +16,7 @@ export const COVERAGE = { columns: 8, rows: 6 } as const;
 /** Fewest readable boards that the server takes. */
 export const FEWEST_BOARDS = 3;
 
-export type Need = Schemas["NeedDto"];
+export type Need = Schemas["RequirementDto"];
 
 export interface Needs {
   boards: Need;
@@ -27,7 +27,7 @@ export interface Needs {
   all: boolean;
 }
 
-/** What the server says the session's boards have and a good calibration wants, with the values to draw. */
+/** The requirements of the session from the server, with the values to draw. */
 export function needsOf({ needs, body }: Session): Needs {
   const boards = body.poses.map((pose) => pose.board).filter((board) => board.corners.length > 0);
   const values_deg = boards.map((board) => board.tilt_deg ?? undefined).filter((value) => value !== undefined);

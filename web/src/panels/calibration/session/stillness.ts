@@ -1,11 +1,11 @@
-/** Whether the board is held still, and whether the place is a new one: the moment to take a picture by itself. */
+/** Whether the board is still and in a new pose: the condition for auto-capture. */
 
 import type { Corner, Look, Session } from "./session_state";
 
 /** Mean motion of the corners from look to look below which the board is still, px of the frame. */
 export const STILL_PX = 0.7;
 
-/** The board must be still for so long: a hand needs that to calm down. */
+/** Time for which the board must be still, so that a hand-held board settles. */
 export const STILL_FOR_MS = 1000;
 
 /** A board whose corners are nearer than this to those of a picture taken before shows nothing new; share of width. */
@@ -34,7 +34,7 @@ export function isThere(look: Look, corners: readonly Corner[]): boolean {
   return meanDistance(look.corners, corners) < NEW_PLACE_SHARE * look.width_px;
 }
 
-/** Follows looks and tells for how long the board has been still. */
+/** Follows detections and returns how long the board has been still. */
 export class Stillness {
   private last: Look | undefined;
   private since_ms = 0;

@@ -27,7 +27,7 @@ export function CameraStep({ session, change }: StepProperties) {
   const { api, control, station } = app;
   const words = text.value.calibration;
   const current = useRef(session);
-  // Places whose picture was deleted; it is not taken again by itself until the board has left.
+  // Poses whose image was deleted; they are not auto-captured again until the board has moved away.
   const let_go = useRef<(readonly Corner[])[]>([]);
   if (current.current !== session) {
     const kept = new Set(session.body.poses.map((pose) => pose.id));
@@ -82,7 +82,7 @@ export function CameraStep({ session, change }: StepProperties) {
           {board.runs || take.running ? (
             <>
               <CommandButton command={take} kind="primary" blocked={blocked}>
-                {words.take_pose}
+                {words.capture_pose}
               </CommandButton>
               <label class="check">
                 <input

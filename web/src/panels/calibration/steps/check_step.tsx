@@ -210,7 +210,7 @@ function BeginForm({ defaults }: { defaults: Draft }) {
           kind="primary"
           blocked={form.blocked.value ?? (!orders && words.orders_wrong)}
         >
-          {words.begin_session}
+          {words.create_session}
         </CommandButton>
       </div>
     </form>

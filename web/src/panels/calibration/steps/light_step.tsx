@@ -75,7 +75,7 @@ function Lines({ session, residuals }: { session: Session; residuals?: Residuals
             <li key={pose.id} class="pose">
               <SessionPicture
                 session={session}
-                artifact={pose.laser.picture.artifact}
+                artifact={pose.laser.image.artifact}
                 label={words.laser_picture(number)}
                 dots={residuals ? dotsOf(residuals, pose_idx) : found(pose.laser.lines_px)}
               />

@@ -22,7 +22,7 @@ import type { Session } from "../session/session_state";
 import { Solve } from "./solve";
 import type { StepProperties } from "./wizard";
 
-/** Positions captured automatically, mm around the middle of the travel: five tell straightness too. */
+/** Positions captured automatically, mm around the middle of the travel: five also show the straightness. */
 const POSITIONS_MM = [-20, -10, 0, 10, 20];
 
 /** The same on a turntable: angles at which a board that faces the camera is still seen well. */
@@ -106,7 +106,7 @@ function TakeViews({ session, change }: Properties) {
       }),
     [session.id],
   );
-  const travel = station.status.value?.stage.travel_mm;
+  const travel = station.travel.value;
   const halted = useHalted();
   const busy = halted ?? (station.busy.value && !one.running && !all.running && words.busy);
   return (
@@ -179,7 +179,7 @@ function View({ view, session, change }: Properties & { view: Schemas["SessionSt
     <li class="pose" data-view={view.id}>
       <SessionPicture
         session={session}
-        artifact={view.board.picture.artifact}
+        artifact={view.board.image.artifact}
         label={at}
         dots={view.board.corners.map(([, , u = 0, v = 0]) => [u, v, undefined] as const)}
       />

@@ -4,7 +4,7 @@ import type { Job, Schemas } from "../../../api/client";
 
 export interface Verification {
   job: Job;
-  artefact: string;
+  reference_part: string;
   nominal_mm: number;
   tolerance_mm: number | undefined;
 }
@@ -22,9 +22,9 @@ export function isVerified(
 export function verificationsOf(jobs: readonly Job[], calibration_id: string): Verification[] {
   return jobs.flatMap((job) => {
     if (job.input?.kind !== "verification") return [];
-    const { artefact, nominal_mm, tolerance_mm, scan } = job.input;
+    const { reference_part, nominal_mm, tolerance_mm, scan } = job.input;
     if (scan.calibration_id !== calibration_id) return [];
-    return [{ job, artefact, nominal_mm, tolerance_mm: tolerance_mm ?? undefined }];
+    return [{ job, reference_part, nominal_mm, tolerance_mm: tolerance_mm ?? undefined }];
   });
 }
 

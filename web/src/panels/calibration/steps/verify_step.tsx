@@ -20,10 +20,10 @@ import { decimal, moment } from "../../../units";
 import { measurementOf, type Verification } from "./verifications";
 import { goToStep, type StepProperties } from "./wizard";
 
-type Artefact = Schemas["ArtefactDto"];
+type ReferencePart = Schemas["ReferencePartDto"];
 
 /** Sizes of the parts that come with the simulated station; a person overwrites them. */
-const NOMINAL_MM: Record<Artefact, number> = { gauge: 8.9, sphere: 18.9 };
+const NOMINAL_MM: Record<ReferencePart, number> = { gauge: 8.9, sphere: 18.9 };
 
 const FIRST_TOLERANCE_MM = 0.1;
 
@@ -62,7 +62,7 @@ interface FormProperties {
 function VerifyForm({ session_id, calibration_id, reload }: FormProperties) {
   const { api, jobs, station } = useApp();
   const words = text.value.calibration;
-  const artefact = useSignal<Artefact>("sphere");
+  const reference_part = useSignal<ReferencePart>("sphere");
   const nominal_mm = useSignal<number | undefined>(NOMINAL_MM.sphere);
   const tolerance_mm = useSignal<number | undefined>(FIRST_TOLERANCE_MM);
   const form = useForm();
@@ -70,14 +70,14 @@ function VerifyForm({ session_id, calibration_id, reload }: FormProperties) {
   const verify = useMemo(
     () =>
       new Command(async (steps) => {
-        // The session goes on to its last step once this has succeeded; the outcome is to be seen first.
+        // The session continues with its last step once this has succeeded; the outcome is shown first.
         goToStep(session_id, "verify");
         const job = await data(
           api.POST("/api/v1/verifications", {
             headers: { "Idempotency-Key": idempotencyKey() },
             body: {
-              artefact: artefact.value,
-              nominal_mm: nominal_mm.value ?? NOMINAL_MM[artefact.value],
+              reference_part: reference_part.value,
+              nominal_mm: nominal_mm.value ?? NOMINAL_MM[reference_part.value],
               tolerance_mm: tolerance_mm.value ?? null,
               scan: { source: { kind: "station" }, calibration_id },
             },
@@ -95,17 +95,17 @@ function VerifyForm({ session_id, calibration_id, reload }: FormProperties) {
     <section class="card stack">
       <div class="row end">
         <label class="field">
-          <span>{words.artefact}</span>
+          <span>{words.reference_part}</span>
           <select
-            value={artefact.value}
+            value={reference_part.value}
             onChange={(event) => {
-              artefact.value = event.currentTarget.value as Artefact;
-              nominal_mm.value = NOMINAL_MM[artefact.value];
+              reference_part.value = event.currentTarget.value as ReferencePart;
+              nominal_mm.value = NOMINAL_MM[reference_part.value];
             }}
           >
             {(["sphere", "gauge"] as const).map((name) => (
               <option key={name} value={name}>
-                {words.artefacts[name]}
+                {words.reference_parts[name]}
               </option>
             ))}
           </select>
@@ -159,7 +159,7 @@ function Outcome({ verification }: { verification: Verification }) {
 function MeasuredCard({ verification }: { verification: Verification }) {
   const { api } = useApp();
   const words = text.value.calibration;
-  const { job, artefact, nominal_mm, tolerance_mm } = verification;
+  const { job, reference_part, nominal_mm, tolerance_mm } = verification;
   const { state } = useLoaded(async () => {
     const ids = measurementOf(job);
     if (!ids) return undefined;
@@ -178,8 +178,8 @@ function MeasuredCard({ verification }: { verification: Verification }) {
               {verdict ? `${SIGN[verdict]} ${text.value.outcomes[verdict]}` : words.no_verdict}
             </div>
             <dl class="facts">
-              <dt>{words.artefact}</dt>
-              <dd>{words.artefacts[artefact] ?? artefact}</dd>
+              <dt>{words.reference_part}</dt>
+              <dd>{words.reference_parts[reference_part] ?? reference_part}</dd>
               <dt>{words.true_size}</dt>
               <dd>
                 {length(nominal_mm)} {tolerance_mm !== undefined && `± ${length(tolerance_mm)}`}

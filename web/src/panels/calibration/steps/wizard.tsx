@@ -68,7 +68,7 @@ export function Wizard({ id }: { id: string }) {
       <p class="muted">{text.value.frame.loading}</p>
     );
   }
-  // The stream tells progress before the next event.
+  // The stream sends progress before the next event.
   const job = value.job && (jobs.get(value.job.id) ?? value.job);
   const { verified } = value;
   const step = chosenStep() ?? stepOf(session, job, verified);

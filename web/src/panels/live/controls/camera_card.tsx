@@ -51,7 +51,7 @@ function AdviceLine({ view }: { view: LiveView | undefined }) {
       </p>
     );
   }
-  if (!figures.laser_shone) return <p class="advice">{words.dark}</p>;
+  if (!figures.laser_on) return <p class="advice">{words.dark}</p>;
   return (
     <p class="advice" data-advice={kind}>
       {kind === "under" ? words.under(percent(bright)) : words.good(percent(bright))}
@@ -72,7 +72,7 @@ function Settings({ view }: { view: LiveView | undefined }) {
   useEffect(() => void settings.follow(), [settings, reported]);
   const { exposure_us, gain_db, frame_rate_hz } = settings.draft.value;
   const limits = camera?.capabilities;
-  const lit = view?.figures.value?.laser_shone;
+  const lit = view?.figures.value?.laser_on;
   const unread = settings.problem.value;
   const changed = settings.changed.value;
   const busy = settings.apply.running;
@@ -81,7 +81,7 @@ function Settings({ view }: { view: LiveView | undefined }) {
       class="stack camera-settings"
       aria-label={words.exposure}
       onKeyDown={(event) => {
-        // The field has taken what was typed before this is heard.
+        // The field has applied its input before this event.
         const applicable = settings.changed.peek() && !blocked && !form.blocked.peek();
         if (event.key === "Enter" && event.target instanceof HTMLInputElement && applicable) {
           void settings.apply.start();

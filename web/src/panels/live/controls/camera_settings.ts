@@ -87,13 +87,13 @@ export class CameraSettings {
     this.note.value = "accepted";
   });
 
-  /** Forgets what was typed. */
+  /** Discards the input. */
   discard(): void {
     this.typed.value = {};
     this.note.value = "none";
   }
 
-  /** Reads again after somebody may have changed the camera; a change under way answers by itself. */
+  /** Reloads after a possible change by someone else; a pending change updates itself. */
   async follow(): Promise<void> {
     const phase = this.apply.phase.peek();
     // What was typed is meant for the settings that were read: the server then says that they changed.

@@ -4,25 +4,25 @@
 const REPEAT_EVERY_MS = 100;
 
 export class Jog {
-  private velocity_mm_s = 0;
+  private velocity = 0;
   private running = false;
   private wake: (() => void) | undefined;
 
-  /** `say` tells the stage a velocity; 0 stops. `failed` is told why it did not obey. */
+  /** `say` sends a velocity to the stage; 0 stops. `failed` gets the reason of a failure. */
   constructor(
-    private readonly say: (velocity_mm_s: number) => Promise<void>,
+    private readonly say: (velocity: number) => Promise<void>,
     private readonly failed: (cause: unknown) => void,
   ) {}
 
   /** The button is down. */
-  hold(velocity_mm_s: number): void {
-    this.velocity_mm_s = velocity_mm_s;
+  hold(velocity: number): void {
+    this.velocity = velocity;
     if (!this.running) void this.run();
   }
 
   /** The button is up, or the page is out of sight. */
   release(): void {
-    this.velocity_mm_s = 0;
+    this.velocity = 0;
     this.wake?.();
   }
 
@@ -30,20 +30,20 @@ export class Jog {
   private async run(): Promise<void> {
     this.running = true;
     try {
-      while (this.velocity_mm_s !== 0) {
+      while (this.velocity !== 0) {
         const begun = performance.now();
-        await this.say(this.velocity_mm_s);
+        await this.say(this.velocity);
         const rest_ms = REPEAT_EVERY_MS - (performance.now() - begun);
-        if (this.velocity_mm_s !== 0 && rest_ms > 0) await this.rest(rest_ms);
+        if (this.velocity !== 0 && rest_ms > 0) await this.rest(rest_ms);
       }
       await this.say(0);
     } catch (cause) {
-      this.velocity_mm_s = 0;
+      this.velocity = 0;
       this.failed(cause);
     } finally {
       this.running = false;
       // Pressed again while the stop was under way.
-      if (this.velocity_mm_s !== 0) void this.run();
+      if (this.velocity !== 0) void this.run();
     }
   }
 

@@ -1,4 +1,4 @@
-/** Starts and ends the live view, and sets how brightly the laser shines meanwhile. */
+/** Starts and ends the live view, and sets its laser power. */
 
 import { useSignal } from "@preact/signals";
 import { useMemo } from "preact/hooks";
@@ -58,8 +58,8 @@ function LaserPower({ running, blocked }: { running: boolean; blocked: string | 
     laser_power.value = power;
     if (running) void set.start();
   };
-  // A laser that waits for frames is dark for now; what it was told stands.
-  const actual = laser?.light === "on" ? laser.power : laser?.light === "off" ? 0 : undefined;
+  // A laser that waits for frames is off for now; the requested power is kept.
+  const actual = laser?.state === "on" ? laser.power : laser?.state === "off" ? 0 : undefined;
   const power = wanted.value ?? (running ? actual : undefined) ?? laser_power.value;
   const problem = set.problem.value;
   const step = laser?.powers ? 0.01 : 1;

@@ -1,4 +1,4 @@
-/** The stage by hand: while a button is held, to a position, home. */
+/** Manual control of the stage: jog, move, home. */
 
 import { useSignal } from "@preact/signals";
 import { useEffect, useMemo } from "preact/hooks";
@@ -14,8 +14,8 @@ import { decimal } from "../../../units";
 import { useBlocked } from "./blocked";
 import { Jog } from "./jog";
 
-/** Speeds offered for jogging, mm/s; of a turntable, °/s. */
-const SPEEDS_MM_S = [0.5, 2, 10, 50];
+/** Speeds offered for jogging, mm/s or °/s. */
+const SPEEDS = [0.5, 2, 10, 50];
 
 export function StageCard() {
   const { api, control, station } = useApp();
@@ -30,10 +30,11 @@ export function StageCard() {
       new Command(async () => {
         await control.ensure();
         const params = { header: { "Sheaf-Control": control.id() ?? "" } };
-        const body = { target_mm: target.peek() ?? 0 };
+        const at = target.peek() ?? 0;
+        const body = station.rotary.peek() ? { target_deg: at } : { target_mm: at };
         await data(api.POST("/api/v1/devices/stage/move", { params, body }));
       }),
-    [api, control, target],
+    [api, control, station, target],
   );
   const home = useMemo(
     () =>
@@ -45,13 +46,13 @@ export function StageCard() {
     [api, control],
   );
   if (stage && !stage.connected) return null;
-  const [lowest, highest] = stage?.travel_mm ?? [];
+  const [lowest, highest] = station.travel.value;
   const unit = station.unit.value;
   return (
     <section class="card stack">
       <h2>{words.stage}</h2>
       <p class="row stage-position live-data">
-        <span class="big number">{decimal(stage?.position_mm, 3, language.value)}</span> {unit}
+        <span class="big number">{decimal(station.position.value, 3, language.value)}</span> {unit}
         {stage?.moving && <span class="tag">{words.moving}</span>}
       </p>
       <JogButtons blocked={blocked} />
@@ -89,22 +90,23 @@ function JogButtons({ blocked }: { blocked: string | undefined }) {
   const { api, control, station } = useApp();
   const words = text.value.live;
   const problem = useSignal<Problem | undefined>(undefined);
-  const speed_mm_s = useSignal(2);
+  const speed = useSignal(2);
   const held = useSignal(0);
   const jog = useMemo(
     () =>
       new Jog(
-        async (velocity_mm_s) => {
+        async (velocity) => {
           await control.ensure();
           const params = { header: { "Sheaf-Control": control.id() ?? "" } };
-          await data(api.POST("/api/v1/devices/stage/jog", { params, body: { velocity_mm_s } }));
+          const body = station.rotary.peek() ? { velocity_deg_s: velocity } : { velocity_mm_s: velocity };
+          await data(api.POST("/api/v1/devices/stage/jog", { params, body }));
         },
         (cause) => {
           held.value = 0;
           problem.value = problemOf(cause);
         },
       ),
-    [api, control, held, problem],
+    [api, control, held, problem, station],
   );
   const release = () => {
     held.value = 0;
@@ -120,7 +122,8 @@ function JogButtons({ blocked }: { blocked: string | undefined }) {
       jog.release();
     };
   }, [jog]);
-  const fastest = station.status.value?.stage.max_speed_mm_s ?? Number.POSITIVE_INFINITY;
+  const stage = station.status.value?.stage;
+  const fastest = stage?.max_speed_mm_s ?? stage?.max_speed_deg_s ?? Number.POSITIVE_INFINITY;
   const button = (sign: 1 | -1, name: string, arrow: string) => (
     <button
       type="button"
@@ -134,7 +137,7 @@ function JogButtons({ blocked }: { blocked: string | undefined }) {
         event.currentTarget.setPointerCapture(event.pointerId);
         problem.value = undefined;
         held.value = sign;
-        jog.hold(sign * speed_mm_s.value);
+        jog.hold(sign * speed.value);
       }}
       onPointerUp={release}
       onPointerCancel={release}
@@ -145,7 +148,7 @@ function JogButtons({ blocked }: { blocked: string | undefined }) {
         event.preventDefault();
         problem.value = undefined;
         held.value = sign;
-        jog.hold(sign * speed_mm_s.value);
+        jog.hold(sign * speed.value);
       }}
       onKeyUp={release}
       onBlur={release}
@@ -160,12 +163,12 @@ function JogButtons({ blocked }: { blocked: string | undefined }) {
         <label class="field">
           <span class="visually-hidden">{words.speed}</span>
           <select
-            value={String(speed_mm_s.value)}
-            onChange={(event) => (speed_mm_s.value = Number(event.currentTarget.value))}
+            value={String(speed.value)}
+            onChange={(event) => (speed.value = Number(event.currentTarget.value))}
           >
-            {SPEEDS_MM_S.filter((speed) => speed <= fastest).map((speed) => (
-              <option key={speed} value={String(speed)}>
-                {decimal(speed, speed < 1 ? 1 : 0, language.value)} {station.unit.value}/s
+            {SPEEDS.filter((offered) => offered <= fastest).map((offered) => (
+              <option key={offered} value={String(offered)}>
+                {decimal(offered, offered < 1 ? 1 : 0, language.value)} {station.unit.value}/s
               </option>
             ))}
           </select>

@@ -111,7 +111,7 @@ export function scatter(profile: ProfileMessage, range: OrderRange): number | un
   return freedom > 0 ? Math.sqrt(squares / freedom) : undefined;
 }
 
-/** Where the piece from `start` on goes on after an interruption. */
+/** End of the contiguous piece that begins at `start`. */
 function interruption(profile: ProfileMessage, start: number): number | undefined {
   const axis = profile.along === "x" ? 0 : 1;
   for (let idx = start + 1; idx < start + PIECE_POINTS; idx++) {

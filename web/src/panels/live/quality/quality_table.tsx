@@ -20,7 +20,7 @@ export function QualityTable({ view }: { view: LiveView }) {
     <section class="card quality">
       <h2>{words.quality}</h2>
       {rows.length === 0 ? (
-        <p class="muted">{view.figures.value?.laser_shone === false ? words.dark : words.no_lines}</p>
+        <p class="muted">{view.figures.value?.laser_on === false ? words.dark : words.no_lines}</p>
       ) : (
         // biome-ignore lint/a11y/noNoninteractiveTabindex: a table wider than a phone scrolls by keys
         <section class="table-scroll" tabIndex={0} aria-label={words.quality}>

@@ -22,7 +22,7 @@ use pipeline::{Failure, FailureKind};
 
 /// Points of the cloud that writing is timed with: 450 MB of PLY, more than caches hold, less than any disk.
 const WRITTEN_POINTS: usize = 10_000_000;
-/// Bytes handed to the disk at once when it is measured by itself.
+/// Bytes per write in the measurement of the disk alone.
 const CHUNK_BYTES: usize = 1 << 20;
 const MB: f64 = 1e6;
 
@@ -43,12 +43,12 @@ pub fn cloud(args: &BenchCloudArgs, reporter: &dyn Reporter) -> Result<Answer, F
         args.frames, computed.n_points, computed.seconds
     );
     match bytes_per_point {
-        Some(bytes) => drop(writeln!(text, ", {bytes:.1} bytes of memory a point at peak")),
-        None => text.push_str("; this system does not tell the memory\n"),
+        Some(bytes) => drop(writeln!(text, ", {bytes:.1} bytes of memory per point at peak")),
+        None => text.push_str("; this system does not report the memory\n"),
     }
     let _ = writeln!(
         text,
-        "PLY of {} points: {:.0} MB/s to the disk and synced, {:.0} MB/s encoded; the disk by itself: {:.0} MB/s",
+        "PLY of {} points: {:.0} MB/s to the disk and synced, {:.0} MB/s encoded; the disk alone: {:.0} MB/s",
         written.n_points, written.ply_mb_s, written.encoded_mb_s, written.disk_mb_s
     );
     let json = json!({

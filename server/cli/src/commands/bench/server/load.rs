@@ -19,7 +19,9 @@ pub fn write_load(capture: &Path, n_frames: usize, folder: &Path) -> Result<usiz
     let mut manifest = source.manifest.clone();
     let pictures: Vec<_> = manifest.scans.iter().flat_map(|scan| &scan.frames).map(|f| f.image.clone()).collect();
     if pictures.is_empty() {
-        return Err(Failure::bad_input("the capture holds no scan").in_file(capture).remedy("give one that does"));
+        return Err(Failure::bad_input("the capture contains no scan")
+            .in_file(capture)
+            .remedy("use a capture with a scan"));
     }
     for picture in &pictures {
         let to = folder.join(picture);

@@ -95,7 +95,7 @@ async fn with_viewers(args: &BenchServerArgs, app: &App, address: SocketAddr) ->
         swept.push(sweep::sweep(app, args, &seen).await?);
     }
     for (stream, viewer) in viewers {
-        // It may have gone by itself.
+        // It may have exited already.
         let _ = stream.shutdown(std::net::Shutdown::Both);
         let _ = viewer.join();
     }
@@ -168,9 +168,9 @@ fn answer(args: &BenchServerArgs, n_pictures: usize, swept: &[Swept]) -> Answer 
         "replay at {} Hz → peaks on the disk, profiles to {} viewers at 60 Hz; sweeps of {} frames, {n_pictures} pictures",
         args.rate_hz, args.viewers, args.frames
     );
-    swept.iter().for_each(|swept| swept.tell(&mut text));
+    swept.iter().for_each(|swept| swept.write_to(&mut text));
     if !crate::heap::allocations::COUNTED {
-        text.push_str("requests for memory are counted by a program built with --features count-allocations\n");
+        text.push_str("allocations are counted in a build with --features count-allocations\n");
     }
     let sweeps: Vec<_> = swept.iter().map(Swept::to_json).collect();
     let json = json!({

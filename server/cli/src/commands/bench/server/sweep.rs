@@ -146,7 +146,7 @@ async fn ended(app: &App, job: &str) -> Result<ScanRecord, Failure> {
 
 impl Swept {
     /// In lines for a person.
-    pub fn tell(&self, text: &mut String) {
+    pub fn write_to(&self, text: &mut String) {
         let ms = |which: &str, what: &str| self.timing[which][what].as_f64().unwrap_or(f64::NAN);
         let _ = writeln!(
             text,
@@ -173,11 +173,12 @@ impl Swept {
             );
         }
         let looked = &self.looked;
-        let _ = writeln!(text, "  viewers got {:.1} profiles a second", looked.n_messages as f64 / looked.took_s);
+        let _ =
+            writeln!(text, "  viewers got {:.1} profiles per second", looked.n_messages as f64 / looked.took_s);
         for (name, work) in looked.work.iter().filter(|(_, work)| work.cpu_ms > 0.0 || work.allocations > 0) {
             let _ = writeln!(
                 text,
-                "  {name:<16} {:6.3} ms of processor time and {:7.3} requests for memory a frame",
+                "  {name:<16} {:6.3} ms of CPU time and {:7.3} allocations per frame",
                 work.cpu_ms / looked.n_frames.max(1) as f64,
                 work.allocations as f64 / looked.n_frames.max(1) as f64
             );
@@ -185,7 +186,7 @@ impl Swept {
         let cpu_ms: f64 = looked.work.values().map(|work| work.cpu_ms).sum();
         let _ = writeln!(
             text,
-            "  together {:.3} ms a frame: {:.2} processors",
+            "  together {:.3} ms per frame: {:.2} cores",
             cpu_ms / looked.n_frames.max(1) as f64,
             cpu_ms / 1e3 / looked.took_s
         );

@@ -135,8 +135,8 @@ const ALL: [&str; 17] = [
     "line width",
     "line saturation",
     "exposure linearity",
-    "light off on command",
-    "light off without frames",
+    "laser off on command",
+    "laser off without frames",
     "stage position",
     "stage scale",
 ];
@@ -222,7 +222,7 @@ fn light_that_its_driver_calls_off_is_seen_in_the_picture() {
     // Dark after each of three exposures, and lit after the fourth time that the laser was switched off.
     let bench = bench(Unsound { lit_from_fall: 4, ..Unsound::default() });
     let (red, checks) = red_with(&bench);
-    assert_eq!(red, ["light off on command"], "{}", check::table(&checks));
+    assert_eq!(red, ["laser off on command"], "{}", check::table(&checks));
 }
 
 #[test]
@@ -234,7 +234,7 @@ fn light_that_does_not_come_is_named() {
 }
 
 #[test]
-fn light_too_faint_for_lines_is_told_by_the_missing_lines() {
+fn light_too_faint_for_lines_is_shown_by_the_missing_lines() {
     let mut bench = bench(Unsound::default());
     bench.wanted.power = 0.02;
     let (red, checks) = red_with(&bench);
@@ -276,7 +276,7 @@ fn bench_with_board() -> Bench {
 }
 
 #[test]
-fn a_board_on_the_stage_tells_its_scale() {
+fn a_board_on_the_stage_shows_its_scale() {
     let bench = bench_with_board();
     let scale = of(&bench.examine(), "stage scale").clone();
     assert!(scale.outcome == Outcome::Ok && scale.value.unwrap().abs() < SCALE_PERCENT, "{scale:?}");
@@ -302,7 +302,7 @@ fn a_camera_that_sends_nothing_is_named_and_the_rest_is_not_run() {
 }
 
 #[test]
-fn cancelled_at_any_step_it_leaves_the_station_dark_and_at_rest() {
+fn cancelled_at_any_step_it_leaves_the_laser_off_and_the_stage_at_rest() {
     for step in ["running the camera", "turning the laser", "moving the stage"] {
         let bench = bench(Unsound::default());
         let (reached, cancel) = channel();
@@ -328,7 +328,7 @@ fn cancelled_at_any_step_it_leaves_the_station_dark_and_at_rest() {
 }
 
 #[test]
-fn without_consent_nothing_moves_or_shines() {
+fn without_consent_motion_and_laser_stay_off() {
     let bench = bench(Unsound::default());
     let examination = Examination {
         station: &bench.station,
@@ -338,7 +338,7 @@ fn without_consent_nothing_moves_or_shines() {
         runtime: bench.runtime.handle().clone(),
     };
     let checks = examine(&examination, || false).unwrap_or_else(|Cancelled| panic!("nobody cancelled"));
-    assert_eq!(of(&checks, "light and motion").outcome, Outcome::NotRun);
+    assert_eq!(of(&checks, "laser and motion").outcome, Outcome::NotRun);
     let at_rest: Vec<&str> = checks.iter().map(|check| check.name).collect();
     assert_eq!(at_rest[..9], ALL[..9]);
     assert_eq!(at_rest.len(), 10);

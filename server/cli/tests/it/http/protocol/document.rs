@@ -72,7 +72,7 @@ fn session_with_a_picture(server: &Server) -> (Value, Value) {
     let headers = [("sheaf-control", control["id"].as_str().unwrap())];
     let poses = format!("/api/v1/calibration-sessions/{}/poses", session_id.as_str().unwrap());
     let session = server.send("POST", &poses, &headers, &[]).expect(200);
-    (session_id, session["body"]["poses"][0]["board"]["picture"]["artifact"].clone())
+    (session_id, session["body"]["poses"][0]["board"]["image"]["artifact"].clone())
 }
 
 #[test]

@@ -70,7 +70,7 @@ fn slow_and_silent_clients_are_closed_within_fifteen_seconds() {
 }
 
 #[test]
-fn with_too_many_connections_stop_is_still_heard() {
+fn stop_works_beyond_the_connection_limit() {
     let (_folder, server) = fresh();
     server.get("/health").expect(200);
     let host = server.address().to_owned();

@@ -57,7 +57,7 @@ fn an_open_stream_brings_what_happens() {
 }
 
 #[test]
-fn a_damaged_event_is_named_and_the_others_are_told_in_list_and_stream() {
+fn a_damaged_event_is_named_and_the_others_are_in_list_and_stream() {
     let folder = tempfile::TempDir::new().unwrap();
     let data = folder.path().join("data");
     let server = Server::start(&data, &[]);

@@ -72,7 +72,7 @@ fn a_move_and_a_picture_with_a_key_happen_once_and_a_refused_one_may_come_again(
     let first = pose(control);
     let taken = first.expect(200);
     assert_eq!(taken["body"]["poses"].as_array().map(Vec::len), Some(1));
-    // The answer is the same, whoever has control by now.
+    // The response is the same, no matter who holds control now.
     let again = pose("none");
     assert_eq!((again.expect(200), again.header("etag")), (taken.clone(), first.header("etag")));
     assert_eq!(server.get(&path).expect(200), taken);

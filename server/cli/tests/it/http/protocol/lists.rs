@@ -81,7 +81,7 @@ fn a_list_shows_the_good_records_and_names_the_damaged_one() {
     server.terminate();
     // Opening folds the log into the database.
     Server::start(&data, &[]).terminate();
-    // Name and origin lie side by side in the row; the event that tells the name has it, too.
+    // Name and origin lie side by side in the row; the event with the name has it, too.
     damage(&data, "gauge-of-tuesdayupload");
 
     let server = Server::start(&data, &[]);
@@ -91,7 +91,7 @@ fn a_list_shows_the_good_records_and_names_the_damaged_one() {
     assert_eq!((named.len(), &named[0]["kind"], &named[0]["id"]), (1, &json!("capture"), &json!(damaged)));
     assert!(named[0]["detail"].as_str().unwrap().contains("damaged in the database"), "{named:?}");
     assert!(named[0]["remedy"].as_str().unwrap().contains("delete it"), "{named:?}");
-    // Asked for by itself it is an error still, and the remedy works.
+    // Requested alone it is still an error, and the remedy works.
     server.get(&format!("/api/v1/captures/{damaged}")).expect(503);
     server.send("DELETE", &format!("/api/v1/captures/{damaged}"), &[], &[]).expect(204);
     assert!(server.get("/api/v1/captures").expect(200)["damaged"].is_null());

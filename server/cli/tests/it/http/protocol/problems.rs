@@ -72,7 +72,7 @@ fn a_scan_without_a_calibration_says_what_to_do() {
 }
 
 #[test]
-fn a_full_queue_is_told_with_when_to_come_again_and_takes_jobs_when_one_is_cancelled() {
+fn a_full_queue_refuses_with_a_retry_time_and_accepts_jobs_when_one_is_cancelled() {
     let (_folder, server) = fresh();
     let body = serde_json::json!({ "source": { "kind": "station" } });
     let mut waiting = Vec::new();

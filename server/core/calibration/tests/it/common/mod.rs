@@ -1,7 +1,7 @@
-//! A station with known truth and the features a perfect extraction would find in its pictures, with white noise.
+//! A station with known truth and the features that a perfect extraction would find in its pictures, with white noise.
 //!
-//! It shares the grating's mathematics with the calibrator, so it shows that the estimation is right, not that the
-//! model is; that is what the rendered rig and the photographs are for.
+//! It shares the grating's mathematics with the calibration, so it tests the estimation, not the model; the rendered
+//! rig and the photographs test the model.
 
 pub mod refinement;
 
@@ -22,20 +22,20 @@ pub const SQUARE_MM: f64 = 12.0;
 /// Columns between the simulated points of a line; fewer points keep the tests quick.
 const COLUMN_STEP: i64 = 6;
 
-/// What a test may change.
+/// Parameters of a test station.
 #[derive(Clone)]
 pub struct Rig {
     pub camera: Camera,
     pub grating: Grating,
     pub orders: Vec<i8>,
     pub stage: Vector3<f64>,
-    /// σ per axis of the stage's deviations from straight and even travel, mm.
+    /// σ per axis of the stage's deviations from straight and uniform travel, mm.
     pub wobble_sigma_mm: f64,
     pub corner_sigma_px: f64,
     pub line_sigma_px: f64,
-    /// Boards tilt by up to this about both axes.
+    /// Largest tilt of the boards about either axis.
     pub tilt_rad: f64,
-    /// Boards stand within this of 400 mm.
+    /// Largest distance of the boards from a depth of 400 mm.
     pub half_depth_mm: f64,
     pub seed: u64,
 }
@@ -78,7 +78,7 @@ impl Rig {
         self.wobbling_input(n_poses, n_stage).0
     }
 
-    /// The same, and how far the stage was from straight and even travel in every stage view.
+    /// The same, and the stage's deviation from straight and uniform travel in every stage view.
     pub fn wobbling_input(&self, n_poses: usize, n_stage: usize) -> (CalibrationInput, Vec<Vector3<f64>>) {
         // A stage that runs straight leaves the noise of the other features as it was.
         let mut of_stage = Pcg64Mcg::seed_from_u64(self.seed + 1_000_000);
@@ -208,6 +208,6 @@ pub fn calibrated(
     input: &CalibrationInput,
 ) -> Result<calibration::CalibrationResult, calibration::CalibrationError> {
     calibration::calibrate(input, &calibration::CalibrationOptions::default(), &mut |_, _| {
-        calibration::Stop::Continue
+        calibration::ProgressControl::Continue
     })
 }

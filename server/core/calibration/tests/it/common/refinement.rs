@@ -1,10 +1,11 @@
-//! The last step of a calibration by itself: camera, exact light and boards against all pixels, from a start a little off.
+//! The final step of a calibration, separately: camera, exact light and boards against all pixels, from a slightly
+//! wrong start.
 
 use calibration::bundle::Bundle;
+use calibration::bundle_state::BundleState;
 use calibration::light_fit::{Scene, light_priors, lit_points};
 use calibration::observation::{CornerObservation, CornerView, LaserObservation};
 use calibration::prior::Priors;
-use calibration::station::Station;
 use nalgebra::{Vector2, Vector3};
 use optics::LightSurfaces;
 use rand::SeedableRng;
@@ -20,11 +21,11 @@ pub const POSES: usize = 15;
 const CORNER_SIGMA_PX: f64 = 0.02;
 /// See [`CORNER_SIGMA_PX`].
 const LINE_SIGMA_PX: f64 = 0.05;
-/// Relative error of the parameters that the refinement starts from.
+/// Relative error of the initial parameters.
 const START_ERROR: f64 = 2e-4;
 
-/// A bundle of corners and of `n_columns` points on each of five lines, and a station a little off.
-pub fn refinement(n_columns: usize) -> (Bundle, Station) {
+/// A bundle of corners and of `n_columns` points on each of five lines, and a slightly wrong initial state.
+pub fn refinement(n_columns: usize) -> (Bundle, BundleState) {
     let rig = Rig { corner_sigma_px: CORNER_SIGMA_PX, line_sigma_px: 0.0, ..Rig::new(3) };
     let mut random = Pcg64Mcg::seed_from_u64(5);
     let poses: Vec<_> = (0..POSES).map(|_| rig.pose(&mut random)).collect();
@@ -43,7 +44,13 @@ pub fn refinement(n_columns: usize) -> (Bundle, Station) {
                 let pixel = along(&segment.points, column as f64 / n_columns as f64);
                 let pixel = pixel + Vector2::new(0.0, LINE_SIGMA_PX * noise);
                 let order = rig.orders[line];
-                laser.push(LaserObservation { block, order, pixel, sigma_px: LINE_SIGMA_PX, independence: 1.0 });
+                laser.push(LaserObservation {
+                    block,
+                    order,
+                    pixel,
+                    sigma_px: LINE_SIGMA_PX,
+                    effective_weight: 1.0,
+                });
             }
         }
     }
@@ -59,12 +66,12 @@ pub fn refinement(n_columns: usize) -> (Bundle, Station) {
     let mut camera = rig.camera;
     camera.fx_px *= 1.0 + START_ERROR;
     camera.fy_px *= 1.0 + START_ERROR;
-    let station = Station { camera, light: Some(light), stage: None, poses };
+    let station = BundleState { camera, light: Some(light), stage: None, poses };
     let free = vec![true; station.globals()];
     (Bundle::new(views, laser, free, true, priors, POSES), station)
 }
 
-/// The place a share of the way along a line.
+/// The point at a fraction of the way along a line.
 fn along(points: &[CentrelinePoint], share: f64) -> Vector2<f64> {
     let place = share * (points.len() - 1) as f64;
     let (a, b) = (&points[place as usize], &points[place as usize + 1]);

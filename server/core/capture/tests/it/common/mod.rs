@@ -1,4 +1,4 @@
-//! A small complete capture folder that tests break in one place each.
+//! A small complete capture folder, which tests modify.
 
 use std::path::Path;
 
@@ -8,13 +8,13 @@ use serde_json::{Value, json};
 use tempfile::TempDir;
 use vision::{GreyImage, Pixels};
 
-/// Size of every image of the sound capture.
+/// Size of every image of the valid capture.
 pub const WIDTH_PX: usize = 16;
-/// Rows of the same.
+/// Rows of its images.
 pub const HEIGHT_PX: usize = 12;
 
-/// The manifest of the sound capture.
-pub fn sound_manifest() -> Value {
+/// The manifest of the valid capture.
+pub fn valid_manifest() -> Value {
     json!({
         "format": "sheaf-capture/1",
         "camera": { "width_px": WIDTH_PX, "height_px": HEIGHT_PX },
@@ -34,7 +34,7 @@ pub fn flat(width: usize, height: usize) -> GreyImage {
     GreyImage::new(width, height, Pixels::Eight(vec![7; width * height])).unwrap()
 }
 
-/// A folder with the sound capture's images and `manifest`.
+/// A folder with the valid capture's images and `manifest`.
 pub fn folder_with(manifest: &Value) -> TempDir {
     let folder = TempDir::new().unwrap();
     for name in ["board/000.png", "board/001.png", "laser/000.png", "stage/000.png", "scan/000.png"] {
@@ -51,9 +51,9 @@ pub fn put(folder: &Path, name: &str, image: &GreyImage) {
     write_png(&path, image).unwrap();
 }
 
-/// The sound manifest with the value at a JSON pointer replaced.
+/// The valid manifest with the value at a JSON pointer replaced.
 pub fn manifest_with(pointer: &str, value: Value) -> Value {
-    let mut manifest = sound_manifest();
+    let mut manifest = valid_manifest();
     *manifest.pointer_mut(pointer).unwrap() = value;
     manifest
 }

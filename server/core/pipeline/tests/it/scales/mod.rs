@@ -1,7 +1,7 @@
-//! Stations of other sizes: 150 mm to 1 m of working distance, 0.3 to 12 megapixels, one to nine orders; rendered,
-//! calibrated and scanned as any other, and held against the truth.
+//! Stations of other sizes: 150 mm to 1 m working distance, 0.3 to 12 megapixels, one to nine orders; rendered,
+//! calibrated and scanned like any other, and compared with the truth.
 //!
-//! What this does not show: other noise, blur or speckle than the twin's, and parts other than a ball and a block.
+//! Not covered: other noise, blur or speckle than the twin's, and parts other than a ball and a block.
 
 mod outcome;
 mod station;
@@ -9,14 +9,14 @@ mod station;
 use outcome::Outcome;
 use station::Station;
 
-/// Standard deviations of its own prediction that the systematic depth error of a calibration may have.
+/// Accepted systematic depth error of a calibration, in its own predicted standard deviations.
 const MODEL_SIGMAS: f64 = 3.0;
-/// The same of the ball's radius; U is two of them. Two would fail one sound station in twenty: how many lie within U is
-/// the campaign's to say.
+/// The same for the ball's radius; U is two of them. With two, one correct station in twenty would fail: the campaign
+/// counts how many lie within U.
 const BALL_SIGMAS: f64 = 3.0;
-/// Share of points with a wrong order.
+/// Accepted fraction of points with a wrong order.
 const WRONG: f64 = 1e-4;
-/// Share of the visible line columns that must be found; steep flanks and rims are left out.
+/// Fraction of the visible line columns that must be found; steep flanks and edges are left out.
 const COMPLETE: f64 = 0.9;
 
 fn assert_true(station: &Station) {
@@ -29,18 +29,18 @@ fn assert_true(station: &Station) {
 }
 
 #[test]
-fn a_station_of_two_orders_at_150_mm_measures_true() {
+fn a_station_of_two_orders_at_150_mm_measures_within_uncertainty() {
     assert_true(&Station::seeded(9));
 }
 
 #[test]
-fn a_station_of_six_orders_along_columns_at_1_m_measures_true() {
+fn a_station_of_six_orders_along_columns_at_1_m_measures_within_uncertainty() {
     assert_true(&Station::seeded(11));
 }
 
 #[test]
 #[ignore = "minutes; the stations of FIRST_SEED to LAST_SEED"]
-fn a_campaign_of_stations_of_all_sizes_measures_true() {
+fn a_campaign_of_stations_of_all_sizes_measures_within_uncertainty() {
     let number =
         |name: &str, default: u64| std::env::var(name).ok().and_then(|text| text.parse().ok()).unwrap_or(default);
     eprintln!("{}", Outcome::HEADER);

@@ -1,4 +1,4 @@
-//! What came of a station, against its truth.
+//! The results of a station, compared with its truth.
 
 use std::collections::HashMap;
 use std::path::Path;
@@ -14,9 +14,9 @@ use vision::LineDirection;
 
 use super::station::Station;
 
-/// A point within this share of its line's σ of a true line is on it, at least a pixel: wide lines are cut at rims.
+/// Largest distance of a point on a true line, relative to the line's σ, at least a pixel: wide lines are cut at edges.
 const ON_LINE_SIGMAS: f64 = 1.25;
-/// Columns on either side in which a true line counts as well: where it ends is not known to the pixel.
+/// Columns on either side in which a true line counts as well: its end is not known to the pixel.
 const BESIDE_PX: i64 = 4;
 
 /// A true line in one scan column (row).
@@ -27,10 +27,10 @@ struct TrueLine {
     z_mm: f64,
 }
 
-/// Figures of one station.
+/// Results of one station.
 #[derive(Debug, Default)]
 pub struct Outcome {
-    /// RMS depth error of noise-free pixels, and what the calibration says of it.
+    /// RMS depth error of noise-free pixels, and the calibration's prediction.
     pub model_mm: f64,
     pub predicted_mm: f64,
     pub light_rms_px: f64,
@@ -99,7 +99,7 @@ impl Outcome {
         Ok(outcome)
     }
 
-    /// Holds the points of every frame whose truth was written against it.
+    /// Compares the points of every frame with truth.
     fn score(&mut self, station: &Station, points: &[CloudPoint], truth: &[TrueLine]) {
         let rows = station.model.shape.line_direction == LineDirection::Rows;
         let place = |u: f64, v: f64| if rows { (u.round() as i64, v) } else { (v.round() as i64, u) };
@@ -182,7 +182,7 @@ fn model_rms_mm(calibration: &Calibration, truth: &[TrueLine]) -> f64 {
     (squares.iter().sum::<f64>() / squares.len() as f64).sqrt()
 }
 
-/// Keeps the warnings.
+/// Collects the warnings.
 #[derive(Default)]
 struct Quiet(Mutex<Vec<String>>);
 

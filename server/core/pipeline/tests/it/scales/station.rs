@@ -1,4 +1,4 @@
-//! Stations drawn from seeds.
+//! Stations generated from seeds.
 
 use rand::{Rng, SeedableRng};
 use rand_pcg::Pcg64;
@@ -9,7 +9,7 @@ use vision::LineDirection;
 const STANDOFFS_MM: [f64; 3] = [150.0, 400.0, 1000.0];
 /// Cameras, columns and rows: 1.3, 5 and 12.3 megapixels.
 const CAMERAS_PX: [[usize; 2]; 3] = [[1280, 1024], [2448, 2048], [4096, 3000]];
-/// Part of the half picture that the outermost line may use.
+/// Fraction of half the picture available to the outermost line.
 const LINES_SHARE: f64 = 0.62;
 /// Radius of the ball in a field of ±100 mm, mm.
 const BALL_MM: f64 = 18.9;
@@ -23,7 +23,7 @@ pub struct Station {
 }
 
 impl Station {
-    /// The station of a seed. Working distance, camera and orders go round in threes, threes and nines.
+    /// The station of a seed. Working distance, camera and orders cycle with periods of three, three and nine.
     pub fn seeded(seed: u64) -> Self {
         let mut rng = Pcg64::seed_from_u64(seed);
         let mut between = |low: f64, high: f64| low + (high - low) * rng.random::<f64>();
@@ -46,7 +46,7 @@ impl Station {
         Self { ball_mm: ball * station.ball_mm, ..station }
     }
 
-    /// A station with so many orders as far apart as the picture allows.
+    /// A station with so many orders, spaced as far apart as the picture allows.
     pub fn of(
         seed: u64,
         standoff_mm: f64,

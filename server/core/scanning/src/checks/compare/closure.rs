@@ -1,5 +1,4 @@
-//! How well the surfaces of a turn close: what was seen first against what was seen a turn later
-//! (`docs/maths/turntable.md`, eq. 11).
+//! Closure of a full turn: surfaces compared with those observed one turn earlier (`docs/maths/turntable.md`, eq. 11).
 
 use statistics::median;
 
@@ -7,29 +6,29 @@ use super::Surfaces;
 use crate::params::{CLOSURE_MAD_LIMIT, COMPARE_STRIDE_PX};
 use crate::points::profile::ProfilePoint;
 
-/// How far apart a part's surface is after a whole turn.
+/// Distance of a part's surface after a full turn from that before.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ClosureGap {
-    /// Points of the later frames that lie on smooth surface seen a turn earlier.
+    /// Points of the later frames on smooth surface observed one turn earlier.
     pub n_pairs: usize,
     /// Mean of later minus earlier, along the surface's normal towards the axis, mm.
     pub bias_mm: f64,
     /// Root mean square of these differences, bias included, mm.
     pub rms_mm: f64,
-    /// Pairs left out as they are farther apart than all others.
+    /// Pairs left out as outliers.
     pub n_outliers: usize,
 }
 
-/// The closure of a turn.
+/// The closure of a full turn.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Closure {
-    /// The same line before and after: slip of the table, drift, a part that has moved. Blind to the axis.
+    /// The same line before and after: slip of the table, drift, movement of the part. Insensitive to the axis.
     pub same_line: Option<ClosureGap>,
-    /// Another line, which looks at the place under another angle of the table: shows an error of the axis, too.
+    /// Another line, which observes the place at another angle of the table: also sensitive to errors of the axis.
     pub other_lines: Option<ClosureGap>,
 }
 
-/// Differences of some frames.
+/// Differences found in some frames.
 #[derive(Debug, Clone, Default)]
 pub struct ClosurePairs {
     same_line_mm: Vec<f64>,
@@ -43,7 +42,7 @@ impl ClosurePairs {
         self.other_lines_mm.append(&mut other.other_lines_mm);
     }
 
-    /// What they come to; `None` if no place was seen again after a turn.
+    /// Their statistics; `None` if no place was observed again after a full turn.
     pub fn closure(mut self) -> Option<Closure> {
         let same_line = gap(&mut self.same_line_mm);
         let other_lines = gap(&mut self.other_lines_mm);
@@ -52,7 +51,7 @@ impl ClosurePairs {
 }
 
 impl Surfaces<'_> {
-    /// The points of one frame against the surfaces that were seen a turn earlier.
+    /// The points of one frame against the surfaces observed one turn earlier.
     pub fn closure_of(&self, points: &[ProfilePoint], frame: usize) -> ClosurePairs {
         let mut pairs = ClosurePairs::default();
         if self.reference_view.chart.period_mm().is_none() {
@@ -81,7 +80,7 @@ impl Surfaces<'_> {
     }
 }
 
-/// Without what a wrong label or an edge has put somewhere else altogether.
+/// Statistics without outliers from wrong labels or edges.
 fn gap(differences_mm: &mut [f64]) -> Option<ClosureGap> {
     let middle_mm = median(differences_mm)?;
     let mut apart_mm: Vec<f64> = differences_mm.iter().map(|difference| (difference - middle_mm).abs()).collect();

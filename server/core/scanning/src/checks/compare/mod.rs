@@ -1,4 +1,4 @@
-//! The surfaces of different orders held against each other: contradictions and self-consistency.
+//! Comparison of the surfaces of different orders: contradictions and self-consistency.
 
 mod closure;
 
@@ -21,14 +21,14 @@ use crate::points::profiles::Profiles;
 
 pub use closure::{Closure, ClosureGap, ClosurePairs};
 
-/// How well two orders agree about the surface both have seen.
+/// Agreement of two orders on the surface that both have observed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct OrderPair {
     /// The lower order.
     pub order_a: i8,
     /// The higher order.
     pub order_b: i8,
-    /// Points of `order_b` that lie on smooth surface seen by `order_a`.
+    /// Points of `order_b` on smooth surface observed by `order_a`.
     pub n_pairs: usize,
     /// Mean depth of `order_b` minus `order_a` along z, mm.
     pub bias_mm: f64,
@@ -36,7 +36,7 @@ pub struct OrderPair {
     pub rms_mm: f64,
 }
 
-/// A small piece of surface seen by one order: a point with its four neighbours along line and travel.
+/// A small piece of surface observed by one order: a point with its four neighbours along line and travel.
 #[derive(Debug, Clone, Copy)]
 struct Patch {
     in_part_mm: Vector3<f64>,
@@ -48,13 +48,13 @@ struct Patch {
 }
 
 impl Patch {
-    /// Where it lies in the common view; computed, as there are millions of patches.
+    /// Its position in the common view; computed on demand, as there are millions of patches.
     fn view(&self, reference_view: &ReferenceView) -> ViewPoint {
         reference_view.view_of(&self.in_part_mm)
     }
 }
 
-/// The surfaces of all orders, indexed by place.
+/// The surfaces of all orders, indexed by position.
 pub struct Surfaces<'a> {
     reference_view: ReferenceView,
     motions: &'a [FrameMotion],
@@ -62,16 +62,16 @@ pub struct Surfaces<'a> {
     grid: PatchGrid,
 }
 
-/// How the other orders' surfaces lie about a point.
+/// Comparison of a point with the surfaces of the other orders around it.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Opinion {
+struct SurfaceComparison {
     agreeing: usize,
     contradicting: usize,
     /// Distance to the nearest of them.
     nearest_tolerances: f64,
 }
 
-/// The patch nearest to a point, and from where it is.
+/// The patch nearest to a point, and its source.
 #[derive(Clone, Copy)]
 struct Nearest {
     distance: f64,
@@ -79,7 +79,7 @@ struct Nearest {
     view: ViewPoint,
 }
 
-/// Frames whose patches are made together, from their profiles and one more on either side.
+/// Frames whose patches are computed together, from their profiles and one more on either side.
 const WINDOW_FRAMES: usize = 32;
 
 impl<'a> Surfaces<'a> {
@@ -129,19 +129,20 @@ impl<'a> Surfaces<'a> {
 
     /// Whether the surfaces of other orders contradict the point.
     pub fn contradict(&self, point: &ProfilePoint, frame: usize) -> bool {
-        let opinion = self.opinion(point, frame);
-        opinion.contradicting >= CONTRADICTING_SURFACES && opinion.contradicting > opinion.agreeing
+        let comparison = self.comparison(point, frame);
+        comparison.contradicting >= CONTRADICTING_SURFACES && comparison.contradicting > comparison.agreeing
     }
 
-    /// Whether another order, in another frame, has seen the surface that the point lies on; `tolerances`: how near it
-    /// must be.
+    /// Whether another order, in another frame, has observed the surface of the point; `tolerances`: the largest
+    /// accepted distance.
     pub fn is_seen_again(&self, point: &ProfilePoint, frame: usize, tolerances: f64) -> bool {
-        self.opinion(point, frame).nearest_tolerances <= tolerances
+        self.comparison(point, frame).nearest_tolerances <= tolerances
     }
 
-    fn opinion(&self, point: &ProfilePoint, frame: usize) -> Opinion {
+    fn comparison(&self, point: &ProfilePoint, frame: usize) -> SurfaceComparison {
         let in_part = self.motions[frame].chart_from_camera(&point.hit_in_camera);
-        let mut opinion = Opinion { agreeing: 0, contradicting: 0, nearest_tolerances: f64::INFINITY };
+        let mut comparison =
+            SurfaceComparison { agreeing: 0, contradicting: 0, nearest_tolerances: f64::INFINITY };
         for view in self.reference_view.views_of(&in_part) {
             self.grid.for_each_near(&view.xy_mm, |idx, _| {
                 let patch = &self.patches[idx];
@@ -150,9 +151,9 @@ impl<'a> Surfaces<'a> {
                 }
                 let patch_view = patch.view(&self.reference_view);
                 let (apart, tolerance) = self.difference(point, &view, patch, &patch_view);
-                opinion.nearest_tolerances = opinion.nearest_tolerances.min(apart.abs() / tolerance);
+                comparison.nearest_tolerances = comparison.nearest_tolerances.min(apart.abs() / tolerance);
                 if apart.abs() <= tolerance * CONTRADICTION_TOLERANCES {
-                    opinion.agreeing += 1;
+                    comparison.agreeing += 1;
                 } else if patch.smooth
                     && self.hides(
                         &in_part,
@@ -160,14 +161,14 @@ impl<'a> Surfaces<'a> {
                         if view.depth_mm > patch_view.depth_mm { frame } else { patch.frame as usize },
                     )
                 {
-                    opinion.contradicting += 1;
+                    comparison.contradicting += 1;
                 }
             });
         }
-        opinion
+        comparison
     }
 
-    /// Depth of the point beyond the patch, and the tolerance of that.
+    /// Depth of the point beyond the patch, and its tolerance.
     fn difference(
         &self,
         point: &ProfilePoint,
@@ -182,7 +183,7 @@ impl<'a> Surfaces<'a> {
         (apart, noise + self.reference_view.floor_mm + curvature)
     }
 
-    /// Whether one of the two would have hidden the other when the farther one was seen, in frame `seen_at`.
+    /// Whether the nearer of the two would have occluded the farther one in frame `seen_at`.
     fn hides(&self, in_part_mm: &Vector3<f64>, patch: &Patch, seen_at: usize) -> bool {
         let from = &self.motions[seen_at];
         let offset = self.reference_view.seen_from(from, in_part_mm).xy_mm

@@ -1,4 +1,4 @@
-//! A file of peaks as the frames of a scan: only where each frame lies is kept in memory.
+//! A file of peaks as the frames of a scan: only the position of each frame in the file is kept in memory.
 
 use parking_lot::Mutex;
 use std::borrow::Cow;
@@ -21,21 +21,21 @@ use crate::input::frames::{Frames, ScanFrame};
 /// Bytes read at once when the whole file is checked.
 const BUFFER_BYTES: usize = 1 << 18;
 
-/// A finished file of peaks, checked from end to end when it was opened. Frames are read when they are asked for.
+/// A finished file of peaks, checked completely when it is opened. Frames are read on demand.
 #[derive(Debug)]
 pub struct PeaksFile {
-    /// What holds for all frames.
+    /// Common properties of all frames.
     pub header: PeaksHeader,
     file: Mutex<Box<dyn ReadAnywhere>>,
     places: Vec<Place>,
 }
 
-/// Bytes that can be read at any place, by one thread at a time.
+/// Seekable input, used by one thread at a time.
 trait ReadAnywhere: Read + Seek + Send + Debug {}
 
 impl<T: Read + Seek + Send + Debug> ReadAnywhere for T {}
 
-/// Where a frame lies in the file, and when and where it was taken.
+/// Position of a frame in the file, and when and where it was taken.
 #[derive(Debug, Clone, Copy)]
 struct Place {
     offset_bytes: u64,
@@ -49,16 +49,16 @@ impl PeaksFile {
     /// Opens and checks the file `path`.
     ///
     /// # Errors
-    /// [`FileError::Read`], or [`FileError::Malformed`] if a byte is missing, wrong or too many.
+    /// [`FileError::Read`], or [`FileError::Malformed`] if a byte is missing, wrong or surplus.
     pub fn open(path: &Path) -> Result<Self, FileError> {
         let file = File::open(path).map_err(|cause| FileError::Read { path: path.to_owned(), cause })?;
         Self::new(file).map_err(|error| FileError::reading(path, error))
     }
 
-    /// Checks a file that is open, from its beginning.
+    /// Checks an open file from its beginning.
     ///
     /// # Errors
-    /// [`ContentError::Malformed`] if a byte is missing, wrong or too many; never a shorter scan.
+    /// [`ContentError::Malformed`] if a byte is missing, wrong or surplus; a truncated scan is never returned.
     pub fn new(mut file: impl Read + Seek + Send + Debug + 'static) -> Result<Self, ContentError> {
         let mut input = BufReader::with_capacity(BUFFER_BYTES, &mut file);
         let header = read_header(&mut input)?;
@@ -87,7 +87,7 @@ impl PeaksFile {
         Ok(Self { header, file: Mutex::new(Box::new(file)), places })
     }
 
-    /// When a frame was taken, by the station's clock; `None` if a recording does not state it.
+    /// Capture time of a frame by the station's clock; `None` if a recording does not state it.
     pub fn captured_at_ns(&self, frame: usize) -> Option<u64> {
         self.places[frame].captured_at_ns
     }
@@ -95,7 +95,7 @@ impl PeaksFile {
     /// Reads a frame.
     ///
     /// # Errors
-    /// [`ContentError`] if the disk fails, or the file has changed since it was checked.
+    /// [`ContentError`] if reading fails, or the file has changed since it was checked.
     pub fn frame(&self, frame: usize) -> Result<ScanFrame, ContentError> {
         let place = &self.places[frame];
         let mut body = vec![0; place.size_bytes as usize];
@@ -126,10 +126,10 @@ impl Frames for PeaksFile {
     }
 }
 
-/// Where the frames of a file were taken, by its records' heads alone: nothing else is read or checked.
+/// The stage positions of a file's frames, from the record headers alone: nothing else is read or checked.
 ///
 /// # Errors
-/// [`ContentError`] for a file whose header or records do not follow one another.
+/// [`ContentError`] for a damaged header or sequence of records.
 pub fn read_positions(mut input: impl Read + Seek) -> Result<Vec<StagePosition>, ContentError> {
     let stage = read_header(&mut input)?.stage;
     let mut positions = Vec::new();
@@ -147,10 +147,11 @@ pub fn read_positions(mut input: impl Read + Seek) -> Result<Vec<StagePosition>,
     }
 }
 
-/// Reads one frame, with its time, and checks it; those before it are skipped. `Err(n)` inside: there are only `n`.
+/// Reads and checks one frame with its time; those before it are skipped. The inner `Err(n)` means that the file has
+/// only `n` frames.
 ///
 /// # Errors
-/// [`ContentError`] for a damaged frame, or records that do not follow one another.
+/// [`ContentError`] for a damaged frame or sequence of records.
 pub fn read_one_frame(
     mut input: impl Read + Seek,
     frame: usize,

@@ -1,9 +1,9 @@
 //! The peaks of a scan, `sheaf-peaks/2`: every frame's centrelines with position and time, exact to the last bit.
 //!
-//! From them a scan is computed again with another calibration, and an interrupted one goes on. Little endian.
-//! A header of 40 bytes, then records, one per frame, then an end record; without it the file is unfinished.
-//! Every record carries a checksum, so that a file cut or damaged anywhere shows how far it can be trusted.
-//! The byte table: `server/docs/service/scans.md`.
+//! They allow a scan to be recomputed with another calibration, and an interrupted one to be resumed. Little endian. A
+//! header of 40 bytes, then one record per frame, then an end record; without it the file is unfinished. Every record
+//! carries a checksum, so that the intact part of a truncated or damaged file is known. The byte table:
+//! `server/docs/service/scans.md`.
 
 mod file;
 mod reader;
@@ -39,32 +39,31 @@ const ALONG_COLUMNS: u32 = 1 << 31;
 /// Longest record, bytes: a frame of 1.3 million points, far beyond what lines on a 50 megapixel sensor give.
 const RECORD_LIMIT_BYTES: u32 = 64 << 20;
 
-/// What holds for all frames of the file.
+/// Common properties of all frames of the file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct PeaksHeader {
     /// Image columns.
     pub width_px: u32,
     /// Image rows.
     pub height_px: u32,
-    /// Which way lines were looked for.
+    /// Which way the lines run.
     pub line_direction: LineDirection,
-    /// What moved the part: the unit of the positions.
+    /// Kind of stage, which determines the unit of the positions.
     pub stage: StageKind,
 }
 
 /// The frames of a scan.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Peaks {
-    /// What holds for all of them.
+    /// Common properties of all frames.
     pub header: PeaksHeader,
     /// In order of capture, as [`crate::scan_cloud`] takes them.
     pub frames: Vec<ScanFrame>,
-    /// Per frame: nanoseconds by the station's monotonic clock; `None` where a recording does not state it.
+    /// Per frame: nanoseconds of the station's monotonic clock; `None` where a recording does not state it.
     pub captured_at_ns: Vec<Option<u64>>,
 }
 
-/// CRC-32 in 64 bits: finds what disks and cut copies do to a file, at the speed of memory; who changes it on purpose
-/// is none of its business.
+/// CRC-32 in 64 bits: detects disk errors and truncation at memory speed; not a protection against deliberate changes.
 struct Checksum;
 
 impl Checksum {

@@ -1,4 +1,4 @@
-//! Reading peaks: memory grows with the bytes that are really there, whatever a count claims.
+//! Reading peaks: memory grows with the bytes actually read, whatever a count claims.
 
 use std::io::Read;
 
@@ -12,10 +12,10 @@ use super::{
 use crate::error::ContentError;
 use crate::input::frames::ScanFrame;
 
-/// What to do about bytes that are not as they were written.
+/// Remedy for damaged bytes.
 const RESTORE: &str = "restore the file from a backup, or scan again";
 
-/// The part of a file that can be trusted.
+/// The intact beginning of a file.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PeaksPrefix {
     /// Its frames.
@@ -29,7 +29,7 @@ pub struct PeaksPrefix {
 /// Reads a finished file.
 ///
 /// # Errors
-/// [`ContentError::Malformed`] if a byte is missing, wrong or too many; never a shorter scan.
+/// [`ContentError::Malformed`] if a byte is missing, wrong or surplus; a truncated scan is never returned.
 pub fn read_peaks(mut input: impl Read) -> Result<Peaks, ContentError> {
     let mut peaks = Peaks { header: read_header(&mut input)?, frames: Vec::new(), captured_at_ns: Vec::new() };
     loop {
@@ -44,7 +44,7 @@ pub fn read_peaks(mut input: impl Read) -> Result<Peaks, ContentError> {
     }
 }
 
-/// Whether all frames were there, and nothing follows.
+/// Checks that all frames were read and nothing follows.
 pub(super) fn check_end(input: &mut impl Read, n_promised: u64, n_frames: usize) -> Result<(), ContentError> {
     if n_promised != n_frames as u64 {
         let problem = format!("the file ends after {n_frames} of {n_promised} frames");
@@ -56,10 +56,10 @@ pub(super) fn check_end(input: &mut impl Read, n_promised: u64, n_frames: usize)
     }
 }
 
-/// Reads as far as the file can be trusted: to its end, or to the first record that is cut or damaged.
+/// Reads the intact part of a file: to its end, or to the first record that is truncated or damaged.
 ///
 /// # Errors
-/// [`ContentError`] if not even the header can be trusted, or the disk fails.
+/// [`ContentError`] if the header is damaged or reading fails.
 pub fn read_peaks_prefix(mut input: impl Read) -> Result<PeaksPrefix, ContentError> {
     let header = read_header(&mut input)?;
     let mut peaks = Peaks { header, frames: Vec::new(), captured_at_ns: Vec::new() };
@@ -101,7 +101,7 @@ pub(super) fn read_header(input: &mut impl Read) -> Result<PeaksHeader, ContentE
     let mut bytes = [0; HEADER_BYTES];
     input.read_exact(&mut bytes).map_err(|cause| ContentError::truncated(cause, || "header".into()))?;
     if &bytes[..16] != MAGIC {
-        let remedy = "give a file of peaks that this version of the program knows";
+        let remedy = "use a file of peaks that this version of the program supports";
         return Err(ContentError::malformed("header", "the file does not begin with `sheaf-peaks/2`", remedy));
     }
     let mut cursor = Cursor { bytes: &bytes[16..], place: "header" };
@@ -170,7 +170,7 @@ fn add_frame(peaks: &mut Peaks, body: &[u8], place: &str) -> Result<(), ContentE
     Ok(())
 }
 
-/// The frame that a record holds, and when it was taken.
+/// The frame in a record, and when it was taken.
 pub(super) fn read_frame(
     body: &[u8],
     header: &PeaksHeader,
@@ -197,17 +197,18 @@ pub(super) fn read_frame(
     Ok((frame, (time_ns != NO_TIME).then_some(time_ns)))
 }
 
-/// Number of segments, and above 24 bits one more than the line that was lit alone.
+/// Number of segments; the bits above the lowest 24 hold one more than the number of the line that was switched on
+/// alone.
 fn counted_segments(packed: u32) -> (u32, Option<i8>) {
     let line = (packed >> 24).checked_sub(1).and_then(|line| i8::try_from(line).ok());
     (packed & 0xff_ffff, line)
 }
 
 pub(super) fn damaged(place: &str) -> ContentError {
-    ContentError::malformed(place, "the bytes are not those that were written", RESTORE)
+    ContentError::malformed(place, "the checksum does not match", RESTORE)
 }
 
-/// What is left of a record.
+/// The unread rest of a record.
 struct Cursor<'a> {
     bytes: &'a [u8],
     place: &'a str,

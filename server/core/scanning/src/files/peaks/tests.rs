@@ -1,5 +1,5 @@
-//! What is written comes back to the last bit; what is cut, damaged or lies is found and costs no memory.
-//! That a cloud from peaks equals the cloud from pictures is shown where pictures are: in the tests of the service.
+//! Written data is read back to the last bit; truncation, damage and false counts are detected without using memory.
+//! That a cloud from peaks equals the cloud from pictures is tested in the service.
 
 use std::io::Cursor;
 
@@ -133,7 +133,7 @@ fn every_flipped_byte_is_found() {
 }
 
 #[test]
-fn lying_counts_with_right_checksums_are_refused_without_memory() {
+fn false_counts_with_right_checksums_are_refused_without_memory() {
     let mut body = Vec::new();
     body.extend(0f64.to_le_bytes());
     body.extend(0u64.to_le_bytes());
@@ -146,7 +146,7 @@ fn lying_counts_with_right_checksums_are_refused_without_memory() {
     bytes.extend(&body);
     bytes.extend(Checksum::of(&[&head, &body]).to_le_bytes());
     let problem = read_peaks(Cursor::new(bytes)).unwrap_err();
-    assert_eq!(problem.to_string(), "frame 0: the bytes are not those that were written");
+    assert_eq!(problem.to_string(), "frame 0: the checksum does not match");
     assert!(problem.remedy().is_some());
     let mut long = written(&[])[..40].to_vec();
     long.extend([FRAME_RECORD.to_le_bytes(), u32::MAX.to_le_bytes()].concat());
@@ -157,7 +157,7 @@ fn lying_counts_with_right_checksums_are_refused_without_memory() {
 }
 
 #[test]
-fn a_scan_that_goes_on_after_a_torn_write_ends_with_the_same_bytes() {
+fn a_scan_resumed_after_a_torn_write_ends_with_the_same_bytes() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("peaks");
     let whole = written(&frames());

@@ -14,20 +14,20 @@ use crate::error::ContentError;
 use crate::files::FileError;
 use crate::input::frames::ScanFrame;
 
-/// Writes frames as they come; [`PeaksWriter::finish`] makes the file complete.
+/// Writes frames one by one; [`PeaksWriter::finish`] completes the file.
 #[derive(Debug)]
 pub struct PeaksWriter<W: Write> {
     out: W,
     n_frames: u64,
-    /// The record being written; its memory is used again.
+    /// The record being written; its memory is reused.
     record: Vec<u8>,
 }
 
 impl<W: Write> PeaksWriter<W> {
-    /// Begins with the header.
+    /// Writes the header.
     ///
     /// # Errors
-    /// [`ContentError::Io`] if `out` refuses.
+    /// [`ContentError::Io`] if writing fails.
     pub fn begin(mut out: W, header: &PeaksHeader) -> Result<Self, ContentError> {
         let mut bytes = MAGIC.to_vec();
         for word in
@@ -41,20 +41,20 @@ impl<W: Write> PeaksWriter<W> {
         Ok(Self { out, n_frames: 0, record: Vec::new() })
     }
 
-    /// Frames so far.
+    /// Frames written so far.
     pub fn n_frames(&self) -> u64 {
         self.n_frames
     }
 
-    /// Adds a frame, whose position is of the header's kind; with `captured_at_ns` by the station's clock, if it is known.
+    /// Adds a frame, whose position is of the header's kind; `captured_at_ns` is by the station's clock, if known.
     ///
     /// # Errors
-    /// [`ContentError::Io`] if the disk refuses, [`ContentError::Malformed`] for more points than a record holds.
+    /// [`ContentError::Io`] if writing fails, [`ContentError::Malformed`] for more points than a record holds.
     pub fn add(&mut self, frame: &ScanFrame, captured_at_ns: Option<u64>) -> Result<(), ContentError> {
         self.add_lines(&frame.centrelines, frame.position.value(), captured_at_ns)
     }
 
-    /// The same for lines that others look at, too. `position`: in mm, of a turntable in degrees.
+    /// The same for borrowed centrelines. `position`: in mm, or in degrees for a turntable.
     ///
     /// # Errors
     /// As [`PeaksWriter::add`].
@@ -71,17 +71,17 @@ impl<W: Write> PeaksWriter<W> {
         added
     }
 
-    /// Adds what [`pack_frame`] packed, in one write.
+    /// Adds a record packed by [`pack_frame`], in one write.
     ///
     /// # Errors
-    /// [`ContentError::Io`] if the disk refuses.
+    /// [`ContentError::Io`] if writing fails.
     pub fn add_packed(&mut self, record: &[u8]) -> Result<(), ContentError> {
         self.out.write_all(record)?;
         self.n_frames += 1;
         Ok(())
     }
 
-    /// Hands what is buffered to the operating system: it survives the end of this process.
+    /// Flushes the buffer to the operating system, so that the data survives the end of this process.
     ///
     /// # Errors
     /// [`ContentError::Io`].
@@ -89,7 +89,7 @@ impl<W: Write> PeaksWriter<W> {
         Ok(self.out.flush()?)
     }
 
-    /// Says that nothing more comes, and gives the output back.
+    /// Writes the end record and returns the output.
     ///
     /// # Errors
     /// [`ContentError::Io`].
@@ -102,9 +102,9 @@ impl<W: Write> PeaksWriter<W> {
     }
 }
 
-/// Without a buffer: a record is one write.
+/// Unbuffered: each record is one write.
 impl PeaksWriter<File> {
-    /// Begins a new file.
+    /// Creates a new file.
     ///
     /// # Errors
     /// [`FileError::Write`].
@@ -113,10 +113,10 @@ impl PeaksWriter<File> {
         begun.map_err(|error| FileError::writing(path, error))
     }
 
-    /// Goes on with a file that was left unfinished: what can be trusted is kept and handed out, the rest cut off.
+    /// Resumes an unfinished file: its intact part is kept and returned, the rest is cut off.
     ///
     /// # Errors
-    /// [`FileError`]: unreadable, no header to trust, or not writable.
+    /// [`FileError`]: unreadable, damaged header, or not writable.
     pub fn resume(path: &Path) -> Result<(Self, PeaksPrefix), FileError> {
         let read = |cause| FileError::Read { path: path.to_owned(), cause };
         let mut file = OpenOptions::new().read(true).write(true).open(path).map_err(read)?;
@@ -130,8 +130,8 @@ impl PeaksWriter<File> {
     }
 }
 
-/// Packs a frame for [`PeaksWriter::add_packed`], in place of what is in `record`: work that needs no disk. `position`: in
-/// mm, of a turntable in degrees.
+/// Packs a frame for [`PeaksWriter::add_packed`], replacing the content of `record`; needs no disk. `position`: in mm,
+/// or in degrees for a turntable.
 ///
 /// # Errors
 /// [`ContentError::Malformed`] for more points than a record holds.
@@ -160,7 +160,7 @@ fn pack_record(
         ContentError::malformed(
             "a frame of the scan",
             format!("{n_bytes} bytes of points are more than {RECORD_LIMIT_BYTES}"),
-            "check exposure and laser: this is no picture of lines",
+            "check exposure and laser: this is not a picture of laser lines",
         )
     })?;
     record[4..HEAD_BYTES].copy_from_slice(&size.to_le_bytes());
@@ -174,8 +174,8 @@ fn write_frame(body: &mut Vec<u8>, centrelines: &Centrelines, position: f64, cap
     body.extend(position.to_le_bytes());
     body.extend(captured_at_ns.unwrap_or(NO_TIME).to_le_bytes());
     body.extend(correlation_px.to_le_bytes());
-    // Counts beyond 24 bits would exceed the limit of a record, which is checked before anything is written; lines that are
-    // lit one by one have numbers from 0.
+    // Counts beyond 24 bits would exceed the record limit, which is checked before anything is written; lines switched
+    // on one by one are numbered from 0.
     let line = lit_line.and_then(|line| u32::try_from(line).ok()).map_or(0, |line| line + 1);
     let along_columns = if line > 0 && *direction == LineDirection::Columns { ALONG_COLUMNS } else { 0 };
     body.extend((segments.len() as u32 | line << 24 | along_columns).to_le_bytes());

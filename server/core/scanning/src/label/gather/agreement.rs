@@ -1,4 +1,4 @@
-//! The second look: does another order, from another frame, see the same surface at the same place?
+//! The second look: whether another order, in another frame, observes the same surface at the same place.
 
 use nalgebra::{Vector2, Vector3};
 use rayon::prelude::*;
@@ -15,7 +15,7 @@ use crate::params::{
     SAME_ORDER_MIN_FRAMES, SAMPLE_STRIDE_PX, SMOOTH_SIGMAS,
 };
 
-/// What the second look needs.
+/// Inputs of the second look.
 pub struct Scene<'a> {
     /// Samples of all pieces.
     pub samples: &'a Samples,
@@ -23,9 +23,9 @@ pub struct Scene<'a> {
     pub pieces: &'a [Piece],
     /// The same line in neighbouring frames.
     pub partners: &'a Partners,
-    /// Per frame: its place along the travel.
+    /// Per frame: its rank along the travel.
     pub travel_rank: &'a [usize],
-    /// Per frame: what the stage has done to the part.
+    /// Per frame: the motion of the part.
     pub motions: &'a [FrameMotion],
     /// The common view.
     pub reference_view: &'a ReferenceView,
@@ -39,9 +39,9 @@ struct Patch {
     sigma_mm: f64,
     piece: u32,
     label: u32,
-    /// Place of its frame along the travel.
+    /// Rank of its frame along the travel.
     place: u32,
-    /// Whether the surface goes on smoothly on all four sides: only then may it contradict.
+    /// Whether the surface continues smoothly on all four sides: only then may it contradict.
     interior: bool,
 }
 
@@ -57,7 +57,8 @@ pub fn add_second_looks(evidence: &mut Evidence, scene: &Scene) {
     }
     let patches = scene.patches();
     let stride_mm = reference_view.column_mm * SAMPLE_STRIDE_PX as f64;
-    // Samples share their columns, so that patches along the line need not reach as far as along the travel.
+    // Samples of one line share their columns, so that the search radius along the line may be smaller than along the
+    // travel.
     let radii = [stride_mm * PATCH_RADIUS_SPACINGS * 0.75, step * PATCH_RADIUS_SPACINGS];
     let grid = PatchGrid::new(patches.iter().map(|patch| patch.view.xy_mm), reference_view.step_mm, radii);
     let density = std::f64::consts::PI * radii[0] * radii[1] / (stride_mm * step);
@@ -81,7 +82,7 @@ impl Scene<'_> {
         self.travel_rank[self.pieces[piece].frame]
     }
 
-    /// Patches of all hypotheses whose surroundings are known along the line and along the travel.
+    /// Patches of all hypotheses with known surroundings along the line and along the travel.
     fn patches(&self) -> Vec<Patch> {
         let stride = self.reference_view.frame_stride();
         let of_piece = |piece: usize| -> Vec<Patch> {
@@ -94,11 +95,12 @@ impl Scene<'_> {
         per_piece.into_iter().flatten().collect()
     }
 
-    /// Samples of a piece and of those that it goes on in.
+    /// Samples of a piece and of those that continue it.
     fn line(&self, piece: usize) -> std::ops::Range<usize> {
-        let goes_on = |piece: &Piece| piece.continues;
-        let first = piece - self.pieces[..=piece].iter().rev().take_while(|piece| goes_on(piece)).count();
-        let last = piece + self.pieces[piece + 1..].iter().take_while(|piece| goes_on(piece)).count();
+        let continues_smoothly = |piece: &Piece| piece.continues;
+        let first =
+            piece - self.pieces[..=piece].iter().rev().take_while(|piece| continues_smoothly(piece)).count();
+        let last = piece + self.pieces[piece + 1..].iter().take_while(|piece| continues_smoothly(piece)).count();
         self.samples.range(first).start..self.samples.range(last).end
     }
 
@@ -160,7 +162,7 @@ impl Scene<'_> {
         terms
     }
 
-    /// Above 0, to +1: the patch agrees; 0: no evidence; −1: it contradicts.
+    /// In (0, 1]: the patch agrees; 0: no evidence; −1: it contradicts.
     fn agreement_score(
         &self,
         piece: usize,
@@ -185,7 +187,7 @@ impl Scene<'_> {
         if contradicted && self.hides(piece, hypothesis, view, patch, grid) { -1.0 } else { 0.0 }
     }
 
-    /// Whether the nearer of the two would have hidden the other when that was seen.
+    /// Whether the nearer of the two would have occluded the other when that was observed.
     fn hides(
         &self,
         piece: usize,

@@ -1,6 +1,6 @@
 //! Evidence for labels: unary and pairwise terms over (piece, label).
 
-/// Weights of single labels and of pairs of labels; positive speaks for them. In units of one full sample.
+/// Weights of single labels and of pairs of labels, in units of one full sample; positive weights support them.
 #[derive(Debug, Clone, Default)]
 pub struct Evidence {
     /// Labels per piece: the calibration's orders, then "none".
@@ -15,18 +15,18 @@ pub struct Evidence {
     pub ranks: Vec<Vec<Rank>>,
 }
 
-/// Another line of the same frame: where it lies above, its order must be lower, and the other way round.
+/// Another line of the same frame: where it lies above, its order must be lower, and vice versa.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Rank {
     /// The other piece.
     pub piece: u32,
     /// Whether the other lies above (left of) this one.
     pub is_above: bool,
-    /// What two labels in the wrong order cost.
+    /// Cost of two labels in the wrong order.
     pub cost: f32,
 }
 
-/// The labels of another line that are in the wrong order beside `label` of this one; "none" never is. `is_above`: whether
+/// The labels of another line that are in the wrong order for `label` of this one; "none" never is. `is_above`: whether
 /// the other lies above (left of) this one.
 pub fn wrong_labels(is_above: bool, label: usize, none: usize) -> std::ops::Range<usize> {
     match (label == none, is_above) {
@@ -37,7 +37,7 @@ pub fn wrong_labels(is_above: bool, label: usize, none: usize) -> std::ops::Rang
     }
 }
 
-/// A pair's other side.
+/// The other side of a pair.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Pair {
     /// The other piece.
@@ -46,11 +46,11 @@ pub struct Pair {
     pub label: u32,
     /// Weight of the two together.
     pub weight: f32,
-    /// Where it comes from.
+    /// Its source.
     pub kind: Kind,
 }
 
-/// Where a pairwise weight comes from.
+/// Source of a pairwise weight.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
     /// Another order, or the same much later, at the same place of the part.
@@ -59,17 +59,17 @@ pub enum Kind {
     Bond,
 }
 
-/// Weights are multiples of this, a millionth of a sample: sums of them in double precision are exact up to 2³² samples, so
-/// that they do not depend on the sequence, and taking a weight off again gives back what was before.
+/// Weights are multiples of this, a millionth of a sample: sums of them in double precision are exact up to 2³²
+/// samples, so that they do not depend on the summation order, and subtracting a weight restores the previous sum.
 const WEIGHT_GRID: f64 = 1.0 / (1 << 20) as f64;
 
-/// A weight as the evidence keeps it: in single precision, whose numbers above 16 are multiples of the grid already.
-pub fn kept(weight: f64) -> f32 {
+/// A weight as stored in the evidence: single precision, whose numbers above 16 are multiples of the grid already.
+pub fn quantised(weight: f64) -> f32 {
     ((weight / WEIGHT_GRID).round() * WEIGHT_GRID) as f32
 }
 
 impl Evidence {
-    /// No evidence yet, for pieces of the given sizes; leaving a piece unlabelled costs a little.
+    /// No evidence yet, for pieces of the given sizes; leaving a piece unlabelled has a small cost.
     pub fn new(n_orders: usize, sizes: Vec<f64>, unlabelled_cost: f64) -> Self {
         let n_labels = n_orders + 1;
         let mut unary = vec![0.0; sizes.len() * n_labels];
@@ -96,19 +96,19 @@ impl Evidence {
         self.unary[piece * self.n_labels + label] += weight;
     }
 
-    /// Charges two pieces of one frame for labels in the wrong order.
+    /// Adds a cost for two pieces of one frame with labels in the wrong order.
     pub fn add_rank(&mut self, upper: usize, lower: usize, cost: f64) {
-        let cost = kept(cost);
+        let cost = quantised(cost);
         self.ranks[upper].push(Rank { piece: lower as u32, is_above: false, cost });
         self.ranks[lower].push(Rank { piece: upper as u32, is_above: true, cost });
     }
 
-    /// Adds a weight to the label of one piece if another piece has a label; the other piece adds its own term.
+    /// Adds a weight to the label of one piece given the label of another; the other piece adds its own term.
     pub fn add_pairwise(&mut self, to: (usize, usize), from: (usize, usize), weight: f64) {
         self.add_half(to, from, weight, Kind::SecondLook);
     }
 
-    /// Adds a weight to two pieces having the same label, whichever it is, "none" included.
+    /// Adds a weight to two pieces having the same label, any label, "none" included.
     pub fn add_bond(&mut self, piece_a: usize, piece_b: usize, weight: f64) {
         for label in 0..self.n_labels {
             self.add_half((piece_a, label), (piece_b, label), weight, Kind::Bond);
@@ -123,7 +123,7 @@ impl Evidence {
         weight: f64,
         kind: Kind,
     ) {
-        let pair = Pair { piece: other as u32, label: other_label as u32, weight: kept(weight), kind };
+        let pair = Pair { piece: other as u32, label: other_label as u32, weight: quantised(weight), kind };
         self.pairs[piece * self.n_labels + label].push(pair);
     }
 
@@ -155,15 +155,16 @@ impl Evidence {
         }
     }
 
-    /// Score of every label of `piece` per sample, given the labels of all: as [`Evidence::score`], for all at once.
+    /// Score of every label of `piece` per sample, given the labels of all pieces: as [`Evidence::score`], for all
+    /// labels at once.
     pub fn scores_given(&self, piece: usize, labels: &[usize], scores: &mut Vec<f64>) {
         let n = self.n_labels;
         scores.clear();
         scores.resize(n, 0.0);
-        // How much more stands in the wrong order under a label than under the one before it.
+        // Additional labels in the wrong order, compared with the label before.
         for rank in &self.ranks[piece] {
             let theirs = labels[rank.piece as usize];
-            // Beside a line above, labels up to its own are wrong; beside one below, its own and those from there on.
+            // For a line above, labels up to its own are wrong; for one below, its own and those after it.
             let wrong = wrong_labels(!rank.is_above, theirs, self.none());
             if !wrong.is_empty() {
                 scores[wrong.start] += f64::from(rank.cost);
@@ -180,7 +181,7 @@ impl Evidence {
         }
     }
 
-    /// Score of `label` of `piece` per sample, given the labels of all.
+    /// Score of `label` of `piece` per sample, given the labels of all pieces.
     pub fn score(&self, piece: usize, label: usize, labels: &[usize]) -> f64 {
         self.score_of(piece, label, labels, |_| true)
     }

@@ -1,4 +1,4 @@
-//! The features of every frame that labelling needs, extracted in a few passes: a scan's points need not be in memory
+//! The features of every frame needed for labelling, extracted in a few passes: a scan's points need not be in memory
 //! together.
 
 use statistics::median;
@@ -26,7 +26,7 @@ pub struct FrameFeatures {
     pub joined: Vec<bool>,
     /// Per piece: full width of the line at half its height.
     pub widths_px: Vec<f64>,
-    /// Per frame: what its pieces share.
+    /// Per frame: the columns that its pieces share.
     pub shared_columns: Vec<SharedColumns>,
 }
 
@@ -89,7 +89,7 @@ pub fn cut_pieces(frames: &dyn Frames, travel_order: &[usize]) -> Result<CutLine
     Ok(CutLines { pieces, directions, width_px: median(&mut widths_px).unwrap_or(0.0) })
 }
 
-/// What one frame shows.
+/// The features of one frame.
 struct OneFrameFeatures {
     samples: Samples,
     ends: Vec<(End, End)>,

@@ -1,4 +1,4 @@
-//! Every sample triangulated with every label it could have.
+//! Every sample triangulated with every possible label.
 
 use nalgebra::Vector3;
 use optics::{DepthRangeMm, Hits, RayHit, Triangulator};
@@ -9,10 +9,10 @@ use crate::input::motions::FrameMotion;
 use crate::label::pieces::Piece;
 use crate::params::WIDTH_WINDOW_WIDTHS;
 
-/// A sample taken for one order: where it would lie.
+/// A sample under the hypothesis of one order: its 3D position.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Hypothesis {
-    /// Position in the part frame, of a turntable in its chart.
+    /// Position in the part frame, or in the chart of a turntable.
     pub in_part_mm: Vector3<f64>,
     /// Depth in the camera frame.
     pub depth_mm: f64,
@@ -31,7 +31,7 @@ pub struct Sample {
     pub across_px: f64,
     /// Distance to the neighbouring order's line in the image at this depth, px.
     pub pitch_px: f64,
-    /// ln of the line's full width at half its height, px: the median of its surroundings.
+    /// ln of the line's full width at half height, px: the median of its surroundings.
     pub log_width: f64,
 }
 
@@ -53,7 +53,7 @@ impl Samples {
         Self { all: Vec::new(), first_of_piece: vec![0], hypotheses: Vec::new(), n_orders }
     }
 
-    /// Adds the samples of the pieces that come next.
+    /// Appends the samples of the next pieces.
     pub fn append(&mut self, other: Self) {
         let n = self.all.len();
         self.first_of_piece.extend(other.first_of_piece[1..].iter().map(|first| n + first));
@@ -61,8 +61,8 @@ impl Samples {
         self.hypotheses.extend(other.hypotheses);
     }
 
-    /// Per order (index into the calibration's list): the hypothesis of a sample, `None` if the ray misses or the depth is out
-    /// of range.
+    /// Per order (index into the calibration's list): the hypothesis of a sample, `None` if the ray misses the sheet or
+    /// the depth is out of range.
     pub fn by_order(&self, idx: usize) -> &[Option<Hypothesis>] {
         &self.hypotheses[idx * self.n_orders..][..self.n_orders]
     }
@@ -72,7 +72,7 @@ impl Samples {
         &self.all[self.range(piece)]
     }
 
-    /// Index of the sample of `piece` (index `idx`) in column (row) `along`, if it was sampled there.
+    /// Index of the sample of `piece` (index `idx`) in column (row) `along`, if there is one.
     pub fn at(&self, idx: usize, piece: &Piece, along: i64) -> Option<usize> {
         let range = self.range(idx);
         let steps = along - self.all.get(range.start)?.along;
@@ -87,19 +87,19 @@ impl Samples {
     }
 }
 
-/// What turns a pixel into hypotheses.
+/// Inputs for triangulating a pixel under every order.
 pub struct View<'a> {
-    /// The station.
+    /// The station's triangulator.
     pub triangulator: &'a Triangulator,
-    /// Depths the labels may lead to.
+    /// Depth range of valid labels.
     pub depth_range_mm: DepthRangeMm,
     /// Which way the lines run.
     pub direction: LineDirection,
 }
 
 impl View<'_> {
-    /// Triangulates the samples of a frame's pieces, which count from `first_piece` on; `motion` takes camera points to
-    /// the chart.
+    /// Triangulates the samples of a frame's pieces, which are numbered from `first_piece`; `motion` transforms camera
+    /// points to the chart.
     pub fn samples(
         &self,
         pieces: &[Piece],
@@ -154,16 +154,16 @@ fn log_width(points: &[CentrelinePoint], at: usize, near: &mut Vec<f64>) -> f64 
     median(near).map_or(0.0, f64::ln)
 }
 
-/// Distance between neighbouring lines in the image: how far apart the ray hits their sheets over how far its hit moves per
-/// pixel, both along the ray. `by_order`: where the ray hits under one order after the other.
+/// Distance between neighbouring lines in the image: distance of the ray's hits on their sheets over the movement of
+/// its hit per pixel, both along the ray. `by_order`: the ray's hits under consecutive orders.
 pub fn pitch_px(by_order: impl Iterator<Item = RayHit>, direction: LineDirection) -> f64 {
     let mut least = f64::INFINITY;
     let mut before: Option<RayHit> = None;
     for hit in by_order {
         if let Some(before) = before.replace(hit) {
             let by_px = match direction {
-                LineDirection::Rows => before.reach_by_pixel.y,
-                LineDirection::Columns => before.reach_by_pixel.x,
+                LineDirection::Rows => before.range_by_pixel.y,
+                LineDirection::Columns => before.range_by_pixel.x,
             };
             let pitch = ((hit.in_camera.xyz.norm() - before.in_camera.xyz.norm()) / by_px).abs();
             least = if pitch.is_finite() { least.min(pitch) } else { least };
@@ -179,14 +179,14 @@ mod tests {
 
     use super::*;
 
-    /// Angle between neighbouring sheets: so small that lines are evenly spaced over one pitch.
+    /// Angle between neighbouring sheets: so small that the line spacing is constant over one pitch.
     const SHEETS_APART_RAD: f64 = 2e-4;
-    /// The second order of that spacing, at the steepest.
+    /// The second-order term of that spacing, at the steepest ray.
     const TOLERANCE: f64 = 5e-3;
 
     #[test]
-    fn lines_are_as_far_apart_as_the_next_sheet_crosses_the_same_depth_however_steep_the_ray() {
-        // Half a field of 52° by 46°: rays in its corners are 1.7 times as long as they are deep.
+    fn the_line_pitch_matches_the_next_sheet_at_the_same_depth_for_any_ray() {
+        // Half a field of 52° by 46°: rays in its corners are 1.7 times as long as their depth.
         let source = Vector3::new(0.0, -170.0, 0.0);
         let sheet = |order: i8| {
             let turned = Rotation3::new(-Vector3::x() * (0.4 + SHEETS_APART_RAD * f64::from(order)));
@@ -205,7 +205,7 @@ mod tests {
         for (u_px, v_px) in [(639.5, 511.5), (1250.0, 511.5), (20.0, 300.0), (1250.0, 20.0)] {
             let hit = |order: usize, v_px: f64| triangulator.hit(order, u_px, v_px);
             let depth_mm = hit(0, v_px).in_camera.xyz.z;
-            // The next order's line in this column, where it stands at the same depth: a few steps along the slope.
+            // The next order's line in this column at the same depth: a few steps along the slope.
             let miss_mm = |v_px: f64| hit(1, v_px).in_camera.xyz.z - depth_mm;
             let slope_mm_per_px = miss_mm(v_px + 0.5) - miss_mm(v_px - 0.5);
             let at = (0..6).fold(v_px, |at, _| at - miss_mm(at) / slope_mm_per_px);

@@ -1,4 +1,5 @@
-//! What speaks for and against every label: samples tried with every order, lines followed, surfaces seen twice.
+//! Gathers the evidence for and against every label: samples tried with every order, lines tracked, surfaces observed
+//! twice.
 
 pub mod agreement;
 pub mod evidence;

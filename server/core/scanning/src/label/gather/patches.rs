@@ -1,11 +1,11 @@
-//! A grid over the view to find what lies near a place.
+//! A grid over the view for neighbourhood searches.
 
 use nalgebra::Vector2;
 
-/// Cells allowed per entry: keeps memory in proportion when a few entries lie far out.
+/// Most cells per entry: bounds the memory when a few entries are far out.
 const MAX_CELLS_PER_ENTRY: usize = 64;
 
-/// A point as seen from one place: position across the view at the reference depth, and its depth.
+/// A point as viewed from one position: coordinates across the view at the reference depth, and depth.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ViewPoint {
     /// (x, y) at the reference depth.
@@ -14,7 +14,7 @@ pub struct ViewPoint {
     pub depth_mm: f64,
 }
 
-/// Entries sorted into cells as large as the search radii, aligned with the travel.
+/// Entries sorted into cells the size of the search radii, aligned with the travel.
 #[derive(Debug, Clone)]
 pub struct PatchGrid {
     travel: Vector2<f64>,

@@ -5,13 +5,13 @@ use super::hypotheses::Sample;
 use crate::label::columns::Columns;
 use crate::params::RANK_COST;
 
-/// How many samples two pieces of one frame share: upper piece, lower piece, their number; ordered by piece.
+/// Number of samples that two pieces of one frame share: upper piece, lower piece, number; ordered by piece.
 pub type SharedColumns = Vec<(usize, usize, f64)>;
 
-/// What the pieces of a frame share. `samples`: those of its pieces, in their order.
+/// The samples shared by the pieces of a frame. `samples`: those of its pieces, in their order.
 pub fn shared_columns(samples: &[Sample], columns: &Columns) -> SharedColumns {
     let (first, n) = (columns.own.start, columns.own.len());
-    // Per (upper, lower): the samples they share.
+    // Per (upper, lower): their shared samples.
     let mut shared = vec![0.0; n * n];
     for sample in samples {
         let piece = &columns.pieces[sample.piece];
@@ -19,7 +19,7 @@ pub fn shared_columns(samples: &[Sample], columns: &Columns) -> SharedColumns {
             let (this, other, is_above) =
                 (sample.piece - first, other.piece - first, other.across_px < sample.across_px);
             let pair = if is_above { other * n + this } else { this * n + other };
-            // Each of the two brings half of what they share.
+            // Each of the two contributes half.
             shared[pair] += 0.5 * crate::label::sample_weight(piece);
         }
     }
@@ -27,10 +27,10 @@ pub fn shared_columns(samples: &[Sample], columns: &Columns) -> SharedColumns {
     pairs.map(|(pair, share)| (first + pair / n, first + pair % n, share)).collect()
 }
 
-/// Charges every pair of labels that would stand in the wrong order, per sample they share.
+/// Adds a cost to every pair of labels in the wrong order, per shared sample.
 ///
-/// Lines of solid parts cannot change places: where the nearer surface throws order k beyond order k + 1's line
-/// on the ground, it also shades that line. Thin overhanging parts can; they are overruled or left unlabelled.
+/// Lines on solid parts cannot change places: where the nearer surface moves order k beyond order k + 1's line on the
+/// ground, it also shadows that line. On thin overhanging parts they can; those lines are outvoted or left unlabelled.
 pub fn add_ranks(evidence: &mut Evidence, shared: &SharedColumns) {
     for &(upper, lower, share) in shared {
         evidence.add_rank(upper, lower, RANK_COST * share);

@@ -1,4 +1,4 @@
-//! The reference view of a scan, in which places and depths of all frames can be compared.
+//! The reference view of a scan, in which positions and depths of all frames are compared.
 
 use std::ops::RangeInclusive;
 
@@ -11,35 +11,35 @@ use crate::params::{PATCH_RADIUS_RELATIVE, SAMPLE_STRIDE_PX};
 /// The view from the middle of the scan.
 #[derive(Debug, Clone, Copy)]
 pub struct ReferenceView {
-    /// Where places of all frames are compared.
+    /// Chart in which positions of all frames are compared.
     pub chart: Chart,
-    /// From the part frame to the camera in the middle of the scan: add this.
+    /// Shift from the part frame to the camera frame in the middle of the scan.
     pub middle_shift_mm: Vector3<f64>,
     /// Depth at which distances across the view are measured.
     pub reference_depth_mm: f64,
-    /// Travel per frame as the camera sees it in (x, y), mm; zero if the stage does not move across the view.
+    /// Travel per frame in the camera's (x, y), mm; zero if the stage does not move across the view.
     pub step_mm: Vector2<f64>,
     /// Width of a scan column (row) at the reference depth, mm.
     pub column_mm: f64,
-    /// Smallest difference between two orders that counts, mm.
+    /// Smallest significant difference between two orders, mm.
     pub floor_mm: f64,
 }
 
 impl ReferenceView {
-    /// A point of the part as seen from the middle of the scan.
+    /// A point of the part as viewed from the middle of the scan.
     pub fn view_of(&self, in_part_mm: &Vector3<f64>) -> ViewPoint {
         view_point(&self.chart.view_of(in_part_mm, &self.middle_shift_mm, self.reference_depth_mm))
     }
 
-    /// The same, and as it comes back a turn earlier and later, if it does.
+    /// The same, with its repetitions one turn earlier and later on a turntable.
     pub fn views_of(&self, in_part_mm: &Vector3<f64>) -> impl Iterator<Item = ViewPoint> + use<> {
         let most = if self.chart.period_mm().is_some() { MOST_TURNS } else { 0 };
         self.views_after(in_part_mm, -most..=most)
     }
 
-    /// A point of the part where it was seen one turn earlier, or more.
+    /// A point of the part where it was viewed one or more turns earlier.
     pub fn views_a_turn_before(&self, in_part_mm: &Vector3<f64>) -> impl Iterator<Item = ViewPoint> + use<> {
-        // Places of later frames have a smaller y.
+        // Positions in later frames have a smaller y.
         self.views_after(in_part_mm, 1..=MOST_TURNS)
     }
 
@@ -59,7 +59,7 @@ impl ReferenceView {
         })
     }
 
-    /// A point of the part as the camera saw it in a frame.
+    /// A point of the part as viewed by the camera in a frame.
     pub fn seen_from(&self, frame: &FrameMotion, in_part_mm: &Vector3<f64>) -> ViewPoint {
         view_point(&frame.seen_from(in_part_mm, self.reference_depth_mm))
     }
@@ -76,7 +76,7 @@ impl ReferenceView {
     }
 }
 
-/// Turns between two looks at one place, at most: a table seldom turns more often in one scan.
+/// Most turns between two observations of one place: a table rarely turns more often in one scan.
 const MOST_TURNS: i32 = 2;
 
 fn view_point(seen: &Vector3<f64>) -> ViewPoint {

@@ -1,4 +1,4 @@
-//! Pieces of one surface strip: the same line, followed from frame to frame without a weak joint.
+//! Surface strips: pieces of the same line, tracked from frame to frame without a weak joint.
 
 use std::collections::BTreeMap;
 
@@ -64,7 +64,7 @@ pub fn strips(
         .collect()
 }
 
-/// What the samples of two pieces say about the surface between them.
+/// What the samples of two pieces show about the surface between them.
 #[derive(Debug, Clone, Copy, Default)]
 struct Link {
     /// Bends at the first and at the second piece.
@@ -78,7 +78,7 @@ struct Bend {
     n: f64,
     sum_mm: f64,
     sigma_mm: f64,
-    /// What curvature may explain.
+    /// Bend explained by curvature.
     allowed_mm: f64,
 }
 
@@ -98,7 +98,7 @@ impl Link {
             return self.moved_pitches <= STRIP_LINK_PITCHES;
         }
         known.into_iter().all(|bend| {
-            // Samples are independent of each other.
+            // Samples are statistically independent.
             let noise = SMOOTH_SIGMAS * bend.sigma_mm / bend.n / bend.n.sqrt();
             bend.sum_mm.abs() / bend.n <= noise + bend.allowed_mm / bend.n + floor_mm
         })

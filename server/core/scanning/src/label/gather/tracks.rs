@@ -25,8 +25,8 @@ pub struct Partners {
     pub previous: Vec<Option<usize>>,
 }
 
-/// Follows every sample into the frames before and after along the stage (`travel_order`): nearest line in its
-/// column (row) both ways and within the gate. Adds a bond to that line, the nearer in the image, the stronger.
+/// Tracks every sample into the frames before and after along the stage (`travel_order`): mutually nearest line in its
+/// column (row), within the gate. Adds a bond to that line; the closer in the image, the stronger.
 pub fn add_tracks(
     evidence: &mut Evidence,
     samples: &Samples,
@@ -47,7 +47,7 @@ pub fn add_tracks(
                 for idx in samples.range(piece) {
                     let Some((other, closeness)) = followed(&samples.all[idx], here, there) else { continue };
                     side[idx] = samples.at(other, &pieces[other], samples.all[idx].along);
-                    // Either side of the bond brings half of it.
+                    // Each side of the bond contributes half.
                     let weight = 0.5 * TRACK_WEIGHT * closeness * crate::label::sample_weight(&pieces[piece]);
                     *bonds.entry((piece.min(other), piece.max(other))).or_default() += weight;
                 }
@@ -61,7 +61,7 @@ pub fn add_tracks(
     Ok(partners)
 }
 
-/// The piece that goes on with the line of `sample` in frame `there`, and how near it is (1 … 0 at the gate).
+/// The piece that continues the line of `sample` in frame `there`, and its closeness (1 … 0 at the gate).
 fn followed(sample: &Sample, here: &Columns, there: &Columns) -> Option<(usize, f64)> {
     let gate = TRACK_GATE_PITCHES * sample.pitch_px;
     let other = there.nearest(sample.along, sample.across_px, gate)?;
@@ -70,7 +70,7 @@ fn followed(sample: &Sample, here: &Columns, there: &Columns) -> Option<(usize, 
     (back.piece == sample.piece).then_some((other.piece, 1.0 - miss * miss))
 }
 
-/// Bonds between pieces of one frame that continue one another beyond a gap.
+/// Bonds between pieces of one frame that continue one another across a gap.
 pub fn add_continuations(evidence: &mut Evidence, samples: &Samples, pieces: &[Piece], ends: &[(End, End)]) {
     let mut first = 0;
     while first < pieces.len() {
@@ -79,8 +79,8 @@ pub fn add_continuations(evidence: &mut Evidence, samples: &Samples, pieces: &[P
         let strength =
             |left: usize, right: usize| continuation(&ends[left].1, &ends[right].0, pitch(left)).unwrap_or(0.0);
         for left in first..end {
-            // A line goes on with its next piece alone, however many follow: what speaks for a label must not grow
-            // with the number of pieces a line was cut into.
+            // A line is continued only by its next piece, however many follow: support for a label must not grow with
+            // the number of pieces into which a line was cut.
             let Some((right, best)) = strongest(first..end, |right| strength(left, right)) else { continue };
             if strongest(first..end, |other| strength(other, right)).is_some_and(|(back, _)| back == left) {
                 let smaller = evidence.sizes[left].min(evidence.sizes[right]);
@@ -101,8 +101,8 @@ fn strongest(pieces: std::ops::Range<usize>, strength: impl Fn(usize) -> f64) ->
     })
 }
 
-/// Bonds between pieces that were cut apart at a kink: usually the line merely bends there. `joined`: per piece, whether
-/// it follows the one before it without a jump.
+/// Bonds between pieces that were cut at a kink: usually the line merely bends there. `joined`: per piece, whether it
+/// follows the previous one without a jump.
 pub fn add_joints(evidence: &mut Evidence, joined: &[bool]) {
     for idx in (1..joined.len()).filter(|&idx| joined[idx]) {
         let smaller = evidence.sizes[idx - 1].min(evidence.sizes[idx]);
@@ -136,13 +136,13 @@ pub fn ends_of(along: &[f64], across: &[f64]) -> (End, End) {
     (left_end(along, across), right_end(along, across))
 }
 
-/// Where a piece begins.
+/// The left end of a piece.
 fn left_end(along: &[f64], across: &[f64]) -> End {
     let n = along.len().min(CONTINUATION_POINTS);
     end_of(&along[..n], &across[..n], along[0])
 }
 
-/// Where a piece ends.
+/// The right end of a piece.
 fn right_end(along: &[f64], across: &[f64]) -> End {
     let last = along.len() - 1;
     let tail = along.len() - along.len().min(CONTINUATION_POINTS);
@@ -162,7 +162,7 @@ fn end_of(along: &[f64], across: &[f64], place: f64) -> End {
     End { along: place, across: mean.1 + slope * (place - mean.0), slope, n_points: along.len() }
 }
 
-/// Whether a line may go on beyond a gap of so many pixels.
+/// Whether a line may continue across a gap of so many pixels.
 fn is_gap(gap: f64, pitch_px: f64) -> bool {
     gap > 0.0 && gap <= CONTINUATION_GAP_PITCHES * pitch_px
 }

@@ -1,4 +1,4 @@
-//! Lines out of focus are wider: what a line's width says of the depth that a label gives it.
+//! Out-of-focus lines are wider: the width of a line as evidence for the depth that a label gives it.
 
 use optics::DepthRangeMm;
 
@@ -9,7 +9,7 @@ use crate::label::pieces::Piece;
 use crate::label::sample_weight;
 use crate::params::{WIDTH_COST, WIDTH_FITS_SIGMAS};
 
-/// The widths of a scan's lines, from all samples under the labels of their pieces.
+/// The widths of a scan's lines, learned from all samples under the labels of their pieces.
 pub fn learned(samples: &Samples, labels: &[usize], orders: &[i8], depths: DepthRangeMm) -> LineWidths {
     let known = samples.all.iter().enumerate().filter_map(|(idx, sample)| {
         let label = labels[sample.piece];
@@ -19,7 +19,7 @@ pub fn learned(samples: &Samples, labels: &[usize], orders: &[i8], depths: Depth
     LineWidths::of(&known.collect::<Vec<_>>(), orders, depths)
 }
 
-/// Charges every label under which a line is not as wide as lines are at that depth, if it is under another.
+/// Adds a cost to every label whose depth does not fit the line's width, if another label's does.
 pub fn add_widths(
     evidence: &mut Evidence,
     samples: &Samples,

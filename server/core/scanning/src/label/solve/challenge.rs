@@ -1,4 +1,4 @@
-//! Every surface strip on its own: what would another label cost once all others have adapted to it?
+//! Challenge of every surface strip: the cost of another label once all other strips have adapted to it.
 
 use super::strip_graph::StripGraph;
 use super::trial::Trial;
@@ -9,7 +9,7 @@ use crate::params::{
 };
 use crate::threads::map_with;
 
-/// Per piece: whether its strip is in doubt. `lengths_pitches`: how far each strip reaches along the line.
+/// Per piece: whether its strip is doubtful. `lengths_pitches`: length of each strip along the line, in pitches.
 ///
 /// `moving`: the stage moves, so that second looks were possible.
 pub fn challenged(
@@ -38,7 +38,8 @@ pub fn challenged(
     let rivals = map_with(graph.labels.len(), PIECES_PER_TASK, trials, in_doubt);
     let mut doubtful: Vec<bool> = rivals.iter().map(Option::is_some).collect();
     if moving {
-        // These change their order whenever the doubtful strip does. In a single frame they would be nearly everything.
+        // These change their order whenever the doubtful strip does. In a single frame they would be nearly all of
+        // them.
         rivals.iter().flatten().flatten().for_each(|&strip| doubtful[strip] = true);
     }
     strips.iter().map(|&strip| doubtful[strip]).collect()

@@ -1,27 +1,27 @@
-//! Minimum cut: which of many things would best be changed together?
+//! Minimum cut: which of many nodes are best changed together?
 //!
-//! A thing is changed or not; that costs by itself, and it costs if one of two is changed and the other is not. The flow
-//! that saturates the cheapest cut stays, so that what one more forced change would cost is found by adding to it.
-//! (Dinitz 1970; minimum marginals from residual flow: Kohli and Torr 2008)
+//! Each node is changed or not; a change has a cost of its own, and there is a cost if one of two nodes is changed and
+//! the other is not. The flow that saturates the minimum cut is kept, so that the cost of one more forced change is
+//! found by augmenting it. (Dinitz 1970; min-marginals from residual flow: Kohli and Torr 2008)
 
 use std::collections::VecDeque;
 
-/// Things, what their changes cost, and what has been charged of it so far.
+/// Nodes, the costs of changing them, and the flow so far.
 #[derive(Debug, Clone)]
 pub struct MinCut {
-    /// Per thing: first of its edges; one more entry than things.
+    /// Per node: its first edge; one more entry than nodes.
     first_edge: Vec<u32>,
-    /// Thing that an edge leads to.
+    /// Head of an edge.
     to: Vec<u32>,
-    /// The edge that leads back.
+    /// The reverse edge.
     back: Vec<u32>,
-    /// What it still costs if the thing is changed and the one that the edge leads to is not.
+    /// Residual cost if the node is changed and the edge's head is not.
     capacity: Vec<f64>,
-    /// Per thing: what its own change still costs; gains, if negative.
+    /// Per node: residual cost of its own change; a gain if negative.
     own: Vec<f64>,
-    /// What was charged since it was last made good, newest last.
+    /// Flow since the last restoration, newest last.
     charged: Vec<Charge>,
-    /// Per thing: distance from those that are changed, in the present round.
+    /// Per node: distance from the changed nodes, in the present phase.
     level: Vec<u32>,
     next_edge: Vec<u32>,
 }
@@ -32,12 +32,12 @@ enum Charge {
     Own(u32, f64),
 }
 
-/// Out of reach.
+/// Unreachable.
 const FAR: u32 = u32::MAX;
 
 impl MinCut {
-    /// `own`: what every change costs by itself; `edges`: (changed, unchanged, what that costs). The changes that gain most
-    /// together are charged for: what is asked later counts from there.
+    /// `own`: the cost of every change alone; `edges`: (changed, unchanged, cost). The flow of the best set of changes
+    /// is computed; later queries are relative to it.
     pub fn new(own: Vec<f64>, edges: &[(u32, u32, f64)]) -> Self {
         let n = own.len();
         let mut first_edge = vec![0u32; n + 1];
@@ -67,14 +67,14 @@ impl MinCut {
         cut
     }
 
-    /// Whether each thing belongs to the changes that gain most together.
+    /// Whether each node belongs to the best set of changes.
     pub fn best(&mut self) -> Vec<bool> {
         self.levels(None);
         self.reached()
     }
 
-    /// Whether each thing is changed in the cheapest set of changes that `thing` belongs to; `None` if that costs `limit` or
-    /// more beyond the best of all.
+    /// Whether each node is changed in the cheapest set of changes that includes `thing`; `None` if that costs `limit`
+    /// or more beyond the best set.
     pub fn with(&mut self, thing: usize, limit: f64) -> Option<Vec<bool>> {
         let cost = self.charge(Some(thing), limit);
         let set = (cost < limit).then(|| self.reached());
@@ -90,8 +90,8 @@ impl MinCut {
         set
     }
 
-    /// Charges as much as can be on the ways from things that are changed (`forced`, or those that gain by it) to things that
-    /// are not, until `limit`; returns how much.
+    /// Augments the flow from changed nodes (`forced`, or those with a gain) to unchanged ones, up to `limit`; returns
+    /// the amount.
     fn charge(&mut self, forced: Option<usize>, limit: f64) -> f64 {
         let mut total = 0.0;
         while total < limit && self.levels(forced) {
@@ -120,7 +120,8 @@ impl MinCut {
         total
     }
 
-    /// How far each thing is from the changed ones, over edges that still cost; whether one that costs by itself is reached.
+    /// Distances of the nodes from the changed ones over edges with residual cost; whether a node with a cost of its
+    /// own is reached.
     fn levels(&mut self, forced: Option<usize>) -> bool {
         self.level.fill(FAR);
         let mut waiting = VecDeque::new();
@@ -144,7 +145,7 @@ impl MinCut {
         found
     }
 
-    /// Charges one shortest way from `source`, at most `most`; zero if there is none.
+    /// Augments along one shortest path from `source`, by at most `most`; zero if there is none.
     fn charge_way(&mut self, source: usize, most: f64) -> f64 {
         let mut way: Vec<u32> = Vec::new();
         let mut at = source;
@@ -184,7 +185,7 @@ impl MinCut {
         self.charged.push(Charge::Own(thing as u32, amount));
     }
 
-    /// What the last round reached: what is changed.
+    /// The nodes reached in the last phase: the changed ones.
     fn reached(&self) -> Vec<bool> {
         self.level.iter().map(|level| *level != FAR).collect()
     }
@@ -199,7 +200,7 @@ mod tests {
 
     const N: usize = 9;
 
-    /// Costs that are multiples of a quarter, as sums of them are exact.
+    /// Costs that are multiples of a quarter, whose sums are exact.
     fn random(rng: &mut Pcg64Mcg) -> (Vec<f64>, Vec<(u32, u32, f64)>) {
         let own = (0..N).map(|_| 0.25 * f64::from(rng.random_range(-12..16))).collect();
         let edge = |rng: &mut Pcg64Mcg| {
@@ -220,7 +221,7 @@ mod tests {
     }
 
     #[test]
-    fn the_best_changes_cost_least_of_all() {
+    fn the_best_changes_have_the_lowest_cost() {
         let mut rng = Pcg64Mcg::seed_from_u64(1);
         for _ in 0..60 {
             let (own, edges) = random(&mut rng);
@@ -230,7 +231,7 @@ mod tests {
     }
 
     #[test]
-    fn what_one_more_change_costs_is_found_and_leaves_nothing_behind() {
+    fn the_cost_of_one_more_change_is_found_and_does_not_affect_later_queries() {
         let mut rng = Pcg64Mcg::seed_from_u64(2);
         let (mut n_dear, mut n_cheap) = (0, 0);
         for _ in 0..60 {
@@ -246,7 +247,7 @@ mod tests {
                         n_dear += 1;
                     }
                     Some(set) => {
-                        // What is best anyway is changed, too.
+                        // What belongs to the best set is changed, too.
                         let set: Vec<bool> = set.iter().zip(&best).map(|(a, b)| *a || *b).collect();
                         assert!(set[thing]);
                         assert_eq!(cost(&own, &edges, &set) - cost(&own, &edges, &best), beyond);

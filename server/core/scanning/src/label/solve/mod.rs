@@ -1,4 +1,4 @@
-//! From evidence to labels: solved for all pieces together, then tested against every other labelling.
+//! From evidence to labels: solved for all pieces together, then tested against other labellings.
 
 pub mod challenge;
 pub mod min_cut;

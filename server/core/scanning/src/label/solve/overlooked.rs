@@ -1,7 +1,8 @@
-//! Surfaces that the labels overlook: sections that would see one and the same if they all had other labels than they have.
+//! Overlooked surfaces: sections that would agree on one surface if they all had other labels.
 //!
-//! A top one wrap high that lines of two orders cross lies on the ground under the labels next to the true ones. No section
-//! gains by leaving those alone, since its neighbours hold it: the sections that agree with each other go together.
+//! The top of a part one wrap high, crossed by lines of two orders, lies on the ground under the labels next to the
+//! true ones. No single section gains by leaving those, because its neighbours support it; so sections that agree with
+//! each other are changed together.
 
 use std::collections::BTreeMap;
 
@@ -10,7 +11,7 @@ use crate::label::gather::evidence::{Evidence, Kind};
 use crate::label::union_find::UnionFind;
 use crate::params::{OVERLOOKED_ROUNDS, OVERLOOKED_SHARE};
 
-/// `labels` with every overlooked surface taken that makes the whole better.
+/// `labels` with every overlooked surface adopted that improves the total score.
 pub fn with_overlooked_surfaces(evidence: &Evidence, mut labels: Vec<usize>) -> Vec<usize> {
     for _ in 0..OVERLOOKED_ROUNDS {
         let mut is_better = false;
@@ -24,10 +25,10 @@ pub fn with_overlooked_surfaces(evidence: &Evidence, mut labels: Vec<usize>) -> 
     labels
 }
 
-/// Sections with the labels under which they see one surface.
+/// Sections with the labels under which they observe one surface.
 type Surface = Vec<(usize, usize)>;
 
-/// Second looks that agree with each other under labels the sections do not have.
+/// Groups of second looks that agree with each other under labels the sections do not have.
 fn overlooked_surfaces(evidence: &Evidence, labels: &[usize]) -> Vec<Surface> {
     let n = evidence.n_labels;
     let is_other = |piece: usize, label: usize| label != labels[piece] && label != evidence.none();
@@ -57,7 +58,7 @@ fn overlooked_surfaces(evidence: &Evidence, labels: &[usize]) -> Vec<Surface> {
     surfaces.into_values().collect()
 }
 
-/// Takes the surface if the whole is better once everything near has given way; otherwise all stays as it is.
+/// Adopts the surface if the total score improves once its surroundings have adapted; otherwise nothing changes.
 fn take(evidence: &Evidence, labels: &mut Vec<usize>, surface: &[(usize, usize)]) -> bool {
     let mut tried = labels.clone();
     let mut near: Vec<usize> = Vec::new();
@@ -86,7 +87,7 @@ fn take(evidence: &Evidence, labels: &mut Vec<usize>, surface: &[(usize, usize)]
     is_better
 }
 
-/// All pieces that a piece's label matters to.
+/// All pieces whose score depends on a piece's label.
 fn neighbours(evidence: &Evidence, piece: usize) -> impl Iterator<Item = usize> {
     let n = evidence.n_labels;
     let pairs = evidence.pairs[piece * n..(piece + 1) * n].iter().flatten().map(|pair| pair.piece as usize);

@@ -1,12 +1,13 @@
-//! From evidence to labels: mean-field marginals, hardened, improved one by one, then tested against other labellings.
+//! From evidence to labels: mean-field marginals, hard assignment, improvement one by one, then tests against other
+//! labellings.
 
 use super::overlooked::with_overlooked_surfaces;
 use super::shift_together::shift_together;
 use crate::label::gather::evidence::Evidence;
 use crate::label::union_find::UnionFind;
 use crate::params::{
-    CONTINUITY_ALONE, GROUP_MARGIN, LABEL_MARGIN, OVERRULED_MARGIN, PIECES_PER_TASK, RELAX_ROUNDS,
-    RELAX_SHARPNESS, SETTLE_SWEEPS, UNLABELLED_FROM,
+    CONTINUITY_ALONE, GROUP_MARGIN, LABEL_MARGIN, MAX_SWEEPS, OVERRULED_MARGIN, PIECES_PER_TASK, RELAX_ROUNDS,
+    RELAX_SHARPNESS, UNLABELLED_FROM,
 };
 use crate::threads::for_each_chunk;
 
@@ -15,15 +16,15 @@ use crate::threads::for_each_chunk;
 pub enum LabelOutcome {
     /// Index into the calibration's orders.
     Order(usize),
-    /// Another answer is about as good.
+    /// Another label is about as good.
     Doubtful,
     /// Every order is contradicted: a reflection, a ghost, a point outside the depth range.
     Contradicted,
 }
 
-/// The best label of every piece, and whether it may have it. `confirmation`: score per sample a label must have from other
-/// pieces; not being contradicted is not enough where a second look was possible. `challenged`: which pieces are in doubt under
-/// given labels once they are tried strip by strip.
+/// The best label of every piece, and whether it is accepted. `confirmation`: score per sample that a label must have
+/// from other pieces; where a second look was possible, the absence of contradictions is not enough. `challenged`:
+/// which pieces are doubtful under given labels when challenged strip by strip.
 pub fn label_outcomes(
     evidence: &Evidence,
     confirmation: Option<f64>,
@@ -31,7 +32,7 @@ pub fn label_outcomes(
 ) -> (Vec<usize>, Vec<LabelOutcome>) {
     let (mut labels, doubtful_groups) = best_labels(evidence);
     if confirmation.is_some() {
-        // A frame by itself says no more together than its groups did.
+        // In a single frame this adds nothing to what its groups did.
         shift_together(evidence, &mut labels);
     }
     let challenged = challenged(&labels);
@@ -65,15 +66,15 @@ pub fn label_outcomes(
     (labels, outcomes)
 }
 
-/// The best label of every piece, and whether it belongs to a group for which others are about as good.
+/// The best label of every piece, and whether it belongs to a group for which other labels are about as good.
 pub fn best_labels(evidence: &Evidence) -> (Vec<usize>, Vec<bool>) {
     let mut labels = hardened(evidence);
     let doubtful = challenge_groups(evidence, &mut labels);
     (labels, doubtful)
 }
 
-/// The better of [`best_labels`] and `start` improved, with the surfaces that it overlooks. Relaxation finds what many parts change together, but leaves islands
-/// on slopes, where shifted surfaces agree.
+/// The better of [`best_labels`] and the improved `start`, with the overlooked surfaces. Relaxation finds joint changes
+/// of many parts, but leaves islands on slopes, where shifted surfaces agree.
 pub fn best_from(evidence: &Evidence, mut start: Vec<usize>) -> Vec<usize> {
     improve(evidence, &mut start, &everything(evidence));
     let (fresh, _) = best_labels(evidence);
@@ -83,8 +84,8 @@ pub fn best_from(evidence: &Evidence, mut start: Vec<usize>) -> Vec<usize> {
 
 /// Mean-field marginals, sharpened slowly: every label's score is averaged over the marginals of the others.
 ///
-/// As long as the others' labels are open every order seems to stand on the wrong side of some line, "none" does not:
-/// it takes part once the orders have found their places.
+/// While the others' labels are undecided, every order appears to be on the wrong side of some line, and "none" does
+/// not: it takes part once the orders have converged.
 fn relaxed(evidence: &Evidence) -> Vec<f64> {
     let n = evidence.n_labels;
     let mut marginals = vec![1.0 / n as f64; evidence.n_pieces() * n];
@@ -113,7 +114,7 @@ fn softmax(scores: &mut [f64], sharpness: f64) {
     scores.iter_mut().for_each(|weight| *weight /= sum);
 }
 
-/// Most probable labels, improved one by one until nothing changes.
+/// Most probable labels, improved one by one until convergence.
 fn hardened(evidence: &Evidence) -> Vec<usize> {
     let (n, marginals) = (evidence.n_labels, relaxed(evidence));
     let mut labels: Vec<usize> = marginals.chunks_exact(n).map(largest).collect();
@@ -126,10 +127,10 @@ pub fn everything(evidence: &Evidence) -> Vec<usize> {
     (0..evidence.n_pieces()).collect()
 }
 
-/// Gives every one of `chosen` its best label until nothing changes.
+/// Assigns each of `chosen` its best label until convergence.
 pub fn improve(evidence: &Evidence, labels: &mut [usize], chosen: &[usize]) {
     let mut scores = Vec::new();
-    for _ in 0..SETTLE_SWEEPS {
+    for _ in 0..MAX_SWEEPS {
         let mut changed = false;
         for &piece in chosen {
             evidence.scores_given(piece, labels, &mut scores);
@@ -160,10 +161,10 @@ fn margin(scores: &[f64], label: usize) -> f64 {
     scores[label] - rivals.map(|(_, score)| *score).fold(f64::NEG_INFINITY, f64::max)
 }
 
-/// Shifts whole groups of mutually supporting pieces by one and more orders; a better answer is taken, one nearly
-/// as good makes the group doubtful. Returns which pieces are in doubt.
+/// Shifts whole groups of mutually supporting pieces by one or more orders; a better labelling is adopted, one nearly
+/// as good makes the group doubtful. Returns which pieces are doubtful.
 ///
-/// Pieces of one group support each other, so that a common error shows in none of them alone.
+/// Pieces of one group support each other, so that a common error is not visible in any single piece.
 fn challenge_groups(evidence: &Evidence, labels: &mut [usize]) -> Vec<bool> {
     let mut doubtful = vec![false; labels.len()];
     for group in groups(evidence, labels) {
@@ -204,7 +205,7 @@ fn mostly_same(rival: &[usize], kept: &[usize], group: &[usize]) -> bool {
     2 * same > group.len()
 }
 
-/// What speaks for the labels of all pieces together.
+/// The total score of a labelling.
 pub fn total_score(evidence: &Evidence, labels: &[usize]) -> f64 {
     group_support(evidence, labels, &everything(evidence))
 }
@@ -213,7 +214,7 @@ fn group_support(evidence: &Evidence, labels: &[usize], group: &[usize]) -> f64 
     group.iter().map(|&piece| evidence.score(piece, labels[piece], labels) * evidence.sizes[piece]).sum()
 }
 
-/// Labelled pieces connected by pairs that speak for each other's labels.
+/// Labelled pieces connected by pairs that support each other's labels.
 fn groups(evidence: &Evidence, labels: &[usize]) -> Vec<Vec<usize>> {
     let mut unions = UnionFind::new(labels.len());
     for piece in 0..labels.len() {

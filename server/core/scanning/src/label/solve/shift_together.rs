@@ -1,14 +1,14 @@
-//! Lines that are better off with the next order, all together.
+//! Joint shifts of lines to the next order.
 //!
-//! Lines hold each other by their ranks and by continuity, so that none of a row of lines gains by changing alone, and a
-//! whole region of a scan may be an order off.
+//! Lines constrain each other by rank and continuity, so that none of a row of lines gains by changing alone, and a
+//! whole region of a scan may be off by one order.
 
 use super::relax::{everything, improve, total_score};
 use super::shifts::{Change, Costs};
 use crate::label::gather::evidence::{Evidence, Kind, wrong_labels};
 use crate::params::SHIFT_ROUNDS;
 
-/// Shifts by one order whatever gains by it together, until nothing does.
+/// Shifts the best set of pieces by one order until nothing improves.
 pub fn shift_together(evidence: &Evidence, labels: &mut Vec<usize>) {
     let everything = everything(evidence);
     let mut score = total_score(evidence, labels);
@@ -42,18 +42,18 @@ fn shifted(evidence: &Evidence, label: usize, by: isize) -> usize {
     label.checked_add_signed(by).filter(|label| *label < evidence.none()).unwrap_or(evidence.none())
 }
 
-/// What it costs to shift pieces by so many orders, or to leave them without a label. Those without one stay as they are.
+/// Costs of shifting pieces by so many orders, or of leaving them unlabelled. Unlabelled pieces stay unlabelled.
 fn costs(evidence: &Evidence, labels: &[usize], by: isize) -> Costs {
     let (n, none) = (evidence.n_labels, evidence.none());
     let mut costs = Costs::new(labels.len());
-    // Per pair of pieces, the first first: their states and what these cost.
+    // Per pair of pieces, the lower index first: their states and the cost.
     let mut pairs: Vec<([usize; 2], [usize; 2], f64)> = Vec::new();
     let states = |piece: usize| [labels[piece], shifted(evidence, labels[piece], by)];
     for piece in (0..labels.len()).filter(|&piece| labels[piece] != none) {
         let [label, shifted] = states(piece);
         costs.add_own(piece, [label, none, shifted].map(|label| -evidence.unary[piece * n + label]));
         for pair in evidence.pairs[piece * n + none].iter().filter(|pair| labels[pair.piece as usize] == none) {
-            // Both halves of it: the other has no say.
+            // Both halves of the cost: it does not depend on the other piece.
             costs.add_own(piece, [0.0, -2.0 * f64::from(pair.weight), 0.0]);
         }
         let mut add = |state: usize, other: usize, is_theirs: &dyn Fn(usize) -> bool, cost: f64| {

@@ -1,43 +1,43 @@
-//! Which lines would best change their labels together, all by the same number of orders?
+//! Which lines are best relabelled together, all by the same number of orders?
 //!
-//! Every line keeps its label, has none, or is shifted. A line is two things that change one after the other: from its label
-//! to none, from none to the shifted label. What two lines cost together is, but for chance agreements, no less for one of
-//! them changed than for both or neither, so that the cheapest set is a minimum cut.
+//! Every line keeps its label, loses it, or is shifted. A line is represented by two nodes that change in sequence:
+//! from its label to none, from none to the shifted label. The cost of two lines is, except for chance agreements, no
+//! less for one of them changed than for both or neither, so that the cheapest set is a minimum cut.
 
 use super::min_cut::MinCut;
 
-/// What becomes of a line.
+/// Change of a line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Change {
-    /// It has no label.
+    /// It loses its label.
     Unlabelled,
     /// Its label is shifted.
     Shifted,
 }
 
-/// What lines cost, alone and in pairs; agreement is negative.
+/// Costs of lines, alone and in pairs; agreement is negative.
 #[derive(Debug, Clone, Default)]
 pub struct Costs {
-    /// Per line.
+    /// Per line: [cost of having no label, cost of being shifted].
     own: Vec<[f64; 2]>,
-    /// (changed, unchanged, cost): two things a line.
+    /// (changed, unchanged, cost): two nodes per line.
     edges: Vec<(u32, u32, f64)>,
 }
 
 impl Costs {
-    /// Of `n` lines, none yet.
+    /// For `n` lines, all zero.
     pub fn new(n: usize) -> Self {
         let until_unlabelled = (0..n as u32).map(|line| (2 * line + 1, 2 * line, f64::INFINITY));
         Self { own: vec![[0.0; 2]; n], edges: until_unlabelled.collect() }
     }
 
-    /// Adds what a line alone costs that keeps its label, that has none, that is shifted.
+    /// Adds the costs of a single line that keeps its label, loses it, or is shifted.
     pub fn add_own(&mut self, line: usize, [kept, none, shifted]: [f64; 3]) {
         self.own[line][0] += none - kept;
         self.own[line][1] += shifted - none;
     }
 
-    /// Adds what two lines cost: `[first shifted][second shifted]`, nothing if one has no label.
+    /// Adds the cost of two lines: `[first shifted][second shifted]`, zero if one has no label.
     pub fn add_pair(
         &mut self,
         first: usize,
@@ -45,7 +45,7 @@ impl Costs {
         [[neither, only_second], [only_first, both]]: [[f64; 2]; 2],
     ) {
         let (a, b) = (2 * first as u32, 2 * second as u32);
-        // Agreement that is lost once either is unlabelled; denial that both get rid of.
+        // Agreement that is lost once either is unlabelled; contradiction that both avoid.
         if neither < 0.0 {
             self.own[second][0] -= neither;
             self.edges.push((a, b, -neither));
@@ -66,14 +66,14 @@ impl Costs {
             if cost > 0.0 {
                 self.edges.push((moved + 1, stays, cost));
             } else if cost < 0.0 {
-                // Right but where the other alone is shifted.
+                // Exact except where only the other is shifted.
                 self.own[shifted][1] += cost;
                 self.own[kept][1] -= cost;
             }
         }
     }
 
-    /// Adds what two lines of one label cost that part: half of it where one of them has none.
+    /// Adds the cost of separating two lines of one label: half of it where one of them loses its label.
     pub fn add_bond(&mut self, first: usize, second: usize, cost: f64) {
         for (a, b) in [(first, second), (second, first)] {
             let (a, b) = (2 * a as u32, 2 * b as u32);
@@ -90,19 +90,19 @@ impl Costs {
     }
 }
 
-/// Changes of lines, the cheapest first.
+/// Sets of changes, by increasing cost.
 #[derive(Debug, Clone)]
 pub struct Shifts {
     cut: MinCut,
 }
 
 impl Shifts {
-    /// The changes that gain most together.
+    /// The best set of changes.
     pub fn best(&mut self) -> Vec<(usize, Change)> {
         changes(&self.cut.best())
     }
 
-    /// The cheapest changes among which `line` is shifted, unless they cost `limit` or more beyond the best of all.
+    /// The cheapest set of changes in which `line` is shifted, unless it costs `limit` or more beyond the best set.
     pub fn with(&mut self, line: usize, limit: f64) -> Option<Vec<(usize, Change)>> {
         Some(changes(&self.cut.with(2 * line + 1, limit)?))
     }
@@ -135,7 +135,7 @@ mod tests {
     }
 
     impl Lines {
-        /// Lines that agree with each other as they are or shifted, and are in each other's way if only one is shifted.
+        /// Lines that agree with each other unchanged or shifted, and conflict if only one is shifted.
         fn random(rng: &mut Pcg64Mcg) -> Self {
             let mut quarter = |low: i32, high: i32| 0.25 * f64::from(rng.random_range(low..high));
             let own = (0..N).map(|_| [quarter(-4, 1), quarter(-3, 2), quarter(-4, 2)]).collect();
@@ -184,7 +184,7 @@ mod tests {
     }
 
     #[test]
-    fn lines_are_kept_shifted_or_unlabelled_as_it_costs_least() {
+    fn lines_are_kept_shifted_or_unlabelled_at_the_lowest_cost() {
         let mut rng = Pcg64Mcg::seed_from_u64(3);
         let mut seen = [0; 3];
         for _ in 0..40 {
@@ -198,7 +198,7 @@ mod tests {
     }
 
     #[test]
-    fn a_line_is_shifted_with_what_makes_that_cheapest() {
+    fn a_line_is_shifted_with_the_lines_that_make_it_cheapest() {
         let mut rng = Pcg64Mcg::seed_from_u64(4);
         for _ in 0..20 {
             let lines = Lines::random(&mut rng);
@@ -206,7 +206,7 @@ mod tests {
             let best = states(&shifts.best());
             for line in (0..N).filter(|&line| best[line] == KEPT) {
                 let found = states(&shifts.with(line, f64::INFINITY).unwrap());
-                // What is better changed anyway is not named again.
+                // A change that belongs to the best set is not listed again.
                 let found: Vec<usize> = found.iter().zip(&best).map(|(a, b)| *a.max(b)).collect();
                 let with = all_states().filter(|states| states[line] == SHIFTED).map(|states| lines.cost(&states));
                 assert_eq!(found[line], SHIFTED);
@@ -216,7 +216,7 @@ mod tests {
     }
 
     #[test]
-    fn bonds_hold_what_is_shifted_together() {
+    fn bonds_keep_shifted_lines_together() {
         let mut costs = Costs::new(3);
         costs.add_own(0, [0.0, 0.5, -1.0]);
         costs.add_own(1, [0.0, 0.5, 0.25]);

@@ -1,4 +1,4 @@
-//! The evidence between surface strips: unary and pairwise terms, added up from their pieces.
+//! The evidence between surface strips: unary and pairwise terms, summed over their pieces.
 
 use std::collections::BTreeMap;
 use std::sync::OnceLock;
@@ -8,46 +8,46 @@ use crate::label::gather::evidence::{Evidence, Kind, wrong_labels};
 use crate::params::{PIECES_PER_TASK, SECOND_LOOK_SAMPLES, SECOND_LOOK_SHARE};
 use crate::threads::for_each_chunk;
 
-/// Evidence between strips; continuity between them does not count.
+/// Evidence between strips, without continuity.
 pub struct StripGraph {
     /// The calibration's orders, then "none".
     pub n_labels: usize,
-    /// Per strip: full samples.
+    /// Per strip: its size in full samples.
     pub sizes: Vec<f64>,
     /// Per strip and label: the unary term.
     pub own: Vec<f64>,
-    /// Per strip and label: (other strip, its label, weight), both halves added up.
+    /// Per strip and label: (other strip, its label, weight), both halves summed.
     pub pairs: Vec<Vec<(u32, u32, f64)>>,
     /// Per strip: the strips beside it, ascending.
-    pub ranks: Vec<Vec<Beside>>,
+    pub ranks: Vec<Vec<AdjacentStrip>>,
     /// Per strip and label: agreements (other strip, its label, weight).
     agreements: Vec<Vec<(u32, u32, f64)>>,
-    /// Per strip: the label in question.
+    /// Per strip: its current label.
     pub labels: Vec<usize>,
-    /// Per number of orders, from −(n − 1) on: which strips would best be shifted by it together.
+    /// Per number of orders, from −(n − 1) on: the best joint shift by that number.
     shifts: Vec<OnceLock<Shifts>>,
 }
 
 /// A strip that shares scan columns (rows) with another.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Beside {
-    /// Which one.
+pub struct AdjacentStrip {
+    /// The other strip.
     pub strip: usize,
     /// Whether it lies above (left of) the other.
     pub is_above: bool,
-    /// What two labels in the wrong order cost, both halves added up.
+    /// Cost of two labels in the wrong order, both halves summed.
     pub cost: f64,
 }
 
-impl Beside {
-    /// Its labels that are in the wrong order beside `label` of the other.
+impl AdjacentStrip {
+    /// Its labels that are in the wrong order relative to `label` of the other.
     pub fn wrong_labels(&self, label: usize, none: usize) -> std::ops::Range<usize> {
         wrong_labels(self.is_above, label, none)
     }
 }
 
 impl StripGraph {
-    /// The evidence between pieces, added up strip by strip.
+    /// The evidence between pieces, summed strip by strip.
     pub fn new(evidence: &Evidence, labels: &[usize], strips: &[usize], with_ranks: bool) -> Self {
         let n_labels = evidence.n_labels;
         let n_strips = strips.iter().max().map_or(0, |last| last + 1);
@@ -82,16 +82,16 @@ impl StripGraph {
                 }
             }
         }
-        let mut ranks: Vec<Vec<Beside>> = vec![Vec::new(); n_strips];
+        let mut ranks: Vec<Vec<AdjacentStrip>> = vec![Vec::new(); n_strips];
         if with_ranks {
             for ((upper, lower), cost) in rank_costs(evidence, strips) {
                 if upper == lower {
-                    // Beside itself every label is in the wrong place.
+                    // Relative to itself every label is in the wrong order.
                     own[upper * n_labels..][..n_labels - 1].iter_mut().for_each(|own| *own -= cost);
                     continue;
                 }
-                ranks[upper].push(Beside { strip: lower, is_above: false, cost });
-                ranks[lower].push(Beside { strip: upper, is_above: true, cost });
+                ranks[upper].push(AdjacentStrip { strip: lower, is_above: false, cost });
+                ranks[lower].push(AdjacentStrip { strip: upper, is_above: true, cost });
             }
             ranks.iter_mut().for_each(|beside| beside.sort_by_key(|beside| beside.strip));
         }
@@ -112,7 +112,7 @@ impl StripGraph {
         label.checked_add_signed(by).filter(|label| *label < self.none()).unwrap_or(self.none())
     }
 
-    /// Which strips would best be shifted by so many orders together; nothing is computed yet.
+    /// The best joint shift by so many orders, computed on first use.
     pub fn shifts(&self, by: isize) -> &Shifts {
         let slot = (by + self.n_labels as isize) as usize;
         self.shifts[slot].get_or_init(|| self.costs(by).cut())
@@ -154,24 +154,24 @@ impl StripGraph {
         costs
     }
 
-    /// What agrees and disagrees with (strip, label).
+    /// Pairs that support or contradict (strip, label).
     pub fn pairs(&self, strip: usize, label: usize) -> &[(u32, u32, f64)] {
         &self.pairs[strip * self.n_labels + label]
     }
 
-    /// By how much other strips, labelled as they are, see the surface that `label` would give this strip.
+    /// Agreement of other strips, with their current labels, with the surface that `label` would give this strip.
     pub fn second_looks(&self, strip: usize, label: usize) -> f64 {
         let agreeing = self.agreements[strip * self.n_labels + label].iter();
         agreeing.filter(|pair| self.labels[pair.0 as usize] == pair.1 as usize).map(|pair| pair.2).sum()
     }
 
-    /// Whether they see enough of it to make the label plausible.
+    /// Whether that agreement is enough to make the label plausible.
     pub fn is_seen_again(&self, strip: usize, label: usize) -> bool {
         self.second_looks(strip, label) >= (SECOND_LOOK_SHARE * self.sizes[strip]).max(SECOND_LOOK_SAMPLES)
     }
 }
 
-/// What two strips cost in the wrong order, (upper, lower), both halves added up.
+/// Costs of two strips in the wrong order, (upper, lower), both halves summed.
 fn rank_costs(evidence: &Evidence, strips: &[usize]) -> BTreeMap<(usize, usize), f64> {
     let mut costs = BTreeMap::new();
     for (piece, ranks) in evidence.ranks.iter().enumerate() {
@@ -183,7 +183,7 @@ fn rank_costs(evidence: &Evidence, strips: &[usize]) -> BTreeMap<(usize, usize),
     costs
 }
 
-/// Adds up the weights of equal entries.
+/// Sums the weights of equal entries.
 fn merge(pairs: &mut Vec<(u32, u32, f64)>) {
     pairs.sort_by_key(|pair| (pair.0, pair.1));
     pairs.dedup_by(|next, kept| {

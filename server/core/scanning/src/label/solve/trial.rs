@@ -1,4 +1,4 @@
-//! Another labelling on trial: one strip takes a rival label, all that it affects adapt.
+//! Trial labellings: one strip takes a rival label, and all affected strips adapt.
 
 use std::collections::{BTreeMap, VecDeque};
 
@@ -6,14 +6,14 @@ use super::shifts::{Change, Shifts};
 use super::strip_graph::StripGraph;
 use crate::params::{CHALLENGE_SHIFT_LIMITS, CHALLENGE_STEPS};
 
-/// Tries other labellings: one strip takes a rival label, others follow. Afterwards all labels are as before.
+/// Tries other labellings: one strip takes a rival label, others follow. Afterwards all labels are restored.
 pub struct Trial<'a> {
-    /// What is tried on.
+    /// The evidence.
     pub graph: &'a StripGraph,
     labels: Vec<usize>,
     /// Per strip and label: the sum of its pairs and ranks with the strips' labels. Weights are multiples of one number
-    /// ([`crate::label::gather::evidence::kept`]), so that their sums are exact and taking off gives back what was before: which trials a
-    /// thread has made already decides nothing.
+    /// ([`crate::label::gather::evidence::quantised`]), so that sums are exact and subtraction restores them: the result
+    /// does not depend on earlier trials of the same thread.
     sums: Vec<f64>,
     /// Strips whose label was changed, each once.
     changed: Vec<usize>,
@@ -21,9 +21,9 @@ pub struct Trial<'a> {
     waiting: VecDeque<usize>,
     queued: Vec<bool>,
     touched: Vec<usize>,
-    /// Per number of orders: what would best be shifted by it.
+    /// Per number of orders: the best joint shift.
     shifts: BTreeMap<isize, Shifts>,
-    /// How much worse it is than the answer in question.
+    /// Additional cost compared with the current labelling.
     cost: f64,
 }
 
@@ -50,8 +50,8 @@ impl<'a> Trial<'a> {
         }
     }
 
-    /// Whether another label of this strip is nearly as good (by `margin` per sample) once the others have given way: alone,
-    /// or with what would best be shifted by as much. If so, the smaller strips whose orders hang on it.
+    /// Whether another label of this strip is nearly as good (within `margin` per sample) once the others have adapted:
+    /// alone, or together with the best joint shift. If so, returns the smaller strips whose orders depend on it.
     pub fn rival(&mut self, strip: usize, margin: f64, plausible: impl Fn(usize) -> bool) -> Option<Vec<usize>> {
         let graph = self.graph;
         let label = graph.labels[strip];
@@ -71,7 +71,7 @@ impl<'a> Trial<'a> {
         })
     }
 
-    /// The strips smaller than `strip` that have another order now than before.
+    /// The strips smaller than `strip` whose order has changed.
     fn smaller_ones(&self, strip: usize) -> Vec<usize> {
         let graph = self.graph;
         let is_other = |&other: &usize| {
@@ -109,7 +109,7 @@ impl<'a> Trial<'a> {
         self.cost = 0.0;
     }
 
-    /// Shifts by as much, or leaves without a label, whatever makes that cheapest for all; false if it costs `limit` or more.
+    /// Shifts or unlabels other strips by the cheapest joint change; false if it costs `limit` or more.
     fn shift_others(&mut self, strip: usize, limit: f64) -> bool {
         let graph = self.graph;
         let by = self.labels[strip] as isize - graph.labels[strip] as isize;
@@ -125,7 +125,7 @@ impl<'a> Trial<'a> {
         true
     }
 
-    /// Lets every strip that the changes affect take its best label, until nothing improves or the cost is below `limit`.
+    /// Lets every affected strip take its best label, until nothing improves or the cost is below `limit`.
     fn falls_below(&mut self, tried: usize, limit: f64) -> bool {
         let graph = self.graph;
         let mut changed = self.changed.clone();
@@ -159,7 +159,7 @@ impl<'a> Trial<'a> {
         self.cost < limit
     }
 
-    /// Puts the strips affected by a change from one label to another in the queue.
+    /// Queues the strips affected by a change from one label to another.
     fn queue_touched(&mut self, strip: usize, from: usize, to: usize) {
         let mut touched = std::mem::take(&mut self.touched);
         touched.clear();
@@ -183,19 +183,19 @@ impl<'a> Trial<'a> {
     }
 }
 
-/// Adds to the sums of the others what `label` of `strip` agrees and disagrees with, `sign` times.
+/// Adds the pairs of `label` of `strip` to the sums of the other strips, `sign` times.
 fn add_pairs(sums: &mut [f64], graph: &StripGraph, (strip, label): (usize, usize), sign: f64) {
     for &(other, other_label, weight) in graph.pairs(strip, label) {
         sums[other as usize * graph.n_labels + other_label as usize] += sign * weight;
     }
 }
 
-/// Charges the strips beside `strip` for what is in the wrong order now that its label is another; only labels between the
-/// two feel it.
+/// Updates the rank costs of the strips beside `strip` after its label has changed; only labels between the old and the
+/// new one are affected.
 fn add_ranks(sums: &mut [f64], graph: &StripGraph, strip: usize, (before, label): (usize, usize)) {
     for beside in &graph.ranks[strip] {
         let sums = &mut sums[beside.strip * graph.n_labels..][..graph.n_labels];
-        // What is wrong above ends with the last order, what is wrong below begins with the first: one edge moves.
+        // Wrong labels above end with the last order, wrong labels below begin with the first: one boundary moves.
         let edge = |label| {
             let wrong = beside.wrong_labels(label, graph.none());
             if beside.is_above { wrong.start } else { wrong.end }
@@ -215,7 +215,7 @@ mod tests {
     use crate::label::gather::evidence::Evidence;
     use crate::params::CHALLENGE_MARGIN;
 
-    /// Evidence at random: lines in order, second looks that agree and deny.
+    /// Random evidence: lines in order, second looks that agree and contradict.
     fn evidence(n_pieces: usize, rng: &mut Pcg64Mcg) -> Evidence {
         let mut evidence = Evidence::new(5, (0..n_pieces).map(|_| rng.random_range(0.5..8.0)).collect(), 0.4);
         for _ in 0..4 * n_pieces {
@@ -230,12 +230,12 @@ mod tests {
         evidence
     }
 
-    /// Weights of a hair and of a long line side by side.
+    /// Weights of tiny and of long lines together.
     fn magnitude(rng: &mut Pcg64Mcg) -> f64 {
         if rng.random_bool(0.7) { 1.0 } else { 10f64.powf(rng.random_range(-9.0..3.0)) }
     }
 
-    /// What two labels of two strips weigh together, their ranks included.
+    /// Weight of two labels of two strips, including their ranks.
     fn weight(graph: &StripGraph, (strip, label): (usize, usize), (other, other_label): (usize, usize)) -> f64 {
         let pairs = graph.pairs(strip, label);
         let place = pairs.binary_search_by_key(&(other as u32, other_label as u32), |pair| (pair.0, pair.1));
@@ -247,7 +247,7 @@ mod tests {
     }
 
     #[test]
-    fn a_trial_leaves_nothing_behind_for_the_next() {
+    fn trials_do_not_affect_each_other() {
         let mut rng = Pcg64Mcg::seed_from_u64(5);
         let mut n_rivals = 0;
         for _ in 0..40 {
@@ -268,7 +268,7 @@ mod tests {
     }
 
     #[test]
-    fn sums_kept_while_labels_change_are_those_of_the_labels() {
+    fn incremental_sums_match_the_labels() {
         let mut rng = Pcg64Mcg::seed_from_u64(6);
         let evidence = evidence(30, &mut rng);
         let labels: Vec<usize> = (0..30).map(|_| rng.random_range(0..6)).collect();
@@ -286,7 +286,7 @@ mod tests {
     }
 
     #[test]
-    fn sums_are_the_same_bits_whatever_was_tried_before() {
+    fn sums_have_identical_bits_after_any_earlier_trials() {
         let mut rng = Pcg64Mcg::seed_from_u64(7);
         for _ in 0..20 {
             let evidence = evidence(40, &mut rng);

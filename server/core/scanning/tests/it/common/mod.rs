@@ -13,10 +13,10 @@ use optics::{Calibration, Camera, DepthRangeMm, Grating, LightSurfaces, StageAxi
 use scanning::ScanFrame;
 use vision::{CentrelinePoint, Centrelines, LineDirection, Segment};
 
-/// Noise the test points claim, px: a typical extraction.
+/// Stated noise of the test points, px: a typical extraction.
 pub const SIGMA_PX: f64 = 0.05;
 
-/// A scan with the order every point truly has.
+/// A scan with the true order of every point.
 pub struct KnownScan {
     pub frames: Vec<ScanFrame>,
     /// Per frame, segment, point: the true order; `None` for light that is not on the part.
@@ -37,7 +37,7 @@ impl KnownScan {
         None
     }
 
-    /// Points that are on the part.
+    /// Number of points that are on the part.
     pub fn n_true(&self) -> usize {
         self.orders.iter().flatten().flatten().filter(|order| order.is_some()).count()
     }
@@ -168,7 +168,7 @@ pub fn centrelines(segments: Vec<Segment>, direction: LineDirection) -> Centreli
     Centrelines { segments, direction, correlation_px: 2.0, lit_line: None }
 }
 
-/// Says per piece-sized run of points what was lost or wrong; for a person looking into a failure.
+/// Prints, per piece-sized run of points, what was lost or wrong; for debugging a failure.
 pub fn explain(scan: &KnownScan, result: &scanning::ScanResult) {
     let mut found = std::collections::HashMap::new();
     for point in &result.cloud.points {

@@ -1,4 +1,4 @@
-//! Plane models of a station, which miss the bow of its sheets by tenths of a millimetre.
+//! Plane models of a station, which deviate from the bow of its sheets by tenths of a millimetre.
 
 use nalgebra::{DMatrix, Matrix3, Vector3};
 use optics::{Calibration, Grating, LightSurfaces, Plane};

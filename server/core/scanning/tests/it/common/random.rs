@@ -1,4 +1,4 @@
-//! Random stations and parts: what a scanner may meet and was not tuned to.
+//! Random stations and parts that the settings were not tuned on.
 
 use nalgebra::{DMatrix, Rotation3, Vector3};
 use optics::{Calibration, Grating, LightSurfaces};
@@ -8,24 +8,24 @@ use super::planes::fitted_planes;
 use super::scene::{Noise, scan_with};
 use super::{KnownScan, SIGMA_PX, station};
 
-/// By how much the noise exceeds what the points claim.
+/// Ratio of the noise to the stated σ.
 const UNDERSTATED: f64 = 1.3;
-/// Largest gap over which, and largest step by which, an extractor takes two lines for one, px.
+/// Largest gap and largest step across which an extractor merges two lines, px.
 const JOIN_PX: f64 = 1.5;
-/// Lines nearer to each other than this are extracted as one, px.
+/// Lines closer to each other than this are extracted as one, px.
 const LINE_WIDTH_PX: f64 = 5.0;
 /// Deepest and highest ground, mm.
 const GROUND_MM: [f64; 2] = [395.0, 430.0];
 
 /// A random scene with its station.
 pub struct Trial {
-    /// What the labelling is given: sometimes plane models.
+    /// The calibration passed to the labelling: sometimes plane models.
     pub calibration: Calibration,
     pub known: KnownScan,
     pub name: String,
 }
 
-/// Random numbers with a shape.
+/// Random numbers with various distributions.
 struct Dice(Noise);
 
 impl Dice {
@@ -43,7 +43,7 @@ impl Dice {
 }
 
 /// The scene of a seed: stairs, islands, spheres, boxes, domes, wedges, ghosts and gaps; 3–9 orders; either direction
-/// of lines; steps of 0.2–2 mm over a short or long travel; now and then plane models.
+/// of lines; steps of 0.2–2 mm over a short or long travel; occasionally plane models.
 pub fn trial(seed: u64) -> Trial {
     let mut dice = Dice(Noise(seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) ^ 0x5DEE_CE66));
     (0..8).for_each(|_| {
@@ -77,7 +77,7 @@ pub fn trial(seed: u64) -> Trial {
     Trial { calibration, known, name }
 }
 
-/// The test station with another grating, turned a little.
+/// The test station with another grating, slightly rotated.
 fn random_station(dice: &mut Dice, n_orders: i8, turned: bool) -> Calibration {
     let mut station = station(n_orders, turned);
     let LightSurfaces::Grating(grating) = &station.light else { panic!("station without grating") };
@@ -99,7 +99,7 @@ fn random_station(dice: &mut Dice, n_orders: i8, turned: bool) -> Calibration {
     station
 }
 
-/// A height over the ground at (x, y), zero where the part is not.
+/// A height over the ground at (x, y), zero outside the part.
 type Body = Box<dyn Fn(f64, f64) -> f64 + Send + Sync>;
 
 fn random_part(dice: &mut Dice) -> impl Fn(f64, f64) -> f64 + Sync + use<> {
@@ -164,7 +164,7 @@ fn random_body(dice: &mut Dice) -> Body {
     }
 }
 
-/// Loses points: dark patches on the part or in the image, and here and there a single one.
+/// Removes points: dark patches on the part or in the image, and occasional single points.
 fn cut_gaps(dice: &mut Dice, known: &mut KnownScan) {
     let dark: Vec<[f64; 3]> = (0..dice.count(1, 6))
         .map(|_| [dice.between(0.0, 640.0), dice.between(0.0, 640.0), dice.between(5.0, 60.0)])
@@ -196,7 +196,7 @@ fn cut_gaps(dice: &mut Dice, known: &mut KnownScan) {
     }
 }
 
-/// Joins lines whose ends touch, as an extractor does that knows no orders.
+/// Joins lines whose ends touch, like an extractor without knowledge of orders.
 fn join_touching(known: &mut KnownScan, direction: LineDirection) {
     let place = |p: &CentrelinePoint| p.along_across(direction);
     for (frame, scanned) in known.frames.iter_mut().enumerate() {
@@ -224,7 +224,7 @@ fn join_touching(known: &mut KnownScan, direction: LineDirection) {
     }
 }
 
-/// Reflections that stay in the image or wander, and chance pieces.
+/// Reflections that stay in the image or move, and chance pieces.
 fn add_ghosts(dice: &mut Dice, known: &mut KnownScan, station: &Calibration, direction: LineDirection) {
     let turned = direction == LineDirection::Columns;
     let (length, width) = if turned {

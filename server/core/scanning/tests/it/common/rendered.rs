@@ -1,5 +1,4 @@
-//! Pictures of clutter that the twin renders: blocks about one wrap of the labels high, lines thin and wide, at any
-//! working distance.
+//! Pictures of clutter rendered by the twin: blocks about one wrap high, lines thin and wide, at any working distance.
 
 use std::f64::consts::{PI, TAU};
 use std::sync::Arc;
@@ -14,16 +13,16 @@ use vision::{CentrelineParams, LineDirection, find_centrelines};
 use super::scene::Noise;
 use super::truth_lines::TruthLine;
 
-/// Depths around the standoff that the labels may lead to, as a share of it.
+/// Depth range of the labels around the standoff, as a fraction of it.
 const DEPTH_SHARE: f64 = 0.14;
 /// Full width of a Gaussian at half its height, standard deviations.
 pub const FWHM_SIGMAS: f64 = 2.354_82;
 /// Latitudes and longitudes of a ball's triangles.
 const BALL_RINGS: [usize; 2] = [10, 20];
-/// The part's place among the streams of a station's seed.
+/// The part's stream number within a station's seed.
 pub const PART_STREAM: u64 = 0x100;
 
-/// A rendered scan, the truth of its pictures and the station as it is.
+/// A rendered scan, the truth of its pictures and the true station.
 pub struct Rendered {
     pub name: String,
     pub calibration: Calibration,
@@ -32,7 +31,7 @@ pub struct Rendered {
     pub truth: Vec<Vec<TruthLine>>,
 }
 
-/// Numbers between two limits.
+/// Random numbers between two limits.
 pub struct Dice(pub Noise);
 
 impl Dice {
@@ -92,8 +91,8 @@ pub fn clutter(seed: u64) -> Rendered {
     rendered(name, &model, calibration, &scene, n_frames, step_mm)
 }
 
-/// A scene as that of `rig-b`: nine blocks, a third of them just one wrap high, and four balls at 400 mm; 32 frames at
-/// 1 mm; lines of 5–8 px, three times as wide 50 mm out of focus.
+/// A scene like that of `rig-b`: nine blocks, a third of them exactly one wrap high, and four balls at 400 mm; 32
+/// frames at 1 mm; lines of 5–8 px, three times as wide 50 mm out of focus.
 pub fn crowded(seed: u64) -> Rendered {
     let mut dice = Dice(Noise(seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) ^ 0x4321_8765));
     (0..8).for_each(|_| {
@@ -128,12 +127,12 @@ pub fn crowded(seed: u64) -> Rendered {
     rendered(name, &model, calibration, &scene, 32, 1.0)
 }
 
-/// A block `height_mm` high on the plate of a station at 400 mm, its top near where the last frames see it.
+/// A block `height_mm` high on the plate of a station at 400 mm, its top near the field of the last frames.
 pub fn block(seed: u64, fwhm_px: f64, height_mm: f64, centre_mm: [f64; 2], n_frames: usize) -> Rendered {
     let shape = StationShape { line_sigma_px: fwhm_px / FWHM_SIGMAS, ..StationShape::default() };
     let model = StationModel::seeded(seed, &shape).unwrap();
     let calibration = calibration_of(&model);
-    // The part is centred on its own box: two thin feet on either side hold the block's place.
+    // The part is centred on its bounding box: two thin feet on either side fix the block's position.
     let mut triangles = Vec::new();
     add_block(&mut triangles, centre_mm, [14.0, 9.0], 0.0, height_mm);
     for side in [-1.0, 1.0] {
@@ -172,7 +171,7 @@ fn rendered(
     Rendered { name, calibration, frames, truth }
 }
 
-/// The station as it truly is, orders ascending.
+/// The true calibration of the station, orders ascending.
 pub fn calibration_of(model: &StationModel) -> Calibration {
     let mut orders = model.orders.clone();
     orders.sort_unstable();

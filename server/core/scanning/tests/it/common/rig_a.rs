@@ -19,7 +19,7 @@ fn numbers(value: &Value) -> Vec<f64> {
     value.as_array().unwrap().iter().map(|v| v.as_f64().unwrap()).collect()
 }
 
-/// The station as it truly is.
+/// The true calibration of the station.
 pub fn calibration(folder: &std::path::Path) -> Calibration {
     let truth = json(&folder.join("truth.json"));
     let capture = json(&folder.join("capture.json"));

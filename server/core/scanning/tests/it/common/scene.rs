@@ -1,4 +1,4 @@
-//! Small scenes lit order by order: a height field on the stage, shadows and occlusion included.
+//! Small scenes lit order by order: a height field on the stage, with shadows and occlusion.
 
 use nalgebra::Vector3;
 use optics::{Calibration, Grating, LightSurfaces, PointMm, StagePosition};
@@ -10,7 +10,7 @@ use super::{KnownScan, SIGMA_PX, centrelines, segments};
 
 /// Fan angle between light rays: 0.4 columns of the test station.
 const PHI_STEP_RAD: f64 = 0.0006;
-/// March along light and camera rays, mm; thinner parts would be missed.
+/// Step along light and camera rays, mm; thinner parts would be missed.
 const MARCH_MM: f64 = 1.0;
 
 /// Depth of the part's surface (part frame) at (x, y); nothing beyond `f64::INFINITY`.
@@ -21,7 +21,7 @@ pub fn scan(calibration: &Calibration, surface: Surface, positions_mm: &[f64], t
     scan_with(calibration, surface, positions_mm, turned, 1.0, 7)
 }
 
-/// [`scan`] with `understated` times the noise the points claim.
+/// [`scan`] with `understated` times the stated noise.
 pub fn scan_with(
     calibration: &Calibration,
     surface: Surface,
@@ -57,13 +57,13 @@ pub fn scan_with(
     KnownScan { frames, orders }
 }
 
-/// How far inside a part a point of the part frame is: positive inside; nothing else matters.
+/// Positive inside the part, negative outside; only the sign matters. Part frame.
 pub type Solid<'a> = &'a (dyn Fn(&Vector3<f64>) -> f64 + Sync);
 
 /// A light ray of an order by its fan angle: origin and direction.
 pub type Light<'a> = &'a (dyn Fn(i8, f64) -> Option<(Vector3<f64>, Vector3<f64>)> + Sync);
 
-/// Scans a part that the stage of `calibration` moves in any way, lit by `light`, with lines along columns.
+/// Scans a part moved by the stage of `calibration`, lit by `light`, with lines along columns.
 pub fn scan_moved(
     calibration: &Calibration,
     solid: Solid,
@@ -161,7 +161,7 @@ fn first_hit(
                 let middle = 0.5 * (low + high);
                 if depth(&at(middle)) > 0.0 { high = middle } else { low = middle }
             }
-            // A wall is crossed from the side: its points are kept, they are part of the surface.
+            // A wall is crossed from the side: its points are kept, because they are part of the surface.
             return Some(at(low));
         }
         t += MARCH_MM;
@@ -169,7 +169,7 @@ fn first_hit(
     None
 }
 
-/// Whether nothing stands between the camera and the hit.
+/// Whether the line of sight from the camera to the hit is free.
 fn visible(hit: &Vector3<f64>, depth: &dyn Fn(&Vector3<f64>) -> f64) -> bool {
     let ray = hit / hit.z;
     let mut z = hit.z - 0.2;
@@ -182,7 +182,7 @@ fn visible(hit: &Vector3<f64>, depth: &dyn Fn(&Vector3<f64>) -> f64) -> bool {
     true
 }
 
-/// A fixed sequence of nearly normal numbers (sum of twelve uniform ones).
+/// A fixed sequence of approximately normal numbers (sum of twelve uniform ones).
 pub struct Noise(pub u64);
 
 impl Noise {

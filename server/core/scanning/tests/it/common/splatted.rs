@@ -1,5 +1,5 @@
-//! Pictures drawn as those of `rig-b` are: light splatted where the centre rays of the fan meet the scene, so bright that the
-//! ground saturates, on parts of many albedos.
+//! Pictures drawn like those of `rig-b`: light splatted where the centre rays of the fan meet the scene, so bright that
+//! the ground saturates, on parts of many albedos.
 
 use std::f64::consts::PI;
 
@@ -14,30 +14,30 @@ use super::rendered::{Dice, FWHM_SIGMAS, PART_STREAM, Rendered, calibration_of, 
 use super::scene::Noise;
 use super::truth_lines::{TrueRay, TruthLine, lines_between};
 
-/// Rays of the fan, and how many of them there are for one that the truth states.
+/// Rays of the fan, and how many of them per ray stated in the truth.
 const RAYS: [usize; 2] = [7000, 12];
 /// Frames, 1 mm apart.
 const FRAMES: usize = 32;
-/// Beyond so many standard deviations a splat is dark.
+/// Truncation of a splat, in standard deviations.
 const SPLAT_SIGMAS: f64 = 3.5;
-/// Grey levels without light, their noise, and levels² of shot noise per level.
+/// Grey level of the background, its noise, and levels² of shot noise per level.
 const DARK: [f64; 3] = [3.0, 1.2, 0.025];
-/// Share of a neighbour's speckle in a pixel's own: neighbours correlate by 0.36, as on `rig-b`.
+/// Fraction of a neighbour's speckle in a pixel's own: neighbours correlate by 0.36, as on `rig-b`.
 const SPECKLE_SHARE: f64 = 0.19;
-/// How far from the focus lines are three times as wide.
+/// Defocus at which lines are three times as wide.
 const THREE_TIMES_MM: f64 = 50.0;
 
-/// What stands on the ground, in the frame of the plate (z up).
+/// An object on the ground, in the frame of the plate (z up).
 enum Thing {
     Block { centre: [f64; 2], half: [f64; 2], turn_rad: f64, height: f64 },
     Ball { centre: [f64; 2], radius: f64 },
 }
 
-/// The things on the ground with their albedos.
+/// The objects on the ground with their albedos.
 struct Things(Vec<(Thing, f64)>);
 
 impl Thing {
-    /// How far along a ray it is met.
+    /// Distance along a ray to the object.
     fn hit(&self, from: &Vector3<f64>, way: &Vector3<f64>) -> Option<f64> {
         match self {
             Self::Ball { centre: [x, y], radius } => {
@@ -64,7 +64,7 @@ impl Thing {
 }
 
 impl Things {
-    /// How far along a ray something is met, and its albedo.
+    /// Distance along a ray to the nearest object, and its albedo.
     fn hit(&self, from: &Vector3<f64>, way: &Vector3<f64>) -> Option<(f64, f64)> {
         let things = self.0.iter().filter_map(|(thing, albedo)| Some((thing.hit(from, way)?, *albedo)));
         let met = things.chain([(-from.z / way.z, 1.0)]).filter(|(reach, _)| *reach > 0.0);
@@ -72,7 +72,7 @@ impl Things {
     }
 }
 
-/// Nine blocks, a third of them just one wrap high, and four balls of albedos 0.2 to 1.2.
+/// Nine blocks, a third of them exactly one wrap high, and four balls of albedos 0.2 to 1.2.
 fn things(dice: &mut Dice, wrap_mm: f64) -> Things {
     let place = |dice: &mut Dice| [dice.between(-75.0, 75.0), dice.between(-45.0, 45.0)];
     let block = |idx: usize, dice: &mut Dice| {
@@ -115,7 +115,7 @@ pub fn splatted(seed: u64) -> Rendered {
     Rendered { name, calibration, frames, truth }
 }
 
-/// The rays that meet something the camera sees, by order, then along the fan: index, where, brightness.
+/// The rays that reach a visible point, by order, then along the fan: index, position, brightness.
 fn rays(model: &StationModel, things: &Things, position_mm: f64) -> Vec<(usize, TrueRay, f64)> {
     let Scene::Plate(plate) = SceneKind::Plate.placed(model, PART_STREAM) else {
         unreachable!("a plate was asked for")
@@ -141,9 +141,9 @@ fn rays(model: &StationModel, things: &Things, position_mm: f64) -> Vec<(usize, 
     model.orders.iter().zip(&model.order_powers).flat_map(of_order).collect()
 }
 
-/// How the light of the lines looks.
+/// Appearance of the lines.
 struct Light {
-    /// Grey levels of the brightest line's ridge on the ground, were there no limit.
+    /// Grey levels of the brightest line's ridge on the ground, without saturation.
     ridge: f64,
     /// Contrast of the speckle.
     speckle: f64,
@@ -159,7 +159,7 @@ impl Light {
             let out_of_focus = (ray.depth_mm - model.shape.standoff_mm) / THREE_TIMES_MM;
             let widened = (1.0 + 8.0 * out_of_focus * out_of_focus).sqrt();
             let sigma_px = self.fwhm_px / FWHM_SIGMAS * widened;
-            // Splats of one line add up to its ridge; what is wider is dimmer.
+            // Splats of one line sum to its ridge; wider ones are dimmer.
             let peak = self.ridge * brightness * spacing_px / ((2.0 * PI).sqrt() * sigma_px * widened);
             let profile = |centre: f64, limit: usize| -> (usize, Vec<f32>) {
                 let first = (centre - SPLAT_SIGMAS * sigma_px).ceil().max(0.0) as usize;
@@ -188,7 +188,7 @@ impl Light {
         GreyImage::new(width, height, Pixels::Eight(grey)).unwrap()
     }
 
-    /// Factors about 1 that neighbouring pixels share.
+    /// Factors about 1, correlated between neighbouring pixels.
     fn speckle_field(&self, width: usize, height: usize, noise: &mut Noise) -> Vec<f32> {
         let raw: Vec<f32> = (0..width * height).map(|_| noise.next() as f32).collect();
         let blurred = |values: &[f32], step: usize| -> Vec<f32> {

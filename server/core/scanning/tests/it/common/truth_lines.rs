@@ -1,17 +1,17 @@
-//! Points of a cloud held against the true lines of the pictures they came from.
+//! Comparison of a cloud's points with the true lines of their pictures.
 
 use std::collections::HashMap;
 
 use scanning::CloudPoint;
 use vision::LineDirection;
 
-/// A point within this distance of a true line is on it, px: a wide line's centre is drawn at a rim, and the next line
-/// is farther away by an order of magnitude.
+/// Distance from a true line within which a point is on it, px: at an edge the centre of a wide line is pulled aside,
+/// and the next line is an order of magnitude farther away.
 const ON_LINE_PX: f64 = 2.5;
-/// Columns on either side in which a true line counts as well: where it ends is not known to the pixel.
+/// Columns on either side in which a true line counts as well: its end is not known to the pixel.
 const BESIDE_PX: i64 = 4;
 
-/// Rays of one order farther apart than this, along the line or in depth, have no line between them that counts.
+/// Between rays of one order farther apart than this, along the line or in depth, no true line is assumed.
 const LINE_GAP_PX: f64 = 12.0;
 /// See [`LINE_GAP_PX`].
 const LINE_STEP_MM: f64 = 2.0;
@@ -26,7 +26,7 @@ pub struct TruthLine {
     pub across_px: f64,
 }
 
-/// Where a ray of light is seen to land.
+/// A true ray of light and the pixel of its hit.
 #[derive(Debug, Clone, Copy)]
 pub struct TrueRay {
     pub order: i8,
@@ -60,7 +60,7 @@ pub fn lines_between(rays: &[TrueRay], width_px: usize) -> Vec<TruthLine> {
     lines
 }
 
-/// How many points of a cloud are right.
+/// Number of right and wrong points of a cloud.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Score {
     /// True (line, column) of all frames.
@@ -106,7 +106,7 @@ impl std::fmt::Display for Score {
     }
 }
 
-/// Holds a cloud against the truth; with `EXPLAIN` set it says where the wrong ones are.
+/// Compares a cloud with the truth; with `EXPLAIN` set it prints the wrong points.
 pub fn score(points: &[CloudPoint], truth: &[Vec<TruthLine>], direction: LineDirection) -> Score {
     let mut score = Score { n_points: points.len(), ..Score::default() };
     let place = |p: &CloudPoint| match direction {

@@ -1,13 +1,13 @@
-//! Numbers side by side: what one or two vector registers hold, whatever the instruction set.
+//! Vectors of numbers: the content of one or two vector registers on any instruction set.
 
 use std::ops::{Add, Mul, Sub};
 
 use crate::centreline::view::Level;
 
-/// Numbers calculated with at once.
+/// Numbers per vector.
 pub const LANES: usize = 16;
 
-/// Numbers that are calculated with at once.
+/// A vector of [`LANES`] numbers.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Numbers(pub [f32; LANES]);
 
@@ -18,7 +18,7 @@ impl Numbers {
         Self([number; LANES])
     }
 
-    /// The first of a slice, which holds as many.
+    /// The first [`LANES`] numbers of a slice, which must hold as many.
     #[inline(always)]
     pub fn of(slice: &[f32]) -> Self {
         Self(*slice.first_chunk().expect("the caller slices as many"))
@@ -34,13 +34,13 @@ impl Numbers {
         Self(greys)
     }
 
-    /// The larger of each pair; the second where the first is not a number.
+    /// The larger of each pair; the second where the first is NaN.
     #[inline(always)]
     pub fn max(self, other: Self) -> Self {
         self.where_over(other, self, other)
     }
 
-    /// One number where this is more than `limit`, another where it is not.
+    /// Lane by lane: `over` where this is more than `limit`, otherwise `otherwise`.
     #[inline(always)]
     pub fn where_over(self, limit: Self, over: Self, otherwise: Self) -> Self {
         let mut result = [0.0; LANES];
@@ -50,7 +50,7 @@ impl Numbers {
         Self(result)
     }
 
-    /// 1 where this is the number, otherwise 0.
+    /// 1 where the lane equals `number`, otherwise 0.
     #[inline(always)]
     pub fn is(self, number: f32) -> Self {
         let mut result = [0.0; LANES];
@@ -66,7 +66,7 @@ impl Numbers {
         self.0.iter().fold(false, |any, &number| any | (number > 0.0))
     }
 
-    /// The sum of all lanes, halves added to halves.
+    /// The sum of all lanes, by pairwise halving.
     #[inline(always)]
     pub fn sum(self) -> f32 {
         let mut numbers = self.0;
@@ -80,7 +80,7 @@ impl Numbers {
         numbers[0]
     }
 
-    /// The least of all lanes.
+    /// The smallest lane.
     #[inline(always)]
     pub fn least(self) -> f32 {
         let mut numbers = self.0;

@@ -1,9 +1,10 @@
-//! The extraction at the speed of the camera: the whole image is read once, everything else only where light is.
+//! Centreline extraction at camera speed: every pixel is read once, and later steps visit only the lit parts of the
+//! image.
 //!
-//! Noise from some rows → sums of small cells, which show where lines can be → candidates there (a box
-//! brighter than both flanks) → traces → every crossing straightened into a window, sixteen columns at a time, and measured by
-//! derivatives across the line → averaging along the line. All arithmetic runs in lanes that do not mix and without
-//! fused multiply-add, so that every instruction set gives the same bits.
+//! Noise from a sample of rows → sums of small cells, which show where lines can be → candidates there (a box brighter
+//! than both flanks) → traces → every crossing straightened into a window, sixteen columns at a time, and measured by
+//! derivatives across the line → averaging along the line. All arithmetic is done per lane and without fused
+//! multiply-add, so that every instruction set gives the same bits.
 
 #![allow(
     clippy::needless_range_loop,
@@ -39,10 +40,11 @@ use smoothing::along::Averager;
 pub use search::cells::Strip;
 use statistics::median;
 
-/// Smallest side, in pixels, that the tiles and strips of a search fit into.
+/// Smallest image side, in pixels, that holds the tiles and strips of the search.
 pub const MIN_SIDE_PX: usize = 64;
 
-/// Segments kept for images with more of them: those of usual scenes, so that the memory of a picture full of noise is freed.
+/// Segments whose memory is kept between images: enough for usual scenes, so that the memory of a picture full of noise
+/// is freed.
 const SPARE_SEGMENTS: usize = 64;
 
 /// Whether an image is large enough; see [`super::small`].
@@ -50,7 +52,7 @@ pub fn fits(width: usize, height: usize) -> bool {
     width.min(height) >= MIN_SIDE_PX
 }
 
-/// The memory of an extraction, kept from image to image.
+/// Working memory of the extraction, reused from image to image.
 #[derive(Default)]
 pub struct Memory<T: Level> {
     cells: Cells<T>,
@@ -59,12 +61,12 @@ pub struct Memory<T: Level> {
     peaks: Peaks,
     /// Typical full width at half height.
     width_px: f32,
-    /// What it is said to be.
+    /// The width set by the caller, if any.
     given_width_px: Option<f32>,
     box_noise: BoxNoise<T>,
     search: Search<T>,
     linker: Linker,
-    /// Traces that are near to each other.
+    /// Traces close to each other.
     near: Vec<usize>,
     measurer: Measurer<T>,
     crossings: Crossings,
@@ -72,16 +74,16 @@ pub struct Memory<T: Level> {
     differences: Differences,
     averager: Averager,
     gains: Vec<f32>,
-    /// Segments beyond those of an image, with the memory of their points.
+    /// Spare segments, with the memory of their points.
     spare: Vec<Segment>,
 }
 
-/// The extraction compiled for every instruction set, step by step: in one function as large as all of them compilers
-/// keep sums of inner loops in memory.
+/// The extraction compiled for every instruction set, one function per step: in a single function of that size
+/// compilers keep the sums of inner loops in memory instead of registers.
 macro_rules! extraction {
     ($(#[$doc:meta])* $name:ident, $level:ty) => {
         $(#[$doc])*
-        // Where every machine has the best of these targets, the compiler sees the versions by name unused.
+        // Where the target already includes the best of these instruction sets, the named versions are unused.
         #[allow(dead_code)]
         #[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl+avx2", "x86_64+avx2", "aarch64+neon"))]
         pub fn $name(view: &View<$level>, memory: &mut Memory<$level>, found: &mut Centrelines) {
@@ -137,12 +139,12 @@ extraction!(
 );
 
 impl<T: Level> Memory<T> {
-    /// From now on lines of this full width at half height are searched for, whatever the image shows.
+    /// Sets the full width at half height of the lines to search for, instead of estimating it from each image.
     pub fn search_width(&mut self, width_px: f32) {
         self.given_width_px = Some(width_px);
     }
 
-    /// The full width at half height that the last image was searched with.
+    /// The full width at half height used for the last image.
     pub fn width_px(&self) -> f32 {
         self.width_px
     }
@@ -152,25 +154,25 @@ impl<T: Level> Memory<T> {
         self.pixel_noise.map()
     }
 
-    /// Where the last image held light.
+    /// The strips of the last image that held light.
     pub fn strips(&self) -> &[Strip] {
         &self.strips
     }
 
-    /// The one look at every pixel: where light is, and the noise of pixels.
+    /// The only pass over every pixel: finds the lit cells and the noise of pixels.
     #[inline(always)]
     fn read(&mut self, view: &View<T>) {
         self.cells.begin(view);
         self.pixel_noise.begin(view);
         for v0 in (0..view.height).step_by(NOISE_TILE_PX) {
-            // What is read from memory here is near when its noise is measured.
+            // What is read from memory here is still cached when its noise is measured.
             self.cells.sum_up(view, v0..(v0 + NOISE_TILE_PX).min(view.height));
             self.pixel_noise.measure(view, v0);
         }
         self.cells.strips_with_light(view, self.pixel_noise.map(), &mut self.strips);
     }
 
-    /// How wide the lines are.
+    /// Estimates the width of the lines.
     #[inline(always)]
     fn learn_width(&mut self, view: &View<T>) {
         self.width_px = self.given_width_px.unwrap_or_else(|| {
@@ -178,14 +180,14 @@ impl<T: Level> Memory<T> {
         });
     }
 
-    /// The noise that candidates are compared with.
+    /// Measures the noise that candidates are compared with.
     #[inline(always)]
     fn measure_box_noise(&mut self, view: &View<T>) {
         let boxes = Boxes::for_width(self.width_px);
         self.box_noise.measure(view, boxes, self.pixel_noise.map(), &self.strips);
     }
 
-    /// Candidates and the traces they make.
+    /// Finds candidates and links them into traces.
     #[inline(always)]
     fn search(&mut self, view: &View<T>) {
         let Self { search, strips, linker, width_px, .. } = self;
@@ -196,7 +198,7 @@ impl<T: Level> Memory<T> {
         across::clearance::mark_clearances(linker.traces_mut(), search.crowded(), &mut self.near);
     }
 
-    /// The crossings of all traces and the pieces of lines they make.
+    /// Measures the crossings of all traces and splits them into pieces of lines.
     #[inline(always)]
     fn measure(&mut self, view: &View<T>) {
         let image = Image::new(view, self.pixel_noise.map(), Boxes::for_width(self.width_px), self.width_px);
@@ -226,7 +228,8 @@ impl<T: Level> Memory<T> {
                 Piece { first_u: piece.first_u + kept.start, places: start + kept.start..start + kept.end };
             averager.average(crossings, &piece, &scatter, &mut segment.points, gains);
         }
-        // A fit that keeps the mean keeps the noise at long waves: variance × correlation length is conserved.
+        // A fit that preserves the mean preserves the noise at long wavelengths: variance × correlation length is
+        // constant.
         let gain = median(gains).map_or(1.0, f64::from);
         found.correlation_px = (gain * scatter.correlation_px()).max(1.0);
     }

@@ -1,5 +1,5 @@
-//! The extraction against itself on other instruction sets. What is *right* is for the tests of the module above.
-//! Instruction sets that the machine at hand lacks are not run; what they must give is written here, and
+//! Tests of the extraction against itself on other instruction sets; its *correctness* is tested in the module above.
+//! Instruction sets that the machine lacks are not run; their result is stored here, and
 //! `cargo xtask neon` runs another architecture's.
 
 use super::*;
@@ -24,7 +24,7 @@ fn levels(width: usize, height: usize) -> Vec<u8> {
     (0..width * height).map(pixel).collect()
 }
 
-/// No multiple of a cell, a strip or a tile.
+/// Not a multiple of a cell, a strip or a tile.
 const SIZE: (usize, usize) = (541, 213);
 
 fn view<T>(pixels: &[T], full_scale: f32) -> View<'_, T> {
@@ -37,7 +37,7 @@ fn eight(pixels: &[u8]) -> Centrelines {
     found
 }
 
-/// All steps of the extraction, by whatever instructions the caller was compiled for.
+/// All steps of the extraction, with the instruction set of the caller.
 #[inline(always)]
 fn extract<T: Level>(view: &View<T>, memory: &mut Memory<T>, found: &mut Centrelines) {
     memory.read(view);
@@ -59,7 +59,7 @@ fn every_instruction_set_gives_the_same_bits() {
     let pixels = levels(SIZE.0, SIZE.1);
     let found = eight(&pixels);
     assert!(found.segments.len() >= 4, "{} segments", found.segments.len());
-    // `extract` called from here is compiled for what every machine of this architecture has.
+    // `extract` called from here is compiled for the baseline of this architecture.
     let (mut plain, mut by_avx2) = (Centrelines::default(), Centrelines::default());
     extract(&view(&pixels, 255.0), &mut Memory::default(), &mut plain);
     extract_at_most_by_avx2(&view(&pixels, 255.0), &mut Memory::default(), &mut by_avx2);
@@ -73,11 +73,11 @@ fn every_instruction_set_gives_the_same_bits() {
     assert_eq!(found, plain);
 }
 
-/// Lines like those of [`levels`] in whole numbers alone: no library's `exp` has a say in the image.
+/// Lines like those of [`levels`] in integer arithmetic: the image does not depend on any library's `exp`.
 fn whole_number_levels(width: i64, height: i64) -> Vec<u8> {
-    /// Places along a column are counted in these.
+    /// Units per pixel of positions along a column.
     const PER_PX: i64 = 16;
-    /// Where a line's light ends above and below its middle; half of its height is wide 4.9 px.
+    /// Half-height of a line's light; its full width at half height is 4.9 px.
     const REACH: i64 = 72;
     // Row at the first column, rows per 100 columns, grey levels in the middle.
     let lines = [(40, 2, 180), (90, -10, 60), (150, 0, 400), (-200, 100, 200)];
@@ -99,7 +99,7 @@ fn whole_number_levels(width: i64, height: i64) -> Vec<u8> {
     (0..width * height).map(&mut pixel).collect()
 }
 
-/// A number that every bit of every point goes into (FNV-1a).
+/// A hash over every bit of every point (FNV-1a).
 fn fingerprint(found: &Centrelines) -> u64 {
     let mut hash = 0xcbf2_9ce4_8422_2325u64;
     let mut add = |bits: u64| {
@@ -122,15 +122,15 @@ fn fingerprint(found: &Centrelines) -> u64 {
     hash
 }
 
-/// The fingerprint of the whole-number image's lines. Whoever changes the extraction on purpose writes the new one: it
-/// does not say what is right, only that AVX-512, AVX2, NEON and the plainest build agree on it.
+/// The fingerprint of the integer image's lines. A deliberate change of the extraction updates it: it does not show
+/// that the result is right, only that AVX-512, AVX2, NEON and the baseline agree.
 ///
-/// What could still differ is `exp` and `ln` of the system's library, of which the extraction makes its weights; those of
-/// glibc agree on x86-64 and aarch64.
+/// The remaining possible difference is `exp` and `ln` of the system's library, from which the extraction computes its
+/// weights; those of glibc agree on x86-64 and aarch64.
 const FINGERPRINT: u64 = 0x584f_9421_486e_47c3;
 
 #[test]
-fn every_architecture_gives_the_bits_written_here() {
+fn every_architecture_gives_the_stored_bits() {
     let pixels = whole_number_levels(SIZE.0 as i64, SIZE.1 as i64);
     let found = eight(&pixels);
     let n_points: usize = found.segments.iter().map(|segment| segment.points.len()).sum();
@@ -140,7 +140,7 @@ fn every_architecture_gives_the_bits_written_here() {
 }
 
 #[test]
-fn images_before_leave_nothing_behind() {
+fn earlier_images_do_not_affect_the_result() {
     let (first, second) = (levels(SIZE.0, SIZE.1), vec![9u8; SIZE.0 * SIZE.1]);
     let (mut memory, mut found) = (Memory::default(), Centrelines::default());
     for pixels in [&first, &second, &first] {

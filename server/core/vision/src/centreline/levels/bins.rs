@@ -1,9 +1,9 @@
-//! Rows averaged into one, and what was found there as seen in the image.
+//! Binning of rows, and conversion of what is found there to the coordinates of the image.
 
 use super::super::CentrelinePoint;
 use super::super::view::{Level, View};
 
-/// Averages 2^`shift` rows into one, scaled so that nothing is lost to rounding; answers with the scale.
+/// Averages 2^`shift` rows into one, scaled so that nothing is lost to rounding; returns the scale.
 pub fn binned<T: Level>(view: &View<T>, shift: usize, pixels: &mut Vec<u16>) -> f32 {
     let rows = 1usize << shift;
     // The largest power of two that keeps full scale within sixteen bits.
@@ -21,7 +21,8 @@ pub fn binned<T: Level>(view: &View<T>, shift: usize, pixels: &mut Vec<u16>) -> 
     gain
 }
 
-/// A point of an image with `rows` rows averaged into one, and grey levels `gain` times as large, as one of the image.
+/// Converts a point of an image with `rows` rows binned into one, and grey levels `gain` times as large, to the
+/// original image.
 pub fn unbin(point: &mut CentrelinePoint, rows: usize, gain: f32) {
     let rows = rows as f64;
     let [along, across] = point.normal;

@@ -1,4 +1,4 @@
-//! Column by column: what was found there, whether it explains the light, and which of two looks at one line stands.
+//! Column by column: the points found, whether they explain the light, and which of two detections of one line is kept.
 
 use std::ops::Range;
 
@@ -10,12 +10,12 @@ use crate::params::{
     LEVEL_LIT_WIDTHS, LEVEL_NARROWEST, LEVEL_SURE, LEVEL_WIDEST_PX, MIN_SEGMENT_COLUMNS, STRIP_WIDTH_PX,
 };
 
-/// All marks by column; keeps its memory.
+/// All marks by column; its memory is reused.
 #[derive(Default)]
 pub struct Columns {
     spots: Vec<Vec<Spot>>,
-    /// Rows with light left in a strip, and how many they are together with those of the strips before; the same of the
-    /// strip before.
+    /// Row ranges of a strip with unexplained light, each with its rows summed over this and the preceding strips; then
+    /// those of the strip before.
     left: Vec<(Range<usize>, f32)>,
     before: Vec<(Range<usize>, f32)>,
 }
@@ -26,7 +26,7 @@ impl Columns {
         self.spots.resize_with(width, Vec::new);
     }
 
-    /// Takes the lines of an image as they were found.
+    /// Takes the lines found in an image.
     pub fn take_found(&mut self, found: &Centrelines, width: usize) {
         self.clear(width);
         for (line, segment) in found.segments.iter().enumerate() {
@@ -46,11 +46,11 @@ impl Columns {
         }
     }
 
-    /// Whether neighbouring strips hold light in the same rows, and enough of it, that no line explains: higher than the
-    /// lines in it. `rows`: how many rows of the image one of the strips' rows is.
+    /// Whether neighbouring strips hold enough unexplained light in the same rows: lit ranges higher than the lines in
+    /// them. `rows`: image rows per row of the strips.
     pub fn leave_light(&mut self, strips: &[Strip], rows: usize, base_px: f32) -> bool {
         self.before.clear();
-        // Cells make light higher than it is.
+        // Cells make lit ranges higher than the light is.
         let narrow_px = (LEVEL_BAND * base_px + LEVEL_LIT_PX) * rows as f32;
         for strip in strips {
             self.left.clear();
@@ -77,7 +77,8 @@ impl Columns {
         let explained_px = |spot: &Spot| {
             LEVEL_LIT_WIDTHS * spot.width_px + spot.slope * STRIP_WIDTH_PX as f32 + LEVEL_LIT_PX * rows
         };
-        // The image itself shows lines a little wider than its own as well as a level would, and every level costs time.
+        // The image itself measures lines slightly wider than its own as well as a level would, and every level costs
+        // time.
         let widest = if rows > 1.0 { LEVEL_BAND } else { LEVEL_FIRST_BAND };
         let is_explained = |column: &&Vec<Spot>| {
             let own = column.iter().filter(|spot| lit_px.contains(&spot.v_px) && spot.fit(base_px) <= widest);
@@ -86,7 +87,7 @@ impl Columns {
         2 * self.spots[strip.u0..strip.u1].iter().filter(is_explained).count() >= strip.u1 - strip.u0
     }
 
-    /// Marks of `found` that see what a longer line sees in their column.
+    /// Marks of `found` that duplicate a mark of a longer line in their column.
     pub fn second_looks(&self, found: &Centrelines) -> Vec<Place> {
         let mut seconds = Vec::new();
         let n_points = |place: &Place| found.segments[place.0].points.len();
@@ -101,8 +102,8 @@ impl Columns {
         seconds
     }
 
-    /// `lines`, which were taken before, and those of a coarser level, every crossing once: that of the level whose band it
-    /// lies in. `single`: what of a coarse line is one line.
+    /// `lines`, found so far, merged with those of a coarser level; every crossing once, from the level in whose band
+    /// its width lies. `single`: the parts of a coarse line that are one line.
     pub fn merged(
         &self,
         lines: Vec<Line>,
@@ -139,7 +140,7 @@ impl Columns {
     }
 }
 
-/// Whether light that a coarser level saw is too short for its width to be a line.
+/// Whether light detected at a coarser level is too short for its width to be a line.
 fn is_glow(line: &Line) -> bool {
     let widths_px: f32 = line.iter().map(|mark| mark.point.width_px).sum();
     let n_columns = line.len() as f32;

@@ -3,54 +3,54 @@
 use super::super::{CentrelinePoint, Centrelines};
 use crate::params::{LEVEL_MEASURED_PX2, LEVEL_NEAR_WIDTHS, LEVEL_STITCH_WIDTHS};
 
-/// A point and how many rows were averaged where it was found.
+/// A point, with the number of rows binned where it was found.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Mark {
     /// In the image.
     pub point: CentrelinePoint,
-    /// Rows in one.
+    /// Rows binned into one.
     pub rows: f32,
 }
 
 /// Marks of neighbouring columns.
 pub type Line = Vec<Mark>;
 
-/// A mark among lines: line, place in it.
+/// Indices of a mark: line, position in it.
 pub type Place = (usize, usize);
 
-/// What a mark says to its column: where it is and what light it explains.
+/// A mark as listed by column: its position and the light it explains.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Spot {
-    /// Line and place in it.
+    /// Line and position in it.
     pub place: Place,
     /// Row.
     pub v_px: f32,
     /// Full width along the column as measured, area by the height of three rows, px.
     pub width_px: f32,
-    /// Rows per column, without sign.
+    /// Rows per column, absolute value.
     pub slope: f32,
-    /// Rows in one.
+    /// Rows binned into one.
     pub rows: f32,
 }
 
 impl Spot {
-    /// What a point found in an image with `rows` rows averaged into one says.
+    /// The entry of a point found in an image with `rows` rows binned into one.
     #[inline(always)]
     pub fn of(place: Place, point: &CentrelinePoint, rows: f32) -> Self {
         let (along, across) = (point.normal[0].abs() as f32, point.normal[1].abs() as f32);
         let per_across = 1.0 / across.max(f32::MIN_POSITIVE);
         let (width_px, slope) = (point.width_px * per_across, along * per_across);
-        // As it was measured, which is what levels search with.
+        // As measured, which is the width that levels search with.
         let width_px = (width_px * width_px + LEVEL_MEASURED_PX2 * rows * rows).sqrt();
         Self { place, v_px: point.v_px as f32, width_px, slope, rows }
     }
 
-    /// Its width as a share of that its level is made for.
+    /// Its width relative to the width its level searches for.
     pub fn fit(&self, base_px: f32) -> f32 {
         self.width_px / (base_px * self.rows)
     }
 
-    /// Whether both, of one column, are looks at the same line.
+    /// Whether both, of one column, are detections of the same line.
     pub fn is_near(&self, other: &Self) -> bool {
         (self.v_px - other.v_px).abs() < LEVEL_NEAR_WIDTHS * self.width_px.max(other.width_px)
     }
@@ -62,7 +62,7 @@ impl Mark {
         self.spot().width_px
     }
 
-    /// What it says to its column.
+    /// Its entry in the list of its column.
     pub fn spot(&self) -> Spot {
         Spot::of((0, 0), &self.point, self.rows)
     }
@@ -74,7 +74,7 @@ pub fn as_lines(found: &Centrelines, rows: f32) -> Vec<Line> {
     found.segments.iter().map(|segment| line(&segment.points)).collect()
 }
 
-/// The lines without some marks, in pieces without gaps.
+/// The lines without some marks, split at the gaps.
 pub fn without(lines: Vec<Line>, gone: &[Place]) -> Vec<Line> {
     let mut is_gone: Vec<Vec<bool>> = lines.iter().map(|line| vec![false; line.len()]).collect();
     gone.iter().for_each(|&(line, at)| is_gone[line][at] = true);
@@ -85,7 +85,7 @@ pub fn without(lines: Vec<Line>, gone: &[Place]) -> Vec<Line> {
     pieces.collect()
 }
 
-/// What is kept of a line, in pieces without gaps.
+/// The marks of a line that are kept, split at the gaps.
 pub fn kept(line: Line, mut is_kept: impl FnMut(&Mark) -> bool) -> Vec<Line> {
     let mut pieces = vec![Vec::new()];
     for mark in line {
@@ -99,7 +99,7 @@ pub fn kept(line: Line, mut is_kept: impl FnMut(&Mark) -> bool) -> Vec<Line> {
     pieces
 }
 
-/// Pieces of different levels that follow each other joined: a line that grows wider is one line.
+/// Joins pieces of different levels that follow each other: a line that grows wider is one line.
 pub fn stitched(mut lines: Vec<Line>) -> Vec<Line> {
     lines.sort_by(|a, b| {
         a[0].point.u_px.total_cmp(&b[0].point.u_px).then(a[0].point.v_px.total_cmp(&b[0].point.v_px))

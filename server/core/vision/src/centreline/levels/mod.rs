@@ -1,8 +1,8 @@
-//! Lines wider than the rest of their image: looked for in the same image with its rows binned.
+//! Lines wider than the others of their image: searched for in the same image with binned rows.
 //!
-//! Two, four, eight … rows averaged into one make a line half, a quarter, an eighth as wide and as steep, and leave it its
-//! one crossing per column. So the extraction runs again, as it is, wherever light is left that the lines found so far do
-//! not explain, and each level answers for lines of its own band of widths.
+//! Averaging two, four, eight … rows into one makes a line half, a quarter, an eighth as wide and as steep, with still
+//! one crossing per column. So the same extraction runs again wherever the lines found so far do not explain the light,
+//! and each level is responsible for its own band of line widths.
 
 mod bins;
 mod columns;
@@ -17,7 +17,7 @@ use columns::Columns;
 use doubles::without_doubles;
 use marks::{Line, as_lines, without};
 
-/// Looks for wide lines; keeps its memory from image to image.
+/// Searches for wide lines; its memory is reused from image to image.
 #[derive(Default)]
 pub struct Levels {
     memory: Memory<u16>,
@@ -28,8 +28,8 @@ pub struct Levels {
 }
 
 impl Levels {
-    /// Adds those that are wider to `found`, the lines of `view` as `memory` has just found them, and leaves every column
-    /// of a line one point.
+    /// Adds wider lines to `found`, the lines of `view` that `memory` has just found, and keeps one point per column
+    /// and line.
     pub fn add_wide_lines<T: Level>(&mut self, view: &View<T>, memory: &Memory<T>, found: &mut Centrelines) {
         let base_px = memory.width_px();
         self.columns.take_found(found, view.width);

@@ -1,4 +1,4 @@
-//! One crossing of a column and a line: position, width, intensity, and what its noise is made of.
+//! One crossing of a column and a line: position, width, intensity, and the coefficients of its noise.
 
 use super::scatter::{LANES, ThirdDifferences};
 
@@ -17,13 +17,13 @@ pub struct Crossing {
     pub width_px: f32,
 }
 
-/// Crossings of one line in neighbouring columns, however they are kept.
+/// Crossings of one line in neighbouring columns, independent of their storage.
 pub trait Line {
     /// Columns.
     fn n_columns(&self) -> usize;
     /// The crossing of the column `idx` columns after the first.
     fn at(&self, idx: usize) -> Crossing;
-    /// Third differences at a lag that begin at `start` and at the columns after it, all inside of the line.
+    /// Third differences at a lag, beginning at `start` and at the columns after it, all inside the line.
     fn third_differences(&self, start: usize, lag: usize) -> ThirdDifferences {
         let mut differences = ThirdDifferences::default();
         (0..LANES).for_each(|lane| differences.set(lane, self, start + lane, lag));

@@ -1,4 +1,4 @@
-//! The ends of interrupted lines, where blur shows light on no line.
+//! The ends of interrupted lines, where blur shows light beyond the line.
 
 use std::ops::Range;
 
@@ -10,7 +10,7 @@ use crate::params::{
     END_REFERENCE_WIDTHS,
 };
 
-/// The columns of an interrupted line without the ends over which it fades.
+/// The columns of an interrupted line, without the ends over which it fades.
 #[inline(always)]
 pub fn without_faded_ends<L: Line>(line: &L) -> Range<usize> {
     let n = line.n_columns();
@@ -31,8 +31,8 @@ fn n_faded(n: usize, inward: impl Fn(usize) -> Crossing) -> usize {
     (0..n_near).take_while(|&i| inward(i).intensity < END_INTENSITY_FRACTION * full).count()
 }
 
-/// The columns of a line without the ends that bend away from the line further in: the round end of a bright sloping
-/// line seen in the columns beside it, or the light of another line that begins there.
+/// The columns of a line, without the ends that bend away from the line further in: the round end of a bright sloping
+/// line as it appears in the columns beside it, or the light of another line that begins there.
 #[inline(always)]
 pub fn without_bent_ends<L: Line>(line: &L, scatter: &Scatter) -> Range<usize> {
     let n = line.n_columns();
@@ -41,7 +41,7 @@ pub fn without_bent_ends<L: Line>(line: &L, scatter: &Scatter) -> Range<usize> {
     start.min(end)..end
 }
 
-/// Crossings at one end (counted inwards by `inward`) that leave the parabola through the line further in.
+/// Number of crossings at one end (counted inwards by `inward`) that leave the parabola through the line further in.
 #[inline(always)]
 fn n_bent<L: Line>(line: &L, scatter: &Scatter, inward: impl Fn(usize) -> usize) -> usize {
     let n = line.n_columns();

@@ -1,4 +1,4 @@
-//! What lines are made of, however they are searched: where one may cross a column, how crossings join, what their noise is.
+//! Parts of every line search: where a line may cross a column, how crossings are linked, and their noise.
 
 pub mod candidates;
 pub mod crossing;

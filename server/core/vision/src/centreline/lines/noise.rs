@@ -10,7 +10,7 @@ pub struct NoiseMap {
 }
 
 impl NoiseMap {
-    /// Begins a new map; gives the noise of every tile, row by row, to be filled in the memory of the map before.
+    /// Begins a new map and returns the tiles, row by row, to be filled; the memory of the previous map is reused.
     pub fn begin(&mut self, tiles_across: usize) -> &mut Vec<f32> {
         self.tiles_across = tiles_across;
         self.sigmas.clear();
@@ -30,13 +30,13 @@ impl NoiseMap {
         }
     }
 
-    /// A broad line can fill most of a tile and pass for noise; the tiles above and below know better. None of the
-    /// `doubted` tiles (column, row) counts for more than [`NOISE_OVER_NEIGHBOURS`] times the lower quartile of its
-    /// surroundings in `limited`, which becomes the same map otherwise.
-    pub fn limit_by_neighbours(&self, doubted: &[(usize, usize)], limited: &mut Self) {
+    /// A broad line can fill most of a tile and look like noise; the tiles above and below do not have it. Each of the
+    /// `suspicious` tiles (column, row) is limited to [`NOISE_OVER_NEIGHBOURS`] times the lower quartile of its
+    /// surroundings in `limited`, which is otherwise a copy of this map.
+    pub fn limit_by_neighbours(&self, suspicious: &[(usize, usize)], limited: &mut Self) {
         let sigmas = limited.begin(self.tiles_across);
         sigmas.extend_from_slice(&self.sigmas);
-        for &(column, row) in doubted {
+        for &(column, row) in suspicious {
             let mut least = Least::default();
             self.for_each_around(column, row, |sigma| least.add(sigma));
             let sigma = &mut sigmas[row * self.tiles_across + column];
@@ -44,7 +44,7 @@ impl NoiseMap {
         }
     }
 
-    /// The least noise of a tile and those around it.
+    /// The smallest noise of a tile and its neighbours.
     pub fn least_around(&self, column: usize, row: usize) -> f32 {
         let mut least = f32::INFINITY;
         self.for_each_around(column, row, |sigma| least = least.min(sigma));
@@ -66,14 +66,14 @@ impl NoiseMap {
         self.row(v)[u / NOISE_TILE_PX]
     }
 
-    /// Noise of the tiles along row `v`; element `i` holds for columns `i * NOISE_TILE_PX` and on.
+    /// Noise of the tiles along row `v`; element `i` applies from column `i * NOISE_TILE_PX` on.
     pub fn row(&self, v: usize) -> &[f32] {
         let start = v / NOISE_TILE_PX * self.tiles_across;
         &self.sigmas[start..start + self.tiles_across]
     }
 }
 
-/// The three least of up to nine numbers, in order.
+/// The three smallest of up to nine numbers, in order.
 struct Least {
     three: [f32; 3],
     n: usize,

@@ -7,7 +7,7 @@ pub struct Parabola {
 }
 
 impl Parabola {
-    /// Value at `x` and its variance, were the points' errors independent with variance 1 / weight.
+    /// Value at `x` and its variance, if the points' errors are independent with variance 1 / weight.
     pub fn at(&self, x: f64) -> (f64, f64) {
         let powers = [1.0, x, x * x];
         let value = (0..3).map(|i| self.coefficients[i] * powers[i]).sum();

@@ -1,16 +1,15 @@
-//! How large the noise of the crossings is: camera noise is predicted, speckle is measured on the crossings
-//! themselves.
+//! Noise of the crossings: camera noise is predicted, speckle is estimated from the crossings themselves.
 //!
-//! The variance of a crossing is modelled as camera + speckle² · c, both propagated through the weights that made
-//! it (see [`Crossing`]); the one factor c (contrast² × grain) belongs to the surface and the lens and is found
-//! from third differences at a lag beyond the grain, which any parabola passes unnoticed.
+//! The variance of a crossing is modelled as camera + speckle² · c, both propagated through its weights (see
+//! [`Crossing`]). The one factor c (contrast² × grain) depends on the surface and the lens and is estimated from third
+//! differences at a lag longer than the grain, which vanish for any parabola.
 
 use super::crossing::{Crossing, Line};
 use crate::params::{
     SCATTER_CLIP, SCATTER_LAG, SCATTER_MAX_SAMPLES, SCATTER_MIN_SAMPLES, SCATTER_SHORT_LAG, SPECKLE_PRIOR,
 };
 
-/// Mean of min(χ²₁, 9), what [`SCATTER_CLIP`] leaves of a unit Gaussian's square.
+/// Mean of min(χ²₁, 9): what [`SCATTER_CLIP`] leaves of the square of a unit Gaussian.
 const CLIPPED_MEAN: f64 = 0.995;
 /// Coefficients of the third difference.
 const THIRD: [f64; 4] = [1.0, -3.0, 3.0, -1.0];
@@ -24,8 +23,8 @@ pub struct Scatter {
     neighbours: f64,
 }
 
-/// Third differences of some neighbouring columns, squared, with what the model predicts for each, were neighbours
-/// independent. Lanes without a difference have none and predict something.
+/// Squared third differences of neighbouring columns, with the model's prediction for each if neighbours were
+/// independent. Lanes without a difference have a zero square and a non-zero prediction.
 #[derive(Debug, Clone, Copy)]
 pub struct ThirdDifferences {
     /// Squares, px².
@@ -36,14 +35,14 @@ pub struct ThirdDifferences {
     pub speckle: Lanes,
 }
 
-/// The third differences of an image's lines at a long and a short lag; their memory is kept from image to image.
+/// The third differences of an image's lines at a long and a short lag; their memory is reused from image to image.
 #[derive(Default)]
 pub struct Differences {
     long: Samples,
     short: Samples,
 }
 
-/// Those at one lag.
+/// Differences at one lag.
 #[derive(Default)]
 struct Samples {
     blocks: Vec<ThirdDifferences>,
@@ -55,7 +54,8 @@ pub const LANES: usize = 8;
 type Lanes = [f32; LANES];
 
 impl Scatter {
-    /// Measures the scatter. `grain_min_px` is the smoothing along the line that made the crossings.
+    /// Measures the scatter. `grain_min_px` is the correlation length of the smoothing along the line that was applied
+    /// to the crossings.
     #[inline(always)]
     pub fn measure<L: Line>(
         lines: impl Iterator<Item = L> + Clone,
@@ -76,7 +76,7 @@ impl Scatter {
         Self { speckle: long.speckle_factor(third_difference_gain(SCATTER_LAG, neighbours)), neighbours }
     }
 
-    /// Squared speckle contrast times grain, px: factor of every crossing's speckle variance.
+    /// Squared speckle contrast times grain, px: the factor of every crossing's speckle variance.
     pub fn speckle(&self) -> f64 {
         self.speckle
     }
@@ -104,7 +104,7 @@ impl Default for ThirdDifferences {
 }
 
 impl ThirdDifferences {
-    /// Takes the difference that begins at one column.
+    /// Sets the difference that begins at one column.
     #[inline(always)]
     pub fn set<L: Line + ?Sized>(&mut self, lane: usize, line: &L, start: usize, lag: usize) {
         let (mut difference, mut camera, mut speckle) = (0.0, 0.0, 0.0);
@@ -144,8 +144,8 @@ impl Samples {
         }
     }
 
-    /// Mean of the squares over what camera and speckle predict times `gain`, each cut at [`SCATTER_CLIP`], above what
-    /// unit Gaussians have.
+    /// Mean of the squares over the prediction from camera noise and speckle times `gain`, each clipped at
+    /// [`SCATTER_CLIP`], minus the value for unit Gaussians.
     #[inline(always)]
     #[allow(clippy::needless_range_loop, reason = "lane by lane is what compilers turn into vectors")]
     fn clipped_excess(&self, speckle: f64, gain: f64) -> f64 {
@@ -160,7 +160,7 @@ impl Samples {
         f64::from(sums.iter().sum::<f32>()) / self.n.max(1) as f64 - CLIPPED_MEAN
     }
 
-    /// The speckle factor for which the squares are those of unit Gaussians; zero if the camera noise explains them.
+    /// The speckle factor for which the squares match unit Gaussians; zero if camera noise explains them.
     #[inline(always)]
     fn speckle_factor(&self, gain: f64) -> f64 {
         const LEAST: f64 = 1e-5;
@@ -169,7 +169,7 @@ impl Samples {
         }
         let mut search = FallingZero::about(SPECKLE_PRIOR.ln(), LEAST.ln(), 1e2f64.ln());
         while let Some(speckle) = search.next() {
-            search.tell(self.clipped_excess(speckle.exp(), gain));
+            search.add_value(self.clipped_excess(speckle.exp(), gain));
         }
         search.found.exp()
     }
@@ -179,19 +179,19 @@ impl Samples {
     fn excess(&self, speckle: f64) -> f64 {
         let mut search = FallingZero::about(0.0, 1e-4f64.ln(), 1e2f64.ln());
         while let Some(factor) = search.next() {
-            search.tell(self.clipped_excess(speckle, factor.exp()));
+            search.add_value(self.clipped_excess(speckle, factor.exp()));
         }
         search.found.exp()
     }
 }
 
-/// Looks for where a falling function is zero: in steps from a guess until it changes its sign, then by the Illinois
-/// variant of regula falsi: two ends that keep a zero between them, the one that stays losing half of its weight. The
-/// caller evaluates the function: it is worth vectors, and a function handed over would not get them.
+/// Root search for a decreasing function: steps from a guess until the sign changes, then the Illinois variant of
+/// regula falsi, which keeps the root bracketed and halves the weight of the end that stays. The caller evaluates the
+/// function, so that the evaluation is vectorised; a closure passed in would not be.
 struct FallingZero {
-    /// Where the zero is looked for.
+    /// Limits of the search.
     limits: (f64, f64),
-    /// The nearest places known before and after the zero, with the function there.
+    /// The nearest known points on either side of the root, with their function values.
     before: Option<(f64, f64)>,
     after: Option<(f64, f64)>,
     found: f64,
@@ -200,7 +200,7 @@ struct FallingZero {
 }
 
 impl FallingZero {
-    /// A step that leads on by less is the last: logarithms to a thousandth.
+    /// The search ends with a smaller step: logarithms to a thousandth.
     const TOLERANCE: f64 = 1e-3;
     /// The first steps from the guess: a factor of two.
     const STRIDE: f64 = std::f64::consts::LN_2;
@@ -210,7 +210,7 @@ impl FallingZero {
         Self { limits: (low, high), before: None, after: None, found: guess, n_steps: 0, done: false }
     }
 
-    /// Where the function is to be evaluated next; nothing when the zero is found.
+    /// Where the function is to be evaluated next; `None` when the root is found.
     fn next(&mut self) -> Option<f64> {
         let last = self.found;
         self.found = match (self.before, self.after) {
@@ -219,7 +219,7 @@ impl FallingZero {
             (None, Some((place, _))) => (place - self.stride()).max(self.limits.0),
             (Some((low, at_low)), Some((high, at_high))) => (low * at_high - high * at_low) / (at_high - at_low),
         };
-        // At a limit without a change of sign the zero is beyond.
+        // At a limit without a change of sign the root lies beyond.
         self.done |= self.n_steps == Self::MAX_STEPS || self.n_steps > 0 && self.found == last;
         if self.done {
             return None;
@@ -229,13 +229,13 @@ impl FallingZero {
         Some(self.found)
     }
 
-    /// Strides double, so that no guess is far away.
+    /// Strides double, so that a distant root is reached quickly.
     fn stride(&self) -> f64 {
         Self::STRIDE * f64::from(1u32 << self.n_steps.clamp(1, 16) as u32 >> 1)
     }
 
-    /// Takes the value there.
-    fn tell(&mut self, value: f64) {
+    /// Takes the function value at that point.
+    fn add_value(&mut self, value: f64) {
         let here = Some((self.found, value));
         let halved = |end: Option<(f64, f64)>| end.map(|(place, value)| (place, 0.5 * value));
         let is_between = self.before.is_some() && self.after.is_some();
@@ -260,9 +260,9 @@ fn third_difference_gain(lag: usize, neighbours: f64) -> f64 {
     (20.0 - 30.0 * rho(1) + 12.0 * rho(2) - 2.0 * rho(3)) / 20.0
 }
 
-/// The correlation of neighbours, from `least` on, at which the short lag shows `ratio` of the long lag's variance.
+/// The neighbour correlation, `least` or more, at which the short lag shows `ratio` of the long lag's variance.
 fn neighbours_of_ratio(ratio: f64, least: f64) -> f64 {
-    /// Wider grain is not accepted.
+    /// Largest grain accepted, px.
     const MOST_GRAIN_PX: f64 = 3.0;
     let (mut low, mut high) = (least, neighbours_of_grain(MOST_GRAIN_PX));
     let predicted = |neighbours: f64| {

@@ -1,4 +1,4 @@
-//! Candidates joined, column by column, into traces of one line each.
+//! Candidates linked, column by column, into traces of one line each.
 
 use std::cmp::Ordering;
 
@@ -6,13 +6,13 @@ use super::candidates::Candidate;
 use super::traces::{ALONE, Open, Stretch, Trace, are_apart};
 use crate::params::{LINK_GATE_MIN_PX, LINK_GATE_WIDTHS, LINK_MAX_GAP_COLUMNS, MIN_SEGMENT_COLUMNS};
 
-/// Joins candidates into traces; keeps its memory from image to image.
+/// Links candidates into traces; its memory is reused from image to image.
 #[derive(Default)]
 pub struct Linker {
-    /// Rows from where a trace is expected within which a candidate continues it.
+    /// Largest distance, in rows, of a candidate from a trace's expected row.
     gate: f32,
     open: Vec<Open>,
-    /// Where every open trace is expected in the column at hand, in order, and whether it has its candidate.
+    /// Expected row of every open trace in the current column, in order, and whether it has its candidate.
     expected: Vec<f32>,
     taken: Vec<bool>,
     headings: Vec<f32>,
@@ -21,18 +21,19 @@ pub struct Linker {
 }
 
 impl Linker {
-    /// Forgets the traces of the image before; its lines are `width_px` wide.
+    /// Clears the traces of the previous image; the lines of the next are `width_px` wide.
     pub fn begin(&mut self, width_px: f32) {
         self.gate = (LINK_GATE_WIDTHS * width_px).max(LINK_GATE_MIN_PX);
         self.spare.append(&mut self.closed);
     }
 
-    /// Goes on with neighbouring columns from `first_u` on, if their candidates are stretches (by row) which the open
-    /// traces plainly continue: in number and order, each all within the gate, and far apart. Otherwise nothing changes.
+    /// Continues with neighbouring columns from `first_u` on, if their candidates are stretches (by row) that clearly
+    /// continue the open traces: equal in number and order, each within the gate, and far apart. Otherwise nothing
+    /// changes and the result is false.
     #[inline(always)]
     pub fn add_stretches(&mut self, first_u: usize, stretches: &[Stretch]) -> bool {
-        let go_on = self.open.iter().all(|open| open.next_u == first_u);
-        if !go_on || stretches.len() != self.open.len() || !are_apart(stretches, 6.0 * self.gate) {
+        let are_continued = self.open.iter().all(|open| open.next_u == first_u);
+        if !are_continued || stretches.len() != self.open.len() || !are_apart(stretches, 6.0 * self.gate) {
             return false;
         }
         self.headings.clear();
@@ -46,22 +47,22 @@ impl Linker {
         true
     }
 
-    /// Closes all traces and drops those that are no lines.
+    /// Closes all traces and drops those that are not lines.
     pub fn finish(&mut self) {
         self.closed.extend(self.open.drain(..).map(|open| open.trace));
-        let (spare, believed) = (&mut self.spare, &mut self.closed);
+        let (spare, significant) = (&mut self.spare, &mut self.closed);
         let mut idx = 0;
-        while idx < believed.len() {
-            if believed[idx].is_believable() {
-                let n = believed[idx].len();
-                believed[idx].clearance_px.clear();
-                believed[idx].clearance_px.resize(n, ALONE);
+        while idx < significant.len() {
+            if significant[idx].is_significant() {
+                let n = significant[idx].len();
+                significant[idx].clearance_px.clear();
+                significant[idx].clearance_px.resize(n, ALONE);
                 idx += 1;
             } else {
-                spare.push(believed.swap_remove(idx));
+                spare.push(significant.swap_remove(idx));
             }
         }
-        believed.sort_unstable_by(|a, b| {
+        significant.sort_unstable_by(|a, b| {
             (a.first_u, a.v[0]).partial_cmp(&(b.first_u, b.v[0])).unwrap_or(Ordering::Equal)
         });
     }
@@ -71,7 +72,7 @@ impl Linker {
         &mut self.closed
     }
 
-    /// Goes on with the candidates of one column, by row; there is at least one.
+    /// Continues with the candidates of one column, by row; there is at least one.
     #[inline(always)]
     pub fn add_column(&mut self, column: &[Candidate]) {
         let (u, gate) = (column[0].u as usize, self.gate);
@@ -105,7 +106,7 @@ impl Linker {
         }
     }
 
-    /// Where every open trace is expected in column `u`, in this order.
+    /// Computes the expected row of every open trace in column `u`, in this order.
     #[inline(always)]
     fn expect(&mut self, u: usize) {
         self.expected.clear();
@@ -117,8 +118,8 @@ impl Linker {
         }
     }
 
-    /// Whether every trace goes on with its one candidate within the gate and all are so far apart that no other comes
-    /// near.
+    /// Whether every trace continues with exactly one candidate within the gate and all are so far apart that no other
+    /// candidate competes.
     #[inline(always)]
     fn is_plain(&self, column: &[Candidate], gate: f32) -> bool {
         if column.len() != self.open.len() {
@@ -137,8 +138,8 @@ impl Linker {
         is_plain
     }
 
-    /// The trace that the candidate `idx` of a column continues: nearest to it and, among the column's candidates, with
-    /// none nearer. `near` is expected nearest to it; where it has its candidate, those beside it are asked.
+    /// The trace that candidate `idx` of a column continues: the nearest to it, if no other candidate of the column is
+    /// nearer to that trace. The search starts at `near`; where that trace has its candidate, its neighbours are tried.
     #[inline(always)]
     fn continued(&self, near: usize, idx: usize, column: &[Candidate], gate: f32) -> Option<usize> {
         let miss = |trace: usize, candidate: &Candidate| (candidate.v as f32 - self.expected[trace]).abs();
@@ -186,7 +187,7 @@ mod tests {
     const WIDTH_PX: f32 = 6.0;
     const N_STRETCHES: usize = 12;
 
-    /// Three lines that waver by a row; the second leaps by `leap` rows in the middle of a stretch.
+    /// Three lines that vary by a row; the second jumps by `leap` rows in the middle of a stretch.
     fn stretches(leap: f32) -> Vec<[Stretch; 3]> {
         let mut state = 5u32;
         let mut waver = || {
@@ -218,7 +219,7 @@ mod tests {
         }
     }
 
-    /// What becomes of stretches, and how many were added as they are.
+    /// The traces made from stretches, and how many stretches were added whole.
     fn linked(stretches: &[[Stretch; 3]], as_they_are: bool) -> (Vec<Trace>, usize) {
         let (mut linker, mut n_as_they_are) = (Linker::default(), 0);
         linker.begin(WIDTH_PX);
@@ -235,7 +236,7 @@ mod tests {
 
     #[test]
     fn stretches_and_columns_make_the_same_traces() {
-        // Where a line leaps another trace begins, and stretches wait until the old one is given up.
+        // Where a line jumps, a new trace begins, and columns are added one by one until the old trace is closed.
         for (leap, n_traces, n_plain) in [(0.0, 3, N_STRETCHES - 1), (40.0, 4, N_STRETCHES - 2)] {
             let stretches = stretches(leap);
             let (by_columns, _) = linked(&stretches, false);
@@ -244,7 +245,7 @@ mod tests {
             assert!((n_plain - 2..=n_plain).contains(&n), "{n} of {N_STRETCHES} were added as they are");
             for (one, other) in by_columns.iter().zip(&by_stretches) {
                 assert_eq!((one.first_u, &one.v, &one.contrast), (other.first_u, &other.v, &other.contrast));
-                assert_eq!(one.is_believable(), other.is_believable());
+                assert_eq!(one.is_significant(), other.is_significant());
             }
             assert_eq!(by_columns.len(), by_stretches.len());
         }

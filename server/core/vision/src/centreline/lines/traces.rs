@@ -20,11 +20,11 @@ pub struct Trace {
     pub clearance_px: Vec<f32>,
     /// Steps with a candidate.
     n_seen: usize,
-    /// Steps whose candidate has the signal-to-noise that a short segment needs.
+    /// Steps whose candidate reaches the signal-to-noise ratio that a short segment needs.
     n_clear: usize,
 }
 
-/// Clearance of a trace that is alone.
+/// Clearance of a trace without neighbours.
 pub const ALONE: f32 = f32::INFINITY;
 
 /// Columns in a [`Stretch`].
@@ -42,12 +42,12 @@ pub struct Stretch {
 }
 
 impl Trace {
-    /// How many steps it has.
+    /// Number of steps.
     pub fn len(&self) -> usize {
         self.v.len()
     }
 
-    /// Those of some columns in which it has steps.
+    /// The steps that lie in some columns.
     #[inline(always)]
     pub fn within(&self, columns: &Range<usize>) -> Range<usize> {
         columns.start.max(self.first_u)..columns.end.min(self.first_u + self.len())
@@ -62,9 +62,9 @@ impl Trace {
         self.n_clear += usize::from(candidate.snr >= SHORT_SEGMENT_MIN_SNR);
     }
 
-    /// Whether this is a line rather than a chance row of noise: by the median of its signal-to-noise.
+    /// Whether this is a line rather than a chance row of noise, by the median of its signal-to-noise ratio.
     #[inline(always)]
-    pub fn is_believable(&self) -> bool {
+    pub fn is_significant(&self) -> bool {
         let n = self.len();
         let most_are = |n_good: usize| n - n_good <= n / 2;
         n >= MIN_SEGMENT_COLUMNS && (most_are(self.n_clear) || n >= LONG_SEGMENT_COLUMNS && most_are(self.n_seen))
@@ -79,11 +79,11 @@ pub struct Open {
     pub last_v: f32,
     /// Column after its last step.
     pub next_u: usize,
-    /// Rows per column the trace is heading.
+    /// Slope of the trace, rows per column.
     pub heading: f32,
 }
 
-/// The part of a new slope in the heading of a trace of so many steps.
+/// Weight of a new slope in the heading of a trace of `n_steps` steps.
 #[inline(always)]
 fn heading_rate(n_steps: usize) -> f32 {
     const OF_MANY: f32 = 1.0 / LINK_HEADING_COLUMNS as f32;
@@ -91,7 +91,7 @@ fn heading_rate(n_steps: usize) -> f32 {
 }
 
 impl Open {
-    /// Begins with a candidate, in memory that was used before.
+    /// Starts with a candidate, reusing the memory of `trace`.
     pub fn begin(candidate: &Candidate, mut trace: Trace) -> Self {
         trace.v.clear();
         trace.contrast.clear();
@@ -106,7 +106,7 @@ impl Open {
         self.last_v + self.heading * (u + 1 - self.next_u) as i32 as f32
     }
 
-    /// Goes on with a candidate; the columns without one before it are interpolated.
+    /// Appends a candidate; columns without one before it are interpolated.
     #[inline(always)]
     pub fn grow(&mut self, candidate: &Candidate) {
         let v = candidate.v as f32;
@@ -124,7 +124,7 @@ impl Open {
         self.heading += (slope - self.heading) * heading_rate(self.trace.len());
     }
 
-    /// Where it heads after a stretch, if every step of it lies within the gate.
+    /// The heading after a stretch, if every step of it lies within the gate.
     #[inline(always)]
     pub fn heading_after(&self, stretch: &Stretch, gate: f32) -> Option<f32> {
         let (mut last_v, mut heading) = (self.last_v, self.heading);
@@ -137,7 +137,7 @@ impl Open {
         within.then_some(heading)
     }
 
-    /// Goes on with a stretch, after which it heads so.
+    /// Appends a stretch, after which the heading is `heading`.
     #[inline(always)]
     pub fn grow_by(&mut self, stretch: &Stretch, heading: f32) {
         self.trace.v.extend_from_slice(&stretch.v);
@@ -150,7 +150,7 @@ impl Open {
     }
 }
 
-/// Whether the rows of stretches, one after the other, are more than `rows` apart in every column.
+/// Whether consecutive stretches are more than `rows` apart in every column.
 #[inline(always)]
 pub fn are_apart(stretches: &[Stretch], rows: f32) -> bool {
     let mut apart = true;

@@ -1,4 +1,4 @@
-//! How wide the lines of a column are.
+//! Widths of the lines in a column.
 
 use crate::params::WIDTH_SEARCH_PX;
 
@@ -8,7 +8,7 @@ pub fn collect_widths(column: &[f32], min_prominence: impl Fn(usize) -> f32, wid
     let floor = least(column);
     for v in peaks(column) {
         let peak = column[v];
-        // No base is below the floor: what does not stand out from it need not be looked at.
+        // No base is below the floor, so a peak that does not stand out from the floor is skipped.
         if peak - floor < min_prominence(v) {
             continue;
         }
@@ -32,8 +32,8 @@ pub fn collect_widths(column: &[f32], min_prominence: impl Fn(usize) -> f32, wid
     }
 }
 
-/// Rows no darker than the two above and the two below, in order. Noise has so many that a branch for every row would
-/// be foretold wrongly most of the time.
+/// Rows no darker than the two above and the two below, in order. Noise has so many that a branch per row would be
+/// mispredicted most of the time.
 #[inline(always)]
 fn peaks(column: &[f32]) -> impl Iterator<Item = usize> {
     const ROWS: usize = 16;
@@ -70,7 +70,7 @@ fn least(numbers: &[f32]) -> f32 {
     lanes.iter().chain(rest).copied().fold(f32::INFINITY, lower)
 }
 
-/// Lowest level met before the column rises above the peak (then the peak is not the line's own: `None`).
+/// Lowest level before the column rises above the peak (then the peak is not the line's own: `None`).
 fn base_before_rise<'a>(levels: impl Iterator<Item = &'a f32>, peak: f32) -> Option<f32> {
     let mut base = f32::INFINITY;
     for &level in levels {
@@ -82,7 +82,7 @@ fn base_before_rise<'a>(levels: impl Iterator<Item = &'a f32>, peak: f32) -> Opt
     base.is_finite().then_some(base)
 }
 
-/// Distance (pixels) from a peak to where the levels walking away from it first fall below `half`.
+/// Distance (pixels) from a peak to where `levels`, walking away from it, first fall below `half`.
 fn crossing<'a>(levels: impl Iterator<Item = &'a f32>, peak: f32, half: f32) -> Option<f32> {
     let mut previous = peak;
     for (steps, &level) in levels.enumerate() {

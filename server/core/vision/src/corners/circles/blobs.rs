@@ -1,17 +1,17 @@
-//! Elliptic spots that are darker, or brighter, than their surroundings.
+//! Elliptic blobs that are darker, or brighter, than their surroundings.
 
 use crate::GreyImage;
 
 use super::super::params::{BLOB_MAX_ASPECT, BLOB_MAX_FILL_ERROR, BLOB_MIN_AREA_PX, BLOB_THRESHOLD_SPREADS};
 
-/// Whether spots are darker or brighter than what is around them.
+/// Whether blobs are darker or brighter than their surroundings.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Polarity {
     Dark,
     Bright,
 }
 
-/// A connected spot, by its moments.
+/// A connected blob, by its moments.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Blob {
     /// Centroid.
@@ -26,8 +26,8 @@ impl Blob {
     }
 }
 
-/// Spots that an ellipse fills, away from the picture's rim. A pixel belongs to a spot by its difference from the mean of
-/// a square of `radius_px` around it.
+/// Blobs that an ellipse fits, away from the picture's border. A pixel belongs to a blob by its difference from the
+/// mean of a square of `radius_px` around it.
 pub(super) fn find_blobs(image: &GreyImage, polarity: Polarity, radius_px: usize) -> Vec<Blob> {
     let (width, height) = (image.width(), image.height());
     let mut inside = marked(image, polarity, radius_px);
@@ -70,7 +70,7 @@ pub(super) fn find_blobs(image: &GreyImage, polarity: Polarity, radius_px: usize
     blobs
 }
 
-/// Sums over the pixels of a spot.
+/// Sums over the pixels of a blob.
 #[derive(Default)]
 struct Moments {
     n: f64,
@@ -85,7 +85,7 @@ impl Moments {
         self.second = [self.second[0] + u * u, self.second[1] + u * v, self.second[2] + v * v];
     }
 
-    /// The spot, if it is an ellipse: then its area is 4π times the root of its spread's determinant.
+    /// The blob, if it is an ellipse: then its area is 4π times the square root of the determinant of its spread.
     fn ellipse(&self, origin: [f64; 2]) -> Option<Blob> {
         let mean = self.first.map(|sum| sum / self.n);
         let [uu, uv, vv] = self.second.map(|sum| sum / self.n);
@@ -100,7 +100,7 @@ impl Moments {
     }
 }
 
-/// Pixels that differ from the mean of their surroundings by a share of the surroundings' spread.
+/// Pixels that differ from the mean of their surroundings by a fraction of the surroundings' spread.
 fn marked(image: &GreyImage, polarity: Polarity, radius_px: usize) -> Vec<bool> {
     let (width, height) = (image.width(), image.height());
     let sign = if polarity == Polarity::Dark { -1.0 } else { 1.0 };

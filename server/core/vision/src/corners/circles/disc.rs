@@ -1,15 +1,15 @@
-//! A blurred ellipse fitted to the picture of a disc.
+//! A blurred ellipse fitted to the image of a disc.
 //!
-//! With g = |A(x − c)|, the rim is g = 1 and d = (g − 1)/|∇g| the distance from it near the rim; the model is
-//! I = b₀ + b₁X + b₂Y + a·erf(d/√2σ). Only pixels near the rim are used. What the blur of a curved edge, and the distance
-//! to first order, add to the model is even about the centre: it changes the ellipse's size, not its centre.
+//! With g = |A(x − c)|, the rim is g = 1 and d = (g − 1)/|∇g| the distance from it near the rim; the model is I = b₀ +
+//! b₁X + b₂Y + a·erf(d/√2σ). Only pixels near the rim are used. The model's errors, from the blur of a curved edge and
+//! from the first-order distance, are even about the centre: they change the ellipse's size, not its centre.
 
 use nalgebra::{Matrix2, SMatrix, SVector, SymmetricEigen, Vector2};
 
 use crate::GreyImage;
 
 use super::super::params::{
-    DISC_BAND_PX, DISC_GAP_SHARE, DISC_MAX_ITERATIONS, DISC_MAX_MISFIT_RATIO, DISC_MAX_SHIFT_PX,
+    DISC_BAND_PX, DISC_GAP_SHARE, DISC_MAX_ITERATIONS, DISC_MAX_RESIDUAL_RATIO, DISC_MAX_SHIFT_PX,
     STEP_TOLERANCE_PX, TUKEY_SIGMAS,
 };
 use super::blobs::Blob;
@@ -35,10 +35,10 @@ struct Sample {
     level: f64,
 }
 
-/// Fits the disc that `blob` shows; its nearest neighbour is `nearest_px` away. `None` if what is there is no disc.
+/// Fits the disc shown by `blob`, whose nearest neighbour is `nearest_px` away. `None` if it is not a disc.
 pub(super) fn fit_disc(image: &GreyImage, blob: &Blob, nearest_px: f64) -> Option<Disc> {
     let [uu, uv, vv] = blob.spread_px2;
-    // A filled ellipse spreads by a quarter of its semi-axes' squares.
+    // The variance of a filled ellipse along a semi-axis is a quarter of its square.
     let axes = SymmetricEigen::new(4.0 * Matrix2::new(uu, uv, uv, vv));
     let radii = axes.eigenvalues.map(f64::sqrt);
     let shape =
@@ -57,7 +57,7 @@ pub(super) fn fit_disc(image: &GreyImage, blob: &Blob, nearest_px: f64) -> Optio
     state[9] = 0.5 * (high - low) * if f64::from(inside) < state[6] { 1.0 } else { -1.0 };
     let fit = solve(&samples, state, unit_px)?;
     let moved_px = fit.state[0].hypot(fit.state[1]);
-    let is_disc = fit.misfit < DISC_MAX_MISFIT_RATIO * fit.state[9].abs() && moved_px < DISC_MAX_SHIFT_PX;
+    let is_disc = fit.residual_rms < DISC_MAX_RESIDUAL_RATIO * fit.state[9].abs() && moved_px < DISC_MAX_SHIFT_PX;
     let determinant = fit.state[2] * fit.state[4] - fit.state[3] * fit.state[3];
     (is_disc && determinant > 0.0).then(|| Disc {
         centre_px: [blob.centre_px[0] + fit.state[0], blob.centre_px[1] + fit.state[1]],
@@ -90,7 +90,7 @@ fn samples(
     (samples.len() > 2 * N).then_some(samples)
 }
 
-/// Where a place lies by the rim.
+/// Position of a pixel relative to the rim.
 struct Rim {
     distance_px: f64,
     /// Unit vector A(x − c)/g, and A times it over |∇g|: the outward normal.
@@ -110,10 +110,10 @@ fn rim(shape: &Matrix2<f64>, at: [f64; 2]) -> Rim {
 
 struct Fit {
     state: Params,
-    /// Of the centre per axis (px²).
+    /// Variance of the centre per axis (px²).
     variance: f64,
-    /// Root mean square of the residuals (levels).
-    misfit: f64,
+    /// RMS of the residuals (levels).
+    residual_rms: f64,
 }
 
 /// Normal equations at a state.
@@ -122,14 +122,14 @@ struct Sums {
     gradient: Params,
     cost: f64,
     weight: f64,
-    /// Weighted squares of the residuals, and plain ones.
+    /// Weighted and plain sums of the squared residuals.
     squares: [f64; 2],
 }
 
 fn solve(samples: &[Sample], start: Params, unit_px: f64) -> Option<Fit> {
     let mut state = start;
     let mut damping = 1e-3;
-    // Least squares first; then residuals beyond the limit lose their weight.
+    // Least squares first; then residuals beyond the limit get weight zero.
     let mut limit = f64::INFINITY;
     let mut sums = sums(samples, &state, unit_px, limit);
     for iteration in 0..DISC_MAX_ITERATIONS {
@@ -164,8 +164,8 @@ fn solve(samples: &[Sample], start: Params, unit_px: f64) -> Option<Fit> {
     let covariance = sums.normal.cholesky()?.inverse();
     let noise = sums.squares[0] / (sums.weight - N as f64).max(1.0);
     let variance = 0.5 * (covariance[(0, 0)] + covariance[(1, 1)]) * noise.max(1.0 / 12.0);
-    let misfit = (sums.squares[1] / samples.len() as f64).sqrt();
-    (variance.is_finite() && variance > 0.0).then_some(Fit { state, variance, misfit })
+    let residual_rms = (sums.squares[1] / samples.len() as f64).sqrt();
+    (variance.is_finite() && variance > 0.0).then_some(Fit { state, variance, residual_rms })
 }
 
 fn sums(samples: &[Sample], state: &Params, unit_px: f64, limit: f64) -> Sums {

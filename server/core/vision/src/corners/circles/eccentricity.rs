@@ -1,4 +1,4 @@
-//! From the centre of a disc's picture to the picture of the disc's centre (`docs/maths/corners.md`, eq. 4–5).
+//! Correction from the centre of a disc's image to the image of the disc's centre (`docs/maths/corners.md`, eq. 4–5).
 
 use nalgebra::{Matrix2, Vector2};
 use statistics::median;
@@ -7,8 +7,8 @@ use super::super::fitting::warp::BoardWarp;
 use super::super::params::{ECCENTRICITY_ROUNDS, RIM_POINTS};
 use super::disc::Disc;
 
-/// Corrects every ellipse's centre by the map that all centres show; `places` are the discs' in steps of the grid. `None`
-/// if they show no map.
+/// Corrects every ellipse's centre with the map fitted to all centres; `places` are the discs' grid positions. `None`
+/// if the centres do not determine a map.
 pub(super) fn to_disc_centres(discs: &[Disc], places: &[[f64; 2]]) -> Option<Vec<[f64; 2]>> {
     let mut centres: Vec<[f64; 2]> = discs.iter().map(|disc| disc.centre_px).collect();
     for _ in 0..ECCENTRICITY_ROUNDS {
@@ -23,7 +23,7 @@ pub(super) fn to_disc_centres(discs: &[Disc], places: &[[f64; 2]]) -> Option<Vec
     Some(centres)
 }
 
-/// Radius of the discs in steps of the grid, from the area of their pictures: the median.
+/// Radius of the discs in grid steps, from the area of their images: the median.
 fn radius(discs: &[Disc], places: &[[f64; 2]], warp: &BoardWarp) -> f64 {
     let of = |(disc, place): (&Disc, &[f64; 2])| {
         let [c, r] = warp.shape_at(*place).square_px;
@@ -33,10 +33,10 @@ fn radius(discs: &[Disc], places: &[[f64; 2]], warp: &BoardWarp) -> f64 {
     median(&mut radii).unwrap_or(0.0)
 }
 
-/// By how much the centre of the ellipse that fits the disc's rim best lies beside the picture of its centre (px).
+/// Offset (px) of the centre of the ellipse that best fits the disc's rim from the image of the disc's centre.
 ///
-/// Opposite points of the rim: their middle less the centre's picture is what no ellipse around the centre explains. A
-/// shift of the ellipse answers it, least squares along the rim's normals.
+/// For each pair of opposite rim points, the midpoint minus the image of the centre is the part that no ellipse about
+/// that centre explains. The shift of the ellipse is its least-squares fit along the rim's normals.
 fn eccentricity(warp: &BoardWarp, place: [f64; 2], radius: f64) -> Option<[f64; 2]> {
     let centre = warp.at(place);
     let on_rim = |k: usize| {
@@ -49,7 +49,7 @@ fn eccentricity(warp: &BoardWarp, place: [f64; 2], radius: f64) -> Option<[f64; 
     for k in 0..RIM_POINTS {
         let opposite = rim[(k + RIM_POINTS / 2) % RIM_POINTS];
         let tangent = rim[(k + 1) % RIM_POINTS] - rim[(k + RIM_POINTS - 1) % RIM_POINTS];
-        // n·nᵀ ds with the normal n: the tangent's square over its length.
+        // n·nᵀ ds with the normal n: the outer product of the tangent's perpendicular over its length.
         let across = Vector2::new(-tangent.y, tangent.x);
         let weighted = across * across.transpose() / across.norm();
         normal += weighted;

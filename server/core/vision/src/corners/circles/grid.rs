@@ -1,4 +1,4 @@
-//! Which blobs form the configured grid.
+//! Selection of the blobs that form the configured grid.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -6,14 +6,14 @@ use super::super::params::{GRID_MAX_MISS_STEPS, GRID_NEIGHBOURS, GRID_SEEDS};
 use super::CircleParams;
 use super::blobs::Blob;
 
-/// Blobs by their steps along two directions from a first one.
+/// Blobs by their steps along two directions from a seed.
 type Lattice = BTreeMap<[i32; 2], usize>;
 
 /// A quarter turn of lattice steps: x to y.
 const QUARTER_TURNS: [[[i32; 2]; 2]; 4] =
     [[[1, 0], [0, 1]], [[0, -1], [1, 0]], [[-1, 0], [0, -1]], [[0, 1], [-1, 0]]];
 
-/// The blobs of the grid, row by row; else the size of the largest regular group.
+/// The blobs of the grid, row by row; on failure the size of the largest regular group.
 pub(super) fn find_grid(blobs: &[Blob], params: &CircleParams) -> Result<Vec<Blob>, usize> {
     let mut largest = 0;
     for seed in seeds(blobs) {
@@ -30,7 +30,7 @@ pub(super) fn find_grid(blobs: &[Blob], params: &CircleParams) -> Result<Vec<Blo
     Err(largest)
 }
 
-/// Blobs to grow from, from the middle of all outwards: there neighbours are on every side.
+/// Seed blobs, from the middle of all outwards: there neighbours are on every side.
 fn seeds(blobs: &[Blob]) -> Vec<usize> {
     let mean = |k: usize| {
         let mut values: Vec<f64> = blobs.iter().map(|blob| blob.centre_px[k]).collect();
@@ -44,7 +44,7 @@ fn seeds(blobs: &[Blob]) -> Vec<usize> {
     order
 }
 
-/// Pairs of steps to near blobs, short ones first, the second to the right of the first as v is of u.
+/// Pairs of steps to nearby blobs, short ones first; the second is on the right of the first, as v is of u.
 fn pairs_of_steps(blobs: &[Blob], seed: usize) -> Vec<[[f64; 2]; 2]> {
     let mut near: Vec<usize> = (0..blobs.len()).filter(|&k| k != seed).collect();
     near.sort_by(|&a, &b| blobs[a].distance_px(&blobs[seed]).total_cmp(&blobs[b].distance_px(&blobs[seed])));
@@ -55,7 +55,7 @@ fn pairs_of_steps(blobs: &[Blob], seed: usize) -> Vec<[[f64; 2]; 2]> {
         for &b in &near[..n] {
             let (a, b) = (step(a), step(b));
             let (cross, dot) = (a[0] * b[1] - a[1] * b[0], a[0] * b[0] + a[1] * b[1]);
-            // Not along one line.
+            // Not collinear.
             if cross.abs() > 0.3 * dot.abs() {
                 pairs.push(if cross > 0.0 { [a, b] } else { [b, a] });
             }
@@ -64,7 +64,7 @@ fn pairs_of_steps(blobs: &[Blob], seed: usize) -> Vec<[[f64; 2]; 2]> {
     pairs
 }
 
-/// All blobs that are reached from `seed` by steps which change little from one to the next.
+/// All blobs reached from `seed` by steps that change little from one to the next.
 fn grown(blobs: &[Blob], seed: usize, steps: [[f64; 2]; 2]) -> Lattice {
     let mut lattice = Lattice::from([([0, 0], seed)]);
     let mut used = BTreeSet::from([seed]);
@@ -98,8 +98,8 @@ fn grown(blobs: &[Blob], seed: usize, steps: [[f64; 2]; 2]) -> Lattice {
     lattice
 }
 
-/// The configured grid in the lattice, in the one of all fitting orientations whose columns run most towards +u; `None`
-/// if it is not there, or at several places.
+/// The configured grid within the lattice, in the matching orientation whose columns are closest to +u; `None` if it is
+/// not found or is found at several positions.
 fn read_grid(blobs: &[Blob], lattice: &Lattice, params: &CircleParams) -> Option<Vec<Blob>> {
     // A staggered grid's nearest neighbours are diagonal steps.
     let to_board = |[a, b]: [i32; 2]| if params.staggered { [a - b, a + b] } else { [a, b] };

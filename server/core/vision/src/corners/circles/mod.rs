@@ -1,6 +1,6 @@
 //! The centres of a grid of discs, with sub-pixel positions and standard deviations.
 //!
-//! 1. `blobs`: elliptic spots of one brightness.
+//! 1. `blobs`: elliptic blobs of one polarity.
 //! 2. `grid`: which of them form the configured grid, and which is row 0, column 0.
 //! 3. `disc`: a blurred ellipse fitted to each.
 //! 4. `eccentricity`: from the ellipse's centre to the image of the disc's centre.
@@ -28,13 +28,13 @@ pub struct CircleParams {
     pub columns: usize,
     /// Rows.
     pub rows: usize,
-    /// Whether every other row is shifted by half the distance of the discs in a row, and rows are that half apart, as
-    /// OpenCV's asymmetric grid.
+    /// Whether every other row is shifted by half the spacing of the discs in a row, and rows are half that spacing
+    /// apart, as in OpenCV's asymmetric grid.
     pub staggered: bool,
 }
 
 impl CircleParams {
-    /// Place of a disc in steps of the grid: of the distance between discs, with a staggered grid of half of it.
+    /// Position of a disc in grid steps: disc spacings, or half of them for a staggered grid.
     pub(super) fn place(&self, column: usize, row: usize) -> [i32; 2] {
         if self.staggered { [(2 * column + row % 2) as i32, row as i32] } else { [column as i32, row as i32] }
     }
@@ -47,10 +47,11 @@ impl CircleParams {
 
 /// Finds the centres of the configured grid of discs.
 ///
-/// Positions are the images of the discs' centres in raw (distorted) pixels: an ellipse's own centre lies beside it by
-/// perspective and distortion, which is corrected from the grid itself. Rows and columns turn as u and v. A symmetric
-/// grid, and a staggered one with an even number of rows, look the same after half a turn: there the columns run as
-/// nearly as possible towards +u. Typical error per axis 0.004 px at discs of 25 px, a blur of 0.8 px and 2 % noise.
+/// Positions are the images of the discs' centres in raw (distorted) pixels: perspective and distortion shift an
+/// ellipse's own centre, which is corrected from the grid itself. Columns × rows turn the same way as u × v. A
+/// symmetric grid, and a staggered one with an even number of rows, look the same after half a turn: there the columns
+/// run as nearly as possible towards +u. Typical error per axis 0.004 px for discs of 25 px, a blur of 0.8 px and 2 %
+/// noise.
 ///
 /// # Errors
 /// [`CornerError::NoCircles`] unless the whole grid is in the picture.
@@ -76,7 +77,7 @@ pub fn find_circles(image: &GreyImage, params: &CircleParams) -> Result<BoardCor
     Err(CornerError::NoCircles { columns, rows, found: found.min(columns * rows - 1) })
 }
 
-/// Fits every disc; `None` if one of them is none.
+/// Fits every disc; `None` if one of them is not a disc.
 fn measured(image: &GreyImage, params: &CircleParams, grid: &[Blob]) -> Option<BoardCorners> {
     let nearest_px = |k: usize| {
         let others = grid.iter().enumerate().filter(|(other, _)| *other != k);

@@ -1,7 +1,8 @@
-//! Seeds: labelled corners from the quick look, then from `calib-targets` (ChESS responses, topological grid) in
+//! Seeds: labelled corners from the quick search, then from `calib-targets` (ChESS responses, topological grid) in
 //! several views of the image.
 //!
-//! Its grids are starting points only: it may lose rim corners of a dim board and add false ones beyond the rim.
+//! They are starting points only: the detector may miss border corners of a dim board and add false ones beyond the
+//! border.
 
 use std::collections::BTreeMap;
 
@@ -22,22 +23,22 @@ use crate::corners::params::{
 /// Corner positions (px of the original image) by lattice index.
 pub type Seed = BTreeMap<Node, [f64; 2]>;
 
-/// One way to look at the image.
+/// A preprocessed version of the image.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum View {
-    /// Two by two pixels averaged: enough for a seed, and a quarter of the work.
+    /// Two by two pixels averaged: enough for a seed, at a quarter of the cost.
     Half,
-    /// Every pixel: squares of ten to twenty pixels.
+    /// Full resolution: squares of ten to twenty pixels.
     Plain,
-    /// Half, every pixel against its surroundings: uneven light.
+    /// Half resolution, each pixel normalised by its surroundings: uneven light.
     Flattened,
     /// Four by four pixels averaged: large, blurred or noisy boards.
     Quarter,
-    /// Twice enlarged: squares of a few pixels.
+    /// Enlarged twice: squares of a few pixels.
     Double,
 }
 
-/// All views, in the order they are worth trying.
+/// All views, in the order in which they are tried.
 const VIEWS: [View; 5] = [View::Half, View::Plain, View::Flattened, View::Quarter, View::Double];
 
 /// An 8-bit picture for the detector.
@@ -49,8 +50,8 @@ struct Picture {
     scale: f64,
 }
 
-/// Offers `accept` one seed after another, from the quick look over the cheapest view to the most forgiving, until it
-/// returns a value.
+/// Passes seeds to `accept`, from the quick search and the cheapest view to the most tolerant one, until it returns a
+/// value.
 pub fn search_seeds<T>(image: &GreyImage, mut accept: impl FnMut(&Seed) -> Option<T>) -> Option<T> {
     let quick = quick_seed(image);
     let accepted = if quick.len() >= MIN_SEED_CORNERS { accept(&quick) } else { None };
@@ -59,8 +60,8 @@ pub fn search_seeds<T>(image: &GreyImage, mut accept: impl FnMut(&Seed) -> Optio
 
 /// Seeds of all views.
 ///
-/// Within a view the detector's own alternatives follow each other: thresholds of the corner response, then
-/// tolerances of the grid; the largest grid of each comes first. No seed is offered twice.
+/// Within a view the detector's settings are varied: thresholds of the corner response, then tolerances of the grid;
+/// the largest grid of each comes first. No seed is passed twice.
 pub fn patient_search<T>(image: &GreyImage, mut accept: impl FnMut(&Seed) -> Option<T>) -> Option<T> {
     let too_large = |view: View| view == View::Double && image.width() * image.height() > DOUBLE_MAX_PIXELS;
     for view in VIEWS.into_iter().filter(|view| !too_large(*view)) {
@@ -92,7 +93,7 @@ fn front_end(threshold: f32) -> DetectorConfig {
     default_chess_config().with_threshold(threshold).with_refiner(ImageRefiner::saddle_point())
 }
 
-/// Grids among the corners, computed as they are asked for.
+/// Grids among the corners, computed lazily.
 fn grids(corners: &[ChessCorner], threshold: f32) -> impl Iterator<Item = ChessboardDetection> + '_ {
     ChessboardParams::sweep_default().into_iter().flat_map(move |mut params| {
         params.min_corner_strength = threshold;
@@ -158,7 +159,7 @@ fn doubled(picture: &Picture) -> Picture {
     Picture { width, height, levels, scale: 0.5 * picture.scale }
 }
 
-/// Each pixel's difference from its surroundings over their spread, in a square of a twelfth of the image.
+/// Each pixel's difference from the mean of its surroundings over their spread, in a square of a twelfth of the image.
 fn flattened(picture: &Picture) -> Picture {
     let (w, h) = (picture.width, picture.height);
     let radius = (w.max(h) / 24).max(4);
@@ -196,7 +197,7 @@ pub fn bytes_of(image: &GreyImage) -> Vec<u8> {
     stretched(&plain(image).levels)
 }
 
-/// Grey levels between the darkest and the brightest half per cent (of a sample), spread over 0–255.
+/// Grey levels between the 0.5 % and 99.5 % quantile (of a sample), stretched to 0–255.
 fn stretched(levels: &[f32]) -> Vec<u8> {
     let mut sorted: Vec<f32> = levels.iter().step_by(STRETCH_SAMPLE_STEP).copied().collect();
     sorted.sort_unstable_by(f32::total_cmp);

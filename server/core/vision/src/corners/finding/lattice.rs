@@ -1,8 +1,8 @@
 //! From a detector's labelled corners to every corner of the board, each verified against the image.
 //!
-//! The detector only gives the seed. Its corners are fitted and those that do not look like a chessboard
-//! corner are dropped; then holes are filled and the lattice grows outwards, as long as a corner of the right
-//! colouring and contrast is found where the neighbours predict one.
+//! The detector only gives the seed. Its corners are fitted, and those that do not look like a chessboard corner are
+//! dropped. Then holes are filled and the lattice grows outwards, as long as a corner of the right colouring and
+//! contrast is found where the neighbours predict one.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -17,8 +17,8 @@ use crate::corners::fitting::warp::edge_normals;
 use crate::corners::fitting::window::{Reach, window_around};
 use crate::corners::params::{
     BLUR_START_PX, FIRST_WINDOW_BLURS, FIRST_WINDOW_MAX_PX, FIRST_WINDOW_SQUARES, GLANCE_MIN_CONTRAST_RATIO,
-    GLANCE_MIN_SQUARE_PX, MAX_MISFIT_RATIO, MAX_SHIFT_SQUARES, MAX_SLOPE_RATIO, MAX_TURN_RAD, MIN_CONTRAST_RATIO,
-    MIN_SEED_CORNERS, RECENTRE_PX,
+    GLANCE_MIN_SQUARE_PX, MAX_RESIDUAL_RATIO, MAX_SHIFT_SQUARES, MAX_SLOPE_RATIO, MAX_TURN_RAD,
+    MIN_CONTRAST_RATIO, MIN_SEED_CORNERS, RECENTRE_PX,
 };
 
 /// Lattice index (i, j); the axes are the detector's, not yet the board's.
@@ -61,7 +61,7 @@ impl Lattice {
         })
     }
 
-    /// Sign, contrast and blur of the board, from corners among which some may be false.
+    /// Estimates sign, contrast and blur of the board from corners some of which may be false.
     fn learn(&mut self, fits: &BTreeMap<Node, CornerFit>) -> Option<()> {
         let vote: f64 = fits.iter().map(|(node, fit)| parity(*node) * fit.contrast).sum();
         self.parity_sign = vote.signum();
@@ -74,10 +74,10 @@ impl Lattice {
         let contrast = fit.contrast * parity(node) * self.parity_sign;
         contrast >= MIN_CONTRAST_RATIO * self.contrast
             && fit.slope_ratio <= MAX_SLOPE_RATIO
-            && fit.misfit_rms <= MAX_MISFIT_RATIO * contrast
+            && fit.residual_rms <= MAX_RESIDUAL_RATIO * contrast
     }
 
-    /// Fits the corner near `start_px`; `None` if what is there is no crossing of the expected directions.
+    /// Fits the corner near `start_px`; `None` if there is no crossing with the expected directions.
     fn fit_at(&self, image: &GreyImage, start_px: [f64; 2], square_px: [[f64; 2]; 2]) -> Option<CornerFit> {
         let shortest = square_px.iter().map(|s| s[0].hypot(s[1])).fold(f64::INFINITY, f64::min);
         let normal_rad = edge_normals(square_px);
@@ -124,7 +124,7 @@ impl Lattice {
         self.corners.retain(|node, _| largest.contains(node));
     }
 
-    /// Adds neighbours that verify until nothing more is found.
+    /// Adds neighbours that are verified until no more are found.
     fn grow(&mut self, image: &GreyImage) {
         let mut refused = BTreeSet::new();
         loop {
@@ -166,8 +166,8 @@ impl Lattice {
         self.fits_in(node, &fit).then_some(fit)
     }
 
-    /// A glance before the fit: whether the middles of the four squares around `centre` are dark and bright by turns, as
-    /// the node's colouring wants it. Small squares and places at the rim of the image have the benefit of the doubt.
+    /// A quick check before the fit: whether the middles of the four squares around `centre` alternate between dark and
+    /// bright as the node's colouring requires. Small squares and places at the border of the image pass unchecked.
     fn alternates(&self, image: &GreyImage, node: Node, centre: [f64; 2], [c, r]: [[f64; 2]; 2]) -> bool {
         if c[0].hypot(c[1]).min(r[0].hypot(r[1])) < GLANCE_MIN_SQUARE_PX {
             return true;
@@ -202,9 +202,9 @@ fn neighbours((i, j): Node) -> [Node; 4] {
     [(i + 1, j), (i - 1, j), (i, j + 1), (i, j - 1)]
 }
 
-/// Steps from `node` to the next node along both axes, from whichever neighbours are known.
+/// Steps from `node` to the next node along both axes, from any known neighbours.
 ///
-/// At the rim, where an axis has no neighbour, a parallel step beside it serves.
+/// At the border, where an axis has no neighbour, a parallel step beside it is used.
 fn spacing(node: Node, position: impl Fn(Node) -> Option<[f64; 2]>) -> Option<[[f64; 2]; 2]> {
     let step = |at: Node, axis: Node| {
         let ahead = position((at.0 + axis.0, at.1 + axis.1));
@@ -219,7 +219,7 @@ fn spacing(node: Node, position: impl Fn(Node) -> Option<[f64; 2]>) -> Option<[[
     Some([along(AXES[0])?, along(AXES[1])?])
 }
 
-/// Where the neighbours expect `node`: between two, or continued along a line; averaged over the axes.
+/// Where the neighbours predict `node`: midway between two, or extrapolated along a line; averaged over the axes.
 fn predict((i, j): Node, position: impl Fn(Node) -> Option<[f64; 2]>) -> Option<[f64; 2]> {
     let mut guesses = Vec::new();
     for (di, dj) in AXES {

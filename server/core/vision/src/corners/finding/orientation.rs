@@ -1,4 +1,4 @@
-//! Which of the lattice's corners are the board, and which of them is row 0, column 0.
+//! Which of the lattice's corners belong to the board, and which of them is row 0, column 0.
 
 use std::collections::BTreeMap;
 
@@ -6,9 +6,9 @@ use super::lattice::{Lattice, Node};
 use crate::corners::fitting::fit::CornerFit;
 use crate::corners::params::FULL_LINE_SHARE;
 
-/// What the lattice holds, compared with the configured board.
+/// The content of the lattice compared with the configured board.
 pub enum Board {
-    /// Every corner, row by row, with fits turned to the board's axes.
+    /// Every corner, row by row, with fits rotated to the board's axes.
     Whole(Vec<CornerFit>),
     /// The right size, but corners are hidden.
     Incomplete { found: usize },
@@ -58,7 +58,7 @@ pub fn read_board(lattice: &Lattice, columns: usize, rows: usize) -> Board {
     gather(corners, &axes, columns, rows)
 }
 
-/// First and last line of the lattice, by the coordinate `of`, that is populated well enough to be the board's.
+/// First and last line of the lattice, by the coordinate `of`, that has enough corners to belong to the board.
 pub fn full_lines(corners: &BTreeMap<Node, CornerFit>, of: impl Fn(&Node) -> i32) -> (i32, i32) {
     let mut count = BTreeMap::<i32, usize>::new();
     for node in corners.keys() {
@@ -99,13 +99,13 @@ fn mean_step(corners: &BTreeMap<Node, CornerFit>, axis: Node) -> [f64; 2] {
     sum
 }
 
-/// Columns to rows turn the same way as u to v: the board is seen from its front.
+/// Whether columns × rows turn the same way as u × v: the board is seen from its front.
 pub fn is_right_handed(corners: &BTreeMap<Node, CornerFit>, axes: &Axes) -> bool {
     let (c, r) = (mean_step(corners, axes.by_column), mean_step(corners, axes.by_row));
     c[0] * r[1] - c[1] * r[0] > 0.0
 }
 
-/// Whether the square diagonally outside corner (0, 0) is dark, by the vote of all corners.
+/// Whether the square diagonally outside corner (0, 0) is dark, by majority of all corners.
 pub fn starts_dark(corners: &BTreeMap<Node, CornerFit>, axes: &Axes) -> bool {
     let vote: f64 = corners.iter().map(|(node, fit)| step_parity(*node, axes) * turned(fit, axes).contrast).sum();
     vote < 0.0

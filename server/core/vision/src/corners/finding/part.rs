@@ -1,9 +1,10 @@
-//! Which corners of the board a part of it shows.
+//! Which corners of the board a partial view shows.
 //!
-//! A part is numbered by where the board's other corners would be: those that are not seen must lie outside the picture,
-//! or be few. Of all ways to lay the part into the board (the square beyond corner (0, 0) dark) one must explain clearly
-//! more than every other; a part that fits at several places, as one cut off on both sides does, cannot be numbered.
-//! Boards that look the same after half a turn are numbered only whole: their parts are known up to that turn at best.
+//! A part is numbered by where the board's other corners would be: those that are not detected must lie outside the
+//! picture, or be few. Of all placements of the part on the board (the square beyond corner (0, 0) dark), one must
+//! explain clearly more than every other; a part that fits at several positions, such as one cut off on both sides,
+//! cannot be numbered. Boards that look the same after half a turn are numbered only whole: a part of them is ambiguous
+//! by that turn.
 
 use std::collections::BTreeMap;
 
@@ -16,23 +17,23 @@ use crate::corners::params::{
     PART_RUNNER_UP_LINES,
 };
 
-/// What a part of a board determines.
+/// Result of reading a part of a board.
 pub enum Part {
     /// Corners with their (column, row), row by row.
     Numbered(Vec<([usize; 2], CornerFit)>),
-    /// A part of the board, but not which.
+    /// A part of the board at an unknown position.
     Ambiguous {
-        /// Corners seen.
+        /// Corners detected.
         found: usize,
     },
-    /// None of this board.
+    /// Not a part of this board.
     Other,
 }
 
-/// One way to lay the part into the board.
+/// One placement of the part on the board.
 struct Placement {
     axes: Axes,
-    /// Corners of the board that the picture should show and does not.
+    /// Corners of the board that should be visible in the picture but were not detected.
     unexplained: usize,
 }
 
@@ -45,7 +46,7 @@ pub fn read_part(lattice: &Lattice, columns: usize, rows: usize, size: [usize; 2
         .filter(|(node, _)| (i0..=i1).contains(&node.0) && (j0..=j1).contains(&node.1))
         .map(|(node, fit)| (*node, *fit))
         .collect();
-    // Corners beyond the well-filled lines are the board's, unless they do not fit into it.
+    // Corners beyond the well-filled lines are taken as the board's, unless they do not fit on it.
     [&lattice.corners, &full]
         .into_iter()
         .map(|corners| read(corners, columns, rows, size))
@@ -80,7 +81,7 @@ fn read(corners: &BTreeMap<Node, CornerFit>, columns: usize, rows: usize, size: 
     Part::Numbered(numbered)
 }
 
-/// All ways to lay the corners into the board.
+/// All placements of the corners on the board.
 fn placements(
     corners: &BTreeMap<Node, CornerFit>,
     columns: usize,
@@ -116,7 +117,7 @@ fn placements(
     all
 }
 
-/// Corners of the board that are not among `corners` although the picture holds their place.
+/// Corners of the board that are not among `corners` although their position is in the picture.
 fn unexplained(
     corners: &BTreeMap<Node, CornerFit>,
     axes: &Axes,

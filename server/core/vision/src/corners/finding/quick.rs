@@ -1,9 +1,9 @@
-//! The quick look: where a chessboard is plain to see, its lattice in a tenth of the time of the patient search.
+//! The quick search: the lattice of a clearly visible chessboard, in a tenth of the time of the patient search.
 //!
-//! A crossing of two edges shows on a ring around it as bright, dark, bright, dark, opposite places alike (the ChESS
-//! response of Bennett & Lasenby 2014, here in whole numbers on the image at half size). The four changes on the ring
-//! are the directions of the edges; crossings that point at each other along an edge, with bright and dark on the
-//! matching sides, are neighbours. What comes out is a seed like any other: every corner of it is still verified.
+//! A crossing of two edges appears on a ring around it as bright, dark, bright, dark, with opposite positions alike
+//! (the ChESS response of Bennett & Lasenby 2014, here in integers on the image at half size). The four transitions on
+//! the ring are the directions of the edges; crossings that point at each other along an edge, with bright and dark on
+//! the matching sides, are neighbours. The result is a seed like any other: every corner of it is still verified.
 
 use std::collections::BTreeMap;
 
@@ -17,7 +17,7 @@ use crate::corners::params::{
 };
 use crate::{GreyImage, Pixels};
 
-/// The ring, anticlockwise in (u, right-handed with v up); place n + 8 is opposite to place n.
+/// The ring, anticlockwise in (u, right-handed with v up); position n + 8 is opposite to position n.
 const RING: [(isize, isize); 16] = [
     (5, 0),
     (5, 2),
@@ -37,7 +37,7 @@ const RING: [(isize, isize); 16] = [
     (5, -2),
 ];
 
-/// Pixels around the image without a response, and distance from a peak within which there is no other.
+/// Width of the image border without a response, and radius around a peak without another peak.
 const RIM: usize = 5;
 const APART: usize = 2;
 
@@ -50,7 +50,7 @@ struct Half {
 
 /// A crossing of two edges.
 struct Peak {
-    /// Place in the half-size image.
+    /// Position in the half-size image.
     at: [f32; 2],
     rays: [Ray; 4],
 }
@@ -59,7 +59,7 @@ struct Peak {
 #[derive(Clone, Copy, Default)]
 struct Ray {
     direction: [f32; 2],
-    /// Whether it is bright on the side of the next ray.
+    /// Whether the side towards the next ray is bright.
     bright_ahead: bool,
 }
 
@@ -89,7 +89,7 @@ fn halved(image: &GreyImage) -> Half {
     match image.pixels() {
         Pixels::Eight(pixels) => halve_eight(pixels, image.width(), width, &mut levels),
         Pixels::Sixteen(pixels) => {
-            // As many low bits are dropped as the brightest pixel has beyond eight.
+            // Drops as many low bits as the brightest pixel has beyond eight.
             let bits = u16::BITS - pixels.iter().fold(0, |all, &level| all | level).leading_zeros();
             halve_sixteen(pixels, image.width(), width, bits.saturating_sub(8), &mut levels);
         }
@@ -165,7 +165,7 @@ fn row_from(half: &Half, v: usize, from: usize, du: isize, dv: isize) -> &[i16] 
     &half.levels[start..start + half.width - 2 * from]
 }
 
-/// Sum of the alternation, less what is unlike on opposite places, less the difference between ring and middle.
+/// Sum of the alternation, minus the asymmetry of opposite positions, minus the difference between ring and centre.
 #[multiversion(targets("x86_64+avx2"))]
 fn response_row(ring: &[&[i16]; 16], cross: &[&[i16]; 4], target: &mut [i16]) {
     let n = target.len();
@@ -197,7 +197,7 @@ fn is_peak(responses: &[i16], width: usize, u: usize, v: usize) -> bool {
     })
 }
 
-/// The crossing at a peak, if the ring changes four times and the edges go straight through.
+/// The crossing at a peak, if the ring has four transitions and the edges are straight.
 fn peak_at(half: &Half, responses: &[i16], u: usize, v: usize) -> Option<Peak> {
     let at = |du: isize, dv: isize| v.strict_add_signed(dv) * half.width + u.strict_add_signed(du);
     let ring = RING.map(|(du, dv)| f32::from(half.levels[at(du, dv)]));
@@ -239,7 +239,7 @@ fn dot(a: [f32; 2], b: [f32; 2]) -> f32 {
     a[0] * b[0] + a[1] * b[1]
 }
 
-/// The nearest crossing in the direction of ray `k` of crossing `a` that points back, and the ray that does.
+/// The nearest crossing in the direction of ray `k` of crossing `a` that points back, and its ray.
 fn neighbour(peaks: &[Peak], a: usize, k: usize) -> Option<(usize, usize)> {
     let (from, ray) = (&peaks[a], peaks[a].rays[k]);
     let mut nearest = None;
@@ -247,7 +247,7 @@ fn neighbour(peaks: &[Peak], a: usize, k: usize) -> Option<(usize, usize)> {
     for (b, to) in peaks.iter().enumerate() {
         let step = [to.at[0] - from.at[0], to.at[1] - from.at[1]];
         let along = dot(step, ray.direction);
-        // Nothing is nearer than its part along the ray: most are dismissed by this.
+        // A distance is at least its component along the ray: this rejects most candidates.
         if along <= 0.0 || along >= nearest_distance {
             continue;
         }

@@ -28,10 +28,10 @@ pub struct NoiseModel {
     pub floor: f64,
 }
 
-/// The pixels one fit sees, row by row, filled up to whole blocks of [`BLOCK`] with pixels that count nothing.
+/// The pixels of one fit, row by row, padded to whole blocks of [`BLOCK`] with pixels of zero weight.
 #[derive(Debug, Clone, Default)]
 pub struct Window {
-    /// Pixel that the coordinates below are relative to.
+    /// Pixel to which the coordinates below are relative.
     pub centre: [f64; 2],
     /// Half-side, the unit of the grey-level slopes (px).
     pub half_side_px: f64,
@@ -41,7 +41,7 @@ pub struct Window {
     pub y: Vec<f32>,
     /// Grey levels.
     pub level: Vec<f32>,
-    /// 1 for a pixel, 0 for filling.
+    /// 1 for a pixel, 0 for padding.
     pub present: Vec<f32>,
     n_pixels: usize,
 }
@@ -60,7 +60,7 @@ impl Window {
         self.level.extend(levels.iter().map(|&level| level.into()));
     }
 
-    /// The window with its last block filled up.
+    /// The window with its last block padded.
     pub fn filled(mut self) -> Self {
         self.n_pixels = self.level.len();
         self.present.resize(self.n_pixels, 1.0);
@@ -70,7 +70,7 @@ impl Window {
         self
     }
 
-    /// Number of pixels, without the filling.
+    /// Number of pixels, without the padding.
     pub fn n_pixels(&self) -> usize {
         self.n_pixels
     }
@@ -85,15 +85,15 @@ pub struct CornerFit {
     pub shape: CrossShape,
     /// Half the grey-level step between the squares, positive where the +column/+row square is bright.
     pub contrast: f64,
-    /// Largest slope of brightness or contrast over the window's half-side, as a share of `contrast`.
+    /// Largest slope of brightness or contrast over the window's half-side, relative to `contrast`.
     pub slope_ratio: f64,
-    /// Root mean square of what the model leaves unexplained beyond pixel noise (levels); 0 after a refinement.
-    pub misfit_rms: f64,
+    /// RMS residual of the model beyond pixel noise (levels); 0 after a refinement.
+    pub residual_rms: f64,
     /// Standard deviation of the position per axis, from the normal equations and the noise model.
     pub sigma_px: f64,
 }
 
-/// Where a fit starts: the crossing at `start_px`, and the grey levels that go best with it; `None` if the pixels do
+/// Initial state of a fit: the crossing at `start_px`, with the grey levels that fit it best; `None` if the pixels do
 /// not determine them.
 pub fn start_at(window: &Window, start_px: [f64; 2], shape: CrossShape) -> Option<CornerState> {
     if window.n_pixels() < 2 * N {
@@ -120,7 +120,7 @@ pub fn fit_corner(window: &Window, start: CornerState, noise: Option<&NoiseModel
         }
         let step = damped.cholesky()?.solve(&Step::from(sums.gradient)) * stretch(&sums);
         let candidate = moved(&state, &step);
-        // The last step is taken without another look: what it changes in the sums is far below their noise.
+        // The last step is taken without re-evaluation: its effect on the sums is far below their noise.
         if step[0].hypot(step[1]) < tolerance_px {
             state = candidate;
             break;
@@ -140,8 +140,8 @@ pub fn fit_corner(window: &Window, start: CornerState, noise: Option<&NoiseModel
     finished(window, &state, &sums, noise.is_none())
 }
 
-/// How much longer than a step of reweighted least squares the step to the M-estimator's minimum is: the weights of its
-/// normal matrix stand where the influences' derivatives belong (Huber 1981, 7.8).
+/// Ratio of the step to the M-estimator's minimum to a step of reweighted least squares: the latter's normal matrix has
+/// the weights in place of the derivatives of the influences (Huber 1981, 7.8).
 fn stretch(sums: &Sums) -> f64 {
     if sums.response > 0.0 { (sums.weight / sums.response).clamp(1.0, MAX_STRETCH) } else { 1.0 }
 }
@@ -165,7 +165,7 @@ fn moved(state: &CornerState, step: &Step) -> CornerState {
     }
 }
 
-/// The six grey-level parameters for the state's geometry: linear least squares.
+/// The six grey-level parameters for the state's geometry, by linear least squares.
 fn solve_levels(window: &Window, state: &mut CornerState) -> Option<()> {
     let (normal, right) = accumulate_levels(window, state);
     let normal = SMatrix::<f64, LEVELS, LEVELS>::from_fn(|i, j| normal[i][j]);
@@ -173,8 +173,8 @@ fn solve_levels(window: &Window, state: &mut CornerState) -> Option<()> {
     Some(())
 }
 
-/// The result at the end of the iterations; its covariance is that of an M-estimator (Huber 1981, 7.6): the mean
-/// squared influence over the squared mean response, times the inverse of the unweighted normal matrix.
+/// The result after the last iteration; its covariance is that of an M-estimator (Huber 1981, 7.6): the mean squared
+/// influence over the squared mean response, times the inverse of the unweighted normal matrix.
 fn finished(window: &Window, state: &CornerState, sums: &Sums, exploratory: bool) -> Option<CornerFit> {
     let n = window.n_pixels() as f64;
     if sums.weight < 2.0 * N as f64 || sums.response <= 0.0 {
@@ -191,15 +191,15 @@ fn finished(window: &Window, state: &CornerState, sums: &Sums, exploratory: bool
             .map(|k| (state.levels[k] / state.levels[3]).abs())
             .into_iter()
             .fold(0.0, f64::max),
-        misfit_rms: if exploratory { misfit_rms(window, state) } else { 0.0 },
+        residual_rms: if exploratory { residual_rms(window, state) } else { 0.0 },
         sigma_px: variance.sqrt(),
     };
     (fit.sigma_px.is_finite() && fit.position_px.iter().all(|p| p.is_finite())).then_some(fit)
 }
 
-/// Residuals shared by neighbouring pixels: their mean square less half that of their differences, which white pixel
-/// noise makes equal.
-fn misfit_rms(window: &Window, state: &CornerState) -> f64 {
+/// The correlated part of the residuals: their mean square minus half that of the differences of neighbours, which are
+/// equal for white pixel noise.
+fn residual_rms(window: &Window, state: &CornerState) -> f64 {
     let expected = expected_levels(window, state);
     let residuals: Vec<f32> = window.level.iter().zip(&expected).map(|(level, e)| level - e).collect();
     let (mut square, mut noise, mut count) = (0.0f32, 0.0f32, 0.0f32);
@@ -213,7 +213,7 @@ fn misfit_rms(window: &Window, state: &CornerState) -> f64 {
     f64::from((square / residuals.len() as f32 - noise / count.max(1.0)).max(0.0).sqrt())
 }
 
-/// Grey level that `state` expects at every `step`-th pixel of the window, and the residual there.
+/// Grey level predicted by `state` at every `step`-th pixel of the window, and the residual there.
 pub fn residuals(window: &Window, state: &CornerState, step: usize) -> Vec<[f32; 2]> {
     let expected = expected_levels(window, state);
     expected.iter().zip(&window.level).step_by(step).map(|(&e, level)| [e, level - e]).collect()

@@ -1,6 +1,7 @@
-//! The corner model and its sums as they are written on paper, in double precision: what the fast sums are held to.
+//! Reference implementation of the corner model and its sums in double precision, against which the fast sums are
+//! tested.
 
-// Matrices as they are written.
+// Matrix loops in mathematical notation.
 #![allow(clippy::needless_range_loop)]
 
 use std::f64::consts::{FRAC_1_SQRT_2, PI};
@@ -23,7 +24,7 @@ struct CrossValue {
     pub by_blur: f64,
 }
 
-/// A [`CrossShape`] with everything computed that does not depend on the pixel.
+/// A [`CrossShape`] with everything precomputed that does not depend on the pixel.
 struct Cross {
     normal: [[f64; 2]; 2],
     curvature_per_px: [f64; 2],
@@ -151,7 +152,7 @@ fn plain_sums(window: &Window, state: &CornerState, noise: Option<&NoiseModel>) 
     sums
 }
 
-/// What one residual contributes.
+/// Contribution of one residual.
 struct Robust {
     variance: f64,
     weight: f64,
@@ -182,7 +183,7 @@ fn robust(residual: f64, expected: f64, noise: Option<&NoiseModel>) -> Robust {
 
 const SHAPE: CrossShape = CrossShape { normal_rad: [0.3, 1.6], curvature_per_px: [1e-3, -2e-3], blur_px: 1.1 };
 
-/// Brute-force blur of the sharp crossing on a fine raster.
+/// Blur of the sharp crossing by brute-force summation on a fine raster.
 fn blurred_by_summation(shape: &CrossShape, q: [f64; 2]) -> f64 {
     let cross = Cross::new(shape);
     let (step, reach) = (0.02, 5.0 * shape.blur_px);
@@ -210,9 +211,9 @@ fn the_model_is_the_blurred_crossing() {
     }
 }
 
-/// An edge through the crossing's far end, blurred by summation over a pixel's box: little of the light's own blur is left.
+/// An edge through the far end of the crossing, blurred by summation over a pixel's box: hardly any other blur remains.
 #[test]
-fn an_edge_sharper_than_a_pixel_is_that_of_its_box() {
+fn an_edge_sharper_than_a_pixel_has_the_profile_of_its_box() {
     let light_px: f64 = 0.3;
     for angle in [0.0, 0.3, std::f64::consts::FRAC_PI_4] {
         let shape = CrossShape {
@@ -231,7 +232,7 @@ fn an_edge_sharper_than_a_pixel_is_that_of_its_box() {
                 .map(|distance| erf_and_gauss(distance / light_px).0)
                 .sum();
             let error = cross.at(place).value - sum / 1e4;
-            // Without the box's cumulants 0.011.
+            // Without the box's cumulants the error is 0.011.
             assert!(error.abs() < 0.0025, "{angle} at {d}: {error}");
         }
     }
@@ -249,7 +250,7 @@ fn the_derivatives_agree_with_central_differences() {
         };
         (s(h) - s(-h)) / (2.0 * h)
     };
-    // A corner that moves by t sees the pixel at q − t. 1 % of the largest: the series stops after ρ³.
+    // A corner that moves by t samples the pixel at q − t. 1 % of the largest value: the series stops after ρ³.
     let tolerance = 0.01;
     let by_u = numeric(&|t| (SHAPE, [q[0] - t, q[1]]));
     let by_v = numeric(&|t| (SHAPE, [q[0], q[1] - t]));
@@ -259,7 +260,7 @@ fn the_derivatives_agree_with_central_differences() {
     assert!((by_blur - value.by_blur).abs() < tolerance);
 }
 
-/// A window of 21 × 17 pixels (not a whole number of blocks) with the pattern, a slope, and a ripple in place of noise.
+/// A window of 21 × 17 pixels (not a whole number of blocks) with the pattern, a slope, and a ripple instead of noise.
 fn window() -> (Window, CornerState) {
     let state = CornerState { position: [0.31, -0.22], shape: SHAPE, levels: [118.0, 6.0, -4.0, 71.0, 3.0, 5.0] };
     let cross = Cross::new(&SHAPE);
@@ -280,9 +281,9 @@ fn window() -> (Window, CornerState) {
 const ROUNDING: f64 = 2e-5;
 
 #[test]
-fn the_fast_sums_are_the_plain_ones() {
+fn the_fast_sums_match_the_reference() {
     let (mut window, mut state) = window();
-    // Some steps away, where the gradient is not small; one pixel an outlier that Tukey silences.
+    // Some steps away, where the gradient is not small; one pixel is an outlier that Tukey's weight removes.
     state.position[0] += 0.1;
     window.level[40] += 90.0;
     let noise = NoiseModel { offset: 1.5, per_level: 0.02, floor: 1.0 };
@@ -305,7 +306,7 @@ fn the_fast_sums_are_the_plain_ones() {
 }
 
 #[test]
-fn with_a_known_normal_matrix_the_other_sums_stay() {
+fn with_a_known_normal_matrix_the_other_sums_are_unchanged() {
     let (window, state) = window();
     let noise = NoiseModel { offset: 1.5, per_level: 0.02, floor: 1.0 };
     let whole = accumulate(&window, &state, Some(&noise), None);
@@ -318,7 +319,7 @@ fn with_a_known_normal_matrix_the_other_sums_stay() {
 }
 
 #[test]
-fn the_levels_and_the_expectation_are_the_plain_ones() {
+fn the_levels_and_the_predictions_match_the_reference() {
     let (window, state) = window();
     let cross = Cross::new(&state.shape);
     let mut plain = [[0.0; 7]; 6];

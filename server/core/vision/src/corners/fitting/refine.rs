@@ -1,7 +1,7 @@
-//! The accurate pass: every corner fitted in a window as long as its squares allow.
+//! The accurate pass: every corner is fitted in the largest window that its squares allow.
 //!
-//! Directions and curvatures of the edges start from the whole board's smooth [`BoardWarp`]; position, blur and
-//! grey levels are each corner's own, so that the corners' errors are independent.
+//! Directions and curvatures of the edges start from the whole board's smooth [`BoardWarp`]; position, blur and grey
+//! levels are fitted per corner, so that the corners' errors are independent.
 
 use std::collections::HashMap;
 
@@ -59,8 +59,8 @@ fn with_board_edges(local: &LocalShape, fit: &CornerFit) -> CrossShape {
     }
 }
 
-/// Variance over grey level from the residuals of all corners: a line through its values in the dark and in the
-/// bright half (median absolute deviation, so that dirt does not count).
+/// Variance as a function of grey level, from the residuals of all corners: a line through its values in the dark and
+/// in the bright half (median absolute deviation, robust against dirt).
 fn noise_from(starts: &[(Window, Option<CornerState>)]) -> NoiseModel {
     let known = starts.iter().filter_map(|(window, start)| Some((window, start.as_ref()?)));
     let mut samples: Vec<[f32; 2]> =
@@ -82,16 +82,16 @@ fn noise_from(starts: &[(Window, Option<CornerState>)]) -> NoiseModel {
     NoiseModel { offset: y0 - per_level * x0, per_level, floor: (0.5 * y0.min(y1)).max(QUANTISATION_VARIANCE) }
 }
 
-/// Median; 0 of nothing.
+/// Median; 0 if empty.
 fn median_of(values: impl Iterator<Item = f32>) -> f64 {
     median(&mut values.collect::<Vec<f32>>()).map_or(0.0, f64::from)
 }
 
-/// Raises each sigma to what the neighbours show: along rows and columns the corners scatter about the smooth board
-/// by more than the noise where the print, the sensor or an edge parallel to the pixel grid disturbs them.
+/// Raises each sigma to the scatter of its neighbourhood: along rows and columns, the corners scatter about the smooth
+/// board by more than the noise where the print, the sensor or an edge parallel to the pixel grid disturbs them.
 ///
 /// Fourth differences of the deviation from the [`BoardWarp`] over five neighbours cancel everything smooth; with
-/// weights 1, −4, 6, −4, 1 their variance is 70 σ². Boards of fewer than five corners in both directions have none.
+/// weights 1, −4, 6, −4, 1 their variance is 70 σ². Boards with fewer than five corners in both directions have none.
 fn add_disagreement(fits: &mut [CornerFit], indices: &[[usize; 2]]) {
     let Some(warp) = BoardWarp::fit(&indexed(fits, indices)) else { return };
     let deviation = |(index, fit): (&[usize; 2], &CornerFit)| {
@@ -111,7 +111,7 @@ fn add_disagreement(fits: &mut [CornerFit], indices: &[[usize; 2]]) {
     }
 }
 
-/// Weights of the fourth difference, and the variance it makes of unit variance.
+/// Weights of the fourth difference, and its variance for unit variance.
 const FOURTH_DIFFERENCE: [f64; 5] = [1.0, -4.0, 6.0, -4.0, 1.0];
 const FOURTH_DIFFERENCE_VARIANCE: f64 = 70.0;
 
@@ -132,7 +132,7 @@ impl Stencil {
     }
 }
 
-/// Every five corners that follow one another in a row or in a column.
+/// Every five consecutive corners of a row or a column.
 fn stencils(indices: &[[usize; 2]]) -> Vec<Stencil> {
     let by_index: HashMap<[usize; 2], usize> = indices.iter().enumerate().map(|(k, index)| (*index, k)).collect();
     let five = |[column, row]: [usize; 2], [by_column, by_row]: [usize; 2]| {

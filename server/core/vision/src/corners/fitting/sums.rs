@@ -1,10 +1,10 @@
 //! The sums of a corner fit over the pixels of its window, in single precision and several pixels at a time.
 //!
 //! Each sum is eight interleaved partial sums that are added up in a fixed order, and no multiplication is fused with
-//! an addition: the result is the same, bit for bit, whichever instruction set the processor offers. The
-//! straightforward version in double precision is the tests' `reference`.
+//! an addition: the result is identical, bit for bit, for every instruction set. The straightforward version in double
+//! precision is the tests' `reference`.
 
-// Several rows of a block are filled side by side: their index is what they share.
+// Several rows of a block are filled together by a shared index.
 #![allow(clippy::needless_range_loop)]
 
 use std::f32::consts::{FRAC_1_SQRT_2, FRAC_2_SQRT_PI, LN_2, LOG2_E, PI};
@@ -15,7 +15,7 @@ use super::fit::{N, NoiseModel, Window};
 use super::model::CrossShape;
 use crate::corners::params::TUKEY_SIGMAS;
 
-/// Pixels of one pass: the rows of the Jacobian then stay in the nearest cache.
+/// Pixels of one pass: the rows of the Jacobian then fit in the L1 cache.
 pub const BLOCK: usize = 64;
 
 /// Partial sums of each sum.
@@ -30,7 +30,7 @@ const PAIRS: usize = N * (N + 1) / 2;
 type Lanes = [f32; LANES];
 type Pixels = [f32; BLOCK];
 
-/// Crossing point (relative to the window's centre), edges, grey levels: all that a residual depends on.
+/// Crossing point (relative to the window's centre), edges, grey levels: everything a residual depends on.
 #[derive(Debug, Clone, Copy)]
 pub struct CornerState {
     /// u, v relative to the window's centre (px).
@@ -41,7 +41,7 @@ pub struct CornerState {
     pub levels: [f64; LEVELS],
 }
 
-/// Normal equations of the eleven parameters, and what the covariance needs.
+/// Normal equations of the eleven parameters, and the sums for the covariance.
 #[derive(Debug, Clone)]
 pub struct Sums {
     /// Both triangles.
@@ -60,7 +60,7 @@ pub struct Sums {
 
 /// Normal equations and robust cost of `window` at `state`; plain least squares without a noise model.
 ///
-/// With `known_normal` the normal matrix is taken from there and not summed up again: nine tenths of the products.
+/// With `known_normal` the normal matrix is copied instead of computed, which saves nine tenths of the products.
 pub fn accumulate(
     window: &Window,
     state: &CornerState,
@@ -91,7 +91,7 @@ pub fn accumulate_levels(window: &Window, state: &CornerState) -> ([[f64; LEVELS
     (normal, std::array::from_fn(|i| total(&partial[i][LEVELS])))
 }
 
-/// Grey level that `state` expects at each pixel of the window.
+/// Grey level predicted by `state` at each pixel of the window.
 pub fn expected_levels(window: &Window, state: &CornerState) -> Vec<f32> {
     let mut expected = vec![0.0; window.n_pixels().next_multiple_of(BLOCK)];
     write_expected(window, &Constants::new(window, state, None), &mut expected);
@@ -107,7 +107,7 @@ struct Constants {
     inverse_blur: f32,
     correlation: f32,
     inverse_residual: f32,
-    /// The pixel's box in each edge, by [`box_terms`].
+    /// The pixel box's terms for each edge, from [`box_terms`].
     box_terms: [[f32; 2]; 2],
     per_half_side: f32,
     levels: [f32; LEVELS],
@@ -139,9 +139,9 @@ impl Constants {
     }
 }
 
-/// What the pixel's box adds to an edge of this normal and of `blur_px` in all, beyond its variance: the factors of the
-/// third and fifth Hermite polynomials in its Edgeworth series, from the box's fourth and sixth cumulants −1/120 and
-/// 1/252.
+/// Effect of the pixel's box, beyond its variance, on an edge with this normal and total blur `blur_px`: the factors of
+/// the third and fifth Hermite polynomials in its Edgeworth series, from the box's fourth and sixth cumulants −1/120
+/// and 1/252.
 pub fn box_terms(normal: [f64; 2], blur_px: f64) -> [f64; 2] {
     let power = |n: i32| normal[0].powi(n) + normal[1].powi(n);
     let root = (2.0 * std::f64::consts::PI).sqrt();
@@ -287,7 +287,7 @@ struct CrossAt {
     slopes: [f32; 5],
 }
 
-/// What one residual contributes.
+/// Contribution of one residual.
 struct Robust {
     inverse_variance: f32,
     weight: f32,
@@ -297,7 +297,7 @@ struct Robust {
 }
 
 impl Constants {
-    /// Distance to edge `k` and place along it (px).
+    /// Distance to edge `k` and position along it (px).
     #[inline(always)]
     fn edge(&self, k: usize, q: [f32; 2]) -> (f32, f32) {
         let n = self.normal[k];
@@ -313,7 +313,7 @@ impl Constants {
         e1 * e2 + 2.0 / PI * gauss1 * gauss2 * self.series(x, y)
     }
 
-    /// Edge `k` at `x` blurs from it, −1 … 1, the pixel's box included, and exp(−x²/2).
+    /// Profile of edge `k` at `x` blurs from it, −1 … 1, including the pixel's box, and exp(−x²/2).
     #[inline(always)]
     fn edge_profile(&self, k: usize, x: f32) -> (f32, f32) {
         let (e, gauss) = erf_and_gauss(x);
@@ -375,7 +375,7 @@ impl Constants {
     }
 }
 
-/// The larger of two numbers; unlike `f32::max` one instruction.
+/// The larger of two numbers; a single instruction, unlike `f32::max`.
 #[inline(always)]
 fn larger(a: f32, b: f32) -> f32 {
     if a > b { a } else { b }
@@ -393,7 +393,7 @@ fn erf_and_gauss(x: f32) -> (f32, f32) {
 /// exp(z) for z ≤ 0, relative error below 2·10⁻⁷; 10⁻³⁵ for all z below −80.
 #[inline(always)]
 fn exp_of_negative(z: f32) -> f32 {
-    /// 1.5 · 2²³: adding it leaves the nearest whole number in the lowest bits.
+    /// 1.5 · 2²³: adding it leaves the nearest integer in the lowest bits.
     const ROUNDER: f32 = 12_582_912.0;
     let power = larger(z, -80.0) * LOG2_E;
     let rounded = power + ROUNDER;

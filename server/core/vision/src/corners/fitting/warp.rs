@@ -1,7 +1,7 @@
-//! The smooth map from board to image: a homography and a low polynomial for the lens.
+//! The smooth map from board to image: a homography and a low-degree polynomial for the lens.
 //!
-//! It serves directions and curvatures only. Positions are never taken from it, so the errors of the
-//! corners stay independent of each other.
+//! It is used for directions and curvatures only. Positions are never taken from it, so the errors of the corners stay
+//! independent of each other.
 
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 
@@ -30,7 +30,7 @@ pub struct LocalShape {
 }
 
 impl BoardWarp {
-    /// Fits the map to pairs of board index and pixel; `None` for fewer than four corners or all in a line.
+    /// Fits the map to pairs of board index and pixel; `None` for fewer than four corners or collinear ones.
     pub fn fit(pairs: &[([f64; 2], [f64; 2])]) -> Option<Self> {
         let homography = fit_homography(pairs)?;
         let n = pairs.len() as f64;
@@ -46,7 +46,7 @@ impl BoardWarp {
         Some(warp)
     }
 
-    /// The homography alone, for places well outside the corners; `None` as for [`Self::fit`].
+    /// The homography alone, for extrapolation well outside the corners; `None` as for [`Self::fit`].
     pub fn plain(pairs: &[([f64; 2], [f64; 2])]) -> Option<Self> {
         let homography = fit_homography(pairs)?;
         Some(Self { homography, centre: [0.0; 2], scale: 1.0, degree: 0, coefficients: [Vec::new(), Vec::new()] })
@@ -106,7 +106,7 @@ impl BoardWarp {
         };
         let ((by_column, bend_column), (by_row, bend_row)) = (along(0), along(1));
         let normals = edge_normals([by_column, by_row]);
-        // The edge whose normal points to the next column runs along the rows, and the other way round.
+        // The edge whose normal points to the next column runs along the rows, and vice versa.
         let curvature = |normal: f64, tangent: [f64; 2], bend: [f64; 2]| {
             (normal.cos() * bend[0] + normal.sin() * bend[1]) / (tangent[0].powi(2) + tangent[1].powi(2))
         };

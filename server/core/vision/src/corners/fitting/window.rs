@@ -1,4 +1,4 @@
-//! Which pixels a corner fit sees: a parallelogram along the board's own directions.
+//! The pixels used by a corner fit: a parallelogram along the board's own directions.
 
 use multiversion::multiversion;
 
@@ -8,16 +8,16 @@ use super::fit::Window;
 use super::model::CrossShape;
 use crate::corners::params::{EDGE_BAND_MIN_PX, EDGE_BAND_SIGMAS, WINDOW_MIN_PX};
 
-/// Size of a window: a share of the neighbour distance, limited in pixels.
+/// Size of a window: a fraction of the neighbour distance, limited in pixels.
 #[derive(Debug, Clone, Copy)]
 pub struct Reach {
-    /// Half-side as a share of the neighbour distance.
+    /// Half-side as a fraction of the neighbour distance.
     pub squares: f64,
     /// Largest half-side (px).
     pub max_px: f64,
 }
 
-/// The window around `centre_px`, `square_px` being the steps to the next column and to the next row.
+/// The window around `centre_px`; `square_px` holds the steps to the next column and to the next row.
 ///
 /// With `edges`, pixels far from both edges are left out; with `None` the whole parallelogram is used.
 pub fn window_around(
@@ -80,8 +80,9 @@ pub fn half_sides(square_px: [[f64; 2]; 2], reach: Reach) -> [f64; 2] {
     square_px.map(|s| (reach.squares * s[0].hypot(s[1])).min(reach.max_px).max(WINDOW_MIN_PX))
 }
 
-/// Offsets from the centre, along u, at which the parallelogram |α| ≤ `share[0]`, |β| ≤ `share[1]` (α columns and β rows
-/// away) begins and ends on the pixel row `qv` below the centre; the end lies before the beginning where it is not cut.
+/// Offsets from the centre, along u, at which the parallelogram |α| ≤ `share[0]`, |β| ≤ `share[1]` (α columns and β
+/// rows away) begins and ends on the pixel row `qv` below the centre; the end is less than the beginning if the row
+/// misses it.
 fn span(qv: f64, [c, r]: [[f64; 2]; 2], share: [f64; 2]) -> (f64, f64) {
     let determinant = (c[0] * r[1] - c[1] * r[0]).abs();
     let between = |side: [f64; 2], share: f64| {
@@ -94,7 +95,7 @@ fn span(qv: f64, [c, r]: [[f64; 2]; 2], share: [f64; 2]) -> (f64, f64) {
     (a0.max(b0), a1.min(b1))
 }
 
-/// The surroundings of both edges.
+/// Bands along both edges.
 struct Band {
     normal: [[f32; 2]; 2],
     half_curvature: [f32; 2],
@@ -110,7 +111,7 @@ impl Band {
         }
     }
 
-    /// Whether the place `q` (px from the crossing) is near one of the edges.
+    /// Whether the point `q` (px from the crossing) is near one of the edges.
     #[inline(always)]
     fn holds(&self, q: [f32; 2]) -> bool {
         let distance = |k: usize| {

@@ -1,4 +1,5 @@
-//! Centres of circle grids: within a few thousandths of a pixel of the truth, and beside OpenCV's `findCirclesGrid`.
+//! Centres of circle grids: within a few thousandths of a pixel of the truth, and compared with OpenCV's
+//! `findCirclesGrid`.
 
 mod rendered;
 
@@ -12,7 +13,7 @@ use vision::{BoardCorners, CircleParams, CornerError, GreyImage, Pixels, find_ci
 const SYMMETRIC: CircleParams = CircleParams { columns: 8, rows: 6, staggered: false };
 const STAGGERED: CircleParams = CircleParams { columns: 4, rows: 11, staggered: true };
 
-/// RMS per axis (px), the same over σ, and the mean shift (px).
+/// RMS per axis (px), the same relative to σ, and the mean shift (px).
 fn errors(board: &BoardCorners, view: &View) -> (f64, f64) {
     let (mut square, mut sigmas) = (0.0, 0.0);
     for corner in &board.corners {
@@ -26,7 +27,7 @@ fn errors(board: &BoardCorners, view: &View) -> (f64, f64) {
     ((square / n).sqrt(), (sigmas / n).sqrt())
 }
 
-/// Asserts that the grids of random views are found within `limit_px` RMS and with honest σ.
+/// Asserts that the grids of random views are found within `limit_px` RMS and with a realistic σ.
 fn assert_found(name: &str, views: &[View], limit_px: f64) {
     let (mut square, mut sigmas) = (0.0, 0.0);
     for view in views {
@@ -47,7 +48,7 @@ fn views(params: &CircleParams, radius: f64, tilt_rad: f64, n: u64) -> Vec<View>
 
 #[test]
 fn centres_are_found_within_their_sigma_at_any_tilt() {
-    // Four times what the noise allows of the smaller discs.
+    // Four times the noise limit of the smaller discs.
     for (params, radius, limit_px) in [(&SYMMETRIC, 0.3, 0.012), (&STAGGERED, 0.45, 0.012)] {
         for tilt_rad in [0.2, 0.6] {
             let name = format!("staggered {}, tilt {tilt_rad}", params.staggered);
@@ -58,7 +59,7 @@ fn centres_are_found_within_their_sigma_at_any_tilt() {
 
 #[test]
 fn large_discs_close_by_are_corrected_for_perspective_and_distortion() {
-    // Without the correction 0.1 px and more.
+    // Without the correction the error is 0.1 px or more.
     let params = CircleParams { columns: 6, rows: 5, staggered: false };
     let mut views = views(&params, 0.42, 0.6, 4);
     for view in &mut views {
@@ -68,7 +69,7 @@ fn large_discs_close_by_are_corrected_for_perspective_and_distortion() {
 }
 
 #[test]
-fn blur_and_noise_are_in_the_sigma() {
+fn sigma_includes_blur_and_noise() {
     for (blur_px, noise_levels, limit_px) in [(0.4, 1.0, 0.006), (2.0, 4.0, 0.05)] {
         let mut views = views(&SYMMETRIC, 0.3, 0.4, 3);
         for view in &mut views {
@@ -116,7 +117,7 @@ fn a_covered_disc_and_an_empty_picture_are_refused_with_what_was_found() {
     assert_eq!(find_circles(&empty, &SYMMETRIC), Err(CornerError::NoCircles { columns: 8, rows: 6, found: 0 }));
 }
 
-/// Centres that OpenCV finds: one line a picture, empty where it finds no grid.
+/// Centres found by OpenCV: one line per picture, empty where it finds no grid.
 const OPENCV: &str = "
 import sys, cv2
 flags = cv2.CALIB_CB_ASYMMETRIC_GRID if sys.argv[3] == 'true' else cv2.CALIB_CB_SYMMETRIC_GRID
@@ -132,7 +133,7 @@ fn opencv(python: &Path, params: &CircleParams, images: &[GreyImage]) -> Vec<Vec
     command.args(["-c", OPENCV, &params.columns.to_string(), &params.rows.to_string()]);
     command.arg(params.staggered.to_string());
     for (k, image) in images.iter().enumerate() {
-        // Portable grey maps need no library on this side.
+        // Portable grey maps can be written without a library.
         let file = folder.join(format!("{k}.pgm"));
         let Pixels::Eight(levels) = image.pixels() else { panic!("8-bit test images only") };
         let mut bytes = Vec::new();
@@ -149,7 +150,7 @@ fn opencv(python: &Path, params: &CircleParams, images: &[GreyImage]) -> Vec<Vec
 }
 
 #[test]
-fn no_fewer_grids_are_found_than_by_opencv_and_the_centres_are_better() {
+fn at_least_as_many_grids_as_opencv_are_found_with_more_accurate_centres() {
     let Some(python) = reference::python() else { return };
     for (params, radius) in [(&SYMMETRIC, 0.3), (&STAGGERED, 0.45)] {
         let views = views(params, radius, 0.7, 5);
@@ -163,7 +164,7 @@ fn no_fewer_grids_are_found_than_by_opencv_and_the_centres_are_better() {
             let (Ok(board), false) = (board, theirs.is_empty()) else { continue };
             n_both += 1.0;
             ours += errors(&board, view).0.powi(2);
-            // Whichever way round OpenCV counts: each of its centres against the nearest truth.
+            // Independent of the order in which OpenCV counts: each of its centres is compared with the nearest truth.
             let truths: Vec<[f64; 2]> = board.corners.iter().map(|c| view.truth(c.column, c.row)).collect();
             let square = |at: &[f64; 2]| {
                 let distances = truths.iter().map(|t| (t[0] - at[0]).powi(2) + (t[1] - at[1]).powi(2));

@@ -1,5 +1,5 @@
-//! Discs of known pose before a camera with a known lens, rendered by the share of every third of a pixel that they cover.
-//! What this does not show: light that falls off within a disc, and boards that are not flat.
+//! Discs of known pose in front of a camera with a known lens, rendered by the covered fraction of every third of a
+//! pixel. Not covered: illumination that varies within a disc, and boards that are not flat.
 
 use nalgebra::{Matrix3, Rotation3, Vector3};
 use rand::{Rng as _, SeedableRng as _};
@@ -8,19 +8,19 @@ use vision::{CircleParams, GreyImage, Pixels};
 
 pub const WIDTH: usize = 512;
 pub const HEIGHT: usize = 400;
-/// Parts of a pixel along each side.
+/// Subpixels along each side of a pixel.
 const FINE: usize = 3;
 const FOCAL_PX: f64 = 720.0;
 const DARK: f64 = 40.0;
 const BRIGHT: f64 = 200.0;
 
-/// A view of a grid whose steps are 1 long.
+/// A view of a grid with a step of 1.
 #[derive(Clone)]
 pub struct View {
     pub params: CircleParams,
     pub radius: f64,
     pub rotation: Rotation3<f64>,
-    /// Middle of the grid before the camera.
+    /// Middle of the grid in the camera frame.
     pub middle: Vector3<f64>,
     /// Relative radial shift of a ray at a tangent of 1 from pixel to ideal direction.
     pub distortion: f64,
@@ -66,7 +66,7 @@ impl View {
         Matrix3::from_columns(&[axes.column(0).into_owned(), axes.column(1).into_owned(), origin])
     }
 
-    /// Pixel of a place on the board: the distortion is defined the other way and solved for.
+    /// Pixel of a point on the board: the distortion is defined in the other direction and inverted iteratively.
     fn pixel(&self, place: [f64; 2]) -> [f64; 2] {
         let p = self.ideal_from_board() * Vector3::new(place[0], place[1], 1.0);
         let ideal = [p.x / p.z, p.y / p.z];
@@ -135,7 +135,7 @@ fn extent(params: &CircleParams) -> [f64; 2] {
     [x as f64, params.rows as f64 - 1.0]
 }
 
-/// Share of a unit square on the inner side of a straight edge `depth` within which its centre lies.
+/// Area of a unit square on the inner side of a straight edge, with the square's centre `depth` inside.
 fn half_plane(depth: f64, normal: [f64; 2]) -> f64 {
     let (p, q) = (0.5 * (normal[0] + normal[1]), 0.5 * (normal[0] - normal[1]).abs());
     let t = depth.abs().min(p);

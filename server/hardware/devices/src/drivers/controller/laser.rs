@@ -1,4 +1,4 @@
-//! A laser: an output of a controller that moves a stage, too.
+//! A laser that is an output of a controller which may also move a stage.
 
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -9,40 +9,40 @@ use crate::lines::serial_controller::Controller;
 use crate::traits::stop_handle::StopHandle;
 use crate::{DeviceIdentity, Laser, LaserCapabilities, LaserError, LaserState, ValueRange};
 
-/// Smallest power that can be set; most drivers of diodes are dark below.
+/// Smallest power that can be set; most laser diode drivers emit nothing below it.
 const MIN_POWER: f64 = 0.01;
 
-/// A protocol's state as its laser asks it.
+/// The laser's interface to the state of a protocol.
 pub trait LaserDialogue: StageDialogue {
     /// See [`Laser::lost_host`].
     fn lost_host(&self) -> &'static str;
-    /// Switches it on; the ticket of the line that does it.
+    /// Switches it on; returns the ticket of the line that does so.
     ///
     /// # Errors
-    /// A fault that concerns the laser, or a stage that moves.
+    /// A fault that concerns the laser, or a moving stage.
     fn switch_on(&mut self, power: f64, lease: Duration, now: Instant) -> Result<u64, LaserError>;
     /// Renews the lease.
     ///
     /// # Errors
     /// A fault that concerns the laser.
     fn renew(&mut self, lease: Duration, now: Instant) -> Result<(), LaserError>;
-    /// Goes dark; the ticket of the line that does it.
+    /// Switches it off; returns the ticket of the line that does so.
     fn switch_off(&mut self, now: Instant) -> Option<u64>;
-    /// What concerns a laser that is only asked: whether its state is known.
+    /// Checks that the laser's state is known.
     ///
     /// # Errors
-    /// The fault by which it is not.
+    /// The fault because of which it is not.
     fn laser_known(&self) -> Result<(), LaserError>;
-    /// The laser as far as it is known.
+    /// The laser's last known state.
     fn laser_state(&self) -> LaserState;
-    /// A refusal as the laser's caller is told it.
+    /// Converts a refusal to the laser's error.
     fn laser_error(refusal: &Self::Fault) -> LaserError;
 }
 
-/// The laser of a controller. Dropping it darkens it.
+/// The laser of a controller. Dropping it switches it off.
 ///
-/// The controller switches it at rest only: while the stage moves it is not switched on, and going dark (switched off, or
-/// its lease ended) stops the move.
+/// The controller switches it at rest only: while the stage moves it is not switched on, and switching it off (by
+/// command, or at the end of its lease) stops the move.
 pub struct ControllerLaser<D: LaserDialogue>(Arc<Controller<D>>);
 
 impl<D: LaserDialogue> ControllerLaser<D> {
@@ -82,7 +82,7 @@ impl<D: LaserDialogue> Laser for ControllerLaser<D> {
         self.state()
     }
 
-    /// Dark by `M5` within milliseconds at rest; while the stage moves, by stopping it.
+    /// Off by `M5` within milliseconds at rest; while the stage moves, by stopping it.
     fn switch_off(&mut self) -> Result<(), LaserError> {
         let switch_off = |session: &mut D, now| {
             session.laser_known()?;

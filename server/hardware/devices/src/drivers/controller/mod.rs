@@ -1,4 +1,4 @@
-//! Stage and laser of a controller on a line, written once for every protocol: what a protocol adds is its state.
+//! Stage and laser of a controller on a serial line, written once for all protocols: a protocol adds its state.
 
 mod laser;
 mod stage;

@@ -1,4 +1,4 @@
-//! A stage: one axis of a controller.
+//! A stage that is one axis of a controller.
 
 use std::sync::Arc;
 use std::time::Instant;
@@ -7,12 +7,12 @@ use crate::lines::serial_controller::{Controller, Dialogue};
 use crate::traits::stop_handle::StopHandle;
 use crate::{AcceptedMove, DeviceIdentity, Homing, Stage, StageCapabilities, StageError, StageKind, StageState};
 
-/// A protocol's state as its stage asks it. What starts a motion answers with the ticket of the line that does it, if the
-/// caller is to wait for its acknowledgement.
+/// The stage's interface to the state of a protocol. Methods that start a motion return the ticket of the line that
+/// does so, if the caller must wait for its acknowledgement.
 pub trait StageDialogue: Dialogue {
-    /// What the controller said about itself.
+    /// Identity stated by the controller.
     fn identity(&self) -> DeviceIdentity;
-    /// What the axis can do, once the controller was up.
+    /// Capabilities of the axis, once the controller has been ready.
     fn stage_capabilities(&self) -> Option<StageCapabilities>;
     /// See [`Stage::start_home`].
     ///
@@ -51,18 +51,19 @@ pub trait StageDialogue: Dialogue {
     /// # Errors
     /// A fault of the stage.
     fn resume(&mut self, now: Instant) -> Result<(), StageError>;
-    /// Clears what can be cleared.
+    /// Clears a fault that can be cleared.
     ///
     /// # Errors
-    /// A fault that only opening the line again ends.
+    /// A fault that requires the line to be reopened.
     fn clear_fault(&mut self, now: Instant) -> Result<(), StageError>;
-    /// Opens the line again, unless that is under way; a sound controller is stopped instead, and its light turned off.
+    /// Reopens the line, unless that is in progress; if the controller works, it is stopped instead, and its laser
+    /// turned off.
     fn reconnect(&mut self, now: Instant);
-    /// A refusal as the stage's caller is told it.
+    /// Converts a refusal to the stage's error.
     fn stage_error(refusal: &Self::Fault) -> StageError;
 }
 
-/// One axis of a controller. Dropping it stops what moves.
+/// One axis of a controller. Dropping it stops its motion.
 pub struct ControllerStage<D: StageDialogue>(Arc<Controller<D>>);
 
 impl<D: StageDialogue> ControllerStage<D> {
@@ -77,7 +78,7 @@ impl<D: StageDialogue> Stage for ControllerStage<D> {
     }
 
     fn capabilities(&self) -> StageCapabilities {
-        // A controller is handed out only after it was up once.
+        // A controller is returned only after it has been ready once.
         self.0.act(|session, _| session.stage_capabilities()).unwrap_or(StageCapabilities {
             kind: StageKind::Linear,
             travel_mm: (0.0, 0.0),
@@ -113,7 +114,7 @@ impl<D: StageDialogue> Stage for ControllerStage<D> {
         self.0.act(|session, now| session.resume(now))
     }
 
-    /// The protocol's stop, past every lock; each protocol's page says what it does.
+    /// The protocol's stop, which bypasses every lock; its effect is documented per protocol.
     fn stop(&mut self) -> Result<(), StageError> {
         self.0.stop();
         Ok(())

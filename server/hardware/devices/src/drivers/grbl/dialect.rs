@@ -1,9 +1,9 @@
-//! What the driver does differently for GRBL 1.1h, grblHAL and FluidNC; the facts are in
+//! Differences of the driver between GRBL 1.1h, grblHAL and FluidNC; documented in
 //! `server/docs/devices/grbl.md`.
 
 use std::time::Duration;
 
-/// Which firmware answers.
+/// The controller's firmware.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub enum Dialect {
     /// GRBL 1.1.
@@ -17,11 +17,11 @@ pub enum Dialect {
 
 /// `ALARM:11` of grblHAL, with bit 2 of `$22`: only homing unlocks it.
 const GRBL_HAL_HOME_FIRST: u32 = 11;
-/// `ALARM:14` of FluidNC: not homed since power came on or a limit was hit.
+/// `ALARM:14` of FluidNC: not homed since power-on or since a limit was hit.
 const FLUID_NC_UNHOMED: u32 = 14;
 
 impl Dialect {
-    /// After `ALARM:n` nothing else happens for so long, and a reset in it may be lost.
+    /// Pause after `ALARM:n` during which nothing else happens, and a reset may be lost.
     pub(super) fn alarm_pause(self) -> Duration {
         match self {
             Dialect::Grbl | Dialect::FluidNc => Duration::from_millis(500),
@@ -29,19 +29,19 @@ impl Dialect {
         }
     }
 
-    /// Whether the firmware resets itself after this alarm and shows its banner; after others it waits to be reset.
+    /// Whether the firmware resets itself after this alarm and sends its banner; after others it waits for a reset.
     pub(super) fn resets_itself_after(self, code: u32) -> bool {
         self != Dialect::FluidNc && matches!(code, 3 | 6..=9)
     }
 
-    /// Whether the light is out with this alarm. FluidNC leaves it on unless `off_on_alarm` is set, and a failed
-    /// probe (4, 5) leaves it on everywhere.
-    pub(super) fn darkens_with(self, code: u32) -> bool {
+    /// Whether the laser is off after this alarm. FluidNC leaves it on unless `off_on_alarm` is set, and a failed probe
+    /// (4, 5) leaves it on in every firmware.
+    pub(super) fn turns_off_with(self, code: u32) -> bool {
         self != Dialect::FluidNc && !matches!(code, 4 | 5)
     }
 
-    /// Whether this alarm only says that it wants to be homed, as after power came on.
-    pub(super) fn wants_homing(self, code: u32) -> bool {
+    /// Whether this alarm only requests homing, as after power-on.
+    pub(super) fn requires_homing(self, code: u32) -> bool {
         match self {
             Dialect::Grbl => false,
             Dialect::GrblHal => code == GRBL_HAL_HOME_FIRST,

@@ -1,10 +1,10 @@
-//! What went wrong with a controller, until it is cleared.
+//! Faults of a controller, which persist until they are cleared.
 
 use super::Dialect;
 use super::meanings::{alarm_meaning, error_meaning};
 use crate::{LaserError, StageError};
 
-/// Whose command was refused.
+/// The device whose command was refused.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Device {
     Stage,
@@ -26,7 +26,7 @@ pub enum Fault {
 }
 
 impl Fault {
-    /// Whether only opening the line again helps.
+    /// Whether only reopening the line helps.
     pub fn needs_reconnect(&self) -> bool {
         match self {
             Fault::NoReply { .. } | Fault::Garbage { .. } | Fault::Gone { .. } | Fault::WrongDevice { .. } => true,
@@ -38,7 +38,7 @@ impl Fault {
         }
     }
 
-    /// Whether it concerns this device: a refused command only concerns whose it was.
+    /// Whether it concerns this device: a refused command concerns only the device that sent it.
     pub fn concerns(&self, device: Device) -> bool {
         !matches!(self, Fault::Refused { by, .. } if *by != device)
     }
@@ -53,7 +53,9 @@ impl Fault {
             }
             Fault::Restarted => StageError::Restarted,
             Fault::Stalled { target_mm, actual_mm } => StageError::Stalled { target_mm, actual_mm },
-            Fault::StrayLight => StageError::Gone { reason: "its laser shone unasked; it was reset".to_owned() },
+            Fault::StrayLight => {
+                StageError::Gone { reason: "its laser was on without a request; it was reset".to_owned() }
+            }
             Fault::NoReply { command, waited_ms } => StageError::NoReply { command, waited_ms },
             Fault::Garbage { received } => StageError::Garbage { received },
             Fault::Gone { reason } => StageError::Gone { reason },
@@ -61,7 +63,7 @@ impl Fault {
         }
     }
 
-    /// Over a sound link the laser is known to be dark, so that only its own faults concern it.
+    /// Over a working link the laser is known to be off, so that only its own faults concern it.
     pub fn for_laser(&self) -> LaserError {
         let fault = self.for_stage();
         if self.needs_reconnect() {

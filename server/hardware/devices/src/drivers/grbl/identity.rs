@@ -1,4 +1,4 @@
-//! Who a controller is and how it is set, from `$I` and `$$`, against what is configured.
+//! Identity and settings of a controller, from `$I` and `$$`, compared with the configuration.
 
 use std::collections::BTreeMap;
 use std::time::Duration;
@@ -7,7 +7,7 @@ use super::fault::Fault;
 use super::{Axis, Dialect, GrblConfig, LaserMode};
 use crate::{DeviceIdentity, Homing, StageCapabilities};
 
-/// What the controller said about itself.
+/// The controller's description of itself.
 #[derive(Debug, Clone, Default)]
 pub struct Description {
     feedback: BTreeMap<String, String>,
@@ -16,7 +16,7 @@ pub struct Description {
     settings: BTreeMap<u32, String>,
 }
 
-/// What of it the driver works with.
+/// The settings used by the driver.
 #[derive(Debug, Clone)]
 pub struct Machine {
     pub identity: DeviceIdentity,
@@ -24,15 +24,15 @@ pub struct Machine {
     /// Value of `S` at full power.
     pub full_power: f64,
     pub dialect: Dialect,
-    /// Whether it answers queries while homing: FluidNC does, GRBL does not, grblHAL if `$10` says so.
+    /// Whether it answers queries while homing: FluidNC does, GRBL does not, grblHAL depending on `$10`.
     pub answers_while_homing: bool,
-    /// grblHAL's reports pause for so long at every switch while it homes (`$26`, debouncing).
+    /// Pause of grblHAL's reports at every switch while homing (`$26`, debouncing).
     pub homing_pause: Duration,
-    /// What becomes of the light when nobody speaks to it any more.
+    /// What happens to the laser when the host is lost.
     pub lost_host: &'static str,
 }
 
-/// Steps per mm may differ by so much from what is configured: the settings are printed with three decimals.
+/// Tolerance of steps per mm: the settings are printed with three decimals.
 const STEPS_TOLERANCE: f64 = 2e-3;
 
 /// Bit of `$10` of grblHAL that lets it report while homing.
@@ -54,18 +54,18 @@ impl Description {
         self.settings.insert(number, value.to_owned());
     }
 
-    /// What is expected stands in a line of `$I`; asked before the settings are read.
+    /// Checks that the expected name is in a line of `$I`, before the settings are read.
     pub fn check_name(&self, config: &GrblConfig, place: &str) -> Result<(), Fault> {
         match &config.expected_name {
             Some(expected) if !self.lines.iter().any(|line| has_words(line, expected)) => {
-                let found = format!("one that says `{}`", self.lines.join("`, `"));
+                let found = format!("one that reports `{}`", self.lines.join("`, `"));
                 Err(wrong(place, &format!("a controller named `{expected}`"), found))
             }
             _ => Ok(()),
         }
     }
 
-    /// Checks units, steps, travel and laser mode; what the driver works with.
+    /// Checks units, steps, travel and laser mode; returns the settings used by the driver.
     pub fn machine(&self, config: &GrblConfig, place: &str) -> Result<Machine, Fault> {
         // FluidNC has no such setting: it reports in millimetres.
         if self.dialect() != Dialect::FluidNc && self.number(13, place)? != 0.0 {
@@ -82,7 +82,7 @@ impl Description {
                 2.0 => "$32=2, which is grblHAL's lathe mode: send $32=1".to_owned(),
                 _ => format!("$32={mode}: send $32=1"),
             };
-            return Err(wrong(place, "laser mode ($32=1), in which a hold darkens", found));
+            return Err(wrong(place, "laser mode ($32=1), in which a hold turns the laser off", found));
         }
         let homing =
             if self.number(22, place)? as u32 & HOMING_ENABLED != 0 { Homing::Required } else { Homing::Absent };
@@ -115,7 +115,7 @@ impl Description {
         })
     }
 
-    /// What of grblHAL's reports can be set so that they are of no use; whether it reports while homing.
+    /// Checks the report settings of grblHAL; returns whether it reports while homing.
     fn check_reports(&self, place: &str) -> Result<bool, Fault> {
         let mask = self.number(10, place)? as u32;
         if mask & REPORTS_POSITIONS == 0 {
@@ -125,9 +125,9 @@ impl Description {
                 format!("$10={mask}: send $10={}", mask | 1),
             ));
         }
-        // `?` and `!` that come while a `$` line is read or worked on would be letters of a line.
+        // Otherwise `?` and `!` received while a `$` line is read or executed would become characters of a line.
         if self.settings.get(&39).is_some_and(|value| value.parse() == Ok(0.0)) {
-            return Err(wrong(place, "`?` and `!` heard at any time ($39=1)", "$39=0: send $39=1".to_owned()));
+            return Err(wrong(place, "`?` and `!` accepted at any time ($39=1)", "$39=0: send $39=1".to_owned()));
         }
         let reports = mask & REPORTS_WHILE_HOMING != 0;
         if !reports {
@@ -140,7 +140,7 @@ impl Description {
         Ok(reports)
     }
 
-    /// Machine space is `-$130..0`, or reaches from 0 where homing sets the origin (`Z` in the build options).
+    /// Machine space is `-$130..0`, or starts at 0 if homing sets the origin (`Z` in the build options).
     fn check_travel(&self, config: &GrblConfig, place: &str) -> Result<(), Fault> {
         let span_mm = self.of_axis(130, config.axis, place)?;
         let options = self.feedback.get("OPT").map_or("", String::as_str);
@@ -178,7 +178,7 @@ impl Description {
         (version.to_owned(), name.to_owned())
     }
 
-    /// Which firmware it is, as far as it said.
+    /// The firmware, as far as it is known.
     pub fn dialect(&self) -> Dialect {
         let says = |key: &str, word: &str| self.feedback.get(key).is_some_and(|text| text.contains(word));
         match () {
@@ -197,7 +197,7 @@ impl Description {
         let on = |value: &String| value.parse() == Ok(1.0);
         let sleeps = self.dialect() == Dialect::GrblHal && self.settings.get(&62).is_some_and(on);
         match mode {
-            LaserMode::Dynamic => "the laser goes dark at the end of the move under way (M4)",
+            LaserMode::Dynamic => "the laser goes off at the end of the current move (M4)",
             LaserMode::Constant if sleeps => {
                 "the laser stays on until this program runs again, at rest for 5 minutes at most (grblHAL, $62=1)"
             }

@@ -1,20 +1,20 @@
-//! What the firmware's numbers mean, in our words.
+//! Meanings of the firmware's alarm and error numbers, in our words.
 //!
-//! Sources: `doc/csv/alarm_codes_en_US.csv` and `doc/csv/error_codes_en_US.csv` of gnea/grbl (v1.1); numbers above
-//! them differ: `alarms.h`, `errors.h` of grblHAL/core, `Error.cpp` and `Protocol.cpp` of bdring/FluidNC.
+//! Sources: `doc/csv/alarm_codes_en_US.csv` and `doc/csv/error_codes_en_US.csv` of gnea/grbl (v1.1); numbers above them
+//! differ: `alarms.h`, `errors.h` of grblHAL/core, `Error.cpp` and `Protocol.cpp` of bdring/FluidNC.
 
 use super::Dialect;
 
-/// What `ALARM:code` means.
+/// Meaning of `ALARM:code`.
 pub fn alarm_meaning(dialect: Dialect, code: u32) -> &'static str {
     match (dialect, code) {
         (Dialect::FluidNc, 10) => "the spindle does not answer",
         (Dialect::FluidNc, 11) => "an input was active when it started",
         (Dialect::FluidNc, 13) => "a hard stop was pressed",
         (Dialect::FluidNc, 14) => "it is not homed",
-        (Dialect::FluidNc, 12 | 15..) => "a number this program does not know",
+        (Dialect::FluidNc, 12 | 15..) => "a number unknown to this program",
         (Dialect::Grbl, 10) => "homing of a second motor failed",
-        (Dialect::Grbl, 11..) => "a number this program does not know",
+        (Dialect::Grbl, 11..) => "a number unknown to this program",
         _ => common_alarm_meaning(code),
     }
 }
@@ -38,16 +38,16 @@ fn common_alarm_meaning(code: u32) -> &'static str {
         16 => "its self-test failed",
         17 => "a motor driver reports a fault",
         18 => "homing does not work",
-        _ => "a number this program does not know",
+        _ => "a number unknown to this program",
     }
 }
 
-/// What `error:code` means.
+/// Meaning of `error:code`.
 pub fn error_meaning(code: u32) -> &'static str {
     match code {
         1 => "a word without a letter",
         2 => "a word without a good number",
-        3 => "a `$` command it does not know",
+        3 => "an unknown `$` command",
         4 => "a negative number where none may be",
         5 => "homing is not enabled ($22)",
         6 => "step pulses are too short",
@@ -62,7 +62,7 @@ pub fn error_meaning(code: u32) -> &'static str {
         15 => "a jog outside the machine's travel",
         16 => "a jog with words that may not be in it",
         17 => "laser mode needs a power output",
-        20 => "a G-code word it does not know",
+        20 => "an unknown G-code word",
         21 => "two words of one group",
         22 => "no feed rate was given",
         23 => "a whole number is needed",
@@ -79,6 +79,6 @@ pub fn error_meaning(code: u32) -> &'static str {
         46 => "it must be homed first",
         50 => "the emergency stop is pressed",
         79 => "only a reset helps after this alarm",
-        _ => "a number this program does not know",
+        _ => "a number unknown to this program",
     }
 }

@@ -28,9 +28,9 @@ use crate::params::GRBL_MOVING_QUERY_HZ;
 use crate::{StageError, StageKind};
 use session::Session;
 
-/// One axis of a GRBL controller, see `ControllerStage`. A stop is feed hold and jog cancel at once, and a soft reset as
-/// soon as it rests, which is left out where there was nothing but a jog: the position is kept and the laser dark. Homing
-/// is reset at once.
+/// One axis of a GRBL controller, see `ControllerStage`. A stop sends feed hold and jog cancel at once, and a soft
+/// reset as soon as the axis is at rest, which is omitted after a jog: the position is kept and the laser is off.
+/// Homing is reset at once.
 pub type GrblStage = ControllerStage<Session>;
 
 /// The spindle output of a GRBL controller in laser mode, see `ControllerLaser`.
@@ -66,36 +66,36 @@ impl Axis {
 pub enum LaserMode {
     /// `M3`: constant power, at rest too. What a scan needs.
     Constant,
-    /// `M4`: power follows speed; dark at rest.
+    /// `M4`: power follows speed; off at rest.
     Dynamic,
 }
 
-/// What is known of the controller; checked against what it says when it is opened.
+/// Configuration of the controller, which is checked against its own settings when it is opened.
 #[derive(Debug, Clone, PartialEq)]
 pub struct GrblConfig {
-    /// Device file of the serial port; one of `/dev/serial/by-id` names the same board every time.
+    /// Device file of the serial port; a path in `/dev/serial/by-id` always names the same board.
     pub port: String,
-    /// Symbols per second; 115200 for GRBL, without effect on native USB.
+    /// Baud rate; 115200 for GRBL, without effect on native USB.
     pub baud_rate: u32,
     /// Which axis is the stage.
     pub axis: Axis,
-    /// Linear or rotary; millimetres are degrees then.
+    /// Linear or rotary; for rotary stages millimetres are degrees.
     pub kind: StageKind,
-    /// What `$100`–`$102` must say.
+    /// Expected value of `$100`–`$102`.
     pub steps_per_mm: f64,
-    /// Positions the stage may go to, mm, by the stage's own scale.
+    /// Range of positions, mm, on the stage's own scale.
     pub travel_mm: (f64, f64),
     /// Machine position of the stage's zero, mm. GRBL homes to the upper end of a negative machine space. Without
-    /// homing switches it has no effect: the stage's zero is where it is homed by hand.
+    /// homing switches it has no effect: the stage's zero is where it is homed manually.
     pub zero_at_machine_mm: f64,
-    /// Whether the stage's scale runs against the machine's.
+    /// Whether the stage's scale is reversed relative to the machine's.
     pub reversed: bool,
-    /// Fastest move, mm/s; the controller's own limit holds if it is lower.
+    /// Fastest move, mm/s; the controller's own limit applies if it is lower.
     pub max_speed_mm_s: f64,
     /// Longest homing.
     pub homing_limit: Duration,
-    /// A text that must stand, as whole words, in a line of the answer to `$I`, so that no other board is taken for
-    /// this: the name that `$I=text` writes, or the board's own.
+    /// A text that must be contained, as whole words, in a line of the answer to `$I`, so that no other board is taken
+    /// for this one: the name written by `$I=text`, or the board's own.
     pub expected_name: Option<String>,
     /// How the laser is driven.
     pub laser_mode: LaserMode,
@@ -106,7 +106,7 @@ pub struct GrblConfig {
 }
 
 impl GrblConfig {
-    /// A stage on the X axis of the controller at `port`, with usual values for all the rest.
+    /// A stage on the X axis of the controller at `port`, with default values for the rest.
     pub fn new(port: &str, steps_per_mm: f64, travel_mm: (f64, f64)) -> Self {
         Self {
             port: port.to_owned(),
@@ -127,9 +127,9 @@ impl GrblConfig {
     }
 }
 
-/// Opens the controller: dark, at rest, checked; the stage is not homed.
+/// Opens the controller: laser off, at rest, checked; the stage is not homed.
 ///
-/// Takes as long as the board needs to restart, at most [`GrblConfig::open_limit`]; unlike every later call.
+/// Takes as long as the board needs to restart, at most [`GrblConfig::open_limit`], unlike all later calls.
 ///
 /// # Errors
 /// [`StageError::Gone`] without a port, [`StageError::NoReply`] from a silent one, [`StageError::WrongDevice`] if
@@ -138,7 +138,7 @@ pub fn open(config: &GrblConfig) -> Result<(GrblStage, GrblLaser), StageError> {
     open_line(config, line_to(&config.port, config.baud_rate))
 }
 
-/// As [`open`], over any line.
+/// As [`open`], over a given line.
 ///
 /// # Errors
 /// As [`open`].

@@ -1,15 +1,14 @@
-//! Lines of GRBL 1.1, grblHAL and FluidNC, read into values.
+//! Parser of the lines of GRBL 1.1, grblHAL and FluidNC.
 //!
-//! Source: `doc/markdown/interface.md` of gnea/grbl (v1.1). The others keep these forms and add bracketed
-//! lines.
+//! Source: `doc/markdown/interface.md` of gnea/grbl (v1.1). The others keep this format and add bracketed lines.
 
-/// Soft reset: everything stops, the laser goes dark, the banner comes.
+/// Soft reset: everything stops, the laser goes off, the banner follows.
 pub const RESET: u8 = 0x18;
 /// Asks for a status report.
 pub const QUERY: u8 = b'?';
 /// Feed hold.
 pub const HOLD: u8 = b'!';
-/// Cycle start: goes on after a hold.
+/// Cycle start: continues after a hold.
 pub const RESUME: u8 = b'~';
 /// Ends a jog.
 pub const JOG_CANCEL: u8 = 0x85;
@@ -20,13 +19,13 @@ pub const OVERRIDES_OFF: [u8; 3] = [0x90, 0x95, 0x99];
 /// A line from the controller.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Message {
-    /// The start-up line: it was switched on or reset.
+    /// The start-up line, after power-on or reset.
     Banner(String),
-    /// The oldest line sent was taken.
+    /// The oldest pending line was accepted.
     Ok,
-    /// The oldest line sent was refused.
+    /// The oldest pending line was refused.
     Error(u32),
-    /// Something went wrong by itself.
+    /// An alarm, without a request.
     Alarm(u32),
     /// Answer to [`QUERY`].
     Report(Report),
@@ -44,16 +43,16 @@ pub enum Message {
         /// After it.
         text: String,
     },
-    /// Nothing to act on: an empty line, or what a start-up line said.
+    /// Nothing to act on: an empty line, or the output of a start-up line.
     Nothing,
-    /// Not the protocol.
+    /// Not part of the protocol.
     Garbage(String),
 }
 
 /// A status report.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Report {
-    /// What the machine does.
+    /// State of the machine.
     pub state: MachineState,
     /// Machine or work position of the first axes, mm.
     pub position: Position,
@@ -93,25 +92,25 @@ pub enum MachineState {
     Alarm,
     /// Stopped by the door switch, at rest.
     Door,
-    /// Braking because of the door, parking, or taking up again what it stopped.
+    /// Braking because of the door, parking, or resuming afterwards.
     DoorMoving,
-    /// Reads G-code without moving.
+    /// Check mode: parses G-code without moving.
     Check,
-    /// Switched off its motors.
+    /// Motors switched off.
     Sleep,
-    /// Not up yet.
+    /// Starting.
     Starting,
 }
 
 impl MachineState {
-    /// Whether anything may move in it.
+    /// Whether anything may move in this state.
     pub fn in_motion(self) -> bool {
         use MachineState::{Braking, DoorMoving, Home, Jog, Run};
         matches!(self, Run | Jog | Braking | Home | DoorMoving)
     }
 }
 
-/// Reads one line, without its line end.
+/// Parses one line, without its line ending.
 pub fn message_from_line(line: &str) -> Message {
     read(line.trim()).unwrap_or_else(|| Message::Garbage(shortened(line)))
 }
@@ -141,14 +140,14 @@ fn read(line: &str) -> Option<Message> {
         let (number, value) = setting.split_once('=')?;
         return Some(Message::Setting { number: number.parse().ok()?, value: value.to_owned() });
     }
-    // What follows the name can be edited in FluidNC.
+    // In FluidNC the text after the name can be edited.
     let name = line.split(' ').next().unwrap_or_default();
     let banner = name.eq_ignore_ascii_case("Grbl") || name.eq_ignore_ascii_case("GrblHAL");
     banner.then(|| Message::Banner(line.to_owned()))
 }
 
 fn report_from(inner: &str) -> Option<Report> {
-    // Two reports whose line end was lost between them are not one.
+    // Two reports whose line ending was lost are not one report.
     if inner.contains(|c: char| matches!(c, '<' | '>') || c.is_control()) {
         return None;
     }
@@ -186,7 +185,7 @@ fn state_from(field: &str) -> Option<MachineState> {
         ("Alarm", _) => MachineState::Alarm,
         ("Door", Some("2" | "3")) => MachineState::DoorMoving,
         ("Door", _) => MachineState::Door,
-        // grblHAL waits for a tool to be changed, as in a hold.
+        // grblHAL waits for a tool change, as in a hold.
         ("Tool", _) => MachineState::Held,
         ("Starting", _) => MachineState::Starting,
         ("Check", _) => MachineState::Check,
@@ -195,7 +194,7 @@ fn state_from(field: &str) -> Option<MachineState> {
     })
 }
 
-/// The first three numbers; a machine with fewer axes has zeros for the rest.
+/// The first three numbers; for a machine with fewer axes the rest are zero.
 fn axes_from(values: &str) -> Option<[f64; 3]> {
     let mut axes = [0.0; 3];
     for (axis, value) in axes.iter_mut().zip(values.split(',')) {
@@ -204,10 +203,10 @@ fn axes_from(values: &str) -> Option<[f64; 3]> {
     Some(axes)
 }
 
-/// Longest part of a foreign line that is shown.
+/// Most characters shown of a foreign line.
 const SHOWN_CHARS: usize = 40;
 
-/// A line fit to be shown: short, and without control characters.
+/// A line for display: short, and without control characters.
 pub fn shortened(line: &str) -> String {
     let shown = |c: char| if c.is_control() { '·' } else { c };
     line.trim().chars().take(SHOWN_CHARS).map(shown).collect()
@@ -254,7 +253,7 @@ mod tests {
     }
 
     #[test]
-    fn a_door_that_brakes_or_parks_is_told_from_one_at_rest() {
+    fn a_door_that_brakes_or_parks_is_distinguished_from_one_at_rest() {
         for (field, expected) in [
             ("Door:0", MachineState::Door),
             ("Door:1", MachineState::Door),

@@ -1,4 +1,4 @@
-//! The driver's row: stage and laser of one controller.
+//! The driver's entry in the table: stage and laser of one controller.
 
 use std::time::Duration;
 
@@ -9,7 +9,7 @@ use super::{MarlinConfig, open};
 use crate::traits::driver::{DeviceSet, Driver, Found, MissingSetting, OpenError, Opened};
 use crate::{Laser, LaserError, Stage, StageKind};
 
-/// Longest opening of a controller, within the wait of the service's start.
+/// Longest opening of a controller, within the timeout of the service's start.
 const OPEN_LIMIT: Duration = Duration::from_millis(3500);
 
 /// `[station.marlin]`: a controller that moves the stage, switches the laser, or both.
@@ -44,7 +44,7 @@ pub struct MarlinSettings {
 }
 
 impl Default for MarlinSettings {
-    /// A small stage with its switch at the lower end; the port has to be named.
+    /// A small stage with its switch at the lower end; the port must be given.
     fn default() -> Self {
         Self {
             port: String::new(),
@@ -61,7 +61,7 @@ impl Default for MarlinSettings {
     }
 }
 
-/// Makes stage and laser of the controller that the settings name.
+/// Creates stage and laser of the configured controller.
 #[derive(Debug, Clone)]
 pub struct MarlinDriver(pub MarlinSettings);
 
@@ -99,7 +99,7 @@ impl Driver for MarlinDriver {
         self.0.port.is_empty().then_some(MissingSetting { name: "port", expected })
     }
 
-    /// Both come from one controller, which is opened and checked as a whole whichever is wanted.
+    /// Both belong to one controller, which is opened and checked as a whole whichever is requested.
     fn open(&self, wanted: DeviceSet) -> Result<Opened, OpenError> {
         let (stage, laser) = open(&self.config()).map_err(|error| match wanted.stage {
             true => OpenError::Stage(error),
@@ -112,7 +112,7 @@ impl Driver for MarlinDriver {
         })
     }
 
-    /// Serial ports with a device on USB.
+    /// Serial ports with a USB device.
     fn discover(&self) -> Vec<Found> {
         crate::lines::ports::ports_on_usb()
     }

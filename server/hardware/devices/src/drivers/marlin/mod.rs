@@ -1,8 +1,8 @@
 //! Driver of controllers with Marlin on a serial port: one axis is the stage, the cutter output the laser.
 //!
-//! Marlin has no feed hold and no real-time stop that keeps the position. Moves are therefore sent as short pieces, and
-//! never more of them than are over soon: a stop sends no more. The dialogue, its sources, what a stop is worth and the
-//! table of faults are in `server/docs/devices/marlin.md`.
+//! Marlin has no feed hold and no real-time stop that keeps the position. Moves are therefore sent as short pieces,
+//! only a short time ahead: a stop sends no more. The dialogue, its sources, the effect of a stop and the table of
+//! faults are in `server/docs/devices/marlin.md`.
 
 mod driver;
 mod protocol;
@@ -23,36 +23,36 @@ use crate::params::MARLIN_MOVING_QUERY_HZ;
 use crate::{StageError, StageKind};
 use session::Session;
 
-/// One axis of a Marlin controller, see `ControllerStage`. A stop sends no more, so that it brakes at the end of what was
-/// sent, and asks when it rests; the position is kept. What has not run out in time is dropped (`M410`), at the price of the
-/// position. Homing is halted for good (`M112`).
+/// One axis of a Marlin controller, see `ControllerStage`. A stop sends no more pieces, so that it brakes at the end of
+/// those sent, and queries until it is at rest; the position is kept. Pieces not finished in time are dropped (`M410`),
+/// at the cost of the position. Homing is halted permanently (`M112`).
 pub type MarlinStage = ControllerStage<Session>;
 
 /// The cutter output of a Marlin controller built with `LASER_FEATURE`, see `ControllerLaser`.
 pub type MarlinLaser = ControllerLaser<Session>;
 
-/// What is known of the controller; checked against what it says when it is opened.
+/// Configuration of the controller, which is checked against its own settings when it is opened.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MarlinConfig {
     /// Device file of the serial port.
     pub port: String,
-    /// Symbols per second: 115200 or 250000, as the firmware was built.
+    /// Baud rate: 115200 or 250000, as the firmware was built.
     pub baud_rate: u32,
     /// Which axis is the stage.
     pub axis: Axis,
     /// Linear or rotary.
     pub kind: StageKind,
-    /// What `M92` must say.
+    /// Expected value of `M92`.
     pub steps_per_mm: f64,
-    /// Positions the stage may go to, mm, by the stage's own scale.
+    /// Range of positions, mm, on the stage's own scale.
     pub travel_mm: (f64, f64),
     /// Machine position of the stage's zero, mm.
     pub zero_at_machine_mm: f64,
-    /// Whether the stage's scale runs against the machine's.
+    /// Whether the stage's scale is reversed relative to the machine's.
     pub reversed: bool,
-    /// Fastest move, mm/s; `M203` holds if it is lower.
+    /// Fastest move, mm/s; `M203` applies if it is lower.
     pub max_speed_mm_s: f64,
-    /// A text that must stand in the answer to `M115`, so that no other board is taken for this.
+    /// A text that must be contained in the answer to `M115`, so that no other board is taken for this one.
     pub expected_name: Option<String>,
     /// `S` of `M3` at full power.
     pub full_power: f64,
@@ -65,7 +65,7 @@ pub struct MarlinConfig {
 }
 
 impl MarlinConfig {
-    /// A stage on the X axis of the controller at `port`, with usual values for all the rest.
+    /// A stage on the X axis of the controller at `port`, with default values for the rest.
     pub fn new(port: &str, steps_per_mm: f64, travel_mm: (f64, f64)) -> Self {
         Self {
             port: port.to_owned(),
@@ -86,16 +86,16 @@ impl MarlinConfig {
     }
 }
 
-/// Opens the controller: dark, at rest, checked; the stage is not homed.
+/// Opens the controller: laser off, at rest, checked; the stage is not homed.
 ///
 /// # Errors
 /// [`StageError::Gone`] without a port, [`StageError::NoReply`] from a silent one, [`StageError::WrongDevice`] if
-/// identity, steps, travel or emergency parser are not as they must be.
+/// identity, steps, travel or emergency parser are not as required.
 pub fn open(config: &MarlinConfig) -> Result<(MarlinStage, MarlinLaser), StageError> {
     open_line(config, line_to(&config.port, config.baud_rate))
 }
 
-/// As [`open`], over any line.
+/// As [`open`], over a given line.
 ///
 /// # Errors
 /// As [`open`].

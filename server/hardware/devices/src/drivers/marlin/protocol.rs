@@ -1,4 +1,4 @@
-//! Lines of Marlin, read into values and written with number and checksum.
+//! Parser of the lines of Marlin, and formatting of commands with number and checksum.
 //!
 //! Sources: the G-code reference of marlinfw.org; `queue.cpp`, `M114.cpp`, `M115.cpp`, `serial.h` of
 //! MarlinFirmware/Marlin 2.x.
@@ -6,38 +6,38 @@
 /// A line from the controller.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Message {
-    /// It was switched on or reset.
+    /// After power-on or reset.
     Start,
-    /// The oldest line sent was taken; its number, where the firmware says it.
+    /// The oldest pending line was accepted; with its number, if the firmware states it.
     Ok(Option<u32>),
-    /// The line of this number is asked for again.
+    /// The line of this number is requested again.
     Resend(u32),
-    /// It works on a line that takes its time.
+    /// It is executing a line that takes time.
     Busy,
     /// Answer to `M114`.
     Position(Position),
-    /// It halted for good.
+    /// It halted permanently.
     Halted(String),
-    /// It reports an error.
+    /// An error.
     Error(String),
-    /// It does not know a command.
+    /// Unknown command.
     Unknown(String),
-    /// A switch was hit on the way.
+    /// An endstop was hit during a move.
     EndstopHit(String),
     /// `Cap:name:value`.
     Capability(String, bool),
-    /// Text that answers `M115`, `M211` or `M503`, or means nothing here; without its `echo:`.
+    /// Text that answers `M115`, `M211` or `M503`, or has no meaning here; without its `echo:`.
     Text(String),
-    /// Not the protocol.
+    /// Not part of the protocol.
     Garbage(String),
 }
 
 /// A position, by the first three axes.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Position {
-    /// Where the last planned move ends, mm.
+    /// End of the last planned move, mm.
     pub planned_mm: [f64; 3],
-    /// Where the motors are, steps.
+    /// Position of the motors, steps.
     pub steps: [i64; 3],
 }
 
@@ -48,7 +48,7 @@ pub fn numbered(number: u32, command: &str) -> String {
     format!("{line}*{checksum}\n")
 }
 
-/// Lines that begin like this are text: echoes, firmware data, reports of temperature and settings.
+/// Prefixes of text lines: echoes, firmware data, reports of temperature and settings.
 const TEXTS: [&str; 12] = [
     "echo:",
     "//",
@@ -64,7 +64,7 @@ const TEXTS: [&str; 12] = [
     "Last Updated",
 ];
 
-/// Reads one line, without its line end.
+/// Parses one line, without its line ending.
 pub fn message_from_line(received: &str) -> Message {
     let garbage = || Message::Garbage(crate::lines::line_reader::shortened(received));
     let line = received.trim();
@@ -135,11 +135,11 @@ fn ok_from(line: &str) -> Option<Message> {
     Some(Message::Ok(number))
 }
 
-/// `X:10.00 Y:0.00 Z:0.00 E:0.00 Count X:800 Y:0 Z:0`; nothing if any of it is missing.
+/// `X:10.00 Y:0.00 Z:0.00 E:0.00 Count X:800 Y:0 Z:0`; `None` if any of it is missing.
 fn position_from(line: &str) -> Option<Position> {
     let (planned, steps) = line.split_once(" Count ")?;
     let of_axes = |text: &str| {
-        // Some versions put a space behind the colon.
+        // Some versions put a space after the colon.
         let text = text.replace(": ", ":");
         let value = |letter: &str| -> Option<f64> {
             let word = text.split_whitespace().find_map(|word| word.strip_prefix(letter)?.strip_prefix(':'))?;

@@ -28,15 +28,15 @@ pub struct ReplayCamera {
 /// A started acquisition.
 #[derive(Debug)]
 struct Run {
-    /// The next picture; `None` beyond the last.
+    /// The next picture; `None` after the last.
     next_idx: Option<usize>,
-    /// Whether pictures are played from the last to the first.
+    /// Whether pictures are played in reverse order.
     backwards: bool,
     /// The next frame's number.
     next_id: u64,
     /// Pictures that could not be read since the last frame delivered.
     lost: u64,
-    /// When the next frame is to come.
+    /// When the next frame is due.
     due_at: Instant,
     /// Software triggers not yet answered.
     n_triggers: usize,
@@ -52,7 +52,7 @@ impl ReplayCamera {
         Roi { left_px: 0, top_px: 0, width_px, height_px }
     }
 
-    /// Refuses what a recording cannot be set to.
+    /// Refuses settings that a recording does not support.
     fn check(&self, wanted: &CameraRequest) -> Result<(), CameraError> {
         let fixed = "the recording's own";
         if let Some(exposure_us) = wanted.exposure_us {
@@ -76,15 +76,15 @@ impl ReplayCamera {
         Ok(())
     }
 
-    /// Frames play while the camera runs free; one that is triggered shows what there is where the stage stands.
-    fn tell_playback(&self) {
+    /// Frames play while the camera runs freely; with triggers the picture taken at the stage's position is delivered.
+    fn update_playback(&self) {
         match (&self.run, self.trigger) {
             (Some(_), Trigger::Free) => lock(&self.playback).play(),
             _ => lock(&self.playback).end(),
         }
     }
 
-    /// The next picture, if one is due within `timeout`; waits for it, or in vain.
+    /// The next picture, if one is due within `timeout`, which it waits for.
     fn wait_for_next(&mut self, timeout: Duration) -> Result<Option<usize>, CameraError> {
         let held = lock(&self.playback).held();
         let deadline = Instant::now() + timeout;
@@ -95,7 +95,7 @@ impl ReplayCamera {
         }
         if self.trigger == Trigger::Software
             && let Some(here) =
-                lock(&self.playback).whereabouts().position_mm.and_then(|at| self.recording.nearest(at))
+                lock(&self.playback).playback_state().position_mm.and_then(|at| self.recording.nearest(at))
         {
             run.next_idx = Some(here);
         }
@@ -143,7 +143,8 @@ impl Camera for ReplayCamera {
         }
     }
 
-    /// The exposure is that of the first picture, 0 where it was not recorded; the gain is told as 0; a replay as fast as asked tells the highest frame rate.
+    /// The exposure is that of the first picture, 0 if it was not recorded; the gain is reported as 0; a replay at
+    /// unlimited pace reports the highest frame rate.
     fn settings(&self) -> CameraSettings {
         CameraSettings {
             exposure_us: self.recording.picture(0).exposure_us,
@@ -165,7 +166,7 @@ impl Camera for ReplayCamera {
         }
         if let Some(trigger) = wanted.trigger {
             self.trigger = trigger;
-            self.tell_playback();
+            self.update_playback();
         }
         Ok(self.settings())
     }
@@ -173,7 +174,7 @@ impl Camera for ReplayCamera {
     fn start(&mut self) -> Result<(), CameraError> {
         if self.run.is_none() {
             self.run = Some(Run::new());
-            self.tell_playback();
+            self.update_playback();
         }
         Ok(())
     }
@@ -201,7 +202,7 @@ impl Camera for ReplayCamera {
             return Err(CameraError::Unreadable { frame_id, cause: cause.into_cause() });
         }
         let picture = self.recording.picture(idx);
-        // What was lost when it was recorded is missing again, where frames are played one after the other.
+        // Frames lost when they were recorded are reported as lost again, while frames are played one after the other.
         let is_next = self.trigger == Trigger::Free && frame_id > 0 && !backwards;
         let lost_before = lost_before + if is_next { picture.lost_before } else { 0 };
         let recorded_position_mm = picture.position_mm;
@@ -234,7 +235,7 @@ impl Run {
         Self { next_idx: Some(0), backwards: false, next_id: 0, lost: 0, due_at: Instant::now(), n_triggers: 0 }
     }
 
-    /// Steps over the frame that is due: its number, its time, and how many were lost before it.
+    /// Advances over the frame that is due: its number, its time, and how many were lost before it.
     fn advance(&mut self, pace: Pace, n_pictures: usize) -> (u64, Instant, u64) {
         let now = Instant::now();
         let exposed_at = match pace {

@@ -1,4 +1,4 @@
-//! The driver's row: camera, stage and laser of a recording.
+//! The driver's entry in the table: camera, stage and laser of a recording.
 
 use std::path::PathBuf;
 
@@ -29,7 +29,7 @@ pub struct ReplaySettings {
 }
 
 impl Default for ReplaySettings {
-    /// The first scan from memory, again and again; folder or recording has to be named.
+    /// The first scan from memory, repeated; folder or recording must be given.
     fn default() -> Self {
         Self {
             folder: PathBuf::new(),
@@ -42,7 +42,7 @@ impl Default for ReplaySettings {
     }
 }
 
-/// Plays the capture folder or the recording that the settings name.
+/// Plays the configured capture folder or recording.
 #[derive(Debug, Clone)]
 pub struct ReplayDriver(pub ReplaySettings);
 
@@ -63,7 +63,7 @@ impl ReplayDriver {
         })
     }
 
-    /// Pictures from a disk come when the disk likes: nobody is kept waiting for them.
+    /// Reading pictures from a disk may take arbitrarily long: callers must not be blocked.
     fn in_time(&self, camera: ReplayCamera) -> Box<dyn Camera> {
         if self.0.preload { Box::new(camera) } else { Box::new(ThreadedCamera::over(camera)) }
     }

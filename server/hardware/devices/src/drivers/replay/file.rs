@@ -9,7 +9,7 @@ use super::ReplayError;
 use super::sequence::{Picture, Source};
 use crate::StageKind;
 
-/// A recording, and which of its frames are played: those of its scan, or all.
+/// A recording, with the frames that are played: those of its scan, or all.
 pub struct File {
     recording: RecordingFile,
     frames: Vec<usize>,
@@ -17,7 +17,7 @@ pub struct File {
 }
 
 impl File {
-    /// Reads what is in a recording; one that was broken off is played as far as it goes.
+    /// Indexes a recording; an interrupted one is played up to its end.
     pub fn open(path: &Path) -> Result<(Self, Vec<Picture>), ReplayError> {
         let recording = RecordingFile::open(path)?;
         for damage in &recording.damages {

@@ -9,14 +9,14 @@ use super::sequence::{Picture, Source, copy};
 use super::{Pictures, ReplayError};
 use crate::StageKind;
 
-/// A capture folder, and which of its files are played.
+/// A capture folder, with the files that are played.
 pub struct Folder {
     capture: Capture,
     files: Vec<LaserPicture>,
 }
 
 impl Folder {
-    /// Lists the pictures asked for.
+    /// Lists the requested pictures.
     pub fn open(folder: &Path, wanted: &Pictures) -> Result<(Self, Vec<Picture>), ReplayError> {
         let capture = Capture::open(folder)?;
         for warning in &capture.warnings {
@@ -24,7 +24,7 @@ impl Folder {
         }
         let found = pictures_of(&capture, wanted)?;
         if found.is_empty() {
-            return Err(ReplayError::NoPictures { place: folder.to_owned(), pictures: word_for(wanted) });
+            return Err(ReplayError::NoPictures { place: folder.to_owned(), pictures: name_of(wanted) });
         }
         let places =
             found.iter().map(|(_, position_mm)| Picture { position_mm: *position_mm, ..Picture::default() });
@@ -50,7 +50,7 @@ impl Source for Folder {
         Ok(())
     }
 
-    /// One that the manifest names several times is one.
+    /// A file named several times in the manifest counts once.
     fn same_as(&self, idx: usize) -> usize {
         let path = &self.files[idx].path;
         self.files[..idx].iter().position(|other| other.path == *path).unwrap_or(idx)
@@ -89,7 +89,7 @@ fn pictures_of(capture: &Capture, wanted: &Pictures) -> Result<Vec<(LaserPicture
     })
 }
 
-fn word_for(pictures: &Pictures) -> &'static str {
+fn name_of(pictures: &Pictures) -> &'static str {
     match pictures {
         Pictures::Scan(_) => "frames of that scan",
         Pictures::Boards => "board pictures",

@@ -1,4 +1,4 @@
-//! The laser of a replay: there is none, but the rules of a lease hold.
+//! The laser of a replay: there is none, but the rules of leases apply.
 
 use parking_lot::{Mutex, MutexGuard};
 use std::sync::Arc;
@@ -9,28 +9,28 @@ use crate::{
     DeviceIdentity, LASER_LEASE_LIMIT, Laser, LaserCapabilities, LaserError, LaserState, StopHandle, ValueRange,
 };
 
-/// Smallest power that can be set; the recording's light does not change with it.
+/// Smallest power that can be set; it does not affect the recorded pictures.
 const MIN_POWER: f64 = 0.01;
 
-/// Keeps the rules of a lease without any light.
+/// Implements the rules of leases without a laser.
 pub struct ReplayLaser {
     name: String,
-    lit: Arc<Mutex<Option<Lit>>>,
+    lit: Arc<Mutex<Option<LaserLease>>>,
 }
 
 #[derive(Debug, Clone, Copy)]
-struct Lit {
+struct LaserLease {
     power: f64,
     until: Instant,
 }
 
-impl StopHandle for Mutex<Option<Lit>> {
+impl StopHandle for Mutex<Option<LaserLease>> {
     fn stop_now(&self) {
         *lit(self) = None;
     }
 }
 
-fn lit(lit: &Mutex<Option<Lit>>) -> MutexGuard<'_, Option<Lit>> {
+fn lit(lit: &Mutex<Option<LaserLease>>) -> MutexGuard<'_, Option<LaserLease>> {
     lit.lock()
 }
 
@@ -66,7 +66,7 @@ impl Laser for ReplayLaser {
     fn switch_on(&mut self, power: f64, lease: Duration) -> Result<LaserState, LaserError> {
         check_power(power)?;
         let until = Instant::now() + lease.min(LASER_LEASE_LIMIT);
-        *lit(&self.lit) = Some(Lit { power: power.max(MIN_POWER), until });
+        *lit(&self.lit) = Some(LaserLease { power: power.max(MIN_POWER), until });
         Ok(self.state())
     }
 

@@ -1,10 +1,11 @@
 //! Replay: camera, stage and laser of a capture folder, or of a recording in an MCAP file.
 //!
-//! Running free, the camera delivers the pictures of one scan (or the board or laser pictures) in their order, and the
-//! stage is where the frame last delivered was taken: a move ends when frames pass its target. A move that begins before
-//! the first of them begins with the picture taken where the stage stands and plays towards its target, forwards or
-//! backwards: that is a sweep. Otherwise moves take no time, and a software trigger gives the picture taken where the stage is, so that a scan row by row meets the
-//! recorded rows. The stage goes to recorded positions only. The laser does nothing but keep the rules of a lease.
+//! Free-running, the camera delivers the pictures of one scan (or the board or laser pictures) in their order, and the
+//! stage is at the position of the last delivered frame: a move ends when frames pass its target. A move that starts
+//! before the first frame begins with the picture taken at the stage's position and plays towards its target, forwards
+//! or backwards: that is a sweep. Otherwise moves take no time, and a software trigger delivers the picture taken at
+//! the stage's position, so that a row-by-row scan gets the recorded rows. The stage moves to recorded positions only.
+//! The laser only implements the rules of leases.
 
 mod camera;
 mod driver;
@@ -34,25 +35,25 @@ use crate::params::{PRELOAD_LIMIT_BYTES, REPLAY_MAX_RATE_HZ, REPLAY_MIN_RATE_HZ}
 use playback::Playback;
 use sequence::Recording;
 
-/// What is replayed, and how.
+/// Configuration of a replay.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ReplayConfig {
-    /// What.
+    /// Source.
     pub played: Played,
-    /// How fast.
+    /// Pace.
     pub pace: Pace,
-    /// Whether it begins again after the last picture.
+    /// Whether it restarts after the last picture.
     pub looped: bool,
     /// Whether all pictures are read into memory when it is opened.
     pub preload: bool,
 }
 
-/// Where the pictures come from.
+/// Source of the pictures.
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
 pub enum Played {
     /// From a capture folder.
     Folder {
-        /// Where it is.
+        /// Path of the folder.
         folder: PathBuf,
         /// Which of its pictures.
         pictures: Pictures,
@@ -66,20 +67,20 @@ pub enum Played {
 pub enum Pictures {
     /// The frames of the scan of this name.
     Scan(String),
-    /// The board of every pose by normal light.
+    /// The board of every pose in normal light.
     Boards,
-    /// The board of every pose by laser light.
+    /// The board of every pose in laser light.
     LaserPictures,
-    /// The board carried by the stage.
+    /// The board on the stage.
     StageViews,
 }
 
-/// How fast pictures are delivered.
+/// Pace of delivery.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Pace {
-    /// So many frames in a second.
+    /// Frames per second.
     Hz(f64),
-    /// As fast as frames are asked for.
+    /// Without delay.
     AsAsked,
 }
 
@@ -92,7 +93,7 @@ pub enum ReplayError {
     /// The file or one of its frames cannot be read.
     #[error("the recording cannot be replayed")]
     Recording(#[from] RecordingError),
-    /// A camera has one size and format of pictures, and the recording has several.
+    /// A camera has one size and format of pictures, but those of the recording differ.
     #[error("frame {frame_idx} of {} has another size or format than the first", place.display())]
     OtherSize {
         /// The recording.
@@ -100,21 +101,21 @@ pub enum ReplayError {
         /// The first such frame, counted from 0.
         frame_idx: usize,
     },
-    /// There is nothing to deliver.
+    /// No pictures.
     #[error("{} holds no {pictures}", place.display())]
     NoPictures {
         /// The capture or recording.
         place: PathBuf,
-        /// What was asked for.
+        /// The requested pictures.
         pictures: &'static str,
     },
-    /// A pace that is none.
+    /// An unsupported pace.
     #[error("a replay cannot run at {hz} Hz, only at {REPLAY_MIN_RATE_HZ} to {REPLAY_MAX_RATE_HZ}")]
     BadPace {
-        /// The rate wanted.
+        /// The requested rate.
         hz: f64,
     },
-    /// More pictures than may be held in memory.
+    /// More pictures than may be preloaded.
     #[error("the pictures take {size_bytes} bytes, more than the {PRELOAD_LIMIT_BYTES} that may be preloaded")]
     TooLargeToPreload {
         /// Their size.
@@ -123,7 +124,7 @@ pub enum ReplayError {
 }
 
 impl ReplayError {
-    /// What could not be read, without that it was for a replay.
+    /// The underlying cause, without the mention of a replay.
     fn into_cause(self) -> Box<dyn std::error::Error + Send + Sync> {
         match self {
             Self::Capture(cause) => Box::new(cause),
@@ -133,10 +134,10 @@ impl ReplayError {
     }
 }
 
-/// Frame rates a replay can be set to.
+/// Supported frame rates of a replay.
 pub(crate) const RATES_HZ: ValueRange = ValueRange { min: REPLAY_MIN_RATE_HZ, max: REPLAY_MAX_RATE_HZ };
 
-/// Opens a capture or a recording as a station; the first picture is read to know its format.
+/// Opens a capture or a recording as a station; the first picture is read for its format.
 ///
 /// # Errors
 /// [`ReplayError`] names the entry that cannot be read.

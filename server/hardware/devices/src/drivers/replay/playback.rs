@@ -1,4 +1,4 @@
-//! What camera and stage of a replay know of each other: whether frames play, and where the last one was taken.
+//! State shared by camera and stage of a replay: whether frames play, and the position of the last one.
 
 use parking_lot::{Mutex, MutexGuard};
 use std::time::Instant;
@@ -20,24 +20,24 @@ pub struct Playback {
     position_mm: Option<f64>,
     measured_at: Instant,
     under_way: Option<Move>,
-    /// Whether frames were delivered since they began to play.
+    /// Whether frames were delivered since playback started.
     begun: bool,
     sweep: Option<Sweep>,
 }
 
-/// Where a recording that begins to play has to begin, and which way it goes.
+/// Start and direction of the playback of a sweep.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sweep {
-    /// Where the stage stands.
+    /// Position of the stage.
     pub from_mm: f64,
-    /// Where it goes.
+    /// Target of the stage.
     pub to_mm: f64,
 }
 
-/// What the stage reports.
+/// The reported state of the stage.
 #[derive(Debug, Clone, Copy)]
-pub struct Whereabouts {
-    /// Where the last frame was taken, or a move without frames ended.
+pub struct PlaybackState {
+    /// Position of the last frame, or of the end of a move without frames.
     pub position_mm: Option<f64>,
     /// When it was delivered.
     pub measured_at: Instant,
@@ -66,10 +66,10 @@ impl Playback {
         }
     }
 
-    pub fn whereabouts(&self) -> Whereabouts {
+    pub fn playback_state(&self) -> PlaybackState {
         let moving = self.under_way.is_some() && !self.held;
         let measured_at = if self.playing { self.measured_at } else { Instant::now() };
-        Whereabouts { position_mm: self.position_mm, measured_at, moving, held: self.held }
+        PlaybackState { position_mm: self.position_mm, measured_at, moving, held: self.held }
     }
 
     pub fn under_way(&self) -> bool {
@@ -80,17 +80,17 @@ impl Playback {
         self.held
     }
 
-    /// Frames begin to play.
+    /// Starts the playback of frames.
     pub fn play(&mut self) {
         (self.playing, self.begun) = (true, false);
     }
 
-    /// The sweep that the next frame begins, reported once.
+    /// The sweep that begins with the next frame, returned once.
     pub fn take_sweep(&mut self) -> Option<Sweep> {
         self.sweep.take()
     }
 
-    /// Frames end; a move still under way needs no time now.
+    /// Ends the playback; a move still in progress then takes no time.
     pub fn end(&mut self) {
         (self.playing, self.held, self.sweep) = (false, false, None);
         if let Some(ended) = self.under_way.take() {
@@ -98,7 +98,7 @@ impl Playback {
         }
     }
 
-    /// A frame was delivered that was taken at `position_mm`.
+    /// Notes the delivery of a frame taken at `position_mm`.
     pub fn delivered(&mut self, position_mm: Option<f64>, at: Instant) {
         self.begun = true;
         let Some(position_mm) = position_mm else { return };
@@ -128,7 +128,7 @@ impl Playback {
         self.held = false;
     }
 
-    /// Forgets the move; frames play on.
+    /// Ends the move; frames continue to play.
     pub fn stop(&mut self) {
         (self.held, self.under_way, self.sweep) = (false, None, None);
     }
@@ -144,7 +144,7 @@ impl Move {
     }
 }
 
-/// The shared state; a panic of the other owner leaves it whole, each change being one assignment.
+/// The shared state; it stays consistent after a panic of the other owner, because each change is a single assignment.
 pub fn lock(playback: &Mutex<Playback>) -> MutexGuard<'_, Playback> {
     playback.lock()
 }

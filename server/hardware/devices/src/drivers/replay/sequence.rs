@@ -1,4 +1,4 @@
-//! The pictures of a replay in their order, from memory or from where they lie.
+//! The pictures of a replay in their order, from memory or from their source.
 
 use std::sync::Arc;
 
@@ -11,12 +11,12 @@ use super::{Played, ReplayConfig, ReplayError};
 use crate::params::PRELOAD_LIMIT_BYTES;
 use crate::{PixelFormat, StageKind};
 
-/// Where pictures lie.
+/// Source of pictures.
 pub trait Source: Send {
-    /// What it is called.
+    /// Its name.
     fn name(&self) -> String;
 
-    /// Whether the stage travelled or turned.
+    /// Kind of the stage.
     fn stage(&self) -> StageKind;
 
     /// Writes picture `idx` into `target`.
@@ -25,18 +25,18 @@ pub trait Source: Send {
     /// If it cannot be read.
     fn read_into(&self, idx: usize, target: &mut GreyImage) -> Result<(), ReplayError>;
 
-    /// The first picture that is this very one.
+    /// Index of the first picture identical to this one.
     fn same_as(&self, idx: usize) -> usize;
 }
 
-/// What is known of a picture.
+/// Data about a picture.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Picture {
-    /// Where the stage was, in its unit.
+    /// Stage position, in its unit.
     pub position_mm: Option<f64>,
-    /// How long the sensor collected light; 0 is unknown.
+    /// Exposure time; 0 if unknown.
     pub exposure_us: f64,
-    /// Exposures before it that were lost when it was recorded.
+    /// Exposures lost before it when it was recorded.
     pub lost_before: u64,
 }
 
@@ -44,14 +44,14 @@ pub struct Picture {
 pub struct Recording {
     source: Box<dyn Source>,
     pictures: Vec<Picture>,
-    /// All of them, if they were preloaded; none where a background shows something else, which reading reports.
+    /// All of them, if they were preloaded; `None` where a background shows another scene, which reading reports.
     images: Option<Vec<Option<Arc<GreyImage>>>>,
     size_px: (usize, usize),
     format: PixelFormat,
 }
 
 impl Recording {
-    /// Lists the pictures asked for and reads the first, or all.
+    /// Lists the requested pictures and reads the first, or all.
     pub fn open(config: &ReplayConfig) -> Result<Self, ReplayError> {
         let (source, pictures): (Box<dyn Source>, _) = match &config.played {
             Played::Folder { folder, pictures } => {
@@ -70,17 +70,17 @@ impl Recording {
         Ok(Self { source, pictures, images, size_px, format })
     }
 
-    /// How many pictures there are.
+    /// Number of pictures.
     pub fn n_pictures(&self) -> usize {
         self.pictures.len()
     }
 
-    /// What the recording is called.
+    /// Name of the recording.
     pub fn name(&self) -> String {
         self.source.name()
     }
 
-    /// Whether the stage travelled or turned.
+    /// Kind of the stage.
     pub fn stage(&self) -> StageKind {
         self.source.stage()
     }
@@ -95,28 +95,28 @@ impl Recording {
         self.format
     }
 
-    /// What is known of picture `idx`.
+    /// Data about picture `idx`.
     pub fn picture(&self, idx: usize) -> Picture {
         self.pictures[idx]
     }
 
-    /// Where the stage was at the first picture.
+    /// Stage position of the first picture.
     pub fn first_position_mm(&self) -> Option<f64> {
         self.pictures[0].position_mm
     }
 
-    /// Where the stage was, picture by picture; empty where that was not recorded.
+    /// Stage positions, picture by picture; empty if they were not recorded.
     pub fn positions_mm(&self) -> Vec<f64> {
         self.pictures.iter().filter_map(|picture| picture.position_mm).collect()
     }
 
-    /// Whether the stage went upwards while pictures were taken.
+    /// Whether the stage moved upwards while the pictures were taken.
     pub fn ascends(&self) -> bool {
         let last_mm = self.pictures.last().and_then(|picture| picture.position_mm);
         last_mm >= self.first_position_mm()
     }
 
-    /// The picture taken nearest to `position_mm`, the first of several; `None` where positions were not recorded.
+    /// The picture taken nearest to `position_mm`, the first of several; `None` if positions were not recorded.
     pub fn nearest(&self, position_mm: f64) -> Option<usize> {
         let off_mm = |at: Option<f64>| Some((at? - position_mm).abs());
         let places = self
@@ -127,7 +127,7 @@ impl Recording {
         places.min_by(|(_, a), (_, b)| a.total_cmp(b)).map(|(idx, _)| idx)
     }
 
-    /// Writes picture `idx` into `target`, in `target`'s own memory where it can be.
+    /// Writes picture `idx` into `target`, reusing its memory if possible.
     pub fn read_into(&self, idx: usize, target: &mut GreyImage) -> Result<(), ReplayError> {
         match self.images.as_ref().and_then(|images| images[idx].as_ref()) {
             Some(image) => copy(image, target),
@@ -137,12 +137,12 @@ impl Recording {
     }
 }
 
-/// An image whose memory is for another one.
+/// A placeholder image.
 fn blank() -> GreyImage {
     GreyImage::new(1, 1, Pixels::Eight(vec![0])).expect("one pixel is an image")
 }
 
-/// Writes an image into `target`, in `target`'s own memory.
+/// Copies an image into `target`, reusing its memory.
 pub fn copy(source: &GreyImage, target: &mut GreyImage) {
     const NOT_EMPTY: &str = "an image has at least one pixel";
     let (width, height) = (source.width(), source.height());
@@ -152,30 +152,30 @@ pub fn copy(source: &GreyImage, target: &mut GreyImage) {
     }
 }
 
-/// A picture; `None` if its background shows something else, so that nothing can be taken away from it.
+/// A picture; `None` if its background shows another scene, so that it cannot be subtracted.
 fn comparable(source: &dyn Source, idx: usize) -> Result<Option<GreyImage>, ReplayError> {
     let mut image = blank();
     match source.read_into(idx, &mut image) {
         Ok(()) => Ok(Some(image)),
-        Err(ReplayError::Capture(CaptureError::OtherRoom { .. })) => Ok(None),
+        Err(ReplayError::Capture(CaptureError::BackgroundMismatch { .. })) => Ok(None),
         Err(error) => Err(error),
     }
 }
 
-/// The first picture that shows what the laser adds.
+/// The first picture with a suitable background.
 fn first_image(source: &dyn Source, n_pictures: usize) -> Result<GreyImage, ReplayError> {
     for idx in 0..n_pictures {
         if let Some(image) = comparable(source, idx)? {
             return Ok(image);
         }
     }
-    // Why there is none.
+    // The error of the first picture.
     let mut image = blank();
     source.read_into(0, &mut image)?;
     Ok(image)
 }
 
-/// All pictures; one that occurs several times is held once.
+/// All pictures; identical ones are stored once.
 fn preload(
     source: &dyn Source,
     n_pictures: usize,

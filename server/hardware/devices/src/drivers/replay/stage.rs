@@ -11,11 +11,11 @@ use crate::{
     AcceptedMove, DeviceIdentity, Homing, Stage, StageCapabilities, StageError, StageKind, StageState, StopHandle,
 };
 
-/// Is where the frame last delivered was taken, and goes to where frames were taken and nowhere else.
+/// A stage that is at the position of the last delivered frame, and moves to recorded positions only.
 pub struct ReplayStage {
     name: String,
     kind: StageKind,
-    /// Where frames were taken, in ascending order.
+    /// Recorded positions, in ascending order.
     positions_mm: Vec<f64>,
     playback: Arc<Mutex<Playback>>,
 }
@@ -28,7 +28,7 @@ impl ReplayStage {
         Self { name: recording.name(), kind: recording.stage(), positions_mm, playback }
     }
 
-    /// Lowest and highest position; both 0 where none is recorded.
+    /// Lowest and highest position; both 0 if none is recorded.
     fn travel_mm(&self) -> (f64, f64) {
         match self.positions_mm.as_slice() {
             [low, .., high] => (*low, *high),
@@ -37,7 +37,7 @@ impl ReplayStage {
         }
     }
 
-    /// Mean distance of the recorded positions: finer steps show the same picture twice.
+    /// Mean distance of the recorded positions: smaller steps show the same picture twice.
     fn resolution_mm(&self) -> f64 {
         let (low_mm, high_mm) = self.travel_mm();
         let n_steps = self.positions_mm.len().saturating_sub(1).max(1);
@@ -45,7 +45,7 @@ impl ReplayStage {
             / REPLAY_RESOLUTION_DIGITS_PER_MM
     }
 
-    /// The recorded position next to `target_mm`.
+    /// The recorded position nearest to `target_mm`.
     fn nearest_mm(&self, target_mm: f64) -> f64 {
         let off_mm = |at: &f64| (at - target_mm).abs();
         let nearest = self.positions_mm.iter().copied().min_by(|a, b| off_mm(a).total_cmp(&off_mm(b)));
@@ -80,7 +80,7 @@ impl Stage for ReplayStage {
         }
     }
 
-    /// Does nothing: the recording knows its zero.
+    /// Does nothing: the recorded zero is valid.
     fn start_home(&mut self) -> Result<(), StageError> {
         Ok(())
     }
@@ -94,12 +94,12 @@ impl Stage for ReplayStage {
     fn start_jog(&mut self, distance_mm: f64, speed_mm_s: f64) -> Result<AcceptedMove, StageError> {
         check_numbers("distance_mm", distance_mm, speed_mm_s)?;
         let (low_mm, high_mm) = self.travel_mm();
-        let from_mm = lock(&self.playback).whereabouts().position_mm.unwrap_or(low_mm);
+        let from_mm = lock(&self.playback).playback_state().position_mm.unwrap_or(low_mm);
         self.start((from_mm + distance_mm).clamp(low_mm, high_mm), speed_mm_s)
     }
 
     fn poll(&mut self) -> Result<StageState, StageError> {
-        let now = lock(&self.playback).whereabouts();
+        let now = lock(&self.playback).playback_state();
         Ok(StageState {
             position_mm: now.position_mm,
             measured_at: now.measured_at,

@@ -1,5 +1,5 @@
-//! The replay passes the suite, and plays what was recorded. Not shown here: that a capture folder of a real
-//! station is read (the tests of `capture` do that).
+//! The replay passes the contract suite, and plays what was recorded. Not covered: reading the capture folder of a real
+//! station (see the tests of `capture`).
 
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -131,7 +131,7 @@ fn a_move_while_frames_play_ends_when_they_pass_its_target() {
     let (mut camera, mut stage, _) = open(&scan(folder.path())).unwrap();
     camera.start().unwrap();
     let mut image = blank();
-    // Between two recorded positions: the nearer one is accepted.
+    // Between two recorded positions the nearer one is accepted.
     assert_eq!(stage.start_move(0.3, 1.0).unwrap().target_mm, 0.5);
     let mut positions = Vec::new();
     while stage.poll().unwrap().moving {
@@ -142,7 +142,7 @@ fn a_move_while_frames_play_ends_when_they_pass_its_target() {
 }
 
 #[test]
-fn a_move_before_the_first_frame_is_a_sweep_from_where_the_stage_stands() {
+fn a_move_before_the_first_frame_is_a_sweep_from_the_current_position() {
     let folder = recorded();
     for (from_mm, to_mm, expected_mm) in [
         (-1.0, 1.0, &POSITIONS_MM[..]),
@@ -171,14 +171,14 @@ fn a_move_before_the_first_frame_is_a_sweep_from_where_the_stage_stands() {
 }
 
 #[test]
-fn a_triggered_picture_is_the_one_taken_where_the_stage_is() {
+fn a_triggered_image_is_the_one_recorded_at_the_stage_position() {
     let folder = recorded();
     let (mut camera, mut stage, _) = open(&scan(folder.path())).unwrap();
     assert_eq!(stage.capabilities().resolution_mm, 0.5);
     camera.configure(&CameraRequest { trigger: Some(Trigger::Software), ..Default::default() }).unwrap();
     camera.start().unwrap();
     let mut image = blank();
-    // Grey levels count the pictures; there and back, and twice at the same place.
+    // Grey levels number the pictures; back and forth, and twice at the same position.
     for (target_mm, position_mm, grey) in
         [(0.5, 0.5, 3.0), (-0.4, -0.5, 1.0), (-0.6, -0.5, 1.0), (1.0, 1.0, 4.0), (-1.0, -1.0, 0.0)]
     {
@@ -191,7 +191,7 @@ fn a_triggered_picture_is_the_one_taken_where_the_stage_is() {
 }
 
 #[test]
-fn frames_come_at_the_pace_asked_for() {
+fn frames_arrive_at_the_requested_rate() {
     let folder = recorded();
     let (mut camera, _, _) = open(&ReplayConfig { pace: Pace::Hz(50.0), ..looped(folder.path()) }).unwrap();
     camera.start().unwrap();
@@ -201,7 +201,7 @@ fn frames_come_at_the_pace_asked_for() {
         exposed_at.push(camera.next_frame(&mut image, Duration::from_secs(1)).unwrap().unwrap().exposed_at);
     }
     let took = exposed_at[4] - exposed_at[0];
-    // Four periods of 20 ms; later frames of a busy machine keep their due times unless they miss them by far.
+    // Four periods of 20 ms; on a busy machine later frames keep their due times unless they are very late.
     assert!(took >= Duration::from_millis(80), "five frames at 50 Hz within {took:?}");
 }
 
@@ -226,7 +226,7 @@ fn board_pictures_laser_pictures_and_stage_views_are_played() {
 }
 
 #[test]
-fn a_picture_that_cannot_be_read_is_named_and_counted_as_lost() {
+fn an_unreadable_image_is_reported_and_counted_as_lost() {
     let folder = recorded();
     let (mut camera, _, _) = open(&scan(folder.path())).unwrap();
     std::fs::write(folder.path().join("scan/1.png"), b"no picture").unwrap();
@@ -255,7 +255,7 @@ fn what_cannot_be_replayed_is_refused_when_opened() {
     assert!(cause.to_string().contains("scans[0].frames[4].image"), "{cause}");
 }
 
-/// A recording of the same scan as [`recorded`], after one frame of the approach; so many frames were lost before a row.
+/// A recording of the same scan as [`recorded`], after one frame of the approach, with lost frames before some rows.
 fn recorded_file(lost_before_row: impl Fn(usize) -> u64) -> (TempDir, PathBuf) {
     let folder = TempDir::new().unwrap();
     let path = folder.path().join("scan.mcap");
@@ -312,14 +312,14 @@ fn looped(folder: &Path) -> ReplayConfig {
     ReplayConfig { looped: true, ..scan(folder) }
 }
 
-/// The background of the second frame is brighter than the frame itself: it shows something else.
+/// The background of the second frame is brighter than the frame itself: it shows another scene.
 #[test]
-fn a_frame_whose_background_shows_something_else_is_lost_by_name() {
+fn a_frame_whose_background_differs_is_reported_as_lost() {
     let folder = recorded();
     let picture = |levels: u8| {
         GreyImage::new(WIDTH_PX, HEIGHT_PX, Pixels::Eight(vec![levels; WIDTH_PX * HEIGHT_PX])).unwrap()
     };
-    // Dark but for its left half, which the frame does not have.
+    // Dark except for its left half, unlike the frame.
     let elsewhere = (0..WIDTH_PX * HEIGHT_PX).map(|idx| if idx % WIDTH_PX < WIDTH_PX / 2 { 200 } else { 0 });
     let elsewhere = GreyImage::new(WIDTH_PX, HEIGHT_PX, Pixels::Eight(elsewhere.collect())).unwrap();
     for (name, image) in [("off/same.png", picture(0)), ("off/other.png", elsewhere)] {

@@ -1,12 +1,12 @@
-//! A camera whose driver blocks, on a thread of its own: whoever holds it is never kept longer than a call may take.
+//! A camera with a blocking driver, run on its own thread, so that no call blocks its caller beyond the limit.
 //!
-//! Libraries of vendors and pictures on a disk answer when they like, if at all. [`ThreadedCamera`] hands every call to a
-//! thread and waits for the answer as long as the rules of [`Camera`] allow; what comes later is reported later. A call that
-//! has not come back after [`HANG_LIMIT`] means that the camera is gone, until it came back and was reconnected.
+//! Vendor libraries and disks may take arbitrarily long to answer. [`ThreadedCamera`] passes every call to a thread and
+//! waits for the answer as long as the rules of [`Camera`] allow; later results are reported later. If a call has not
+//! returned after [`HANG_LIMIT`], the camera counts as gone until the call returns and the camera is reconnected.
 //!
-//! Nothing piles up: at most [`ORDERS`] calls and one frame are under way. What the camera exposes while no frame is asked
-//! for waits in the driver's own ring, and what that overruns the driver counts in [`FrameInfo::lost_before`]. A frame of
-//! an acquisition that has ended is thrown away.
+//! Queues are bounded: at most [`ORDERS`] calls and one frame are pending. Exposures while no frame is requested wait
+//! in the driver's own ring buffer, and the driver counts overruns in [`FrameInfo::lost_before`]. A frame of an ended
+//! acquisition is discarded.
 
 #[cfg(test)]
 mod tests;
@@ -23,20 +23,20 @@ use crate::{
     Camera, CameraCapabilities, CameraError, CameraRequest, CameraSettings, DeviceIdentity, FrameInfo, Trigger,
 };
 
-/// How long a caller waits for an answer, a part of [`crate::CALL_LIMIT`]; a frame is waited for so much beyond its
-/// timeout, which the driver itself keeps unless it is late.
+/// How long a caller waits for an answer, a part of [`crate::CALL_LIMIT`]; for a frame this is added to its timeout,
+/// which the driver itself observes unless it is late.
 const ANSWER_WAIT: Duration = Duration::from_millis(15);
 
-/// A call under way for so long hangs: a camera that is gone is to be named within two seconds.
+/// Duration after which a pending call counts as hung: the loss of a camera must be reported within two seconds.
 pub const HANG_LIMIT: Duration = Duration::from_millis(1500);
 
-/// Calls that may wait for the thread: more than a station makes in [`HANG_LIMIT`] without an answer.
+/// Most calls queued for the thread: more than a station makes in [`HANG_LIMIT`] without an answer.
 pub const ORDERS: usize = 16;
 
-/// Why a camera that was just reconnected is not there yet.
-const REACHED_AGAIN: &str = "it is being reached again";
+/// Reason reported for a camera that is being reconnected.
+const REACHED_AGAIN: &str = "it is being reconnected";
 
-/// What the thread is to do.
+/// A command for the thread.
 #[derive(Debug, Clone, Copy)]
 enum Order {
     Configure(CameraRequest),
@@ -58,14 +58,14 @@ impl Order {
     }
 }
 
-/// A frame that is asked for.
-struct Wish {
+/// A frame request.
+struct FrameRequest {
     timeout: Duration,
-    /// Memory for it.
+    /// Memory for the frame.
     image: GreyImage,
 }
 
-/// What became of a wish.
+/// The result of a frame request.
 struct Delivery {
     image: GreyImage,
     outcome: Result<Option<FrameInfo>, CameraError>,
@@ -74,24 +74,24 @@ struct Delivery {
 struct Desk {
     orders: VecDeque<(u64, Order)>,
     n_orders: u64,
-    /// The answer that somebody waits for.
+    /// The answer that a caller is waiting for.
     awaited: Option<u64>,
     answer: Option<Result<(), CameraError>>,
-    /// An error of a call whose caller had gone on; the next frame request gets it.
+    /// An error of a call whose caller no longer waited; the next frame request gets it.
     late: Option<CameraError>,
-    wish: Option<Wish>,
-    /// Whether a wish was taken and its frame is not there yet.
+    frame_request: Option<FrameRequest>,
+    /// Whether a frame request is pending.
     wished: bool,
     delivery: Option<Delivery>,
-    /// Counts acquisitions; what was wished for in an earlier one is thrown away.
+    /// Counts acquisitions; frames requested in an earlier one are discarded.
     acquisition: u64,
-    /// The call that the thread is in.
+    /// The call in progress.
     busy: Option<(&'static str, Instant)>,
     /// Settings as the camera last reported them, or as it is expected to take them.
     settings: CameraSettings,
-    /// Hung, and not reconnected since.
+    /// Why the camera hung, until it is reconnected.
     gone: Option<String>,
-    /// Reconnected, and the driver has not answered for a frame since: whether it is there is not known.
+    /// Reconnected, but the driver has not answered a frame request since: whether the camera is present is unknown.
     is_unproven: bool,
     closed: bool,
     ended: bool,
@@ -109,12 +109,12 @@ pub struct ThreadedCamera {
     identity: DeviceIdentity,
     capabilities: CameraCapabilities,
     details: Option<Arc<dyn CameraDetails>>,
-    /// Whether acquisition was started last, and not ended.
+    /// Whether acquisition is running.
     started: bool,
 }
 
 impl ThreadedCamera {
-    /// Gives a camera that was just opened a thread of its own.
+    /// Gives an open camera a thread of its own.
     pub fn over(camera: impl Camera + 'static) -> Self {
         let (identity, capabilities) = (camera.identity(), camera.capabilities());
         let details = camera.details();
@@ -124,7 +124,7 @@ impl ThreadedCamera {
             awaited: None,
             answer: None,
             late: None,
-            wish: None,
+            frame_request: None,
             wished: false,
             delivery: None,
             acquisition: 0,
@@ -137,12 +137,12 @@ impl ThreadedCamera {
         };
         let shared = Arc::new(Shared { desk: Mutex::new(desk), to_do: Condvar::new(), done: Condvar::new() });
         let ending = Ending(shared.clone());
-        // Without a thread the closure is dropped, and its guard says that the driver ended.
+        // If the thread cannot be created, the closure is dropped, and its guard marks the driver as ended.
         let _ = std::thread::Builder::new().name("camera".to_owned()).spawn(move || ending.0.run(camera));
         Self { shared, identity, capabilities, details, started: false }
     }
 
-    /// Hands `order` to the thread and waits for its answer as long as a call may take.
+    /// Passes `order` to the thread and waits for its answer as long as a call may take.
     fn order(&self, order: Order) -> Result<(), CameraError> {
         let mut desk = self.shared.lock();
         let must_be_taken = matches!(order, Order::Stop | Order::Reconnect);
@@ -157,7 +157,7 @@ impl ThreadedCamera {
         desk.orders.push_back((number, order));
         (desk.awaited, desk.answer) = (Some(number), None);
         if must_be_taken {
-            desk.forget_frames();
+            desk.discard_frames();
         }
         desk.is_unproven |= matches!(order, Order::Reconnect);
         self.shared.to_do.notify_one();
@@ -176,15 +176,15 @@ impl ThreadedCamera {
 }
 
 impl Desk {
-    /// The call that hangs, if one does.
+    /// Describes the hung call, if there is one.
     fn hang(&self) -> Option<String> {
         let (call, since) = self.busy?;
         let hangs = since.elapsed();
         (hangs >= HANG_LIMIT)
-            .then(|| format!("its driver has not come back from `{call}` for {:.1} s", hangs.as_secs_f64()))
+            .then(|| format!("its driver has not returned from `{call}` for {:.1} s", hangs.as_secs_f64()))
     }
 
-    /// Notices a hang; once noticed it stays so until the camera is reconnected.
+    /// Detects a hang; it persists until the camera is reconnected.
     fn check(&mut self) -> Result<(), CameraError> {
         if self.ended {
             return Err(gone("its driver ended by a defect".to_owned()));
@@ -195,10 +195,10 @@ impl Desk {
         self.gone.clone().map_or(Ok(()), |reason| Err(gone(reason)))
     }
 
-    /// Frames asked for before belong to no acquisition any more.
-    fn forget_frames(&mut self) {
+    /// Discards frames requested before.
+    fn discard_frames(&mut self) {
         self.acquisition += 1;
-        (self.wish, self.wished, self.delivery) = (None, false, None);
+        (self.frame_request, self.wished, self.delivery) = (None, false, None);
     }
 }
 
@@ -216,7 +216,7 @@ impl Shared {
         desk
     }
 
-    /// The thread: one call after the other, orders before frames, until the camera is closed.
+    /// The thread: executes one call after the other, commands before frames, until the camera is closed.
     fn run(&self, mut camera: impl Camera) {
         let mut desk = self.lock();
         while !desk.closed {
@@ -237,7 +237,7 @@ impl Shared {
                 } else if let Err(error) = outcome {
                     desk.late = Some(error);
                 }
-            } else if let Some(Wish { timeout, mut image }) = desk.wish.take() {
+            } else if let Some(FrameRequest { timeout, mut image }) = desk.frame_request.take() {
                 desk.busy = Some(("next_frame", Instant::now()));
                 let acquisition = desk.acquisition;
                 drop(desk);
@@ -267,7 +267,7 @@ fn obey(camera: &mut impl Camera, order: Order) -> Result<(), CameraError> {
     }
 }
 
-/// Tells everybody that the thread has ended, also by a panic.
+/// Notifies all waiters that the thread has ended, also by a panic.
 struct Ending(Arc<Shared>);
 
 impl Drop for Ending {
@@ -294,8 +294,8 @@ impl Camera for ThreadedCamera {
         self.details.clone()
     }
 
-    /// What the camera accepted; of one that is slow to answer, what its capabilities let expect, until it has. What they
-    /// do not admit is refused unasked.
+    /// Returns what the camera accepted; for a slow camera the values expected from its capabilities, until it answers.
+    /// Requests that the capabilities exclude are refused without asking it.
     fn configure(&mut self, wanted: &CameraRequest) -> Result<CameraSettings, CameraError> {
         let before = self.settings();
         self.shared.lock().settings = self.capabilities.expected(&before, wanted)?;
@@ -315,7 +315,7 @@ impl Camera for ThreadedCamera {
         Ok(())
     }
 
-    /// Refused unasked where it cannot be: a camera that is slow to answer could not say so in time.
+    /// Refused without asking the camera if it is impossible: a slow camera could not answer in time.
     fn trigger(&mut self) -> Result<(), CameraError> {
         self.shared.lock().check()?;
         if self.settings().trigger != Trigger::Software {
@@ -334,9 +334,9 @@ impl Camera for ThreadedCamera {
             return Err(error);
         }
         if desk.delivery.is_none() && !desk.wished {
-            // The memory comes back with the frame.
+            // The memory is returned with the frame.
             let image = std::mem::replace(image, no_image());
-            (desk.wish, desk.wished) = (Some(Wish { timeout, image }), true);
+            (desk.frame_request, desk.wished) = (Some(FrameRequest { timeout, image }), true);
             self.shared.to_do.notify_one();
         }
         let deadline = Instant::now() + timeout + ANSWER_WAIT;
@@ -366,7 +366,7 @@ impl Camera for ThreadedCamera {
 }
 
 impl Drop for ThreadedCamera {
-    /// Closes the camera; one that hangs closes when it comes back.
+    /// Closes the camera; a hung one closes when its call returns.
     fn drop(&mut self) {
         let mut desk = self.shared.lock();
         desk.closed = true;

@@ -1,5 +1,5 @@
-//! A driver that hangs in any of its calls keeps nobody, is named in time, and comes back. Not shown here: a library of a
-//! vendor; and opening, which the station does on threads of its own (its tests `mixed`).
+//! A driver that hangs in any of its calls blocks no caller, is reported in time, and recovers. Not covered: vendor
+//! libraries; and opening, which the station does on separate threads (its tests `mixed`).
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
@@ -10,10 +10,10 @@ use crate::{CALL_LIMIT, PixelFormat, Roi, Trigger, ValueRange};
 /// Time between exposures of the test's camera.
 const PERIOD: Duration = Duration::from_millis(10);
 
-/// What the operating system may add to a call beside other tests.
+/// Time that the operating system may add to a call beside other tests.
 const SLACK: Duration = Duration::from_millis(80);
 
-/// Which call hangs next, and for how long.
+/// The call that hangs next, and for how long.
 #[derive(Default)]
 struct Script {
     call: Mutex<&'static str>,
@@ -29,13 +29,13 @@ impl Script {
     fn enter(&self, call: &str) {
         if *self.call.lock() == call {
             let hang_ms = self.hang_ms.swap(0, Ordering::SeqCst);
-            assert!(hang_ms != u64::MAX, "a planted defect");
+            assert!(hang_ms != u64::MAX, "an injected panic");
             std::thread::sleep(Duration::from_millis(hang_ms));
         }
     }
 }
 
-/// A camera that exposes every [`PERIOD`], keeps the newest frame alone, and blocks as its script says.
+/// A camera that exposes every [`PERIOD`], keeps only the newest frame, and blocks according to its script.
 struct Blocking {
     script: Arc<Script>,
     settings: CameraSettings,
@@ -136,7 +136,7 @@ fn camera() -> (ThreadedCamera, Arc<Script>) {
     (ThreadedCamera::over(camera), script)
 }
 
-/// Calls, and holds the call to its time.
+/// Makes a call and checks its duration.
 fn short<T>(limit: Duration, name: &str, call: impl FnOnce() -> T) -> T {
     let begun = Instant::now();
     let result = call();
@@ -149,7 +149,7 @@ fn next(camera: &mut ThreadedCamera) -> Result<Option<FrameInfo>, CameraError> {
     short(timeout + CALL_LIMIT, "next_frame", || camera.next_frame(&mut no_image(), timeout))
 }
 
-/// Asks for frames until `seen` says that it is enough; how long that took.
+/// Requests frames until `seen` returns true; returns the time taken.
 fn ask_until(
     camera: &mut ThreadedCamera,
     seen: impl Fn(&Result<Option<FrameInfo>, CameraError>) -> bool,
@@ -172,7 +172,7 @@ fn a_camera_behind_a_thread_passes_the_suite() {
 }
 
 #[test]
-fn a_driver_that_hangs_in_any_call_keeps_nobody_is_named_in_time_and_comes_back() {
+fn a_driver_that_hangs_in_any_call_blocks_no_caller_is_reported_in_time_and_recovers() {
     for call in ["configure", "start", "next_frame", "stop"] {
         println!("{call}");
         let (mut camera, script) = camera();
@@ -196,15 +196,18 @@ fn a_driver_that_hangs_in_any_call_keeps_nobody_is_named_in_time_and_comes_back(
         }
         ask_until(&mut camera, is_gone);
         let named_after = hung_at.elapsed();
-        assert!(named_after >= HANG_LIMIT && named_after < Duration::from_secs(2), "named after {named_after:?}");
+        assert!(
+            named_after >= HANG_LIMIT && named_after < Duration::from_secs(2),
+            "reported after {named_after:?}"
+        );
         let why = next(&mut camera).unwrap_err().to_string();
         assert!(why.contains(call), "{why}");
-        // Whatever is asked of it while it hangs: nobody waits.
+        // While it hangs no call blocks.
         short(CALL_LIMIT, "stop", || camera.stop()).unwrap();
         assert!(is_gone(&short(CALL_LIMIT, "start", || camera.start())));
         assert!(is_gone(&short(CALL_LIMIT, "configure", || camera.configure(&CameraRequest::default()))));
         std::thread::sleep((hung_at + hang + PERIOD).saturating_duration_since(Instant::now()));
-        assert!(is_gone(&next(&mut camera)), "it came back by itself");
+        assert!(is_gone(&next(&mut camera)), "it reconnected without a request");
         short(CALL_LIMIT, "reconnect", || camera.reconnect()).unwrap();
         let mut back = next(&mut camera);
         while is_gone(&back) && hung_at.elapsed() < hang * 3 {

@@ -1,4 +1,4 @@
-//! The driver's row: one axis of a device.
+//! The driver's entry in the table: one axis of a device.
 
 use std::time::Duration;
 
@@ -9,7 +9,7 @@ use super::{ZaberConfig, open};
 use crate::traits::driver::{DeviceSet, Driver, Found, MissingSetting, OpenError, Opened};
 use crate::{Stage, StageKind};
 
-/// Longest opening of a device, within the wait of the service's start.
+/// Longest opening of a device, within the timeout of the service's start.
 const OPEN_LIMIT: Duration = Duration::from_millis(3500);
 
 /// `[station.zaber]`: one axis of a device with Zaber's ASCII protocol.
@@ -50,7 +50,7 @@ pub struct ZaberSettings {
 }
 
 impl Default for ZaberSettings {
-    /// A stage of 100 mm with a 2 mm screw; the port has to be named.
+    /// A stage of 100 mm with a 2 mm screw; the port must be given.
     fn default() -> Self {
         Self {
             port: String::new(),
@@ -69,7 +69,7 @@ impl Default for ZaberSettings {
     }
 }
 
-/// Makes the stage that the settings name.
+/// Creates the configured stage.
 #[derive(Debug, Clone)]
 pub struct ZaberDriver(pub ZaberSettings);
 
@@ -111,7 +111,7 @@ impl Driver for ZaberDriver {
         Ok(Opened { stage: wanted.stage.then(|| Box::new(stage) as Box<dyn Stage>), ..Opened::default() })
     }
 
-    /// Serial ports with a device on USB.
+    /// Serial ports with a USB device.
     fn discover(&self) -> Vec<Found> {
         crate::lines::ports::ports_on_usb()
     }

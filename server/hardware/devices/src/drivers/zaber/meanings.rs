@@ -1,28 +1,28 @@
-//! What the firmware's flags and reasons mean, in our words.
+//! Meanings of the firmware's flags and reasons, in our words.
 //!
 //! Source: Zaber's "ASCII Protocol Manual", warning flags and reasons for rejected commands.
 
-/// What a warning flag costs.
+/// Severity of a warning flag.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Severity {
-    /// Nothing.
+    /// No consequence.
     Note,
-    /// The position: it must be homed.
+    /// The position is lost: the axis must be homed.
     Unreferenced,
-    /// The motion: it stopped on its way.
+    /// The motion was interrupted.
     Interrupted,
-    /// Everything, until the cause is gone and the flag cleared.
+    /// A fault, until the cause is removed and the flag cleared.
     Fault,
 }
 
-/// What a flag costs, and what it means.
+/// Severity and meaning of a flag.
 pub fn flag_meaning(flag: &str) -> (Severity, &'static str) {
     match flag {
         "--" => (Severity::Note, "no warning"),
         "WR" => (Severity::Unreferenced, "it has no reference position"),
         "WH" => (Severity::Unreferenced, "it was not homed since power came on"),
         "FF" => (Severity::Fault, "its system failed; it needs service"),
-        "FN" => (Severity::Fault, "it does not know the stage that is plugged in"),
+        "FN" => (Severity::Fault, "it does not support the connected stage"),
         "FZ" => (Severity::Fault, "the axis is not active: its stage was changed"),
         "FH" => (Severity::Fault, "its emergency stop is pressed"),
         "FV" => (Severity::Fault, "its supply voltage is too low or too high"),
@@ -37,21 +37,21 @@ pub fn flag_meaning(flag: &str) -> (Severity, &'static str) {
         "FP" => (Severity::Fault, "a motion was broken off outside its limits"),
         "FE" => (Severity::Fault, "it hit a limit of its travel"),
         "WL" => (Severity::Fault, "it hit a limit switch it did not expect; the position may be wrong"),
-        "WM" => (Severity::Fault, "it was moved while it stood still; the position may be wrong"),
+        "WM" => (Severity::Fault, "it was moved while at rest; the position may be wrong"),
         "WP" => (Severity::Fault, "its invalid calibration type makes its position wrong"),
         "NC" => (Severity::Interrupted, "it is moved by its knob"),
         "NI" => (Severity::Interrupted, "another command or the knob interrupted the motion"),
-        _ if flag.starts_with('F') => (Severity::Fault, "a fault this program does not know"),
-        _ => (Severity::Note, "a note this program does not know"),
+        _ if flag.starts_with('F') => (Severity::Fault, "a fault unknown to this program"),
+        _ => (Severity::Note, "a note unknown to this program"),
     }
 }
 
-/// What a reason after `RJ` means.
+/// Meaning of a reason after `RJ`.
 pub fn reason_meaning(reason: &str) -> &'static str {
     match reason {
         "AGAIN" => "it cannot do this now; try again later",
         "BADAXIS" => "it has no such axis",
-        "BADCOMMAND" => "a command or setting it does not know",
+        "BADCOMMAND" => "an unknown command or setting",
         "BADDATA" => "a number it does not take, or a target outside its travel",
         "BADMESSAGE" => "the line came damaged",
         "BADSPACE" => "a group or space it does not have",
@@ -63,6 +63,6 @@ pub fn reason_meaning(reason: &str) -> &'static str {
         "NOACCESS" => "it is locked for this access level",
         "PARKED" => "it is parked; send `tools parking unpark`",
         "STATUSBUSY" => "only possible while it is idle",
-        _ => "a reason this program does not know",
+        _ => "a reason unknown to this program",
     }
 }

@@ -22,16 +22,16 @@ use crate::params::ZABER_MOVING_QUERY_HZ;
 use crate::{StageError, StageKind};
 use session::Session;
 
-/// One axis of a Zaber device, see `ControllerStage`. A stop brakes by the device's own ramp, and nothing is queued in the
-/// device that could go on; the position is kept.
+/// One axis of a Zaber device, see `ControllerStage`. A stop brakes with the device's own ramp, and the device has no
+/// queue that could continue; the position is kept.
 pub type ZaberStage = ControllerStage<Session>;
 
-/// What is known of the device; checked against what it says when it is opened.
+/// Configuration of the device, which is checked against its own settings when it is opened.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ZaberConfig {
     /// Device file of the serial port.
     pub port: String,
-    /// Symbols per second; 115200 as delivered.
+    /// Baud rate; 115200 as delivered.
     pub baud_rate: u32,
     /// Number of the device in its chain, 1–99.
     pub address: u8,
@@ -43,15 +43,15 @@ pub struct ZaberConfig {
     pub travel_per_turn_mm: f64,
     /// Full steps in one turn of the motor.
     pub steps_per_turn: f64,
-    /// Positions the stage may go to, mm, by the stage's own scale.
+    /// Range of positions, mm, on the stage's own scale.
     pub travel_mm: (f64, f64),
     /// Device position of the stage's zero, mm.
     pub zero_at_device_mm: f64,
-    /// Whether the stage's scale runs against the device's.
+    /// Whether the stage's scale is reversed relative to the device's.
     pub reversed: bool,
-    /// Fastest move, mm/s; the device's own `maxspeed` holds if it is lower.
+    /// Fastest move, mm/s; the device's own `maxspeed` applies if it is lower.
     pub max_speed_mm_s: f64,
-    /// What `system.serial` must say.
+    /// Expected value of `system.serial`.
     pub expected_serial: Option<u32>,
     /// Longest homing.
     pub homing_limit: Duration,
@@ -62,7 +62,7 @@ pub struct ZaberConfig {
 }
 
 impl ZaberConfig {
-    /// Axis 1 of device 1 at `port`, with usual values for all the rest.
+    /// Axis 1 of device 1 at `port`, with default values for the rest.
     pub fn new(port: &str, travel_per_turn_mm: f64, travel_mm: (f64, f64)) -> Self {
         Self {
             port: port.to_owned(),
@@ -93,7 +93,7 @@ pub fn open(config: &ZaberConfig) -> Result<ZaberStage, StageError> {
     open_line(config, line_to(&config.port, config.baud_rate))
 }
 
-/// As [`open`], over any line.
+/// As [`open`], over a given line.
 ///
 /// # Errors
 /// As [`open`].

@@ -1,24 +1,24 @@
-//! Lines of the Zaber ASCII protocol, read into values and written with their checksums.
+//! Parser of the lines of the Zaber ASCII protocol, and formatting of commands with checksums.
 //!
 //! Sources: Zaber's "ASCII Protocol Manual" (firmware 6 and 7: message format, checksums, continuations, warning flags,
-//! rejection reasons) and the packet forms that Zaber's own library `zproto` 0.4.2 is tested with.
+//! rejection reasons) and the test packets of Zaber's own library `zproto` 0.4.2.
 
 /// A message from a device.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Message {
-    /// What kind, and what only that kind says.
+    /// Its kind, with the fields specific to it.
     pub kind: Kind,
-    /// Which device, 1–99.
+    /// Address of the device, 1–99.
     pub address: u8,
-    /// Which axis; 0 is the device.
+    /// Number of the axis; 0 is the device.
     pub axis: u8,
-    /// The number that the command was sent with.
+    /// Id of the command.
     pub id: Option<u8>,
-    /// The rest.
+    /// The remaining text.
     pub text: String,
-    /// Whether another line goes on with it.
+    /// Whether it is continued by another line.
     pub goes_on: bool,
-    /// Whether it had a checksum, which was right.
+    /// Whether it had a checksum, which was correct.
     pub checked: bool,
 }
 
@@ -34,34 +34,34 @@ pub enum Kind {
     },
     /// `#`: free text, or the continuation of a line.
     Info {
-        /// Whether it goes on with the line before.
+        /// Whether it continues the previous line.
         continues: bool,
     },
-    /// `!`: unasked, as at the end of a motion.
+    /// `!`: unsolicited, as at the end of a motion.
     Alert(Status),
 }
 
-/// What replies and alerts say of the axis.
+/// Status of the axis in replies and alerts.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Status {
     /// `BUSY`, else `IDLE`.
     pub busy: bool,
-    /// The warning flag of highest rank, `--` for none.
+    /// The warning flag of highest priority, `--` for none.
     pub flag: String,
 }
 
-/// A command with its checksum and line end.
+/// A command with its checksum and line ending.
 pub fn command(address: u8, axis: u8, id: u8, words: &str) -> String {
     let body = format!("{address:02} {axis} {id:02} {words}");
     format!("/{body}:{:02X}\n", checksum(body.as_bytes()))
 }
 
-/// Two's complement of the sum of what stands between the first letter and the colon.
+/// Two's complement of the sum of the bytes between the first character and the colon.
 pub fn checksum(body: &[u8]) -> u8 {
     body.iter().fold(0_u8, |sum, &byte| sum.wrapping_add(byte)).wrapping_neg()
 }
 
-/// Reads one line, without its line end; `None`: not the protocol, or a wrong checksum.
+/// Parses one line, without its line ending; `None` if it is not part of the protocol, or its checksum is wrong.
 pub fn message_from_line(line: &str) -> Option<Message> {
     let line = line.trim_end_matches(['\r', '\n']);
     let mark = line.chars().next().filter(|mark| "@#!".contains(*mark))?;

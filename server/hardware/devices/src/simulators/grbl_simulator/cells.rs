@@ -1,6 +1,7 @@
-//! The table of states and commands in `server/docs/devices/grbl.md`, cell by cell, on a clock of the test's own.
+//! The table of states and commands in `server/docs/devices/grbl.md`, cell by cell, with a clock controlled by the
+//! test.
 //!
-//! Not shown here: that the firmwares behave like this. The table was read in their sources.
+//! Not covered: that the firmwares behave like this. The table was derived from their sources.
 
 use std::time::{Duration, Instant};
 
@@ -16,7 +17,7 @@ struct Bench {
     now: Instant,
 }
 
-/// A slow move, so that braking from it takes a millisecond and its end is far.
+/// A slow move, so that braking from it takes a millisecond and its end is far away.
 const MOVE: &str = "G1F240M3S500X-90\n";
 const JOG: &str = "$J=G53X-90F240\n";
 
@@ -32,7 +33,7 @@ impl Bench {
         bench
     }
 
-    /// In this state, at rest where it can be; what was said on the way is discarded.
+    /// Brings it to this state, at rest if possible; the output on the way is discarded.
     fn in_state(dialect: Dialect, state: &str) -> Self {
         Self::configured(SimulatorConfig::of(dialect), state)
     }
@@ -67,7 +68,7 @@ impl Bench {
     }
 
     fn bytes(&mut self, bytes: &[u8], then_ms: u64) -> &mut Self {
-        self.firmware.hear(bytes, self.now);
+        self.firmware.receive(bytes, self.now);
         self.pass(then_ms)
     }
 
@@ -79,7 +80,7 @@ impl Bench {
         self
     }
 
-    /// What was said, reports and messages left out.
+    /// The output, without reports and messages.
     fn said(&mut self) -> String {
         let said = String::from_utf8(self.firmware.take_outgoing()).unwrap();
         let word = |line: &str| match line {
@@ -91,7 +92,7 @@ impl Bench {
         said.lines().filter_map(word).collect::<Vec<_>>().join(" ")
     }
 
-    /// What was said, and the state after it.
+    /// The output, and the state after it.
     fn outcome(&mut self) -> String {
         let said = self.said();
         format!("{said} {}", self.firmware.state_text()).trim_start().to_owned()
@@ -104,7 +105,7 @@ impl Bench {
     }
 }
 
-/// One row: what each of the commands says and where it leads.
+/// One row: the output of each command and the resulting state.
 /// `!`, `~`, 0x18, 0x84, 0x85, `$H`, `$X`, `$J=`, G1, M5.
 fn row(dialect: Dialect, state: &str, outcomes: [&str; 10]) {
     let commands: [&[u8]; 10] =
@@ -142,7 +143,7 @@ fn idle() {
 #[test]
 fn run() {
     for dialect in Dialect::ALL {
-        // `M5` waits for the end of the move, which is far.
+        // `M5` waits for the end of the move, which is far away.
         row(
             dialect,
             "Run",
@@ -287,7 +288,7 @@ fn a_reset_in_the_pause_of_a_limit_alarm_is_lost_except_in_fluid_nc() {
 }
 
 #[test]
-fn nothing_is_said_in_the_pause_after_an_alarm() {
+fn nothing_is_sent_in_the_pause_after_an_alarm() {
     for (dialect, pause_ms) in [(Grbl, 500), (GrblHal, 100), (FluidNc, 500)] {
         let mut bench = Bench::in_state(dialect, "Run");
         bench.bytes(&[0x18], pause_ms - 5).send("?", 0);
@@ -299,7 +300,7 @@ fn nothing_is_said_in_the_pause_after_an_alarm() {
 
 #[test]
 fn light_after_alarms_and_holds() {
-    // With the light on, at rest or moving; what happens; whether it shines afterwards: GRBL, grblHAL, FluidNC.
+    // With the laser on, at rest or moving; the event; whether it is on afterwards: GRBL, grblHAL, FluidNC.
     type Act = for<'a> fn(&'a mut Bench) -> &'a mut Bench;
     let cases: [(&str, Act, [bool; 3]); 7] = [
         ("a limit alarm", |bench| bench.raise(1), [false, false, true]),
@@ -320,7 +321,7 @@ fn light_after_alarms_and_holds() {
 }
 
 #[test]
-fn a_reset_on_the_way_darkens_fluid_nc_only_after_its_pause() {
+fn a_reset_during_a_move_turns_the_laser_off_on_fluid_nc_only_after_its_pause() {
     for (dialect, at_once) in [(Grbl, true), (GrblHal, true), (FluidNc, false)] {
         let mut bench = Bench::in_state(dialect, "Run");
         bench.bytes(&[0x18], 10);
@@ -335,10 +336,10 @@ fn a_door_that_opens_on_the_way_brakes_first_and_stays_while_it_is_open() {
         let mut bench = Bench::configured(slow, "Idle");
         bench.send(MOVE, 1000).bytes(&[0x84], 20);
         assert_eq!(bench.outcome(), "ok Door:2", "{dialect:?}");
-        bench.firmware.happen(Event::DoorOpen(true), bench.now);
+        bench.firmware.trigger_event(Event::DoorOpen(true), bench.now);
         bench.pass(500).send("~", 200);
         assert_eq!(bench.outcome(), "Door:1", "{dialect:?}");
-        bench.firmware.happen(Event::DoorOpen(false), bench.now);
+        bench.firmware.trigger_event(Event::DoorOpen(false), bench.now);
         bench.send("~", 10);
         assert_eq!(bench.outcome(), "Door:3", "{dialect:?}");
     }
@@ -348,7 +349,7 @@ fn a_door_that_opens_on_the_way_brakes_first_and_stays_while_it_is_open() {
 fn an_open_door_keeps_it_locked() {
     for dialect in Dialect::ALL {
         let mut bench = Bench::in_state(dialect, "Alarm");
-        bench.firmware.happen(Event::DoorOpen(true), bench.now);
+        bench.firmware.trigger_event(Event::DoorOpen(true), bench.now);
         bench.send("$X\n$H\n", SETTLED_MS);
         assert_eq!(bench.outcome(), "e13 e13 Alarm", "{dialect:?}");
     }
@@ -360,17 +361,17 @@ fn a_jog_cancel_drops_unread_lines_of_grbl_hal_only() {
         let mut bench = Bench::in_state(dialect, "Hold:0");
         bench.send("M5\n", 5).bytes(&[0x85], 5).bytes(b"~", 20);
         bench.bytes(b"!", 20).bytes(&[0x18], 20);
-        // `M5` waited behind the move that went on; the reset dropped it in any case.
+        // `M5` waited behind the move that continued; the reset dropped it in any case.
         assert_eq!(bench.said(), "banner", "{dialect:?}");
         let mut idle = Bench::in_state(dialect, "Idle");
-        idle.firmware.hear(b"M5\n\x85", idle.now);
+        idle.firmware.receive(b"M5\n\x85", idle.now);
         idle.pass(20);
         assert_eq!(idle.outcome(), expected, "{dialect:?}");
     }
 }
 
 #[test]
-fn a_failed_homing_says_what_each_firmware_says() {
+fn a_failed_homing_is_reported_as_by_each_firmware() {
     for (dialect, expected) in
         [(Grbl, "A9 ok banner Alarm"), (GrblHal, "A9 banner Alarm"), (FluidNc, "A9 banner Alarm")]
     {
@@ -393,9 +394,9 @@ fn a_homing_lock_is_opened_by_homing_only() {
 }
 
 #[test]
-fn grbl_hal_hears_no_reset_while_its_emergency_stop_is_pressed() {
+fn grbl_hal_ignores_resets_while_its_emergency_stop_is_pressed() {
     let mut bench = Bench::in_state(GrblHal, "Idle");
-    bench.firmware.happen(Event::EmergencyStop, bench.now);
+    bench.firmware.trigger_event(Event::EmergencyStop, bench.now);
     bench.raise(10).bytes(&[0x18], SETTLED_MS);
     assert_eq!(bench.outcome(), "A10 Alarm");
 }
@@ -425,13 +426,13 @@ fn what_does_not_fit_into_the_receive_buffer_is_lost() {
     let mut bench = Bench::in_state(Grbl, "Hold:0");
     bench.send(&"G4P0\n".repeat(40), 5).bytes(b"~", 5).bytes(&[0x18], SETTLED_MS);
     let mut idle = Bench::in_state(Grbl, "Idle");
-    idle.firmware.hear("G4P0\n".repeat(40).as_bytes(), idle.now);
+    idle.firmware.receive("G4P0\n".repeat(40).as_bytes(), idle.now);
     idle.pass(50);
     assert_eq!(idle.said().matches("ok").count(), 128 / 5);
 }
 
 #[test]
-fn fluid_nc_tells_fewer_settings() {
+fn fluid_nc_reports_fewer_settings() {
     let settings = |dialect| {
         let mut bench = Bench::in_state(dialect, "Idle");
         bench.send("$$\n", 5);

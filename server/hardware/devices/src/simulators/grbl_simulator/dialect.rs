@@ -1,11 +1,11 @@
 //! Differences of the three firmwares: GRBL 1.1h, grblHAL, FluidNC.
 //!
-//! Read in the sources of gnea/grbl (bfb67f0), grblHAL/core (f80fc34) and bdring/FluidNC (e952f33f); the table of
+//! Derived from the sources of gnea/grbl (bfb67f0), grblHAL/core (f80fc34) and bdring/FluidNC (e952f33f); the table of
 //! states and commands is in `server/docs/devices/grbl.md`.
 
 use std::time::Duration;
 
-/// A firmware that speaks GRBL's protocol.
+/// A firmware with GRBL's protocol.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Dialect {
     /// GRBL 1.1h.
@@ -29,7 +29,7 @@ impl Dialect {
         }
     }
 
-    /// After `ALARM:n` nothing else happens for so long.
+    /// Pause after `ALARM:n` during which nothing else happens.
     pub(super) fn alarm_pause(self) -> Duration {
         match self {
             Dialect::Grbl | Dialect::FluidNc => Duration::from_millis(500),
@@ -37,7 +37,7 @@ impl Dialect {
         }
     }
 
-    /// Bytes received and not read yet that it holds.
+    /// Size of its receive buffer, bytes.
     pub(super) fn rx_bytes(self) -> usize {
         match self {
             Dialect::Grbl => 128,
@@ -46,7 +46,7 @@ impl Dialect {
         }
     }
 
-    /// Moves it plans ahead.
+    /// Size of its planner queue.
     pub(super) fn blocks(self) -> usize {
         match self {
             Dialect::Grbl | Dialect::FluidNc => 15,

@@ -1,8 +1,8 @@
 //! A controller with GRBL, grblHAL or FluidNC, one axis and a laser, simulated in real time behind a pseudo-terminal.
 //!
-//! For tests of the driver and of the service: it speaks the firmware's dialogue, its axis takes time, it fails on
-//! request, and its [`Witness`] records what light and motion there really was and when each byte came. It can outlive
-//! the process under test, with its record in a file and its terminal at a known place.
+//! For tests of the driver and of the service: it implements the firmware's dialogue, its axis takes time, it fails on
+//! request, and its [`Witness`] records the real light and motion and the time of each byte. It can outlive the process
+//! under test, with its record in a file and its terminal at a known path.
 
 #[cfg(test)]
 mod cells;
@@ -10,7 +10,7 @@ mod dialect;
 mod firmware;
 mod motion;
 
-pub use crate::simulators::simulator::{Entry, Happening, Witness};
+pub use crate::simulators::simulator::{Entry, Witness, WitnessEvent};
 pub use dialect::Dialect;
 
 use std::time::Duration;
@@ -18,14 +18,14 @@ use std::time::Duration;
 use crate::simulators::simulator::Simulator;
 pub use firmware::Firmware;
 
-/// The simulated machine. Positions are the machine's own: 0 at the switch, negative elsewhere.
+/// The simulated machine. Positions are on the machine's own scale: 0 at the switch, negative elsewhere.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SimulatorConfig {
     /// Its start-up line.
     pub banner: String,
     /// Text stored by `$I=`.
     pub name: String,
-    /// Which firmware it is.
+    /// Its firmware.
     pub dialect: Dialect,
     /// Letter of the axis.
     pub axis: char,
@@ -43,7 +43,7 @@ pub struct SimulatorConfig {
     pub homing_mm_s: f64,
     /// `$30`.
     pub max_spindle: f64,
-    /// How long `ok` waits after the spindle word changed, as for a spindle that spins up.
+    /// Delay of `ok` after the spindle word changed, as for a spindle that spins up.
     pub spindle_delay: Duration,
     /// `$32`.
     pub laser_mode: u8,
@@ -53,7 +53,7 @@ pub struct SimulatorConfig {
     pub hears_in_commands: bool,
     /// Bit 0 of `$22`.
     pub homing: bool,
-    /// Bit 2 of `$22` of grblHAL: nothing but homing before homing.
+    /// Bit 2 of `$22` of grblHAL: nothing but homing is allowed before homing.
     pub homing_lock: bool,
     /// Whether homing finds its switch.
     pub switch_works: bool,
@@ -63,7 +63,7 @@ pub struct SimulatorConfig {
     pub soft_limits: bool,
     /// `$13`.
     pub inches: bool,
-    /// Where the axis is when it is switched on, by the simulation's own knowledge.
+    /// True position of the axis at power-on.
     pub start_at_mm: f64,
 }
 
@@ -91,7 +91,7 @@ impl SimulatorConfig {
             max_spindle: 1000.0,
             spindle_delay: Duration::ZERO,
             laser_mode: 1,
-            // As they are delivered.
+            // Factory defaults.
             report_mask: if dialect == Dialect::GrblHal { 511 } else { 1 },
             hears_in_commands: true,
             homing: true,
@@ -113,22 +113,22 @@ impl SimulatorConfig {
     }
 }
 
-/// What can happen to it besides what can to every controller.
+/// Events of this controller in addition to the common ones.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Event {
-    /// Until it is repaired it acknowledges no line, but reports.
+    /// It acknowledges no line, but reports, until it is repaired.
     NoAcknowledgement,
-    /// Until it is repaired the axis stands on its way, and the firmware waits for it.
+    /// The axis is blocked during a move, and the firmware waits for it, until it is repaired.
     Stall,
-    /// Until it is repaired the emergency stop is pressed: no reset has effect.
+    /// The emergency stop is pressed, so that no reset has effect, until it is repaired.
     EmergencyStop,
     /// It raises an alarm.
     Alarm(u32),
-    /// The laser is on though nobody asked for it.
+    /// The laser is on without a request.
     StrayLight,
-    /// Somebody turns an override at the machine: a real-time byte that did not come over this line.
+    /// An override is changed at the machine: a real-time byte that did not come over this line.
     Override(u8),
-    /// The door's switch; the door's own stop is the byte 0x84.
+    /// The door's switch; the stop caused by the door is the byte 0x84.
     DoorOpen(bool),
 }
 

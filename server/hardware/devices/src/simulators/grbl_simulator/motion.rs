@@ -1,14 +1,14 @@
-//! One axis in real time: trapezoidal moves, braking, and where it is at an instant.
+//! One axis in real time: trapezoidal moves, braking, and the position at an instant.
 
 use std::time::{Duration, Instant};
 
-/// A move by constant acceleration, constant speed and constant braking, mm and seconds.
+/// A move with constant acceleration, constant speed and constant braking, mm and seconds.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Motion {
     from_mm: f64,
     /// +1 or −1.
     direction: f64,
-    /// Speed it begins with; above 0 only while braking from a move.
+    /// Initial speed; above 0 only while braking from a move.
     initial_mm_s: f64,
     peak_mm_s: f64,
     acceleration_mm_s2: f64,
@@ -27,7 +27,7 @@ impl Motion {
         Self { from_mm, direction, initial_mm_s: 0.0, peak_mm_s, acceleration_mm_s2, cruise_s, begun_at }
     }
 
-    /// Braking from where and as fast as `self` is at `now`.
+    /// Braking from position and speed of `self` at `now`.
     pub fn braking(&self, now: Instant) -> Self {
         let (at_mm, speed_mm_s) = self.at(now);
         Self {
@@ -85,7 +85,7 @@ mod tests {
     }
 
     #[test]
-    fn braking_goes_on_smoothly_and_takes_speed_squared_over_twice_the_acceleration() {
+    fn braking_is_smooth_and_takes_speed_squared_over_twice_the_acceleration() {
         let begun_at = Instant::now();
         let motion = Motion::travel(0.0, 100.0, 40.0, 800.0, begun_at);
         let now = begun_at + Duration::from_millis(500);

@@ -1,19 +1,19 @@
-//! What commands do.
+//! Execution of commands.
 
 use std::time::{Duration, Instant};
 
 use super::{CLEANING, MarlinFirmware, N_BLOCKS, Then, Waiting, command_of};
-use crate::simulators::simulator::Happening;
+use crate::simulators::simulator::WitnessEvent;
 
 impl MarlinFirmware {
-    /// One command after the other; one that waits keeps all that follow.
+    /// Executes one command after the other; one that waits delays all that follow.
     pub(super) fn work(&mut self, now: Instant) {
         loop {
             if let Some(waiting) = self.waiting {
                 if !self.go_on(waiting, now) {
                     if now - self.busy_said_at >= self.keepalive && !self.keepalive.is_zero() {
                         self.busy_said_at = now;
-                        self.say("echo:busy: processing");
+                        self.send_line("echo:busy: processing");
                     }
                     return;
                 }
@@ -39,7 +39,7 @@ impl MarlinFirmware {
                     Then::Light(power) => {
                         self.light = Some(power);
                         self.last_move_at = now;
-                        self.witness.saw(now, Happening::LightOn(power));
+                        self.witness.saw(now, WitnessEvent::LightOn(power));
                     }
                     Then::Dark => self.dark(now),
                     Then::Home => {
@@ -54,7 +54,7 @@ impl MarlinFirmware {
                 if self.axis.moving() {
                     return false;
                 }
-                // A quick stop on the way ends the approach only: it takes its place for the switch.
+                // A quick stop on the way ends only the approach: the current position is taken for the switch.
                 self.waiting = None;
                 self.axis.at_mm = 0.0;
                 (self.planned_mm, self.origin_mm) = (0.0, 0.0);
@@ -95,7 +95,7 @@ impl MarlinFirmware {
                 }
                 let target_mm = word(self.config.axis).unwrap_or(self.planned_mm);
                 let target_mm = target_mm.clamp(0.0, self.config.max_travel_mm);
-                // Positions are steps.
+                // Positions are rounded to steps.
                 let target_mm = (target_mm * self.config.steps_per_mm).round() / self.config.steps_per_mm;
                 self.waiting = Some(Waiting::Room { target_mm, speed_mm_s: self.speed_mm_s });
             }
@@ -123,16 +123,16 @@ impl MarlinFirmware {
             "G21" | "G90" | "M110" => self.ok(),
             "M114" => self.tell_position(),
             "M115" => self.tell_firmware(),
-            "M503" => self.tell_settings(),
+            "M503" => self.send_settings(),
             "M211" => {
                 let top_mm = self.config.max_travel_mm;
-                self.say(&format!(
+                self.send_line(&format!(
                     "echo:Soft endstops: On  Min:  X0.00 Y0.00 Z0.00   Max:  X{top_mm:.2} Y{top_mm:.2} Z{top_mm:.2}"
                 ));
                 self.ok();
             }
             _ => {
-                self.say(&format!("echo:Unknown command: \"{line}\""));
+                self.send_line(&format!("echo:Unknown command: \"{line}\""));
                 self.ok();
             }
         }
@@ -145,38 +145,38 @@ impl MarlinFirmware {
         let [x, y, z] = of_axis(format!("{:.2}", self.planned_mm), "0.00");
         let steps = ((self.axis.at_mm - self.origin_mm) * self.config.steps_per_mm).round();
         let [a, b, c] = of_axis(format!("{steps}"), "0");
-        self.say(&format!("X:{x} Y:{y} Z:{z} E:0.00 Count X:{a} Y:{b} Z:{c}"));
+        self.send_line(&format!("X:{x} Y:{y} Z:{z} E:0.00 Count X:{a} Y:{b} Z:{c}"));
         self.ok();
     }
 
     fn tell_firmware(&mut self) {
         let name = self.config.name.clone();
-        self.say(&format!(
+        self.send_line(&format!(
             "FIRMWARE_NAME:Marlin 2.1.2.4 (Jan  1 2024 12:00:00) SOURCE_CODE_URL:github.com/MarlinFirmware/Marlin \
              PROTOCOL_VERSION:1.0 MACHINE_TYPE:{name} EXTRUDER_COUNT:1 UUID:cede2a2f-41a2-4748-9b12-c55c62f367ff"
         ));
         let flag = |on: bool| u8::from(on);
-        self.say("Cap:SERIAL_XON_XOFF:0");
-        self.say(&format!("Cap:EMERGENCY_PARSER:{}", flag(self.config.emergency_parser)));
-        self.say("Cap:BUSY_PROTOCOL:1");
+        self.send_line("Cap:SERIAL_XON_XOFF:0");
+        self.send_line(&format!("Cap:EMERGENCY_PARSER:{}", flag(self.config.emergency_parser)));
+        self.send_line("Cap:BUSY_PROTOCOL:1");
         self.ok();
     }
 
-    fn tell_settings(&mut self) {
+    fn send_settings(&mut self) {
         let all =
             |command: &str, value: f64| format!("echo:  {command} X{value:.2} Y{value:.2} Z{value:.2} E93.00");
         let config = self.config.clone();
-        self.say("echo:; Steps per unit:");
-        self.say(&all("M92", config.steps_per_mm));
-        self.say("echo:; Max feedrates (units/s):");
-        self.say(&all("M203", config.max_speed_mm_s));
-        self.say("echo:; Max Acceleration (units/s2):");
-        self.say(&all("M201", config.acceleration_mm_s2));
-        self.say("echo:; Acceleration (units/s2) (P<print-accel> R<retract-accel> T<travel-accel>):");
+        self.send_line("echo:; Steps per unit:");
+        self.send_line(&all("M92", config.steps_per_mm));
+        self.send_line("echo:; Max feedrates (units/s):");
+        self.send_line(&all("M203", config.max_speed_mm_s));
+        self.send_line("echo:; Max Acceleration (units/s2):");
+        self.send_line(&all("M201", config.acceleration_mm_s2));
+        self.send_line("echo:; Acceleration (units/s2) (P<print-accel> R<retract-accel> T<travel-accel>):");
         let acceleration = config.acceleration_mm_s2;
-        self.say(&format!("echo:  M204 P{acceleration:.2} R{acceleration:.2} T{acceleration:.2}"));
-        self.say("echo:; Home offset:");
-        self.say("echo:  M206 X0.00 Y0.00 Z0.00");
+        self.send_line(&format!("echo:  M204 P{acceleration:.2} R{acceleration:.2} T{acceleration:.2}"));
+        self.send_line("echo:; Home offset:");
+        self.send_line("echo:  M206 X0.00 Y0.00 Z0.00");
         self.ok();
     }
 }

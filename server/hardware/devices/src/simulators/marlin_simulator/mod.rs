@@ -1,21 +1,21 @@
 //! A controller with Marlin, one axis and a laser, simulated in real time behind a pseudo-terminal.
 //!
-//! Written from marlinfw.org (G-code reference: M3, M5, M84, M92, M110, M112–M115, M201–M204, M206, M211, M400, M410, M503,
-//! G28) and from what `queue.cpp`, `e_parser.h`, `M3-M5.cpp` and `motion.cpp` of MarlinFirmware/Marlin 2.x say of order
-//! and time; it shares no code with the driver. Quirks it shows: `start` and echo lines when power comes; `ok` is planned,
-//! not moved; the first block waits 0.1 s for more; line numbers, `Resend` with or without an `ok` behind it; unknown
-//! commands are echoed and acknowledged; soft endstops cut targets without a word; nothing but the emergency parser is
-//! heard while a command waits, and `echo:busy` is said then; M410 drops what comes in the next second; M112 halts for
-//! good; the laser's safety timeout.
+//! Written from marlinfw.org (G-code reference: M3, M5, M84, M92, M110, M112–M115, M201–M204, M206, M211, M400, M410,
+//! M503, G28) and from the order and timing in `queue.cpp`, `e_parser.h`, `M3-M5.cpp` and `motion.cpp` of
+//! MarlinFirmware/Marlin 2.x; it shares no code with the driver. Simulated quirks: `start` and echo lines at power-on;
+//! `ok` means planned, not moved; the first block waits 0.1 s for more; line numbers, `Resend` with or without a
+//! following `ok`; unknown commands are echoed and acknowledged; soft endstops silently limit targets; while a command
+//! waits only the emergency parser takes input, and `echo:busy` is sent; M410 drops everything received in the next
+//! second; M112 halts permanently; the laser's safety timeout.
 
 mod commands;
 
 use std::collections::VecDeque;
 use std::time::{Duration, Instant};
 
-use crate::simulators::simulator::{Firmware, Happening, SimulatedAxis, Simulator, Witness};
+use crate::simulators::simulator::{Firmware, SimulatedAxis, Simulator, Witness, WitnessEvent};
 
-/// The simulated machine. Positions are its own, mm from its switch.
+/// The simulated machine. Positions are on its own scale, mm from its switch.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SimulatorConfig {
     /// `MACHINE_TYPE` of M115.
@@ -42,9 +42,9 @@ pub struct SimulatorConfig {
     pub advanced_ok: bool,
     /// Whether `ok` follows `Resend`, as in 1.x and early 2.0.
     pub ok_after_resend: bool,
-    /// From power to `start`.
+    /// Time from power-on to `start`.
     pub boot: Duration,
-    /// Where the axis is when power comes first, mm.
+    /// Position of the axis at the first power-on, mm.
     pub start_at_mm: f64,
 }
 
@@ -70,31 +70,31 @@ impl Default for SimulatorConfig {
     }
 }
 
-/// What can happen to it.
+/// Events of this controller.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Event {
-    /// Its reset button is pressed: it starts anew.
+    /// Its reset button is pressed: it restarts.
     ResetButton,
-    /// A switch is hit on the way, and it says so.
+    /// An endstop is hit during a move, which it reports.
     EndstopHit,
-    /// The axis meets an obstacle: its steps are not made, and it waits for them.
+    /// The axis is blocked: its steps are not executed, and it waits for them.
     Stuck,
-    /// The obstacle is gone.
+    /// The axis is free again.
     Repair,
     /// It halts itself.
     Kill,
-    /// The next line comes damaged.
+    /// The next line is received damaged.
     DamageNextLine,
-    /// It acknowledges no line any more, until it is repaired.
+    /// It acknowledges no line until it is repaired.
     NoAcknowledgement,
 }
 
 /// A simulated controller behind a pseudo-terminal.
 pub type MarlinSimulator = Simulator<MarlinFirmware>;
 
-/// Lines it holds (`BUFSIZE`).
+/// Size of its line buffer (`BUFSIZE`).
 const N_LINES: usize = 4;
-/// Moves it plans ahead (`BLOCK_BUFFER_SIZE`).
+/// Size of its planner queue (`BLOCK_BUFFER_SIZE`).
 const N_BLOCKS: usize = 16;
 /// How long the first block waits for more (`BLOCK_DELAY_FOR_1ST_MOVE`).
 const FIRST_BLOCK_DELAY: Duration = Duration::from_millis(100);
@@ -104,9 +104,9 @@ const CLEANING: Duration = Duration::from_secs(1);
 /// What a command waits for.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Waiting {
-    /// That the planner is empty; then this.
+    /// The planner is empty; then this.
     Synchronized(Then),
-    /// That the axis has homed.
+    /// The axis is homed.
     Homed,
     /// Room in the planner.
     Room { target_mm: f64, speed_mm_s: f64 },
@@ -130,7 +130,7 @@ pub struct MarlinFirmware {
     running: bool,
     halted: bool,
     line: Vec<u8>,
-    /// Bytes that were not read yet.
+    /// Bytes not read yet.
     rx: VecDeque<u8>,
     lines: VecDeque<String>,
     last_number: i64,
@@ -140,9 +140,9 @@ pub struct MarlinFirmware {
     /// Ends and speeds of planned moves.
     blocks: VecDeque<(f64, f64)>,
     first_block_at: Option<Instant>,
-    /// Where the last planned move ends: the `X:` of M114.
+    /// End of the last planned move: the `X:` of M114.
     planned_mm: f64,
-    /// Where its zero really is.
+    /// True position of its zero.
     origin_mm: f64,
     speed_mm_s: f64,
     cleaning_until: Option<Instant>,
@@ -203,11 +203,11 @@ impl Firmware for MarlinFirmware {
         (self.waiting, self.first_block_at, self.cleaning_until, self.starts_at) = (None, None, None, None);
         (self.running, self.halted, self.mute, self.last_number) = (false, false, false, 0);
         self.keepalive = Duration::from_secs(2);
-        // The firmware calls zero where it stands when it starts.
+        // The firmware takes the position at start-up as zero.
         (self.planned_mm, self.origin_mm) = (0.0, self.axis.at_mm);
     }
 
-    fn hear(&mut self, bytes: &[u8], now: Instant) {
+    fn receive(&mut self, bytes: &[u8], now: Instant) {
         if !self.running || self.halted {
             return;
         }
@@ -224,9 +224,9 @@ impl Firmware for MarlinFirmware {
             self.starts_at = None;
             self.running = true;
             for line in ["start", "echo:Marlin 2.1.2.4", "echo: Last Updated: 2024-01-01 | Author: (none)"] {
-                self.say(line);
+                self.send_line(line);
             }
-            self.say("echo: Free Memory: 3735  PlannerBufferBytes: 1200");
+            self.send_line("echo: Free Memory: 3735  PlannerBufferBytes: 1200");
         }
         if !self.running || self.halted {
             return;
@@ -248,7 +248,7 @@ impl Firmware for MarlinFirmware {
         std::mem::take(&mut self.outgoing)
     }
 
-    fn happen(&mut self, event: Event, now: Instant) {
+    fn trigger_event(&mut self, event: Event, now: Instant) {
         match event {
             Event::ResetButton => {
                 self.power_off(now);
@@ -258,7 +258,7 @@ impl Firmware for MarlinFirmware {
                 self.axis.halt(now);
                 self.blocks.clear();
                 self.planned_mm = self.axis.at_mm - self.origin_mm;
-                self.say(&format!("echo:endstops hit:  {}:{:.2}", self.config.axis, self.axis.at_mm));
+                self.send_line(&format!("echo:endstops hit:  {}:{:.2}", self.config.axis, self.axis.at_mm));
             }
             Event::Stuck => self.axis.stuck = true,
             Event::Repair => (self.axis.stuck, self.mute) = (false, false),
@@ -270,7 +270,7 @@ impl Firmware for MarlinFirmware {
 }
 
 impl MarlinFirmware {
-    /// Finds M112 and M410 at the beginning of a line, byte by byte, while whatever else goes on.
+    /// Detects M112 and M410 at the beginning of a line, byte by byte, during any other activity.
     fn parse_early(&mut self, byte: u8, now: Instant) {
         if byte != b'\n' && byte != b'\r' {
             self.emergency.push(byte);
@@ -288,11 +288,11 @@ impl MarlinFirmware {
         self.dark(now);
         self.axis.halt(now);
         self.blocks.clear();
-        self.say("Error:Printer halted. kill() called!");
+        self.send_line("Error:Printer halted. kill() called!");
         self.halted = true;
     }
 
-    /// Stops dead; the position is what the steps say.
+    /// Stops abruptly; the position is that of the steps.
     fn quick_stop(&mut self, now: Instant) {
         self.axis.halt(now);
         self.blocks.clear();
@@ -303,11 +303,11 @@ impl MarlinFirmware {
 
     fn dark(&mut self, now: Instant) {
         if self.light.take().is_some() {
-            self.witness.saw(now, Happening::LightOff);
+            self.witness.saw(now, WitnessEvent::LightOff);
         }
     }
 
-    fn say(&mut self, line: &str) {
+    fn send_line(&mut self, line: &str) {
         self.outgoing.extend_from_slice(line.as_bytes());
         self.outgoing.push(b'\n');
     }
@@ -322,10 +322,10 @@ impl MarlinFirmware {
         } else {
             String::new()
         };
-        self.say(&format!("ok{more}"));
+        self.send_line(&format!("ok{more}"));
     }
 
-    /// Lines are read while there is room for them.
+    /// Reads lines while there is room for them.
     fn read_lines(&mut self) {
         while self.lines.len() < N_LINES {
             let Some(byte) = self.rx.pop_front() else { return };
@@ -346,7 +346,7 @@ impl MarlinFirmware {
         }
     }
 
-    /// The command without its number and checksum; nothing if it is asked for again.
+    /// The command without its number and checksum; `None` if a resend is requested.
     fn checked(&mut self, line: &str) -> Option<String> {
         let Some(numbered) = line.strip_prefix('N') else { return Some(line.to_owned()) };
         let digits = numbered.len() - numbered.trim_start_matches(|c: char| c.is_ascii_digit()).len();
@@ -354,14 +354,14 @@ impl MarlinFirmware {
         let command = numbered[digits..].split('*').next().unwrap_or_default().trim().to_owned();
         let renumbers = command.starts_with("M110");
         if number != self.last_number + 1 && !renumbers {
-            return self.ask_again("Line Number is not Last Line Number+1");
+            return self.request_resend("Line Number is not Last Line Number+1");
         }
         let Some((before, sum)) = line.rsplit_once('*') else {
-            return self.ask_again("No Checksum with line number");
+            return self.request_resend("No Checksum with line number");
         };
         let xor = before.bytes().fold(0_u8, |sum, byte| sum ^ byte);
         if sum.trim().parse::<u8>() != Ok(xor) {
-            return self.ask_again("checksum mismatch");
+            return self.request_resend("checksum mismatch");
         }
         self.last_number = if renumbers {
             command.split('N').nth(1).and_then(|number| number.trim().parse().ok()).unwrap_or(number)
@@ -371,18 +371,18 @@ impl MarlinFirmware {
         Some(command)
     }
 
-    fn ask_again(&mut self, why: &str) -> Option<String> {
-        self.say(&format!("Error:{why}, Last Line: {}", self.last_number));
+    fn request_resend(&mut self, why: &str) -> Option<String> {
+        self.send_line(&format!("Error:{why}, Last Line: {}", self.last_number));
         self.rx.clear();
         self.line.clear();
-        self.say(&format!("Resend: {}", self.last_number + 1));
+        self.send_line(&format!("Resend: {}", self.last_number + 1));
         if self.config.ok_after_resend {
-            self.say("ok");
+            self.send_line("ok");
         }
         None
     }
 
-    /// Moves on from planned move to planned move.
+    /// Advances from planned move to planned move.
     fn advance(&mut self, now: Instant) {
         if self.cleaning_until.is_some_and(|until| now >= until) {
             self.cleaning_until = None;
@@ -398,7 +398,7 @@ impl MarlinFirmware {
         if !self.axis.moving() && self.first_block_at.is_some_and(|at| now - at < FIRST_BLOCK_DELAY) {
             return;
         }
-        // Moves that go on in the same direction are one to the motor.
+        // Consecutive moves in the same direction are one for the motor.
         let direction = (first_mm - self.axis.at_mm).signum();
         let mut goal_mm = first_mm;
         for &(next_mm, _) in self.blocks.iter().skip(1) {
@@ -417,7 +417,7 @@ impl MarlinFirmware {
     }
 }
 
-/// The command word of a line, whether it is numbered or not.
+/// The command word of a line, with or without a line number.
 fn command_of(line: &str) -> &str {
     let line = line.trim();
     let line = line

@@ -1,26 +1,26 @@
-//! One motor: it accelerates and brakes, one small step of time after the other, towards the end of what it was given.
+//! A motor that accelerates and brakes towards its goal, integrated in small time steps.
 
 use std::time::Instant;
 
-use super::{Happening, Witness};
+use super::{Witness, WitnessEvent};
 
-/// Steps of time are cut to this, s, so that a late thread does not jump.
+/// Time steps are limited to this, s, so that a late thread causes no jump.
 const LONGEST_STEP_S: f64 = 0.02;
 
 /// A step of the integration, s.
 const STEP_S: f64 = 0.000_5;
 
-/// See the module. Positions are the machine's, mm.
+/// See the module. Positions are on the machine's scale, mm.
 #[derive(Debug, Clone)]
 pub struct SimulatedAxis {
-    /// Where it is.
+    /// Position.
     pub at_mm: f64,
-    /// Its speed with its sign, mm/s.
+    /// Signed speed, mm/s.
     velocity_mm_s: f64,
     acceleration_mm_s2: f64,
-    /// Where it goes, and how fast at most.
+    /// Goal and speed limit.
     goal: Option<(f64, f64)>,
-    /// Whether it is blocked: it stays where it is, whatever it is told.
+    /// Whether it is blocked: it stays at its position, whatever the command.
     pub stuck: bool,
     passed_at: Option<Instant>,
     witness: Witness,
@@ -42,11 +42,11 @@ impl SimulatedAxis {
         }
     }
 
-    /// Goes to `goal_mm`, from whatever speed it has.
+    /// Moves to `goal_mm`, from any initial speed.
     pub fn go(&mut self, goal_mm: f64, speed_mm_s: f64, now: Instant) {
         self.passed_at.get_or_insert(now);
         self.goal = Some((goal_mm, speed_mm_s));
-        self.tell(now);
+        self.record_motion(now);
     }
 
     /// Brakes.
@@ -59,18 +59,18 @@ impl SimulatedAxis {
         }
     }
 
-    /// Stands still at once.
+    /// Stops abruptly.
     pub fn halt(&mut self, now: Instant) {
         (self.goal, self.velocity_mm_s, self.passed_at) = (None, 0.0, None);
-        self.tell(now);
+        self.record_motion(now);
     }
 
-    /// Whether it moves or is to move.
+    /// Whether it moves or is about to move.
     pub fn moving(&self) -> bool {
         self.goal.is_some()
     }
 
-    /// Lets time pass.
+    /// Advances the time.
     pub fn pass(&mut self, now: Instant) {
         let Some(before) = self.passed_at else { return };
         let mut left_s = now.saturating_duration_since(before).as_secs_f64().min(LONGEST_STEP_S);
@@ -84,7 +84,7 @@ impl SimulatedAxis {
             self.passed_at = None;
         }
         self.witness.saw_axis_at(now, self.at_mm);
-        self.tell(now);
+        self.record_motion(now);
     }
 
     fn step(&mut self, step_s: f64) {
@@ -102,11 +102,14 @@ impl SimulatedAxis {
         }
     }
 
-    fn tell(&mut self, now: Instant) {
+    fn record_motion(&mut self, now: Instant) {
         if self.moving != self.goal.is_some() {
             self.moving = self.goal.is_some();
-            let what =
-                if self.moving { Happening::MotionBegan(self.at_mm) } else { Happening::MotionEnded(self.at_mm) };
+            let what = if self.moving {
+                WitnessEvent::MotionBegan(self.at_mm)
+            } else {
+                WitnessEvent::MotionEnded(self.at_mm)
+            };
             self.witness.saw(now, what);
         }
     }

@@ -1,7 +1,8 @@
-//! What simulated controllers share: a terminal, a thread in real time, a witness, and an axis that takes time.
+//! Common parts of the simulated controllers: a terminal, a thread in real time, a witness, and an axis that takes
+//! time.
 //!
-//! A firmware is a [`Firmware`]: bytes and time come in, bytes come out, and what there really was goes to the witness.
-//! [`Simulator`] runs it behind a pseudo-terminal and lets it fail on request.
+//! A firmware implements [`Firmware`]: it takes bytes and time, produces bytes, and records the real light and motion
+//! in the witness. [`Simulator`] runs it behind a pseudo-terminal and injects faults on request.
 
 mod axis;
 mod terminal;
@@ -9,7 +10,7 @@ mod witness;
 
 pub use axis::SimulatedAxis;
 use terminal::Terminal;
-pub use witness::{Entry, Happening, Witness};
+pub use witness::{Entry, Witness, WitnessEvent};
 
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::{Receiver, Sender, TryRecvError, channel};
@@ -17,37 +18,37 @@ use std::time::{Duration, Instant};
 
 use crate::time::{self, Thread};
 
-/// A simulated firmware, its motor and its light.
+/// A simulated firmware with its motor and laser.
 pub trait Firmware: Send + 'static {
-    /// What it is made from.
+    /// Its configuration.
     type Config: Send + 'static;
-    /// What can be asked of it besides what every firmware can.
+    /// Its events, in addition to the common ones.
     type Event: Send + 'static;
 
     /// Powered off; [`Firmware::power_on`] follows.
     fn new(config: Self::Config, witness: Witness) -> Self;
-    /// Power comes: it starts, and says so if its kind does.
+    /// Power on: it starts, with a banner if it has one.
     fn power_on(&mut self, now: Instant);
-    /// Power goes: everything rests, and is dark.
+    /// Power off: motion and laser off.
     fn power_off(&mut self, now: Instant);
-    /// Bytes from the computer.
-    fn hear(&mut self, bytes: &[u8], now: Instant);
-    /// Time passes.
+    /// Takes bytes from the computer.
+    fn receive(&mut self, bytes: &[u8], now: Instant);
+    /// Advances the time.
     fn pass(&mut self, now: Instant);
-    /// What it has said.
+    /// Returns its output.
     fn take_outgoing(&mut self) -> Vec<u8>;
-    /// Something happens to it.
-    fn happen(&mut self, event: Self::Event, now: Instant);
-    /// What happened to it and lasts is over.
+    /// Handles an event.
+    fn trigger_event(&mut self, event: Self::Event, now: Instant);
+    /// Ends a lasting event.
     fn repair(&mut self) {}
 }
 
-/// A fault of the line's other end; it lasts until another or [`Simulator::repair`].
+/// A fault of the line; it lasts until another one or [`Simulator::repair`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum LineFault {
-    /// Hears and does everything, and sends nothing.
+    /// Receives and executes everything, and sends nothing.
     Silence,
-    /// Sends nonsense instead of its answers.
+    /// Sends garbage instead of its answers.
     Garbage,
 }
 
@@ -61,7 +62,7 @@ enum Request<F: Firmware> {
     End,
 }
 
-/// A firmware behind a pseudo-terminal, in real time. Dropping it ends it.
+/// A firmware behind a pseudo-terminal, in real time. Dropping it ends the simulation.
 pub struct Simulator<F: Firmware> {
     place: PathBuf,
     witness: Witness,
@@ -70,11 +71,11 @@ pub struct Simulator<F: Firmware> {
 }
 
 impl<F: Firmware> Simulator<F> {
-    /// Powers a controller on; `place` becomes a link to its terminal, also after it was unplugged and came back.
-    /// Its record goes to `witness_file` too, where one is named.
+    /// Powers a controller on; `place` becomes a link to its terminal, also after it was unplugged and plugged in
+    /// again. Its record is also written to `witness_file`, if given.
     ///
     /// # Errors
-    /// If no terminal, link, file or thread can be made.
+    /// If no terminal, link, file or thread can be created.
     pub fn start(config: F::Config, place: &Path, witness_file: Option<&Path>) -> std::io::Result<Self> {
         let witness = Witness::new(witness_file)?;
         let terminal = Terminal::open(place)?;
@@ -91,7 +92,7 @@ impl<F: Firmware> Simulator<F> {
         Ok(Self { place: place.to_owned(), witness, requests, thread: Some(thread) })
     }
 
-    /// Where the driver finds it.
+    /// Path for the driver.
     pub fn place(&self) -> &Path {
         &self.place
     }
@@ -101,47 +102,47 @@ impl<F: Firmware> Simulator<F> {
         &self.witness
     }
 
-    /// Lets it fail.
+    /// Starts a fault.
     pub fn fail(&self, fault: LineFault) {
         self.request(Request::Fault(Some(fault)));
     }
 
-    /// Ends what [`Simulator::fail`] began.
+    /// Ends the fault started by [`Simulator::fail`].
     pub fn repair(&self) {
         self.request(Request::Fault(None));
     }
 
-    /// Lets something happen to the firmware.
-    pub fn happen(&self, event: F::Event) {
+    /// Triggers an event.
+    pub fn trigger_event(&self, event: F::Event) {
         self.request(Request::Happen(event));
     }
 
-    /// Lets it hear what the driver did not say, as from a panel or from an owner that died since.
-    pub fn hear(&self, bytes: &[u8]) {
+    /// Sends it bytes that do not come from the driver, as from a panel or from a dead owner.
+    pub fn receive(&self, bytes: &[u8]) {
         self.request(Request::Hear(bytes.to_vec()));
     }
 
-    /// Switches it off and on.
+    /// Power-cycles it.
     pub fn restart(&self) {
         self.request(Request::Restart);
     }
 
-    /// Pulls the cable, which is its power too.
+    /// Unplugs the cable, which also supplies its power.
     pub fn unplug(&self) {
         self.request(Request::Unplug);
     }
 
-    /// Puts the cable in again.
+    /// Plugs the cable in again.
     pub fn replug(&self) {
         self.request(Request::Replug(None));
     }
 
-    /// Puts another controller at the same place.
+    /// Connects another controller at the same path.
     pub fn replug_as(&self, config: F::Config) {
         self.request(Request::Replug(Some(config)));
     }
 
-    /// Comes back when the request has taken effect.
+    /// Returns when the request has taken effect.
     fn request(&self, request: Request<F>) {
         let (done, is_done) = channel();
         // The thread ends only when this is dropped.
@@ -162,10 +163,10 @@ impl<F: Firmware> Drop for Simulator<F> {
     }
 }
 
-/// Longest sleep of the simulation: how soon time's effects show.
+/// Longest sleep of the simulation, which limits its time resolution.
 const PERIOD: Duration = Duration::from_millis(1);
 
-/// Nonsense that is sent instead of a line.
+/// Garbage sent instead of a line.
 const NONSENSE: &[u8] = b"\xf7\x03@0#1 X:\x004..\n";
 
 struct Machine<F: Firmware> {
@@ -187,9 +188,9 @@ impl<F: Firmware> Machine<F> {
                 }
                 Err(TryRecvError::Empty) => {}
             }
-            self.hear();
+            self.receive();
             self.firmware.pass(time::now());
-            self.speak();
+            self.send_outgoing();
         }
     }
 
@@ -202,8 +203,8 @@ impl<F: Firmware> Machine<F> {
                 }
                 self.fault = fault;
             }
-            Request::Happen(event) => self.firmware.happen(event, now),
-            Request::Hear(bytes) => self.firmware.hear(&bytes, now),
+            Request::Happen(event) => self.firmware.trigger_event(event, now),
+            Request::Hear(bytes) => self.firmware.receive(&bytes, now),
             Request::Restart => {
                 self.firmware.power_off(now);
                 self.firmware.power_on(now);
@@ -225,21 +226,21 @@ impl<F: Firmware> Machine<F> {
         }
     }
 
-    /// Waits for bytes, a little; what came is heard at once.
-    fn hear(&mut self) {
+    /// Waits briefly for bytes and processes them.
+    fn receive(&mut self) {
         let Some(terminal) = &mut self.terminal else { return time::sleep(PERIOD) };
         let mut buffer = [0; 256];
         let n = terminal.read(&mut buffer, PERIOD);
         if n > 0 {
             let now = time::now();
             for &byte in &buffer[..n] {
-                self.witness.saw(now, Happening::Byte(byte));
+                self.witness.saw(now, WitnessEvent::Byte(byte));
             }
-            self.firmware.hear(&buffer[..n], now);
+            self.firmware.receive(&buffer[..n], now);
         }
     }
 
-    fn speak(&mut self) {
+    fn send_outgoing(&mut self) {
         let said = self.firmware.take_outgoing();
         let Some(terminal) = &mut self.terminal else { return };
         let sent = match self.fault {

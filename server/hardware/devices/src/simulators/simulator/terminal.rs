@@ -1,4 +1,4 @@
-//! The controller's end of a line at a known place: a pseudo-terminal, or bytes in memory under a simulated clock.
+//! The controller's end of a line at a known path: a pseudo-terminal, or bytes in memory under a simulated clock.
 
 use std::fs::File;
 use std::io::{Read, Write};
@@ -15,7 +15,7 @@ use crate::time;
 
 /// See the module.
 pub enum Terminal {
-    /// Both ends; the computer's is kept open so that it may come and go.
+    /// Both ends; the computer's is kept open so that clients may connect and disconnect.
     Pseudo {
         controller: File,
         _computer: OwnedFd,
@@ -40,7 +40,7 @@ impl Terminal {
         Ok(Self::Pseudo { controller: File::from(ends.master), _computer: ends.slave })
     }
 
-    /// Reads what has come, waiting for `wait` at most; 0: nothing came.
+    /// Reads received bytes, waiting for `wait` at most; 0 if there are none.
     pub fn read(&mut self, buffer: &mut [u8], wait: Duration) -> usize {
         match self {
             Self::Memory(port) => port.read(buffer, wait),
@@ -55,7 +55,7 @@ impl Terminal {
         }
     }
 
-    /// Nobody may be listening.
+    /// There may be no reader.
     pub fn write(&mut self, bytes: &[u8]) {
         match self {
             Self::Memory(port) => port.write(bytes),

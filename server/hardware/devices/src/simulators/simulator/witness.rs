@@ -1,4 +1,4 @@
-//! What really happened at the simulated controller: light, motion and every byte, each with its time.
+//! Record of what really happened at the simulated controller: light, motion and every byte, with times.
 
 use parking_lot::{Mutex, MutexGuard};
 use std::collections::VecDeque;
@@ -8,30 +8,30 @@ use std::path::Path;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-/// Something the witness saw.
+/// A recorded event.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Happening {
-    /// Power was given: the firmware starts.
+pub enum WitnessEvent {
+    /// Power-on: the firmware starts.
     PoweredOn,
-    /// The laser began to shine, with this share of full power.
+    /// The laser went on, with this fraction of full power.
     LightOn(f64),
-    /// The laser went dark.
+    /// The laser went off.
     LightOff,
     /// The axis began to move at this machine position, mm.
     MotionBegan(f64),
     /// The axis came to rest at this machine position, mm.
     MotionEnded(f64),
-    /// A byte came from the computer.
+    /// A byte was received from the computer.
     Byte(u8),
 }
 
-/// A happening and its time.
+/// An event and its time.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Entry {
-    /// When, by this computer's monotonic clock.
+    /// Time by this computer's monotonic clock.
     pub at: Instant,
-    /// What.
-    pub what: Happening,
+    /// The event.
+    pub what: WitnessEvent,
 }
 
 /// The record of a simulated controller. Clones share it.
@@ -46,17 +46,17 @@ struct Record {
     entries: Vec<Entry>,
     light: bool,
     moving: bool,
-    /// Where the axis was lately, while it moved.
+    /// Recent positions of the axis while it moved.
     path: VecDeque<(Instant, f64)>,
     file: Option<File>,
 }
 
-/// How long it remembers where the axis was.
+/// How long positions of the axis are kept.
 const PATH: Duration = Duration::from_secs(3);
 
 impl Witness {
-    /// An empty record; every entry is also written to `file` as a line `µs-since-start what value`, at once, so
-    /// that another process can follow it.
+    /// An empty record; every entry is also written to `file` at once as a line `µs-since-start what value`, so that
+    /// another process can follow it.
     ///
     /// # Errors
     /// If the file cannot be created.
@@ -73,29 +73,29 @@ impl Witness {
         Ok(Self { inner: Arc::new(Mutex::new(record)) })
     }
 
-    /// All that happened, in order.
+    /// All entries, in order.
     pub fn entries(&self) -> Vec<Entry> {
         self.lock().entries.clone()
     }
 
-    /// How many entries there are: a mark to look from later.
+    /// Number of entries so far, to be passed to [`Self::since`].
     pub fn mark(&self) -> usize {
         self.lock().entries.len()
     }
 
-    /// What happened since the mark.
+    /// Entries since the mark.
     pub fn since(&self, mark: usize) -> Vec<Entry> {
         self.lock().entries.get(mark..).map_or_else(Vec::new, <[Entry]>::to_vec)
     }
 
-    /// When this byte came first since the mark.
+    /// Time of the first such byte since the mark.
     pub fn byte_since(&self, mark: usize, byte: u8) -> Option<Instant> {
         let record = self.lock();
         let entries = record.entries.get(mark..).unwrap_or_default();
-        entries.iter().find(|entry| entry.what == Happening::Byte(byte)).map(|entry| entry.at)
+        entries.iter().find(|entry| entry.what == WitnessEvent::Byte(byte)).map(|entry| entry.at)
     }
 
-    /// Whether the laser shines.
+    /// Whether the laser is on.
     pub fn light(&self) -> bool {
         self.lock().light
     }
@@ -107,11 +107,11 @@ impl Witness {
 
     /// How many motions began since the mark.
     pub fn n_motions_since(&self, mark: usize) -> usize {
-        let began = |entry: &Entry| matches!(entry.what, Happening::MotionBegan(_));
+        let began = |entry: &Entry| matches!(entry.what, WitnessEvent::MotionBegan(_));
         self.since(mark).into_iter().filter(began).count()
     }
 
-    /// Lowest and highest machine position, mm, that the axis had from `from` to `to`; none if it is not remembered.
+    /// Lowest and highest machine position, mm, between `from` and `to`; `None` if no longer stored.
     pub fn positions_between(&self, from: Instant, to: Instant) -> Option<(f64, f64)> {
         let record = self.lock();
         let after = record.path.iter().position(|(at, _)| *at > to).unwrap_or(record.path.len());
@@ -132,22 +132,22 @@ impl Witness {
         path.push_back((at, at_mm));
     }
 
-    pub(crate) fn saw(&self, at: Instant, what: Happening) {
-        if let Happening::MotionBegan(at_mm) | Happening::MotionEnded(at_mm) = what {
+    pub(crate) fn saw(&self, at: Instant, what: WitnessEvent) {
+        if let WitnessEvent::MotionBegan(at_mm) | WitnessEvent::MotionEnded(at_mm) = what {
             self.saw_axis_at(at, at_mm);
         }
         let mut record = self.lock();
         match what {
-            Happening::LightOn(_) => record.light = true,
-            Happening::LightOff => record.light = false,
-            Happening::MotionBegan(_) => record.moving = true,
-            Happening::MotionEnded(_) => record.moving = false,
-            Happening::PoweredOn | Happening::Byte(_) => {}
+            WitnessEvent::LightOn(_) => record.light = true,
+            WitnessEvent::LightOff => record.light = false,
+            WitnessEvent::MotionBegan(_) => record.moving = true,
+            WitnessEvent::MotionEnded(_) => record.moving = false,
+            WitnessEvent::PoweredOn | WitnessEvent::Byte(_) => {}
         }
         record.entries.push(Entry { at, what });
         let since_us = at.saturating_duration_since(record.begun_at).as_micros();
         if let Some(file) = &mut record.file {
-            // The record in memory stands; a full disk ends the file's, which its reader sees.
+            // The record in memory is kept; a full disk ends the file, which its reader notices.
             writeln!(file, "{since_us} {}", text_of(what)).ok();
         }
     }
@@ -157,13 +157,13 @@ impl Witness {
     }
 }
 
-fn text_of(what: Happening) -> String {
+fn text_of(what: WitnessEvent) -> String {
     match what {
-        Happening::PoweredOn => "powered-on".to_owned(),
-        Happening::LightOn(power) => format!("light-on {power}"),
-        Happening::LightOff => "light-off".to_owned(),
-        Happening::MotionBegan(at_mm) => format!("motion-began {at_mm:.4}"),
-        Happening::MotionEnded(at_mm) => format!("motion-ended {at_mm:.4}"),
-        Happening::Byte(byte) => format!("byte {byte:#04x}"),
+        WitnessEvent::PoweredOn => "powered-on".to_owned(),
+        WitnessEvent::LightOn(power) => format!("light-on {power}"),
+        WitnessEvent::LightOff => "light-off".to_owned(),
+        WitnessEvent::MotionBegan(at_mm) => format!("motion-began {at_mm:.4}"),
+        WitnessEvent::MotionEnded(at_mm) => format!("motion-ended {at_mm:.4}"),
+        WitnessEvent::Byte(byte) => format!("byte {byte:#04x}"),
     }
 }

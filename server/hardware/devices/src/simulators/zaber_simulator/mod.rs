@@ -1,27 +1,27 @@
 //! A device with Zaber's ASCII protocol and one axis, simulated in real time behind a pseudo-terminal.
 //!
 //! Written from Zaber's "ASCII Protocol Manual" (firmware 7: message format, checksums, continuations, alerts, warning
-//! flags, reasons) and shares no code with the driver. Quirks it shows: a damaged command is rejected as `BADMESSAGE` or,
-//! without an address, not answered; answers come at once whatever the axis does; the flag of highest rank alone is
-//! shown; `FS` stays until it is cleared or the axis moves; `WR` after power came; alerts at the end of a motion
-//! (`comm.alert`); long answers go on in a second line; an info line comes in between.
+//! flags, reasons); it shares no code with the driver. Simulated quirks: a damaged command is rejected as `BADMESSAGE`
+//! or, without an address, not answered; answers come at once whatever the axis does; only the flag of highest priority
+//! is shown; `FS` persists until it is cleared or the axis moves; `WR` after power-on; alerts at the end of a motion
+//! (`comm.alert`); long answers continue in a second line; an info line may come in between.
 
 use std::time::Instant;
 
 use crate::simulators::simulator::{Firmware, SimulatedAxis, Simulator, Witness};
 
-/// The simulated device. Positions are its own, mm from its home.
+/// The simulated device. Positions are on its own scale, mm from its home.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SimulatorConfig {
-    /// Its number in the chain.
+    /// Its address in the chain.
     pub address: u8,
-    /// How many axes it has; the first one moves.
+    /// Number of axes; the first one moves.
     pub n_axes: u8,
     /// `device.id`.
     pub device_id: u32,
     /// `system.serial`.
     pub serial: u32,
-    /// `version`; from 7.25 on `move abs` takes a speed.
+    /// `version`; from 7.25 on `move abs` accepts a speed.
     pub version: f64,
     /// `resolution`.
     pub resolution: f64,
@@ -35,11 +35,11 @@ pub struct SimulatorConfig {
     pub acceleration_mm_s2: f64,
     /// Speed of homing, mm/s.
     pub homing_mm_s: f64,
-    /// `comm.checksum` when power comes.
+    /// `comm.checksum` at power-on.
     pub checksums: bool,
     /// `comm.alert`.
     pub alerts: bool,
-    /// Where the axis is when power comes first.
+    /// Position of the axis at the first power-on.
     pub start_at_mm: f64,
 }
 
@@ -65,33 +65,33 @@ impl Default for SimulatorConfig {
     }
 }
 
-/// What can happen to it.
+/// Events of this device.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Event {
-    /// The axis meets an obstacle: it stalls, and the firmware notices (`FS`).
+    /// The axis is blocked: it stalls, and the firmware detects it (`FS`).
     Stall,
-    /// The axis meets an obstacle, and the firmware notices nothing.
+    /// The axis is blocked, and the firmware does not detect it.
     StuckUnnoticed,
     /// The emergency stop is pressed (`FH`).
     EmergencyStop,
-    /// The emergency stop is released, the obstacle gone.
+    /// The emergency stop is released, the axis free again.
     Repair,
-    /// Somebody turns the knob: the motion ends.
+    /// The knob is turned: the motion ends.
     Knob,
-    /// Somebody pushes the axis at rest (`WM`).
+    /// The axis is pushed at rest (`WM`).
     Push,
 }
 
 /// A simulated device behind a pseudo-terminal.
 pub type ZaberSimulator = Simulator<ZaberFirmware>;
 
-/// Steps in a turn of the motor.
+/// Steps per turn of the motor.
 const STEPS_PER_TURN: f64 = 200.0;
 /// Data for a speed of one microstep/s.
 const SPEED_DATA: f64 = 1.6384;
 /// Data for an acceleration of one microstep/s².
 const ACCELERATION_DATA: f64 = 1.6384e-4;
-/// Longest line; more is said in another.
+/// Longest line; the rest is sent in another.
 const LINE_BYTES: usize = 80;
 
 /// See the module.
@@ -99,7 +99,7 @@ pub struct ZaberFirmware {
     config: SimulatorConfig,
     axis: SimulatedAxis,
     powered: bool,
-    heard: Vec<u8>,
+    received: Vec<u8>,
     outgoing: Vec<u8>,
     checksums: bool,
     homing: bool,
@@ -124,7 +124,7 @@ impl Firmware for ZaberFirmware {
             max_speed_mm_s: config.max_speed_mm_s,
             config,
             powered: false,
-            heard: Vec::new(),
+            received: Vec::new(),
             outgoing: Vec::new(),
             homing: false,
             referenced: false,
@@ -137,26 +137,26 @@ impl Firmware for ZaberFirmware {
         }
     }
 
-    /// Settings outlast it; the reference does not.
+    /// Settings are kept; the reference is not.
     fn power_on(&mut self, _now: Instant) {
         (self.powered, self.referenced) = (true, false);
     }
 
     fn power_off(&mut self, now: Instant) {
         self.axis.halt(now);
-        self.heard.clear();
+        self.received.clear();
         self.outgoing.clear();
         (self.powered, self.homing, self.stalled, self.displaced, self.interrupted, self.was_moving) =
             (false, false, false, false, false, false);
     }
 
-    fn hear(&mut self, bytes: &[u8], now: Instant) {
+    fn receive(&mut self, bytes: &[u8], now: Instant) {
         for &byte in bytes {
             if byte == b'\n' || byte == b'\r' {
-                let line = String::from_utf8_lossy(&std::mem::take(&mut self.heard)).into_owned();
+                let line = String::from_utf8_lossy(&std::mem::take(&mut self.received)).into_owned();
                 self.line(&line, now);
             } else {
-                self.heard.push(byte);
+                self.received.push(byte);
             }
         }
     }
@@ -167,7 +167,7 @@ impl Firmware for ZaberFirmware {
             (self.homing, self.referenced) = (false, true);
         }
         if self.was_moving && !self.axis.moving() && self.config.alerts {
-            self.say(&format!("!{:02} 1 IDLE {}", self.config.address, self.flag()));
+            self.send_line(&format!("!{:02} 1 IDLE {}", self.config.address, self.flag()));
         }
         self.was_moving = self.axis.moving();
     }
@@ -176,7 +176,7 @@ impl Firmware for ZaberFirmware {
         std::mem::take(&mut self.outgoing)
     }
 
-    fn happen(&mut self, event: Event, now: Instant) {
+    fn trigger_event(&mut self, event: Event, now: Instant) {
         match event {
             Event::Stall => {
                 if self.axis.moving() {
@@ -209,7 +209,7 @@ impl ZaberFirmware {
         self.config.resolution * STEPS_PER_TURN / self.config.travel_per_turn_mm
     }
 
-    /// The flag of highest rank.
+    /// The flag of highest priority.
     fn flag(&self) -> &'static str {
         match () {
             () if self.emergency => "FH",
@@ -222,7 +222,7 @@ impl ZaberFirmware {
     }
 
     fn line(&mut self, line: &str, now: Instant) {
-        // What stands before the slash is no part of a command.
+        // Text before the slash does not belong to the command.
         let Some(body) = self.powered.then_some(()).and_then(|()| line.split_once('/')).map(|(_, body)| body)
         else {
             return;
@@ -263,17 +263,17 @@ impl ZaberFirmware {
         let whole = format!("@{head}{id} {word} {state} {} {text}", self.flag());
         self.n_replies += 1;
         if self.n_replies % 40 == 7 {
-            self.say(&format!("#{head} a line nobody asked for"));
+            self.send_line(&format!("#{head} an unrequested line"));
         }
         if whole.len() + 4 <= LINE_BYTES {
-            return self.say(&whole);
+            return self.send_line(&whole);
         }
         let (first, rest) = whole.split_at(LINE_BYTES - 20);
-        self.say(&format!("{first}\\"));
-        self.say(&format!("#{head} cont {}", rest.trim_start()));
+        self.send_line(&format!("{first}\\"));
+        self.send_line(&format!("#{head} cont {}", rest.trim_start()));
     }
 
-    fn say(&mut self, line: &str) {
+    fn send_line(&mut self, line: &str) {
         let sum = line.as_bytes()[1..].iter().fold(0_u8, |sum, &byte| sum.wrapping_sub(byte));
         let checksum = if self.checksums { format!(":{sum:02X}") } else { String::new() };
         self.outgoing.extend_from_slice(format!("{line}{checksum}\r\n").as_bytes());
@@ -333,7 +333,7 @@ impl ZaberFirmware {
             "pos" => self.axis.at_mm * per_mm,
             _ => return None,
         };
-        // Asked of the device it is answered for every axis.
+        // A query to the device is answered for every axis.
         let times = if axis == 0 { usize::from(self.config.n_axes) } else { 1 };
         Some(vec![format!("{number:.0}"); times].join(" "))
     }

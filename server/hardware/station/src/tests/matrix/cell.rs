@@ -1,4 +1,4 @@
-//! One cell of the fault matrix: a station in a state, a fault, what must follow and how soon.
+//! One cell of the fault matrix: a station in a state, a fault, and the required reaction with its time limit.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -7,38 +7,38 @@ use std::time::Duration;
 
 use devices::contract::Stopwatch;
 
-use crate::tests::bench::{Bench, nobody, wait, wait_until};
+use crate::tests::bench::{Bench, never_cancelled, wait, wait_until};
 use crate::{Fault, LaserLight, LiveRequest, MachineState, Manual, StationRefusal, StationStatus, Sweep};
 
-/// What the station does when the fault comes.
+/// State of the station when the fault occurs.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Doing {
-    /// It is being started: the fault is there already.
+pub enum Scenario {
+    /// Being started: the fault is present already.
     Absent,
-    /// Nothing.
+    /// Idle.
     Ready,
     /// A live view with light.
     Live,
     /// A continuous run with light.
     Scanning,
-    /// Moving, exposing with light and without, as a calibration does.
+    /// Moving, exposing with light and without, as during a calibration.
     Calibrating,
     /// A person's jog.
     Jogging,
-    /// Looking for its zero.
+    /// Homing.
     Homing,
 }
 
-/// What must follow.
+/// Required reaction.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Follows {
-    /// A fault of that device and kind, in time; the station is in error, dark and at rest.
+pub enum Reaction {
+    /// A fault of that device and kind, in time; the station is in error, laser off and stage at rest.
     Named(&'static str, &'static str),
-    /// The same, of one of two kinds, by whoever notices it first: the station or the driver.
+    /// The same, of one of two kinds, depending on whether the station or the driver detects it first.
     NamedEither(&'static str, [&'static str; 2]),
-    /// Nothing until the device is used: then the same.
+    /// Nothing until the device is used; then the same.
     NamedAtUse(&'static str, &'static str),
-    /// Nothing is wrong with what the station does now; it goes on.
+    /// The fault does not concern the station's activity; it continues.
     GoesOn,
 }
 
@@ -46,57 +46,57 @@ pub enum Follows {
 pub struct Rig<'a> {
     /// The station.
     pub bench: &'a Bench,
-    /// Lets the fault come.
+    /// Injects the fault.
     pub inject: &'a dyn Fn(),
-    /// Takes its cause away.
+    /// Removes the cause.
     pub cure: &'a dyn Fn(),
-    /// Presses the reset button of a controller that says so.
+    /// Presses the reset button of a controller that requires it.
     pub press_button: &'a dyn Fn(),
-    /// Whether there is light, by the witness.
+    /// Whether there is light, according to the simulation.
     pub light: &'a dyn Fn() -> bool,
-    /// Whether there is motion, by the witness.
+    /// Whether there is motion, according to the simulation.
     pub motion: &'a dyn Fn() -> bool,
-    /// Whether the stage can be told to stop at all during the fault.
+    /// Whether the stage can receive a stop during the fault.
     pub can_be_told: bool,
-    /// Within what time a fault of the stage or of the laser is named: a second, but where the page says otherwise.
+    /// Time within which a fault of stage or laser is reported: a second, unless the page states another.
     pub named_within: Duration,
 }
 
-/// Camera faults are named within this time.
+/// Camera faults are reported within this time.
 const CAMERA_NAMED: Duration = Duration::from_secs(2);
 
-/// Serial faults are named within this time.
+/// Serial faults are reported within this time.
 pub const NAMED: Duration = Duration::from_secs(1);
 
-/// Light ends within half a second of the fault being named.
+/// Light ends within half a second of the fault report.
 const DARK: Duration = Duration::from_millis(500);
 
-/// How long a cell watches that nothing happens.
+/// How long a cell checks that nothing happens.
 const QUIET: Duration = Duration::from_millis(200);
 
-/// Tries the cell, on a station that is ready; one that is to be started with the fault was started so, one that is to home
-/// is not homed.
-pub fn check(rig: &Rig<'_>, doing: Doing, follows: Follows) {
-    let activity = Activity::begin(rig.bench, doing);
+/// Checks the cell with a station that is ready; for “absent” it was started with the fault, for “homing” it is not
+/// homed.
+pub fn check(rig: &Rig<'_>, scenario: Scenario, reaction: Reaction) {
+    let activity = Activity::begin(rig.bench, scenario);
     let injected = Stopwatch::start();
-    if doing != Doing::Absent {
+    if scenario != Scenario::Absent {
         (rig.inject)();
     }
-    let (device, kinds): (&str, &[&str]) = match &follows {
-        Follows::Named(device, kind) | Follows::NamedAtUse(device, kind) => (device, std::slice::from_ref(kind)),
-        Follows::NamedEither(device, kinds) => (device, kinds),
-        Follows::GoesOn => ("", &[]),
+    let (device, kinds): (&str, &[&str]) = match &reaction {
+        Reaction::Named(device, kind) | Reaction::NamedAtUse(device, kind) => (device, std::slice::from_ref(kind)),
+        Reaction::NamedEither(device, kinds) => (device, kinds),
+        Reaction::GoesOn => ("", &[]),
     };
-    match follows {
-        Follows::Named(..) | Follows::NamedEither(..) => {
+    match reaction {
+        Reaction::Named(..) | Reaction::NamedEither(..) => {
             expect_named(rig, device, kinds, injected);
-            activity.expect_broken();
-            if doing == Doing::Absent {
-                // It is not reached as long as the cause lasts.
+            activity.expect_ended_by_fault();
+            if scenario == Scenario::Absent {
+                // It is not connected as long as the cause lasts.
                 assert!(matches!(rig.bench.manual(Manual::Reset), Err(StationRefusal::InError { .. })));
             }
         }
-        Follows::NamedAtUse(..) => {
+        Reaction::NamedAtUse(..) => {
             std::thread::sleep(QUIET);
             assert_eq!(rig.bench.station.status().faults, []);
             activity.end(rig.bench);
@@ -105,7 +105,7 @@ pub fn check(rig: &Rig<'_>, doing: Doing, follows: Follows) {
             expect_named(rig, device, kinds, used);
             in_use.join().unwrap();
         }
-        Follows::GoesOn => {
+        Reaction::GoesOn => {
             std::thread::sleep(QUIET);
             let status = rig.bench.station.status();
             assert_eq!(status.faults, []);
@@ -119,7 +119,7 @@ pub fn check(rig: &Rig<'_>, doing: Doing, follows: Follows) {
         (rig.press_button)();
         rig.bench.manual(Manual::Reset).unwrap();
     }
-    expect_cured(rig.bench, follows);
+    expect_cured(rig.bench, reaction);
     assert!(!(rig.light)(), "ready, never active");
 }
 
@@ -132,14 +132,14 @@ fn expect_named(rig: &Rig<'_>, device: &str, kinds: &[&str], since: Stopwatch) {
     rig.bench.wait_for(&format!("naming {device} {kinds:?}"), named);
     let took = since.own_time();
     let limit = if device == "camera" { CAMERA_NAMED } else { rig.named_within };
-    assert!(took <= limit, "{device} {kinds:?} was named after {took:?}");
+    assert!(took <= limit, "{device} {kinds:?} was reported after {took:?}");
     let dark = wait_until("dark", || !(rig.light)());
-    assert!(dark <= DARK, "dark {dark:?} after the fault was named");
-    // Preoperational: it was never reached.
+    assert!(dark <= DARK, "dark {dark:?} after the fault was reported");
+    // Preoperational: it was never connected.
     let stands_still =
         |status: &StationStatus| matches!(status.state, MachineState::Error | MachineState::Preoperational);
     rig.bench.wait_for("in error", stands_still);
-    rig.bench.wait_for("shown dark", |status| status.laser_light != LaserLight::On);
+    rig.bench.wait_for("reported off", |status| status.laser_light != LaserLight::On);
     if rig.can_be_told {
         wait_until("at rest", || !(rig.motion)());
     }
@@ -151,13 +151,13 @@ fn expect_named(rig: &Rig<'_>, device: &str, kinds: &[&str], since: Stopwatch) {
     assert!(matches!(rig.bench.manual(Manual::Home), Err(StationRefusal::InError { .. })));
 }
 
-/// After its cause is gone a person's reset has made the station ready; a lost position must be found again.
-fn expect_cured(bench: &Bench, follows: Follows) {
+/// After the cause is removed, a person's reset makes the station ready; a lost position requires homing.
+fn expect_cured(bench: &Bench, reaction: Reaction) {
     let status = bench.station.status();
     assert_eq!(status.faults, []);
     assert!(matches!(status.state, MachineState::Operational(_)), "{:?}", status.state);
     assert!(!status.moving && status.job_id.is_none());
-    if let Follows::Named("stage", _) | Follows::NamedAtUse("stage", _) = follows {
+    if let Reaction::Named("stage", _) | Reaction::NamedAtUse("stage", _) = reaction {
         assert_eq!((status.position_mm, status.homed), (None, false), "a reset does not find the position");
         bench.manual(Manual::Home).unwrap();
     }
@@ -166,10 +166,10 @@ fn expect_cured(bench: &Bench, follows: Follows) {
         bench.manual(Manual::Home).unwrap();
         bench.wait_for("ready", |status| status.activity == "ready");
     }
-    bench.lease().grab(&nobody()).unwrap();
+    bench.lease().grab(&never_cancelled()).unwrap();
 }
 
-/// Uses a device, so that its fault shows.
+/// Uses a device, so that its fault is detected.
 fn use_device(bench: &Bench, device: &str) -> JoinHandle<()> {
     let station = bench.station.clone();
     let stage = device == "stage";
@@ -183,43 +183,43 @@ fn use_device(bench: &Bench, device: &str) -> JoinHandle<()> {
     })
 }
 
-/// What the station is busy with.
+/// The station's activity.
 struct Activity {
     job: Option<JoinHandle<Option<StationRefusal>>>,
     going: Arc<AtomicBool>,
-    doing: Doing,
+    scenario: Scenario,
 }
 
 impl Activity {
-    fn begin(bench: &Bench, doing: Doing) -> Self {
+    fn begin(bench: &Bench, scenario: Scenario) -> Self {
         let going = Arc::new(AtomicBool::new(true));
         let goes_on = going.clone();
-        let job = match doing {
-            Doing::Absent | Doing::Ready => None,
-            Doing::Live => {
+        let job = match scenario {
+            Scenario::Absent | Scenario::Ready => None,
+            Scenario::Live => {
                 wait(bench.station.live(LiveRequest { running: true, laser_power: 1.0 })).unwrap();
                 bench.wait_for("live with light", |status| {
                     status.laser_light == LaserLight::On && status.frames_arrived > 2
                 });
                 None
             }
-            Doing::Homing => {
+            Scenario::Homing => {
                 bench.manual(Manual::Home).unwrap();
                 bench.wait_for("homing", |status| status.moving);
                 None
             }
-            Doing::Scanning => Some(scanning(bench, goes_on)),
-            Doing::Calibrating => Some(calibrating(bench, goes_on)),
-            Doing::Jogging => Some(jogging(bench, goes_on)),
+            Scenario::Scanning => Some(scanning(bench, goes_on)),
+            Scenario::Calibrating => Some(calibrating(bench, goes_on)),
+            Scenario::Jogging => Some(jogging(bench, goes_on)),
         };
-        Self { job, going, doing }
+        Self { job, going, scenario }
     }
 
-    /// It ended by the fault: the job was told.
-    fn expect_broken(self) {
+    /// The fault ended it: the job got the error.
+    fn expect_ended_by_fault(self) {
         let Some(job) = self.job else { return };
         let refusal = job.join().unwrap().expect("the fault ended it");
-        let told = matches!(
+        let result = matches!(
             refusal,
             StationRefusal::Camera(_)
                 | StationRefusal::Stage(_)
@@ -227,26 +227,26 @@ impl Activity {
                 | StationRefusal::NoFrame { .. }
                 | StationRefusal::InError { .. }
         );
-        assert!(told, "told {refusal:?}");
+        assert!(result, "got {refusal:?}");
     }
 
-    /// It goes on until it is ended.
+    /// Continues until it is ended.
     fn end(self, bench: &Bench) {
         self.going.store(false, Ordering::SeqCst);
         if let Some(job) = self.job {
             let refusal = job.join().unwrap();
             assert!(refusal.is_none(), "it was ended by {refusal:?}");
         }
-        match self.doing {
-            Doing::Live => {
+        match self.scenario {
+            Scenario::Live => {
                 let frames = bench.station.status().frames_arrived;
                 bench.wait_for("live", |status| status.frames_arrived > frames);
                 wait(bench.station.live(LiveRequest { running: false, laser_power: 0.0 })).unwrap();
             }
-            Doing::Homing => drop(bench.wait_for("homed", |status| !status.moving && status.homed)),
-            // The dead man's switch.
-            Doing::Jogging => drop(bench.wait_for("at rest", |status| !status.moving)),
-            Doing::Absent | Doing::Ready | Doing::Scanning | Doing::Calibrating => {}
+            Scenario::Homing => drop(bench.wait_for("homed", |status| !status.moving && status.homed)),
+            // A jog ends without repetition.
+            Scenario::Jogging => drop(bench.wait_for("at rest", |status| !status.moving)),
+            Scenario::Absent | Scenario::Ready | Scenario::Scanning | Scenario::Calibrating => {}
         }
     }
 }
@@ -255,7 +255,7 @@ fn scanning(bench: &Bench, going: Arc<AtomicBool>) -> JoinHandle<Option<StationR
     let lease = bench.lease();
     lease.laser_on(1.0).unwrap();
     let sweep = Sweep { from_mm: 0.0, to_mm: 35.0, speed_mm_s: 5.0, frame_rate_hz: 50.0 };
-    let stream = lease.sweep(&sweep, &nobody()).unwrap();
+    let stream = lease.sweep(&sweep, &never_cancelled()).unwrap();
     stream.frames.recv().unwrap();
     std::thread::spawn(move || {
         let _lease = lease;
@@ -275,13 +275,13 @@ fn calibrating(bench: &Bench, going: Arc<AtomicBool>) -> JoinHandle<Option<Stati
     let job = std::thread::spawn(move || {
         while going.load(Ordering::SeqCst) {
             let round = || {
-                lease.move_to(10.0, Some(100.0), &nobody())?;
-                lease.grab(&nobody())?;
+                lease.move_to(10.0, Some(100.0), &never_cancelled())?;
+                lease.grab(&never_cancelled())?;
                 lease.laser_on(1.0)?;
-                lease.grab(&nobody())?;
+                lease.grab(&never_cancelled())?;
                 first.store(true, Ordering::SeqCst);
                 lease.laser_off()?;
-                lease.move_to(0.0, Some(100.0), &nobody())
+                lease.move_to(0.0, Some(100.0), &never_cancelled())
             };
             if let Err(refusal) = round() {
                 return Some(refusal);
@@ -308,31 +308,31 @@ fn jogging(bench: &Bench, going: Arc<AtomicBool>) -> JoinHandle<Option<StationRe
     job
 }
 
-/// The cells of a table: `row: fault => column: what follows, …;` is a module with a test for each column.
+/// The cells of a table: `row: fault => column: reaction, …;` becomes a module with a test for each column.
 macro_rules! cells {
-    ($cell:ident; $($row:ident: $fault:expr => $($column:ident: $follows:expr),+;)+) => {
+    ($cell:ident; $($row:ident: $fault:expr => $($column:ident: $reaction:expr),+;)+) => {
         $(mod $row {
             use super::*;
 
             $(#[test]
             fn $column() {
-                $cell($crate::tests::matrix::cell::doing(stringify!($column)), $fault, $follows);
+                $cell($crate::tests::matrix::cell::scenario(stringify!($column)), $fault, $reaction);
             })+
         })+
     };
 }
 pub(super) use cells;
 
-/// What the station does in the cells of a column.
-pub fn doing(column: &str) -> Doing {
+/// The activity of the station in the cells of a column.
+pub fn scenario(column: &str) -> Scenario {
     match column {
-        "absent" => Doing::Absent,
-        "ready" => Doing::Ready,
-        "live" => Doing::Live,
-        "scanning" => Doing::Scanning,
-        "calibrating" => Doing::Calibrating,
-        "jogging" => Doing::Jogging,
-        "homing" => Doing::Homing,
+        "absent" => Scenario::Absent,
+        "ready" => Scenario::Ready,
+        "live" => Scenario::Live,
+        "scanning" => Scenario::Scanning,
+        "calibrating" => Scenario::Calibrating,
+        "jogging" => Scenario::Jogging,
+        "homing" => Scenario::Homing,
         _ => panic!("no column {column}"),
     }
 }

@@ -1,4 +1,4 @@
-//! What the tables of controllers on a serial line share: a simulated firmware behind a terminal, and its troubles.
+//! Shared by the tables of serial controllers: simulated firmware behind a pseudo-terminal, and its faults.
 
 use std::fmt::Debug;
 use std::sync::Arc;
@@ -8,58 +8,58 @@ use devices::Driver;
 use devices::simulator::{Firmware, LineFault, Simulator};
 use tempfile::TempDir;
 
-use super::cell::{Doing, Follows, NAMED, Rig, check};
-use crate::tests::bench::{Bench, bench_of, nobody, small_devices};
+use super::cell::{NAMED, Reaction, Rig, Scenario, check};
+use crate::tests::bench::{Bench, bench_of, never_cancelled, small_devices};
 use crate::{Manual, StationDevices};
 
 /// A kind of controller.
 pub trait Controller {
     /// Its simulated firmware.
     type Firmware: Firmware<Config: Clone, Event: Copy + Debug>;
-    /// Whether it switches the laser, too.
+    /// Whether it also switches the laser.
     const MAKES_LIGHT: bool;
-    /// Within what time a fault is named that comes while it homes.
+    /// Time within which a fault during homing is reported.
     const NAMED_WHILE_HOMING: Duration = NAMED;
 
-    /// The machine of such a cell; homing must outlast the naming of a fault.
-    fn machine(doing: Doing) -> Config<Self>;
-    /// Another machine of the kind, which is not the station's.
+    /// The machine of such a cell; homing must last longer than the report of a fault takes.
+    fn machine(scenario: Scenario) -> Config<Self>;
+    /// Another machine of the same kind.
     fn other(machine: Config<Self>) -> Config<Self>;
-    /// The driver of the one at this port.
+    /// The driver of the controller at this port.
     fn driver(port: String) -> Arc<dyn Driver>;
-    /// What has to be done beside ending a trouble: a person's hand on the machine.
+    /// Manual repair of the machine that is necessary beside ending a fault.
     fn repair(_simulator: &Simulator<Self::Firmware>) {}
     /// Presses its reset button.
     fn press_button(_simulator: &Simulator<Self::Firmware>) {
         panic!("it has none");
     }
-    /// Whether the witness sees rest after such a trouble: a motor that is stuck without anybody knowing goes on trying.
-    fn comes_to_rest(_trouble: Trouble<<Self::Firmware as Firmware>::Event>) -> bool {
+    /// Whether the simulation comes to rest after such a fault: a motor that is stuck undetected keeps trying.
+    fn comes_to_rest(_trouble: InjectedFault<<Self::Firmware as Firmware>::Event>) -> bool {
         true
     }
 }
 
 type Config<C> = <<C as Controller>::Firmware as Firmware>::Config;
 
-/// A trouble of the controller or of its line.
+/// A fault of the controller or of its line.
 #[derive(Debug, Clone, Copy)]
-pub enum Trouble<E> {
-    /// It hears and does everything, and sends nothing.
+pub enum InjectedFault<E> {
+    /// It receives and executes everything, and sends nothing.
     Silence,
-    /// It sends nonsense.
+    /// It sends invalid data.
     Garbage,
-    /// Its cable is pulled, which is its power too.
+    /// Its cable is unplugged, which also supplies its power.
     Unplugged,
     /// It is switched off and on.
     Restart,
-    /// Another one is at its place.
+    /// It is replaced by another one.
     OtherDevice,
-    /// Something of its own kind.
-    Happens(E),
+    /// A fault specific to its kind.
+    Specific(E),
 }
 
-/// A station over a played controller.
-pub struct Played<C: Controller> {
+/// A station with a simulated controller.
+pub struct ControllerBench<C: Controller> {
     /// The station.
     pub bench: Bench,
     /// The controller.
@@ -68,16 +68,16 @@ pub struct Played<C: Controller> {
     _folder: TempDir,
 }
 
-impl<C: Controller> Played<C> {
-    /// A station over a machine like this, homed and at its zero.
+impl<C: Controller> ControllerBench<C> {
+    /// A station with this machine, homed and at zero.
     pub fn ready(machine: Config<C>) -> Self {
         let played = Self::start(machine, |_| {});
         played.home();
-        played.bench.lease().move_to(0.0, None, &nobody()).unwrap();
+        played.bench.lease().move_to(0.0, None, &never_cancelled()).unwrap();
         played
     }
 
-    /// A station over a machine to which something happens before the station looks for it.
+    /// A station with a machine to which `before` is applied before it is opened.
     fn start(machine: Config<C>, before: impl FnOnce(&Simulator<C::Firmware>)) -> Self {
         let folder = tempfile::tempdir().unwrap();
         let controller = Simulator::start(machine.clone(), &folder.path().join("tty"), None).unwrap();
@@ -96,35 +96,37 @@ impl<C: Controller> Played<C> {
 
 type Event<C> = <<C as Controller>::Firmware as Firmware>::Event;
 
-fn come<C: Controller>(simulator: &Simulator<C::Firmware>, machine: &Config<C>, trouble: Trouble<Event<C>>) {
+fn come<C: Controller>(simulator: &Simulator<C::Firmware>, machine: &Config<C>, trouble: InjectedFault<Event<C>>) {
     match trouble {
-        Trouble::Silence => simulator.fail(LineFault::Silence),
-        Trouble::Garbage => simulator.fail(LineFault::Garbage),
-        Trouble::Unplugged => simulator.unplug(),
-        Trouble::Restart => simulator.restart(),
-        Trouble::OtherDevice => simulator.replug_as(C::other(machine.clone())),
-        Trouble::Happens(event) => simulator.happen(event),
+        InjectedFault::Silence => simulator.fail(LineFault::Silence),
+        InjectedFault::Garbage => simulator.fail(LineFault::Garbage),
+        InjectedFault::Unplugged => simulator.unplug(),
+        InjectedFault::Restart => simulator.restart(),
+        InjectedFault::OtherDevice => simulator.replug_as(C::other(machine.clone())),
+        InjectedFault::Specific(event) => simulator.trigger_event(event),
     }
 }
 
-fn go<C: Controller>(simulator: &Simulator<C::Firmware>, machine: &Config<C>, trouble: Trouble<Event<C>>) {
+fn go<C: Controller>(simulator: &Simulator<C::Firmware>, machine: &Config<C>, trouble: InjectedFault<Event<C>>) {
     match trouble {
-        Trouble::Unplugged => simulator.replug(),
-        Trouble::OtherDevice => simulator.replug_as(machine.clone()),
+        InjectedFault::Unplugged => simulator.replug(),
+        InjectedFault::OtherDevice => simulator.replug_as(machine.clone()),
         _ => simulator.repair(),
     }
     C::repair(simulator);
 }
 
 /// A cell of the controller's table.
-pub fn cell<C: Controller>(doing: Doing, trouble: Trouble<Event<C>>, follows: Follows) {
-    let machine = C::machine(doing);
-    let played = match doing {
-        Doing::Absent => Played::<C>::start(machine.clone(), |simulator| come::<C>(simulator, &machine, trouble)),
-        Doing::Homing => Played::<C>::start(machine, |_| {}),
-        _ => Played::<C>::ready(machine),
+pub fn cell<C: Controller>(scenario: Scenario, trouble: InjectedFault<Event<C>>, reaction: Reaction) {
+    let machine = C::machine(scenario);
+    let played = match scenario {
+        Scenario::Absent => {
+            ControllerBench::<C>::start(machine.clone(), |simulator| come::<C>(simulator, &machine, trouble))
+        }
+        Scenario::Homing => ControllerBench::<C>::start(machine, |_| {}),
+        _ => ControllerBench::<C>::ready(machine),
     };
-    let Played { bench, controller, machine, .. } = &played;
+    let ControllerBench { bench, controller, machine, .. } = &played;
     let control = bench.control.clone();
     let witness = controller.witness();
     check(
@@ -136,9 +138,9 @@ pub fn cell<C: Controller>(doing: Doing, trouble: Trouble<Event<C>>, follows: Fo
             light: &|| if C::MAKES_LIGHT { witness.light() } else { control.laser_power() > 0.0 },
             motion: &|| witness.moving(),
             can_be_told: C::comes_to_rest(trouble),
-            named_within: if doing == Doing::Homing { C::NAMED_WHILE_HOMING } else { NAMED },
+            named_within: if scenario == Scenario::Homing { C::NAMED_WHILE_HOMING } else { NAMED },
         },
-        doing,
-        follows,
+        scenario,
+        reaction,
     );
 }

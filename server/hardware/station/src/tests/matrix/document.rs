@@ -1,17 +1,17 @@
-//! The tables of `server/docs/station.md` and the tests of this module say the same: a cell with a test for every test, and
-//! for every cell a test, or the reason why it cannot happen.
+//! The tables of `server/docs/station.md` correspond to the tests of this module: every test has a cell, and every cell
+//! has a test or a reason why the case cannot occur.
 
 use std::collections::BTreeSet;
 use std::path::Path;
 use std::process::Command;
 
-/// The columns of every table, in their order.
+/// The columns of every table, in order.
 const COLUMNS: [&str; 7] = ["absent", "ready", "live", "scanning", "calibrating", "jogging", "homing"];
 
-/// What a line before a table says: the file of its tests.
+/// Path of the tests in the line before a table.
 const FOLDER: &str = "server/hardware/station/src/tests/matrix/";
 
-/// How a cell without a test begins.
+/// Prefix of a cell without a test.
 const CANNOT_HAPPEN: &str = "cannot happen: ";
 
 /// The cells of a document with and without a test, as `table::row::column`.

@@ -1,5 +1,4 @@
-//! A GenICam camera that others wrote, aravis' GigE Vision camera as a process of its own, beside the simulated stage and
-//! laser.
+//! A third-party GenICam camera, aravis' GigE Vision camera as a separate process, with the simulated stage and laser.
 
 use std::cell::RefCell;
 use std::sync::Arc;
@@ -9,32 +8,32 @@ use devices::{CameraRequest, DeviceSet, Driver, OpenError, Roi};
 use genicam::witness::{FakeCamera, FakeOptions, PROGRAM};
 use genicam::{GenicamDriver, GenicamSettings};
 
-use super::cell::Follows::{self, GoesOn, Named, NamedEither};
-use super::cell::{Doing, NAMED, Rig, cells, check};
+use super::cell::Reaction::{self, GoesOn, Named, NamedEither};
+use super::cell::{NAMED, Rig, Scenario, cells, check};
 use crate::tests::bench::{Bench, bench_of, small_twin};
 use crate::{Manual, StationDevices, StationRefusal};
 
 /// Serial number of the camera process.
 const SERIAL: &str = "SHEAF03";
 
-/// Packets as on a network with jumbo frames.
+/// Packet size of a network with jumbo frames.
 const PACKET_SIZE_BYTES: u32 = 8000;
 
-/// Of a thousand packets, how many a camera loses that loses some.
+/// Packets lost per thousand by a lossy camera.
 const LOST_PER_THOUSAND: u32 = 20;
 
-/// What happens to the camera.
+/// A fault of the camera.
 #[derive(Debug, Clone, Copy, PartialEq)]
-enum Trouble {
-    /// Its power goes.
+enum InjectedFault {
+    /// Loss of power.
     Unplugged,
-    /// It answers nothing and sends nothing.
+    /// It neither answers nor sends.
     Hang,
     /// It is switched off and on.
     Restart,
     /// It loses packets, from the start.
     LostPackets,
-    /// Another program has it.
+    /// Another program controls it.
     OtherHands,
 }
 
@@ -43,74 +42,75 @@ fn driver() -> GenicamDriver {
     GenicamDriver(GenicamSettings { serial, packet_size_bytes: PACKET_SIZE_BYTES, ..GenicamSettings::default() })
 }
 
-/// Whether the driver is there at all; a test that needs it is noted as not run otherwise.
+/// Whether the driver is built; otherwise a test that needs it is recorded as not run.
 fn is_built() -> bool {
     let wanted = DeviceSet { camera: true, ..DeviceSet::default() };
-    let nobody = GenicamDriver(GenicamSettings { serial: "nobody".to_owned(), ..GenicamSettings::default() });
-    let is_built = !matches!(nobody.open(wanted), Err(OpenError::Settings { .. }));
+    let never_cancelled =
+        GenicamDriver(GenicamSettings { serial: "nobody".to_owned(), ..GenicamSettings::default() });
+    let is_built = !matches!(never_cancelled.open(wanted), Err(OpenError::Settings { .. }));
     if !is_built {
         reference::without_feature("genicam", "the Debian packages libaravis-dev and libusb-1.0-0-dev");
     }
     is_built && reference::has_program(PROGRAM, "aravis-tools")
 }
 
-/// A camera process with so many packets lost of a thousand; `None` if this cannot be tested here, which is noted.
+/// Starts a camera process that loses so many packets per thousand; `None`, with a note, if it cannot be tested here.
 pub fn fake(lost_per_thousand: u32) -> Option<FakeCamera> {
     let options = FakeOptions { serial: SERIAL.to_owned(), lost_per_thousand, ..FakeOptions::default() };
     is_built().then(|| FakeCamera::start(options).expect("the camera process starts"))
 }
 
-/// The camera beside these devices.
+/// The camera together with these devices.
 pub fn devices(others: StationDevices) -> StationDevices {
     StationDevices { camera: Arc::new(driver()), ..others }
 }
 
-fn station(doing: Doing) -> Bench {
+fn station(scenario: Scenario) -> Bench {
     let mut options = twin::TwinOptions::default();
-    if doing == Doing::Homing {
+    if scenario == Scenario::Homing {
         (options.timing, options.travel_mm) = (twin::Timing::Realistic, (-60.0, 60.0));
     }
     bench_of(devices(StationDevices::over(small_twin(options))))
 }
 
-/// A small picture, which a busy machine carries without loss.
+/// Sets a small image, which a busy machine receives without loss.
 pub fn set_small(bench: &Bench) {
     let roi = Roi { left_px: 16, top_px: 8, width_px: 128, height_px: 96 };
     let wanted = CameraRequest { roi: Some(roi), frame_rate_hz: Some(50.0), ..CameraRequest::default() };
     bench.manual(Manual::Configure(wanted)).unwrap();
 }
 
-fn genicam(doing: Doing, trouble: Trouble, follows: Follows) {
-    let lost_per_thousand = if trouble == Trouble::LostPackets { LOST_PER_THOUSAND } else { 0 };
+fn genicam(scenario: Scenario, trouble: InjectedFault, reaction: Reaction) {
+    let lost_per_thousand = if trouble == InjectedFault::LostPackets { LOST_PER_THOUSAND } else { 0 };
     let Some(camera) = fake(lost_per_thousand).map(RefCell::new) else { return };
     let other_hands = RefCell::new(None);
     let inject = || match trouble {
-        Trouble::Unplugged => camera.borrow_mut().kill(),
-        Trouble::Hang => camera.borrow().hold(),
-        Trouble::Restart => camera.borrow_mut().restart().unwrap(),
-        Trouble::LostPackets => {}
-        Trouble::OtherHands => {
+        InjectedFault::Unplugged => camera.borrow_mut().kill(),
+        InjectedFault::Hang => camera.borrow().hold(),
+        InjectedFault::Restart => camera.borrow_mut().restart().unwrap(),
+        InjectedFault::LostPackets => {}
+        InjectedFault::OtherHands => {
             let wanted = DeviceSet { camera: true, ..DeviceSet::default() };
             *other_hands.borrow_mut() = Some(driver().open(wanted).unwrap_or_else(|error| panic!("{error}")));
         }
     };
-    if doing == Doing::Absent {
+    if scenario == Scenario::Absent {
         inject();
     }
-    let bench = station(doing);
-    if doing != Doing::Absent {
+    let bench = station(scenario);
+    if scenario != Scenario::Absent {
         bench.wait_for("there", |status| status.camera.connected);
         set_small(&bench);
     }
     let control = bench.control.clone();
     let cure = || {
         match trouble {
-            Trouble::Unplugged => camera.borrow_mut().restart().unwrap(),
-            Trouble::Hang => camera.borrow().go_on(),
-            Trouble::Restart | Trouble::LostPackets => {}
-            Trouble::OtherHands => drop(other_hands.borrow_mut().take()),
+            InjectedFault::Unplugged => camera.borrow_mut().restart().unwrap(),
+            InjectedFault::Hang => camera.borrow().resume(),
+            InjectedFault::Restart | InjectedFault::LostPackets => {}
+            InjectedFault::OtherHands => drop(other_hands.borrow_mut().take()),
         }
-        // A camera that was held believes for three seconds more that it is in our hands, or others'.
+        // A camera that was suspended still assigns control to its previous owner for three seconds.
         for _ in 0..2 {
             if !matches!(bench.manual(Manual::Reset), Err(StationRefusal::InError { .. })) {
                 return;
@@ -133,24 +133,24 @@ fn genicam(doing: Doing, trouble: Trouble, follows: Follows) {
             can_be_told: true,
             named_within: NAMED,
         },
-        doing,
-        follows,
+        scenario,
+        reaction,
     );
 }
 
-const GONE: Follows = Named("camera", "gone");
+const GONE: Reaction = Named("camera", "gone");
 /// In a sweep missing frames are a fault at once.
-const SILENT_OR_GONE: Follows = NamedEither("camera", ["silent", "gone"]);
+const SILENT_OR_GONE: Reaction = NamedEither("camera", ["silent", "gone"]);
 
 cells! { genicam;
-    unplugged: Trouble::Unplugged =>
+    unplugged: InjectedFault::Unplugged =>
         absent: GONE, ready: GONE, live: GONE, scanning: SILENT_OR_GONE, calibrating: GONE, jogging: GONE, homing: GONE;
-    hang: Trouble::Hang =>
+    hang: InjectedFault::Hang =>
         absent: GONE, ready: GONE, live: GONE, scanning: SILENT_OR_GONE, calibrating: GONE, jogging: GONE, homing: GONE;
-    restart: Trouble::Restart =>
+    restart: InjectedFault::Restart =>
         ready: GONE, live: GONE, scanning: SILENT_OR_GONE, calibrating: GONE, jogging: GONE, homing: GONE;
-    lost_packets: Trouble::LostPackets =>
+    lost_packets: InjectedFault::LostPackets =>
         absent: GoesOn, ready: GoesOn, live: GoesOn, scanning: GoesOn, calibrating: GoesOn, jogging: GoesOn,
         homing: GoesOn;
-    other_hands: Trouble::OtherHands => absent: GONE;
+    other_hands: InjectedFault::OtherHands => absent: GONE;
 }

@@ -1,4 +1,4 @@
-//! A GRBL controller, played by the simulated firmware, whose record is the witness.
+//! A GRBL controller, simulated by the firmware model; light and motion are checked in its log.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -8,12 +8,12 @@ use devices::contract::Stopwatch;
 use devices::grbl::{GrblDriver, GrblSettings};
 use devices::grbl_simulator::{Event, Firmware, SimulatorConfig};
 
-use super::cell::Doing;
-use super::cell::Follows::{self, GoesOn, Named};
+use super::cell::Reaction::{self, GoesOn, Named};
+use super::cell::Scenario;
 use super::cell::cells;
-use super::controllers::Trouble::{Garbage, Happens, OtherDevice, Restart, Silence, Unplugged};
-use super::controllers::{Controller, Played, cell};
-use crate::tests::bench::{nobody, wait_until};
+use super::controllers::InjectedFault::{Garbage, OtherDevice, Restart, Silence, Specific, Unplugged};
+use super::controllers::{Controller, ControllerBench, cell};
+use crate::tests::bench::{never_cancelled, wait_until};
 use crate::{Manual, Sweep};
 
 /// The controller of stage and laser.
@@ -23,10 +23,10 @@ impl Controller for Grbl {
     type Firmware = Firmware;
     const MAKES_LIGHT: bool = true;
 
-    fn machine(doing: Doing) -> SimulatorConfig {
+    fn machine(scenario: Scenario) -> SimulatorConfig {
         let usual = SimulatorConfig::default();
-        match doing {
-            Doing::Homing => SimulatorConfig { homing_mm_s: 25.0, start_at_mm: -60.0, ..usual },
+        match scenario {
+            Scenario::Homing => SimulatorConfig { homing_mm_s: 25.0, start_at_mm: -60.0, ..usual },
             _ => usual,
         }
     }
@@ -46,50 +46,51 @@ impl Controller for Grbl {
     }
 }
 
-const NO_REPLY: Follows = Named("stage", "no_reply");
-const GARBAGE: Follows = Named("stage", "garbage");
-const ALARM: Follows = Named("stage", "alarm");
-const GONE: Follows = Named("stage", "gone");
-const RESTARTED: Follows = Named("stage", "restarted");
-const STALLED: Follows = Named("stage", "stalled");
-const WRONG_DEVICE: Follows = Named("stage", "wrong_device");
+const NO_REPLY: Reaction = Named("stage", "no_reply");
+const GARBAGE: Reaction = Named("stage", "garbage");
+const ALARM: Reaction = Named("stage", "alarm");
+const GONE: Reaction = Named("stage", "gone");
+const RESTARTED: Reaction = Named("stage", "restarted");
+const STALLED: Reaction = Named("stage", "stalled");
+const WRONG_DEVICE: Reaction = Named("stage", "wrong_device");
 
 cells! { grbl;
     silence: Silence =>
         absent: NO_REPLY, ready: NO_REPLY, live: NO_REPLY, scanning: NO_REPLY, calibrating: NO_REPLY, jogging: NO_REPLY;
     garbage: Garbage =>
         absent: WRONG_DEVICE, ready: GARBAGE, live: GARBAGE, scanning: GARBAGE, calibrating: GARBAGE, jogging: GARBAGE;
-    alarm: Happens(Event::Alarm(1)) =>
+    alarm: Specific(Event::Alarm(1)) =>
         absent: GoesOn, ready: ALARM, live: ALARM, scanning: ALARM, calibrating: ALARM, jogging: ALARM, homing: ALARM;
     unplugged: Unplugged =>
         absent: GONE, ready: GONE, live: GONE, scanning: GONE, calibrating: GONE, jogging: GONE, homing: GONE;
     restart: Restart =>
         ready: RESTARTED, live: RESTARTED, scanning: RESTARTED, calibrating: RESTARTED, jogging: RESTARTED,
         homing: RESTARTED;
-    stall: Happens(Event::Stall) =>
+    stall: Specific(Event::Stall) =>
         ready: GoesOn, live: GoesOn, scanning: STALLED, calibrating: STALLED, jogging: STALLED;
     other_device: OtherDevice =>
         absent: WRONG_DEVICE, ready: GONE, live: GONE, scanning: GONE, calibrating: GONE, jogging: GONE, homing: GONE;
 }
 
-fn grbl(doing: Doing, trouble: super::controllers::Trouble<Event>, follows: Follows) {
-    cell::<Grbl>(doing, trouble, follows);
+fn grbl(scenario: Scenario, trouble: super::controllers::InjectedFault<Event>, reaction: Reaction) {
+    cell::<Grbl>(scenario, trouble, reaction);
 }
 
 #[test]
-fn a_sweep_that_begins_far_away_goes_there_in_the_dark_and_keeps_its_position() {
-    // With ramps as long as controllers come with: the way to the begin takes longer than light may last without frames.
+fn a_sweep_that_begins_far_away_approaches_with_the_laser_off_and_keeps_its_position() {
+    // With ramps as long as the controllers' defaults: moving to the start takes longer than the light may stay on
+    // without frames.
     let machine = SimulatorConfig { acceleration_mm_s2: 100.0, ..SimulatorConfig::default() };
-    let Played { bench, controller, .. } = Played::<Grbl>::ready(machine);
+    let ControllerBench { bench, controller, .. } = ControllerBench::<Grbl>::ready(machine);
     let lease = bench.lease();
-    lease.move_to(-35.0, None, &nobody()).unwrap();
+    lease.move_to(-35.0, None, &never_cancelled()).unwrap();
     lease.laser_on(1.0).unwrap();
     let sweep = Sweep { from_mm: 8.0, to_mm: 10.0, speed_mm_s: 5.0, frame_rate_hz: 30.0 };
-    let stream = lease.sweep(&sweep, &nobody()).unwrap();
+    let stream = lease.sweep(&sweep, &never_cancelled()).unwrap();
     let frames: Vec<_> = stream.frames.iter().collect();
     assert!(stream.broken().is_none(), "{:?}", stream.broken());
     assert!(!frames.is_empty() && frames.iter().all(|frame| frame.laser_on));
-    assert!(lease.move_to(0.0, None, &nobody()).is_ok(), "the position is lost");
+    assert!(lease.move_to(0.0, None, &never_cancelled()).is_ok(), "the position is lost");
     drop(lease);
     assert!(bench.station.status().faults.is_empty(), "{:?}", bench.station.status().faults);
     assert!(!controller.witness().light());
@@ -97,28 +98,28 @@ fn a_sweep_that_begins_far_away_goes_there_in_the_dark_and_keeps_its_position() 
 
 #[test]
 fn a_sweep_on_slow_ramps_ends_with_its_own_and_keeps_its_position() {
-    // As grblHAL is delivered: from 4 mm/s to rest in 0.4 s, longer than a stop with light may brake.
+    // The default of grblHAL: from 4 mm/s to rest in 0.4 s, longer than the braking of a stop with light may take.
     let machine = SimulatorConfig { acceleration_mm_s2: 10.0, ..SimulatorConfig::default() };
-    let Played { bench, controller, .. } = Played::<Grbl>::ready(machine);
+    let ControllerBench { bench, controller, .. } = ControllerBench::<Grbl>::ready(machine);
     let lease = bench.lease();
-    lease.move_to(0.0, None, &nobody()).unwrap();
+    lease.move_to(0.0, None, &never_cancelled()).unwrap();
     lease.laser_on(1.0).unwrap();
     let sweep = Sweep { from_mm: 2.0, to_mm: 4.0, speed_mm_s: 4.0, frame_rate_hz: 30.0 };
-    let stream = lease.sweep(&sweep, &nobody()).unwrap();
+    let stream = lease.sweep(&sweep, &never_cancelled()).unwrap();
     let frames: Vec<_> = stream.frames.iter().collect();
     assert!(stream.broken().is_none(), "{:?}", stream.broken());
     assert!(frames.iter().all(|frame| frame.position_mm.is_some_and(|position_mm| position_mm <= 4.0)));
     lease.laser_off().unwrap();
-    assert!(lease.move_to(0.0, None, &nobody()).is_ok(), "the position is lost");
+    assert!(lease.move_to(0.0, None, &never_cancelled()).is_ok(), "the position is lost");
     drop(lease);
     assert!(bench.station.status().faults.is_empty(), "{:?}", bench.station.status().faults);
     assert!(!controller.witness().light());
 }
 
 #[test]
-fn thirty_stops_reach_the_controllers_witness_in_time() {
-    let Played { bench, controller, .. } = Played::<Grbl>::ready(SimulatorConfig::default());
-    bench.lease().move_to(0.0, None, &nobody()).unwrap();
+fn thirty_stops_reach_the_controller_in_time() {
+    let ControllerBench { bench, controller, .. } = ControllerBench::<Grbl>::ready(SimulatorConfig::default());
+    bench.lease().move_to(0.0, None, &never_cancelled()).unwrap();
     let mut times = Vec::new();
     for n in 0..30_u64 {
         let target_mm = if n % 2 == 0 { 35.0 } else { -35.0 };
@@ -128,8 +129,8 @@ fn thirty_stops_reach_the_controllers_witness_in_time() {
         let mark = controller.witness().mark();
         let watch = Stopwatch::start();
         bench.stop();
-        let heard = || controller.witness().byte_since(mark, b'!');
-        wait_until("heard", || heard().is_some());
+        let received = || controller.witness().byte_since(mark, b'!');
+        wait_until("received", || received().is_some());
         times.push(watch.own_time());
         bench.wait_for("at rest", |status| !status.moving);
         bench.manual(Manual::Reset).unwrap();

@@ -1,4 +1,4 @@
-//! A Marlin controller of stage and laser, played by the simulated firmware.
+//! A Marlin controller of stage and laser, simulated by the firmware model.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -8,9 +8,9 @@ use devices::marlin::{MarlinDriver, MarlinSettings};
 use devices::marlin_simulator::{Event, MarlinFirmware, SimulatorConfig};
 use devices::simulator::Simulator;
 
-use super::cell::Follows::{self, Named};
-use super::cell::{Doing, cells};
-use super::controllers::Trouble::{self, Garbage, Happens, OtherDevice, Silence, Unplugged};
+use super::cell::Reaction::{self, Named};
+use super::cell::{Scenario, cells};
+use super::controllers::InjectedFault::{self, Garbage, OtherDevice, Silence, Specific, Unplugged};
 use super::controllers::{Controller, cell};
 
 struct Marlin;
@@ -18,13 +18,13 @@ struct Marlin;
 impl Controller for Marlin {
     type Firmware = MarlinFirmware;
     const MAKES_LIGHT: bool = true;
-    /// The firmware speaks once a second while it homes.
+    /// The firmware reports once a second while homing.
     const NAMED_WHILE_HOMING: Duration = Duration::from_millis(1700);
 
-    fn machine(doing: Doing) -> SimulatorConfig {
+    fn machine(scenario: Scenario) -> SimulatorConfig {
         let usual = SimulatorConfig { laser_timeout_ms: 0, ..SimulatorConfig::default() };
-        match doing {
-            Doing::Homing => SimulatorConfig { homing_mm_s: 20.0, start_at_mm: 60.0, ..usual },
+        match scenario {
+            Scenario::Homing => SimulatorConfig { homing_mm_s: 20.0, start_at_mm: 60.0, ..usual },
             _ => usual,
         }
     }
@@ -39,21 +39,21 @@ impl Controller for Marlin {
     }
 
     fn repair(simulator: &Simulator<MarlinFirmware>) {
-        simulator.happen(Event::Repair);
+        simulator.trigger_event(Event::Repair);
     }
 
-    /// What shone or homed was halted by `M112`.
+    /// A machine that was on or homing was halted by `M112`.
     fn press_button(simulator: &Simulator<MarlinFirmware>) {
-        simulator.happen(Event::ResetButton);
+        simulator.trigger_event(Event::ResetButton);
     }
 }
 
-const NO_REPLY: Follows = Named("stage", "no_reply");
-const ENDSTOP: Follows = Named("stage", "alarm");
-const GONE: Follows = Named("stage", "gone");
-const RESTARTED: Follows = Named("stage", "restarted");
-const STALLED: Follows = Named("stage", "stalled");
-const WRONG_DEVICE: Follows = Named("stage", "wrong_device");
+const NO_REPLY: Reaction = Named("stage", "no_reply");
+const ENDSTOP: Reaction = Named("stage", "alarm");
+const GONE: Reaction = Named("stage", "gone");
+const RESTARTED: Reaction = Named("stage", "restarted");
+const STALLED: Reaction = Named("stage", "stalled");
+const WRONG_DEVICE: Reaction = Named("stage", "wrong_device");
 
 cells! { marlin;
     silence: Silence =>
@@ -62,21 +62,21 @@ cells! { marlin;
     garbage: Garbage =>
         absent: WRONG_DEVICE, ready: NO_REPLY, live: NO_REPLY, scanning: NO_REPLY, calibrating: NO_REPLY,
         jogging: NO_REPLY, homing: NO_REPLY;
-    endstop: Happens(Event::EndstopHit) =>
+    endstop: Specific(Event::EndstopHit) =>
         scanning: ENDSTOP, calibrating: ENDSTOP, jogging: ENDSTOP;
-    kill: Happens(Event::Kill) =>
+    kill: Specific(Event::Kill) =>
         absent: GONE, ready: GONE, live: GONE, scanning: GONE, calibrating: GONE, jogging: GONE, homing: GONE;
     unplugged: Unplugged =>
         absent: GONE, ready: GONE, live: GONE, scanning: GONE, calibrating: GONE, jogging: GONE, homing: GONE;
-    restart: Happens(Event::ResetButton) =>
+    restart: Specific(Event::ResetButton) =>
         ready: RESTARTED, live: RESTARTED, scanning: RESTARTED, calibrating: RESTARTED, jogging: RESTARTED,
         homing: RESTARTED;
-    stall: Happens(Event::Stuck) =>
+    stall: Specific(Event::Stuck) =>
         scanning: STALLED, calibrating: STALLED, jogging: STALLED;
     other_device: OtherDevice =>
         absent: WRONG_DEVICE, ready: GONE, live: GONE, scanning: GONE, calibrating: GONE, jogging: GONE, homing: GONE;
 }
 
-fn marlin(doing: Doing, trouble: Trouble<Event>, follows: Follows) {
-    cell::<Marlin>(doing, trouble, follows);
+fn marlin(scenario: Scenario, trouble: InjectedFault<Event>, reaction: Reaction) {
+    cell::<Marlin>(scenario, trouble, reaction);
 }

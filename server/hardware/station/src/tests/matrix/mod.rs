@@ -1,7 +1,7 @@
 //! The fault × state matrix of every kind of device; the tables are in `server/docs/station.md`.
 //!
-//! A module is a table, a module in it a row, and a test in that a column. `document` compares the tests with the tables: a
-//! cell without a test says there why it cannot happen.
+//! Each module is a table, each module in it a row, and each test in that a column. `document` compares the tests with
+//! the tables: a cell without a test states there why the case cannot occur.
 
 mod cell;
 mod controllers;

@@ -4,21 +4,21 @@ use std::time::Duration;
 
 use twin::{Timing, TwinFault, TwinOptions};
 
-use super::cell::Follows::{self, GoesOn, Named, NamedAtUse};
-use super::cell::{Doing, NAMED, Rig, cells, check};
-use crate::tests::bench::{Bench, bench, bench_of, nobody, small_twin, wait, wait_until};
+use super::cell::Reaction::{self, GoesOn, Named, NamedAtUse};
+use super::cell::{NAMED, Rig, Scenario, cells, check};
+use crate::tests::bench::{Bench, bench, bench_of, never_cancelled, small_twin, wait, wait_until};
 use crate::{MachineState, Manual, StationDevices, StationRefusal, Sweep};
 
-/// A small simulated station that takes its time and is not homed.
+/// A small simulated station with realistic timing that is not homed.
 fn slow_bench() -> Bench {
     let options = TwinOptions { timing: Timing::Realistic, travel_mm: (-60.0, 60.0), ..TwinOptions::default() };
     bench_of(StationDevices::over(small_twin(options)))
 }
 
-fn cell(doing: Doing, fault: TwinFault, follows: Follows) {
-    let bench = match doing {
-        Doing::Homing => slow_bench(),
-        Doing::Absent => {
+fn cell(scenario: Scenario, fault: TwinFault, reaction: Reaction) {
+    let bench = match scenario {
+        Scenario::Homing => slow_bench(),
+        Scenario::Absent => {
             let devices = crate::tests::bench::small_devices();
             devices.twin.as_ref().unwrap().control().unwrap().set_fault(fault);
             bench_of(devices)
@@ -28,11 +28,11 @@ fn cell(doing: Doing, fault: TwinFault, follows: Follows) {
     let control = bench.control.clone();
     let inject = || {
         control.set_fault(match fault {
-            // In the way of whatever moves; homing goes downwards.
-            TwinFault::StageStall { .. } if matches!(doing, Doing::Scanning | Doing::Jogging) => {
+            // Blocks the motion; homing moves downwards.
+            TwinFault::StageStall { .. } if matches!(scenario, Scenario::Scanning | Scenario::Jogging) => {
                 TwinFault::StageStall { at_mm: control.true_position_mm() + 1.0 }
             }
-            TwinFault::StageStall { .. } if doing == Doing::Homing => {
+            TwinFault::StageStall { .. } if scenario == Scenario::Homing => {
                 TwinFault::StageStall { at_mm: control.true_position_mm() - 1.0 }
             }
             other => other,
@@ -54,23 +54,23 @@ fn cell(doing: Doing, fault: TwinFault, follows: Follows) {
             can_be_told: !matches!(fault, TwinFault::StageSilent | TwinFault::StageUnplugged),
             named_within: NAMED,
         },
-        doing,
-        follows,
+        scenario,
+        reaction,
     );
 }
 
-const CAMERA_GONE: Follows = Named("camera", "gone");
-const WRONG_FRAME: Follows = Named("camera", "wrong_frame");
-const SILENT_AT_USE: Follows = NamedAtUse("camera", "silent");
-const WRONG_AT_USE: Follows = NamedAtUse("camera", "wrong_frame");
-const STALLED_AT_USE: Follows = NamedAtUse("stage", "stalled");
-const SILENT: Follows = Named("camera", "silent");
-const NO_REPLY: Follows = Named("stage", "no_reply");
-const STAGE_GONE: Follows = Named("stage", "gone");
-const STALLED: Follows = Named("stage", "stalled");
-const LASER_FAULT: Follows = Named("laser", "fault");
-const LASER_GONE: Follows = Named("laser", "gone");
-const INTERLOCK: Follows = Named("laser", "interlock_open");
+const CAMERA_GONE: Reaction = Named("camera", "gone");
+const WRONG_FRAME: Reaction = Named("camera", "wrong_frame");
+const SILENT_AT_USE: Reaction = NamedAtUse("camera", "silent");
+const WRONG_AT_USE: Reaction = NamedAtUse("camera", "wrong_frame");
+const STALLED_AT_USE: Reaction = NamedAtUse("stage", "stalled");
+const SILENT: Reaction = Named("camera", "silent");
+const NO_REPLY: Reaction = Named("stage", "no_reply");
+const STAGE_GONE: Reaction = Named("stage", "gone");
+const STALLED: Reaction = Named("stage", "stalled");
+const LASER_FAULT: Reaction = Named("laser", "fault");
+const LASER_GONE: Reaction = Named("laser", "gone");
+const INTERLOCK: Reaction = Named("laser", "interlock_open");
 
 cells! { cell;
     camera_unplugged: TwinFault::CameraUnplugged =>
@@ -117,31 +117,31 @@ fn frames_lost_in_a_scan_are_counted_while_it_runs() {
     bench.control.set_fault(TwinFault::LostFrames { every: 4 });
     let lease = bench.lease();
     let sweep = Sweep { from_mm: 0.0, to_mm: 20.0, speed_mm_s: 20.0, frame_rate_hz: 100.0 };
-    let stream = lease.sweep(&sweep, &nobody()).unwrap();
+    let stream = lease.sweep(&sweep, &never_cancelled()).unwrap();
     let frames: Vec<_> = stream.frames.iter().collect();
     assert!(stream.broken().is_none());
-    // The first frame's losses lie before it, and so perhaps outside of the range.
+    // The losses of the first frame lie before it, and so possibly outside of the range.
     let gaps: u64 = frames.iter().skip(1).map(|frame| frame.lost_before).sum();
     let dropped = stream.dropped.total();
     assert!(gaps > 0 && (gaps..=gaps + 2).contains(&dropped), "{gaps} in gaps, {dropped} counted");
-    // The station counts what was lost on the way to the range, too.
+    // The station also counts losses before the range.
     let is_counted = |(reason, n): &(&str, u64)| *reason == "camera" && *n >= dropped;
     bench.wait_for("counted", |status| status.frames_dropped.iter().any(is_counted));
 }
 
 #[test]
-fn lost_steps_are_not_noticed_by_the_station_and_found_by_homing() {
+fn lost_steps_are_not_detected_by_the_station_and_corrected_by_homing() {
     let bench = bench();
     let lease = bench.lease();
-    lease.move_to(10.0, None, &nobody()).unwrap();
+    lease.move_to(10.0, None, &never_cancelled()).unwrap();
     bench.control.set_fault(TwinFault::LostSteps { lost_mm: 0.5 });
-    let frame = lease.grab(&nobody()).unwrap();
-    assert_eq!(frame.position_mm, Some(10.0), "the controller believes it; only a measurement can tell");
+    let frame = lease.grab(&never_cancelled()).unwrap();
+    assert_eq!(frame.position_mm, Some(10.0), "the controller does not notice; only a measurement can show it");
     assert!((bench.control.true_position_mm() - 9.5).abs() < 1e-9);
     drop(lease);
     bench.manual(Manual::Home).unwrap();
     bench.wait_for("homed", |status| !status.moving);
-    bench.lease().move_to(10.0, None, &nobody()).unwrap();
+    bench.lease().move_to(10.0, None, &never_cancelled()).unwrap();
     assert!((bench.control.true_position_mm() - 10.0).abs() < 1e-9);
 }
 

@@ -7,9 +7,9 @@ use devices::simulator::Simulator;
 use devices::zaber::{ZaberDriver, ZaberSettings};
 use devices::zaber_simulator::{Event, SimulatorConfig, ZaberFirmware};
 
-use super::cell::Follows::{self, Named};
-use super::cell::{Doing, cells};
-use super::controllers::Trouble::{self, Garbage, Happens, OtherDevice, Restart, Silence, Unplugged};
+use super::cell::Reaction::{self, Named};
+use super::cell::{Scenario, cells};
+use super::controllers::InjectedFault::{self, Garbage, OtherDevice, Restart, Silence, Specific, Unplugged};
 use super::controllers::{Controller, cell};
 
 struct Zaber;
@@ -18,10 +18,10 @@ impl Controller for Zaber {
     type Firmware = ZaberFirmware;
     const MAKES_LIGHT: bool = false;
 
-    fn machine(doing: Doing) -> SimulatorConfig {
+    fn machine(scenario: Scenario) -> SimulatorConfig {
         let usual = SimulatorConfig::default();
-        match doing {
-            Doing::Homing => SimulatorConfig { homing_mm_s: 25.0, start_at_mm: 60.0, ..usual },
+        match scenario {
+            Scenario::Homing => SimulatorConfig { homing_mm_s: 25.0, start_at_mm: 60.0, ..usual },
             _ => usual,
         }
     }
@@ -36,21 +36,21 @@ impl Controller for Zaber {
     }
 
     fn repair(simulator: &Simulator<ZaberFirmware>) {
-        simulator.happen(Event::Repair);
+        simulator.trigger_event(Event::Repair);
     }
 
-    fn comes_to_rest(trouble: Trouble<Event>) -> bool {
-        !matches!(trouble, Happens(Event::StuckUnnoticed))
+    fn comes_to_rest(trouble: InjectedFault<Event>) -> bool {
+        !matches!(trouble, Specific(Event::StuckUnnoticed))
     }
 }
 
-const NO_REPLY: Follows = Named("stage", "no_reply");
-const GARBAGE: Follows = Named("stage", "garbage");
-const ALARM: Follows = Named("stage", "alarm");
-const GONE: Follows = Named("stage", "gone");
-const RESTARTED: Follows = Named("stage", "restarted");
-const STALLED: Follows = Named("stage", "stalled");
-const WRONG_DEVICE: Follows = Named("stage", "wrong_device");
+const NO_REPLY: Reaction = Named("stage", "no_reply");
+const GARBAGE: Reaction = Named("stage", "garbage");
+const ALARM: Reaction = Named("stage", "alarm");
+const GONE: Reaction = Named("stage", "gone");
+const RESTARTED: Reaction = Named("stage", "restarted");
+const STALLED: Reaction = Named("stage", "stalled");
+const WRONG_DEVICE: Reaction = Named("stage", "wrong_device");
 
 cells! { zaber;
     silence: Silence =>
@@ -59,9 +59,9 @@ cells! { zaber;
     garbage: Garbage =>
         absent: WRONG_DEVICE, ready: GARBAGE, live: GARBAGE, scanning: GARBAGE, calibrating: GARBAGE,
         jogging: GARBAGE, homing: GARBAGE;
-    stall: Happens(Event::StuckUnnoticed) =>
+    stall: Specific(Event::StuckUnnoticed) =>
         scanning: STALLED, calibrating: STALLED, jogging: STALLED;
-    emergency_stop: Happens(Event::EmergencyStop) =>
+    emergency_stop: Specific(Event::EmergencyStop) =>
         absent: ALARM, ready: ALARM, live: ALARM, scanning: ALARM, calibrating: ALARM, jogging: ALARM, homing: ALARM;
     unplugged: Unplugged =>
         absent: GONE, ready: GONE, live: GONE, scanning: GONE, calibrating: GONE, jogging: GONE, homing: GONE;
@@ -72,6 +72,6 @@ cells! { zaber;
         absent: WRONG_DEVICE, ready: GONE, live: GONE, scanning: GONE, calibrating: GONE, jogging: GONE, homing: GONE;
 }
 
-fn zaber(doing: Doing, trouble: Trouble<Event>, follows: Follows) {
-    cell::<Zaber>(doing, trouble, follows);
+fn zaber(scenario: Scenario, trouble: InjectedFault<Event>, reaction: Reaction) {
+    cell::<Zaber>(scenario, trouble, reaction);
 }

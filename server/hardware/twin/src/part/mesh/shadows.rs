@@ -1,5 +1,5 @@
-//! Which points light reaches past a part: neighbouring rays go through its tree together, with the same arithmetic as
-//! one alone ([`crate::part::scene::Scene::reaches`]), so with the same bits.
+//! Shadow tests behind a mesh: neighbouring rays traverse its tree together, with the same arithmetic as a single ray
+//! ([`crate::part::scene::Scene::reaches`]) and therefore the same bits.
 
 use multiversion::multiversion;
 use nalgebra::Vector3;
@@ -7,7 +7,7 @@ use nalgebra::Vector3;
 use super::{MAX_DEPTH, Mesh, Node, SEAM, Solid, Triangle};
 use crate::part::scene::hidden_beyond;
 
-/// Rays that are followed together: two vector registers of them.
+/// Rays traversed together: two vector registers.
 const N_RAYS: usize = 8;
 
 /// Rays in the part's frame.
@@ -15,7 +15,7 @@ struct Rays {
     origin: [[f64; N_RAYS]; 3],
     direction: [[f64; N_RAYS]; 3],
     inverse: [[f64; N_RAYS]; 3],
-    /// Only what a ray meets before this counts; nothing does once it is negative.
+    /// Only intersections before this length count; none do once it is negative.
     limit: [f64; N_RAYS],
 }
 
@@ -29,7 +29,7 @@ impl Rays {
 }
 
 impl Mesh {
-    /// Which of the lanes `bits` light reaches; `path` gives the beginning of a lane's light and the point on part or plate
+    /// The lanes of `bits` that are lit; `path` returns the start of a lane's light and the point on part or plate
     /// where it ends, with the stage at 0.
     pub(crate) fn lit(&self, mut bits: u64, path: impl Fn(usize) -> [Vector3<f64>; 2]) -> u64 {
         let mut lit = 0;
@@ -65,7 +65,7 @@ impl Mesh {
     }
 }
 
-/// Which rays meet a triangle before their limit; those have none afterwards.
+/// Which rays hit a triangle before their limit; their limit is then made negative.
 #[multiversion(targets("x86_64+avx2"))]
 fn blocked(solid: &Solid, rays: &mut Rays) -> [bool; N_RAYS] {
     let mut blocked = [false; N_RAYS];
@@ -95,7 +95,7 @@ fn blocked(solid: &Solid, rays: &mut Rays) -> [bool; N_RAYS] {
     blocked
 }
 
-/// Whether any ray enters a box before its limit, as `Node::enter` says.
+/// Whether any ray enters a box before its limit, as `Node::enter`.
 #[inline(always)]
 fn is_entered(node: &Node, rays: &Rays) -> bool {
     let (mut enter, mut leave) = ([0.0; N_RAYS], [f64::INFINITY; N_RAYS]);
@@ -116,7 +116,7 @@ fn is_entered(node: &Node, rays: &Rays) -> bool {
     any
 }
 
-/// Which rays meet a triangle before their limit, as `Triangle::reach` says.
+/// Which rays hit a triangle before their limit, as `Triangle::reach`.
 #[inline(always)]
 fn meets(triangle: &Triangle, rays: &Rays) -> [bool; N_RAYS] {
     let Triangle { corner, sides: [a, b] } = triangle;

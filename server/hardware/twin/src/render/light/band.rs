@@ -1,4 +1,4 @@
-//! The band of directions that an order's light takes: seen from near its source a sheet is thin.
+//! The band of directions of an order's light: seen from near its source a sheet is thin.
 
 use std::array::from_fn;
 
@@ -8,10 +8,10 @@ use optics::Grating;
 use crate::part::scene::Ball;
 use crate::render::view::block::floor;
 
-/// Added to either side of a band, in cells: more than a way of light strays from its sheet.
+/// Margin on either side of a band, in cells: more than the deviation of a light path from its sheet.
 const BAND_SLACK_CELLS: f64 = 0.25;
 
-/// Share by which the band is wider than the sheet: the sheet's distance is first order (`docs/maths/twin.md`).
+/// Factor by which the band is wider than the sheet: the sheet's distance is first order (`docs/maths/twin.md`).
 const BAND_SHARE: f64 = 1.1;
 
 /// A band of directions from a viewpoint, in columns.
@@ -29,7 +29,7 @@ pub(crate) struct Band {
 
 /// A triangle as seen from the viewpoint.
 pub(crate) struct Corners {
-    /// Tangents along and across the band, and depth, of each.
+    /// Tangents along and across the band, and depth, of each corner.
     pub at: [[f64; 3]; 3],
     pub patch: Patch,
 }
@@ -42,8 +42,8 @@ pub(crate) struct Patch {
 }
 
 impl Band {
-    /// The band of an order's light on what `ball` holds, its sheet `reach_mm` thick to either side, sampled at fan angles
-    /// `step_rad` apart; `cell` is a tangent. `None` if no light passes.
+    /// The band of an order's light that contains `ball`, its sheet `reach_mm` thick to either side, sampled at fan
+    /// angles `step_rad` apart; `cell` is a tangent. `None` if no light passes.
     pub(crate) fn new(
         grating: &Grating,
         order: i8,
@@ -58,7 +58,7 @@ impl Band {
         let along = (grating.fan - forward * grating.fan.dot(&forward)).normalize();
         let axes =
             Matrix3::from_rows(&[along.transpose(), forward.cross(&along).transpose(), forward.transpose()]);
-        // Where the outermost rays come nearest to each other.
+        // The nearest approach of the outermost rays.
         let between = first.origin_mm - last.origin_mm;
         let cosine = first.direction.dot(&last.direction);
         let back =
@@ -83,12 +83,12 @@ impl Band {
         (!band.columns.is_empty()).then_some(band)
     }
 
-    /// Tangents along and across the band of a point before the viewpoint.
+    /// Tangents along and across the band of a point in front of the viewpoint.
     fn tangents(&self, point: &Vector3<f64>) -> Option<[f64; 2]> {
         self.seen(point).map(|[along, across, _]| [along, across])
     }
 
-    /// Tangents along and across the band of a point before the viewpoint, and its depth.
+    /// Tangents along and across the band of a point in front of the viewpoint, and its depth.
     #[inline]
     fn seen(&self, point: &Vector3<f64>) -> Option<[f64; 3]> {
         let at = self.axes * (point - self.viewpoint);
@@ -99,7 +99,7 @@ impl Band {
         self.cell * BAND_SLACK_CELLS
     }
 
-    /// Lowest and highest tangents of the sheet itself across the columns that a patch reaches over.
+    /// Lowest and highest tangents of the sheet itself across the columns covered by a patch.
     fn sheet_across(&self, patch: &Patch) -> [f64; 2] {
         let columns = &self.columns[self.columns_of(patch)];
         let low = columns.iter().fold(f64::INFINITY, |low, column| low.min(column[0] + self.slack()));
@@ -107,8 +107,8 @@ impl Band {
         [low, high]
     }
 
-    /// Which part (from, to) of each side of a triangle, from corner to next corner, lies in the sheet; all of it, if a
-    /// corner lies behind the viewpoint.
+    /// The part (from, to) of each side of a triangle, from corner to next corner, that lies in the sheet; all of it,
+    /// if a corner lies behind the viewpoint.
     pub(crate) fn sides_in_sheet(&self, corners: Option<&Corners>) -> [Option<(f64, f64)>; 3] {
         let Some(Corners { at, patch }) = corners else { return [Some((0.0, 1.0)); 3] };
         let [low, high] = self.sheet_across(patch);
@@ -126,7 +126,7 @@ impl Band {
         floor(along / self.cell) as i64
     }
 
-    /// Adds what lies between two directions to the columns around them.
+    /// Extends the columns around two directions by the range between them.
     fn widen(&mut self, a: [f64; 2], b: [f64; 2]) {
         let (from, to) = (self.column(a[0].min(b[0])) - 1, self.column(a[0].max(b[0])) + 1);
         const NOTHING: [f64; 2] = [f64::INFINITY, f64::NEG_INFINITY];
@@ -149,7 +149,7 @@ impl Band {
         }
     }
 
-    /// Columns of the band that a patch reaches over.
+    /// Columns of the band covered by a patch.
     pub(crate) fn columns_of(&self, patch: &Patch) -> std::ops::Range<usize> {
         let last = self.columns.len() as i64;
         let from = self.column(patch.low[0]).saturating_sub(self.first_column).clamp(0, last);
@@ -172,7 +172,7 @@ impl Band {
         Some(Corners { at: [a, b, c], patch: Patch { low, high } })
     }
 
-    /// Whether a ball may touch the band.
+    /// Whether a sphere may touch the band.
     pub(crate) fn touches_ball(&self, centre: &Vector3<f64>, radius_mm: f64) -> bool {
         let at = self.axes * (centre - self.viewpoint);
         let nearest = at.z - radius_mm;
@@ -180,14 +180,14 @@ impl Band {
             return true;
         }
         let middle = [at.x / at.z, at.y / at.z];
-        // By d from the centre, x/z changes by (d_x − (x/z)·d_z)/z.
+        // At d from the centre, x/z changes by (d_x − (x/z)·d_z)/z.
         let half = middle.map(|tangent| radius_mm * (1.0 + tangent * tangent).sqrt() / nearest);
         let (low, high) = (from_fn(|axis| middle[axis] - half[axis]), from_fn(|axis| middle[axis] + half[axis]));
         self.touches(&Patch { low, high })
     }
 }
 
-/// The part of 0–1 over which what is `a` at 0 and `b` at 1, and linear between, is not negative.
+/// The interval within 0–1 in which the linear function from `a` at 0 to `b` at 1 is not negative.
 fn not_negative(a: f64, b: f64) -> Option<(f64, f64)> {
     match (a >= 0.0, b >= 0.0) {
         (true, true) => Some((0.0, 1.0)),

@@ -1,4 +1,5 @@
-//! Marking the pixels that light can fall on: around what a sheet holds of a triangle, and between neighbouring rays.
+//! Marking of the pixels that light can reach: around the part of a triangle in the sheet, and between neighbouring
+//! rays.
 
 use optics::Camera;
 
@@ -6,32 +7,32 @@ use crate::part::mesh_corners::PlacedTriangle;
 use crate::render::light::band::{Band, Corners};
 use crate::render::view::lit_pixels::LitPixels;
 
-/// Places across the sheet, in units of its reach, whose hits show where light falls.
+/// Positions across the sheet, relative to its half-width, whose hits show where light falls.
 pub(crate) const ACROSS: [f64; 5] = [-1.0, -0.5, 0.0, 0.5, 1.0];
 
-/// Of how many rays one is followed where the surface is smooth: one in 7 pixels, between which a line is straight.
+/// Interval of the rays traced on smooth surfaces: one in 7 pixels, between which a line is straight.
 pub(crate) const COARSE: i32 = 8;
 
-/// Added around what coarse rays enclose, pixels: the bow of a line between them is a hundredth of it.
+/// Margin around the area enclosed by coarse rays, pixels: the curvature of a line between them is a hundredth of it.
 const COARSE_MARGIN_PX: f64 = 1.0;
 
-/// Triangles larger than this in the picture are marked in pieces.
+/// Triangles larger than this in the image are marked in pieces.
 const PIECE_PX: f64 = 16.0;
 
-/// Largest number of halvings of a triangle: 2¹² pieces along a side cover any picture.
+/// Greatest number of halvings of a triangle: 2¹² pieces along a side cover any image.
 const MAX_PIECES_DEPTH: usize = 12;
 
-/// Where a ray ends: the pixel, and whether the surface is smooth from this ray's end to the next one's.
+/// End of a ray: the pixel, and whether the surface is smooth up to the next ray's end.
 #[derive(Clone, Copy)]
-pub(crate) struct Landed {
+pub(crate) struct RayEnd {
     pub pixel: [f64; 2],
     pub smooth: bool,
 }
 
 /// Ends of the rays across the sheet at one fan angle.
-pub(crate) type Section = [Option<Landed>; ACROSS.len()];
+pub(crate) type Section = [Option<RayEnd>; ACROSS.len()];
 
-/// Marks the pixels that a triangle in the band covers, in pieces if it is large; those that do not touch it are left out.
+/// Marks the pixels covered by a triangle in the band, in pieces if it is large; pieces outside the band are left out.
 pub(crate) fn mark_triangle(
     camera: &Camera,
     band: &Band,
@@ -62,7 +63,7 @@ pub(crate) fn mark_triangle(
     }
 }
 
-/// Marks the pixels around what the sheet holds of a triangle so small that it looks the same from anywhere.
+/// Marks the pixels around the part in the sheet of a triangle so small that it looks the same from anywhere.
 fn mark_in_sheet(band: &Band, corners: Option<&Corners>, pixels: &[[f64; 2]; 3], lit: &mut LitPixels) {
     let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
     for (side, part) in band.sides_in_sheet(corners).into_iter().enumerate() {
@@ -98,7 +99,7 @@ pub(crate) fn enclose(before: &Section, after: &Section, lit: &mut LitPixels) {
     }
 }
 
-/// Marks the pixels between two pairs of ends in rectangles that a slanted line leaves by a pixel at most.
+/// Marks the pixels between two pairs of ends in rectangles that exceed a slanted line by at most a pixel.
 fn enclose_four(from: [[f64; 2]; 2], to: [[f64; 2]; 2], lit: &mut LitPixels) {
     let rise = |axis: usize| (to[0][axis] - from[0][axis]).abs().max((to[1][axis] - from[1][axis]).abs());
     let n = (rise(0).min(rise(1)).ceil() as usize).clamp(1, COARSE as usize);

@@ -1,4 +1,4 @@
-//! Where the light of an order falls: its sheet, and what stands in its way.
+//! Light of an order: its sheet, and the surfaces it reaches.
 
 pub(crate) mod band;
 pub(crate) mod mark;

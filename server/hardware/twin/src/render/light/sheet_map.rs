@@ -1,8 +1,8 @@
 //! Camera rays and light sheets of a station, precomputed on a coarse grid of pixels.
 //!
-//! Undistorting a pixel and meeting a sheet take Newton steps; both are smooth over the picture, so a cubic
-//! through nodes every few pixels replaces them. The sheet is kept as inverse depth, which for a plane and an
-//! ideal lens is linear in the pixel.
+//! Undistorting a pixel and intersecting a sheet take Newton steps; both are smooth over the image, so cubic
+//! interpolation between nodes every few pixels replaces them. The sheet is stored as inverse depth, which for a plane
+//! and an ideal lens is linear in the pixel.
 
 use std::array::from_fn;
 
@@ -18,20 +18,20 @@ use crate::render::view::lit_pixels::WORD_PX;
 /// Nodes before the first pixel, so that every pixel lies between four.
 const MARGIN_NODES: usize = 1;
 
-/// Most nodes that are needed for a word of a row.
+/// Greatest number of nodes needed for a word of a row.
 const MAX_NODES: usize = WORD_PX / MAP_STEP_PX + 3;
 
-/// Several smooth fields over the picture.
+/// Several smooth fields over the image.
 #[derive(Debug, Clone)]
 pub(crate) struct PixelMap<const FIELDS: usize> {
     columns: usize,
     nodes: Vec<[f64; FIELDS]>,
-    /// Cubic weights of the four nodes around it: node by node, the positions within a step.
+    /// Cubic weights of the four surrounding nodes: per node, for each position within a step.
     weights: [[f64; MAP_STEP_PX]; 4],
 }
 
 impl<const FIELDS: usize> PixelMap<FIELDS> {
-    /// The map of `value`, which is NaN where the field does not exist.
+    /// The map of `value`, which is NaN where the field is undefined.
     pub(crate) fn new(
         width_px: usize,
         height_px: usize,
@@ -50,8 +50,8 @@ impl<const FIELDS: usize> PixelMap<FIELDS> {
         }
     }
 
-    /// Reads the fields at pixels (whole steps, at most a word) of row `v` from column `u`, the start of a step; the last
-    /// step may reach beyond the picture.
+    /// Reads the fields at pixels (whole steps, at most a word) of row `v` from column `u`, the start of a step; the
+    /// last step may extend beyond the image.
     pub(crate) fn read(&self, u: usize, v: usize, fields: [&mut [f64]; FIELDS]) {
         let first = (v / MAP_STEP_PX) * self.columns + u / MAP_STEP_PX;
         let n_nodes = fields.iter().map(|field| field.len() / MAP_STEP_PX + 3).max().unwrap_or(0);
@@ -63,7 +63,7 @@ impl<const FIELDS: usize> PixelMap<FIELDS> {
     }
 }
 
-/// The fields between four rows of nodes.
+/// Interpolates the fields between four rows of nodes.
 #[multiversion(targets("x86_64+avx2"))]
 fn interpolate_down([a, b, c, d]: [f64; 4], [first, second, third, fourth]: [&[f64]; 4], columns: &mut [f64]) {
     let n = first.len().min(columns.len());
@@ -73,7 +73,7 @@ fn interpolate_down([a, b, c, d]: [f64; 4], [first, second, third, fourth]: [&[f
     }
 }
 
-/// The fields along a row, between its nodes.
+/// Interpolates the fields along a row, between its nodes.
 #[multiversion(targets("x86_64+avx2"))]
 fn interpolate_along<const FIELDS: usize>(
     weights: &[[f64; MAP_STEP_PX]; 4],
@@ -112,11 +112,11 @@ pub(crate) fn ray_map(camera: &Camera) -> PixelMap<2> {
     })
 }
 
-/// The sheet of one order as every pixel sees it.
+/// The sheet of one order for every pixel.
 #[derive(Debug, Clone)]
 pub(crate) struct SheetMap(PixelMap<4>);
 
-/// What the camera rays of a stretch of a row meet of one sheet.
+/// Intersections of the camera rays of a row segment with one sheet.
 #[derive(Debug, Clone)]
 pub(crate) struct SheetBlock {
     /// 1 / depth of the sheet along the ray, 1/mm.
@@ -125,7 +125,7 @@ pub(crate) struct SheetBlock {
     pub steepness: Block,
     /// Fan angle φ of the light that arrives there.
     pub phi_rad: Block,
-    /// tan φ, kept because it is dear to compute.
+    /// tan φ, stored because it is expensive to compute.
     pub tan_phi: Block,
 }
 

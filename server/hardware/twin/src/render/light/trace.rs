@@ -1,7 +1,8 @@
-//! Where a sheet's light can fall: rays are followed forward, and the pixels around their ends looked at.
+//! Finds the pixels that a sheet's light can reach: rays are traced forward, and the pixels around their ends are
+//! marked.
 //!
-//! On a plane or a gentle hill neighbouring rays end beside each other, and a ray every few pixels will do. Light that
-//! comes near a part's edges is followed more closely than pixels.
+//! On a plane or a gentle hill neighbouring rays end close to each other, and a ray every few pixels suffices. Light
+//! near a part's edges is traced at sub-pixel spacing.
 
 use nalgebra::Vector3;
 
@@ -10,34 +11,35 @@ use crate::part::mesh::Mesh;
 use crate::part::mesh_corners::PlacedCorners;
 use crate::part::scene::{Ball, NearHit, Plate, Scene};
 use crate::render::light::band::Band;
-use crate::render::light::mark::{ACROSS, COARSE, Landed, Section, enclose, mark_triangle};
+use crate::render::light::mark::{ACROSS, COARSE, RayEnd, Section, enclose, mark_triangle};
 use crate::render::renderer::Renderer;
 use crate::render::view::laser_image::Placed;
 use crate::render::view::lit_pixels::LitPixels;
 
-/// Places across the sheet like [`ACROSS`], close to edges, at which the last hit must not lie farther from the edge than the margin.
+/// Positions across the sheet as in [`ACROSS`], close to edges, where the last hit must not lie farther from the edge
+/// than the margin.
 const FINE_ACROSS: [f64; 9] = [-1.0, -0.75, -0.5, -0.25, 0.0, 0.25, 0.5, 0.75, 1.0];
 
 /// Two hits of neighbouring rays farther apart than this lie on different surfaces, pixels.
 const JUMP_PX: f64 = 48.0;
 
-/// Added around what fine rays show, pixels: more than their spacing, also where they graze the rim of a ball.
+/// Margin around the ends of fine rays, pixels: more than their spacing, also where they graze the rim of a ball.
 const FINE_MARGIN_PX: f64 = 4.0;
 
-/// How far beyond the rim of a target its plane is followed, and how far inside the light that passes it, in units of
-/// the rays' spacing and the sheet's reach together: at 50° of tilt these appear 1.6 times as long.
+/// How far beyond the rim of a target its plane is evaluated, and how far inside the rim the light passing it, in units
+/// of the rays' spacing plus the sheet's half-width: at 50° of tilt these appear 1.6 times as long.
 const RIM: f64 = 4.0;
 
-/// Columns of a band along which it is as wide, pixels at the standoff: about a fine triangle.
+/// Width of the columns of a band, pixels at the standoff: about a fine triangle.
 const CELL_PX: f64 = 4.0;
 
-/// One order's sheet, to be followed into a scene.
+/// The sheet of one order, to be traced into a scene.
 struct Tracer<'r> {
     renderer: &'r Renderer,
     fan: &'r Fan,
 }
 
-/// Marks the pixels of `lit` that light of an order may fall on.
+/// Marks the pixels of `lit` that light of an order may reach.
 pub(crate) fn trace(
     renderer: &Renderer,
     scene: Placed<'_>,
@@ -66,12 +68,12 @@ pub(crate) fn trace(
 }
 
 impl Tracer<'_> {
-    /// Distance between two [`COARSE`] rays, and the sheet's reach.
+    /// Distance between two [`COARSE`] rays plus the sheet's half-width.
     fn around_ray_mm(&self) -> f64 {
         self.fan.angles.spacing_mm * f64::from(COARSE) + self.fan.reach_mm
     }
 
-    /// The plate, as if nothing stood on it.
+    /// Traces to the bare plate.
     fn follow_to_plate(&self, plate: &Plate, scene: Placed<'_>, lit: &mut LitPixels) {
         let plate = Plate { point_mm: plate.point_mm + scene.moved_mm, ..*plate };
         self.follow(lit, scene, |origin, direction| {
@@ -80,7 +82,7 @@ impl Tracer<'_> {
         });
     }
 
-    /// The target's plane as far as the target reaches, and the backdrop where light passes it.
+    /// Traces to the target's plane within the target, and to the backdrop where light passes the target.
     fn follow_to_board(&self, scene: Placed<'_>, lit: &mut LitPixels) {
         let Scene::Board(board) = scene.scene else { return };
         let board = board.moved(&scene.moved_mm);
@@ -104,7 +106,7 @@ impl Tracer<'_> {
         });
     }
 
-    /// Hills are smooth where the bound on their curvature proves that a ray meets them once.
+    /// Traces to hills; smooth where the curvature bound proves that a ray intersects them once.
     fn follow_to_hills(&self, scene: Placed<'_>, lit: &mut LitPixels) {
         let Scene::Freeform(part) = scene.scene else { return };
         let mut beside: Option<NearHit> = None;
@@ -119,10 +121,10 @@ impl Tracer<'_> {
         });
     }
 
-    /// Light that comes near a part, ray by ray.
+    /// Traces light near a part, ray by ray.
     fn follow_to_part(&self, scene: Placed<'_>, lit: &mut LitPixels) {
         let Some(part) = scene.part_ball() else { return };
-        // Only from the middle of the sheet that close can a ray of its thickness come near.
+        // Only within this distance of the middle of the sheet can a ray of its thickness come near.
         let around = Ball { radius_mm: part.radius_mm + self.fan.reach_mm, ..part };
         let passes = |ray: &FanRay| around.is_near(&ray.origin_mm, &ray.direction);
         let last = self.fan.angles.last;
@@ -136,7 +138,7 @@ impl Tracer<'_> {
         });
     }
 
-    /// The triangles that touch the sheet, large ones in pieces.
+    /// Marks the triangles that touch the sheet, large ones in pieces.
     fn follow_to_triangles(
         &self,
         mesh: &Mesh,
@@ -164,12 +166,12 @@ impl Tracer<'_> {
         });
     }
 
-    /// Follows one of [`COARSE`] rays to a surface, and all of them in `scene` where that is not smooth.
+    /// Traces the [`COARSE`] rays to a surface, and all rays into `scene` where that is not smooth.
     fn follow(
         &self,
         lit: &mut LitPixels,
         scene: Placed<'_>,
-        mut end: impl FnMut(&Vector3<f64>, &Vector3<f64>) -> Option<Landed>,
+        mut end: impl FnMut(&Vector3<f64>, &Vector3<f64>) -> Option<RayEnd>,
     ) {
         let mut previous: Option<(i32, Section)> = None;
         let last = self.fan.angles.last;
@@ -199,7 +201,7 @@ impl Tracer<'_> {
         &self,
         angles: impl Iterator<Item = i32>,
         lit: &mut LitPixels,
-        mut end: impl FnMut(&Vector3<f64>, &Vector3<f64>) -> Option<Landed>,
+        mut end: impl FnMut(&Vector3<f64>, &Vector3<f64>) -> Option<RayEnd>,
     ) {
         for idx in angles {
             let mut previous: Option<[f64; 2]> = None;
@@ -214,19 +216,19 @@ impl Tracer<'_> {
         }
     }
 
-    /// The rays of the whole thickness of the sheet at a fan angle.
+    /// Traces the rays across the whole thickness of the sheet at a fan angle.
     fn section<const N: usize>(
         &self,
         idx: i32,
         places: [f64; N],
-        mut end: impl FnMut(&Vector3<f64>, &Vector3<f64>) -> Option<Landed>,
-    ) -> [Option<Landed>; N] {
+        mut end: impl FnMut(&Vector3<f64>, &Vector3<f64>) -> Option<RayEnd>,
+    ) -> [Option<RayEnd>; N] {
         let Some(FanRay { origin_mm, direction, across_mm }) = self.fan.ray(idx) else { return [None; N] };
         places.map(|place| end(&(origin_mm + across_mm * place), direction))
     }
 
-    fn landed(&self, point_mm: &Vector3<f64>, smooth: bool) -> Option<Landed> {
+    fn landed(&self, point_mm: &Vector3<f64>, smooth: bool) -> Option<RayEnd> {
         let pixel = self.renderer.model.camera.project(point_mm)?;
-        Some(Landed { pixel: [pixel.x, pixel.y], smooth })
+        Some(RayEnd { pixel: [pixel.x, pixel.y], smooth })
     }
 }

@@ -1,4 +1,4 @@
-//! Many rays against a ball at once: the same arithmetic as for one ray, so the same bits.
+//! Many rays against a ball at once, with the same arithmetic and therefore the same bits as a single ray.
 
 use multiversion::multiversion;
 use nalgebra::Vector3;
@@ -9,7 +9,7 @@ use crate::render::view::block::Block;
 use crate::render::view::lit_pixels::WORD_PX;
 use crate::render::view::pixel_hits::PixelHits;
 
-/// Which of the first `n` rays from the camera come near the ball ([`Ball::is_near`]), from bit 0.
+/// Which of the first `n` camera rays pass near the ball ([`Ball::is_near`]), from bit 0.
 #[multiversion(targets("x86_64+avx2"))]
 pub(crate) fn rays_near(ball: &Ball, rays: &[Block; 2], n: usize) -> u64 {
     let centre = array(&ball.centre_mm);
@@ -21,7 +21,7 @@ pub(crate) fn rays_near(ball: &Ball, rays: &[Block; 2], n: usize) -> u64 {
     bits
 }
 
-/// Which of the first `n` shadow rays to the pixel hits come near the ball ([`Ball::is_near`]), from bit 0.
+/// Which of the first `n` shadow rays to the pixel hits pass near the ball ([`Ball::is_near`]), from bit 0.
 #[multiversion(targets("x86_64+avx2"))]
 pub(crate) fn shadow_rays_near(ball: &Ball, from: &[Block; 3], to: &PixelHits, n: usize) -> u64 {
     let centre = array(&ball.centre_mm);
@@ -34,7 +34,7 @@ pub(crate) fn shadow_rays_near(ball: &Ball, from: &[Block; 3], to: &PixelHits, n
     bits
 }
 
-/// Puts the ball, carried by the stage, before the pixels `near` of the first `n`, where it stands before what they see.
+/// Replaces the hits of the pixels `near` of the first `n` by the moved ball where it is nearer.
 #[multiversion(targets("x86_64+avx2"))]
 pub(crate) fn see_ball(ball: &Sphere, moved: &Vector3<f64>, n: usize, near: u64, hits: &mut PixelHits) {
     let to_centre = array(&(ball.centre_mm + moved));
@@ -42,7 +42,7 @@ pub(crate) fn see_ball(ball: &Sphere, moved: &Vector3<f64>, n: usize, near: u64,
     for lane in 0..n.min(WORD_PX) {
         let ray = [x[lane], y[lane], 1.0];
         let (meets, at) = ball_hit(ball.radius_mm, to_centre, ray);
-        // Where no plate is seen no number stands, and no comparison holds.
+        // Without a plate the value is NaN, and no comparison holds.
         let behind = at > reach[lane];
         let first = (near >> lane & 1 == 1) & meets & !behind;
         let normal = [0, 1, 2].map(|axis: usize| (ray[axis] * at - to_centre[axis]) / ball.radius_mm);
@@ -54,7 +54,7 @@ pub(crate) fn see_ball(ball: &Sphere, moved: &Vector3<f64>, n: usize, near: u64,
     }
 }
 
-/// Which of the first `n` shadow rays to the pixel hits are not blocked by ball or plate, carried by the stage
+/// Which of the first `n` shadow rays to the pixel hits are not blocked by the moved ball or plate
 /// ([`crate::part::scene::Scene::reaches`]), from bit 0.
 #[multiversion(targets("x86_64+avx2"))]
 pub(crate) fn shadow_rays_past_ball(
@@ -82,7 +82,7 @@ pub(crate) fn shadow_rays_past_ball(
     bits
 }
 
-/// Whether a ray meets a ball, and where: origin + reach · ray; no number if it passes.
+/// Whether a ray hits a ball, and its ray length: origin + reach · ray; NaN if it misses.
 #[inline(always)]
 fn ball_hit(radius_mm: f64, to_centre: [f64; 3], ray: [f64; 3]) -> (bool, f64) {
     let square = dot(ray, ray);
@@ -103,7 +103,7 @@ fn is_near(radius_mm: f64, to_centre: [f64; 3], ray: [f64; 3]) -> bool {
     dot(beside, beside) <= radius_mm * radius_mm * dot(ray, ray) * (1.0 + SAME_HIT_MM)
 }
 
-/// The point that a pixel sees.
+/// The surface point of a pixel.
 #[inline(always)]
 fn point(hits: &PixelHits, lane: usize) -> [f64; 3] {
     let reach = hits.reach[lane];
@@ -149,7 +149,7 @@ mod tests {
     fn rays_together_meet_a_ball_as_each_alone() {
         let model = StationModel::seeded(3, &StationShape::default()).unwrap();
         let scene = SceneKind::Sphere { radius_mm: 18.9 }.placed(&model, 1);
-        let Scene::Sphere(ball) = &scene else { panic!("a ball was wanted") };
+        let Scene::Sphere(ball) = &scene else { panic!("a ball was requested") };
         let placed = Placed { scene: &scene, moved_mm: Vector3::new(0.3, -4.0, 0.1) };
         let part = placed.part_ball().unwrap();
         let from = Vector3::new(20.0, -120.0, 5.0);

@@ -1,21 +1,21 @@
-//! Arithmetic on a stretch of a picture's row: plain loops over arrays, which the compiler turns into vector
-//! instructions, the same bits with any of them.
+//! Arithmetic on a segment of an image row: plain loops over arrays, which the compiler vectorises, with the same bits
+//! for any instruction set.
 
 use crate::render::view::lit_pixels::WORD_PX;
 
 /// One number per pixel of a word of a row.
 pub(crate) type Block = [f64; WORD_PX];
 
-/// A block of nothing: no comparison with it holds.
+/// A block of NaN: no comparison with it holds.
 pub(crate) const NOTHING: Block = [f64::NAN; WORD_PX];
 
-/// Added and taken away, it rounds to whole numbers: 1.5 · 2⁵².
+/// Added and subtracted, it rounds to whole numbers: 1.5 · 2⁵².
 const ROUNDER: f64 = 6_755_399_441_055_744.0;
 
 /// ln 2 in two parts; whole multiples of the first up to 2¹⁰ are exact.
 const LN_2: [f64; 2] = [6.931_471_803_691_238e-1, 1.908_214_929_270_587_7e-10];
 
-/// Below, the exponential is as good as nothing and its bits would leave their range.
+/// Below, the exponential is practically zero and its bits would leave their range.
 const LEAST_EXPONENT: f64 = -700.0;
 
 /// Largest whole number that is not above `x`, for |x| < 2⁵¹.
@@ -31,11 +31,11 @@ pub(crate) fn ceil(x: f64) -> f64 {
     -floor(-x)
 }
 
-/// The exponential of a number up to 700, to two units in the last place: a multiple of ln 2 makes the exponent, a
+/// The exponential of a number up to 700, to two units in the last place: a multiple of ln 2 gives the exponent, a
 /// Taylor polynomial the rest. Unlike the system's it is the same on every machine.
 #[inline(always)]
 pub(crate) fn exp(x: f64) -> f64 {
-    /// 1/k! from the highest power that counts below (ln 2)/2 down to the constant.
+    /// 1/k! from the highest power that is significant below (ln 2)/2 down to the constant.
     const TAYLOR: [f64; 14] = [
         1.0 / 6_227_020_800.0,
         1.0 / 479_001_600.0,

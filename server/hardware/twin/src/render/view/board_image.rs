@@ -1,4 +1,4 @@
-//! Ordinary light on a scene: the target at normal exposure, or what ambient light adds to a laser image.
+//! Ambient light on a scene: the target at normal exposure, or the ambient contribution to a laser image.
 
 use nalgebra::{Matrix2, Vector2, Vector3};
 
@@ -12,13 +12,13 @@ use crate::render::view::laser_image::Placed;
 use crate::render::view::lit_pixels::{LitPixels, WORD_PX};
 use crate::render::view::pixel_hits::{MeshMemory, PixelHits, View};
 
-/// Rows that are prepared together: few enough to stay in a processor's cache.
+/// Rows prepared together: few enough to stay in a processor's cache.
 const BAND_PX: usize = 32;
 
-/// Most that lens distortion stretches the ray of a pixel, with room to spare.
+/// Upper bound of the stretch of a pixel's ray by lens distortion.
 const LENS_STRETCH: f64 = 1.3;
 
-/// Light of a whole picture before lens blur: `white_level` (of 255) on white at the picture's centre.
+/// Light of a whole image before lens blur: `white_level` (of 255) on white at the image centre.
 pub(crate) fn ordinary_light(
     renderer: &Renderer,
     scene: Placed<'_>,
@@ -56,14 +56,14 @@ pub(crate) fn ordinary_light(
     levels
 }
 
-/// Light on the scene around a pixel against the picture's centre: a smooth gradient and vignetting.
+/// Light on the scene around a pixel relative to the image centre: a smooth gradient and vignetting.
 fn illumination(renderer: &Renderer, u: usize, v: usize) -> f64 {
     let (width, height) = (renderer.model.camera.width_px as f64, renderer.model.camera.height_px as f64);
     let at = Vector2::new(2.0 * u as f64 / width - 1.0, 2.0 * v as f64 / height - 1.0);
     (1.0 + ILLUMINATION_GRADIENT * renderer.brighter_side.dot(&at)) * (1.0 - VIGNETTING / 2.0 * at.norm_squared())
 }
 
-/// Mean reflectance of what a pixel sees: of the board if that is what stands there.
+/// Mean reflectance within a pixel; of the board if it is the visible surface.
 fn seen_reflectance(renderer: &Renderer, board: Option<&Board>, hits: &PixelHits, lane: usize) -> f64 {
     let ray = hits.ray(lane);
     if let Some(board) = board {
@@ -72,7 +72,7 @@ fn seen_reflectance(renderer: &Renderer, board: Option<&Board>, hits: &PixelHits
     if hits.reach[lane].is_nan() { 0.0 } else { hits.reflectance[lane] * -hits.normal(lane).dot(&ray.normalize()) }
 }
 
-/// One sample where the target is plain around the pixel, a square of samples with soft edges elsewhere.
+/// One sample where the target is uniform around the pixel, elsewhere a square of samples with soft edges.
 fn board_reflectance(renderer: &Renderer, board: &Board, ray: &Vector3<f64>) -> f64 {
     let Some((reach, at)) = board.plane_hit(&Vector3::zeros(), ray) else { return BACKDROP_REFLECTANCE };
     if !board.edge_within(&at, &widest_pixel_mm(renderer, board, ray, reach)) {
@@ -92,13 +92,13 @@ fn board_reflectance(renderer: &Renderer, board: &Board, ray: &Vector3<f64>) -> 
     samples.sum::<f64>() / (n * n)
 }
 
-/// Reflectance of the board and of the backdrop beside it, by their shares of a small area.
+/// Reflectance of the board and of the backdrop beside it, weighted by their fractions of a small area.
 fn mixed_reflectance(board: &Board, at: &Vector2<f64>, span: &Vector2<f64>) -> f64 {
     let (reflectance, share) = board.blurred_reflectance(at, span);
     BACKDROP_REFLECTANCE + (reflectance - BACKDROP_REFLECTANCE) * share
 }
 
-/// What a pixel covers of the board at most, along x and y: a quick bound that spares most pixels the exact span.
+/// Upper bound of a pixel's extent on the board, along x and y: avoids the exact span for most pixels.
 fn widest_pixel_mm(renderer: &Renderer, board: &Board, ray: &Vector3<f64>, reach: f64) -> Vector2<f64> {
     let camera = &renderer.model.camera;
     let steepness = board.axes.column(2).dot(ray).abs();

@@ -1,4 +1,4 @@
-//! Hills seen along a stretch of a picture's row: Newton steps from the tangent planes of the row above.
+//! Hills along a segment of an image row: Newton steps from the tangent planes of the row above.
 
 use multiversion::multiversion;
 use nalgebra::Vector3;
@@ -29,7 +29,7 @@ struct AboveWord {
     offset: Block,
 }
 
-/// Rays in the plate's frame and the surface under their present ends.
+/// Rays in the plate's frame and the surface below their current ends.
 struct Search {
     from: Vector3<f64>,
     way: [Block; 3],
@@ -88,7 +88,7 @@ impl AboveWord {
     }
 }
 
-/// Reaches to the tangent planes above, or to the plate where there are none.
+/// Ray lengths to the tangent planes above, or to the plate where there are none.
 #[multiversion(targets("x86_64+avx2"))]
 fn guess(
     above: &AboveWord,
@@ -109,8 +109,8 @@ fn guess(
     }
 }
 
-/// Newton steps for all rays at once; reaches become not a number where they do not converge or where the bound on the
-/// curvature does not prove that the ray meets nothing before ([`Freeform::hit_from`] is the same for one ray).
+/// Newton steps for all rays at once; the ray length becomes NaN where they do not converge or where the curvature
+/// bound does not prove that the hit is the first ([`Freeform::hit_from`] is the same for one ray).
 #[multiversion(targets("x86_64+avx2"))]
 fn descend(part: &Freeform, n: usize, search: &mut Search, hits: &mut PixelHits) {
     let Search { from, way, at, height, slope } = search;
@@ -159,8 +159,8 @@ fn advance(from: f64, way: &[f64], reach: &[f64], at: &mut [f64]) {
     }
 }
 
-/// Adds a hill to the heights and slopes at places (x, y), as [`Freeform::height_mm`] does for one; far
-/// from it, where that leaves it out, 1e-14 mm remain.
+/// Adds a hill to the heights and slopes at positions (x, y), as [`Freeform::height_mm`] does for one; beyond its
+/// cut-off, 1e-14 mm remain.
 #[inline(always)]
 fn add_hill(hill: &Hill, x: &[f64], y: &[f64], height: &mut [f64], slope_x: &mut [f64], slope_y: &mut [f64]) {
     let curvature = 1.0 / (hill.sigma_mm * hill.sigma_mm);
@@ -176,8 +176,8 @@ fn add_hill(hill: &Hill, x: &[f64], y: &[f64], height: &mut [f64], slope_x: &mut
     }
 }
 
-/// One Newton step of every ray; turns the surface's heights into the rays' heights above it, and counts those that were
-/// too high for the step to be the last.
+/// One Newton step of every ray; turns the surface's heights into the rays' heights above it, and counts those too high
+/// for this to be the last step.
 #[inline(always)]
 fn step(from_z: f64, way: [&[f64]; 3], slope: [&[f64]; 2], height: &mut [f64], reach: &mut [f64]) -> u64 {
     let n = reach.len();
@@ -194,7 +194,7 @@ fn step(from_z: f64, way: [&[f64]; 3], slope: [&[f64]; 2], height: &mut [f64], r
     high
 }
 
-/// Puts no number where the bound on the curvature does not prove the hit to be the first (`Freeform::surely_free`).
+/// Sets NaN where the curvature bound does not prove the hit to be the first (`Freeform::surely_free`).
 #[inline(always)]
 fn keep_proven(
     part: &Freeform,

@@ -1,9 +1,8 @@
-//! Laser light on a scene: which pixels see it, and how much.
+//! Laser light on a scene: the lit pixels and their levels.
 //!
-//! The sheet of an order has a Gaussian profile across. A pixel's light is that profile at the distance of the
-//! seen surface point from the exact sheet, if no surface stands between the grating and the point. So the
-//! ridge lies where the true sheet meets the scene, edges and shadows fall where they do in nature, and no
-//! light is drawn that a camera could not see.
+//! The sheet of an order has a Gaussian profile across. A pixel's light is that profile at the distance of its surface
+//! point from the exact sheet, if no surface lies between the grating and the point. So the ridge lies where the true
+//! sheet intersects the scene, edges and shadows fall as in reality, and only visible light is drawn.
 
 use std::borrow::Cow;
 
@@ -21,32 +20,33 @@ use crate::render::view::block::{Block, NOTHING, exp};
 use crate::render::view::lit_pixels::LitPixels;
 use crate::render::view::pixel_hits::{MeshMemory, PixelHits, View};
 
-/// A scene moved by the stage: carried as it is, or turned.
+/// A scene moved by the stage: translated or rotated.
 pub(crate) struct MovedScene<'s> {
     scene: Cow<'s, Scene>,
     moved_mm: Vector3<f64>,
 }
 
-/// A scene where the stage has carried it.
+/// A scene at the stage's position.
 #[derive(Clone, Copy)]
 pub(crate) struct Placed<'s> {
     pub scene: &'s Scene,
     pub moved_mm: Vector3<f64>,
 }
 
-/// One order's light.
+/// Light of one order.
 struct OrderLight {
     grating: Grating,
     sheet_sigma_mm: f64,
     standoff_mm: f64,
     per_focus_depth_mm: f64,
     fan_half_angle_rad: f64,
-    /// Level of the ridge on a white, matt surface across the axis at the reference distance, times that distance.
+    /// Level of the ridge on a white, matt surface perpendicular to the axis at the reference distance, times that
+    /// distance.
     peak_mm: f64,
 }
 
-/// Light that falls on a stretch of a row, and where on the grating it comes from.
-struct Shine {
+/// Light on a row segment, and its origin on the grating.
+struct IncidentLight {
     level: Block,
     source: [Block; 3],
 }
@@ -71,7 +71,7 @@ impl Placed<'_> {
         self.scene.hit(&(origin - self.moved_mm), direction)
     }
 
-    /// [`Scene::part_ball`], where the stage has carried it.
+    /// [`Scene::part_ball`], at the stage's position.
     pub(crate) fn part_ball(&self) -> Option<Ball> {
         let ball = self.scene.part_ball()?;
         Some(Ball { centre_mm: ball.centre_mm + self.moved_mm, ..ball })
@@ -102,13 +102,13 @@ pub(crate) fn laser_light(
     for order_idx in 0..renderer.model.orders.len() {
         of_order.clear();
         let mut view = View::new(scene, memory);
-        view.shine_on(renderer, order_idx, of_order);
+        view.mark_lit(renderer, order_idx, of_order);
         view.look_at(renderer, of_order);
         light_of_order(renderer, &mut view, order_idx, of_order, levels, lit);
     }
 }
 
-/// Adds the light of one order, looked for on the pixels of `may_be_lit`, to `levels`, and where there is some, to `lit`.
+/// Adds the light of one order, evaluated on the pixels of `may_be_lit`, to `levels`, and the lit pixels to `lit`.
 fn light_of_order(
     renderer: &Renderer,
     view: &mut View<'_>,
@@ -120,21 +120,21 @@ fn light_of_order(
     let width = renderer.model.camera.width_px;
     let light = OrderLight::new(renderer, order_idx);
     let (mut hits, mut sheet) = (PixelHits::nothing(), SheetBlock::nothing());
-    let mut shine = Shine { level: NOTHING, source: [NOTHING; 3] };
+    let mut incident = IncidentLight { level: NOTHING, source: [NOTHING; 3] };
     for (u, v, n) in may_be_lit.stretches(MAP_STEP_PX) {
         view.aim(renderer, u, v, n, &mut hits);
         view.see(u, v, n, &mut hits);
         renderer.sheets[order_idx].read(u, v, n, &mut sheet);
-        if !fall(&light, &hits, &sheet, n, &mut shine) {
+        if !fall(&light, &hits, &sheet, n, &mut incident) {
             continue;
         }
         let inside = n.min(width - u);
-        let bits = lit_bits(&shine.level, inside);
+        let bits = lit_bits(&incident.level, inside);
         if bits == 0 {
             continue;
         }
-        let bits = view.lights(&shine.source, &hits, n, bits);
-        add_light(&shine.level, bits, &mut levels[v * width + u..][..inside]);
+        let bits = view.lights(&incident.source, &hits, n, bits);
+        add_light(&incident.level, bits, &mut levels[v * width + u..][..inside]);
         lit.add_bits(u, v, bits);
     }
 }
@@ -155,7 +155,7 @@ impl OrderLight {
     }
 }
 
-/// Which of the first `n` pixels have light, from bit 0.
+/// Which of the first `n` pixels are lit, from bit 0.
 #[multiversion(targets("x86_64+avx2"))]
 fn lit_bits(level: &Block, n: usize) -> u64 {
     let mut bits = 0;
@@ -165,7 +165,7 @@ fn lit_bits(level: &Block, n: usize) -> u64 {
     bits
 }
 
-/// Adds the light of the pixels `bits` to a stretch of a row.
+/// Adds the light of the pixels `bits` to a row segment.
 #[multiversion(targets("x86_64+avx2"))]
 fn add_light(level: &Block, bits: u64, row: &mut [f32]) {
     for (lane, (slot, level)) in row.iter_mut().zip(level).enumerate() {
@@ -173,15 +173,15 @@ fn add_light(level: &Block, bits: u64, row: &mut [f32]) {
     }
 }
 
-/// The light of one order on the surfaces that a stretch of pixels sees, were nothing in its way; 0 where there is none.
-/// Returns whether the sheet reaches any of them; if not, nothing is filled in.
+/// The unobstructed light of one order on the surfaces of a pixel segment; 0 where there is none. Returns whether the
+/// sheet reaches any of them; if not, nothing is written.
 ///
 /// The laser's power drops at the ends of its fan as 1 − (φ/φ_max)¹⁶.
 #[multiversion(targets("x86_64+avx2"))]
-fn fall(light: &OrderLight, hits: &PixelHits, sheet: &SheetBlock, n: usize, shine: &mut Shine) -> bool {
+fn fall(light: &OrderLight, hits: &PixelHits, sheet: &SheetBlock, n: usize, incident: &mut IncidentLight) -> bool {
     let Grating { source_mm, axis, fan, normal, gap_mm, .. } = &light.grating;
     let [axis_incidence, fan_incidence] = [axis.dot(normal), fan.dot(normal)];
-    let Shine { level, source: [qx, qy, qz] } = shine;
+    let IncidentLight { level, source: [qx, qy, qz] } = incident;
     let PixelHits { rays: [x, y], reach, normal: [nx, ny, nz], reflectance, .. } = hits;
     let (mut across, mut widths, mut reached) = (NOTHING, NOTHING, false);
     for lane in 0..n.min(level.len()) {
@@ -197,7 +197,7 @@ fn fall(light: &OrderLight, hits: &PixelHits, sheet: &SheetBlock, n: usize, shin
     }
     for lane in 0..n.min(level.len()) {
         let sigmas = across[lane];
-        // Q = S + h/(k·n)·k, where any length of k will do: a + tanφ·f.
+        // Q = S + h/(k·n)·k for any length of k: a + tanφ·f.
         let (tan, phi) = (sheet.tan_phi[lane], sheet.phi_rad[lane] / light.fan_half_angle_rad);
         let to_grating = gap_mm / (axis_incidence + tan * fan_incidence);
         let source = [0, 1, 2].map(|idx| source_mm[idx] + (axis[idx] + tan * fan[idx]) * to_grating);
@@ -215,7 +215,7 @@ fn fall(light: &OrderLight, hits: &PixelHits, sheet: &SheetBlock, n: usize, shin
     true
 }
 
-/// Cosine of incidence of the fan's axis on a plate across the camera's axis.
+/// Cosine of incidence of the fan's axis on a plate perpendicular to the camera's axis.
 fn incidence_on_plate(grating: &Grating) -> f64 {
     grating.axis.z
 }
@@ -249,7 +249,7 @@ mod tests {
         Solid::new(&waves.chain(halves).collect::<Vec<_>>()).unwrap()
     }
 
-    /// All light of a picture: looked for where it is traced to, or on every pixel, with every triangle in its way.
+    /// All light of an image: evaluated on the traced pixels, or on every pixel with all triangles as occluders.
     fn light(renderer: &Renderer, scene: Placed<'_>, everywhere: bool) -> Vec<f32> {
         let (width, height) = (renderer.model.camera.width_px, renderer.model.camera.height_px);
         let mut levels = vec![0.0; width * height];

@@ -1,4 +1,4 @@
-//! Which pixels light can fall on: a bit per pixel, so that the rest of a picture costs nothing.
+//! Set of the pixels that light can reach: a bit per pixel, so that the rest of an image costs nothing.
 
 use crate::params::PSF_RADIUS_PX;
 use crate::render::view::block::{ceil, floor};
@@ -6,7 +6,7 @@ use crate::render::view::block::{ceil, floor};
 /// Pixels per word of a row.
 pub(crate) const WORD_PX: usize = 64;
 
-/// The places of the bits that are set, from the lowest.
+/// Indices of the set bits, from the lowest.
 #[inline]
 pub(crate) fn lanes(mut bits: u64) -> impl Iterator<Item = usize> {
     std::iter::from_fn(move || {
@@ -16,7 +16,7 @@ pub(crate) fn lanes(mut bits: u64) -> impl Iterator<Item = usize> {
     })
 }
 
-/// The bits of the columns from `left` to `right` in a word of a row that holds any of them.
+/// Bits of the columns from `left` to `right` in a word of a row that contains any of them.
 #[inline(always)]
 pub(crate) fn bits_between(left: usize, right: usize, word: usize) -> u64 {
     let from = left.max(word * WORD_PX) - word * WORD_PX;
@@ -24,7 +24,7 @@ pub(crate) fn bits_between(left: usize, right: usize, word: usize) -> u64 {
     (u64::MAX << from) & (u64::MAX >> (WORD_PX - 1 - to))
 }
 
-/// A set of pixels of a picture.
+/// A set of pixels of an image.
 #[derive(Debug, Clone)]
 pub(crate) struct LitPixels {
     width: usize,
@@ -44,7 +44,7 @@ impl LitPixels {
         self.words.fill(0);
     }
 
-    /// Adds the pixels of the rectangle between two corners (u, v), widened by `margin_px`; what lies outside is cut off.
+    /// Adds the pixels of the rectangle between two corners (u, v), widened by `margin_px` and cropped to the image.
     pub(crate) fn add_rectangle(&mut self, a: [f64; 2], b: [f64; 2], margin_px: f64) {
         let span = |axis: usize, size: usize| {
             let low = floor(a[axis].min(b[axis]) - margin_px).max(0.0);
@@ -61,13 +61,13 @@ impl LitPixels {
         }
     }
 
-    /// Adds pixels of a stretch that begins at column `u` of row `v` and does not leave its word: bit 0 is that column.
+    /// Adds pixels of a segment that begins at column `u` of row `v` and lies in one word: bit 0 is that column.
     pub(crate) fn add_bits(&mut self, u: usize, v: usize, bits: u64) {
         self.words[v * self.words_per_row + u / WORD_PX] |= bits << (u % WORD_PX);
     }
 
-    /// Stretches (u, v, n) of rows that hold the set, row by row: whole steps of `step_px`, which divides a word, at most
-    /// a word each. The last step may reach beyond the picture.
+    /// Segments (u, v, n) of rows that contain the set, row by row: whole steps of `step_px`, which divides a word, at
+    /// most a word each. The last step may extend beyond the image.
     pub(crate) fn stretches(&self, step_px: usize) -> impl Iterator<Item = (usize, usize, usize)> + '_ {
         let lit = self.words.iter().enumerate().filter(|(_, word)| **word != 0);
         lit.map(move |(idx, &word)| {
@@ -78,7 +78,7 @@ impl LitPixels {
         })
     }
 
-    /// Whether the set holds any pixel of these columns and rows of the picture, first and last.
+    /// Whether the set contains any pixel of these columns and rows of the image, first and last.
     pub(crate) fn any_between(&self, (left, right): (usize, usize), (top, bottom): (usize, usize)) -> bool {
         (left / WORD_PX..=right / WORD_PX).any(|word| {
             let bits = bits_between(left, right, word);
@@ -87,7 +87,7 @@ impl LitPixels {
         })
     }
 
-    /// The pixels of the word that holds pixel (u, v): bit 0 is its first.
+    /// The pixels of the word that contains pixel (u, v): bit 0 is its first.
     pub(crate) fn word(&self, u: usize, v: usize) -> u64 {
         self.words[v * self.words_per_row + u / WORD_PX]
     }
@@ -97,7 +97,7 @@ impl LitPixels {
         self.words_per_row
     }
 
-    /// Words in the picture.
+    /// Words in the image.
     pub(crate) fn n_words(&self) -> usize {
         self.words.len()
     }
@@ -128,7 +128,7 @@ impl LitPixels {
     }
 }
 
-/// How many cells above each one hold any pixel of a set, to look into many rectangles of it.
+/// Column-wise running counts of the cells that contain pixels of a set, for fast queries of many rectangles.
 #[derive(Debug, Default)]
 pub(crate) struct FilledCells {
     above: Vec<u16>,
@@ -141,7 +141,7 @@ impl FilledCells {
     /// Cells in a word.
     const PER_WORD: usize = WORD_PX / Self::SIDES_PX[0];
 
-    /// Counts the cells of another set.
+    /// Recomputes the counts for a set.
     pub(crate) fn count(&mut self, lit: &LitPixels) {
         let per_row = lit.words_per_row * Self::PER_WORD;
         self.above.clear();
@@ -161,7 +161,7 @@ impl FilledCells {
         }
     }
 
-    /// Whether the cells that a rectangle (two corners, lower first) touches hold any of the set that was counted.
+    /// Whether the cells touched by a rectangle (two corners, lower first) contain any pixel of the counted set.
     pub(crate) fn any_within(&self, lit: &LitPixels, low: [f64; 2], high: [f64; 2]) -> bool {
         if high[0] < 0.0 || high[1] < 0.0 || low[0] >= lit.width as f64 || low[1] >= lit.height as f64 {
             return false;
@@ -218,7 +218,7 @@ mod tests {
     }
 
     #[test]
-    fn what_lies_outside_the_picture_is_cut_off() {
+    fn rectangles_are_cropped_to_the_image() {
         let mut lit = LitPixels::none(70, 3);
         lit.add_rectangle([-9.0, -9.0], [-5.0, 1.0], 1.0);
         lit.add_rectangle([69.5, 2.0], [90.0, 90.0], 1.0);

@@ -1,5 +1,5 @@
-//! A part of triangles as the camera sees it: triangles are drawn into the words of pixels that are asked for, the
-//! nearest wins. Each pixel's ray is tested exactly; being drawn only says which triangles it is tested against.
+//! Rendering of a mesh: triangles are rasterised into the requested words of pixels, the nearest wins. Each pixel's ray
+//! is tested exactly; rasterisation only selects the triangles it is tested against.
 
 use multiversion::multiversion;
 use nalgebra::{Vector2, Vector3};
@@ -13,21 +13,21 @@ use crate::render::view::block::{Block, NOTHING, ceil, floor};
 use crate::render::view::lit_pixels::{FilledCells, LitPixels, WORD_PX, bits_between, lanes};
 use crate::render::view::pixel_hits::PixelHits;
 
-/// Most that a step in the ideal picture grows by lens distortion, with room to spare.
+/// Upper bound of the stretch of a step in the ideal image by lens distortion.
 const LENS_STRETCH: f64 = 1.3;
 
-/// Added around the corners of a triangle, pixels.
+/// Margin around the corners of a triangle, pixels.
 const MARGIN_PX: f64 = 0.5;
 
-/// Lens distortion bows the side of a triangle by less than this times its length squared, pixels: a third of it at the
-/// corners of a field as wide as the standoff.
+/// Lens distortion curves the side of a triangle by less than this times its length squared, pixels: a third of it at
+/// the corners of a field as wide as the standoff.
 const BOW_PER_PX: f64 = 1e-4;
 
-/// Boxes larger than this in the picture are looked into without asking whether they hide all, and triangles as large are
-/// looked for in cells first.
+/// Boxes larger than this in the image are searched without an occlusion test, and triangles as large are first
+/// searched in cells.
 const LARGE_PX: f64 = 256.0;
 
-/// Pixels that are tested together: as many as a vector register holds.
+/// Pixels tested together: as many as fit a vector register.
 const STEP_PX: usize = 4;
 
 /// No word of pixels.
@@ -36,17 +36,17 @@ const NONE: u32 = u32::MAX;
 /// No triangle.
 const NO_TRIANGLE: u32 = u32::MAX;
 
-/// What a word of pixels sees of the part.
+/// The part within a word of pixels.
 #[derive(Debug, Clone)]
 struct Word {
-    /// The pixels that are asked for.
+    /// The requested pixels.
     lit: u64,
     rays: [Block; 2],
     reach: Block,
     triangle: [u32; WORD_PX],
 }
 
-/// The part in some words of a picture.
+/// The part within some words of an image.
 #[derive(Debug, Default)]
 pub(crate) struct MeshView {
     word_idx: Vec<u32>,
@@ -54,9 +54,9 @@ pub(crate) struct MeshView {
     filled: FilledCells,
 }
 
-/// Where and what rays from the camera meet of a triangle (Möller & Trumbore 1997, sorted by the ray): with D = (x, y, 1)
-/// the barycentric u = U·D/G·D, v = V·D/G·D, and the reach is `height`/G·D. `within` are what times D is not negative
-/// for rays that do not pass: U, V and G − U − V, each with the seam.
+/// Ray intersection with a triangle (Möller & Trumbore 1997, sorted by the ray): with D = (x, y, 1) the barycentric u =
+/// U·D/G·D, v = V·D/G·D, and the ray length is `height`/G·D. The products of `within` with D are not negative for rays
+/// that hit: U, V and G − U − V, each with the seam tolerance.
 struct Facet {
     within: [Vector3<f64>; 3],
     scale: Vector3<f64>,
@@ -65,7 +65,7 @@ struct Facet {
 }
 
 impl MeshView {
-    /// Draws the part, carried by the stage, into the words that hold the set `lit`.
+    /// Rasterises the part at the stage's position into the words that contain the set `lit`.
     pub(crate) fn draw(
         &mut self,
         renderer: &Renderer,
@@ -115,14 +115,14 @@ impl MeshView {
         }
     }
 
-    /// The word of a stretch that was laid out, and where in it that begins.
+    /// The word of a segment, and the offset of the segment in it.
     fn word(&self, words_per_row: usize, (u, v): (usize, usize)) -> (&Word, usize) {
         let slot = self.word_idx[v * words_per_row + u / WORD_PX];
-        debug_assert_ne!(slot, NONE, "only what is looked at is seen");
+        debug_assert_ne!(slot, NONE, "only prepared words are evaluated");
         (&self.words[slot as usize], u % WORD_PX)
     }
 
-    /// The rays of a stretch.
+    /// The rays of a segment.
     pub(crate) fn aim(&self, words_per_row: usize, (u, v): (usize, usize), n: usize, hits: &mut PixelHits) {
         let (word, first) = self.word(words_per_row, (u, v));
         for (axis, rays) in hits.rays_mut(n).into_iter().zip(&word.rays) {
@@ -130,8 +130,8 @@ impl MeshView {
         }
     }
 
-    /// Puts the part before what a stretch of pixels sees already, which is its plate and as bright; pixels that were not
-    /// asked for see nothing.
+    /// Replaces the hits of a pixel segment, which are those of its plate with the same reflectance, where the part is
+    /// nearer; pixels that were not requested have no hit.
     pub(crate) fn see(
         &self,
         mesh: &Mesh,
@@ -161,7 +161,7 @@ impl Facet {
         let from = -corner;
         let v = from.cross(&a);
         let (u, scale, height) = (b.cross(&from), b.cross(&a), b.dot(&v));
-        // Rays meet it before the camera where `scale` has the sign of `height`.
+        // Rays hit it in front of the camera where `scale` has the sign of `height`.
         let sign = height.signum();
         let (u, v, scale) = (u * sign, v * sign, scale * sign);
         let seam = scale * SEAM;
@@ -200,7 +200,7 @@ impl Facet {
     }
 }
 
-/// Tests the pixels that are asked for from column `left` to `right` of whole rows, whose words lie at `rows`.
+/// Tests the requested pixels from column `left` to `right` of whole rows, whose words lie at `rows`.
 #[multiversion(targets("x86_64+avx2"))]
 fn draw_facet(
     facet: &Facet,
@@ -223,13 +223,12 @@ fn draw_facet(
     }
 }
 
-/// Puts the part before what pixels see already where it is nearer, and returns where; those that are not `asked_for` see
-/// nothing.
+/// Replaces the hits where the part is nearer, and returns these pixels; those not in `asked_for` have no hit.
 #[multiversion(targets("x86_64+avx2"))]
 fn put_before(part: &[f64], asked_for: u64, hits: &mut PixelHits) -> u64 {
     let mut on_part = 0;
     for (lane, (reach, part)) in hits.reach.iter_mut().zip(part).enumerate() {
-        // Where the plate is not seen, its reach is not a number.
+        // Without a plate its ray length is NaN.
         let behind = *reach < *part;
         let nearer = (*part < f64::INFINITY) & !behind;
         let asked_for = asked_for >> lane & 1 != 0;
@@ -240,11 +239,11 @@ fn put_before(part: &[f64], asked_for: u64, hits: &mut PixelHits) -> u64 {
     on_part
 }
 
-/// Corners (u, v) of a rectangle of the picture around a ball; `None` if it is large or the camera is near it.
+/// Corners (u, v) of an image rectangle around a sphere; `None` if it is large or the camera is near it.
 fn rectangle_around(camera: &Camera, centre: &Vector3<f64>, radius_mm: f64) -> Option<([f64; 2], [f64; 2])> {
     let nearest = centre.z - radius_mm;
     let (x, y) = (centre.x / centre.z, centre.y / centre.z);
-    // By d from the centre, (x, y) changes by (d_x − x·d_z, d_y − y·d_z)/z: at most |d|·√(1 + x² + y²)/z.
+    // At d from the centre, (x, y) changes by (d_x − x·d_z, d_y − y·d_z)/z: at most |d|·√(1 + x² + y²)/z.
     let ideal = radius_mm * (1.0 + x * x + y * y).sqrt() / nearest;
     let half_px = LENS_STRETCH * camera.fx_px.max(camera.fy_px) * ideal;
     if nearest <= 0.0 || half_px > LARGE_PX {
@@ -254,7 +253,7 @@ fn rectangle_around(camera: &Camera, centre: &Vector3<f64>, radius_mm: f64) -> O
     Some(([pixel.x - half_px, pixel.y - half_px], [pixel.x + half_px, pixel.y + half_px]))
 }
 
-/// Columns and rows of the picture that a triangle may cover: left, right, top, bottom.
+/// Columns and rows of the image that a triangle may cover: left, right, top, bottom.
 fn pixels_around(camera: &Camera, pixels: &[Option<[f64; 2]>; 3]) -> Option<(usize, usize, usize, usize)> {
     let (width, height) = (camera.width_px, camera.height_px);
     let [Some(a), Some(b), Some(c)] = *pixels else { return Some((0, width - 1, 0, height - 1)) };

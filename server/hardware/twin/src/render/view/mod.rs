@@ -1,4 +1,4 @@
-//! What the pixels of the camera see, and how much light comes from there.
+//! Surfaces seen by the camera's pixels, and the light they receive.
 
 pub(crate) mod ball_block;
 pub(crate) mod block;

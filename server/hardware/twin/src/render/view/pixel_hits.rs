@@ -1,4 +1,4 @@
-//! Ray casting of a scene along a stretch of a picture's row, many pixels at a time.
+//! Ray casting of a scene along a segment of an image row, many pixels at a time.
 
 use multiversion::multiversion;
 use nalgebra::Vector3;
@@ -22,11 +22,11 @@ use crate::render::view::mesh_view::MeshView;
 pub(crate) struct PixelHits {
     /// x and y of the rays.
     pub rays: [Block; 2],
-    /// The hit is reach · ray; not a number where a pixel sees nothing.
+    /// The hit is reach · ray; NaN without a hit.
     pub reach: Block,
     /// Unit normals, out of the material.
     pub normal: [Block; 3],
-    /// Shares of the light that a white, matt surface would send back.
+    /// Fractions of the light that a white, matt surface would reflect.
     pub reflectance: Block,
 }
 
@@ -47,19 +47,19 @@ impl PixelHits {
         Vector3::new(self.normal[0][lane], self.normal[1][lane], self.normal[2][lane])
     }
 
-    /// The point that a pixel sees.
+    /// The surface point of a pixel.
     #[inline]
     fn point(&self, lane: usize) -> Vector3<f64> {
         self.ray(lane) * self.reach[lane]
     }
 
-    /// Turns the surface that a pixel sees.
+    /// Replaces the normal of a pixel's hit.
     #[inline]
     pub(crate) fn turn(&mut self, lane: usize, normal: &Vector3<f64>) {
         (0..3).for_each(|axis| self.normal[axis][lane] = normal[axis]);
     }
 
-    /// Puts another surface before a pixel.
+    /// Replaces a pixel's hit.
     pub(crate) fn put(&mut self, lane: usize, reach: f64, normal: &Vector3<f64>, reflectance: f64) {
         self.reach[lane] = reach;
         self.turn(lane, normal);
@@ -67,14 +67,14 @@ impl PixelHits {
     }
 }
 
-/// Reusable buffers for parts made of triangles.
+/// Reusable buffers for meshes.
 #[derive(Debug, Default)]
 pub(crate) struct MeshMemory {
     view: MeshView,
     placed: PlacedCorners,
 }
 
-/// A scene prepared for many stretches of one picture.
+/// A scene prepared for many segments of one image.
 pub(crate) struct View<'s> {
     scene: Placed<'s>,
     part: Option<Ball>,
@@ -88,12 +88,12 @@ impl<'s> View<'s> {
         Self { scene, part: scene.part_ball(), above: Above::default(), memory, words_per_row: 0 }
     }
 
-    /// Marks the pixels of `lit` that light of an order may fall on.
-    pub(crate) fn shine_on(&mut self, renderer: &Renderer, order_idx: usize, lit: &mut LitPixels) {
+    /// Marks the pixels of `lit` that light of an order may reach.
+    pub(crate) fn mark_lit(&mut self, renderer: &Renderer, order_idx: usize, lit: &mut LitPixels) {
         trace(renderer, self.scene, order_idx, lit, &mut self.memory.placed);
     }
 
-    /// Makes ready to see the words that hold the set `lit`; wanted before any is seen.
+    /// Prepares the words that contain the set `lit`; required before any segment is evaluated.
     pub(crate) fn look_at(&mut self, renderer: &Renderer, lit: &LitPixels) {
         self.words_per_row = lit.words_per_row();
         if let Scene::Mesh(mesh) = self.scene.scene {
@@ -102,7 +102,7 @@ impl<'s> View<'s> {
         }
     }
 
-    /// Fills in the first `n` rays of a stretch that begins at column `u` of row `v`.
+    /// Fills in the first `n` rays of a segment that begins at column `u` of row `v`.
     pub(crate) fn aim(&self, renderer: &Renderer, u: usize, v: usize, n: usize, hits: &mut PixelHits) {
         match self.scene.scene {
             Scene::Mesh(_) => self.memory.view.aim(self.words_per_row, (u, v), n, hits),
@@ -110,7 +110,7 @@ impl<'s> View<'s> {
         }
     }
 
-    /// Fills in what the first `n` rays of a stretch meet, which begins at column `u` of row `v`.
+    /// Fills in the first `n` hits of a segment that begins at column `u` of row `v`.
     pub(crate) fn see(&mut self, u: usize, v: usize, n: usize, hits: &mut PixelHits) {
         let moved = &self.scene.moved_mm;
         match self.scene.scene {
@@ -140,8 +140,8 @@ impl<'s> View<'s> {
         }
     }
 
-    /// Which of the pixels `bits` (from 0) of a stretch of `n` light from `source` reaches: points on the lit side of their
-    /// surfaces. A plate has nothing in its light but the part.
+    /// The pixels of `bits` (from bit 0) in a segment of `n` that light from `source` reaches: points on the lit side
+    /// of their surfaces. Only the part can shadow a plate.
     pub(crate) fn lights(&self, source: &[Block; 3], hits: &PixelHits, n: usize, bits: u64) -> u64 {
         if matches!(self.scene.scene, Scene::Plate(_)) {
             return bits;
@@ -194,7 +194,7 @@ fn see_plane(normal: &Vector3<f64>, offset_mm: f64, n: usize, hits: &mut PixelHi
     hits.reflectance[..n].fill(PART_REFLECTANCE);
 }
 
-/// What is printed on a board that [`see_board`] takes for a plain chessboard.
+/// Adds the print of a board that [`see_board`] evaluates as a plain chessboard.
 fn see_print(board: &Board, n: usize, hits: &mut PixelHits) {
     if board.print == Print::Squares {
         return;

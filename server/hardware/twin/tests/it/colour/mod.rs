@@ -1,6 +1,6 @@
-//! A laser in colour photographs by daylight, and what compression costs: rendered, so that the truth is known.
+//! A laser in colour photographs by daylight, and the cost of compression; rendered with known ground truth.
 //!
-//! Not shown here: the colour filters and the processing of a particular camera.
+//! Not covered: the colour filters and the processing of a particular camera.
 
 mod photograph;
 
@@ -12,14 +12,14 @@ use vision::{CentrelineParams, Channel, Picture, find_centrelines};
 
 const WIDTH: usize = 800;
 const HEIGHT: usize = 640;
-/// Brightness of white paper by daylight, of 255: the laser on it is clipped.
+/// Brightness of white paper in daylight, of 255: the laser on it is clipped.
 const DAYLIGHT: f64 = 150.0;
-/// Share of the lines' columns: lines end where they leave the board and break where they leave a black square.
+/// Fraction of the lines' columns: lines end where they leave the board and are interrupted by black squares.
 const ALL: f64 = 0.95;
-/// Points beside the lines, of all.
+/// Points off the lines, as a fraction of all.
 const ELSEWHERE: f64 = 0.01;
 
-/// One pose of the board: with the laser on, off, and what the pictures should show.
+/// One pose of the board: with the laser on and off, and the ground truth.
 struct Pose {
     renderer: Renderer,
     scene: Scene,
@@ -56,7 +56,7 @@ impl Pose {
         let points: Vec<_> = lines.segments.iter().flat_map(|segment| segment.points.clone()).collect();
         let truth = self.renderer.truth_points(&self.scene, 0.0);
         let found = agreement(&points, &truth, Vector2::new(WIDTH as f64, HEIGHT as f64));
-        println!("{}: {found:.3?}", channel.word());
+        println!("{}: {found:.3?}", channel.name());
         found
     }
 }
@@ -66,7 +66,7 @@ fn auto(picture: &Picture) -> Channel {
 }
 
 #[test]
-fn a_laser_by_daylight_is_found_in_the_channel_that_the_picture_itself_decides() {
+fn a_laser_by_daylight_is_found_in_the_automatically_chosen_channel() {
     for (laser, expected) in [(RED_LASER, Channel::RedMinusOthers), (GREEN_LASER, Channel::GreenMinusOthers)] {
         for idx in 0..4 {
             let pose = Pose::new(idx);
@@ -76,7 +76,7 @@ fn a_laser_by_daylight_is_found_in_the_channel_that_the_picture_itself_decides()
             assert!(found.found >= ALL, "pose {idx}: {found:?}");
             assert!((found.n_elsewhere as f64) < ELSEWHERE * found.n_points as f64, "pose {idx}: {found:?}");
             assert!((0.8..1.25).contains(&found.normalised), "pose {idx}: {found:?}");
-            // What brightness shows of it, or else the choice would not matter.
+            // The result of brightness; otherwise the choice would not matter.
             assert!(pose.lines(&picture, Channel::Luma).found < 0.6, "pose {idx}");
         }
     }
@@ -102,7 +102,7 @@ fn a_grey_laser_picture_in_a_colour_file_is_read_as_grey() {
 }
 
 #[test]
-fn with_the_laser_off_taken_away_daylight_does_not_matter() {
+fn with_the_background_subtracted_daylight_does_not_matter() {
     let pose = Pose::new(1);
     let on = pose.picture(DAYLIGHT, RED_LASER, 1);
     let off = pose.picture(DAYLIGHT, [0.0; 3], 2);
@@ -115,12 +115,13 @@ fn with_the_laser_off_taken_away_daylight_does_not_matter() {
 #[test]
 fn compression_costs_accuracy_that_sigma_does_not_state() {
     let pose = Pose::new(0);
-    // Quality of the JPEG, and what the distances may be in standard deviations: why such pictures are warned of.
+    // JPEG quality, and the highest permitted distance in standard deviations: the reason for the warning about such
+    // images.
     for (quality, most) in [(95, 1.6), (90, 1.9), (75, 2.8)] {
         let picture = pose.compressed(0.0, quality);
         let found = pose.lines(&picture, auto(&picture));
         assert!(found.found >= 0.9 && found.normalised < most, "{quality}: {found:?}");
-        // Half a pixel would be missing here if the decoder put the colours of two by two pixels into one of them.
+        // Half a pixel would be missing here if the decoder averaged the colours of two by two pixels into one.
         assert!(found.spread_px < 0.4, "{quality}: {found:?}");
     }
 }

@@ -1,5 +1,5 @@
-//! A laser in colour photographs, rendered with its truth: daylight that the camera sees in all colours, and a laser
-//! that it sees mostly in one.
+//! A laser in colour photographs, rendered with ground truth: daylight in all colour channels, and a laser mostly in
+//! one.
 
 use std::path::Path;
 
@@ -9,15 +9,15 @@ use nalgebra::Vector2;
 use twin::{Exposure, ExposureBuffers, Renderer, Scene, TruthPoint};
 use vision::{CentrelinePoint, GreyImage, Pixels};
 
-/// Shares of a red diode's light in the red, green and blue pixels of a phone's camera.
+/// Fractions of a red diode's light in the red, green and blue pixels of a phone's camera.
 pub const RED_LASER: [f32; 3] = [1.0, 0.08, 0.05];
 /// The same of a green one.
 pub const GREEN_LASER: [f32; 3] = [0.06, 1.0, 0.12];
 
-/// White of the ordinary light in each colour: a warm lamp.
+/// White of the ambient light in each colour: a warm lamp.
 const WHITE: [f64; 3] = [1.0, 0.93, 0.85];
 
-/// A photograph: every colour has noise of its own. `ordinary_level`: brightness of white paper, of 255.
+/// A photograph: every colour channel has independent noise. `ordinary_level`: brightness of white paper, of 255.
 pub fn photograph(
     renderer: &Renderer,
     scene: &Scene,
@@ -47,7 +47,7 @@ pub fn photograph(
     })
 }
 
-/// Writes a JPEG as cameras and phones do: each two by two pixels share one colour, the mean of theirs.
+/// Writes a JPEG with chroma subsampling as in cameras and phones: two by two pixels share one mean colour.
 pub fn write_jpeg(path: &Path, image: &RgbImage, quality: u8) {
     let shared = RgbImage::from_fn(image.width(), image.height(), |u, v| {
         let luma = |rgb: [f32; 3]| 0.299 * rgb[0] + 0.587 * rgb[1] + 0.114 * rgb[2];
@@ -56,7 +56,7 @@ pub fn write_jpeg(path: &Path, image: &RgbImage, quality: u8) {
         let (first_u, first_v) = (u - u % 2, v - v % 2);
         let block = [(0, 0), (1, 0), (0, 1), (1, 1)].map(|(du, dv)| at(first_u + du, first_v + dv));
         let own = luma(at(u, v));
-        // Colour is what is left without brightness.
+        // Chroma is the difference from brightness.
         image::Rgb([0, 1, 2].map(|c: usize| {
             let colour = block.iter().map(|&rgb| (rgb[c] - luma(rgb)) / 4.0).sum::<f32>();
             (own + colour).round().clamp(0.0, 255.0) as u8
@@ -67,34 +67,34 @@ pub fn write_jpeg(path: &Path, image: &RgbImage, quality: u8) {
     encoder.encode(shared.as_raw(), image.width() as u16, image.height() as u16, ColorType::Rgb).unwrap();
 }
 
-/// How points agree with the truth of lines along rows.
+/// Agreement of points with the truth of lines along rows.
 #[derive(Debug)]
 pub struct Agreement {
-    /// Share of the truth with a point beside it.
+    /// Fraction of the truth with a point beside it.
     pub found: f64,
     /// Points that lie on no line.
     pub n_elsewhere: usize,
-    /// Points altogether.
+    /// Total number of points.
     pub n_points: usize,
-    /// Standard deviation of the distances, px, and in the standard deviations that the points state; both by the median:
-    /// where the edge of a square runs along a line the line is cut in half, and no centre is the true one.
+    /// Standard deviation of the distances, px, and relative to the stated standard deviations; both from the median:
+    /// where the edge of a square runs along a line, half of the line is missing and no centre is correct.
     pub spread_px: f64,
     /// See [`Agreement::spread_px`].
     pub normalised: f64,
 }
 
-/// Furthest that a point on a line may lie from its truth.
+/// Greatest distance of a point on a line from its truth.
 const ON_LINE_PX: f64 = 2.5;
 /// Rows and columns of the border where lines end.
 const BORDER_PX: f64 = 12.0;
 
-/// Compares points, each with the distance that one along the normal makes along the column.
+/// Compares points; the distance along the normal is converted to one along the column.
 pub fn agreement(points: &[CentrelinePoint], truth: &[TruthPoint], size: Vector2<f64>) -> Agreement {
     let inside = |u: f64, v: f64| {
         (BORDER_PX..size.x - BORDER_PX).contains(&u) && (BORDER_PX..size.y - BORDER_PX).contains(&v)
     };
     let truth: Vec<&TruthPoint> = truth.iter().filter(|point| inside(point.u_px, point.v_px)).collect();
-    // Points are where the normal meets the line, between columns; the truth is at whole ones.
+    // Points lie where the normal intersects the line, between columns; the truth is at whole ones.
     let distance = |point: &CentrelinePoint, at: &TruthPoint, next: &TruthPoint| {
         let slope = (next.v_px - at.v_px) / (next.u_px - at.u_px);
         (point.v_px - at.v_px - slope * (point.u_px - at.u_px)) / (1.0 + slope * slope).sqrt()

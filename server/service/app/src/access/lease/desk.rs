@@ -1,5 +1,5 @@
-//! One commander: the control lease, five seconds long, renewed by who holds it, taken over only explicitly. It lapses
-//! when nothing is commanded for two minutes, however faithfully it is renewed.
+//! The control lease: one holder at a time, five seconds long, renewed by its holder, taken over only explicitly. It
+//! expires two minutes after the last command even if it is renewed.
 
 use std::sync::Arc;
 use std::time::Instant;
@@ -12,29 +12,29 @@ use crate::access::lease::Authority;
 use crate::config::limits::{CONTROL_IDLE, CONTROL_LEASE};
 use crate::error::{AppError, ErrorKind};
 
-/// Who asks.
+/// The relation of the caller to the control lease.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Asker {
-    /// Whoever is in control.
-    InControl,
-    /// Anybody, while nobody is in control.
-    WhileNobodyIs,
-    /// Anybody else, while somebody is.
-    WhileAnotherIs,
+pub enum Caller {
+    /// The holder.
+    Holder,
+    /// Anyone, while no one is in control.
+    NoHolder,
+    /// Anyone else, while someone is in control.
+    OtherHolder,
 }
 
-/// A lease that runs.
+/// A valid lease.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Lease {
-    /// Its secret: whoever knows it commands.
+    /// Secret id: knowing it grants control.
     pub id: String,
-    /// Who has it, for people.
+    /// Display name of the holder.
     pub holder: String,
-    /// When it ends, unless renewed.
+    /// Expiry unless renewed.
     pub ends_at: Instant,
-    /// When something was commanded with it last.
+    /// Time of the last command under it.
     commanded_at: Instant,
-    /// Whether its end was published; it is kept so that its holder is answered "expired".
+    /// Whether its expiry was published; the lease is kept so that its holder gets "expired".
     collected: bool,
 }
 
@@ -43,27 +43,27 @@ impl Lease {
         self.ends_at > now
     }
 
-    /// Five more seconds, but not beyond the time without a command.
+    /// Extends by five seconds, but not beyond the idle limit.
     fn renewed(&mut self, now: Instant) {
         self.ends_at = (now + CONTROL_LEASE).min(self.commanded_at + CONTROL_IDLE);
     }
 }
 
-/// How a lease came about.
+/// A newly taken lease.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Taken {
     /// The new lease.
     pub lease: Lease,
-    /// From whom it was taken over.
+    /// The previous holder, if taken over.
     pub from: Option<String>,
 }
 
-/// The one lease there is. Clones are the same desk.
+/// The single control lease of the station. Clones share it.
 #[derive(Debug, Clone, Default)]
 pub struct ControlDesk(Arc<watch::Sender<Option<Lease>>>);
 
 impl ControlDesk {
-    /// Takes control if it is free, or from somebody else if that is said explicitly.
+    /// Takes control if no one has it, or takes it over if that is requested explicitly.
     pub fn take(&self, holder: &str, take_over: bool, now: Instant) -> Result<Taken, AppError> {
         let id = Uuid::new_v4().to_string();
         let lease = Lease {
@@ -88,25 +88,25 @@ impl ControlDesk {
         }
     }
 
-    /// Who has control now.
+    /// The current holder.
     pub fn present(&self, now: Instant) -> Option<Lease> {
         self.0.borrow().clone().filter(|lease| lease.runs(now))
     }
 
-    /// Tells of every change but the end of a lease that nobody renews: that comes with time alone.
+    /// Notifies of every change except the expiry of a lease, which only the clock causes.
     pub fn watch(&self) -> watch::Receiver<Option<Lease>> {
         self.0.subscribe()
     }
 
-    /// Holds on for five more seconds.
+    /// Renews the lease for five seconds.
     ///
     /// # Errors
-    /// `control-required` if somebody else is in control or nobody is, `control-expired` if this very lease ran out.
+    /// `control-required` if someone else or no one is in control, `control-expired` if this lease has expired.
     pub fn renew(&self, id: Option<&str>, now: Instant) -> Result<Lease, AppError> {
         self.hold(id, now, |_| {})
     }
 
-    /// The same for a command, which keeps control from lapsing.
+    /// Renews the lease for a command, which also resets the idle limit.
     ///
     /// # Errors
     /// As [`ControlDesk::renew`].
@@ -134,22 +134,22 @@ impl ControlDesk {
         held
     }
 
-    /// Where somebody with the lease `id` stands.
-    pub fn asker(&self, id: Option<&str>, now: Instant) -> Asker {
+    /// The relation of a caller with the lease `id`.
+    pub fn caller(&self, id: Option<&str>, now: Instant) -> Caller {
         match self.present(now) {
-            None => Asker::WhileNobodyIs,
-            Some(lease) if Some(lease.id.as_str()) == id => Asker::InControl,
-            Some(_) => Asker::WhileAnotherIs,
+            None => Caller::NoHolder,
+            Some(lease) if Some(lease.id.as_str()) == id => Caller::Holder,
+            Some(_) => Caller::OtherHolder,
         }
     }
 
-    /// On whose word a job of somebody with the lease `id` uses the station.
+    /// The authority for a job of a caller with the lease `id`.
     pub fn authority(&self, id: Option<&str>, epoch: StopEpoch, now: Instant) -> Authority {
         let own = self.present(now).filter(|lease| Some(lease.id.as_str()) == id);
         Authority { holder: own.map(|lease| lease.holder), epoch }
     }
 
-    /// Takes a lease that ran out off the desk, once, and says whose it was.
+    /// Returns the holder of an expired lease, once.
     pub fn collect_expired(&self, now: Instant) -> Option<Lease> {
         let mut expired = None;
         self.0.send_if_modified(|desk| {
@@ -163,7 +163,7 @@ impl ControlDesk {
         expired
     }
 
-    /// Gives control back and returns the lease; giving back what one does not have is no error.
+    /// Releases control and returns the lease; releasing a lease that is not held is not an error.
     pub fn give_back(&self, id: Option<&str>) -> Option<Lease> {
         let mut given_back = None;
         self.0.send_if_modified(|desk| {
@@ -174,10 +174,10 @@ impl ControlDesk {
     }
 }
 
-/// The refusal while somebody else is in control.
+/// The refusal while someone else is in control.
 pub fn controlled_by(holder: &str) -> AppError {
     AppError::new(ErrorKind::ControlRequired, format!("{holder} is in control of the station"))
-        .remedy("ask, or take over with POST /api/v1/station/control {\"holder\":\"…\",\"take_over\":true}")
+        .remedy("ask them, or take over with POST /api/v1/station/control {\"holder\":\"…\",\"take_over\":true}")
 }
 
 fn expired() -> AppError {
@@ -185,9 +185,9 @@ fn expired() -> AppError {
         .remedy("take control again with POST /api/v1/station/control {\"holder\":\"…\"}")
 }
 
-/// The refusal of a command without a lease while nobody is in control.
+/// The refusal of a command without a lease while no one is in control.
 pub fn nobody() -> AppError {
-    AppError::new(ErrorKind::ControlRequired, "the request carries no control lease that runs").remedy(
+    AppError::new(ErrorKind::ControlRequired, "the request carries no valid control lease").remedy(
         "take control with POST /api/v1/station/control {\"holder\":\"…\"}, send its id as Sheaf-Control, renew it",
     )
 }
@@ -199,7 +199,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn control_is_one_persons_until_it_ends_or_is_taken_over_explicitly() {
+    fn control_has_one_holder_until_it_expires_or_is_taken_over_explicitly() {
         let (desk, now) = (ControlDesk::default(), Instant::now());
         let anna = desk.take("Anna", false, now).unwrap();
         assert_eq!(anna.from, None);
@@ -219,22 +219,22 @@ mod tests {
     }
 
     #[test]
-    fn a_lease_that_ran_out_is_called_expired_until_somebody_takes_control() {
+    fn an_expired_lease_is_reported_as_expired_until_someone_takes_control() {
         let (desk, now) = (ControlDesk::default(), Instant::now());
         let anna = desk.take("Anna", false, now).unwrap().lease.id;
         let later = now + Duration::from_secs(6);
         let refused = desk.command(Some(&anna), later).unwrap_err();
         assert_eq!(refused.kind, ErrorKind::ControlExpired);
         assert_eq!(desk.collect_expired(later).map(|lease| lease.holder).as_deref(), Some("Anna"));
-        assert_eq!(desk.collect_expired(later), None, "its end is told once");
-        assert_eq!(desk.asker(Some(&anna), later), Asker::WhileNobodyIs);
+        assert_eq!(desk.collect_expired(later), None, "its expiry is published once");
+        assert_eq!(desk.caller(Some(&anna), later), Caller::NoHolder);
         desk.take("Ben", false, later).unwrap();
         let refused = desk.command(Some(&anna), later).unwrap_err();
         assert_eq!(refused.detail, "Ben is in control of the station");
     }
 
     #[test]
-    fn control_lapses_two_minutes_after_the_last_command_however_often_it_is_renewed() {
+    fn control_expires_two_minutes_after_the_last_command_even_if_renewed() {
         let (desk, begun) = (ControlDesk::default(), Instant::now());
         let anna = desk.take("Anna", false, begun).unwrap().lease.id;
         let at = |s: u64| begun + Duration::from_secs(s);

@@ -1,7 +1,7 @@
-//! Calibrate camera, light and stage: from a stored capture, at the simulated station, or from a person's session.
+//! Calibration of camera, light sheets and stage: from a stored capture, at the simulated station, or from a session.
 //!
-//! Whatever the source, the pictures become a capture first, and the calibration is computed from that capture by the
-//! functions of `sheaf calibrate`: the same pictures give the same bytes.
+//! In every case the images are first stored as a capture, and the calibration is computed from that capture by the
+//! functions of `sheaf calibrate`: the same images give the same bytes.
 
 mod product;
 mod session;
@@ -18,28 +18,28 @@ use pipeline::open_capture;
 
 use product::calibrated;
 
-/// The kind of record that calibrations make.
+/// The record kind of calibrations.
 pub const CALIBRATION: &str = "calibration";
 
 pub use crate::sessions::virtual_operator::N_POSES;
 pub use session::{SolveSession, solve_input};
 
-/// Share of the job that taking the pictures takes at the simulated station.
+/// Share of the job for capturing the images at the simulated station.
 const TAKING: f64 = 0.5;
 
-/// Share of the job that reading a session's pictures back takes.
+/// Share of the job for reading the images of a session.
 const GATHERING: f64 = 0.05;
 
-/// Share of the job after which the pictures are stored as a capture.
+/// Share of the job after which the images are stored as a capture.
 const STORING: f64 = 0.05;
 
-/// Takes the pictures at the simulated station, and calibrates from them.
+/// Captures the images at the simulated station and calibrates from them.
 pub fn at_station(input: &CalibrateInput, ctx: &StationContext) -> Result<Done, JobEnd> {
     let name = format!("calibration job {}", ctx.id);
     made_from(input, &name, ctx, TAKING, |folder| station::take_pictures(input, ctx, folder, TAKING))
 }
 
-/// Calibrates from the pictures of a session.
+/// Calibrates from the images of a session.
 pub fn from_session(input: &CalibrateInput, session_id: &str, ctx: &ComputeContext) -> Result<Done, JobEnd> {
     let name = format!("calibration session {session_id}");
     made_from(input, &name, ctx, GATHERING, |folder| session::gather_pictures(session_id, ctx, folder))
@@ -50,11 +50,11 @@ pub fn from_capture(input: &CalibrateInput, capture_id: &str, ctx: &ComputeConte
     ctx.report(0.0, Phase::UnpackingCapture, "unpacking the capture");
     let name = ctx.wait(ctx.ledger.read().capture(capture_id))?.name;
     let checked_out = ctx.captures.check_out(capture_id)?;
-    ctx.go_on()?;
+    ctx.check_cancelled()?;
     compute(&checked_out.folder, &name, capture_id, input, ctx, 0.0)
 }
 
-/// Calibrates from pictures that `take` puts into a folder, which is kept as a capture whatever comes of it.
+/// Calibrates from images that `take` writes to a folder; the folder is kept as a capture even if the calibration fails.
 fn made_from(
     input: &CalibrateInput,
     name: &str,
@@ -65,11 +65,11 @@ fn made_from(
     let folder = tempfile::Builder::new().prefix("calibration-").tempdir_in(ctx.artifacts.workbench().scratch());
     let folder = folder.map_err(disk_problem)?;
     take(folder.path())?;
-    ctx.go_on()?;
-    ctx.report(taken, Phase::StoringPictures, "storing the pictures");
+    ctx.check_cancelled()?;
+    ctx.report(taken, Phase::StoringImages, "storing the images");
     let (record, change) = ctx.captures.take_in_folder(folder.path(), CaptureOrigin::Calibration, name)?;
-    let told = event(&record.id, Event::CaptureCreated((&record).into()));
-    ctx.wait(ctx.ledger.commit(vec![change, told]))?;
+    let created = event(&record.id, Event::CaptureCreated((&record).into()));
+    ctx.wait(ctx.ledger.commit(vec![change, created]))?;
     compute(folder.path(), name, &record.id, input, ctx, taken + STORING)
 }
 
@@ -82,7 +82,7 @@ fn compute(
     begun: f64,
 ) -> Result<Done, JobEnd> {
     let calibrate = |ctx: &ComputeContext| {
-        let capture = open_capture(folder, &ctx.reporter(Phase::ReadingPictures, begun..begun))?;
+        let capture = open_capture(folder, &ctx.reporter(Phase::ReadingImages, begun..begun))?;
         calibrated(&capture, name, capture_id, input, ctx, begun..1.0)
     };
     calibrate(ctx).map_err(|end| match end {

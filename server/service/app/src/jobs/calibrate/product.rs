@@ -1,4 +1,4 @@
-//! From a capture to what is stored: document, report, figures, record.
+//! From a capture to the stored results: document, report, summary, record.
 
 use crate::events::{CalibrationCreated, Event, event};
 use std::ops::Range;
@@ -19,13 +19,13 @@ use pipeline::{Calibrated, calibrate_features, read_features};
 use report::calibration_page;
 use report::tables::calibration_json;
 
-/// Share of the work that reading the pictures takes.
+/// Share of the work for reading the images.
 const READING: f64 = 0.6;
 
-/// Share after which only writing is left.
+/// Share after which only writing remains.
 const FITTING: f64 = 0.95;
 
-/// Calibrates from `capture`, called `name` in the report; `part` is the share of the job's fraction this fills.
+/// Calibrates from `capture`, called `name` in the report; `part` is the range of the job's progress that this covers.
 pub(super) fn calibrated(
     capture: &Capture,
     name: &str,
@@ -35,13 +35,13 @@ pub(super) fn calibrated(
     part: Range<f64>,
 ) -> Result<Done, JobEnd> {
     let at = |share: f64| part.start + (part.end - part.start) * share;
-    let reading = ctx.reporter(Phase::ReadingPictures, at(0.0)..at(READING));
+    let reading = ctx.reporter(Phase::ReadingImages, at(0.0)..at(READING));
     let features = read_features(capture, input.leave_out_unreadable, &reading)?;
     let fitting = ctx.reporter(Phase::Calibrating, at(READING)..at(FITTING));
     let Calibrated { result, document } = calibrate_features(capture, &features, &options(input), &fitting)?;
     ctx.report(at(FITTING), Phase::WritingReport, "writing the report");
     let page = calibration_page(capture, name, &features, &result, &document)?;
-    ctx.go_on()?;
+    ctx.check_cancelled()?;
     let id = document.calibration.id.clone();
     let mut summary = summary(&result, &features, &id);
     summary[RESIDUALS] = json!(keep_residuals(&result, ctx)?.as_str());
@@ -61,16 +61,16 @@ pub(super) fn calibrated(
         corner_rms_px: result.report.camera.rms_px,
         systematic_sigma_mm: light.map(|light| light.systematic_sigma_mm),
     };
-    let told = event(&id, Event::CalibrationCreated(body));
+    let created = event(&id, Event::CalibrationCreated(body));
     Ok(Done {
         result: ResultRef { kind: CALIBRATION.to_owned(), id },
         message: message(&result),
-        changes: vec![Change::InsertCalibration(record), told],
+        changes: vec![Change::InsertCalibration(record), created],
         finished_work: None,
     })
 }
 
-/// Stores the dots of the residual maps; the document holds their sums alone.
+/// Stores the points of the residual maps; the document contains only their statistics.
 fn keep_residuals(result: &CalibrationResult, ctx: &ComputeContext) -> Result<ArtifactId, JobEnd> {
     let residuals = Residuals::of(&result.report, &result.calibration.camera);
     Ok(ctx.wait(ctx.artifacts.put(&residuals.to_stored()))?)
@@ -88,7 +88,7 @@ fn options(input: &CalibrateInput) -> CalibrationOptions {
     }
 }
 
-/// Figures for lists and for comparing calibrations.
+/// Summary for lists and for comparing calibrations.
 fn summary(result: &CalibrationResult, features: &Features, id: &str) -> Value {
     let full = calibration_json(result, id);
     let report = &result.report;
@@ -115,11 +115,11 @@ fn summary(result: &CalibrationResult, features: &Features, id: &str) -> Value {
     })
 }
 
-/// The last words to the operator.
+/// The final message for the operator.
 fn message(result: &CalibrationResult) -> String {
     let corners = format!("corners within {:.3} px RMS", result.report.camera.rms_px);
     match &result.report.light {
-        None => format!("camera calibrated, {corners}; without laser pictures it cannot scan"),
+        None => format!("camera calibrated, {corners}; without laser images it cannot be used for scanning"),
         Some(light) => format!(
             "calibrated by the model {}, {corners}, depth within {:.1} µm; activate it to use it",
             light.model,

@@ -1,4 +1,4 @@
-//! Calibration pictures from a person's session.
+//! Calibration images from a session.
 
 use std::path::{Path, PathBuf};
 
@@ -15,13 +15,13 @@ use crate::resources::captures::{capture_place, capture_stage};
 use crate::resources::stored_scan::disk_problem;
 use crate::sessions::{Picture, Session, SessionBody, Sessions};
 
-/// Writes the session's readable pictures as the capture folder `folder`.
+/// Writes the usable images of the session as the capture folder `folder`.
 pub(super) fn gather_pictures(session_id: &str, ctx: &ComputeContext, folder: &Path) -> Result<(), JobEnd> {
-    ctx.report(0.0, Phase::GatheringPictures, "gathering the session's pictures");
+    ctx.report(0.0, Phase::CollectingImages, "collecting the images of the session");
     let session = Session::try_from(ctx.wait(ctx.ledger.read().session(session_id))?)?;
     make_folders(folder)?;
     let put = |kind: &str, idx: usize, picture: &Picture| -> Result<PathBuf, JobEnd> {
-        ctx.go_on()?;
+        ctx.check_cancelled()?;
         let path = PathBuf::from(format!("{kind}/{idx:03}.png"));
         let bytes = ctx.wait(ctx.artifacts.read(&artifact(picture)?))?;
         std::fs::write(folder.join(&path), bytes).map_err(disk_problem)?;
@@ -55,7 +55,7 @@ pub(super) fn gather_pictures(session_id: &str, ctx: &ComputeContext, folder: &P
     write_capture(folder, &manifest)
 }
 
-/// Of which kind of stage the views are; views of both kinds are refused when they are read.
+/// The stage kind of the views; a mix of both kinds is refused on reading.
 fn stage_of(body: &SessionBody) -> capture::StageKind {
     capture_stage(body.stage_views.first().map_or(optics::StageKind::Linear, |view| view.position.kind()))
 }
@@ -64,7 +64,7 @@ fn artifact(picture: &Picture) -> Result<ArtifactId, StoreError> {
     ArtifactId::parse(&picture.artifact).ok_or_else(|| StoreError::Damaged { id: picture.artifact.clone() })
 }
 
-/// How a session is to be solved.
+/// Options of the calibration job.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct SolveSession {
     /// `auto`, `planes`, `pencil`, `grating`.
@@ -73,10 +73,10 @@ pub struct SolveSession {
     pub k3: Option<String>,
 }
 
-/// The job that solves the session with its readable pictures.
+/// The calibration job of the session with its usable images.
 ///
 /// # Errors
-/// If there is no such session, or its pictures do not suffice.
+/// If the session does not exist or its images are not sufficient.
 pub async fn solve_input(sessions: &Sessions, id: &str, how: SolveSession) -> Result<JobInput, AppError> {
     sessions.check_suffices(id).await?;
     Ok(JobInput::Calibration(CalibrateInput {

@@ -1,4 +1,4 @@
-//! Calibration pictures from the simulated station, where a virtual operator moves the board.
+//! Calibration images from the simulated station, where a virtual operator moves the board.
 
 use std::path::{Path, PathBuf};
 
@@ -18,25 +18,25 @@ use crate::resources::stored_scan::disk_problem;
 use crate::sessions::photographer::{Exposures, Photographer};
 use crate::sessions::virtual_operator::VirtualOperator;
 
-/// Folders of a calibration's pictures.
+/// Folders of the images of a calibration.
 pub(super) const FOLDERS: [&str; 3] = ["board", "laser", "stage"];
 
-/// Takes all pictures of a calibration into the capture folder `folder`; `share` is the part of the job this is.
+/// Captures all images of a calibration into the capture folder `folder`; `share` is its part of the job.
 pub(super) fn take_pictures(
     input: &CalibrateInput,
     ctx: &StationContext,
     folder: &Path,
     share: f64,
 ) -> Result<(), JobEnd> {
-    let hands = ctx.station.simulation().ok_or_else(nobody_moves_the_board)?;
-    let operator = VirtualOperator::new(hands, ctx.config.target.clone());
+    let twin = ctx.station.simulation().ok_or_else(nobody_moves_the_board)?;
+    let operator = VirtualOperator::new(twin, ctx.config.target.clone());
     let lease = ctx.take_station("calibrating")?;
     let camera = Photographer::new(lease, ctx.cancel.clone(), Exposures::default());
     let n_poses = input.n_poses.unwrap_or(N_POSES);
     let positions = operator.stage_positions();
     let mut album = Album::new(folder, 2 * n_poses + positions.len(), ctx, share)?;
     if !ctx.station.status().homed {
-        album.say(&camera, Phase::Homing, "homing the stage");
+        album.report_activity(&camera, Phase::Homing, "homing the stage");
         camera.home()?;
     }
     camera.go_to(operator.zero())?;
@@ -44,9 +44,13 @@ pub(super) fn take_pictures(
         let number = pose_idx + 1;
         let pose = format!("pose {number} of {n_poses}");
         operator.hold_board(pose_idx, n_poses);
-        album.say(&camera, Phase::ExposingBoard.counted(number, n_poses), &format!("{pose}: exposing the board"));
+        album.report_activity(
+            &camera,
+            Phase::ExposingBoard.counted(number, n_poses),
+            &format!("{pose}: exposing the board"),
+        );
         let board = album.add("board", &*camera.board()?)?;
-        album.say(
+        album.report_activity(
             &camera,
             Phase::ExposingLaser.counted(number, n_poses),
             &format!("{pose}: exposing the laser lines"),
@@ -58,7 +62,7 @@ pub(super) fn take_pictures(
     for (idx, position) in positions.iter().enumerate() {
         let (number, of) = (idx + 1, positions.len());
         let words = format!("stage position {number} of {of}: exposing the board");
-        album.say(&camera, Phase::ExposingStage.counted(number, of), &words);
+        album.report_activity(&camera, Phase::ExposingStage.counted(number, of), &words);
         let position = camera.go_to(*position)?;
         let board = album.add("stage", &*camera.board()?)?;
         album.stage_views.push(StageView::new(board, capture_place(position)));
@@ -67,11 +71,11 @@ pub(super) fn take_pictures(
 }
 
 fn nobody_moves_the_board() -> AppError {
-    AppError::new(ErrorKind::Impossible, "nobody moves the board on this station")
-        .remedy("begin a calibration session and take the board in several poses")
+    AppError::new(ErrorKind::Impossible, "this station has no virtual operator to move the board")
+        .remedy("start a calibration session and capture the board in several poses")
 }
 
-/// Pictures on their way into a capture folder.
+/// Images being written to a capture folder.
 struct Album<'a> {
     ctx: &'a StationContext,
     folder: &'a Path,
@@ -90,13 +94,13 @@ impl<'a> Album<'a> {
         Ok(Self { ctx, folder, share, n_pictures, n_taken: 0, size_px: None, poses, stage_views })
     }
 
-    fn say(&self, camera: &Photographer, step: impl Into<Step>, words: &str) {
-        camera.say(words);
+    fn report_activity(&self, camera: &Photographer, step: impl Into<Step>, words: &str) {
+        camera.report_activity(words);
         self.ctx.report(self.share * self.n_taken as f64 / self.n_pictures as f64, step, words);
     }
 
     fn add(&mut self, folder: &str, frame: &StampedFrame) -> Result<PathBuf, JobEnd> {
-        self.ctx.go_on()?;
+        self.ctx.check_cancelled()?;
         let n_before = match folder {
             "stage" => self.stage_views.len(),
             _ => self.poses.len(),
@@ -116,7 +120,7 @@ impl<'a> Album<'a> {
     }
 }
 
-/// The folders for the pictures.
+/// Creates the image folders.
 pub(super) fn make_folders(folder: &Path) -> Result<(), JobEnd> {
     FOLDERS
         .iter()

@@ -1,4 +1,4 @@
-//! The range that was asked for, in the unit of the station's stage.
+//! The requested range, in the unit of the station's stage.
 
 use optics::StageKind;
 
@@ -6,10 +6,10 @@ use super::checks::refused;
 use crate::error::AppError;
 use crate::jobs::ScanInput;
 
-/// What a person says about the range; fields that are missing follow from the rest.
+/// The requested range; absent fields follow from the others.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct AskedRange {
-    /// The stage it is for.
+    /// The kind of stage.
     pub stage: StageKind,
     /// Position of the first row.
     pub from: Option<f64>,
@@ -21,7 +21,7 @@ pub struct AskedRange {
     pub speed: Option<f64>,
 }
 
-/// Names of the fields of a scan's input that state its range.
+/// Names of the input fields of the range.
 #[derive(Debug, Clone, Copy)]
 pub struct RangeFields {
     pub from: &'static str,
@@ -30,7 +30,7 @@ pub struct RangeFields {
     pub speed: &'static str,
 }
 
-/// The fields of a scan by such a stage.
+/// The field names for this kind of stage.
 pub fn fields_of(stage: StageKind) -> RangeFields {
     match stage {
         StageKind::Linear => RangeFields { from: "from_mm", to: "to_mm", step: "step_mm", speed: "speed_mm_s" },
@@ -41,7 +41,7 @@ pub fn fields_of(stage: StageKind) -> RangeFields {
 }
 
 impl AskedRange {
-    /// What `input` says in the unit of such a stage.
+    /// The range in `input` in the unit of this kind of stage.
     pub fn of(input: &ScanInput, stage: StageKind) -> Self {
         let [from, to, step, speed] = match stage {
             StageKind::Linear => [input.from_mm, input.to_mm, input.step_mm, input.speed_mm_s],
@@ -50,7 +50,7 @@ impl AskedRange {
         Self { stage, from, to, step, speed }
     }
 
-    /// The fields that are given, with their names.
+    /// The given fields with their names.
     pub fn given(&self) -> impl Iterator<Item = (&'static str, f64)> {
         let names = fields_of(self.stage);
         let fields =
@@ -70,7 +70,7 @@ impl AskedRange {
         }
     }
 
-    /// What `input` says for the station's stage.
+    /// The range in `input` for the station's stage.
     ///
     /// # Errors
     /// A field in the unit of the other kind of stage.

@@ -1,4 +1,4 @@
-//! What a scan that cannot work is refused for, each with its place in the input and its remedy.
+//! Checks of a scan request; each refusal has its place in the input and a remedy.
 
 use devices::Homing;
 use optics::{Calibration, StageKind};
@@ -20,7 +20,7 @@ pub fn refused(field: &str, detail: impl Into<String>, remedy: impl Into<String>
     AppError::new(ErrorKind::Impossible, detail).at(format!("/{field}")).remedy(remedy)
 }
 
-/// Every number is one, and has the right sign.
+/// Every number is finite and has the right sign.
 pub fn numbers(input: &ScanInput) -> Result<(), AppError> {
     let ranges = [StageKind::Linear, StageKind::Rotary].map(|stage| AskedRange::of(input, stage));
     let signed = ranges.iter().flat_map(|range| {
@@ -38,7 +38,7 @@ pub fn numbers(input: &ScanInput) -> Result<(), AppError> {
     Ok(())
 }
 
-/// Without its devices a station has no limits to plan with.
+/// Planning needs the limits of the connected devices.
 pub fn devices(status: &StationStatus) -> Result<(), AppError> {
     let there = [
         ("camera", status.camera.connected),
@@ -54,7 +54,7 @@ pub fn devices(status: &StationStatus) -> Result<(), AppError> {
     }
 }
 
-/// The calibration is of this camera as it is set.
+/// The calibration matches the camera with its current settings.
 pub fn camera(calibration: &Calibration, status: &StationStatus) -> Result<(), AppError> {
     let roi = status.camera_settings.roi;
     let camera = &calibration.camera;
@@ -69,18 +69,18 @@ pub fn camera(calibration: &Calibration, status: &StationStatus) -> Result<(), A
     Err(refused("calibration_id", detail, "read the whole sensor, or use the calibration of this camera"))
 }
 
-/// Range, step, mode and speed, as asked for or by default.
+/// Range, step, mode and speed, requested or default.
 pub fn rows(input: &ScanInput, status: &StationStatus) -> Result<Rows, AppError> {
     let asked = AskedRange::checked(input, stage_kind(status))?;
     let names = fields_of(asked.stage);
     let ends = [(names.from, asked.from), (names.to, asked.to)];
     if let Some((field, _)) = ends.iter().find(|(_, end)| end.is_none()) {
-        let remedy = "say from which to which stage position to scan";
+        let remedy = "give the first and last stage position";
         return Err(refused(field, format!("a scan from the station needs {field}"), remedy));
     }
     if input.mode == Some(ScanMode::StopAndGo) && asked.speed.is_some() {
-        let remedy = "leave it out, or choose the mode continuous";
-        return Err(refused(names.speed, "a stop-and-go scan has no speed of its own", remedy));
+        let remedy = "omit it, or choose the mode continuous";
+        return Err(refused(names.speed, "a stop-and-go scan has no speed", remedy));
     }
     let (resolution, default_step) = (status.stage.capabilities.resolution_mm, default_step(asked.stage));
     let range = ScanRange {
@@ -96,14 +96,14 @@ pub fn rows(input: &ScanInput, status: &StationStatus) -> Result<Rows, AppError>
         sweep(&mut rows, &asked, status)?;
     } else if range.step < resolution * RESOLUTION_SHARE {
         let (step, resolution) = (amount(range.step), amount(resolution));
-        let detail = format!("rows {step} apart are finer than this stage's steps of {resolution}");
+        let detail = format!("a row spacing of {step} is finer than the stage resolution of {resolution}");
         return Err(refused(names.step, detail, format!("give {resolution} or more")));
     }
     if rows.range.step < STEP_MIN {
         let (step, least) = (amount(rows.range.step), amount(STEP_MIN));
-        let detail = format!("rows {step} apart are below the {least} a stage can be read back to");
+        let detail = format!("a row spacing of {step} is below the minimum of {least}");
         let field = if asked.step.is_some() { names.step } else { names.speed };
-        return Err(refused(field, detail, "scan more coarsely"));
+        return Err(refused(field, detail, "use a larger step"));
     }
     Ok(rows)
 }
@@ -115,7 +115,7 @@ fn default_step(stage: StageKind) -> f64 {
     }
 }
 
-/// Speed, step and frame rate of a continuous scan: what is not given follows from the rest.
+/// Speed, step and frame rate of a continuous scan: what is not given follows from the others.
 fn sweep(rows: &mut Rows, asked: &AskedRange, status: &StationStatus) -> Result<(), AppError> {
     let stage = &status.stage.capabilities;
     let (range, names) = (&mut rows.range, fields_of(asked.stage));
@@ -123,13 +123,14 @@ fn sweep(rows: &mut Rows, asked: &AskedRange, status: &StationStatus) -> Result<
         let recorded = stage.resolution_mm;
         if asked.step.is_some_and(|step| (step / recorded - 1.0).abs() > 1.0 - RESOLUTION_SHARE) {
             let recorded = range.amount(recorded);
-            let detail = format!("the recorded frames are {recorded} apart, a sweep takes them as they are");
-            return Err(refused(names.step, detail, "leave it out, or scan stop-and-go"));
+            let detail =
+                format!("the recorded frames are {recorded} apart, which a continuous scan cannot change");
+            return Err(refused(names.step, detail, "omit it, or scan stop-and-go"));
         }
         range.step = recorded;
     }
     if range.from == range.to {
-        let detail = format!("a continuous scan needs a way to go, {} equals {}", names.from, names.to);
+        let detail = format!("a continuous scan needs a range, but {} equals {}", names.from, names.to);
         return Err(refused(names.to, detail, format!("give another {}, or scan stop-and-go", names.to)));
     }
     let rate_hz = status.camera_settings.frame_rate_hz;
@@ -143,7 +144,7 @@ fn sweep(rows: &mut Rows, asked: &AskedRange, status: &StationStatus) -> Result<
     let top_speed = stage.max_speed_mm_s;
     if speed > top_speed {
         let (needed, top) = (range.amount(speed), range.amount(top_speed));
-        let detail = format!("the scan needs {needed}/s, the stage moves at most at {top}/s");
+        let detail = format!("the scan needs {needed}/s, the maximum speed of the stage is {top}/s");
         let field = if asked.speed.is_some() { names.speed } else { names.step };
         return Err(refused(field, detail, "scan more slowly, or with a lower frame rate"));
     }
@@ -163,16 +164,14 @@ fn sweep(rows: &mut Rows, asked: &AskedRange, status: &StationStatus) -> Result<
     Ok(())
 }
 
-/// The range with its run-up lies within the travel, and the way of the stage is known.
+/// The range with its run-up lies within the travel, and the stage motion is calibrated.
 pub fn travel(rows: &Rows, calibration: &Calibration, status: &StationStatus) -> Result<(), AppError> {
     let range = &rows.range;
     if calibration.stage.is_none() && range.from != range.to {
         let (detail, remedy) = match range.stage {
-            StageKind::Linear => {
-                ("does not know which way the stage moves", "calibrate with at least two stage views")
-            }
+            StageKind::Linear => ("has no stage direction", "calibrate with at least two stage views"),
             StageKind::Rotary => {
-                ("does not know the axis of the turntable", "calibrate with at least three stage views at angles")
+                ("has no turntable axis", "calibrate with at least three stage views at different angles")
             }
         };
         let detail = format!("calibration {} {detail}", calibration.id);
@@ -208,7 +207,7 @@ pub fn travel(rows: &Rows, calibration: &Calibration, status: &StationStatus) ->
     Ok(())
 }
 
-/// The exposure asked for, or the station's own for laser frames.
+/// The requested exposure, or the default for laser frames.
 pub fn exposure_us(input: &ScanInput, rows: &Rows, status: &StationStatus) -> Result<f64, AppError> {
     let set_us = status.camera_settings.exposure_us;
     let default_us = if status.simulated == Some("twin") { twin::live::LASER_EXPOSURE_US } else { set_us };
@@ -216,8 +215,11 @@ pub fn exposure_us(input: &ScanInput, rows: &Rows, status: &StationStatus) -> Re
     if let (Some(range), Some(_)) = (status.camera.capabilities.exposure_us, input.exposure_us)
         && !(range.min..=range.max).contains(&exposure_us)
     {
-        let detail = format!("the camera exposes for {} to {} µs, not for {exposure_us}", range.min, range.max);
-        return Err(refused("exposure_us", detail, "choose an exposure it can do"));
+        let detail = format!(
+            "the exposure range of the camera is {} to {} µs, requested {exposure_us}",
+            range.min, range.max
+        );
+        return Err(refused("exposure_us", detail, "choose an exposure within the range"));
     }
     if let Some(frame_rate_hz) = rows.frame_rate_hz
         && exposure_us * 1e-6 * frame_rate_hz >= 1.0
@@ -232,7 +234,7 @@ pub fn exposure_us(input: &ScanInput, rows: &Rows, status: &StationStatus) -> Re
     Ok(exposure_us)
 }
 
-/// The exposures of every row, the shortest first; none where a row has one.
+/// The exposures of every row, shortest first; empty for a single exposure.
 pub fn exposures_us(input: &ScanInput, rows: &Rows, status: &StationStatus) -> Result<Vec<f64>, AppError> {
     let mut exposures_us = input.exposures_us.clone();
     if exposures_us.is_empty() {
@@ -241,41 +243,39 @@ pub fn exposures_us(input: &ScanInput, rows: &Rows, status: &StationStatus) -> R
     let refused = |detail: String, remedy: &str| Err(refused("exposures_us", detail, remedy));
     exposures_us.sort_by(f64::total_cmp);
     if !EXPOSURES.contains(&exposures_us.len()) {
-        return refused(format!("{} exposures of a row were asked for", exposures_us.len()), "give two to four");
+        return refused(format!("{} exposures per row were requested", exposures_us.len()), "give two to four");
     }
     if input.exposure_us.is_some() {
-        return refused("exposure_us and exposures_us were both given".to_owned(), "leave one of them out");
+        return refused("exposure_us and exposures_us exclude each other".to_owned(), "omit one of them");
     }
     if rows.mode == ScanMode::Continuous {
-        let detail = "a stage that moves gives a row no second exposure".to_owned();
-        return refused(detail, "scan stop and go, or with one exposure");
+        let detail = "several exposures per row need stop-and-go".to_owned();
+        return refused(detail, "scan stop-and-go, or with one exposure");
     }
     if input.background.is_some() {
-        let detail = "a picture with the laser off has one exposure, these rows have several".to_owned();
-        return refused(detail, "leave out background, or scan with one exposure");
+        let detail = "ambient light subtraction is not available with several exposures per row".to_owned();
+        return refused(detail, "omit background, or scan with one exposure");
     }
     if input.keep_frames || input.record {
-        let detail = "pictures of rows with several exposures cannot be kept or recorded".to_owned();
-        return refused(detail, "leave out keep_frames and record, or scan with one exposure");
+        let detail = "frames of rows with several exposures cannot be kept or recorded".to_owned();
+        return refused(detail, "omit keep_frames and record, or scan with one exposure");
     }
     let Some(range) = status.camera.capabilities.exposure_us else {
         return refused("this camera's exposure cannot be set".to_owned(), "scan with one exposure");
     };
     if let Some(beyond) = exposures_us.iter().find(|us| !(range.min..=range.max).contains(*us)) {
-        let detail = format!("the camera exposes for {} to {} µs, not for {beyond}", range.min, range.max);
-        return refused(detail, "choose exposures it can do");
+        let detail =
+            format!("the exposure range of the camera is {} to {} µs, requested {beyond}", range.min, range.max);
+        return refused(detail, "choose exposures within the range");
     }
     if exposures_us.windows(2).any(|pair| pair[1] < LEAST_EXPOSURE_RATIO * pair[0]) {
-        let detail = format!("exposures of {exposures_us:?} µs hardly differ");
-        return refused(
-            detail,
-            "make each at least one and a half times the one before; four to eight times is usual",
-        );
+        let detail = format!("exposures of {exposures_us:?} µs are too similar");
+        return refused(detail, "make each at least 1.5 times the previous one; four to eight times is usual");
     }
     Ok(exposures_us)
 }
 
-/// The laser power asked for.
+/// The requested laser power.
 pub fn laser_power(input: &ScanInput, status: &StationStatus) -> Result<f64, AppError> {
     let power = input.laser_power.unwrap_or(DEFAULT_LASER_POWER);
     let (min, max) = status.laser.capabilities.power.map_or((0.0, 1.0), |range| (range.min, range.max));
@@ -283,26 +283,26 @@ pub fn laser_power(input: &ScanInput, status: &StationStatus) -> Result<f64, App
         return Ok(power);
     }
     let remedy = format!("give a share of full power from {min} to {max}");
-    Err(refused("laser_power", format!("the laser cannot shine with power {power}"), remedy))
+    Err(refused("laser_power", format!("the laser cannot be set to power {power}"), remedy))
 }
 
-/// Pictures with the laser off can be taken as asked.
+/// Laser-off images can be captured as requested.
 pub fn background(input: &ScanInput, rows: &Rows, status: &StationStatus) -> Result<(), AppError> {
     let Some(asked) = input.background else { return Ok(()) };
     if !status.laser.capabilities.switched {
-        let detail = "the laser cannot be switched off here, so that nothing can be seen without it";
-        return Err(refused("background", detail, "leave it out, or connect the laser to be switched"));
+        let detail = "the laser of this station cannot be switched off, so there are no laser-off images";
+        return Err(refused("background", detail, "omit it, or connect the laser so that it can be switched"));
     }
     if input.record {
-        let detail = "a recording would not say which frames are backgrounds";
-        return Err(refused("background", detail, "leave out record or background; keep_frames keeps both"));
+        let detail = "a recording does not distinguish laser-off images from other frames";
+        return Err(refused("background", detail, "omit record or background; keep_frames keeps both"));
     }
     if asked.every_rows == Some(0) {
         return Err(refused("background/every_rows", "every_rows is 0", "give 1 or more"));
     }
     if asked.every_rows.is_some() && rows.mode == ScanMode::Continuous {
-        let detail = "a continuous scan has its pictures with the laser off before and after it";
-        return Err(refused("background/every_rows", detail, "leave it out, or scan stop-and-go"));
+        let detail = "a continuous scan captures laser-off images only before and after it";
+        return Err(refused("background/every_rows", detail, "omit it, or scan stop-and-go"));
     }
     match asked.above_levels.filter(|levels| !(0.0..=255.0).contains(levels)) {
         None => Ok(()),
@@ -314,7 +314,7 @@ pub fn background(input: &ScanInput, rows: &Rows, status: &StationStatus) -> Res
     }
 }
 
-/// The most points there can be, if they can be computed with.
+/// The maximum number of points, if within the limit.
 pub fn points(n_rows: usize, rows: &Rows, calibration: &Calibration) -> Result<u64, AppError> {
     let camera = &calibration.camera;
     let per_row = (calibration.orders.len() * camera.width_px.max(camera.height_px)) as u64;
@@ -323,12 +323,12 @@ pub fn points(n_rows: usize, rows: &Rows, calibration: &Calibration) -> Result<u
         return Ok(points);
     }
     let rows_limit = POINTS_LIMIT / per_row.max(1);
-    let detail = format!("{n_rows} rows may give {points} points, more than the {POINTS_LIMIT} a scan may have");
+    let detail = format!("{n_rows} rows may give {points} points; the limit is {POINTS_LIMIT}");
     let step = fields_of(rows.range.stage).step;
-    Err(refused(step, detail, format!("plan at most {rows_limit} rows: a larger step, or a shorter range")))
+    Err(refused(step, detail, format!("plan at most {rows_limit} rows: increase the step or shorten the range")))
 }
 
-/// What a person should know before the scan begins.
+/// Notes for the operator before the scan starts.
 pub fn notes(rows: &Rows, exposure_us: f64, status: &StationStatus, prediction: &Prediction) -> Vec<String> {
     let mut notes = Vec::new();
     if !status.homed && status.stage.capabilities.homing == Homing::Required {
@@ -336,24 +336,26 @@ pub fn notes(rows: &Rows, exposure_us: f64, status: &StationStatus, prediction: 
     }
     if !status.laser.capabilities.switched {
         notes.push(
-            "the laser is not controlled here: it stays on before, during and after the scan, and after Stop"
+            "the laser is not controlled by this station: it stays on before, during and after the scan, and after Stop"
                 .to_owned(),
         );
     }
     if let Some(speed) = rows.range.speed {
         let (smear, unit) = (speed * exposure_us * 1e-6, rows.range.stage.unit());
         if smear > SMEAR_SHARE * rows.range.step {
-            notes.push(format!("the part moves {smear:.3} {unit} during an exposure; expose for a shorter time, or scan more slowly"));
+            notes.push(format!(
+                "the part moves {smear:.3} {unit} during an exposure; use a shorter exposure or a lower speed"
+            ));
         }
     }
     if rows.range.stage == StageKind::Rotary && rows.range.length() < CLOSING_TURN_DEG {
-        notes.push(format!("less than {CLOSING_TURN_DEG}° does not show how well a turn closes"));
+        notes.push(format!("a scan of less than {CLOSING_TURN_DEG}° does not show the closure of a turn"));
     }
     if prediction.unambiguous_depth_mm[0] > prediction.depth_mm[0]
         || prediction.unambiguous_depth_mm[1] < prediction.depth_mm[1]
     {
         let [near, far] = prediction.unambiguous_depth_mm;
-        notes.push(format!("parts that reach out of {near:.1}–{far:.1} mm are told apart by a second line only; scan far enough that two lines see them"));
+        notes.push(format!("the order of lines on surfaces outside {near:.1}–{far:.1} mm is known only where a second line sees them; extend the range so that two lines do"));
     }
     notes
 }

@@ -1,4 +1,4 @@
-//! What a scan from the station will be, before anything moves: rows, duration, density, σ, depths, disk.
+//! Plans a scan on the station before anything moves: rows, duration, point density, σ, depth range, disk space.
 
 mod asked;
 mod checks;
@@ -18,15 +18,15 @@ use crate::error::AppError;
 use crate::jobs::{ScanInput, ScanMode};
 use crate::resources::scan_run::ScanRange;
 
-/// How the stage will move, as far as the input says; a refusal of the rest comes with the plan.
+/// The motion of the stage from the input alone; the rest is checked by the plan.
 pub fn mode_of(input: &ScanInput) -> ScanMode {
     if input.is_continuous() { ScanMode::Continuous } else { ScanMode::StopAndGo }
 }
 
-/// Plans a scan; `pace`: of this machine.
+/// Plans a scan; `pace`: measured durations on this machine.
 ///
 /// # Errors
-/// A problem with the place in the input and a remedy: what is missing, outside the travel, too fast, too much.
+/// A problem with the place in the input and a remedy: a missing value, outside the travel, too fast, too many points.
 pub fn plan(
     input: &ScanInput,
     calibration: &Calibration,
@@ -51,7 +51,7 @@ pub fn plan(
     let max_points = checks::points(n_rows, &rows, calibration)?;
     let exposed_us = if exposures_us.is_empty() { exposure_us } else { exposures_us.iter().sum() };
     let motion_s = motion::duration_s(&rows, n_rows, exposed_us, status);
-    // What a row takes beside motion and exposure, it takes for every exposure.
+    // The overhead of a row occurs for every exposure.
     let n_exposures = exposures_us.len().max(1);
     let acquisition_s = motion_s + (n_rows * n_exposures) as f64 * pace.row_overhead_s;
     let evaluation_s = n_rows as f64 * pace.evaluation_s_per_frame;
@@ -84,7 +84,7 @@ pub fn plan(
     })
 }
 
-/// Pictures that are kept: a frame a row, and as many with the laser off at most.
+/// Number of images kept: one frame per row, and at most as many laser-off images.
 fn n_kept(input: &ScanInput, n_rows: usize) -> usize {
     match (input.keep_frames, input.background) {
         (false, _) => 0,
@@ -98,7 +98,7 @@ fn n_kept(input: &ScanInput, n_rows: usize) -> usize {
 struct Rows {
     mode: ScanMode,
     range: ScanRange,
-    /// Of a continuous scan, beside the range's speed.
+    /// Frame rate of a continuous scan, in addition to the speed in the range.
     frame_rate_hz: Option<f64>,
 }
 

@@ -1,11 +1,11 @@
-//! How long the stage takes.
+//! Duration of stage motion.
 
 use station::StationStatus;
 use station::params::{RUN_UP_MARGIN, RUN_UP_TIME};
 
 use super::Rows;
 
-/// Way the stage needs before and behind the range of a continuous scan, in its unit.
+/// Run-up before and after the range of a continuous scan, in the unit of the stage.
 pub fn run_up(speed: f64, status: &StationStatus) -> f64 {
     if status.stage.capabilities.follows_frames {
         return 0.0;
@@ -16,7 +16,7 @@ pub fn run_up(speed: f64, status: &StationStatus) -> f64 {
     }
 }
 
-/// How long motion and exposures of a scan take, from the first motion to the last frame, s.
+/// Duration of motion and exposures of a scan, from the first motion to the last frame, s.
 pub fn duration_s(rows: &Rows, n_rows: usize, exposure_us: f64, status: &StationStatus) -> f64 {
     let top_speed = status.stage.capabilities.max_speed_mm_s;
     let approach = status.position_mm.map_or(0.0, |position| (position - rows.range.from).abs());

@@ -1,4 +1,4 @@
-//! How fast this machine works, from its last scans.
+//! Measured durations on this machine, from its recent scans.
 
 use statistics::median;
 use store::{Page, ScanFilter, ScanRecord, ScanState};
@@ -8,28 +8,28 @@ use crate::evented_catalogue::EventedCatalogue;
 use crate::jobs::ScanMode;
 use crate::jobs::plan::ScanRun;
 
-/// Key of a scan's report under which its times stand.
+/// Key of the durations in a scan report.
 pub const TIMING: &str = "timing";
 
-/// What a plan cannot know from the devices' own words.
+/// Durations that a plan cannot derive from device capabilities.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Pace {
-    /// Time of a row beside motion and exposure, s: trigger, read-out, transfer, settling, a machine that is busy.
+    /// Overhead per row in addition to motion and exposure, s: trigger, read-out, transfer, settling, scheduling.
     pub row_overhead_s: f64,
     /// From centrelines to a stored cloud, s per frame.
     pub evaluation_s_per_frame: f64,
     /// One measurement, s.
     pub measuring_s: f64,
-    /// How often the evaluation reads every frame.
+    /// Number of times that the evaluation reads each frame.
     pub passes: f64,
 }
 
 impl Pace {
-    /// Of a machine that has not scanned yet.
+    /// Defaults for a machine that has not scanned yet.
     pub fn unknown(mode: ScanMode) -> Self {
         let row_overhead_s = match mode {
             ScanMode::StopAndGo => ROW_OVERHEAD_S,
-            // Frames come at their own rate.
+            // The frame rate is fixed.
             ScanMode::Continuous => 0.0,
         };
         Self {
@@ -40,7 +40,7 @@ impl Pace {
         }
     }
 
-    /// From the newest scans of that kind; what none of them recorded is as on an unknown machine.
+    /// From the newest scans of this kind; defaults for what none of them recorded.
     pub async fn learned(ledger: &EventedCatalogue, mode: ScanMode) -> Self {
         let filter = ScanFilter { state: Some(ScanState::Complete), ..ScanFilter::default() };
         let page = Page { before: None, limit: PACE_SCANS };
@@ -52,7 +52,7 @@ impl Pace {
 
     fn of(newest: &[ScanRecord], mode: ScanMode) -> Self {
         let unknown = Self::unknown(mode);
-        let told = |key: &str, per: &str, of_mode: bool| {
+        let recorded = |key: &str, per: &str, of_mode: bool| {
             let same = |scan: &&ScanRecord| !of_mode || mode_of(scan) == Some(mode);
             let values = newest.iter().filter(same).filter_map(|scan| {
                 let timing = &scan.report[TIMING];
@@ -61,16 +61,17 @@ impl Pace {
             median(&mut values.filter(|value| value.is_finite()).collect::<Vec<f64>>())
         };
         Self {
-            row_overhead_s: told("waiting_s", "rows_taken", true).map_or(unknown.row_overhead_s, |s| s.max(0.0)),
-            evaluation_s_per_frame: told("evaluation_s", "n_frames", false)
+            row_overhead_s: recorded("waiting_s", "rows_taken", true)
+                .map_or(unknown.row_overhead_s, |s| s.max(0.0)),
+            evaluation_s_per_frame: recorded("evaluation_s", "n_frames", false)
                 .unwrap_or(unknown.evaluation_s_per_frame),
-            measuring_s: told("measuring_s", "n_measured", false).unwrap_or(unknown.measuring_s),
-            passes: told("frames_read", "n_frames", false).unwrap_or(unknown.passes),
+            measuring_s: recorded("measuring_s", "n_measured", false).unwrap_or(unknown.measuring_s),
+            passes: recorded("frames_read", "n_frames", false).unwrap_or(unknown.passes),
         }
     }
 }
 
-/// How a scan's stage moved; `None` for one that was not taken from a station, or whose rows had several exposures.
+/// Motion mode of a scan; `None` for a scan of a capture, or with several exposures per row.
 fn mode_of(scan: &ScanRecord) -> Option<ScanMode> {
     ScanRun::of(scan).ok()?.plan.filter(|plan| plan.exposures_us.is_empty()).map(|plan| plan.mode)
 }
@@ -102,7 +103,7 @@ mod tests {
     }
 
     #[test]
-    fn the_median_of_the_last_scans_of_the_same_mode_is_learned() {
+    fn the_median_of_recent_scans_of_the_same_mode_is_used() {
         let slow = json!({ "waiting_s": 60.0, "rows_taken": 200, "evaluation_s": 20.0, "n_frames": 200,
             "measuring_s": 6.0, "n_measured": 2, "frames_read": 600 });
         let odd = json!({ "waiting_s": 900.0, "rows_taken": 100 });
@@ -120,7 +121,7 @@ mod tests {
     }
 
     #[test]
-    fn without_scans_the_machine_is_unknown() {
+    fn without_scans_defaults_are_used() {
         assert_eq!(Pace::of(&[], ScanMode::StopAndGo), Pace::unknown(ScanMode::StopAndGo));
     }
 }

@@ -1,4 +1,4 @@
-//! Density, σ and depths of a scan, from the calibration alone.
+//! Point density, σ and depth range of a scan, from the calibration alone.
 
 use nalgebra::{Vector2, Vector3};
 use optics::{Calibration, Stage};
@@ -9,7 +9,7 @@ use vision::LineDirection;
 
 use super::params::{CLOUD_POINT_BYTES, DISPLAY_POINT_BYTES, EXPECTED_SIGMA_PX, PEAK_BYTES, PREDICTION_STEP_PX};
 
-/// What a calibration says about a scan with it.
+/// Prediction for a scan from its calibration.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Prediction {
     /// See `ScanPlan`.
@@ -24,8 +24,8 @@ pub struct Prediction {
     pub unambiguous_depth_mm: [f64; 2],
 }
 
-/// Predicts for a flat part across the camera in the middle of the calibrated depths, with rows `step` apart in the unit of
-/// the stage; on a turntable for a surface half-way between the axis and the nearest depth.
+/// Predicts for a flat part perpendicular to the camera axis in the middle of the calibrated depth range, with rows `step`
+/// apart in the unit of the stage; on a turntable for a surface half-way between the axis and the nearest depth.
 pub fn predict(calibration: &Calibration, step: f64) -> Prediction {
     let envelope = depth_envelope(calibration, calibration.depth_range_mm);
     let direction = line_direction(calibration);
@@ -36,7 +36,7 @@ pub fn predict(calibration: &Calibration, step: f64) -> Prediction {
         LineDirection::Rows => (camera.fx_px, 0),
         LineDirection::Columns => (camera.fy_px, 1),
     };
-    // What the stage moves the part across the lines per mm of travel or per degree.
+    // Part motion perpendicular to the lines per mm of travel or per degree.
     let across = match calibration.stage {
         None => 1.0,
         Some(Stage::Linear(axis)) => axis.direction[1 - along].abs(),
@@ -51,7 +51,7 @@ pub fn predict(calibration: &Calibration, step: f64) -> Prediction {
     }
 }
 
-/// Which way the lines run: along the axis of the image in which the sheets of neighbouring orders do not part.
+/// Direction of the lines: the image axis along which the sheets of neighbouring orders are not separated.
 fn line_direction(calibration: &Calibration) -> LineDirection {
     let camera = &calibration.camera;
     let centre = Vector2::new(camera.width_px as f64 / 2.0, camera.height_px as f64 / 2.0);
@@ -64,7 +64,7 @@ fn line_direction(calibration: &Calibration) -> LineDirection {
     }
 }
 
-/// Median σ along the ray over the calibrated volume: image noise and covariance of the calibration.
+/// Median σ along the ray over the calibrated volume, from image noise and the covariance of the calibration.
 fn median_sigma_mm(calibration: &Calibration, direction: LineDirection) -> Option<f64> {
     let camera = &calibration.camera;
     let normal = match direction {
@@ -87,7 +87,7 @@ fn median_sigma_mm(calibration: &Calibration, direction: LineDirection) -> Optio
     median(&mut sigmas_mm)
 }
 
-/// Room that a scan with so many kept pictures needs: peaks twice (in the making and stored), cloud, display points, and the pictures twice.
+/// Disk space of a scan, bytes: peaks twice (work file and stored), cloud, display points, and the kept images twice.
 pub fn disk_bytes(max_points: u64, n_kept: usize, status: &StationStatus) -> u64 {
     let roi = status.camera_settings.roi;
     let bytes_per_px = match status.camera_settings.pixel_format {

@@ -1,5 +1,5 @@
-//! What is planned for the default simulated station, and what is refused. The true station stands in for its
-//! calibration; that the predicted σ is met is shown by the scans themselves.
+//! Plans and refusals for the default simulated station, with its true parameters as the calibration. That the predicted
+//! σ is met is tested by actual scans.
 
 use crate::error::ErrorKind;
 use devices::{
@@ -113,7 +113,7 @@ fn input(from_mm: f64, to_mm: f64) -> ScanInput {
     }
 }
 
-/// Of a machine that has not scanned yet.
+/// Defaults for a machine that has not scanned yet.
 fn pace(input: &ScanInput) -> Pace {
     Pace::unknown(mode_of(input))
 }
@@ -151,7 +151,7 @@ fn forty_millimetres_in_fifths_are_two_hundred_and_one_rows() {
 }
 
 #[test]
-fn rows_run_backwards_too_and_one_row_is_a_scan() {
+fn a_range_may_be_reversed_and_may_have_one_row() {
     let back = planned(|input| (input.from_mm, input.to_mm) = (Some(1.0), Some(0.0))).unwrap();
     assert_eq!((back.n_rows, back.range.position(5).value()), (6, 0.0));
     let one = planned(|input| input.to_mm = input.from_mm).unwrap();
@@ -174,7 +174,7 @@ fn speed_step_and_frame_rate_of_a_continuous_scan_follow_from_each_other() {
 }
 
 #[test]
-fn a_slow_machine_plans_what_its_last_scans_took() {
+fn the_plan_uses_the_durations_of_recent_scans() {
     let measure = MeasureInput {
         tool: "sphere".into(),
         name: None,
@@ -192,7 +192,7 @@ fn a_slow_machine_plans_what_its_last_scans_took() {
 }
 
 #[test]
-fn what_cannot_work_is_refused_with_its_place_and_a_remedy() {
+fn invalid_input_is_refused_with_its_place_and_a_remedy() {
     let check = |change: &dyn Fn(&mut ScanInput), place: &str, words: &str| {
         let problem = planned(|input| change(input)).unwrap_err();
         assert_eq!(
@@ -211,14 +211,18 @@ fn what_cannot_work_is_refused_with_its_place_and_a_remedy() {
     check(&|input| input.step_mm = Some(0.01), "/step_mm", "4001 rows");
     check(&|input| input.to_mm = Some(120.0), "/to_mm", "outside the stage's travel");
     check(&|input| (input.to_mm, input.speed_mm_s) = (Some(99.9), Some(20.0)), "/to_mm", "run-up");
-    check(&|input| input.speed_mm_s = Some(150.0), "/speed_mm_s", "at most at 100 mm/s");
+    check(&|input| input.speed_mm_s = Some(150.0), "/speed_mm_s", "maximum speed of the stage is 100 mm/s");
     check(&|input| (input.speed_mm_s, input.step_mm) = (Some(90.0), Some(0.1)), "/step_mm", "900.0 frames/s");
     check(
         &|input| (input.speed_mm_s, input.mode) = (Some(5.0), Some(ScanMode::StopAndGo)),
         "/speed_mm_s",
         "stop-and-go",
     );
-    check(&|input| (input.mode, input.to_mm) = (Some(ScanMode::Continuous), Some(-20.0)), "/to_mm", "a way to go");
+    check(
+        &|input| (input.mode, input.to_mm) = (Some(ScanMode::Continuous), Some(-20.0)),
+        "/to_mm",
+        "needs a range",
+    );
     check(&|input| input.exposure_us = Some(1.0), "/exposure_us", "10 to 1000000");
     check(
         &|input| (input.exposure_us, input.speed_mm_s) = (Some(50_000.0), Some(3.0)),
@@ -233,14 +237,14 @@ fn a_calibration_of_another_camera_or_without_a_stage_is_refused() {
     let mut other = calibration();
     other.stage = None;
     let problem = plan(&input(-1.0, 1.0), &other, &status(), &Pace::unknown(ScanMode::StopAndGo)).unwrap_err();
-    assert!(problem.detail.contains("which way the stage moves"), "{problem:?}");
+    assert!(problem.detail.contains("no stage direction"), "{problem:?}");
     other.camera.width_px = 640;
     let problem = plan(&input(-1.0, 1.0), &other, &status(), &Pace::unknown(ScanMode::StopAndGo)).unwrap_err();
     assert!(problem.detail.contains("1280×1024 pixels"), "{problem:?}");
 }
 
 #[test]
-fn without_its_stage_a_station_plans_nothing() {
+fn a_plan_needs_a_connected_stage() {
     let mut status = status();
     status.stage.connected = false;
     let problem =
@@ -252,7 +256,7 @@ fn without_its_stage_a_station_plans_nothing() {
 }
 
 #[test]
-fn smear_and_a_stage_without_its_zero_are_noted() {
+fn motion_blur_and_an_unhomed_stage_are_noted() {
     let mut status = status();
     status.homed = false;
     let mut input = input(-20.0, 20.0);
@@ -262,7 +266,7 @@ fn smear_and_a_stage_without_its_zero_are_noted() {
 }
 
 #[test]
-fn kept_pictures_are_counted_as_files_and_once_more_in_their_archive() {
+fn kept_images_count_as_files_and_once_more_in_their_archive() {
     let without = planned(|_| {}).unwrap().disk_bytes;
     let with = planned(|input| input.keep_frames = true).unwrap().disk_bytes;
     assert_eq!(with - without, 2 * 201 * 1280 * 1024);
@@ -281,7 +285,7 @@ fn a_recording_is_scanned_row_by_row_in_its_own_steps() {
     assert_eq!((own.range.step, own.n_rows, own.range.position(15).value()), (2.08, 16, 15.6));
     let fine = planned(&|input| input.step_mm = Some(0.2)).unwrap_err();
     assert_eq!(fine.pointer.as_deref(), Some("/step_mm"));
-    assert!(fine.detail.contains("steps of 2.08 mm"), "{fine:?}");
+    assert!(fine.detail.contains("stage resolution of 2.08 mm"), "{fine:?}");
 }
 
 #[test]
@@ -326,14 +330,14 @@ fn turn(change: impl Fn(&mut ScanInput)) -> Result<ScanPlan, AppError> {
 }
 
 #[test]
-fn a_turn_is_planned_in_degrees() {
+fn a_turntable_scan_is_planned_in_degrees() {
     let plan = turn(|input| input.step_deg = Some(1.5)).unwrap();
     assert_eq!((plan.n_rows, plan.range.position(1)), (251, optics::StagePosition::RotaryDeg(1.5)));
-    // Half-way between the axis at 400 mm and the nearest depth at 360 mm: 20 mm, 0.52 mm of way in 1.5°.
+    // Half-way between the axis at 400 mm and the nearest depth at 360 mm: radius 20 mm, 0.52 mm per 1.5°.
     assert!((plan.rows_per_mm - 1.91).abs() < 0.1, "{plan:?}");
     assert!(plan.notes.iter().all(|note| !note.contains("how well")), "{:?}", plan.notes);
     let part = turn(|input| input.to_deg = Some(90.0)).unwrap();
-    assert!(part.notes.iter().any(|note| note.contains("how well a turn closes")), "{:?}", part.notes);
+    assert!(part.notes.iter().any(|note| note.contains("closure of a turn")), "{:?}", part.notes);
     let sweep = turn(|input| input.speed_deg_s = Some(15.0)).unwrap();
     assert_eq!((sweep.mode, sweep.range.step, sweep.n_rows), (ScanMode::Continuous, 0.5, 751));
 }
@@ -367,12 +371,16 @@ fn a_calibration_of_the_other_kind_of_stage_is_refused() {
 }
 
 #[test]
-fn a_laser_that_is_always_on_is_said_in_the_plan() {
+fn a_laser_that_is_always_on_is_noted_in_the_plan() {
     let mut status = status();
     status.laser.capabilities.switched = false;
     let input = input(-20.0, 20.0);
     let planned = plan(&input, &calibration(), &status, &pace(&input)).unwrap();
-    assert!(planned.notes.iter().any(|note| note.contains("not controlled here")), "{:?}", planned.notes);
+    assert!(
+        planned.notes.iter().any(|note| note.contains("not controlled by this station")),
+        "{:?}",
+        planned.notes
+    );
 }
 
 #[test]
@@ -380,7 +388,7 @@ fn rows_of_several_exposures_take_their_sum_and_are_refused_where_they_cannot_be
     let one = planned(|input| input.exposure_us = Some(9_000.0)).unwrap();
     let three = planned(|input| input.exposures_us = vec![9_000.0, 250.0, 1_500.0]).unwrap();
     assert_eq!((three.exposure_us, three.exposures_us.as_slice()), (9_000.0, &[250.0, 1_500.0, 9_000.0][..]));
-    // Two exposures more, and what each takes beside.
+    // Two more exposures with their overhead.
     let more_s = 201.0 * ((250.0 + 1_500.0) * 1e-6 + 2.0 * params::ROW_OVERHEAD_S);
     assert!((three.acquisition_s - one.acquisition_s - more_s).abs() < 1e-9, "{}", three.acquisition_s);
     let refused = |exposures_us: &[f64], change: fn(&mut ScanInput)| {

@@ -1,4 +1,4 @@
-//! Where a running job is: written by its thread, read by everyone.
+//! Progress of a running job: written by its thread, read by all.
 
 use parking_lot::{Mutex, MutexGuard};
 use std::time::Instant;
@@ -11,7 +11,7 @@ use crate::jobs::queue::forecast::{Forecast, Timeline};
 use crate::jobs::queue::remaining::Remaining;
 use crate::progress::Step;
 
-/// Progress that is worth telling although the job said nothing: a person sees no less on a bar.
+/// Smallest change of the forecast progress that is published: less is not visible on a progress bar.
 const TOLD_STEP: f64 = 0.005;
 
 /// The progress of one running job.
@@ -23,11 +23,11 @@ pub(in crate::jobs) struct Board {
 struct State {
     record: JobRecord,
     step: Option<Step>,
-    /// The job's own fraction, and when it was reached, s since its beginning.
+    /// The fraction reported by the job, and when it was reached, s since the start.
     reached: (f64, f64),
     timeline: Timeline,
     forecast: Option<Forecast>,
-    /// Without a forecast.
+    /// Estimate without a forecast.
     remaining: Remaining,
     unpublished: bool,
     published: f64,
@@ -35,7 +35,7 @@ struct State {
 }
 
 impl State {
-    /// Progress in time and seconds left.
+    /// Progress in time, and seconds remaining.
     fn now(&self, elapsed_s: f64) -> (f64, Option<f64>) {
         let (fraction, reached_s) = self.reached;
         let (progress, left_s) = match &self.forecast {
@@ -50,7 +50,7 @@ impl State {
 }
 
 impl Board {
-    /// For a job that begins now.
+    /// For a job that starts now.
     pub fn new(record: JobRecord) -> Self {
         let state = State {
             record,
@@ -71,7 +71,7 @@ impl Board {
         self.state().forecast = forecast;
     }
 
-    /// The job's own report; progress never goes back.
+    /// Records a report of the job; progress never decreases.
     pub fn report(&self, fraction: f64, step: Step, message: &str) {
         let elapsed_s = self.began.elapsed().as_secs_f64();
         let mut state = self.state();
@@ -90,14 +90,14 @@ impl Board {
         (state.unpublished, state.unstored) = (true, true);
     }
 
-    /// The job began, or ended, as stored.
+    /// Records the stored start or end of the job.
     pub fn change(&self, change: impl FnOnce(&mut JobRecord)) {
         let mut state = self.state();
         change(&mut state.record);
         state.unpublished = true;
     }
 
-    /// The job as it is now.
+    /// The current state of the job.
     pub fn view(&self) -> JobView {
         let mut state = self.state();
         if state.record.state != JobState::Running {
@@ -108,7 +108,7 @@ impl Board {
         JobView { record: state.record.clone(), step: state.step, remaining_s }
     }
 
-    /// The job as it is now, if anything was reported or moved since this was asked last.
+    /// The current state of the job, if it has changed since the last call.
     pub fn news(&self) -> Option<JobView> {
         let view = self.view();
         let mut state = self.state();
@@ -120,13 +120,13 @@ impl Board {
         news.then_some(view)
     }
 
-    /// When it was where, as it is kept for the next jobs of its kind; `size`: of its work.
+    /// The timeline as stored for forecasts of similar jobs; `size`: amount of work.
     pub fn timeline(&self, size: f64) -> Value {
         let took_s = self.began.elapsed().as_secs_f64();
         self.state().timeline.to_json(took_s, size)
     }
 
-    /// The change that stores where the job is, if that is not stored yet.
+    /// The change that stores the progress, unless it is stored already.
     pub fn checkpoint(&self) -> Option<Change> {
         let mut state = self.state();
         let unstored = std::mem::take(&mut state.unstored);

@@ -1,4 +1,4 @@
-//! A lane of the queue: one job runs, the others wait in their order.
+//! A lane of the queue: one job runs, the others wait in order.
 
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -10,18 +10,18 @@ use crate::access::lease::Authority;
 use crate::jobs::input::JobInput;
 use crate::jobs::queue::board::Board;
 
-/// A job that waits.
+/// A waiting job.
 #[derive(Clone)]
 pub struct Waiting {
-    /// As stored.
+    /// The stored record.
     pub record: JobRecord,
-    /// What it is to do.
+    /// Its input.
     pub input: JobInput,
-    /// On whose word it takes the station.
+    /// The authority under which it takes the station.
     pub authority: Authority,
 }
 
-/// A job that runs.
+/// A running job.
 #[derive(Clone)]
 pub(in crate::jobs) struct Running {
     pub id: String,
@@ -35,12 +35,12 @@ pub(in crate::jobs) struct Running {
 pub(in crate::jobs) struct Lane {
     pub waiting: VecDeque<Waiting>,
     pub running: Option<Running>,
-    /// Nothing is begun any more.
+    /// No further jobs are started.
     pub closed: bool,
 }
 
 impl Lane {
-    /// The job to begin now, if one waits that may and none runs; it counts as running from here on.
+    /// The job to start now, if none runs and the first waiting one may start; it counts as running from here on.
     pub fn next(&mut self, may_begin: impl Fn(&Waiting) -> bool) -> Option<(Waiting, Running)> {
         if self.closed || self.running.is_some() || !self.waiting.front().is_some_and(may_begin) {
             return None;
@@ -56,13 +56,13 @@ impl Lane {
         Some((waiting, running))
     }
 
-    /// Takes a waiting job out, with its place.
+    /// Removes a waiting job; returns it with its position.
     pub fn take(&mut self, id: &str) -> Option<(usize, Waiting)> {
         let place = self.waiting.iter().position(|waiting| waiting.record.id == id)?;
         self.waiting.remove(place).map(|waiting| (place, waiting))
     }
 
-    /// Puts a job back that could not be ended after all.
+    /// Puts back a job whose end could not be stored.
     pub fn put_back(&mut self, place: usize, waiting: Waiting) {
         self.waiting.insert(place.min(self.waiting.len()), waiting);
     }

@@ -1,4 +1,4 @@
-//! The two lanes, and the threads that take jobs from them.
+//! The two lanes and the threads that run their jobs.
 
 mod board;
 mod forecast;
@@ -24,20 +24,20 @@ use crate::jobs::queue::run::Procedure;
 use crate::jobs::queue::runner::End;
 use crate::jobs::{JobNews, JobParts, JobView};
 
-/// Which lane needs the station.
+/// The lane of station jobs.
 const STATION: usize = 0;
 
-/// Which lane only computes.
+/// The lane of computations.
 const COMPUTATION: usize = 1;
 
-/// Lanes and what jobs work with.
+/// The lanes and what jobs work with.
 pub(in crate::jobs) struct Queue {
     this: Weak<Queue>,
     pub parts: JobParts,
     pub procedure: Procedure,
     pub runtime: Handle,
     pub progress: watch::Sender<JobNews>,
-    /// Held while jobs enter or leave the lanes from outside, so that queue and catalogue agree.
+    /// Held while jobs are added or removed from outside, so that queue and catalogue agree.
     pub turn: tokio::sync::Mutex<()>,
     lanes: Mutex<[Lane; 2]>,
     /// Jobs whose end could not be stored: reported until the restart, which marks them interrupted.
@@ -66,11 +66,11 @@ impl Queue {
         self.this.upgrade().expect("a method runs while the queue lives")
     }
 
-    /// Lets a job wait for its turn; given back if the station was stopped since it was authorised.
+    /// Enqueues a job; returns it if the station was stopped since it was authorised.
     pub fn push(&self, waiting: Waiting) -> Result<(), Box<Waiting>> {
         let lane_idx = lane_of(&waiting);
         let mut lanes = self.lanes();
-        // Under the lock that empties the lane after a Stop: it is either refused here or taken out there.
+        // Under the lock that empties the lane after a Stop: the job is either refused here or removed there.
         if lane_idx == STATION && waiting.authority.epoch != self.parts.station.stop_epoch() {
             return Err(Box::new(waiting));
         }
@@ -78,8 +78,8 @@ impl Queue {
         Ok(())
     }
 
-    /// After the stop line was pulled: takes all out that waits for the station, and ends what has it. Waits for
-    /// nothing.
+    /// After the stop line was pulled: removes all jobs waiting for the station and cancels the running one. Does not
+    /// block.
     pub fn clear_station(&self) -> Vec<Waiting> {
         let mut lanes = self.lanes();
         let lane = &mut lanes[STATION];
@@ -89,13 +89,13 @@ impl Queue {
         std::mem::take(&mut lane.waiting).into()
     }
 
-    /// Whether the front job of the station's lane may begin, as far as control goes.
+    /// Whether control permits the first job of the station lane to start.
     fn may_begin(&self, waiting: &Waiting) -> bool {
         let in_control = self.parts.control.present(std::time::Instant::now()).map(|lease| lease.holder);
         waiting.authority.may_begin(in_control.as_deref())
     }
 
-    /// Begins nothing any more.
+    /// Starts no further jobs.
     pub fn close(&self) {
         self.closing.store(true, Ordering::SeqCst);
         for lane in self.lanes().iter_mut() {
@@ -103,7 +103,7 @@ impl Queue {
         }
     }
 
-    /// Begins what can begin.
+    /// Starts every job that can start.
     pub fn advance(&self) {
         for lane_idx in [STATION, COMPUTATION] {
             let may_begin = |waiting: &Waiting| lane_idx != STATION || self.may_begin(waiting);
@@ -117,13 +117,13 @@ impl Queue {
                 queue.advance();
             });
             if let Err(error) = spawned {
-                tracing::error!(%error, "no thread for a job; it is interrupted at the next start");
+                tracing::error!(%error, "no thread for a job; the next start marks it as interrupted");
                 self.lanes()[lane_idx].running = None;
             }
         }
     }
 
-    /// Ends a waiting job; nothing happens if it does not wait.
+    /// Ends a waiting job; no effect if it is not waiting.
     pub async fn cancel_waiting(&self, id: &str, end: &End, actor: &str) -> Result<(), AppError> {
         let taken = self.lanes().iter_mut().enumerate().find_map(|(idx, lane)| Some((idx, lane.take(id)?)));
         let Some((lane_idx, (place, waiting))) = taken else { return Ok(()) };
@@ -147,7 +147,7 @@ impl Queue {
         }
     }
 
-    /// Whether the job waits for the station, or has it.
+    /// Whether the job waits for the station or has it.
     pub fn is_station_job(&self, id: &str) -> bool {
         let lanes = self.lanes();
         let lane = &lanes[STATION];
@@ -159,7 +159,7 @@ impl Queue {
         self.lanes().iter().map(|lane| lane.waiting.len()).sum()
     }
 
-    /// The jobs that run, and those whose end could not be stored.
+    /// The running jobs, and those whose end could not be stored.
     pub fn running_views(&self) -> Vec<JobView> {
         let mut running: Vec<Running> = self.lanes().iter().filter_map(|lane| lane.running.clone()).collect();
         running.extend_from_slice(&self.unsaved.lock());
@@ -172,7 +172,7 @@ impl Queue {
 
     /// Publishes the progress of a job. Late progress of a job whose end was published is dropped.
     pub fn publish(&self, view: JobView) {
-        self.progress.send_if_modified(|news| news.tell(view));
+        self.progress.send_if_modified(|news| news.publish(view));
     }
 
     pub fn is_closing(&self) -> bool {
@@ -193,7 +193,7 @@ impl Queue {
             }
         };
         if tokio::time::timeout(SHUT_DOWN_LIMIT, all_ended).await.is_err() {
-            tracing::warn!("a job did not end in time; the next start calls it interrupted");
+            tracing::warn!("a job did not end in time; the next start marks it as interrupted");
         }
     }
 

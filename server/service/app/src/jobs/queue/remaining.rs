@@ -1,16 +1,16 @@
-//! How long a job will still take, from its own progress.
+//! Estimated remaining time of a job, from its own progress.
 
 use crate::jobs::queue::params::{GUESS_AFTER_FRACTION, GUESS_AFTER_S, GUESS_MEMORY_S};
 
-/// A guess that follows the job without jumping about.
+/// A smoothed estimate.
 #[derive(Debug, Clone, Copy, Default)]
 pub(in crate::jobs) struct Remaining {
-    /// The guess, and when it was made in seconds since the job began.
+    /// The estimate, and when it was made, in seconds since the start.
     guess: Option<(f64, f64)>,
 }
 
 impl Remaining {
-    /// Takes in that `fraction` was done `elapsed_s` after the beginning.
+    /// Records that `fraction` was done `elapsed_s` after the start.
     pub fn learn(&mut self, fraction: f64, elapsed_s: f64) {
         if fraction < GUESS_AFTER_FRACTION || elapsed_s < GUESS_AFTER_S {
             return;
@@ -27,7 +27,7 @@ impl Remaining {
         self.guess = Some((left_s, elapsed_s));
     }
 
-    /// Seconds left, `elapsed_s` after the beginning; `None` while it is unknown.
+    /// Seconds remaining, `elapsed_s` after the start; `None` while unknown.
     pub fn left_s(&self, elapsed_s: f64) -> Option<f64> {
         self.guess.map(|(left_s, at_s)| (left_s - (elapsed_s - at_s)).max(0.0))
     }
@@ -39,7 +39,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_steady_job_is_foretold_to_the_second_and_counts_down() {
+    fn a_steady_job_is_estimated_to_the_second_and_counts_down() {
         let mut remaining = Remaining::default();
         remaining.learn(0.01, 0.2);
         assert_eq!(remaining.left_s(0.2), None);
@@ -52,7 +52,7 @@ mod tests {
     }
 
     #[test]
-    fn a_sudden_slowness_moves_the_guess_gradually() {
+    fn a_sudden_slowdown_changes_the_estimate_gradually() {
         let mut remaining = Remaining::default();
         remaining.learn(0.5, 5.0);
         remaining.learn(0.5, 5.5);

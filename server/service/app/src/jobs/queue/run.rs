@@ -1,4 +1,4 @@
-//! From a job's input to the procedure that does it.
+//! Dispatches a job to its procedure.
 
 use std::any::Any;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -8,10 +8,10 @@ use crate::error::{AppError, ErrorKind};
 use crate::jobs::input::JobInput;
 use crate::jobs::{Done, Job, JobEnd, StationContext};
 
-/// What does a job, on the thread that calls it.
+/// Executes jobs on the calling thread.
 pub(in crate::jobs) type Procedure = Arc<dyn Fn(JobInput, &StationContext) -> Result<Done, JobEnd> + Send + Sync>;
 
-/// Runs the job to its end; a panic is a failure of this job alone.
+/// Runs the job; a panic fails only this job.
 pub(in crate::jobs) fn run(
     procedure: &Procedure,
     input: JobInput,
@@ -20,7 +20,7 @@ pub(in crate::jobs) fn run(
     catch_unwind(AssertUnwindSafe(|| procedure(input, context))).unwrap_or_else(|panic| Err(defect(&*panic)))
 }
 
-/// The procedure of every kind of job: one that only computes never sees the station.
+/// The procedure for each kind of job; computations have no access to the station.
 pub(in crate::jobs) fn by_kind(input: JobInput, context: &StationContext) -> Result<Done, JobEnd> {
     match Job::from(input) {
         Job::Station(job) => job.run(context),
@@ -32,7 +32,7 @@ fn defect(panic: &(dyn Any + Send)) -> JobEnd {
     let words = panic.downcast_ref::<&str>().map(|words| (*words).to_owned());
     let words = words.or_else(|| panic.downcast_ref::<String>().cloned()).unwrap_or_default();
     tracing::error!(panic = %words, "a job panicked");
-    AppError::new(ErrorKind::Internal, "the job ended by a defect of the program")
-        .remedy("report it with the log; other jobs go on")
+    AppError::new(ErrorKind::Internal, "the job failed with an internal error")
+        .remedy("report it together with the server log; other jobs continue")
         .into()
 }

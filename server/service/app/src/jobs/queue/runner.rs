@@ -1,4 +1,4 @@
-//! A job's life on its thread: begun durably, run, ended in one transaction with what it made.
+//! Runs a job on its thread: start stored durably, executed, end stored in one transaction with its results.
 
 use crate::events::{Event, JobEvent, JobResult, event};
 use std::sync::Arc;
@@ -14,7 +14,7 @@ use crate::jobs::queue::params::{CHECKPOINT_INTERVAL, FORECAST_ALIKE, FORECAST_J
 use crate::jobs::queue::run;
 use crate::jobs::{ComputeContext, Done, JobEnd, Queue, StationContext, Waiting, scan};
 
-/// Key of a job's checkpoint under which stands when it was where, for the next of its kind.
+/// Key of the timeline in a job's checkpoint, used to forecast similar jobs.
 const TIMELINE: &str = "timeline";
 
 /// How a job ended, as it is stored and published.
@@ -74,7 +74,7 @@ impl End {
         if let JobOutcome::Failed(problem) = &self.outcome { Some(problem.clone()) } else { None }
     }
 
-    /// Everything that happens at this end, to be committed together.
+    /// All changes at this end, to be committed together.
     pub fn changes(&self, id: &str, kind: &str, actor: Option<&str>, at_ms: i64) -> Vec<Change> {
         let mut changes = self.changes.clone();
         changes.push(Change::EndJob {
@@ -90,18 +90,18 @@ impl End {
             actor: actor.map(str::to_owned),
             ..job_event(id, kind, self.state())
         };
-        let told = match self.outcome {
+        let ended = match self.outcome {
             JobOutcome::Succeeded(_) => Event::JobSucceeded(body),
             JobOutcome::Failed(_) => Event::JobFailed(body),
             JobOutcome::Cancelled => Event::JobCancelled(body),
             JobOutcome::Interrupted => Event::JobInterrupted(body),
         };
-        changes.push(event(id, told));
+        changes.push(event(id, ended));
         changes
     }
 }
 
-/// What every event of a job says.
+/// The common fields of a job event.
 pub(in crate::jobs) fn job_event(id: &str, kind: &str, state: JobState) -> JobEvent {
     JobEvent {
         id: id.to_owned(),
@@ -111,7 +111,7 @@ pub(in crate::jobs) fn job_event(id: &str, kind: &str, state: JobState) -> JobEv
     }
 }
 
-/// The state's word in events, as in the API.
+/// The code of the state in events, as in the API.
 fn state_name(state: JobState) -> &'static str {
     match state {
         JobState::Queued => "queued",
@@ -132,7 +132,7 @@ impl Queue {
         running.board.expect(self.forecast(&likeness, size));
         let result = self.begin(running, kind).map_err(JobEnd::from).and_then(|()| {
             let context = self.context(running);
-            context.go_on()?;
+            context.check_cancelled()?;
             run::run(&self.procedure, waiting.input, &context)
         });
         ticker.abort();
@@ -150,7 +150,7 @@ impl Queue {
         self.end(running, kind, end);
     }
 
-    /// How long this job will take, from the newest jobs like it.
+    /// The forecast for this job, from recent similar jobs.
     fn forecast(&self, likeness: &str, size: f64) -> Option<Forecast> {
         let newest = Page { before: None, limit: FORECAST_JOBS };
         let ended =
@@ -163,8 +163,8 @@ impl Queue {
     fn begin(&self, running: &Running, kind: &str) -> Result<(), StoreError> {
         let at_ms = now_ms();
         let start = Change::StartJob { id: running.id.clone(), at_ms };
-        let told = event(&running.id, Event::JobRunning(job_event(&running.id, kind, JobState::Running)));
-        self.runtime.block_on(self.parts.ledger.commit(vec![start, told]))?;
+        let started = event(&running.id, Event::JobRunning(job_event(&running.id, kind, JobState::Running)));
+        self.runtime.block_on(self.parts.ledger.commit(vec![start, started]))?;
         running.board.change(|record| {
             record.state = JobState::Running;
             record.started_at_ms = Some(at_ms);
@@ -194,7 +194,7 @@ impl Queue {
         }
     }
 
-    /// Stores the end with everything the job made; what cannot be stored was not made, and the job failed.
+    /// Stores the end together with the results; if that fails, the results are discarded and the job has failed.
     fn end(&self, running: &Running, kind: &str, end: End) {
         let at_ms = now_ms();
         let commit = |end: &End| {
@@ -211,7 +211,7 @@ impl Queue {
                 tracing::error!(job = %running.id, %error, "the end of a job cannot be stored");
                 let failed = End::failed(&error.into());
                 if let Err(error) = commit(&failed) {
-                    tracing::error!(job = %running.id, %error, "nor that it failed");
+                    tracing::error!(job = %running.id, %error, "nor can the failure be stored");
                     self.remember_unsaved(running);
                 }
                 failed
@@ -231,7 +231,7 @@ impl Queue {
     }
 }
 
-/// Publishes and stores where the job is, now and then, until it is aborted.
+/// Publishes and stores the progress at intervals until it is aborted.
 async fn tick(queue: Arc<Queue>, running: Running) {
     let mut stored_at = tokio::time::Instant::now();
     let mut interval = tokio::time::interval(PUBLISH_INTERVAL);

@@ -14,17 +14,17 @@ use crate::resources::calibrations::stored::stored_document;
 use crate::resources::stored_scan::{disk_problem, new_id, stored_peaks};
 use pipeline::{open_capture, write_capture_peaks};
 
-/// Share of the job that reading the pictures takes.
+/// Share of the job for reading the images.
 const READING: f64 = 0.5;
 
-/// Reads the pictures of one scan and computes its cloud.
+/// Reads the images of one scan and computes its cloud.
 pub fn run(input: &ScanInput, frames: &RecordedFrames, ctx: &ComputeContext) -> Result<MadeScan, JobEnd> {
     let RecordedFrames { capture_id, scan } = frames;
     refuse_station_fields(input)?;
     let document = ctx.wait(stored_document(&ctx.ledger, &*ctx.artifacts, input.calibration_id.as_deref()))?;
     ctx.report(0.0, Phase::UnpackingCapture, "unpacking the capture");
     let checked_out = ctx.captures.check_out(capture_id)?;
-    ctx.go_on()?;
+    ctx.check_cancelled()?;
     let reporter = ctx.reporter(Phase::ReadingFrames, 0.0..READING);
     let capture = open_capture(&checked_out.folder, &reporter)?;
     let cloud_name = chosen_scan(&capture, scan.as_deref())?;
@@ -61,7 +61,7 @@ pub fn run(input: &ScanInput, frames: &RecordedFrames, ctx: &ComputeContext) -> 
     made_scan(ctx, story, &frames, &document, Evaluating { part, passes: pace.passes })
 }
 
-/// What only a station can be asked for is refused by name.
+/// Refuses input fields that apply only to a station, by name.
 fn refuse_station_fields(input: &ScanInput) -> Result<(), AppError> {
     let ranges = [StageKind::Linear, StageKind::Rotary].map(|stage| AskedRange::of(input, stage));
     let given = ranges.iter().flat_map(AskedRange::given).map(|(field, _)| (field, true));
@@ -77,26 +77,25 @@ fn refuse_station_fields(input: &ScanInput) -> Result<(), AppError> {
     ];
     match given.chain(others).find(|(_, given)| *given) {
         None => Ok(()),
-        Some((field, _)) => Err(AppError::new(
-            ErrorKind::Impossible,
-            format!("a capture's frames are taken already: {field} cannot be chosen"),
-        )
-        .at(format!("/{field}"))
-        .remedy("leave it out, or scan from the station")),
+        Some((field, _)) => {
+            Err(AppError::new(ErrorKind::Impossible, format!("{field} does not apply to a capture"))
+                .at(format!("/{field}"))
+                .remedy("omit it, or scan on the station"))
+        }
     }
 }
 
-/// The scan that was named, or the only one there is.
+/// The named scan, or the only one.
 fn chosen_scan(capture: &Capture, named: Option<&str>) -> Result<String, AppError> {
     let scans = &capture.manifest.scans;
     match (named, scans.as_slice()) {
         (Some(name), _) => Ok(capture.scan(name)?.name.clone()),
         (None, [only]) => Ok(only.name.clone()),
-        (None, []) => Err(AppError::new(ErrorKind::Impossible, "the capture holds no scan")
-            .remedy("name a capture with a scan; this one serves a calibration")),
+        (None, []) => Err(AppError::new(ErrorKind::Impossible, "the capture contains no scan")
+            .remedy("use a capture with a scan; this one is for calibration")),
         (None, several) => {
             let names: Vec<&str> = several.iter().map(|scan| scan.name.as_str()).collect();
-            let detail = format!("the capture holds {} scans: {}", names.len(), names.join(", "));
+            let detail = format!("the capture contains {} scans: {}", names.len(), names.join(", "));
             Err(AppError::new(ErrorKind::Impossible, detail).at("/source/scan").remedy("name one of them"))
         }
     }

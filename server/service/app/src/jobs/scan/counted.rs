@@ -1,4 +1,4 @@
-//! Frames that count how often they are read: how far the evaluation of a scan is.
+//! Counts frame reads as the progress of the evaluation.
 
 use std::borrow::Cow;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -7,20 +7,20 @@ use optics::StagePosition;
 use scanning::{ContentError, Frames};
 use vision::Centrelines;
 
-/// Frames, and a callback after every read of one.
+/// Frames with a callback after every read.
 pub struct CountedFrames<'a> {
     frames: &'a dyn Frames,
     read: AtomicUsize,
-    told: &'a (dyn Fn(usize) + Sync),
+    on_read: &'a (dyn Fn(usize) + Sync),
 }
 
 impl<'a> CountedFrames<'a> {
     /// `on_read` gets the number of reads so far.
-    pub fn new(frames: &'a dyn Frames, told: &'a (dyn Fn(usize) + Sync)) -> Self {
-        Self { frames, read: AtomicUsize::new(0), told }
+    pub fn new(frames: &'a dyn Frames, on_read: &'a (dyn Fn(usize) + Sync)) -> Self {
+        Self { frames, read: AtomicUsize::new(0), on_read }
     }
 
-    /// Readings so far.
+    /// Number of reads so far.
     pub fn n_read(&self) -> usize {
         self.read.load(Ordering::Relaxed)
     }
@@ -41,7 +41,7 @@ impl Frames for CountedFrames<'_> {
 
     fn centrelines(&self, frame: usize) -> Result<Cow<'_, Centrelines>, ContentError> {
         let lines = self.frames.centrelines(frame);
-        (self.told)(self.read.fetch_add(1, Ordering::Relaxed) + 1);
+        (self.on_read)(self.read.fetch_add(1, Ordering::Relaxed) + 1);
         lines
     }
 }

@@ -1,4 +1,4 @@
-//! What a scan was made for is measured in the same job: no browser has to stay open for a verdict.
+//! Measurements in the scan job itself: the verdict does not depend on an open browser.
 
 use std::time::Instant;
 
@@ -14,7 +14,7 @@ use crate::resources::measurements::parts::{planned_measurements, verdict_of};
 use crate::resources::measurements::{changes, planned_measurement};
 use crate::resources::stored_scan::stored_cloud;
 
-/// A scan and the measurements its plan asks for.
+/// A scan with the measurements of its plan.
 pub struct Measured {
     /// The scan.
     pub made: MadeScan,
@@ -22,9 +22,9 @@ pub struct Measured {
     pub measurements: Vec<MeasurementRecord>,
 }
 
-/// Takes the measurements that the plan asks for.
+/// Makes the measurements of the plan.
 ///
-/// A job that is cancelled meanwhile keeps its scan; what is not measured then makes the part invalid.
+/// A job cancelled in between keeps its scan; missing measurements make the part invalid.
 pub fn measured(mut made: MadeScan, ctx: &ComputeContext) -> Result<Measured, JobEnd> {
     let from = made.done_at;
     let planned = planned_measurements(&made.record.plan);
@@ -54,28 +54,28 @@ pub fn measured(mut made: MadeScan, ctx: &ComputeContext) -> Result<Measured, Jo
 }
 
 impl Measured {
-    /// In the operator's words, with the verdict.
+    /// Message for the operator, with the verdict.
     pub fn message(&self) -> String {
         let verdict = verdict_of(&self.made.record, &self.measurements).filter(|_| !self.measurements.is_empty());
         let verdict = verdict.map_or_else(String::new, |verdict| format!("; {}", verdict.label()));
         format!("{}{verdict}", self.made.message())
     }
 
-    /// What stores scan and measurements together.
+    /// The changes that store scan and measurements.
     pub fn changes(&self) -> Vec<Change> {
         let mut all = self.made.changes();
-        // The oldest first, as they were taken.
+        // Oldest first, as measured.
         all.extend(self.measurements.iter().rev().flat_map(changes));
         all
     }
 
-    /// The end of a job that made a scan.
+    /// The end of a job that produced a scan.
     pub fn done(self) -> Done {
         let result = ResultRef { kind: SCAN.to_owned(), id: self.made.record.id.clone() };
         self.done_with(result, None)
     }
 
-    /// The same with another result, and other last words.
+    /// The same with another result and final message.
     pub fn done_with(self, result: ResultRef, message: Option<String>) -> Done {
         let message = message.unwrap_or_else(|| self.message());
         let changes = self.changes();

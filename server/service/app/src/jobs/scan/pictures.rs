@@ -1,4 +1,4 @@
-//! The pictures of a scan, kept as a capture that `sheaf scan` reads.
+//! The images of a scan, kept as a capture for `sheaf scan`.
 
 use std::path::{Path, PathBuf};
 
@@ -12,34 +12,34 @@ use crate::error::AppError;
 use crate::jobs::ComputeContext;
 use crate::resources::captures::{CaptureOrigin, capture_place, capture_stage};
 
-/// Folder of the pictures within the capture.
+/// Folder of the images within the capture.
 const FOLDER: &str = "scan";
 
-/// Folder of the pictures with the laser off.
+/// Folder of the laser-off images.
 const BACKGROUNDS: &str = "background";
 
-/// Where a frame's picture lies within the capture.
+/// Path of a frame within the capture.
 pub fn picture_path(idx: usize) -> PathBuf {
     Path::new(FOLDER).join(format!("{idx:05}.png"))
 }
 
-/// Folder of the pictures within the capture `capture`.
+/// Folder of the images within the capture `capture`.
 pub fn folder_in(capture: &Path) -> PathBuf {
     capture.join(FOLDER)
 }
 
-/// Where the picture with the laser off lies that was taken before a row.
+/// Path of the laser-off image captured before a row.
 pub fn background_path(row: usize) -> PathBuf {
     Path::new(BACKGROUNDS).join(format!("{row:05}.png"))
 }
 
-/// Folder of those pictures within the capture `capture`.
+/// Folder of the laser-off images within the capture `capture`.
 pub fn background_folder_in(capture: &Path) -> PathBuf {
     capture.join(BACKGROUNDS)
 }
 
-/// Takes the pictures under `folder` in as a capture with one scan. `backgrounds`: of a frame, by the row before which it was
-/// taken. Returns its id and what records it.
+/// Stores the images under `folder` as a capture with one scan. `backgrounds`: per frame, the row before which its
+/// laser-off image was captured. Returns the id and the changes that record it.
 pub fn take_in(
     ctx: &ComputeContext,
     folder: &Path,

@@ -1,4 +1,4 @@
-//! From frames to what is stored: peaks, cloud, figures, record.
+//! From frames to the stored results: peaks, cloud, report, record.
 
 use crate::events::{Event, ScanCreated, event};
 use std::fs::File;
@@ -28,41 +28,41 @@ use crate::resources::watches::why_invalid;
 use pipeline::{check_camera, evaluated_scan, write_scan_cloud};
 use report::tables::scan_json;
 
-/// Whether the frames are of the calibrated camera.
+/// Checks that the frames match the calibrated camera.
 pub fn check_camera_of(frames: &PeaksFile, document: &CalibrationDocument) -> Result<(), JobEnd> {
     let (width_px, height_px) = (frames.header.width_px as usize, frames.header.height_px as usize);
     Ok(check_camera(width_px, height_px, &document.calibration().camera)?)
 }
 
-/// How a scan came about.
+/// Origin of a scan.
 pub struct ScanStory {
-    /// Of the record.
+    /// Id of the record.
     pub id: String,
     /// What a person calls it.
     pub name: String,
-    /// What the cloud's header calls it; for a capture its scan, whatever a person calls the result.
+    /// Name in the header of the cloud; for a capture, the name of its scan.
     pub cloud_name: String,
-    /// What it was made by.
+    /// The plan.
     pub plan: Value,
-    /// What it is worth.
+    /// Its state.
     pub state: ScanState,
-    /// Its frames, stored.
+    /// Artifact of its peaks.
     pub peaks: ArtifactId,
-    /// Its pictures, stored.
+    /// The capture with its images.
     pub capture_id: Option<String>,
-    /// The scan it was computed from.
+    /// The scan it was recomputed from.
     pub recomputed_from: Option<String>,
-    /// Points as they were shown live; `None`: those of the cloud.
+    /// Display points as shown live; `None`: those of the cloud.
     pub display: Option<ArtifactId>,
-    /// Whether a record of this id exists.
+    /// Whether a record with this id exists.
     pub replaces: bool,
-    /// Why it is invalid, if it is.
+    /// Why it is invalid, if so.
     pub losses: Vec<String>,
-    /// What is stored together with it.
+    /// Changes to store together with it.
     pub also: Vec<Change>,
 }
 
-/// A scan that was computed and stored, but for its record.
+/// A scan whose data are computed and stored, but not yet its record.
 pub struct MadeScan {
     /// The record.
     pub record: ScanRecord,
@@ -70,21 +70,21 @@ pub struct MadeScan {
     n_points: usize,
     n_frames: usize,
     also: Vec<Change>,
-    /// The job's fraction at which it was made.
+    /// Progress of the job at this point.
     pub done_at: f64,
-    /// Its id, if a folder of work is left of its making for as long as a crash would lose it.
+    /// Its id, if its work folder is kept until the record is stored.
     pub work_of: Option<String>,
 }
 
 /// How the evaluation of a scan reports its progress.
 pub struct Evaluating {
-    /// Which part of the job's fraction it fills.
+    /// The range of the job's progress.
     pub part: Range<f64>,
-    /// How often every frame will be read, from the last scans.
+    /// Expected number of reads per frame, from recent scans.
     pub passes: f64,
 }
 
-/// Computes the cloud and stores what the record names.
+/// Computes the cloud and stores the artifacts of the record.
 pub fn made_scan(
     ctx: &ComputeContext,
     story: ScanStory,
@@ -100,7 +100,7 @@ pub fn made_scan(
     let calibration = document.calibration();
     let to_read = (passes * n_frames as f64).max(1.0);
     let stage = AtomicU8::new(0);
-    let told = |n_read: usize| {
+    let on_read = |n_read: usize| {
         let fraction = part.start + (part.end - part.start) * (n_read as f64 / to_read).min(1.0);
         let (phase, words) = match stage.load(Ordering::Relaxed) {
             0 => (Phase::ComputingCloud, "computing the cloud"),
@@ -108,7 +108,7 @@ pub fn made_scan(
         };
         ctx.report(fraction, phase, words);
     };
-    let counted = CountedFrames::new(frames, &told);
+    let counted = CountedFrames::new(frames, &on_read);
     let mut evaluation = evaluated_scan(&counted, document, &calibration, &story.cloud_name, &reporter)?;
     let mut watched = Watched::over(&evaluation, &calibration)?;
     let corrected = watched.corrected(&calibration);
@@ -117,15 +117,15 @@ pub fn made_scan(
         evaluation.comments.extend(watched.comment());
     }
     stage.store(1, Ordering::Relaxed);
-    told(counted.n_read());
-    ctx.go_on()?;
+    on_read(counted.n_read());
+    ctx.check_cancelled()?;
     let kept = KeptCloud::new(ctx, &story, &evaluation, frames)?;
     ctx.report(part.end, Phase::StoringCloud, "storing the cloud");
     let n_points = evaluation.report.n_points;
     let (replaces, mut also) = (story.replaces, story.also.clone());
     let mut story = story;
     let mut report = scan_json(&story.cloud_name, &evaluation.report, kept.median_sigma_mm);
-    also.extend(watched.judge(
+    also.extend(watched.apply_watches(
         ctx,
         &mut story,
         &mut report,
@@ -139,7 +139,7 @@ pub fn made_scan(
     Ok(MadeScan { record, replaces, n_points, n_frames, also, done_at: part.end, work_of: None })
 }
 
-/// What is stored of a cloud.
+/// The stored artifacts of a cloud.
 struct KeptCloud {
     cloud: ArtifactId,
     display: ArtifactId,
@@ -147,7 +147,7 @@ struct KeptCloud {
 }
 
 impl KeptCloud {
-    /// Writes the points to the disk as they are computed, and those that are shown, if they were not shown live.
+    /// Writes the points to disk as they are computed, and the display points if they were not shown live.
     fn new(
         ctx: &ComputeContext,
         story: &ScanStory,
@@ -233,7 +233,7 @@ fn record(
 }
 
 impl MadeScan {
-    /// In the operator's words.
+    /// Message for the operator.
     pub fn message(&self) -> String {
         let worth = match self.record.state {
             ScanState::Complete => "",
@@ -243,20 +243,20 @@ impl MadeScan {
         format!("{} points from {} frames{worth}", self.n_points, self.n_frames)
     }
 
-    /// What stores the record.
+    /// The changes that store the record.
     pub fn changes(&self) -> Vec<Change> {
         let mut changes = self.also.clone();
         changes.extend(scan_changes(&self.record, self.replaces));
         changes
     }
 
-    /// The same, with what a crash would need until the record is stored.
+    /// The same, with the work folder that a crash would need until the record is stored.
     pub fn with_work(self) -> Self {
         Self { work_of: Some(self.record.id.clone()), ..self }
     }
 }
 
-/// What stores the record of a scan, new or in place of its earlier self.
+/// The changes that store the record of a scan, new or replacing its earlier version.
 pub fn scan_changes(record: &ScanRecord, replaces: bool) -> Vec<Change> {
     let state = match record.state {
         ScanState::Complete => "complete",
@@ -265,7 +265,7 @@ pub fn scan_changes(record: &ScanRecord, replaces: bool) -> Vec<Change> {
     };
     let n_points = record.report["n_points"].as_u64();
     let body = ScanCreated { name: record.name.clone(), state: state.to_owned(), n_points };
-    let told = event(&record.id, Event::ScanCreated(body));
+    let created = event(&record.id, Event::ScanCreated(body));
     let record = record.clone();
-    vec![if replaces { Change::ReplaceScan(record) } else { Change::InsertScan(record) }, told]
+    vec![if replaces { Change::ReplaceScan(record) } else { Change::InsertScan(record) }, created]
 }

@@ -1,4 +1,4 @@
-//! A scan that was stopped goes on: the same plan, the same calibration, the first row that is missing.
+//! Resumes a stopped scan: same plan, same calibration, from the first missing row.
 
 use scanning::files::peaks::PeaksFile;
 use store::{ScanRecord, ScanState};
@@ -10,19 +10,19 @@ use crate::progress::Phase;
 use crate::resources::measurements::{MeasureInput, ScanPurpose};
 use crate::resources::stored_scan::stored_peaks;
 
-/// The part of a scan that is there.
+/// The completed part of a scan.
 pub struct Earlier {
     /// The partial record.
     pub record: ScanRecord,
-    /// How it was run.
+    /// Its plan.
     pub plan: ScanPlan,
-    /// What is measured on it.
+    /// Its measurements.
     pub measure: Vec<MeasureInput>,
-    /// What it is made for.
+    /// Its purpose.
     pub purpose: ScanPurpose,
     /// Its frames.
     pub frames: PeaksFile,
-    /// Frames lost so far, in words.
+    /// Frames lost so far, as text.
     pub losses: Vec<String>,
 }
 
@@ -30,30 +30,30 @@ fn conflict(detail: String, remedy: &str) -> AppError {
     AppError::new(ErrorKind::Conflict, detail).at("/resume_scan_id").remedy(remedy)
 }
 
-/// The scan that is to be continued, if one is named.
+/// The scan to resume, if requested.
 pub fn earlier(input: &ScanInput, ctx: &StationContext) -> Result<Option<Earlier>, JobEnd> {
     let Some(id) = &input.resume_scan_id else { return Ok(None) };
     let record = ctx.wait(ctx.ledger.read().scan(id))?;
     if record.state != ScanState::Partial || record.recomputed_from.is_some() {
-        let detail = format!("scan {id} is no stopped scan of the station: there is nothing to go on with");
+        let detail = format!("scan {id} is not a stopped scan of this station and cannot be resumed");
         return Err(conflict(detail, "scan anew").into());
     }
     if let Some(wanted) = input.calibration_id.as_ref().filter(|wanted| **wanted != record.calibration_id) {
-        let detail = format!("scan {id} was begun with calibration {}, not {wanted}", record.calibration_id);
-        return Err(conflict(detail, "go on with its own calibration, and compute it again afterwards").into());
+        let detail = format!("scan {id} was started with calibration {}, not {wanted}", record.calibration_id);
+        return Err(conflict(detail, "resume it with its own calibration and recompute it afterwards").into());
     }
     let run = ScanRun::of(&record)?;
     let Some(plan) = run.plan else {
-        return Err(conflict(format!("scan {id} was not taken by the station"), "scan anew").into());
+        return Err(conflict(format!("scan {id} was not captured by this station"), "start a new scan").into());
     };
-    ctx.report(0.0, Phase::ReadingRows, "reading the rows that are there");
+    ctx.report(0.0, Phase::ReadingRows, "reading the rows captured so far");
     let frames = ctx.wait(stored_peaks(&*ctx.artifacts, &record.peaks, &record.id))?;
     let losses = serde_json::from_value(record.report["losses"].clone()).unwrap_or_default();
     Ok(Some(Earlier { record, plan, measure: run.measure, purpose: run.purpose, frames, losses }))
 }
 
 impl Earlier {
-    /// The input with everything it leaves open taken from the earlier plan.
+    /// The input, completed from the earlier plan.
     pub fn filled(&self, input: &ScanInput) -> ScanInput {
         let plan = &self.plan;
         let mode = input.mode.unwrap_or(plan.mode);
@@ -80,7 +80,7 @@ impl Earlier {
         }
     }
 
-    /// Whether frames of `plan` go with those that are there.
+    /// Checks that frames of `plan` match the existing ones.
     ///
     /// # Errors
     /// A problem: another range, step, speed, exposure or power.
@@ -89,8 +89,8 @@ impl Earlier {
             return Ok(());
         }
         let detail =
-            format!("scan {} was begun with another plan: {}", self.record.id, differences(plan, &self.plan));
-        Err(conflict(detail, "leave out what the scan knows already, or scan anew"))
+            format!("scan {} was started with another plan: {}", self.record.id, differences(plan, &self.plan));
+        Err(conflict(detail, "omit the settings of the scan, or start a new scan"))
     }
 }
 
@@ -103,7 +103,7 @@ fn differences(plan: &ScanPlan, earlier: &ScanPlan) -> String {
         ("exposure_us", plan.exposure_us, earlier.exposure_us),
         ("laser_power", plan.laser_power, earlier.laser_power),
     ];
-    let told: Vec<String> =
+    let named: Vec<String> =
         pairs.iter().filter(|(_, a, b)| a != b).map(|(name, a, b)| format!("{name} {a} instead of {b}")).collect();
-    if told.is_empty() { "mode, speed or pictures differ".to_owned() } else { told.join(", ") }
+    if named.is_empty() { "mode, speed or images differ".to_owned() } else { named.join(", ") }
 }

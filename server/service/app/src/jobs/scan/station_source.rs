@@ -1,4 +1,4 @@
-//! A scan from the station: planned, taken row by row or in one sweep, every frame kept as it comes.
+//! A scan on the station: planned, captured row by row or continuously, every frame stored as it arrives.
 
 use parking_lot::Mutex;
 use std::time::Instant;
@@ -31,13 +31,13 @@ use crate::resources::calibrations::stored::stored_document;
 use crate::resources::measurements::parts::planned_measurements;
 use crate::resources::stored_scan::{disk_problem, new_id, stored_peaks};
 
-/// Key of a scan's report under which stands what was taken away from its frames.
+/// Key of the ambient light subtraction in a scan report.
 const BACKGROUND: &str = "background";
 
-/// What a scan is called if nobody gives it a name.
+/// Default name of a scan.
 const DEFAULT_NAME: &str = "scan";
 
-/// Scans from the station, anew or from where an earlier scan was stopped.
+/// Scans on the station, from the start or from where an earlier scan was stopped.
 pub fn run(input: &ScanInput, ctx: &StationContext) -> Result<MadeScan, JobEnd> {
     let earlier = earlier(input, ctx)?;
     let input = earlier.as_ref().map_or_else(|| input.clone(), |earlier| earlier.filled(input));
@@ -66,11 +66,11 @@ pub fn run(input: &ScanInput, ctx: &StationContext) -> Result<MadeScan, JobEnd> 
     let earlier = earlier.as_ref();
     let (mut work, mut peaks) = Work::begin(&*ctx.artifacts, note, &header, earlier, planned.keep_frames)?;
     let triangulator = Triangulator::new(calibration);
-    // Before anything moves: afterwards frames would wait for it.
+    // Before anything moves: later it would delay frames.
     triangulator.fill();
     let mut positions = show_earlier(ctx, &work.note.scan_id, earlier, &triangulator)?;
-    let recording = begin_recording(ctx, &input, &work.note, planned.disk_bytes).inspect_err(|_| {
-        // Nothing was taken: what was prepared for it goes.
+    let recording = start_recording(ctx, &input, &work.note, planned.disk_bytes).inspect_err(|_| {
+        // Nothing was captured: remove what was prepared.
         ctx.live.end_scan(&work.note.scan_id);
         if work.note.replaces { work.clear_but_pictures() } else { work.clear() }
     })?;
@@ -95,7 +95,7 @@ pub fn run(input: &ScanInput, ctx: &StationContext) -> Result<MadeScan, JobEnd> 
     let stopped = Stopped { ctx, work: &work, n_frames: positions.len() };
     let peaks = match stopped.keep_peaks(peaks, &blocks) {
         Ok(kept) => kept,
-        // Nothing was taken, or nothing can be kept: why taking ended matters more.
+        // Nothing was captured or can be kept: the reason of the end takes precedence.
         Err(end) => return Err(taken.err().unwrap_or(end)),
     };
     let completed = taken.and_then(|(_, fusion)| {
@@ -153,7 +153,7 @@ fn header(planned: &ScanPlan, ctx: &StationContext) -> PeaksHeader {
     }
 }
 
-/// The points that are there already are shown again: viewers see one scan. Where they were taken.
+/// Shows the existing points again so that viewers see one scan; returns their stage positions.
 fn show_earlier(
     ctx: &StationContext,
     scan_id: &str,
@@ -171,9 +171,8 @@ fn show_earlier(
     Ok((0..frames.n_frames()).map(|idx| frames.position(idx).value()).collect())
 }
 
-/// Records what the camera delivers from now on, if that was asked for; the recording's id. A disk that has no room later
-/// ends the recording, not the scan.
-fn begin_recording(
+/// Starts a recording if requested; returns its id. A disk that fills up later ends the recording, not the scan.
+fn start_recording(
     ctx: &StationContext,
     input: &ScanInput,
     note: &WorkNote,
@@ -191,10 +190,10 @@ fn begin_recording(
     Ok(Some(ctx.wait(ctx.recordings.begin(&note.name, of, None, nothing))?.id))
 }
 
-/// What is kept beside the rows.
+/// What is stored in addition to the rows.
 struct Side<'a> {
     log: &'a BackgroundLog,
-    /// The recording of this scan, if it is recorded.
+    /// The recording of this scan, if any.
     recording: Option<&'a str>,
 }
 
@@ -220,7 +219,7 @@ fn take(
     Ok((ambient, recorder.fusion.into_inner()))
 }
 
-/// Every row is there: pictures, cloud, record.
+/// All rows are captured: stores images, cloud and record.
 fn complete(
     ctx: &StationContext,
     planned: &ScanPlan,
@@ -239,7 +238,7 @@ fn complete(
     let mut also = Vec::new();
     let mut capture_id = None;
     if planned.keep_frames {
-        ctx.report(TAKEN, Phase::PackingPictures, "packing the pictures");
+        ctx.report(TAKEN, Phase::PackingImages, "packing the images");
         let (id, change) =
             take_in(ctx, &work.pictures(), &note.name, &note.name, &frames, &noted(&work.backgrounds()))?;
         capture_id = Some(id);
@@ -276,7 +275,7 @@ fn fusion_json(exposures_us: &[f64], counts: &FusionCounts) -> Value {
     })
 }
 
-/// What was taken away from the frames, for the scan's report.
+/// The ambient light subtraction, for the scan report.
 fn background_json(planned: &ScanPlan, ambient: &AmbientLight, log: &BackgroundLog) -> Option<Value> {
     planned.background?;
     let counts = log.counts();
@@ -289,19 +288,19 @@ fn background_json(planned: &ScanPlan, ambient: &AmbientLight, log: &BackgroundL
     }))
 }
 
-/// How the frames were taken, in time.
+/// Durations of the acquisition.
 struct Acquired {
     took_s: f64,
     n_rows: usize,
-    /// As the plan was made with.
+    /// The durations that the plan assumed.
     pace: Pace,
     timing: Timing,
 }
 
 impl Acquired {
-    /// For the scan's report: what the next plans learn from.
+    /// For the scan report; future plans use it.
     fn add_to(&self, report: &mut Value, planned: &ScanPlan) {
-        // The plan's time of motion and exposures, for the rows that were taken now.
+        // The planned duration of motion and exposures for the rows captured now.
         let motion_s = planned.acquisition_s - planned.n_rows as f64 * self.pace.row_overhead_s;
         let share = self.n_rows as f64 / planned.n_rows.max(1) as f64;
         report["acquisition_s"] = json!(self.took_s);
@@ -313,14 +312,14 @@ impl Acquired {
     }
 }
 
-/// What is stored of a scan before its cloud.
+/// The data of a scan before its cloud.
 #[derive(Clone)]
 struct Stored {
     peaks: ArtifactId,
     display: ArtifactId,
 }
 
-/// A scan that may end before its time.
+/// A scan that may end early.
 struct Stopped<'a> {
     ctx: &'a StationContext,
     work: &'a Work,
@@ -351,13 +350,13 @@ impl Stopped<'_> {
     /// Stores the rows taken as a partial scan, and says how to resume.
     fn as_partial(&self, end: JobEnd, stored: Stored) -> JobEnd {
         let why = match &end {
-            JobEnd::Cancelled | JobEnd::CancelledAfter(_) => "stopped by a person".to_owned(),
+            JobEnd::Cancelled | JobEnd::CancelledAfter(_) => "stopped by a user".to_owned(),
             JobEnd::Failed(problem) => problem.detail.clone(),
         };
         let record = self.work.partial(self.n_frames, stored.peaks, Some(stored.display), &why);
         let changes = scan_changes(&record, self.work.note.replaces);
         if let Err(error) = self.ctx.wait(self.ctx.ledger.commit(changes)) {
-            tracing::error!(scan = %record.id, %error, "a stopped scan cannot be kept");
+            tracing::error!(scan = %record.id, %error, "a stopped scan cannot be stored");
             return end;
         }
         self.work.clear_but_pictures();

@@ -1,15 +1,15 @@
-//! How far recording runs behind the camera: counted per frame in memory of a fixed size.
+//! Latency of frame processing: a histogram of fixed size.
 
 use std::time::{Duration, Instant};
 
 use serde_json::{Value, json};
 
-/// Classes per doubling of a delay: steps of 4.4 %.
+/// Bins per doubling of a latency: steps of 4.4 %.
 const CLASSES_PER_DOUBLING: f64 = 16.0;
-/// Classes: from 1 µs to over a minute.
+/// Number of bins: from 1 µs to over a minute.
 const CLASSES: usize = 16 * 26;
 
-/// What became of the frames of a recording, in time.
+/// Latencies of the frames of a scan.
 #[derive(Debug, Clone, Default)]
 pub struct Timing {
     first_arrived_at: Option<Instant>,
@@ -19,20 +19,20 @@ pub struct Timing {
 }
 
 impl Timing {
-    /// A frame that had arrived then was shown as a profile at that moment.
+    /// Records when a frame arrived and when its profile was shown.
     pub fn shown(&mut self, arrived_at: Instant, shown_at: Instant) {
         self.first_arrived_at.get_or_insert(arrived_at);
         self.to_profile.add(shown_at.saturating_duration_since(arrived_at));
     }
 
-    /// A frame that had arrived then is now with the operating system.
+    /// Records that a frame that arrived at the given time is now written to the operating system.
     pub fn kept(&mut self, arrived_at: Instant) {
         let now = Instant::now();
         self.last_kept_at = Some(now);
         self.to_file.add(now.saturating_duration_since(arrived_at));
     }
 
-    /// For the scan's report; `None` without frames. Rates are from the first arrival to the last frame in the file.
+    /// For the scan report; `None` without frames. Rates are from the first arrival to the last frame in the file.
     pub fn to_json(&self) -> Option<Value> {
         let took = self.last_kept_at?.saturating_duration_since(self.first_arrived_at?);
         Some(json!({
@@ -43,7 +43,7 @@ impl Timing {
     }
 }
 
-/// Delays by classes.
+/// Latency histogram.
 #[derive(Debug, Clone)]
 struct Delays {
     n: u64,
@@ -65,7 +65,7 @@ impl Delays {
         self.longest = self.longest.max(delay);
     }
 
-    /// The delay that this share of the frames does not exceed, ms: the upper end of its class.
+    /// The latency quantile, ms: the upper edge of its bin.
     fn quantile_ms(&self, share: f64) -> f64 {
         let wanted = (self.n as f64 * share).ceil() as u64;
         let mut seen = 0;
@@ -91,7 +91,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn quantiles_are_within_a_class_of_the_true_ones() {
+    fn quantiles_are_within_one_bin_of_the_true_ones() {
         let mut delays = Delays::default();
         (1..=1000).for_each(|ms| delays.add(Duration::from_millis(ms)));
         let class = 2f64.powf(1.0 / CLASSES_PER_DOUBLING);

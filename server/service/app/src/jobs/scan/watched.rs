@@ -1,4 +1,4 @@
-//! The watches over a scan: what they say stands in its report, makes events, decides what it is worth, and is remembered.
+//! The watches on a scan: their results go into the report, the events, the state of the scan and the history.
 
 use parking_lot::Mutex;
 
@@ -15,48 +15,48 @@ use crate::jobs::{ComputeContext, JobEnd};
 use crate::resources::scan_run::{ScanPlan, ScanRun};
 use crate::resources::watches::{WATCHES, WatchHistory, verdicts_json, warning, warnings};
 
-/// The watch over lost steps while frames come.
+/// The watch for lost steps during acquisition.
 pub struct LiveWatch(Mutex<Option<LostStepsWatch>>);
 
 impl LiveWatch {
-    /// Blind on stations without a linear stage.
+    /// Inactive on stations without a linear stage.
     pub fn new(calibration: &Calibration) -> Self {
         Self(Mutex::new(LostStepsWatch::new(calibration)))
     }
 
-    /// Takes note of the next frame; an alarm is an event at once. What the whole scan says of it is told at its end.
+    /// Adds the next frame; an alarm becomes an event at once. The result for the whole scan follows at its end.
     pub fn note(&self, ctx: &ComputeContext, scan_id: &str, profile: &Profile, position_mm: f64) {
         let mut watch = self.0.lock();
         let Some(lost) = watch.as_mut().and_then(|watch| watch.note(profile, position_mm)) else { return };
         drop(watch);
         let of_scan = WatchReport { lost_steps: vec![lost], ..WatchReport::default() };
-        let told = verdicts(&of_scan, f64::INFINITY, None).into_iter().find(|one| one.watch == Watch::LostSteps);
-        let told: Vec<Change> = told.iter().map(|verdict| warning(scan_id, verdict)).collect();
-        if let Err(error) = ctx.wait(ctx.ledger.commit(told)) {
-            tracing::error!(%error, "lost steps were noticed and cannot be told");
+        let result = verdicts(&of_scan, f64::INFINITY, None).into_iter().find(|one| one.watch == Watch::LostSteps);
+        let warnings: Vec<Change> = result.iter().map(|verdict| warning(scan_id, verdict)).collect();
+        if let Err(error) = ctx.wait(ctx.ledger.commit(warnings)) {
+            tracing::error!(%error, "lost steps were detected, but the event cannot be stored");
         }
     }
 }
 
-/// What the watches say of a scan; nothing on stations without a linear stage.
+/// Results of the watches on a scan; empty on stations without a linear stage.
 pub struct Watched {
     report: Option<WatchReport>,
-    /// Whether the station took the scan now: only then is it an observation of the station.
+    /// Whether the station has just captured the scan: only then does it describe the station.
     is_observation: bool,
 }
 
 impl Watched {
-    /// Watches over an evaluated scan.
+    /// Runs the watches on an evaluated scan.
     pub fn over(evaluation: &Evaluation, calibration: &Calibration) -> Result<Self, JobEnd> {
         Ok(Self { report: watch_scan(evaluation, calibration)?, is_observation: false })
     }
 
-    /// The calibration to compute the scan with, if the orders show beyond doubt that the wavelength has changed.
+    /// The corrected calibration for the scan, if the orders show a significant change of the wavelength.
     pub fn corrected(&self, calibration: &Calibration) -> Option<Calibration> {
         Some(with_wavelength_changed(calibration, self.correction()?.value))
     }
 
-    /// What the header of a corrected cloud says of it.
+    /// The header comment of a corrected cloud.
     pub fn comment(&self) -> Option<String> {
         let Estimate { value, sigma } = self.correction()?;
         Some(format!("wavelength_correction {value:.3e} sigma {sigma:.1e}"))
@@ -68,7 +68,7 @@ impl Watched {
 
     /// Puts the verdicts into the scan's `report`, and makes it invalid if one says so. Returns events of those that warn.
     /// `calibration_id` and `median_sigma_mm` are those of its cloud.
-    pub fn judge(
+    pub fn apply_watches(
         &mut self,
         ctx: &ComputeContext,
         story: &mut ScanStory,
@@ -95,7 +95,7 @@ impl Watched {
         Ok(warnings(&story.id, &verdicts))
     }
 
-    /// What remembers the scan among the last ones of the station.
+    /// The change that adds the scan to the history.
     pub fn remembered(self, ctx: &ComputeContext, record: &ScanRecord) -> Result<Option<Change>, JobEnd> {
         let Some(watched) = self.report.filter(|_| self.is_observation) else { return Ok(None) };
         let mut history = ctx.wait(WatchHistory::read(&ctx.ledger))?;
@@ -104,7 +104,7 @@ impl Watched {
     }
 }
 
-/// Light of a scan's exposures: full power for a millisecond is 1.
+/// Light dose of the exposures of a scan: 1 is full power for one millisecond.
 fn light_of(plan: &ScanPlan) -> f64 {
     (plan.exposure_us * 1e-3 * plan.laser_power).max(f64::MIN_POSITIVE)
 }

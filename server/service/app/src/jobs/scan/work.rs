@@ -1,7 +1,7 @@
-//! A scan under way on the disk: what a crash leaves is found at the next start and kept as a partial scan.
+//! The work folder of a running scan: after a crash the next start turns it into a partial scan.
 //!
-//! `work/<scan id>/` on the workbench holds `scan.json`, then the peaks as they come, and the pictures if they
-//! are kept. The pictures of a partial scan stay there until it is resumed or deleted.
+//! `work/<scan id>/` on the workbench contains `scan.json`, the peaks as they arrive, and the images if they are kept.
+//! The images of a partial scan stay there until it is resumed or deleted.
 
 use std::path::{Path, PathBuf};
 
@@ -24,28 +24,28 @@ const PEAKS: &str = "peaks";
 const PICTURES: &str = "pictures";
 const BACKGROUNDS: &str = "backgrounds";
 
-/// What has to be known of a scan before its first frame.
+/// The metadata of a scan, written before its first frame.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct WorkNote {
-    /// Of the record that will be.
+    /// Id of the future record.
     pub scan_id: String,
     /// What a person calls it.
     pub name: String,
-    /// How it is run.
+    /// Its plan.
     pub plan: Value,
-    /// What it is labelled with.
+    /// The calibration.
     pub calibration_id: String,
     /// The job that runs it.
     pub job_id: String,
-    /// Whether a partial record of this id exists.
+    /// Whether a partial record with this id exists.
     pub replaces: bool,
-    /// Frames lost so far, in words.
+    /// Frames lost so far, as text.
     pub losses: Vec<String>,
 }
 
-/// The folder of a scan under way.
+/// The work folder of a running scan.
 pub struct Work {
-    /// What the scan is.
+    /// The metadata of the scan.
     pub note: WorkNote,
     folder: PathBuf,
 }
@@ -55,7 +55,7 @@ fn home(artifacts: &dyn Artifacts) -> PathBuf {
 }
 
 impl Work {
-    /// Makes the folder, and a peaks file that begins with the frames that are there already.
+    /// Creates the folder, and a peaks file that starts with the existing frames.
     pub fn begin(
         artifacts: &dyn Artifacts,
         note: WorkNote,
@@ -81,7 +81,7 @@ impl Work {
         Ok((work, peaks))
     }
 
-    /// The folder appears with its note: one without is what is left of a scan.
+    /// The folder is created together with its metadata: a folder without it is a leftover.
     fn make_folder(&self, artifacts: &dyn Artifacts) -> Result<(), AppError> {
         let text = serde_json::to_vec_pretty(&self.note).map_err(disk_problem)?;
         if self.folder.is_dir() {
@@ -93,14 +93,14 @@ impl Work {
         std::fs::rename(draft.keep(), &self.folder).map_err(disk_problem)
     }
 
-    /// The pictures of earlier rows must be there.
+    /// Checks that the images of earlier rows exist.
     fn check_pictures(&self, n_rows: usize) -> Result<(), AppError> {
         let missing = (0..n_rows).find(|idx| !self.pictures().join(pictures::picture_path(*idx)).is_file());
         match missing {
             None => Ok(()),
             Some(idx) => Err(AppError::new(
                 ErrorKind::Conflict,
-                format!("the picture of row {} is gone, the pictures of this scan cannot be completed", idx + 1),
+                format!("the image of row {} is missing, the images of this scan cannot be completed", idx + 1),
             )
             .remedy("scan anew")),
         }
@@ -111,8 +111,8 @@ impl Work {
         self.folder.join(PEAKS)
     }
 
-    /// Stores the peaks as far as they are written. A copy: until the record is stored, the work folder is what a
-    /// crash leaves.
+    /// Stores a copy of the peaks written so far: until the record is stored, the work folder is needed after a
+    /// crash.
     pub async fn keep_peaks(&self, artifacts: &dyn Artifacts) -> Result<ArtifactId, AppError> {
         let place = tempfile::tempdir_in(artifacts.workbench().scratch()).map_err(disk_problem)?;
         let copy = place.path().join(PEAKS);
@@ -120,22 +120,22 @@ impl Work {
         Ok(artifacts.adopt(FinishedFile::at(&copy)).await?)
     }
 
-    /// The capture folder of the pictures.
+    /// The capture folder of the images.
     pub fn pictures(&self) -> PathBuf {
         self.folder.join(PICTURES)
     }
 
-    /// Which frame was freed from which background.
+    /// File that records the background subtraction.
     pub fn backgrounds(&self) -> PathBuf {
         self.folder.join(BACKGROUNDS)
     }
 
-    /// Nothing of it is needed any more.
+    /// Removes the folder.
     pub fn clear(&self) {
         removed(std::fs::remove_dir_all(&self.folder));
     }
 
-    /// The scan is stored as partial: only its pictures stay.
+    /// The scan is stored as partial: keeps only its images.
     pub fn clear_but_pictures(&self) {
         if !self.pictures().is_dir() {
             return self.clear();
@@ -144,7 +144,7 @@ impl Work {
         removed(std::fs::remove_file(self.peaks()));
     }
 
-    /// The record of the scan as far as it has come.
+    /// The record of the scan so far.
     pub fn partial(
         &self,
         n_frames: usize,
@@ -172,7 +172,7 @@ impl Work {
     }
 }
 
-/// The scan is stored: nothing else of its making is needed.
+/// The scan is stored: removes its work folder.
 pub fn clear_work(artifacts: &dyn Artifacts, scan_id: &str) {
     removed(std::fs::remove_dir_all(home(artifacts).join(scan_id)));
 }
@@ -181,11 +181,11 @@ fn removed(result: std::io::Result<()>) {
     if let Err(cause) = result
         && cause.kind() != std::io::ErrorKind::NotFound
     {
-        tracing::warn!(%cause, "what is left of a scan cannot be removed");
+        tracing::warn!(%cause, "the work folder of a scan cannot be removed");
     }
 }
 
-/// Turns what a dead process left of its scans into partial scans. Called at the start, before anybody can see them.
+/// Turns the work folders of a crashed process into partial scans. Called at start-up, before requests are served.
 pub async fn recover(ledger: &EventedCatalogue, artifacts: &dyn Artifacts) {
     let Ok(folders) = std::fs::read_dir(home(artifacts)) else { return };
     for folder in folders.flatten().map(|entry| entry.path()) {
@@ -201,12 +201,12 @@ async fn recover_one(ledger: &EventedCatalogue, artifacts: &dyn Artifacts, folde
         removed(std::fs::remove_dir_all(folder));
         return Ok(());
     }
-    let Ok(text) = std::fs::read(folder.join(NOTE)) else { return forget_orphan(ledger, folder).await };
+    let Ok(text) = std::fs::read(folder.join(NOTE)) else { return remove_orphan(ledger, folder).await };
     let note: WorkNote = serde_json::from_slice(&text).map_err(disk_problem)?;
     let work = Work { note, folder: folder.to_owned() };
     let Ok((peaks, prefix)) = PeaksWriter::resume(&work.peaks()) else {
         work.clear_but_pictures();
-        return forget_orphan(ledger, folder).await;
+        return remove_orphan(ledger, folder).await;
     };
     let n_frames = prefix.peaks.frames.len();
     if n_frames == 0 {
@@ -215,23 +215,23 @@ async fn recover_one(ledger: &EventedCatalogue, artifacts: &dyn Artifacts, folde
     }
     peaks.finish().map_err(disk_problem)?;
     let id = work.keep_peaks(artifacts).await?;
-    let record = work.partial(n_frames, id, None, "the service ended while the scan ran");
+    let record = work.partial(n_frames, id, None, "the service ended while the scan was running");
     ledger.commit(scan_changes(&record, work.note.replaces)).await?;
     work.clear_but_pictures();
     Ok(())
 }
 
-/// Deletes the pictures of stopped scans that are gone. A scan under way has its note and stays.
-pub async fn forget_orphans(ledger: &EventedCatalogue, artifacts: &dyn Artifacts) {
+/// Deletes the images of deleted partial scans. The folder of a running scan has its metadata and is kept.
+pub async fn remove_orphans(ledger: &EventedCatalogue, artifacts: &dyn Artifacts) {
     let Ok(folders) = std::fs::read_dir(home(artifacts)) else { return };
     for folder in folders.flatten().map(|entry| entry.path()).filter(|folder| !folder.join(NOTE).exists()) {
-        if let Err(problem) = forget_orphan(ledger, &folder).await {
-            tracing::warn!(detail = problem.detail, "what is left of a scan cannot be deleted");
+        if let Err(problem) = remove_orphan(ledger, &folder).await {
+            tracing::warn!(detail = problem.detail, "the work folder of a scan cannot be deleted");
         }
     }
 }
 
-/// Whether the scan was stored to its end, and only its folder not cleared any more.
+/// Whether the scan was stored completely and only its folder remained.
 async fn is_made(ledger: &EventedCatalogue, folder: &Path) -> Result<bool, AppError> {
     let id = folder.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
     match ledger.read().scan(&id).await {
@@ -241,8 +241,8 @@ async fn is_made(ledger: &EventedCatalogue, folder: &Path) -> Result<bool, AppEr
     }
 }
 
-/// Pictures whose scan is not partial any more belong to nobody.
-async fn forget_orphan(ledger: &EventedCatalogue, folder: &Path) -> Result<(), AppError> {
+/// Images are unreferenced unless their scan is partial.
+async fn remove_orphan(ledger: &EventedCatalogue, folder: &Path) -> Result<(), AppError> {
     let id = folder.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
     match ledger.read().scan(&id).await {
         Ok(scan) if scan.state == ScanState::Partial => Ok(()),

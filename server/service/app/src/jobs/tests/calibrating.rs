@@ -1,6 +1,6 @@
-//! Calibrations over the simulated station, compared with its truth; and the sessions and activations around them.
+//! Calibrations on the simulated station, compared with its true parameters; sessions and activations.
 //!
-//! What this does not show: other stations than these two, and boards held by people.
+//! Not tested: other stations than these two, and boards held by people.
 
 use crate::error::ErrorKind;
 use calibration::CalibrationDocument;
@@ -17,7 +17,7 @@ use crate::resources::calibrations::Calibrations;
 use crate::sessions::{NewSession, Sessions, VirtualBoard};
 use pipeline::{calibrate_features, open_capture, read_features};
 
-/// What the joint fit of camera, boards and light leaves at best with corners known to 0.02 px: the processing core's
+/// Best result of the joint fit of camera, boards and light with a corner noise of 0.02 px: the processing core's
 /// own bound for calibrations (`server/cli/tests/it/rigs/rig_a.rs`).
 const SYSTEMATIC_MM: f64 = 0.020;
 
@@ -46,10 +46,10 @@ async fn document(bench: &Bench, id: &str) -> (Vec<u8>, CalibrationDocument) {
     (bytes, document)
 }
 
-/// Depth error on noise-free pixels of the ball and the gauge that the twin knows the true places of.
+/// Depth error on noise-free pixels of sphere and gauge, whose true positions the twin provides.
 fn systematic_rmse_mm(bench: &Bench, calibration: &Calibration) -> f64 {
-    let hands = bench.parts.station.simulation().unwrap();
-    let (model, renderer) = (hands.model(), hands.renderer());
+    let twin = bench.parts.station.simulation().unwrap();
+    let (model, renderer) = (twin.model(), twin.renderer());
     let parts = [twin::SceneKind::Sphere { radius_mm: 18.9 }, twin::SceneKind::Gauge { height_mm: 8.9 }];
     let mut squares = Vec::new();
     for (part, position_mm) in parts.iter().flat_map(|part| [-8.0, 0.0, 8.0].map(|at| (part, at))) {
@@ -65,7 +65,7 @@ fn systematic_rmse_mm(bench: &Bench, calibration: &Calibration) -> f64 {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn the_virtual_operator_calibrates_a_station_to_a_few_micrometres_and_puts_the_part_back() {
+async fn the_virtual_operator_calibrates_a_station_to_a_few_micrometres_and_restores_the_part() {
     let bench = Bench::new(&StationShape::default()).await;
     let jobs = Jobs::start_with(bench.parts.clone(), Arc::new(as_if_elsewhere)).await.unwrap();
     let id = calibrated(&jobs, from_station()).await;
@@ -74,13 +74,13 @@ async fn the_virtual_operator_calibrates_a_station_to_a_few_micrometres_and_puts
     let summary = bench.parts.ledger.read().calibration(&id).await.unwrap().summary;
     let sigma_mm = summary["systematic_sigma_mm"].as_f64().unwrap();
     println!("systematic depth error {rmse_mm:.4} mm, its own sigma {sigma_mm:.4} mm");
-    // The error is one draw from what its own σ foretells: 2 σ covers 95 %.
+    // The error is one sample of a distribution with its stated σ: 2 σ covers 95 %.
     assert!(rmse_mm < SYSTEMATIC_MM && rmse_mm < 2.0 * sigma_mm, "{rmse_mm} mm, σ {sigma_mm} mm");
     assert!(!matches!(&*bench.parts.station.simulation().unwrap().scene(), Scene::Board(_)));
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn a_stored_calibration_is_what_the_command_line_writes_from_the_same_pictures() {
+async fn a_stored_calibration_equals_that_of_the_command_line_from_the_same_images() {
     let bench = Bench::new(&small()).await;
     let jobs = Jobs::start_with(bench.parts.clone(), Arc::new(as_if_elsewhere)).await.unwrap();
     let id = calibrated(&jobs, from_station()).await;
@@ -125,7 +125,7 @@ async fn a_cancelled_calibration_leaves_nothing_and_frees_the_station() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn a_session_gathers_poses_step_by_step_and_solves_them() {
+async fn a_session_collects_poses_step_by_step_and_solves_them() {
     let bench = Bench::new(&small()).await;
     let jobs = Jobs::start_with(bench.parts.clone(), Arc::new(as_if_elsewhere)).await.unwrap();
     let parts = bench.parts.clone();
@@ -135,7 +135,7 @@ async fn a_session_gathers_poses_step_by_step_and_solves_them() {
     let sessions = open();
     let session = sessions.create(&by(), NewSession::default()).await.unwrap();
     let id = session.id.clone();
-    // Without a board there is nothing to read, and it is said at once.
+    // Without a board nothing is detected, and the response says so.
     let blind = sessions.add_pose(&by(), &id, Some(1)).await.unwrap();
     assert!(blind.body.poses[0].board.problem.is_some() && !blind.body.poses[0].board.is_readable());
     assert_eq!(
@@ -152,7 +152,7 @@ async fn a_session_gathers_poses_step_by_step_and_solves_them() {
         assert_eq!((taken.board.corners.len(), taken.board.problem.as_deref()), (88, None));
         assert!(taken.laser.as_ref().unwrap().n_segments > 0);
     }
-    // Another browser, or the server after a restart, goes on where this one was.
+    // Another browser, or a restarted server, continues the session.
     let sessions = open();
     sessions.place_virtual_board(VirtualBoard::Stage).unwrap();
     for position_mm in [-20.0, 0.0, 20.0] {
@@ -210,7 +210,7 @@ async fn the_axis_of_a_turntable_is_found_by_the_virtual_operator_and_in_a_sessi
     for angle_deg in [-30.0, -15.0, 15.0, 30.0] {
         sessions.add_stage_view(&by(), &session, StagePosition::RotaryDeg(angle_deg), None).await.unwrap();
         let suffices = sessions.check_suffices(&session).await.is_ok();
-        assert_eq!(suffices, angle_deg > 0.0, "{angle_deg}°: two angles do not say how the table turns");
+        assert_eq!(suffices, angle_deg > 0.0, "{angle_deg}°: two angles do not determine the axis");
     }
     sessions.place_virtual_board(VirtualBoard::Away).unwrap();
     let input = solve_input(&sessions, &session, SolveSession::default()).await.unwrap();
@@ -219,7 +219,7 @@ async fn the_axis_of_a_turntable_is_found_by_the_virtual_operator_and_in_a_sessi
     axis_is_true(&bench, &document(&bench, &record.result.unwrap().id).await.1.calibration());
 }
 
-/// Direction and place of the axis within four of their own σ of the truth.
+/// Direction and position of the axis are within 4 σ of the truth.
 fn axis_is_true(bench: &Bench, calibration: &Calibration) {
     let found = calibration.stage.unwrap().rotary().unwrap();
     let truth = bench.parts.station.simulation().unwrap().model().stage.rotary().unwrap();
@@ -232,12 +232,12 @@ fn axis_is_true(bench: &Bench, calibration: &Calibration) {
         println!("axis, step {idx}: {error:.2e} = {:.2} σ", error / sigma);
         assert!(error.abs() < 4.0 * sigma, "step {idx}: {error} of σ {sigma}");
     }
-    // Known well enough to measure with: a tenth of a millimetre of a part is a thousandth of a radian at this size.
+    // Accurate enough to measure: 0.1 mm on a part is about 1 mrad at this size.
     assert!(errors[2].hypot(errors[3]) < 0.1, "{off:?}");
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn activations_are_acts_that_can_be_rolled_back_one_by_one() {
+async fn activations_are_logged_and_can_be_rolled_back_one_by_one() {
     let bench = Bench::new(&small()).await;
     let jobs = Jobs::start_with(bench.parts.clone(), Arc::new(as_if_elsewhere)).await.unwrap();
     let parts = &bench.parts;
@@ -261,11 +261,11 @@ async fn activations_are_acts_that_can_be_rolled_back_one_by_one() {
     calibrations.activate(&one, Some(None), "Anna", None).await.unwrap();
     let seq = last_act().await;
     calibrations.activate(&one, None, "Anna", None).await.unwrap();
-    assert_eq!(last_act().await, seq, "activating what is active is no act");
+    assert_eq!(last_act().await, seq, "activating the active calibration is not logged");
     assert_eq!(calibrations.activate(&two, Some(None), "Bert", None).await.unwrap_err().kind, ErrorKind::Changed);
     calibrations.activate(&two, Some(Some(one.clone())), "Bert", None).await.unwrap();
     assert_eq!(in_use().as_ref(), Some(&two));
-    // A new process finds what was active.
+    // A new process restores the active calibration.
     let reborn = LiveBus::default();
     let later =
         Calibrations::new(parts.ledger.clone(), parts.artifacts.clone(), reborn.clone(), parts.station.clone());

@@ -1,4 +1,4 @@
-//! The queue over the real store and a simulated station of a quarter of the usual pixels.
+//! The queue with the real store and a simulated station with a quarter of the usual pixels.
 
 #![allow(clippy::unwrap_used)]
 
@@ -23,7 +23,7 @@ use crate::jobs::{Done, Job, JobEnd, JobInput, JobParts, JobView, Jobs, StationC
 use crate::recordings::{RecordingParts, Recordings};
 use crate::resources::captures::Captures;
 
-/// Longer than anything here takes on a busy machine; only a defect makes a test wait that long.
+/// Timeout: longer than anything here takes on a busy machine.
 const PATIENCE: Duration = Duration::from_secs(300);
 
 /// A service without its network.
@@ -44,7 +44,7 @@ impl Bench {
         Self::with(shape, |_| {}).await
     }
 
-    /// With another configuration than the simulated station's.
+    /// With a different configuration.
     pub async fn with(shape: &StationShape, configure: impl FnOnce(&mut AppConfig)) -> Self {
         let folder = tempfile::tempdir().unwrap();
         let mut config = AppConfig::simulated(folder.path().join("data"));
@@ -87,8 +87,7 @@ impl Drop for Bench {
     }
 }
 
-/// Does a job as if its computing were done by another process: what it is asked for and what comes of it go through
-/// their text.
+/// Runs a job with its input and outcome passed through their serialised form, as for another process.
 pub(crate) fn as_if_elsewhere(input: JobInput, ctx: &StationContext) -> Result<Done, JobEnd> {
     through_text(&match Job::from(input) {
         Job::Station(job) => job.run(ctx),
@@ -100,7 +99,7 @@ fn through_text<T: Serialize + DeserializeOwned>(value: &T) -> T {
     serde_json::from_str(&serde_json::to_string(value).unwrap()).unwrap()
 }
 
-/// Waits until the job is in a state from which nothing changes.
+/// Waits until the job has ended.
 pub(crate) async fn ended(jobs: &Jobs, id: &str) -> JobView {
     let begun = Instant::now();
     loop {

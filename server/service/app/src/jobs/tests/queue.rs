@@ -1,6 +1,6 @@
-//! Order, ends, limits and restarts, with a procedure that does what the job's name says.
+//! Order, ends, limits and restarts, with a procedure that acts according to the job's name.
 
-use crate::events::{Event, NoBody, event};
+use crate::events::{EmptyBody, Event, event};
 use parking_lot::Mutex;
 use std::sync::atomic::AtomicBool;
 
@@ -15,7 +15,7 @@ use crate::jobs::queue::run::Procedure;
 use crate::jobs::{CalibrateInput, Done, JobEnd, JobInput, JobNews, Source, StationContext, queued_record};
 use crate::progress::Phase;
 
-/// What the jobs of a test did, and whether they may end.
+/// The log of the jobs of a test, and whether they may end.
 #[derive(Default)]
 struct Script {
     began: Mutex<Vec<String>>,
@@ -36,17 +36,18 @@ impl Script {
             "fail" => return Err(AppError::new(ErrorKind::Impossible, "it cannot be").into()),
             "reports" => {
                 for (fraction, words) in [(0.5, "half"), (0.2, "back"), (f64::NAN, "lost"), (0.7, "on")] {
-                    ctx.report(fraction, Phase::TakingRows.counted(3, 4), words);
+                    ctx.report(fraction, Phase::CapturingRows.counted(3, 4), words);
                 }
             }
             _ => {}
         }
         while !self.released.load(Ordering::SeqCst) {
-            ctx.go_on()?;
+            ctx.check_cancelled()?;
             std::thread::sleep(Duration::from_millis(2));
         }
         let id = if name == "twice" { "a".to_owned() } else { format!("made by {name}") };
-        let changes = vec![event(&id, Event::SimulationFaultOff(NoBody {})), Change::InsertCapture(capture(&id))];
+        let changes =
+            vec![event(&id, Event::SimulationFaultOff(EmptyBody {})), Change::InsertCapture(capture(&id))];
         let result = ResultRef { kind: "capture".to_owned(), id };
         let done = Done { result, message: "made".to_owned(), changes, finished_work: None };
         if name == "half" { Err(JobEnd::CancelledAfter(Box::new(done))) } else { Ok(done) }
@@ -71,14 +72,14 @@ fn name_of(input: &JobInput) -> String {
     }
 }
 
-/// A job that needs the station, named `s1` to `s9` by the poses it asks for.
+/// A station job, named `s1` to `s9` by its number of poses.
 fn station_job(name: &str) -> JobInput {
     let JobInput::Calibration(other) = computation("") else { unreachable!() };
     let n_poses = 10 * name[1..].parse::<usize>().unwrap_or(0).max(1);
     JobInput::Calibration(CalibrateInput { source: Source::Station, n_poses: Some(n_poses), ..other })
 }
 
-/// A job that only computes.
+/// A computation.
 fn computation(name: &str) -> JobInput {
     JobInput::Calibration(CalibrateInput {
         source: Source::Capture { capture_id: name.to_owned() },
@@ -126,9 +127,9 @@ async fn event_kinds(bench: &Bench, subject: &str) -> Vec<String> {
     events(bench, subject).await.into_iter().map(|event| event.kind).collect()
 }
 
-/// Who hears of an end asks at once, maybe before the job's thread goes on; a late word of progress comes after it.
+/// A client notified of the end reads the job at once, possibly before late progress of the job's thread arrives.
 #[tokio::test(flavor = "multi_thread")]
-async fn an_end_that_is_stored_is_told_whatever_the_thread_still_says() {
+async fn a_stored_end_is_not_overwritten_by_late_progress() {
     let (bench, jobs, script) = stage().await;
     let id = submit(&jobs, computation("a")).await;
     let before = running(&jobs, &id).await;
@@ -150,13 +151,13 @@ async fn an_end_that_is_stored_is_told_whatever_the_thread_still_says() {
     script.release();
 }
 
-/// What was told last.
+/// The newest progress.
 fn newest(progress: &tokio::sync::watch::Receiver<JobNews>) -> JobView {
     let news = progress.borrow();
     news.after(news.last() - 1).unwrap().1.clone()
 }
 
-/// A scan and a computation beside it: whoever looks seldom sees both, not the one that happened to tell last.
+/// A scan and a concurrent computation: a slow reader sees both, not only the one that reported last.
 #[test]
 fn the_progress_of_one_job_never_hides_that_of_another() {
     let view = |id: &str, progress: f64, state: JobState| {
@@ -165,27 +166,27 @@ fn the_progress_of_one_job_never_hides_that_of_another() {
     };
     let mut news = JobNews::default();
     for progress in [0.1, 0.2, 0.3] {
-        assert!(news.tell(view("scan", progress, JobState::Running)));
-        assert!(news.tell(view("export", progress, JobState::Running)));
+        assert!(news.publish(view("scan", progress, JobState::Running)));
+        assert!(news.publish(view("export", progress, JobState::Running)));
     }
     let (first, of_scan) = news.after(0).unwrap();
     assert_eq!((of_scan.record.id.as_str(), of_scan.record.progress), ("scan", 0.3));
     let (second, of_export) = news.after(first).unwrap();
     assert_eq!((of_export.record.id.as_str(), of_export.record.progress), ("export", 0.3));
     assert!(news.after(second).is_none());
-    // An end stays the last word.
-    assert!(news.tell(view("scan", 1.0, JobState::Succeeded)));
-    assert!(!news.tell(view("scan", 0.4, JobState::Running)));
+    // An end stays final.
+    assert!(news.publish(view("scan", 1.0, JobState::Succeeded)));
+    assert!(!news.publish(view("scan", 0.4, JobState::Running)));
     assert_eq!(news.after(second).unwrap().1.record.state, JobState::Succeeded);
-    // However many end, the one at work is kept.
+    // The running job is kept however many others end.
     for ended in 0..100 {
-        news.tell(view(&format!("ended {ended}"), 1.0, JobState::Succeeded));
+        news.publish(view(&format!("ended {ended}"), 1.0, JobState::Succeeded));
     }
     assert_eq!(news.after(0).unwrap().1.record.id, "export");
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn station_jobs_run_one_at_a_time_in_order_and_computations_beside_them() {
+async fn station_jobs_run_one_at_a_time_in_order_and_computations_in_parallel() {
     let (_bench, jobs, script) = stage().await;
     let mut ids = Vec::new();
     for input in [station_job("s1"), station_job("s2"), computation("a"), computation("b"), station_job("s3")] {
@@ -212,11 +213,11 @@ async fn a_job_can_be_cancelled_in_every_state() {
     let first = submit(&jobs, station_job("s1")).await;
     let second = submit(&jobs, station_job("s2")).await;
     running(&jobs, &first).await;
-    // Waiting: it ends at once and never begins.
+    // Waiting: it ends at once and never starts.
     let view = jobs.cancel(&second, "Anna").await.unwrap();
     assert_eq!(view.record.state, JobState::Cancelled);
     assert!(view.record.message.contains("Anna"));
-    // Running: it is asked to end, and does.
+    // Running: it is asked to end and does.
     jobs.cancel(&first, "Anna").await.unwrap();
     assert_eq!(ended(&jobs, &first).await.record.state, JobState::Cancelled);
     assert_eq!(script.began(), ["s1"]);
@@ -250,7 +251,7 @@ async fn stop_ends_the_station_jobs_and_leaves_computations_alone() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn a_stopped_station_accepts_no_job_and_a_job_that_a_stop_met_on_its_way_never_begins() {
+async fn a_stopped_station_accepts_no_job_and_a_job_accepted_during_a_stop_never_starts() {
     let (bench, jobs, script) = stage().await;
     let station = &bench.parts.station;
     let before = Authority { holder: None, epoch: station.stop_epoch() };
@@ -260,7 +261,7 @@ async fn a_stopped_station_accepts_no_job_and_a_job_that_a_stop_met_on_its_way_n
     assert!(refused.remedy.is_some());
     station.manual(Manual::Reset).await.unwrap();
     script.release();
-    // Authorised before the Stop, accepted after the reset: the queue must not hold it.
+    // Authorised before the Stop, accepted after the reset: it must not be queued.
     let late = jobs.submit_with(station_job("s2"), "test", before, |_| Vec::new()).await.unwrap().id;
     assert_eq!(ended(&jobs, &late).await.record.state, JobState::Cancelled);
     let next = submit(&jobs, station_job("s3")).await;
@@ -269,7 +270,7 @@ async fn a_stopped_station_accepts_no_job_and_a_job_that_a_stop_met_on_its_way_n
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn a_job_waits_while_somebody_else_is_in_control() {
+async fn a_job_waits_while_someone_else_is_in_control() {
     let (bench, jobs, script) = stage().await;
     script.release();
     let control = &bench.parts.control;
@@ -278,7 +279,7 @@ async fn a_job_waits_while_somebody_else_is_in_control() {
     assert_eq!(jobs.view(&unattended).await.unwrap().record.state, JobState::Queued);
     assert!(script.began().is_empty());
     control.give_back(Some(&anna));
-    jobs.look_again();
+    jobs.recheck_control();
     assert_eq!(ended(&jobs, &unattended).await.record.state, JobState::Succeeded);
     let anna = control.take("Anna", false, Instant::now()).unwrap().lease.id;
     let epoch = bench.parts.station.stop_epoch();
@@ -288,7 +289,7 @@ async fn a_job_waits_while_somebody_else_is_in_control() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn a_panic_is_the_failure_of_one_job() {
+async fn a_panic_fails_one_job_only() {
     let (_bench, jobs, script) = stage().await;
     script.release();
     let broken = submit(&jobs, computation("panic")).await;
@@ -302,7 +303,7 @@ async fn a_panic_is_the_failure_of_one_job() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn a_job_ends_together_with_what_it_made_or_made_nothing() {
+async fn a_job_ends_together_with_its_results_or_has_none() {
     let (bench, jobs, script) = stage().await;
     script.release();
     let good = submit(&jobs, computation("b")).await;
@@ -310,12 +311,12 @@ async fn a_job_ends_together_with_what_it_made_or_made_nothing() {
     assert_eq!(record.result.unwrap().id, "made by b");
     bench.parts.ledger.read().capture("made by b").await.unwrap();
     assert_eq!(event_kinds(&bench, &good).await, ["job.queued", "job.running", "job.succeeded"]);
-    // Cancelled after it had made something: kept, with the end.
+    // Cancelled after it had produced a result: kept with the end.
     let half = submit(&jobs, computation("half")).await;
     let record = ended(&jobs, &half).await.record;
     assert_eq!((record.state, record.result), (JobState::Cancelled, None));
     bench.parts.ledger.read().capture("made by half").await.unwrap();
-    // Its capture is there already: the whole end is refused, also the event it would have told.
+    // Its capture already exists: the whole end is refused, including its event.
     let twice = submit(&jobs, computation("twice")).await;
     let record = ended(&jobs, &twice).await.record;
     assert_eq!((record.state, record.result), (JobState::Failed, None));
@@ -324,7 +325,7 @@ async fn a_job_ends_together_with_what_it_made_or_made_nothing() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn progress_never_goes_back_and_a_job_at_work_names_its_step() {
+async fn progress_never_decreases_and_a_running_job_names_its_step() {
     let (_bench, jobs, script) = stage().await;
     let mut watched = jobs.watch_progress();
     let id = submit(&jobs, computation("reports")).await;
@@ -339,7 +340,7 @@ async fn progress_never_goes_back_and_a_job_at_work_names_its_step() {
         if view.record.message == "on" {
             assert_eq!(view.record.progress, 0.7);
             assert_eq!(view.step.is_some(), view.record.state == JobState::Running);
-            assert!(view.step.is_none_or(|step| step == Phase::TakingRows.counted(3, 4)));
+            assert!(view.step.is_none_or(|step| step == Phase::CapturingRows.counted(3, 4)));
             script.release();
         }
     }
@@ -349,7 +350,7 @@ async fn progress_never_goes_back_and_a_job_at_work_names_its_step() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn a_full_queue_refuses_and_says_when_to_come_back() {
+async fn a_full_queue_refuses_and_says_when_to_retry() {
     let (_bench, jobs, script) = stage().await;
     let first = submit(&jobs, station_job("s")).await;
     running(&jobs, &first).await;
@@ -366,7 +367,7 @@ async fn a_full_queue_refuses_and_says_when_to_come_back() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn a_job_for_which_the_disk_has_no_room_is_not_begun() {
+async fn a_job_without_enough_disk_space_is_not_started() {
     let (bench, jobs, script) = stage().await;
     bench.free_bytes.store(1 << 20, Ordering::SeqCst);
     let refused = jobs.submit(station_job("s"), "test").await.unwrap_err();
@@ -377,7 +378,7 @@ async fn a_job_for_which_the_disk_has_no_room_is_not_begun() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn what_cannot_work_is_refused_before_it_waits() {
+async fn invalid_input_is_refused_before_it_is_queued() {
     let (_bench, jobs, _script) = stage().await;
     let missing = jobs.submit(computation("nowhere"), "test").await.unwrap_err();
     assert_eq!((missing.kind, missing.pointer.as_deref()), (ErrorKind::Impossible, Some("/source/capture_id")));
@@ -389,9 +390,9 @@ async fn what_cannot_work_is_refused_before_it_waits() {
     assert_eq!(jobs.submit(JobInput::Calibration(poses), "test").await.unwrap_err().kind, ErrorKind::Impossible);
 }
 
-/// The catalogue as a process leaves it that died: one job running, one of each kind waiting.
+/// The catalogue as left by a crashed process: one job running, one of each kind waiting.
 #[tokio::test(flavor = "multi_thread")]
-async fn after_a_crash_computations_go_on_and_nothing_moves() {
+async fn after_a_crash_computations_continue_and_nothing_moves() {
     let (bench, jobs, script) = stage().await;
     let mut ids = Vec::new();
     for input in [station_job("s1"), station_job("s2"), computation("a"), computation("b")] {
@@ -399,7 +400,7 @@ async fn after_a_crash_computations_go_on_and_nothing_moves() {
     }
     running(&jobs, &ids[0]).await;
     running(&jobs, &ids[2]).await;
-    // The queue is gone without a word; its threads can write nothing that counts, because their jobs have ended.
+    // The queue is gone; its threads can store nothing more, because their jobs have ended.
     bench.store.recover(0).await.unwrap();
     let reborn = Arc::new(Script::default());
     reborn.release();
@@ -417,7 +418,7 @@ async fn after_a_crash_computations_go_on_and_nothing_moves() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn a_shutdown_interrupts_what_runs_and_keeps_what_waits() {
+async fn a_shutdown_interrupts_the_running_job_and_keeps_waiting_ones() {
     let (bench, jobs, script) = stage().await;
     let first = submit(&jobs, computation("a")).await;
     let second = submit(&jobs, computation("b")).await;
@@ -429,7 +430,7 @@ async fn a_shutdown_interrupts_what_runs_and_keeps_what_waits() {
     assert_eq!(jobs.submit(computation("a"), "test").await.unwrap_err().kind, ErrorKind::Unavailable);
 }
 
-/// The store itself refuses a second end.
+/// The store refuses a second end.
 #[tokio::test(flavor = "multi_thread")]
 async fn a_job_ends_once() {
     let (bench, jobs, script) = stage().await;

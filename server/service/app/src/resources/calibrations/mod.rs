@@ -1,7 +1,7 @@
-//! Which calibration is active, since when and by whom; and how far two of them disagree.
+//! The active calibration and its history; comparison of two calibrations.
 //!
-//! A calibration is a draft until somebody activates it. Activating and rolling back are entries of a log; the live
-//! view and the station follow it.
+//! A calibration is a draft until it is activated. Activations and roll-backs are logged; the live view and the station
+//! follow the log.
 
 pub mod residuals;
 pub mod stored;
@@ -22,7 +22,7 @@ use crate::error::{AppError, ErrorKind};
 use crate::evented_catalogue::EventedCatalogue;
 use crate::resources::calibrations::stored::stored_document;
 
-/// Acts read at a time while looking for what to roll back to.
+/// Page size of the log when searching for the roll-back target.
 const ACTS_AT_A_TIME: u32 = 100;
 
 /// The calibrations of the service.
@@ -32,7 +32,7 @@ pub struct Calibrations {
     artifacts: Arc<dyn Artifacts>,
     live: LiveBus,
     station: StationHandle,
-    /// One act at a time, so that log, live view and station agree.
+    /// Serialises activations, so that log, live view and station agree.
     turn: Arc<Mutex<()>>,
 }
 
@@ -47,10 +47,10 @@ impl Calibrations {
         Self { ledger, artifacts, live, station, turn: Arc::default() }
     }
 
-    /// Takes up the calibration that was active when the service ended.
+    /// Restores the calibration that was active when the service ended.
     ///
     /// # Errors
-    /// If its document cannot be read; then none is in use.
+    /// If its document cannot be read; then none is active.
     pub async fn load_active(&self) -> Result<(), AppError> {
         let _turn = self.turn.lock().await;
         match self.active().await?.and_then(|act| act.calibration_id) {
@@ -65,7 +65,7 @@ impl Calibrations {
         Ok(self.ledger.read().active().await?)
     }
 
-    /// Makes `id` the active calibration. `expected`: refused unless this one is active by now. Activating what is
+    /// Activates `id`. `expected`: refused unless this one is currently active. Activating the calibration that is
     /// active already changes nothing.
     pub async fn activate(
         &self,
@@ -89,12 +89,12 @@ impl Calibrations {
         self.newest_act().await
     }
 
-    /// Takes the last activation back that was not taken back yet.
+    /// Rolls back the last activation that has not been rolled back.
     pub async fn roll_back(&self, actor: &str) -> Result<ActivationRecord, AppError> {
         let _turn = self.turn.lock().await;
         let undone = self.last_standing_activation().await?.ok_or_else(|| {
             AppError::new(ErrorKind::Conflict, "there is no activation to roll back")
-                .remedy("activate the calibration that is wanted")
+                .remedy("activate the desired calibration")
         })?;
         let calibration = match &undone.previous_id {
             Some(id) => Some(self.usable(id).await?),
@@ -105,13 +105,14 @@ impl Calibrations {
         self.newest_act().await
     }
 
-    /// How far the calibration `other` reads from `one`, in mm over the working volume of `one`.
+    /// Depth difference of `other` minus `one`, in mm over the working volume of `one`.
     pub async fn difference(&self, one: &str, other: &str) -> Result<CalibrationDifference, AppError> {
         let one = self.document(one).await?;
         let other = self.document(other).await?;
         let compared = tokio::task::spawn_blocking(move || difference(&one, &other)).await;
         let compared = compared.map_err(|cause| {
-            AppError::new(ErrorKind::Internal, "the comparison ended by a defect").because(cause.to_string())
+            AppError::new(ErrorKind::Internal, "the comparison failed with an internal error")
+                .because(cause.to_string())
         })?;
         Ok(compared?)
     }
@@ -120,12 +121,12 @@ impl Calibrations {
         Ok(stored_document(&self.ledger, &*self.artifacts, Some(id)).await?.calibration())
     }
 
-    /// A calibration that can scan.
+    /// A calibration that can be used for scanning.
     async fn usable(&self, id: &str) -> Result<Calibration, AppError> {
         let calibration = self.document(id).await?;
         if matches!(&calibration.light, LightSurfaces::Planes(planes) if planes.is_empty()) {
-            return Err(AppError::new(ErrorKind::Impossible, format!("calibration {id} knows the camera alone"))
-                .remedy("calibrate with laser pictures, then activate the result"));
+            return Err(AppError::new(ErrorKind::Impossible, format!("calibration {id} covers the camera only"))
+                .remedy("calibrate with laser images, then activate the result"));
         }
         Ok(calibration)
     }
@@ -166,10 +167,10 @@ impl Calibrations {
     async fn newest_act(&self) -> Result<ActivationRecord, AppError> {
         self.active()
             .await?
-            .ok_or_else(|| AppError::new(ErrorKind::Internal, "the log of activations lost its end"))
+            .ok_or_else(|| AppError::new(ErrorKind::Internal, "the activation log is inconsistent"))
     }
 
-    /// Walks back through the log: every roll-back cancels the activation before it that still stands.
+    /// Walks back through the log: every roll-back cancels the latest activation before it that is still in effect.
     async fn last_standing_activation(&self) -> Result<Option<ActivationRecord>, AppError> {
         let (mut rolled_back, mut before) = (0, None);
         loop {
@@ -194,6 +195,6 @@ impl Calibrations {
 }
 
 fn changed() -> AppError {
-    AppError::new(ErrorKind::Changed, "another calibration was activated meanwhile")
-        .remedy("look at the active calibration again, then decide")
+    AppError::new(ErrorKind::Changed, "another calibration was activated in the meantime")
+        .remedy("check the active calibration, then decide")
 }

@@ -1,4 +1,4 @@
-//! What a calibration left unexplained, point by point: the dots of residual maps.
+//! Residuals of a calibration, point by point, for residual maps.
 
 use std::collections::BTreeMap;
 
@@ -9,19 +9,19 @@ use store::{ArtifactId, Artifacts, CalibrationRecord};
 
 use crate::error::{AppError, ErrorKind};
 
-/// Key of a calibration's summary under which stands the artifact with its residuals.
+/// Key of the residuals artifact in the summary of a calibration.
 pub const RESIDUALS: &str = "residuals";
 
-/// Residuals of a calibration over the picture.
+/// Residuals of a calibration over the image.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Residuals {
-    /// Columns of the pictures.
+    /// Image width.
     pub width_px: usize,
-    /// Rows of the pictures.
+    /// Image height.
     pub height_px: usize,
-    /// Board corners of all pictures: u, v where seen; du, dv from where the camera expects it to there, px.
+    /// Board corners of all images: detected u, v and reprojection error du, dv (detected minus predicted), px.
     pub corners: Vec<[f32; 4]>,
-    /// Laser points by order, thinned for drawing.
+    /// Laser points by order, subsampled for display.
     pub orders: Vec<OrderResiduals>,
 }
 
@@ -30,8 +30,8 @@ pub struct Residuals {
 pub struct OrderResiduals {
     /// The order.
     pub order: i8,
-    /// Number of the pose, from 0; u, v where seen; signed distance across the line from the curve that the light
-    /// sheet predicts, px.
+    /// Index of the pose, from 0; detected u, v; signed distance from the curve predicted by the light sheet,
+    /// perpendicular to the line, px.
     pub points: Vec<[f32; 4]>,
 }
 
@@ -53,7 +53,7 @@ impl Residuals {
         }
     }
 
-    /// The form that is stored.
+    /// The stored form.
     pub fn to_stored(&self) -> Vec<u8> {
         let of_order = |of: &OrderResiduals| StoredOrder { order: of.order, points: of.points.clone() };
         let stored = StoredResiduals {
@@ -65,10 +65,10 @@ impl Residuals {
         serde_json::to_vec(&stored).expect("residuals are numbers")
     }
 
-    /// From the form that is stored.
+    /// From the stored form.
     ///
     /// # Errors
-    /// If it is another form.
+    /// If it has another form.
     pub fn from_stored(stored: &[u8]) -> Result<Self, serde_json::Error> {
         let StoredResiduals { width_px, height_px, corners, orders } = serde_json::from_slice(stored)?;
         let of_order = |StoredOrder { order, points }| OrderResiduals { order, points };
@@ -91,18 +91,18 @@ struct StoredOrder {
     points: Vec<[f32; 4]>,
 }
 
-/// What a calibration left unexplained, as it was kept.
+/// The stored residuals of a calibration.
 ///
 /// # Errors
-/// A problem: it kept none, or they are damaged.
+/// A problem if it has none or they are damaged.
 pub async fn stored_residuals(
     artifacts: &dyn Artifacts,
     calibration: &CalibrationRecord,
 ) -> Result<Residuals, AppError> {
     let kept = calibration.summary[RESIDUALS].as_str().and_then(ArtifactId::parse).ok_or_else(|| {
-        AppError::new(ErrorKind::NotFound, "this calibration kept no residuals").remedy("calibrate again")
+        AppError::new(ErrorKind::NotFound, "this calibration has no stored residuals").remedy("calibrate again")
     })?;
-    let what = format!("what calibration {} left over", calibration.id);
+    let what = format!("the residuals of calibration {}", calibration.id);
     let bytes = artifacts.read(&kept).await.map_err(|error| AppError::from(error).of_stored(&what))?;
     Residuals::from_stored(&bytes).map_err(|cause| AppError::damaged(&what, cause.to_string()))
 }
@@ -113,7 +113,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_version_0_1_stored_is_read_and_stored_alike() {
+    fn the_stored_form_of_version_0_1_is_read_and_written() {
         let stored = br#"{"width_px":1280,"height_px":1024,"corners":[[1.5,2.0,0.25,-0.5]],"orders":[{"order":-1,"points":[[0.0,3.0,4.0,0.125]]}]}"#;
         let residuals = Residuals::from_stored(stored).unwrap();
         assert_eq!((residuals.height_px, residuals.corners[0]), (1024, [1.5, 2.0, 0.25, -0.5]));

@@ -1,4 +1,4 @@
-//! Calibration documents as the store keeps them.
+//! Stored calibration documents.
 
 use calibration::CalibrationDocument;
 use store::Artifacts;
@@ -9,7 +9,7 @@ use crate::evented_catalogue::EventedCatalogue;
 /// The document of the calibration `id`; of the active one for `None`.
 ///
 /// # Errors
-/// A problem: no such calibration, none active, or a damaged document.
+/// A problem if the calibration does not exist, none is active, or the document is damaged.
 pub async fn stored_document(
     ledger: &EventedCatalogue,
     artifacts: &dyn Artifacts,

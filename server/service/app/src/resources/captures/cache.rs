@@ -1,4 +1,4 @@
-//! Unpacked captures: folders that may be deleted at any time nobody looks at them.
+//! Cache of unpacked captures: folders that may be deleted whenever they are not in use.
 
 use parking_lot::Mutex;
 use std::collections::HashMap;
@@ -22,14 +22,14 @@ struct Kept {
     used_at: u64,
 }
 
-/// Somebody looks at a folder; it stays until this is dropped.
+/// A folder in use; it is kept until this is dropped.
 pub(super) struct InUse {
     cache: Cache,
     key: String,
 }
 
 impl Cache {
-    /// In `folder`; what an earlier process left there is removed.
+    /// A cache in `folder`; leftovers of an earlier process are removed.
     pub fn new(folder: &Path, limit_bytes: u64) -> std::io::Result<Self> {
         match std::fs::remove_dir_all(folder) {
             Err(error) if error.kind() != std::io::ErrorKind::NotFound => return Err(error),
@@ -39,14 +39,14 @@ impl Cache {
         Ok(Self(Arc::new(Mutex::new(shelf))))
     }
 
-    /// The folder of `key`, if it is there.
+    /// The folder of `key`, if cached.
     pub fn get(&self, key: &str) -> Option<(PathBuf, InUse)> {
         self.with(|shelf| {
             shelf.clock += 1;
             let folder = shelf.folder.join(key);
             let kept = shelf.kept.get_mut(key)?;
             if kept.n_users == 0 && !folder.is_dir() {
-                // Somebody made room by hand.
+                // Deleted manually.
                 shelf.kept.remove(key);
                 return None;
             }
@@ -55,12 +55,12 @@ impl Cache {
         })
     }
 
-    /// A place beside the folders for one that is being made.
+    /// A temporary folder for a new entry.
     pub fn draft(&self) -> PathBuf {
         self.with(|shelf| shelf.folder.join(format!("{}.part", uuid::Uuid::now_v7())))
     }
 
-    /// Takes the finished `draft` as the folder of `key`, and removes what was not used for longest beyond the limit.
+    /// Adds the finished `draft` as the folder of `key`, and evicts the least recently used folders beyond the limit.
     pub fn put(&self, key: &str, draft: &Path, size_bytes: u64) -> std::io::Result<(PathBuf, InUse)> {
         let target = self.with(|shelf| {
             let target = shelf.folder.join(key);
@@ -79,7 +79,7 @@ impl Cache {
         Ok((target, InUse { cache: self.clone(), key: key.to_owned() }))
     }
 
-    /// Removes the folders that nobody looks at and `keep` does not want.
+    /// Removes the folders that are not in use and not in `keep`.
     pub fn retain(&self, keep: impl Fn(&str) -> bool) {
         self.with(|shelf| {
             let gone = shelf.kept.iter().filter(|(key, kept)| kept.n_users == 0 && !keep(key));
@@ -135,7 +135,7 @@ mod tests {
     }
 
     #[test]
-    fn beyond_the_limit_the_longest_unused_folder_goes_and_one_in_use_stays() {
+    fn beyond_the_limit_the_least_recently_used_folder_is_evicted_and_one_in_use_is_kept() {
         let folder = tempfile::tempdir().unwrap();
         let cache = Cache::new(&folder.path().join("cache"), 20).unwrap();
         let in_use = put(&cache, "a");
@@ -144,7 +144,7 @@ mod tests {
         let there = |key: &str| folder.path().join("cache").join(key).is_dir();
         assert_eq!(["a", "b", "c"].map(there), [true, false, true]);
         cache.retain(|_| false);
-        assert_eq!(["a", "b", "c"].map(there), [true, false, false], "what is in use stays");
+        assert_eq!(["a", "b", "c"].map(there), [true, false, false], "folders in use are kept");
         drop(put(&cache, "c"));
         cache.retain(|key| key == "c");
         drop(in_use);

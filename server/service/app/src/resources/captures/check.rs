@@ -1,4 +1,4 @@
-//! Whether an unpacked folder is a capture, down to the last pixel of every picture.
+//! Validates an unpacked folder as a capture, decoding every image.
 
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};
@@ -12,7 +12,7 @@ use crate::error::{AppError, ErrorKind};
 use crate::resources::captures::limits::{DECODE_LIMIT_BYTES, MANIFEST_LIMIT_BYTES};
 use crate::resources::labels::label;
 
-/// Copies of a picture that decoding may hold at once: the decoder's, and the image made of it.
+/// Copies of an image in memory during decoding: the decoder's and the result.
 const COPIES: usize = 2;
 
 /// The folder that holds the manifest: `unpacked` itself, or the only folder in it.
@@ -26,13 +26,13 @@ pub(super) fn capture_root(unpacked: &Path) -> Result<PathBuf, AppError> {
         (Some(root), None) => Ok(root),
         (first, _) => {
             let what = if first.is_some() { "several captures" } else { "no capture.json" };
-            Err(AppError::new(ErrorKind::Impossible, format!("the archive holds {what}"))
-                .remedy("pack one capture folder, or what is in it, with capture.json at the top"))
+            Err(AppError::new(ErrorKind::Impossible, format!("the archive contains {what}"))
+                .remedy("pack one capture folder, or its content, with capture.json at the top level"))
         }
     }
 }
 
-/// Opens the capture in `root` and decodes every picture it names, once each, in bounded memory.
+/// Opens the capture in `root` and decodes each of its images once, in bounded memory.
 pub(super) fn checked_capture(root: &Path) -> Result<Capture, AppError> {
     opened(root).map_err(|problem| without_folder(problem, root))
 }
@@ -53,8 +53,8 @@ fn check_manifest_size(root: &Path) -> Result<(), AppError> {
         return Ok(());
     }
     Err(AppError::new(ErrorKind::TooLarge, format!("capture.json has {size_bytes} bytes"))
-        .because(format!("at most {MANIFEST_LIMIT_BYTES} are taken"))
-        .remedy("send several captures"))
+        .because(format!("the limit is {MANIFEST_LIMIT_BYTES}"))
+        .remedy("split it into several captures"))
 }
 
 fn decode_all(capture: &Capture) -> Result<(), AppError> {
@@ -62,14 +62,14 @@ fn decode_all(capture: &Capture) -> Result<(), AppError> {
     let files: Vec<NamedFile> =
         capture.files().into_iter().filter(|file| seen.insert(file.path.clone())).collect();
     let camera = capture.manifest.camera;
-    // 16 bits of each of three colours per pixel, the largest there is.
+    // Three channels of 16 bits, the largest possible pixel.
     let picture_bytes = camera.width_px * camera.height_px * 6 * COPIES;
     let at_once = (DECODE_LIMIT_BYTES / picture_bytes.max(1)).max(1);
     let decode = |file: &NamedFile| capture.image(&file.entry, &file.path).map(drop);
     files.chunks(at_once).try_for_each(|files| files.par_iter().try_for_each(decode)).map_err(AppError::from)
 }
 
-/// Clients never see where the server keeps its files.
+/// Clients never see server paths.
 pub fn without_folder(mut problem: AppError, folder: &Path) -> AppError {
     problem.detail = strip_folder(&problem.detail, folder);
     for text in [&mut problem.cause, &mut problem.remedy, &mut problem.pointer].into_iter().flatten() {
@@ -83,7 +83,7 @@ fn strip_folder(text: &str, folder: &Path) -> String {
     text.replace(&format!("{folder}/"), "").replace(&folder, "the capture")
 }
 
-/// Counts and names for lists.
+/// Summary for lists.
 pub(super) fn summary(capture: &Capture, unpacked_bytes: u64) -> Value {
     let manifest = &capture.manifest;
     let scans: Vec<Value> = manifest

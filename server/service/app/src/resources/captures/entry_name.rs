@@ -1,4 +1,4 @@
-//! Names in archives: where a file may go, and that no two go to the same place.
+//! Names of archive entries: allowed targets, no two entries with the same one.
 
 use std::collections::HashMap;
 use std::path::PathBuf;
@@ -6,19 +6,19 @@ use std::path::PathBuf;
 use crate::error::{AppError, ErrorKind};
 use crate::resources::captures::limits::{DEPTH_LIMIT, NAME_LIMIT_BYTES};
 
-/// What a place of the unpacked folder is taken by.
+/// The kind of entry at a path.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Place {
     File,
     Folder,
 }
 
-/// The places taken so far, by their names in lower case: on some systems `A.png` and `a.png` are one file.
+/// The paths used so far, in lower case: on some systems `A.png` and `a.png` are the same file.
 #[derive(Debug, Default)]
 pub(super) struct Places(HashMap<String, (String, Place)>);
 
 impl Places {
-    /// Where the file of that name goes, relative to the folder.
+    /// The target path of a file, relative to the folder.
     pub fn file(&mut self, name: &str) -> Result<PathBuf, AppError> {
         let parts = safe_parts(name)?;
         let (file, folders) = parts.split_last().ok_or_else(|| refused(name, "is empty"))?;
@@ -27,7 +27,7 @@ impl Places {
         Ok(parts.iter().collect())
     }
 
-    /// Where the folder of that name goes.
+    /// The target path of a folder.
     pub fn folder(&mut self, name: &str) -> Result<PathBuf, AppError> {
         let parts = safe_parts(name)?;
         self.folders(name, &parts)?;
@@ -48,10 +48,8 @@ impl Places {
                 Ok(())
             }
             Some((taken, Place::Folder)) if taken == path && place == Place::Folder => Ok(()),
-            Some((taken, _)) if taken == path => Err(refused(name, "is there twice")),
-            Some((taken, _)) => {
-                Err(refused(name, &format!("differs from {taken:?} in upper and lower case alone")))
-            }
+            Some((taken, _)) if taken == path => Err(refused(name, "occurs twice")),
+            Some((taken, _)) => Err(refused(name, &format!("differs from {taken:?} only in letter case"))),
         }
     }
 }
@@ -98,7 +96,7 @@ mod tests {
     }
 
     #[test]
-    fn two_entries_never_share_a_place() {
+    fn two_entries_never_share_a_path() {
         for (first, second) in
             [("a.png", "a.png"), ("a.png", "A.PNG"), ("a", "a/b.png"), ("B/c", "b/d"), ("a/b", "a")]
         {

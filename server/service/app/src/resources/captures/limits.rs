@@ -1,10 +1,10 @@
-//! Limits of what is taken in, each with its reason.
+//! Limits of uploaded captures, each with its reason.
 
 /// Largest archive: ten thousand pictures of a 1280 × 1024 station as PNG need about 8 GiB less than this would
 /// suggest, because laser pictures are mostly dark (0.1–0.3 MB each).
 pub const ARCHIVE_LIMIT_BYTES: u64 = 2 << 30;
 
-/// Most bytes an archive may unpack to: four times the largest archive; pictures hardly shrink further.
+/// Maximum unpacked size: four times the largest archive; images hardly shrink further.
 pub const UNPACKED_LIMIT_BYTES: u64 = 8 << 30;
 
 /// Most that unpacking may multiply the bytes by, beyond [`RATIO_FREE_BYTES`]. Deflate reaches 1032 on zeros; dark
@@ -14,16 +14,16 @@ pub const RATIO_LIMIT: u64 = 200;
 /// Unpacked bytes to which the ratio does not apply: a small capture of empty pictures is no attack.
 pub const RATIO_FREE_BYTES: u64 = 64 << 20;
 
-/// Most entries: a scan of ten thousand frames and a calibration fit twice.
+/// Maximum number of entries: twice a scan of ten thousand frames and a calibration.
 pub const ENTRY_LIMIT: usize = 20_000;
 
-/// Largest file in an archive: a picture of 50 Mpx as 8 bit, or of 30 Mpx as 16 bit.
+/// Maximum file size in an archive: an image of 50 Mpx with 8 bits, or of 30 Mpx with 16 bits.
 pub const FILE_LIMIT_BYTES: u64 = 64 << 20;
 
 /// Largest manifest of an archive: [`ENTRY_LIMIT`] frames need about 2 MB; parsing takes up to twenty times its bytes.
 pub const MANIFEST_LIMIT_BYTES: u64 = 4 << 20;
 
-/// Most folders above a file.
+/// Maximum folder depth.
 pub const DEPTH_LIMIT: usize = 8;
 
 /// Longest name of an entry: far below what file systems take (4096), far above what a recorder writes.
@@ -32,11 +32,11 @@ pub const NAME_LIMIT_BYTES: usize = 512;
 /// Longest extended header of a tar entry: it holds a name and some times.
 pub const TAR_HEADER_LIMIT_BYTES: u64 = 16 << 10;
 
-/// Memory that checking pictures may take at once (`promises.md` 9).
+/// Memory limit of image validation (`promises.md` 9).
 pub const DECODE_LIMIT_BYTES: usize = 256 << 20;
 
-/// Unpacked captures kept for the next use; older ones are unpacked again when needed.
+/// Number of unpacked captures cached; older ones are unpacked again when needed.
 pub const CACHE_LIMIT_BYTES: u64 = 16 << 30;
 
-/// Room left on the disk by unpacking, for the catalogue and what runs beside.
+/// Free disk space reserved when unpacking, for the catalogue and running jobs.
 pub const ROOM_LEFT_BYTES: u64 = 256 << 20;

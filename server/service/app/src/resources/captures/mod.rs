@@ -1,7 +1,7 @@
 //! Captures: archives in the store, folders for the core.
 //!
-//! An archive from outside is unpacked under all limits, looked through to the last pixel, and only then kept. The
-//! folders are a cache: they are made again from the archives whenever they are missing.
+//! An uploaded archive is unpacked within all limits and fully validated before it is stored. The folders are a cache:
+//! they are unpacked again from the archives when missing.
 
 mod cache;
 mod check;
@@ -34,7 +34,7 @@ use crate::resources::captures::limits::CACHE_LIMIT_BYTES;
 pub use check::without_folder;
 pub use stage::{capture_place, capture_stage};
 
-/// How the files of a capture come packed.
+/// Archive format of a capture.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum ArchiveFormat {
     /// `application/zip`.
@@ -44,7 +44,7 @@ pub enum ArchiveFormat {
 }
 
 impl ArchiveFormat {
-    /// As stored in records.
+    /// The code stored in records.
     pub fn name(self) -> &'static str {
         match self {
             Self::Zip => "zip",
@@ -57,19 +57,19 @@ impl ArchiveFormat {
     }
 }
 
-/// Where a capture comes from.
+/// Origin of a capture.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum CaptureOrigin {
-    /// Sent by a client.
+    /// Uploaded by a client.
     Upload,
-    /// Taken for a calibration.
+    /// Captured for a calibration.
     Calibration,
     /// The frames of a scan.
     Scan,
 }
 
 impl CaptureOrigin {
-    /// As stored in records.
+    /// The code stored in records.
     pub fn name(self) -> &'static str {
         match self {
             Self::Upload => "upload",
@@ -79,7 +79,7 @@ impl CaptureOrigin {
     }
 }
 
-/// Takes captures in and hands them out as folders.
+/// Stores captures and provides them as folders.
 #[derive(Clone)]
 pub struct Captures {
     ledger: EventedCatalogue,
@@ -90,7 +90,7 @@ pub struct Captures {
     turn: Arc<Mutex<()>>,
 }
 
-/// A capture as a folder, as long as this lives.
+/// A capture as a folder, valid until dropped.
 pub struct CheckedOut {
     /// The folder that holds `capture.json`.
     pub folder: PathBuf,
@@ -124,14 +124,14 @@ impl Captures {
         let capture = check::checked_capture(&check::capture_root(&draft.0)?)?;
         let summary = check::summary(&capture, unpacked_bytes);
         let record = self.keep(&archive.0, format, origin, name, summary)?;
-        // The next user finds it unpacked; failing that it is unpacked again.
+        // Cached for the next use; otherwise it is unpacked again.
         if let Err(error) = self.cache.put(record.archive.as_str(), &draft.0, unpacked_bytes) {
-            tracing::warn!(%error, "an unpacked capture cannot be kept");
+            tracing::warn!(%error, "an unpacked capture cannot be cached");
         }
         Ok((record.clone(), Change::InsertCapture(record)))
     }
 
-    /// Packs a capture folder made by this process and takes it in. Blocks.
+    /// Packs a capture folder of this process and stores it. Blocks.
     pub fn take_in_folder(
         &self,
         folder: &Path,
@@ -148,7 +148,7 @@ impl Captures {
         Ok((record.clone(), Change::InsertCapture(record)))
     }
 
-    /// The capture as a folder; unpacked again if it is not there. Blocks.
+    /// The capture as a folder; unpacked again if missing. Blocks.
     pub fn check_out(&self, capture_id: &str) -> Result<CheckedOut, AppError> {
         let record = self.runtime.block_on(self.ledger.read().capture(capture_id))?;
         let key = record.archive.as_str();
@@ -156,7 +156,7 @@ impl Captures {
             return checked_out(found);
         }
         let _turn = self.turn();
-        // Somebody else may have unpacked it while this one waited for its turn.
+        // Another thread may have unpacked it in the meantime.
         if let Some(found) = self.cache.get(key) {
             return checked_out(found);
         }
@@ -168,8 +168,8 @@ impl Captures {
         checked_out(self.cache.put(key, &draft.0, unpacked_bytes).map_err(|cause| unpack::unwritable(&cause))?)
     }
 
-    /// Removes what is unpacked of archives that are not in `named`, unless somebody looks at it.
-    pub fn forget_others(&self, named: &HashSet<ArtifactId>) {
+    /// Removes unpacked captures that are not in `named` and not in use.
+    pub fn evict_others(&self, named: &HashSet<ArtifactId>) {
         self.cache.retain(|key| ArtifactId::parse(key).is_some_and(|id| named.contains(&id)));
     }
 
@@ -223,7 +223,7 @@ pub fn free_bytes(folder: &Path) -> u64 {
     }
 }
 
-/// A file or folder that is gone when this is, unless it was moved away.
+/// A temporary file or folder, removed on drop unless it was moved away.
 struct RemovedAtEnd(PathBuf);
 
 impl Drop for RemovedAtEnd {
@@ -233,7 +233,7 @@ impl Drop for RemovedAtEnd {
         if let Err(error) = removed
             && error.kind() != std::io::ErrorKind::NotFound
         {
-            tracing::warn!(%error, "what is left of a capture cannot be removed");
+            tracing::warn!(%error, "a temporary file of a capture cannot be removed");
         }
     }
 }

@@ -1,4 +1,4 @@
-//! Capture folders to archives: the same folder gives the same bytes.
+//! Packs capture folders reproducibly: the same folder gives the same bytes.
 
 use std::fs::File;
 use std::io::{BufWriter, Write};
@@ -14,7 +14,7 @@ use crate::resources::captures::unpack::unwritable;
 /// Permissions of packed files.
 const MODE: u32 = 0o644;
 
-/// Writes manifest and pictures of `capture` as the tar archive `target`.
+/// Writes manifest and images of `capture` as the tar archive `target`.
 pub(super) fn pack(capture: &Capture, target: &Path) -> Result<(), AppError> {
     let write = || -> std::io::Result<()> {
         let mut builder = Builder::new(BufWriter::new(File::create_new(target)?));

@@ -3,7 +3,7 @@
 use capture::{StageKind, StagePlace};
 use optics::StagePosition;
 
-/// Such a stage in a manifest.
+/// The stage kind in the manifest.
 pub fn capture_stage(kind: optics::StageKind) -> StageKind {
     match kind {
         optics::StageKind::Linear => StageKind::Linear,
@@ -11,7 +11,7 @@ pub fn capture_stage(kind: optics::StageKind) -> StageKind {
     }
 }
 
-/// Such a position in a manifest.
+/// The position in the manifest.
 pub fn capture_place(position: StagePosition) -> StagePlace {
     match position {
         StagePosition::LinearMm(position_mm) => StagePlace::PositionMm(position_mm),

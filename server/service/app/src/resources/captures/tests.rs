@@ -1,6 +1,6 @@
-//! Archives from friends and from enemies, taken in by the real store.
+//! Valid and malicious archives, stored by the real store.
 //!
-//! What this does not show: the memory taken. The limits are counted in bytes written and pictures decoded at once.
+//! Not tested: memory use. The limits count bytes written and images decoded at once.
 
 #![allow(clippy::unwrap_used)]
 
@@ -23,7 +23,7 @@ use super::*;
 
 type Entries = Vec<(String, Vec<u8>)>;
 
-/// A service's store with nothing in it.
+/// An empty store.
 struct Bench {
     folder: tempfile::TempDir,
     runtime: tokio::runtime::Runtime,
@@ -53,7 +53,7 @@ impl Bench {
         Ok(record)
     }
 
-    /// Everything on disk but the catalogue's own files.
+    /// Everything on disk except the files of the catalogue.
     fn files(&self) -> BTreeSet<PathBuf> {
         let mut files = BTreeSet::new();
         let mut folders = vec![self.folder.path().to_owned()];
@@ -130,7 +130,7 @@ fn tar(entries: &Entries) -> Vec<u8> {
     builder.into_inner().unwrap()
 }
 
-/// Writes the name as it is; the library would refuse the evil ones.
+/// Writes the name unchanged; the library would refuse malicious ones.
 fn add(builder: &mut Builder<Vec<u8>>, kind: EntryType, name: &str, bytes: &[u8]) {
     let mut header = Header::new_gnu();
     header.as_gnu_mut().unwrap().name[..name.len()].copy_from_slice(name.as_bytes());
@@ -154,19 +154,19 @@ fn under(folder: &str, entries: Entries) -> Entries {
     entries.into_iter().map(|(name, bytes)| (format!("{folder}/{name}"), bytes)).collect()
 }
 
-/// Takes in what must be refused with one of `kinds`; nothing may be left of it.
+/// Stores an archive that must be refused with one of `kinds` and must leave nothing behind.
 fn refused(bench: &Bench, what: &str, bytes: &[u8], format: ArchiveFormat, kinds: &[ErrorKind]) {
     let before = bench.files();
     let problem = bench.take_in(bytes, format).map(|record| record.summary).expect_err(what);
     assert!(kinds.contains(&problem.kind), "{what}: {problem:?}");
     assert!(problem.remedy.is_some(), "{what}: {problem:?}");
-    let told = format!("{problem:?}");
-    assert!(!told.contains(&*bench.folder.path().to_string_lossy()), "{what} tells where files are kept: {told}");
+    let message = format!("{problem:?}");
+    assert!(!message.contains(&*bench.folder.path().to_string_lossy()), "{what} reveals a server path: {message}");
     assert_eq!(bench.files(), before, "{what} leaves something");
 }
 
 #[test]
-fn a_capture_comes_back_as_it_was_sent_also_when_the_cache_is_gone() {
+fn a_capture_is_returned_unchanged_even_without_the_cache() {
     let bench = Bench::new();
     for (bytes, format) in [
         (zip(&good()), ArchiveFormat::Zip),
@@ -284,7 +284,7 @@ fn extended_tar_headers_are_read_within_limits() {
 }
 
 #[test]
-fn bombs_end_while_they_unpack() {
+fn archive_bombs_are_stopped_while_unpacking() {
     let bench = Bench::new();
     let zeros = vec![0; limits::FILE_LIMIT_BYTES as usize + 1];
     refused(&bench, "large file", &zip(&with("zeros", &zeros)), ArchiveFormat::Zip, &[ErrorKind::TooLarge]);
@@ -302,7 +302,7 @@ fn a_hundred_thousand_entries_are_too_many() {
 }
 
 #[test]
-fn what_is_no_capture_is_refused() {
+fn an_archive_without_a_capture_is_refused() {
     let bench = Bench::new();
     let whole = zip(&good());
     refused(&bench, "random bytes", &[7; 3000], ArchiveFormat::Zip, &[ErrorKind::BadRequest]);
@@ -339,7 +339,7 @@ fn what_is_no_capture_is_refused() {
 }
 
 #[test]
-fn pictures_that_lie_in_their_headers_are_refused() {
+fn images_with_false_headers_are_refused() {
     let bench = Bench::new();
     let picture = good()[1].1.clone();
     let sized = |width: u32, height: u32| {
@@ -362,7 +362,7 @@ fn pictures_that_lie_in_their_headers_are_refused() {
 }
 
 #[test]
-fn a_folder_of_this_process_packs_to_the_same_bytes_every_time() {
+fn packing_is_reproducible() {
     let bench = Bench::new();
     let folder = tempfile::tempdir().unwrap();
     for (name, bytes) in good() {

@@ -1,6 +1,6 @@
-//! Archives to folders, believing nothing they say about themselves.
+//! Unpacks untrusted archives.
 //!
-//! Every byte is counted as it is written: a bomb ends when it has grown beyond its limit, whatever its headers claim.
+//! Every byte is counted as it is written: an archive bomb is stopped at the limit, whatever its headers state.
 
 use std::fs::File;
 use std::io::{Read, Write};
@@ -25,9 +25,7 @@ const FINDER_FOLDER: &str = "__MACOSX/";
 pub(super) fn unpack(archive: &Path, format: ArchiveFormat, target: &Path) -> Result<u64, AppError> {
     let size_bytes = std::fs::metadata(archive).map_err(|cause| unreadable(&cause))?.len();
     if size_bytes > ARCHIVE_LIMIT_BYTES {
-        return Err(too_large(format!(
-            "the archive has {size_bytes} bytes, at most {ARCHIVE_LIMIT_BYTES} are taken"
-        )));
+        return Err(too_large(format!("the archive has {size_bytes} bytes, the limit is {ARCHIVE_LIMIT_BYTES}")));
     }
     std::fs::create_dir(target).map_err(|cause| unwritable(&cause))?;
     let mut sink = Sink::new(target, size_bytes);
@@ -38,7 +36,7 @@ pub(super) fn unpack(archive: &Path, format: ArchiveFormat, target: &Path) -> Re
     Ok(sink.written_bytes)
 }
 
-/// Where entries go, within all limits.
+/// The target folder, with all limits.
 pub(super) struct Sink {
     folder: PathBuf,
     places: Places,
@@ -61,13 +59,13 @@ impl Sink {
         }
     }
 
-    /// Counts an entry, whatever it is.
+    /// Counts an entry of any kind.
     pub fn count(&mut self) -> Result<(), AppError> {
         self.n_entries += 1;
         if self.n_entries > ENTRY_LIMIT { Err(too_many_entries()) } else { Ok(()) }
     }
 
-    /// Makes a folder.
+    /// Creates a folder.
     pub fn folder(&mut self, name: &str) -> Result<(), AppError> {
         if name.starts_with(FINDER_FOLDER) {
             return Ok(());
@@ -109,14 +107,17 @@ impl Sink {
             return Err(too_large(format!("the archive unpacks to more than {limit_bytes} bytes")));
         }
         if self.written_bytes > self.room_bytes {
-            return Err(AppError::new(ErrorKind::StorageFull, "there is no room to unpack the archive")
-                .remedy("delete captures or scans that are no longer needed"));
+            return Err(AppError::new(
+                ErrorKind::StorageFull,
+                "there is not enough disk space to unpack the archive",
+            )
+            .remedy("delete captures or scans that are no longer needed"));
         }
         Ok(())
     }
 }
 
-/// The archive cannot be read as what it is said to be.
+/// The archive does not match its stated type.
 pub(super) fn damaged(cause: &dyn std::error::Error) -> AppError {
     AppError::new(ErrorKind::BadRequest, "the archive is damaged or not of its stated type")
         .because(cause.to_string())
@@ -136,14 +137,14 @@ pub(super) fn too_many_entries() -> AppError {
 
 fn too_large(what: String) -> AppError {
     AppError::new(ErrorKind::TooLarge, what)
-        .remedy("send fewer or smaller pictures, several scans as several captures")
+        .remedy("use fewer or smaller images, or split several scans into several captures")
 }
 
 fn unreadable(cause: &std::io::Error) -> AppError {
     AppError::new(ErrorKind::Internal, "the archive cannot be read back").because(cause.to_string())
 }
 
-/// The disk does not take it.
+/// Writing failed.
 pub(super) fn unwritable(cause: &std::io::Error) -> AppError {
     let kind = match cause.kind() {
         std::io::ErrorKind::StorageFull | std::io::ErrorKind::QuotaExceeded => ErrorKind::StorageFull,

@@ -1,4 +1,4 @@
-//! Zip archives, entry by entry, in memory that does not depend on their number.
+//! Zip archives, entry by entry, in constant memory.
 
 use std::fs::File;
 use std::io::BufReader;
@@ -13,7 +13,7 @@ use crate::error::{AppError, ErrorKind};
 use crate::resources::captures::limits::ENTRY_LIMIT;
 use crate::resources::captures::unpack::{Sink, damaged, not_a_file, too_many_entries};
 
-/// The bits of a Unix mode that say what an entry is, and the two that are taken.
+/// The file-type bits of a Unix mode, and the two accepted types.
 const TYPE_BITS: u32 = 0o170_000;
 const TYPE_FILE: u32 = 0o100_000;
 const TYPE_FOLDER: u32 = 0o040_000;
@@ -23,7 +23,7 @@ pub(super) fn unpack(archive: &Path, sink: &mut Sink) -> Result<(), AppError> {
     if directory.len() > ENTRY_LIMIT {
         return Err(too_many_entries());
     }
-    // What the directory says must be what the entries say: another program must not see other files.
+    // Directory and local headers must agree: other programs must not see other files.
     let options = ZipReadOptions::new().enforce_header_consistency(true);
     let mut entries = directory.files_with_reader(reader(archive)?, options).map_err(refusal)?;
     while let Some(entry) = entries.next() {
@@ -52,9 +52,9 @@ fn refusal(error: ZipError) -> AppError {
         ZipError::UnsupportedArchive(_)
         | ZipError::CompressionMethodNotSupported(_)
         | ZipError::InvalidPassword => {
-            AppError::new(ErrorKind::Impossible, "the zip file uses something that is not supported")
+            AppError::new(ErrorKind::Impossible, "the zip file uses an unsupported feature")
                 .because(error.to_string())
-                .remedy("pack it without encryption, stored or deflated")
+                .remedy("pack it without encryption, with method store or deflate")
         }
         other => damaged(&other),
     }

@@ -1,12 +1,12 @@
-//! Whether what is to be measured can be.
+//! Validation of requested measurements.
 
 use crate::error::{AppError, ErrorKind};
 use crate::resources::measurements::MeasureInput;
 
-/// Measurements of one scan: more belong to a program that reads the cloud.
+/// Maximum number of measurements per scan.
 const MEASUREMENTS_LIMIT: usize = 50;
 
-/// What is to be measured is possible, and no two of it are the same characteristic.
+/// Checks that the measurements are possible and no characteristic occurs twice.
 ///
 /// # Errors
 /// A problem with its place under `/measure`.
@@ -16,7 +16,7 @@ pub fn check_measurements(measure: &[MeasureInput]) -> Result<(), AppError> {
     };
     if measure.len() > MEASUREMENTS_LIMIT {
         let detail = format!("{} measurements are too many for one scan", measure.len());
-        return refused("/measure".to_owned(), detail, &format!("ask for at most {MEASUREMENTS_LIMIT}"));
+        return refused("/measure".to_owned(), detail, &format!("request at most {MEASUREMENTS_LIMIT}"));
     }
     for (idx, asked) in measure.iter().enumerate() {
         if let Err(problem) = asked.request() {
@@ -25,7 +25,7 @@ pub fn check_measurements(measure: &[MeasureInput]) -> Result<(), AppError> {
         }
         let twice = measure[..idx].iter().any(|other| (&other.tool, &other.name) == (&asked.tool, &asked.name));
         if twice {
-            let detail = format!("{} is asked for twice", asked.name.as_deref().unwrap_or(&asked.tool));
+            let detail = format!("{} occurs twice", asked.name.as_deref().unwrap_or(&asked.tool));
             return refused(format!("/measure/{idx}"), detail, "give each its own name");
         }
     }

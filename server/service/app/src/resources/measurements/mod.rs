@@ -24,21 +24,25 @@ use pipeline::Failure;
 use report::tables::measurement_json;
 
 impl MeasureInput {
-    /// As metrology takes it. Flatness is judged against zero: its limit needs no nominal.
+    /// The request for `metrology`. Flatness is compared with zero: its tolerance needs no nominal value.
     ///
     /// # Errors
-    /// A problem with the place in the input: an unknown tool, limits around nothing, numbers that are none.
+    /// A problem with the place in the input: an unknown tool, a tolerance without a nominal value, invalid numbers.
     pub fn request(&self) -> Result<MeasureRequest, AppError> {
         let refused = |field: &str, detail: String, remedy: &str| {
             AppError::new(ErrorKind::Impossible, detail).at(format!("/{field}")).remedy(remedy)
         };
         let tool = Tool::from_name(&self.tool).ok_or_else(|| {
-            refused("tool", format!("there is no tool \"{}\"", self.tool), "use one of the API's tools")
+            refused("tool", format!("unknown tool \"{}\"", self.tool), "use one of the tools in the API document")
         })?;
         let zero = (tool == Tool::Flatness && self.tolerance_mm.is_some()).then_some(0.0);
         let nominal_mm = self.nominal_mm.or(zero);
         if self.tolerance_mm.is_some() && nominal_mm.is_none() {
-            return Err(refused("tolerance_mm", "a tolerance needs a nominal".to_owned(), "give nominal_mm too"));
+            return Err(refused(
+                "tolerance_mm",
+                "a tolerance needs a nominal value".to_owned(),
+                "also give nominal_mm",
+            ));
         }
         if let Some(value) = self.nominal_mm.filter(|value| !value.is_finite()) {
             return Err(refused("nominal_mm", format!("nominal_mm is {value}"), "give a number"));
@@ -46,10 +50,9 @@ impl MeasureInput {
         if let Some(value) = self.tolerance_mm.filter(|value| !(value.is_finite() && *value > 0.0)) {
             return Err(refused("tolerance_mm", format!("tolerance_mm is {value}"), "give a number above 0"));
         }
-        let region = self.region_mm.map(|[x, y, z, other_x, other_y, other_z]| {
-            let pairs = [(x, other_x), (y, other_y), (z, other_z)];
-            Region { min_mm: pairs.map(|(a, b)| a.min(b)), max_mm: pairs.map(|(a, b)| a.max(b)) }
-        });
+        let region = self
+            .region_mm
+            .map(|[x, y, z, other_x, other_y, other_z]| Region::between([x, y, z], [other_x, other_y, other_z]));
         Ok(MeasureRequest {
             nominal_mm,
             tolerance_mm: self.tolerance_mm,
@@ -60,11 +63,12 @@ impl MeasureInput {
     }
 }
 
-/// Measures on the cloud of a scan; takes seconds. What was to be judged and cannot be measured is judged invalid.
+/// Measures on the cloud of a scan; takes seconds. A characteristic with a tolerance that cannot be measured gets the
+/// verdict invalid.
 ///
 /// # Errors
-/// A problem in the words of the measurement: an impossible request, a calibration of another station, and, where no
-/// verdict was asked for, a feature that is not there.
+/// A problem: an impossible request, a calibration of another station, or, without a tolerance, a feature that cannot be
+/// found.
 pub fn measurement(
     scan: &ScanRecord,
     cloud: &Cloud,
@@ -75,10 +79,10 @@ pub fn measurement(
     match measure(cloud, Some(calibration), &request) {
         Ok(measurement) => {
             let mut result = measurement_json(&measurement);
-            for (told, feature) in
+            for (feature_json, feature) in
                 result["features"].as_array_mut().into_iter().flatten().zip(&measurement.features)
             {
-                told["region"] = surface_region(cloud, feature);
+                feature_json["region"] = surface_region(cloud, feature);
             }
             Ok(record(scan, input, &request, judged(scan, result)))
         }
@@ -90,10 +94,10 @@ pub fn measurement(
     }
 }
 
-/// The same for a scan that was made to be measured: whatever keeps it from being measured is a verdict, too.
+/// The same for measurements in a scan job: a failure to measure is a verdict as well.
 ///
 /// # Errors
-/// Only for a request that should have been refused before.
+/// Only for a request that should have been refused earlier.
 pub fn planned_measurement(
     scan: &ScanRecord,
     cloud: &Cloud,
@@ -105,19 +109,14 @@ pub fn planned_measurement(
         .unwrap_or_else(|problem| not_measured(scan, input, &request, &problem)))
 }
 
-/// The result with what the scan's state does to it.
+/// The result, adjusted to the state of the scan.
 fn judged(scan: &ScanRecord, mut result: Value) -> Value {
     let doubt = match scan.state {
         ScanState::Complete => None,
-        ScanState::Partial => {
-            Some("the scan was stopped before its end: parts of the surface are missing".to_owned())
-        }
+        ScanState::Partial => Some("the scan was stopped early: parts of the surface are missing".to_owned()),
         ScanState::Invalid => {
             result["verdict"] = json!(PartVerdict::Invalid.name());
-            Some(format!(
-                "the scan is invalid ({}): the value is no base of a verdict; scan again",
-                why_invalid(scan)
-            ))
+            Some(format!("the scan is invalid ({}): no verdict possible; scan again", why_invalid(scan)))
         }
     };
     if let (Some(doubt), Some(notes)) = (doubt, result["notes"].as_array_mut()) {
@@ -126,7 +125,7 @@ fn judged(scan: &ScanRecord, mut result: Value) -> Value {
     result
 }
 
-/// The record of what could not be measured: no value, and why.
+/// The record of a failed measurement: no value, and the reason.
 fn not_measured(
     scan: &ScanRecord,
     input: &MeasureInput,
@@ -172,12 +171,12 @@ fn record(
     }
 }
 
-/// What stores a measurement of a job.
+/// The changes that store a measurement of a job.
 pub fn changes(record: &MeasurementRecord) -> Vec<Change> {
     changes_by(record, None)
 }
 
-/// What stores a measurement that `actor` asked for.
+/// The changes that store a measurement requested by `actor`.
 pub fn changes_by(record: &MeasurementRecord, actor: Option<&str>) -> Vec<Change> {
     let (result, text) = (&record.result, |value: &Value| value.as_str().map(str::to_owned));
     let body = MeasurementCreated {
@@ -194,12 +193,16 @@ pub fn changes_by(record: &MeasurementRecord, actor: Option<&str>) -> Vec<Change
 }
 
 fn request_json(input: &MeasureInput, request: &MeasureRequest) -> Value {
+    let region_mm = match request.region {
+        Some(Region::Box { min_mm, max_mm }) => json!({ "min": min_mm, "max": max_mm }),
+        _ => Value::Null,
+    };
     json!({
         "tool": request.tool.name(),
         "name": input.name,
         "nominal_mm": request.nominal_mm,
         "tolerance_mm": request.tolerance_mm,
         "seed": request.seed,
-        "region_mm": request.region.map(|region| json!({ "min": region.min_mm, "max": region.max_mm })),
+        "region_mm": region_mm,
     })
 }

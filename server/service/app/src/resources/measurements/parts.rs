@@ -1,6 +1,6 @@
-//! A scanned part: the scan, the newest measurement of each characteristic, and the one verdict on it.
+//! A scanned part: the scan, the current measurement of each characteristic, and its verdict.
 //!
-//! Lists, pages, reports and doors ask here; nothing else makes a part's verdict from measurements.
+//! The only place that derives a part's verdict from measurements.
 
 use metrology::{CharacteristicKey, PartVerdict, part_verdict};
 use serde_json::Value;
@@ -16,29 +16,29 @@ use crate::resources::scan_run::ScanRun;
 pub struct Part {
     /// The scan.
     pub scan: ScanRecord,
-    /// The measurement that stands for each characteristic, newest first: the newest with a verdict, else the newest.
+    /// The current measurement of each characteristic, newest first: the newest with a verdict, else the newest.
     pub measured: Vec<MeasurementRecord>,
-    /// The verdict on the part; `None` if none was asked for.
+    /// The verdict on the part; `None` if no characteristic has a tolerance.
     pub verdict: Option<PartVerdict>,
 }
 
-/// Which parts a list has.
+/// Filter for parts.
 #[derive(Debug, Clone, Default)]
 pub struct PartFilter {
     /// Of the scan.
     pub scan: ScanFilter,
-    /// Only those made for this.
+    /// Only scans with this purpose.
     pub purpose: Option<ScanPurpose>,
     /// Only those with this verdict.
     pub verdict: Option<PartVerdict>,
 }
 
-/// What a scan was made for; scans of earlier versions are taken for production.
+/// Purpose of a scan; scans of earlier versions count as production.
 pub fn purpose_of(scan: &ScanRecord) -> ScanPurpose {
     ScanRun::of(scan).map_or_else(|_| ScanPurpose::default(), |run| run.purpose)
 }
 
-/// What a scan is to be measured for.
+/// The measurements of a scan plan.
 pub fn planned_measurements(plan: &Value) -> Vec<MeasureInput> {
     ScanRun::from_stored(plan).map_or_else(|_| Vec::new(), |run| run.measure)
 }
@@ -67,8 +67,8 @@ fn key_of(record: &MeasurementRecord) -> CharacteristicKey<'_> {
     CharacteristicKey { tool: text("tool").unwrap_or_default(), name: text("name") }
 }
 
-/// A scan with its verdict, and rows of its measurements that are damaged: nobody knows what they said, so the part
-/// is at best invalid.
+/// A scan with its verdict, considering damaged measurement records: their content is unknown, so the part is at best
+/// invalid.
 pub async fn part(ledger: &EventedCatalogue, scan: ScanRecord) -> Result<(Part, Vec<DamagedRow>), AppError> {
     let filter = MeasurementFilter { scan_id: Some(scan.id.clone()), ..MeasurementFilter::default() };
     let all = Page { before: None, limit: u32::MAX };
@@ -78,7 +78,7 @@ pub async fn part(ledger: &EventedCatalogue, scan: ScanRecord) -> Result<(Part, 
     Ok((Part { scan, measured: standing(records), verdict }, damaged))
 }
 
-/// Of each characteristic the newest measurement with a verdict, else the newest.
+/// For each characteristic the newest measurement with a verdict, else the newest.
 fn standing(newest_first: Vec<MeasurementRecord>) -> Vec<MeasurementRecord> {
     let mut standing: Vec<MeasurementRecord> = Vec::new();
     for record in newest_first {
@@ -91,7 +91,7 @@ fn standing(newest_first: Vec<MeasurementRecord>) -> Vec<MeasurementRecord> {
     standing
 }
 
-/// Parts, newest first. A verdict is made from what is stored, so that a list never says other than its parts do.
+/// Parts, newest first. Verdicts are derived from stored measurements, so that lists and parts always agree.
 pub async fn parts(ledger: &EventedCatalogue, filter: &PartFilter, page: &Page) -> Result<Listed<Part>, AppError> {
     let mut list = Listed { records: Vec::new(), damaged: Vec::new(), next: None };
     let mut from = page.clone();
@@ -120,7 +120,7 @@ pub async fn parts(ledger: &EventedCatalogue, filter: &PartFilter, page: &Page) 
     }
 }
 
-/// The newest comparison of a calibration with a known part; `None` if there was none.
+/// The latest verification of a calibration; `None` if there is none.
 pub async fn newest_verification(
     ledger: &EventedCatalogue,
     calibration_id: &str,

@@ -1,6 +1,6 @@
-//! What a station scans and measures when somebody presses Start: kept by the server, the same in every browser.
+//! The measurement plan of the station: what *Start* scans and measures, stored on the server.
 //!
-//! One file of the data directory, written beside its old self and renamed; a checksum finds a flipped bit.
+//! One file in the data directory, replaced atomically; a checksum detects corruption.
 
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
@@ -32,26 +32,26 @@ const FIRST_TURN_DEG: (f64, f64) = (0.0, 375.0);
 /// Angle between its rows.
 const FIRST_STEP_DEG: f64 = 1.5;
 
-/// Limits of the ball on the simulated stage, mm.
+/// Tolerance of the sphere on the simulated stage, mm.
 const FIRST_TOLERANCE_MM: f64 = 0.05;
 
-/// What is scanned and measured.
+/// A measurement plan.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct MeasurementPlan {
     /// Where.
     #[serde(flatten)]
     pub range: PlannedRange,
-    /// Exposure of the frames, µs; `None`: as the station thinks best.
+    /// Exposure time of the frames, µs; `None`: chosen by the station.
     pub exposure_us: Option<f64>,
     /// What is measured on every part.
     pub measure: Vec<MeasureInput>,
 }
 
-/// From where to where, and how far the rows are apart.
+/// Range and row spacing.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(untagged)]
 pub enum PlannedRange {
-    /// With a stage that travels.
+    /// For a linear stage.
     Linear {
         /// First stage position.
         from_mm: f64,
@@ -60,18 +60,18 @@ pub enum PlannedRange {
         /// Distance between rows.
         step_mm: f64,
     },
-    /// With a turntable.
+    /// For a turntable.
     Rotary {
         /// First angle.
         from_deg: f64,
-        /// Last angle.
+        /// Last angle of a turntable.
         to_deg: f64,
         /// Angle between rows.
         step_deg: f64,
     },
 }
 
-/// A plan and how often it was changed.
+/// A plan with its version.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct KeptPlan {
     /// 0: never.
@@ -80,7 +80,7 @@ pub struct KeptPlan {
     pub plan: MeasurementPlan,
 }
 
-/// As it stands in the file.
+/// The form in the file.
 #[derive(Serialize, Deserialize)]
 struct Sealed {
     sha256: String,
@@ -95,7 +95,7 @@ pub struct MeasurementPlans {
 }
 
 impl MeasurementPlan {
-    /// Of a new station: the simulated one has a ball of known size on its stage, a real one only scans.
+    /// The plan of a new station: the simulated one measures the sphere on its stage, a real one only scans.
     fn first(config: &AppConfig) -> Self {
         let twin = config.station.twin.as_deref().map(TwinDriver::settings);
         let range = if twin.is_some_and(|twin| twin.rotary) {
@@ -140,7 +140,7 @@ impl MeasurementPlan {
 }
 
 impl MeasurementPlans {
-    /// Reads what is kept in the data directory.
+    /// Reads the plan from the data directory.
     pub fn open(config: &AppConfig) -> Self {
         let path = config.data.join(FILE);
         let kept = match std::fs::read(&path) {
@@ -156,7 +156,7 @@ impl MeasurementPlans {
         Self { path: Arc::new(path), kept: Arc::new(Mutex::new(kept)) }
     }
 
-    /// The plan as it is.
+    /// The current plan.
     ///
     /// # Errors
     /// A problem if its file is damaged.
@@ -164,10 +164,10 @@ impl MeasurementPlans {
         self.kept.lock().await.clone()
     }
 
-    /// Replaces the plan if `may` agrees to its version (`None`: the file is damaged), durably; the next version.
+    /// Replaces the plan durably if `may` accepts its version (`None`: the file is damaged); returns the next version.
     ///
     /// # Errors
-    /// What `may` says, an impossible plan, or a disk that does not take it.
+    /// A refusal of `may`, an impossible plan, or a write error.
     pub async fn put<E: From<AppError>>(
         &self,
         plan: MeasurementPlan,
@@ -198,7 +198,7 @@ fn opened(bytes: &[u8]) -> Result<KeptPlan, AppError> {
     let damaged = |cause: String| {
         AppError::new(ErrorKind::Internal, "the measurement plan is damaged on the disk")
             .because(cause)
-            .remedy("set it anew, or restore the data directory from a backup")
+            .remedy("set it again, or restore the data directory from a backup")
     };
     let sealed: Sealed = serde_json::from_slice(bytes).map_err(|cause| damaged(cause.to_string()))?;
     let text = serde_json::to_vec(&sealed.kept).map_err(|cause| damaged(cause.to_string()))?;
@@ -208,7 +208,7 @@ fn opened(bytes: &[u8]) -> Result<KeptPlan, AppError> {
     Ok(sealed.kept)
 }
 
-/// The whole file or the old one, whenever the power goes.
+/// Writes atomically: after a power loss the file is either new or old.
 fn write_durably(path: &Path, bytes: &[u8]) -> std::io::Result<()> {
     let folder = path.parent().unwrap_or(Path::new("."));
     let beside = path.with_extension("json.tmp");
@@ -233,7 +233,7 @@ mod tests {
     }
 
     #[tokio::test]
-    async fn a_plan_that_was_put_is_there_after_a_restart_and_a_flipped_bit_is_found() {
+    async fn a_stored_plan_survives_a_restart_and_a_flipped_bit_is_detected() {
         let folder = tempfile::tempdir().unwrap();
         let first = plans(folder.path()).get().await.unwrap();
         assert_eq!((first.version, first.plan.measure[0].nominal_mm), (0, Some(18.9)));
@@ -246,14 +246,14 @@ mod tests {
         std::fs::write(&path, text.replace("7.5", "7.4")).unwrap();
         let damaged = plans(folder.path());
         assert_eq!(damaged.get().await.unwrap_err().kind, ErrorKind::Internal);
-        // Nobody knows its version; it can be set anew.
+        // Its version is unknown; it can be set again.
         let may =
             |version: Option<u64>| if version.is_none() { Ok::<(), AppError>(()) } else { panic!("{version:?}") };
         assert_eq!(damaged.put(first.plan, may).await.unwrap().version, 1);
     }
 
     #[tokio::test]
-    async fn a_plan_that_cannot_work_is_refused_and_changes_nothing() {
+    async fn an_invalid_plan_is_refused_and_changes_nothing() {
         let folder = tempfile::tempdir().unwrap();
         let plans = plans(folder.path());
         let first = plans.get().await.unwrap();

@@ -1,11 +1,11 @@
-//! Which part of space holds the points of a fitted feature: coarse enough to send, fine enough to colour by.
+//! Voxel region of the points of a fitted feature: coarse enough to send, fine enough for colouring.
 
 use metrology::FittedFeature;
 use nalgebra::Vector3;
 use scanning::Cloud;
 use serde_json::{Value, json};
 
-/// Cells along the longest side of the box around the points: more show no other picture on a screen.
+/// Voxels along the longest side of the bounding box: more make no visible difference.
 const CELLS_ALONG: f64 = 48.0;
 
 /// Most cells that are returned: some 10 kB in a measurement.
@@ -17,12 +17,12 @@ const CELL_MIN_MM: f64 = 0.5;
 /// Each time there are too many cells they grow by this factor.
 const GROWTH: f64 = 1.25;
 
-/// Room around the farthest point of the fit, for the rounding of what is displayed, mm.
+/// Margin for the rounding of display points, mm.
 const ROUNDING_MM: f64 = 0.01;
 
-/// The cells, part frame, mm, with the largest distance of a point of the feature from its shape; null without points.
+/// The voxels, part frame, mm, with the maximum distance of a point of the feature from its shape; null without points.
 ///
-/// A cell's number is x + size_x · (y + size_y · z), counted from the one at `origin_mm`.
+/// The index of a voxel is x + size_x · (y + size_y · z), counted from the one at `origin_mm`.
 pub fn surface_region(cloud: &Cloud, feature: &FittedFeature) -> Value {
     let points = feature.cloud_indices.iter().filter_map(|&idx| cloud.points.get(idx as usize));
     let positions: Vec<Vector3<f64>> = points.map(|p| Vector3::new(p.x_mm, p.y_mm, p.z_mm)).collect();
@@ -99,7 +99,7 @@ mod tests {
     }
 
     #[test]
-    fn a_region_holds_the_points_of_its_feature_and_few_others() {
+    fn a_region_contains_the_points_of_its_feature_and_few_others() {
         let (cloud, feature) = half_a_plate();
         let region = surface_region(&cloud, &feature);
         let number = |value: &Value| value.as_f64().unwrap();

@@ -1,8 +1,8 @@
-//! Where a scan's frames come from, how the stage moves, what is measured on it, what it is made for; as stored.
+//! Source, motion, measurements and purpose of a scan, as stored.
 
 use serde::{Deserialize, Serialize};
 
-/// Where a scan's frames come from.
+/// Source of the frames of a scan.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "kind", rename_all = "snake_case")]
 pub enum ScanSource {
@@ -10,35 +10,35 @@ pub enum ScanSource {
     Station,
     /// A scan of a capture.
     Capture {
-        /// Which capture.
+        /// Id of the capture.
         capture_id: String,
-        /// Which of its scans; `None`: the only one.
+        /// Name of the scan in the capture; `None`: the only one.
         scan: Option<String>,
     },
 }
 
-/// How the stage moves during a scan.
+/// Motion of the stage during a scan.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum ScanMode {
-    /// Stands still for every frame.
+    /// Stops for every frame.
     StopAndGo,
     /// Moves at constant speed.
     Continuous,
 }
 
-/// What a scan is made for.
+/// Purpose of a scan.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum ScanPurpose {
-    /// A part is inspected.
+    /// Inspection of a part.
     #[default]
     Production,
-    /// Verifies the calibration on a known part; not a production part.
+    /// Verification of the calibration on a reference part.
     Verification,
 }
 
-/// When pictures with the laser off are taken during a scan, to be taken away from its frames.
+/// When laser-off images are captured during a scan, for ambient light subtraction.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct BackgroundInput {
     /// Stop-and-go: one at least every so many rows, 1 if not said; one that no longer shows what the frame shows is taken
@@ -48,22 +48,22 @@ pub struct BackgroundInput {
     pub above_levels: Option<f64>,
 }
 
-/// A characteristic to be measured on a scan.
+/// A characteristic to measure on a scan.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct MeasureInput {
     /// The tool's name.
     pub tool: String,
-    /// Tells two uses of one tool apart.
+    /// Name of the characteristic; distinguishes several uses of one tool.
     #[serde(default)]
     pub name: Option<String>,
-    /// What it should be, mm (degrees for an angle).
+    /// Nominal value, mm (degrees for an angle).
     pub nominal_mm: Option<f64>,
-    /// Symmetric limits around the nominal, mm (degrees for an angle); asks for a verdict.
+    /// Symmetric tolerance around the nominal, mm (degrees for an angle); required for a verdict.
     pub tolerance_mm: Option<f64>,
-    /// Look only inside this box of the part frame: x, y, z of one corner, x, y, z of the other.
+    /// Only use points in this box of the part frame: x, y, z of one corner, x, y, z of the other.
     #[serde(default)]
     pub region_mm: Option<[f64; 6]>,
-    /// Seed of the search; 1 if not said.
+    /// Random seed of the search; default 1.
     #[serde(default)]
     pub seed: Option<u64>,
 }

@@ -1,5 +1,4 @@
-//! How a scan is made: where its frames come from, how the station takes them, what is measured on it; and the form of
-//! it that the record of a scan keeps.
+//! How a scan is made: source of the frames, plan, measurements; and its stored form.
 
 mod input;
 mod plan;

@@ -1,62 +1,63 @@
-//! What a scan from the station will be.
+//! The plan of a scan on the station.
 
 use crate::resources::scan_run::{BackgroundInput, ScanMode, ScanRange};
 
-/// A scan as it will be run.
+/// The plan of a scan.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ScanPlan {
-    /// How the stage moves.
+    /// Motion of the stage.
     pub mode: ScanMode,
-    /// Its rows along the way of the stage.
+    /// Its rows along the stage motion.
     pub range: ScanRange,
-    /// Number of rows, each one frame.
+    /// Number of rows; each row is one frame.
     pub n_rows: usize,
-    /// Frames per second of a continuous scan.
+    /// Frame rate of a continuous scan.
     pub frame_rate_hz: Option<f64>,
-    /// Exposure of the laser frames, µs; of several the longest.
+    /// Exposure time of the laser frames, µs; with several, the longest.
     pub exposure_us: f64,
-    /// All exposures of a row, µs, the shortest first; empty where a row has one.
+    /// All exposure times of a row, µs, shortest first; empty if there is only one.
     pub exposures_us: Vec<f64>,
     /// Share of full laser power, 0–1.
     pub laser_power: f64,
-    /// Whether the pictures are kept as a capture.
+    /// Whether the images are kept as a capture.
     pub keep_frames: bool,
-    /// When pictures with the laser off are taken.
+    /// When laser-off images are captured.
     pub background: Option<BackgroundInput>,
-    /// How long the whole job will take, s: frames, cloud and measurements, by the pace of this machine's last scans.
+    /// Estimated duration of the whole job, s: frames, cloud and measurements, from recent scans on this machine.
     pub duration_s: f64,
-    /// How long the frames take, from the first motion to the last row, s.
+    /// Duration of the acquisition, from the first motion to the last row, s.
     pub acquisition_s: f64,
-    /// How long the cloud takes after the last row, s.
+    /// Duration of the evaluation after the last row, s.
     pub evaluation_s: f64,
-    /// How long the measurements take after that, s.
+    /// Duration of the measurements, s.
     pub measuring_s: f64,
-    /// Lines: every order sweeps the part on its own.
+    /// Number of orders; each sweeps the whole part.
     pub n_orders: usize,
-    /// Rows per mm of a flat part across the camera, for each order; on a turntable, of a surface half-way between its axis
-    /// and the nearest calibrated depth.
+    /// Rows per mm on a flat part perpendicular to the camera axis, per order; on a turntable, on a surface half-way between
+    /// the axis and the nearest calibrated depth.
     pub rows_per_mm: f64,
     /// Points per mm along a line.
     pub points_per_mm_along_line: f64,
-    /// Points per mm² of a flat part across the camera, for each order that sees it.
+    /// Points per mm² on a flat part perpendicular to the camera axis, per order.
     pub points_per_mm2: f64,
-    /// Most points the cloud can have.
+    /// Maximum number of points in the cloud.
     pub max_points: u64,
-    /// Standard deviation of a point along its camera ray, mm: image noise on matt grey paint and the calibration;
-    /// nothing if the calibrated depths are out of view.
+    /// Predicted standard deviation of a point along its camera ray, mm, from image noise on matt grey paint and the
+    /// calibration; absent if the calibrated depths are out of view.
     pub predicted_sigma_mm: Option<f64>,
-    /// Depths (z of the camera) in which the part may lie, mm: nearest and farthest.
+    /// Depth range (z of the camera frame) for the part, mm: nearest and farthest.
     pub depth_mm: [f64; 2],
-    /// Depths in which a line's image position alone determines its order, mm; beyond, a second look is needed.
+    /// Depth range in which the image position of a line alone determines its order, mm; beyond it, a surface must be seen
+    /// twice.
     pub unambiguous_depth_mm: [f64; 2],
-    /// Room on the disk that it needs, bytes.
+    /// Disk space needed, bytes.
     pub disk_bytes: u64,
-    /// What a person should know before it begins.
+    /// Notes for the operator before the start.
     pub notes: Vec<String>,
 }
 
 impl ScanPlan {
-    /// Whether frames taken by `other` and by this one belong to one scan.
+    /// Whether frames captured with `other` and with this plan can belong to one scan.
     pub fn continues(&self, other: &Self) -> bool {
         /// Step and rate follow from each other by a division: they agree to the last digits.
         const ROUNDING: f64 = 1e-9;

@@ -1,26 +1,26 @@
-//! The rows of a scan along the stage's way: millimetres of travel, or degrees of a turn.
+//! The rows of a scan along the stage motion: millimetres of travel, or degrees of rotation.
 
 use optics::{StageKind, StagePosition};
 use serde::{Deserialize, Serialize};
 use station::StationStatus;
 
-/// From where to where, and how far apart, in the unit of [`ScanRange::stage`]: mm, or degrees of a turntable.
+/// Range and row spacing in the unit of [`ScanRange::stage`]: mm, or degrees for a turntable.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(from = "StoredRange", into = "StoredRange")]
 pub struct ScanRange {
-    /// Which kind of stage, and with it the unit.
+    /// The kind of stage, which determines the unit.
     pub stage: StageKind,
     /// Position of the first row.
     pub from: f64,
-    /// No row lies beyond this position.
+    /// Position of the last row at most, linear stage.
     pub to: f64,
-    /// Distance between rows, positive in both directions.
+    /// Distance between rows, always positive.
     pub step: f64,
     /// Speed during a continuous scan, per second.
     pub speed: Option<f64>,
 }
 
-/// As it is stored, with the unit in every key.
+/// The stored form, with the unit in every key.
 #[derive(Serialize, Deserialize)]
 #[serde(untagged)]
 enum StoredRange {
@@ -29,7 +29,7 @@ enum StoredRange {
 }
 
 impl ScanRange {
-    /// Where a row is taken, to the nanometre or microdegree: records show what was meant.
+    /// Position of a row, rounded to the nanometre or microdegree.
     pub fn position(&self, row: usize) -> StagePosition {
         let at = self.from + self.direction() * self.step * row as f64;
         self.stage.position((at * 1e6).round() / 1e6)
@@ -40,18 +40,18 @@ impl ScanRange {
         if self.to < self.from { -1.0 } else { 1.0 }
     }
 
-    /// Length of the way.
+    /// Length of the range.
     pub fn length(&self) -> f64 {
         (self.to - self.from).abs()
     }
 
-    /// So much way, with its unit.
+    /// A length with its unit.
     pub fn amount(&self, way: f64) -> StagePosition {
         self.stage.position(way)
     }
 }
 
-/// What the station's stage does to the part.
+/// The kind of the station's stage.
 pub fn stage_kind(status: &StationStatus) -> StageKind {
     match status.stage.capabilities.kind {
         devices::StageKind::Linear => StageKind::Linear,

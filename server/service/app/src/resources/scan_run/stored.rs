@@ -1,4 +1,4 @@
-//! How a scan was made, as its record keeps it.
+//! How a scan was made, as stored in its record.
 
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
@@ -12,17 +12,17 @@ use crate::resources::scan_run::{
 /// How a scan was made.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ScanRun {
-    /// Where its frames come from.
+    /// Source of its frames.
     pub source: ScanSource,
-    /// What the header of its cloud calls it.
+    /// Name of the scan in the header of its cloud.
     pub cloud_name: String,
-    /// Rows it has, or would have if it had not been stopped.
+    /// Number of planned rows.
     pub n_rows: usize,
     /// What is measured on it in the same job.
     pub measure: Vec<MeasureInput>,
     /// What it is made for.
     pub purpose: ScanPurpose,
-    /// How the station took its frames; `None` for those of a capture.
+    /// The plan on the station; `None` for a capture.
     pub plan: Option<ScanPlan>,
 }
 
@@ -30,7 +30,7 @@ impl ScanRun {
     /// Of a stored scan.
     ///
     /// # Errors
-    /// A problem: it was stored by a version that said it otherwise.
+    /// A problem if it was stored by an incompatible version.
     pub fn of(scan: &ScanRecord) -> Result<Self, AppError> {
         Self::from_stored(&scan.plan).map_err(|cause| {
             AppError::new(ErrorKind::Damaged, format!("how scan {} was made cannot be read", scan.id))
@@ -39,21 +39,21 @@ impl ScanRun {
         })
     }
 
-    /// From the form that is stored.
+    /// From the stored form.
     ///
     /// # Errors
-    /// If it is another form.
+    /// If it has another form.
     pub fn from_stored(stored: &Value) -> Result<Self, serde_json::Error> {
         Ok(StoredRun::deserialize(stored)?.into())
     }
 
-    /// The form that is stored.
+    /// The stored form.
     pub fn to_stored(&self) -> Value {
         serde_json::to_value(StoredRun::from(self.clone())).expect("a run is numbers and texts with text keys")
     }
 }
 
-/// The stored form: one object, in which what only the station knows is missing for a capture.
+/// The stored form: one object; fields that only a station provides are absent for a capture.
 #[derive(Debug, Serialize, Deserialize)]
 struct StoredRun {
     source: ScanSource,
@@ -71,7 +71,7 @@ struct StoredRun {
 #[derive(Debug, Serialize, Deserialize)]
 struct Plan(#[serde(with = "StoredPlan")] ScanPlan);
 
-/// A plan but for its rows, which stand in [`StoredRun`]; `remote` makes the compiler hold it to [`ScanPlan`].
+/// A plan without its rows, which are in [`StoredRun`]; `remote` makes the compiler check it against [`ScanPlan`].
 #[derive(Serialize, Deserialize)]
 #[serde(remote = "ScanPlan")]
 struct StoredPlan {
@@ -145,7 +145,7 @@ pub(crate) mod tests {
     }
 
     #[test]
-    fn what_was_stored_is_read_and_stored_alike() {
+    fn the_stored_form_is_read_and_written() {
         let stored = stored_by_the_station("stop_and_go");
         let run = ScanRun::from_stored(&stored).unwrap();
         let plan = run.plan.as_ref().unwrap();
@@ -171,7 +171,7 @@ pub(crate) mod tests {
     }
 
     #[test]
-    fn a_scan_of_before_purposes_was_made_for_production() {
+    fn a_stored_scan_without_a_purpose_counts_as_production() {
         let mut stored = stored_by_the_station("continuous");
         let fields = stored.as_object_mut().unwrap();
         fields.retain(|name, _| !["measure", "purpose", "acquisition_s"].contains(&name.as_str()));

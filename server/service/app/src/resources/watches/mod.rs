@@ -1,5 +1,5 @@
-//! What the watches said of the last scans, and the powers of the first scans after a calibration, which are the normal
-//! ones (ADR 27). Kept by the server, bounded.
+//! History of watch results, and the reference order powers from the first scans after a calibration (ADR 27). Stored on
+//! the server, bounded.
 
 mod stored;
 
@@ -17,41 +17,41 @@ use stored::StoredHistory;
 /// The name of the setting.
 const SETTING: &str = "watches.history";
 
-/// Scans that are remembered; a week of a scan every half an hour.
+/// Maximum number of scans in the history: a week with one scan every half hour.
 pub const READINGS_KEPT: usize = 300;
 
-/// Calibrations whose first scans are remembered: enough to roll back.
+/// Number of calibrations with stored references: enough to roll back.
 const REFERENCES_KEPT: usize = 8;
 
-/// Key of a scan's report under which the verdicts stand.
+/// Key of the watch results in a scan report.
 pub const WATCHES: &str = "watches";
 
-/// What the watches said of one scan.
+/// Watch results of one scan.
 #[derive(Debug, Clone, PartialEq)]
 pub struct WatchReading {
     /// The scan.
     pub scan_id: String,
-    /// What people call it.
+    /// Name of the scan.
     pub scan_name: String,
-    /// What it was computed with.
+    /// Its calibration.
     pub calibration_id: String,
-    /// When it was made.
+    /// Its time.
     pub at_ms: i64,
-    /// The verdicts as they stand in its report.
+    /// The results as in its report.
     pub verdicts: Value,
 }
 
 /// The history.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct WatchHistory {
-    /// The last scans, oldest first.
+    /// Recent scans, oldest first.
     pub readings: Vec<WatchReading>,
-    /// Powers of the first scans after a calibration, the newest calibration last.
+    /// Order powers of the first scans after each calibration, newest calibration last.
     references: Vec<(String, Vec<OrderPowers>)>,
 }
 
 impl WatchHistory {
-    /// What is kept; what cannot be understood counts as nothing, and is said.
+    /// The stored history; an unreadable one counts as empty and is logged.
     ///
     /// # Errors
     /// If the catalogue cannot be used.
@@ -60,18 +60,18 @@ impl WatchHistory {
         match serde_json::from_value::<StoredHistory>(setting.value) {
             Ok(stored) => Ok(stored.into()),
             Err(error) => {
-                tracing::error!(%error, "the history of the watches cannot be used and begins anew");
+                tracing::error!(%error, "the watch history is unreadable and starts again");
                 Ok(Self::default())
             }
         }
     }
 
-    /// Powers that are normal with a calibration; `None` before enough scans were made with it.
+    /// Reference powers of a calibration; `None` until enough scans were made with it.
     pub fn reference(&self, calibration_id: &str) -> Option<PowerReference> {
         PowerReference::of(self.first_powers(calibration_id))
     }
 
-    /// Scans that were taken for [`WatchHistory::reference`].
+    /// Number of scans used for [`WatchHistory::reference`].
     pub fn n_reference_scans(&self, calibration_id: &str) -> usize {
         self.first_powers(calibration_id).len()
     }
@@ -81,7 +81,7 @@ impl WatchHistory {
         of.map_or(&[], |(_, powers)| powers)
     }
 
-    /// Takes up a scan; those beyond the bounds go.
+    /// Adds a scan; old ones beyond the limits are dropped.
     pub fn add(&mut self, scan: &ScanRecord, powers: Option<OrderPowers>) {
         self.readings.push(WatchReading {
             scan_id: scan.id.clone(),
@@ -103,7 +103,7 @@ impl WatchHistory {
         }
     }
 
-    /// What stores it.
+    /// The change that stores it.
     pub fn change(&self) -> Change {
         let value =
             serde_json::to_value(StoredHistory::from(self.clone())).expect("a history is numbers and texts");
@@ -111,7 +111,7 @@ impl WatchHistory {
     }
 }
 
-/// Verdicts as a scan's report keeps them.
+/// Results in the form of a scan report.
 pub fn verdicts_json(verdicts: &[WatchVerdict]) -> Value {
     let one = |verdict: &WatchVerdict| {
         json!({
@@ -127,7 +127,7 @@ pub fn verdicts_json(verdicts: &[WatchVerdict]) -> Value {
     verdicts.iter().map(one).collect()
 }
 
-/// Why a scan is invalid, in words.
+/// Why a scan is invalid, as text.
 pub fn why_invalid(scan: &ScanRecord) -> String {
     let watches = scan.report[WATCHES].as_array().into_iter().flatten().filter_map(|verdict| {
         (verdict["state"] == state_name(WatchState::Invalid)).then(|| verdict["reason"].as_str()).flatten()
@@ -137,13 +137,13 @@ pub fn why_invalid(scan: &ScanRecord) -> String {
     if reasons.is_empty() { "frames were lost".to_owned() } else { reasons.join("; ") }
 }
 
-/// One event for every watch that warns of a scan.
+/// One event per warning watch.
 pub fn warnings(scan_id: &str, verdicts: &[WatchVerdict]) -> Vec<Change> {
     let clear = |verdict: &&WatchVerdict| matches!(verdict.state, WatchState::Warning | WatchState::Invalid);
     verdicts.iter().filter(clear).map(|verdict| warning(scan_id, verdict)).collect()
 }
 
-/// The event of a watch that warns.
+/// The event of a warning watch.
 pub fn warning(scan_id: &str, verdict: &WatchVerdict) -> Change {
     let body = WatchWarned {
         watch: watch_name(verdict.watch).to_owned(),
@@ -206,7 +206,7 @@ mod tests {
     }
 
     #[test]
-    fn the_history_is_bounded_and_the_first_scans_of_a_calibration_stay_its_reference() {
+    fn the_history_is_bounded_and_the_first_scans_of_a_calibration_remain_its_reference() {
         let mut history = WatchHistory::default();
         for number in 0..READINGS_KEPT + 20 {
             let ratio = if number < REFERENCE_SCANS { -0.1 } else { -0.5 };
@@ -223,7 +223,7 @@ mod tests {
     }
 
     #[test]
-    fn a_history_survives_the_form_in_which_it_is_stored() {
+    fn a_history_survives_a_storage_round_trip() {
         let mut history = WatchHistory::default();
         history.add(&scan(3, "one"), Some(powers(-0.2)));
         let Change::PutSetting(setting) = history.change() else { panic!("a setting is put") };

@@ -1,4 +1,4 @@
-//! The form in which the history of the watches is stored.
+//! Stored form of the watch history.
 
 use scanning::{Estimate, OrderPowers};
 use serde::{Deserialize, Serialize};

@@ -1,7 +1,7 @@
-//! Who may talk to the service from a browser: names of this server in `Host`, this server's own pages in `Origin`.
+//! Access control for browsers: `Host` must name this server, `Origin` must be one of its own pages.
 //!
-//! Without these two checks any web page could drive the station of whoever looks at it (DNS rebinding, cross-site
-//! requests). Scripts send no `Origin` and are not touched.
+//! Without these two checks any web page could control the visitor's station (DNS rebinding, cross-site requests).
+//! Scripts send no `Origin` and are not affected.
 
 use std::net::IpAddr;
 use std::sync::Arc;
@@ -15,17 +15,17 @@ use crate::HttpConfig;
 use crate::edge::{Reached, STOP_PATH};
 use crate::problem::{Problem, ProblemKind};
 
-/// Which names and pages are let in.
+/// The allowed hosts and origins.
 #[derive(Debug)]
 pub struct Guard {
     hosts: Vec<String>,
-    /// Names of this machine for itself: good only where the client reached a loopback address.
+    /// Loopback names of this machine: valid only if the client connected to a loopback address.
     own_names: [&'static str; 3],
     origins: Vec<String>,
 }
 
 impl Guard {
-    /// This machine's own names, the address it listens on, and what the configuration adds.
+    /// This machine's own names, the address it listens on, and those from the configuration.
     pub fn new(config: &HttpConfig) -> Arc<Self> {
         let mut hosts = config.listen_ip.iter().map(ToString::to_string).collect::<Vec<_>>();
         hosts.extend(config.allowed_hosts.iter().map(|host| host.to_ascii_lowercase()));
@@ -36,7 +36,7 @@ impl Guard {
         })
     }
 
-    /// Whether the request may pass; `reached` is the address of this machine that it came to.
+    /// Whether the request is allowed; `reached` is the local address it came in on.
     fn check(
         &self,
         method: &Method,
@@ -53,8 +53,11 @@ impl Guard {
         let at_home = reached.is_none_or(|address| address.to_canonical().is_loopback());
         let known = self.hosts.contains(&name) || at_home && self.own_names.contains(&name.as_str());
         if !known {
-            return Err(Problem::new(ProblemKind::Forbidden, format!("this server is not called \"{host}\""))
-                .remedy("add the name to http.allowed_hosts of the configuration"));
+            return Err(Problem::new(
+                ProblemKind::Forbidden,
+                format!("this server does not accept the host name \"{host}\""),
+            )
+            .remedy("add the name to http.allowed_hosts of the configuration"));
         }
         let upgrade = headers.contains_key(header::UPGRADE);
         if method.is_safe() && !upgrade {
@@ -88,7 +91,7 @@ fn name_of(host: &str) -> String {
     name.parse::<IpAddr>().map_or_else(|_| name.to_ascii_lowercase(), |address| address.to_string())
 }
 
-/// Lets through what may pass. Stop always may: a stranger's stop is a nuisance, a refused stop is worse.
+/// Rejects requests that are not allowed. Stop is always allowed: a stranger's Stop is a nuisance, a refused Stop is worse.
 pub async fn guard(State(guard): State<Arc<Guard>>, request: Request, next: Next) -> Response {
     let stop = request.uri().path() == STOP_PATH && request.method() == Method::POST;
     let authority = request.uri().authority().map(|authority| authority.as_str());
@@ -120,7 +123,7 @@ mod tests {
     }
 
     #[test]
-    fn this_machines_names_for_itself_are_not_answered_on_its_other_addresses() {
+    fn loopback_names_are_refused_on_other_addresses() {
         for host in ["localhost:8080", "127.0.0.1", "[::1]:8080"] {
             assert_eq!(check_at("::ffff:127.0.0.1", Method::GET, &[("host", host)]), None, "{host}");
             let expected = if host == "127.0.0.1" { None } else { Some(403) };
@@ -141,7 +144,7 @@ mod tests {
     }
 
     #[test]
-    fn a_foreign_page_may_look_and_not_touch() {
+    fn a_page_of_another_origin_may_read_but_not_change() {
         let foreign = [("host", "localhost:8080"), ("origin", "http://evil.example")];
         assert_eq!(check(Method::POST, &foreign), Some(403));
         assert_eq!(check(Method::GET, &foreign), None);

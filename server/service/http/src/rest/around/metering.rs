@@ -7,7 +7,7 @@ use axum::http::Method;
 use axum::middleware::Next;
 use axum::response::Response;
 
-/// Counts and times one request; the label is the route, never the path, so that ids make no series.
+/// Counts and times one request; the label is the route, never the path, so that ids create no new series.
 pub async fn meter(request: Request, next: Next) -> Response {
     let route = request.extensions().get::<MatchedPath>().map_or("unmatched", |path| path.as_str()).to_owned();
     let method = known(request.method());
@@ -21,7 +21,7 @@ pub async fn meter(request: Request, next: Next) -> Response {
     response
 }
 
-/// The method as a label: whatever clients invent is one.
+/// The method as a label; unknown methods share one.
 fn known(method: &Method) -> &'static str {
     const KNOWN: [Method; 7] =
         [Method::GET, Method::HEAD, Method::POST, Method::PUT, Method::PATCH, Method::DELETE, Method::OPTIONS];
@@ -35,7 +35,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn methods_that_clients_invent_make_one_series() {
+    fn unknown_methods_share_one_series() {
         for (method, label) in [("GET", "GET"), ("PATCH", "PATCH"), ("BREW", "other"), ("get", "other")] {
             assert_eq!(known(&method.parse().unwrap()), label);
         }

@@ -1,4 +1,4 @@
-//! What is done to every request and answer, whatever it asks for.
+//! Middleware for every request and response.
 
 pub mod guard;
 pub mod headers;

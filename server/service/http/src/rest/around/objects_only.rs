@@ -1,12 +1,12 @@
-//! What is an object in the API's document must be one in a body: serde reads a struct from an array as well, by the order
-//! of its fields, which no document promises.
+//! Where the API document says object, a body must hold an object: serde also reads a struct from an array, by field
+//! order, which the document does not promise.
 
 use serde::de::value::{MapAccessDeserializer, MapDeserializer, SeqDeserializer};
 use serde::de::{DeserializeOwned, Deserializer, Error as _, Expected, IntoDeserializer, Unexpected, Visitor};
 use serde::forward_to_deserialize_any;
 use serde_json::{Error, Value};
 
-/// How serde's derived code asks for an enum whose kind is a field: it takes an array, too.
+/// The expectation text of serde's derived code for an internally tagged enum, which also accepts an array.
 const TAGGED: &str = "internally tagged enum";
 
 /// Refuses a body that has an array where `T` has an object.

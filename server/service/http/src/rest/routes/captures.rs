@@ -44,17 +44,17 @@ pub fn routes() -> OpenApiRouter<Http> {
         .routes(routes!(download_capture))
 }
 
-/// What the upload is called.
+/// Name of the upload.
 #[derive(Debug, Deserialize, IntoParams)]
 #[serde(deny_unknown_fields)]
 #[into_params(parameter_in = Query)]
 struct UploadQuery {
-    /// What a person calls it; `upload` if not said.
+    /// Its name; default `upload`.
     #[param(min_length = 1, max_length = 100)]
     name: Option<String>,
 }
 
-/// Captures, newest first.
+/// Lists captures, newest first.
 #[utoipa::path(
     get, path = "/captures", tag = "captures", params(PageQuery),
     responses((status = 200, body = ListDto<CaptureDto>))
@@ -68,7 +68,7 @@ async fn list_captures(
     Ok(Json(ListDto::whole_of("/api/v1/captures", &page, records, CaptureDto::try_from)))
 }
 
-/// Uploads a capture folder as zip or tar, at most 2 GiB; every picture of it is checked before the answer.
+/// Uploads a capture folder as ZIP or TAR, at most 2 GiB. Every image is checked before the response.
 #[utoipa::path(
     post, path = "/captures", tag = "captures", params(UploadQuery),
     request_body(content((Vec<u8> = "application/zip"), (Vec<u8> = "application/x-tar"))),
@@ -139,36 +139,37 @@ fn refuse_too_large(headers: &HeaderMap) -> Result<(), Problem> {
     if stated_bytes(headers).is_some_and(|bytes| bytes > UPLOAD_LIMIT_BYTES) { Err(too_large()) } else { Ok(()) }
 }
 
-/// Uploads leave as much room as jobs do: for the catalogue, its log and the deletions that make room.
+/// Uploads keep the same free space as jobs do: for the catalogue, its log and deletions.
 fn refuse_without_room(folder: &Path, coming_bytes: u64) -> Result<(), Problem> {
     let (needed_bytes, free_bytes) = (FREE_FLOOR_BYTES.saturating_add(coming_bytes), free_bytes(folder));
     if free_bytes >= needed_bytes {
         return Ok(());
     }
-    let detail = format!("the upload needs {} MiB of disk, {} MiB are free", needed_bytes >> 20, free_bytes >> 20);
+    let detail =
+        format!("the upload needs {} MiB of disk space, {} MiB are free", needed_bytes >> 20, free_bytes >> 20);
     Err(Problem::new(ProblemKind::StorageFull, detail)
         .remedy("delete captures or scans that are no longer needed"))
 }
 
-/// Takes what a client still sends of a refused upload, so that it reads the answer instead of a broken pipe. Who was
-/// too slow has nothing under way, and had its time.
+/// Reads and discards the rest of a refused upload, so that the client reads the response instead of a broken pipe. Not
+/// done after a timeout: nothing is in flight then.
 async fn drain_body(mut body: BodyDataStream) {
     let rest = async { while let Some(Ok(_)) = body.next().await {} };
-    // Whoever sends for longer finds the connection closed.
+    // A client that sends for longer finds the connection closed.
     let _ = timeout(REFUSED_UPLOAD_PATIENCE, rest).await;
 }
 
-/// A file in the making; gone when this is dropped, unless it was moved away.
+/// A temporary file; deleted on drop unless it was moved away.
 struct Scratch(PathBuf);
 
 impl Drop for Scratch {
     fn drop(&mut self) {
-        // It is not there if it was taken in.
+        // Missing if it was moved into the store.
         let _ = std::fs::remove_file(&self.0);
     }
 }
 
-/// Writes the body to `path` as it comes, as long as `room` finds some; returns its SHA-256.
+/// Streams the body to `path` as long as `room` finds free space; returns its SHA-256.
 async fn receive(
     body: &mut BodyDataStream,
     path: &Path,
@@ -186,7 +187,7 @@ async fn receive(
             }
             Ok(None) => break,
             Ok(Some(chunk)) => chunk.map_err(|cause| {
-                Problem::new(ProblemKind::BadRequest, "the upload broke off").because(cause.to_string())
+                Problem::new(ProblemKind::BadRequest, "the upload was cut off").because(cause.to_string())
             })?,
         };
         size_bytes += chunk.len() as u64;
@@ -207,7 +208,7 @@ async fn receive(
 
 fn too_slow() -> Problem {
     let detail = format!("less than {UPLOAD_WINDOW_MIN_BYTES} bytes arrived within {} s", UPLOAD_WINDOW.as_secs());
-    Problem::new(ProblemKind::TimedOut, detail).remedy("send it again over a better line")
+    Problem::new(ProblemKind::TimedOut, detail).remedy("send it again over a faster connection")
 }
 
 fn unwritable(cause: &std::io::Error) -> Problem {
@@ -220,7 +221,7 @@ fn unwritable(cause: &std::io::Error) -> Problem {
         .remedy("delete captures or scans that are no longer needed")
 }
 
-/// A capture.
+/// Returns a capture.
 #[utoipa::path(
     get, path = "/captures/{id}", tag = "captures", params(("id" = String, Path)),
     responses((status = 200, body = CaptureDto))
@@ -229,7 +230,7 @@ async fn get_capture(State(app): State<App>, ApiPath(id): ApiPath<String>) -> Re
     Ok(Json(app.ledger.read().capture(&id).await?.try_into()?))
 }
 
-/// The archive as it was uploaded.
+/// Downloads the archive as it was uploaded.
 #[utoipa::path(
     get, path = "/captures/{id}/archive", tag = "captures", params(("id" = String, Path)),
     responses((status = 200, content((Vec<u8> = "application/zip"), (Vec<u8> = "application/x-tar"))))
@@ -248,7 +249,7 @@ async fn download_capture(State(app): State<App>, ApiPath(id): ApiPath<String>) 
     .await
 }
 
-/// Forgets a capture.
+/// Deletes a capture.
 #[utoipa::path(
     delete, path = "/captures/{id}", tag = "captures", params(("id" = String, Path)),
     responses((status = 204, description = "Forgotten"))

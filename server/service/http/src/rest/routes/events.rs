@@ -1,4 +1,4 @@
-//! Events: as a list, and as a stream that goes on where the client left it.
+//! Events: as a list, and as a stream that resumes where the client left off.
 
 use crate::Http;
 use std::collections::{HashSet, VecDeque};
@@ -24,13 +24,13 @@ use crate::rest::answers::header_text;
 use crate::rest::extract::ApiQuery;
 use crate::wire::events::{EventDto, EventListDto};
 use crate::wire::job::jobs::JobDto;
-use crate::wire::paging::{DamagedDto, page};
+use crate::wire::paging::{DamagedRecordDto, page};
 use app::App;
 use app::jobs::JobNews;
 
 const LAST_EVENT_ID: HeaderName = HeaderName::from_static("last-event-id");
 
-/// Events read from the store at once while a client catches up.
+/// Number of events read from the store at a time while a client catches up.
 const CATCH_UP: u32 = 200;
 
 /// The routes.
@@ -38,27 +38,27 @@ pub fn routes() -> OpenApiRouter<Http> {
     OpenApiRouter::new().routes(routes!(list_events))
 }
 
-/// Which events.
+/// Selects events.
 #[derive(Debug, Deserialize, IntoParams)]
 #[serde(deny_unknown_fields)]
 #[into_params(parameter_in = Query)]
 struct EventsQuery {
-    /// Only those after this one; a list begins with the oldest otherwise, a stream with what happens from now on.
+    /// Only events after this one. Default: a list starts with the oldest event, a stream with the next one.
     #[param(minimum = 0)]
     after: Option<i64>,
-    /// Events of a list, 1 to 200; 50 if not said.
+    /// Maximum number of events, 1 to 200; default 50.
     #[param(minimum = 1, maximum = 200)]
     limit: Option<u32>,
 }
 
-/// What happened, oldest first.
+/// Lists or streams events, oldest first.
 ///
-/// With `Accept: text/event-stream` a stream that does not end: durable events with their `id`, which a client that
-/// comes back sends as `Last-Event-ID` and misses none; the progress of jobs as `job.progress` without `id`; an event
-/// that is damaged in the database as `event.damaged` without `id`.
+/// With `Accept: text/event-stream` the response is an endless stream. Durable events have an `id`; a client that
+/// reconnects sends the last one as `Last-Event-ID` and misses none. Job progress is sent as `job.progress` without
+/// `id`; an event that is damaged in the database as `event.damaged` without `id`.
 #[utoipa::path(
     get, path = "/events", tag = "events",
-    params(EventsQuery, ("Last-Event-ID" = Option<String>, Header, description = "Last id seen of the stream")),
+    params(EventsQuery, ("Last-Event-ID" = Option<String>, Header, description = "Id of the last event received")),
     responses((status = 200, content((EventListDto = "application/json"), (String = "text/event-stream"))))
 )]
 async fn list_events(
@@ -84,54 +84,54 @@ async fn list_events(
     let Listed { records, damaged, .. } = app.ledger.read().events_after(after, limit).await?;
     let last = records.last().map_or(after, |record| record.seq);
     let next = format!("/api/v1/events?after={last}&limit={limit}");
-    let damaged = damaged.into_iter().map(DamagedDto::from).collect();
+    let damaged = damaged.into_iter().map(DamagedRecordDto::from).collect();
     let items = records.into_iter().map(EventDto::from).collect();
     Ok(Json(EventListDto { items, damaged, next }).into_response())
 }
 
 fn sequence(text: &str) -> Result<i64, Problem> {
     text.trim().parse().ok().filter(|seq| *seq >= 0).ok_or_else(|| {
-        Problem::new(ProblemKind::BadRequest, "Last-Event-ID is not an id of this stream")
+        Problem::new(ProblemKind::BadRequest, "Last-Event-ID is not the id of an event")
             .at("Last-Event-ID")
-            .remedy("send the id of the last event seen, or none")
+            .remedy("send the id of the last event received, or omit the header")
     })
 }
 
-/// A client that follows the events.
+/// A client of the event stream.
 struct Follower {
     app: App,
     seen: i64,
     waiting: VecDeque<EventRecord>,
-    /// Damaged events: those to be sent, and those that were.
+    /// Damaged events: still to be sent, and already sent.
     damaged: VecDeque<DamagedRow>,
     named: HashSet<String>,
     newest: watch::Receiver<i64>,
     progress: watch::Receiver<JobNews>,
-    /// Number of the last progress sent.
-    told: u64,
+    /// Number of the last progress message sent.
+    last_progress: u64,
     next_progress: Instant,
 }
 
 impl Follower {
     fn new(app: App, seen: i64) -> Self {
         let (newest, progress) = (app.ledger.watch_events(), app.jobs.watch_progress());
-        let told = progress.borrow().last();
+        let last_progress = progress.borrow().last();
         let (waiting, damaged, named) = (VecDeque::new(), VecDeque::new(), HashSet::new());
-        Self { app, seen, waiting, damaged, named, newest, progress, told, next_progress: Instant::now() }
+        Self { app, seen, waiting, damaged, named, newest, progress, last_progress, next_progress: Instant::now() }
     }
 
     /// The next message; `None` ends the stream.
     async fn next(&mut self) -> Option<Event> {
         loop {
             if let Some(row) = self.damaged.pop_front() {
-                return Event::default().event("event.damaged").json_data(DamagedDto::from(row)).ok();
+                return Event::default().event("event.damaged").json_data(DamagedRecordDto::from(row)).ok();
             }
             if let Some(record) = self.waiting.pop_front() {
                 self.seen = record.seq;
                 return durable(record);
             }
             self.newest.mark_unchanged();
-            // A store that fails ends the stream; the client comes back and goes on where it was.
+            // A store error ends the stream; the client reconnects and resumes where it was.
             let Listed { records, damaged, .. } =
                 self.app.ledger.read().events_after(self.seen, CATCH_UP).await.ok()?;
             self.waiting = records.into();
@@ -142,7 +142,7 @@ impl Follower {
             tokio::select! {
                 () = self.app.closing.cancelled() => return None,
                 changed = self.newest.changed() => changed.ok()?,
-                event = progress(&mut self.progress, &mut self.told, self.next_progress) => {
+                event = progress(&mut self.progress, &mut self.last_progress, self.next_progress) => {
                     self.next_progress = Instant::now() + SSE_PROGRESS_PERIOD;
                     return event;
                 }
@@ -151,12 +151,16 @@ impl Follower {
     }
 }
 
-async fn progress(jobs: &mut watch::Receiver<JobNews>, told: &mut u64, not_before: Instant) -> Option<Event> {
+async fn progress(
+    jobs: &mut watch::Receiver<JobNews>,
+    last_progress: &mut u64,
+    not_before: Instant,
+) -> Option<Event> {
     tokio::time::sleep_until(not_before).await;
-    let seen = *told;
+    let seen = *last_progress;
     let news = jobs.wait_for(|news| news.after(seen).is_some()).await.ok()?;
     let (number, view) = news.after(seen)?;
-    *told = number;
+    *last_progress = number;
     Event::default().event("job.progress").json_data(JobDto::from(view.clone())).ok()
 }
 

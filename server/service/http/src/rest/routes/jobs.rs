@@ -1,4 +1,4 @@
-//! Jobs: list, look, cancel.
+//! Jobs: list, get, cancel.
 
 use crate::Http;
 use axum::Json;
@@ -21,21 +21,21 @@ pub fn routes() -> OpenApiRouter<Http> {
     OpenApiRouter::new().routes(routes!(list_jobs)).routes(routes!(get_job)).routes(routes!(cancel_job))
 }
 
-/// Which jobs.
+/// Selects jobs.
 #[derive(Debug, Deserialize, IntoParams)]
 #[serde(deny_unknown_fields)]
 #[into_params(parameter_in = Query)]
 struct JobsQuery {
-    /// Only those in this state.
+    /// Only jobs in this state.
     state: Option<JobStateDto>,
-    /// Id of the last job of the page before.
+    /// Id of the last job of the previous page.
     before: Option<String>,
-    /// Jobs of a page, 1 to 200; 50 if not said.
+    /// Jobs per page, 1 to 200; default 50.
     #[param(minimum = 1, maximum = 200)]
     limit: Option<u32>,
 }
 
-/// Jobs, newest first.
+/// Lists jobs, newest first.
 #[utoipa::path(get, path = "/jobs", tag = "jobs", params(JobsQuery), responses((status = 200, body = ListDto<JobDto>)))]
 async fn list_jobs(
     State(app): State<App>,
@@ -53,7 +53,7 @@ async fn list_jobs(
     Ok(Json(ListDto::new(&path, &page, views, JobDto::from)))
 }
 
-/// A job now.
+/// Returns a job.
 #[utoipa::path(
     get, path = "/jobs/{id}", tag = "jobs", params(("id" = String, Path)),
     responses((status = 200, body = JobDto))
@@ -62,8 +62,8 @@ async fn get_job(State(app): State<App>, ApiPath(id): ApiPath<String>) -> Result
     Ok(Json(app.jobs.view(&id).await?.into()))
 }
 
-/// Asks a job to end; works in every state, a job that has ended stays as it is. While somebody is in control, a job
-/// that needs the station is ended by nobody else.
+/// Cancels a job. A job that has already ended is not changed. While someone is in control, only they can cancel a job
+/// that needs the station.
 #[utoipa::path(
     post, path = "/jobs/{id}/cancel", tag = "jobs", params(("id" = String, Path)),
     responses((status = 200, body = JobDto))

@@ -1,4 +1,4 @@
-//! What is scanned and measured when somebody presses Start.
+//! The measurement plan: what *Start* scans and measures.
 
 use crate::Http;
 use axum::Json;
@@ -19,14 +19,14 @@ use app::use_cases::change_measurement_plan;
 
 /// The routes.
 pub fn routes() -> OpenApiRouter<Http> {
-    OpenApiRouter::new().routes(routes!(get_measurement_plan, put_measurement_plan))
+    OpenApiRouter::new().routes(routes!(get_measurement_plan, set_measurement_plan))
 }
 
 fn versioned(kept: KeptPlan) -> Versioned<Json<MeasurementPlanDto>> {
     Versioned(kept.version.to_string(), Json(kept.plan.into()))
 }
 
-/// The measurement plan of the station; its `ETag` is sent with a change.
+/// Returns the measurement plan of the station; its `ETag` is needed to change it.
 #[utoipa::path(
     get, path = "/measurement-plan", tag = "measurements",
     responses((status = 200, body = MeasurementPlanDto, headers(("ETag" = String, description = "Its version"))))
@@ -35,13 +35,13 @@ async fn get_measurement_plan(State(app): State<App>) -> Result<Versioned<Json<M
     Ok(versioned(app.measurement_plans.get().await?))
 }
 
-/// Changes the measurement plan for everybody. Scans that run keep the one they were started with.
+/// Replaces the measurement plan for all users. Running scans keep the plan they were started with.
 #[utoipa::path(
     put, path = "/measurement-plan", tag = "measurements", request_body = MeasurementPlanDto,
-    params(("If-Match" = String, Header, description = "ETag of the plan that is changed, or `*`")),
+    params(("If-Match" = String, Header, description = "ETag of the current plan, or `*`")),
     responses((status = 200, body = MeasurementPlanDto, headers(("ETag" = String, description = "Its version"))))
 )]
-async fn put_measurement_plan(
+async fn set_measurement_plan(
     State(app): State<App>,
     By(by): By,
     headers: HeaderMap,

@@ -25,44 +25,44 @@ use app::use_cases;
 /// The routes.
 pub fn routes() -> OpenApiRouter<Http> {
     OpenApiRouter::new()
-        .routes(routes!(list_all_measurements))
-        .routes(routes!(list_measurements, measure))
+        .routes(routes!(list_measurements))
+        .routes(routes!(list_scan_measurements, create_measurement))
         .routes(routes!(get_measurement))
 }
 
-/// Measurements on all scans, newest first.
+/// Lists measurements on all scans, newest first.
 #[utoipa::path(
     get, path = "/measurements", tag = "measurements", params(MeasurementsQuery),
     responses((status = 200, body = ListDto<MeasurementDto>))
 )]
-async fn list_all_measurements(
+async fn list_measurements(
     State(app): State<App>,
     ApiQuery(query): ApiQuery<MeasurementsQuery>,
 ) -> Result<Json<ListDto<MeasurementDto>>, Problem> {
     let page = page(query.before, query.limit)?;
     let tool = query.tool.map(|tool| Tool::from(tool).name());
-    let verdict = query.verdict.map(VerdictDto::word);
+    let verdict = query.verdict.map(VerdictDto::code);
     let path = path_with("/api/v1/measurements", &[("tool", tool), ("verdict", verdict)]);
     let filter =
-        MeasurementFilter { scan_id: None, tool: tool.map(str::to_owned), verdicts: words_of(query.verdict) };
+        MeasurementFilter { scan_id: None, tool: tool.map(str::to_owned), verdicts: codes_of(query.verdict) };
     let listed = app.ledger.read().measurements(&filter, &page).await?;
     Ok(Json(ListDto::whole_of(&path, &page, listed, MeasurementDto::try_from)))
 }
 
-/// A verdict's word, and the one that records of earlier versions have.
-fn words_of(verdict: Option<VerdictDto>) -> Vec<String> {
+/// A verdict's code, and the one in records of earlier versions.
+fn codes_of(verdict: Option<VerdictDto>) -> Vec<String> {
     let Some(verdict) = verdict else { return Vec::new() };
-    let known = ["pass", "fail", verdict.word()];
+    let known = ["pass", "fail", verdict.code()];
     let same = known.into_iter().filter(|word| PartVerdict::from_name(word) == Some(verdict.into()));
     same.map(str::to_owned).collect()
 }
 
-/// The measurements of a scan, newest first.
+/// Lists the measurements of a scan, newest first.
 #[utoipa::path(
     get, path = "/scans/{id}/measurements", tag = "measurements", params(("id" = String, Path), PageQuery),
     responses((status = 200, body = ListDto<MeasurementDto>))
 )]
-async fn list_measurements(
+async fn list_scan_measurements(
     State(app): State<App>,
     ApiPath(id): ApiPath<String>,
     ApiQuery(query): ApiQuery<PageQuery>,
@@ -75,7 +75,7 @@ async fn list_measurements(
     Ok(Json(ListDto::whole_of(&path, &page, listed, MeasurementDto::try_from)))
 }
 
-/// A measurement.
+/// Returns a measurement.
 #[utoipa::path(
     get, path = "/scans/{id}/measurements/{measurement_id}", tag = "measurements",
     params(("id" = String, Path), ("measurement_id" = String, Path)),
@@ -92,14 +92,14 @@ async fn get_measurement(
     Ok(Json(record.try_into()?))
 }
 
-/// Measures on a scan; answers when it is done, which takes up to some seconds. What was to be judged and cannot be
-/// measured is recorded with the verdict `invalid`.
+/// Measures on a scan; responds when done, which can take some seconds. A characteristic with a tolerance that cannot be
+/// measured is stored with the verdict `invalid`.
 #[utoipa::path(
     post, path = "/scans/{id}/measurements", tag = "measurements", params(("id" = String, Path)),
     request_body = MeasureDto,
     responses((status = 201, body = MeasurementDto))
 )]
-async fn measure(
+async fn create_measurement(
     State(app): State<App>,
     ApiPath(id): ApiPath<String>,
     By(by): By,

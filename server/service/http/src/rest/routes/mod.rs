@@ -1,4 +1,4 @@
-//! The routes: one file per resource. A handler parses, calls, answers.
+//! The routes: one file per resource. A handler parses, calls, responds.
 
 pub mod calibration;
 pub mod captures;

@@ -11,7 +11,7 @@ use utoipa_axum::routes;
 use crate::problem::{Problem, ProblemKind};
 use crate::rest::conversions::blocking;
 use crate::rest::extract::ApiPath;
-use crate::wire::scan::profiles::{ProfileDto, ProfileListDto, ProfilePlaceDto};
+use crate::wire::scan::profiles::{ProfileDto, ProfileItemDto, ProfileListDto};
 use app::App;
 use app::calibrations::stored::stored_document;
 use app::stored_scan::{stored_frame, stored_positions};
@@ -21,7 +21,7 @@ pub fn routes() -> OpenApiRouter<Http> {
     OpenApiRouter::new().routes(routes!(list_profiles)).routes(routes!(get_profile))
 }
 
-/// Where the frames of a scan were taken.
+/// Lists the frames of a scan with their stage positions.
 #[utoipa::path(
     get, path = "/scans/{id}/profiles", tag = "scans", params(("id" = String, Path)),
     responses((status = 200, body = ProfileListDto))
@@ -32,7 +32,7 @@ async fn list_profiles(
 ) -> Result<Json<ProfileListDto>, Problem> {
     let scan = app.ledger.read().scan(&id).await?;
     let positions = stored_positions(&*app.artifacts, &scan).await?;
-    let place = |(sequence, position): (u32, StagePosition)| ProfilePlaceDto {
+    let place = |(sequence, position): (u32, StagePosition)| ProfileItemDto {
         sequence,
         position_mm: position.mm(),
         angle_deg: position.deg(),
@@ -41,10 +41,11 @@ async fn list_profiles(
     Ok(Json(ProfileListDto { items: (0..).zip(positions).map(place).collect() }))
 }
 
-/// The profile of one frame: all orders, labelled by this frame alone; the cloud's labels also use its neighbours.
+/// Returns the profile of one frame with all orders, labelled from this frame alone; the labels of the cloud also use the
+/// neighbouring frames.
 #[utoipa::path(
     get, path = "/scans/{id}/profiles/{sequence}", tag = "scans",
-    params(("id" = String, Path), ("sequence" = u32, Path, description = "Frame of the scan, from 0")),
+    params(("id" = String, Path), ("sequence" = u32, Path, description = "Index of the frame, from 0")),
     responses((status = 200, body = ProfileDto))
 )]
 async fn get_profile(
@@ -53,12 +54,12 @@ async fn get_profile(
 ) -> Result<Json<ProfileDto>, Problem> {
     let scan = app.ledger.read().scan(&id).await?;
     let document = stored_document(&app.ledger, &*app.artifacts, Some(&scan.calibration_id)).await?;
-    // An index beyond every scan is answered as one beyond this scan.
+    // An index out of range of the type gets the same answer as one out of range of this scan.
     let frame = usize::try_from(sequence).unwrap_or(usize::MAX);
     let (frame, captured_at_ns) = match stored_frame(&*app.artifacts, &scan, frame).await? {
         Ok(found) => found,
         Err(n_frames) => {
-            let detail = format!("the scan has {n_frames} frames, there is no {sequence}");
+            let detail = format!("the scan has {n_frames} frames, no frame {sequence}");
             return Err(Problem::new(ProblemKind::NotFound, detail).remedy("frames are counted from 0"));
         }
     };

@@ -1,4 +1,4 @@
-//! Recordings: begin, stop, list, download, delete.
+//! Recordings: start, stop, list, download, delete.
 
 use crate::Http;
 use axum::Json;
@@ -18,7 +18,7 @@ use crate::rest::ranges::ranged_artifact;
 use crate::wire::paging::{ListDto, PageQuery};
 use crate::wire::scan::recordings::{RecordingDto, StartRecordingDto, recording_href};
 use app::App;
-use app::use_cases::{self, start_recording};
+use app::use_cases;
 
 /// The media type of MCAP files.
 const MCAP: &str = "application/octet-stream";
@@ -26,13 +26,13 @@ const MCAP: &str = "application/octet-stream";
 /// The routes.
 pub fn routes() -> OpenApiRouter<Http> {
     OpenApiRouter::new()
-        .routes(routes!(list_recordings, begin_recording))
+        .routes(routes!(list_recordings, start_recording))
         .routes(routes!(get_recording, delete_recording))
         .routes(routes!(stop_recording))
         .routes(routes!(download_recording))
 }
 
-/// Recordings, newest first.
+/// Lists recordings, newest first.
 #[utoipa::path(
     get, path = "/recordings", tag = "recordings", params(PageQuery),
     responses((status = 200, body = ListDto<RecordingDto>))
@@ -46,15 +46,15 @@ async fn list_recordings(
     Ok(Json(ListDto::whole_of("/api/v1/recordings", &page, records, RecordingDto::try_from)))
 }
 
-/// Records the live view from now on: every frame that the camera delivers, bit by bit, with devices, stage, events,
-/// lines and profiles beside it. It ends when it is stopped, when the live view ends, or when the disk has no more room
-/// than must stay free. A scan is recorded with `record` in its own request.
+/// Starts recording the live view: every frame that the camera delivers, losslessly, with devices, stage, events, lines
+/// and profiles. The recording ends when it is stopped, when the live view ends, or when free disk space reaches its
+/// lower limit. To record a scan, set `record` in the scan request.
 #[utoipa::path(
     post, path = "/recordings", tag = "recordings", request_body = StartRecordingDto,
     params(("Sheaf-Control" = String, Header, description = "Id of the control lease")),
     responses((status = 201, body = RecordingDto))
 )]
-async fn begin_recording(
+async fn start_recording(
     State(app): State<App>,
     By(by): By,
     headers: HeaderMap,
@@ -70,10 +70,10 @@ async fn begin_recording(
         Ok::<_, Problem>(Reply::created(recording_href(&record.id), &dto))
     };
     let and = |record: &RecordingRecord| Ok::<_, Problem>(once.changes(&made(record)?));
-    made(&start_recording(&app, &by, &name, and).await?)
+    made(&use_cases::start_recording(&app, &by, &name, and).await?)
 }
 
-/// A recording; while it runs, with what is written so far.
+/// Returns a recording; while it runs, with the figures so far.
 #[utoipa::path(
     get, path = "/recordings/{id}", tag = "recordings", params(("id" = String, Path)),
     responses((status = 200, body = RecordingDto))
@@ -86,7 +86,7 @@ async fn get_recording(
     Ok(Json(record.try_into()?))
 }
 
-/// Ends a recording; answers when its file is finished. One that has ended stays as it is.
+/// Stops a recording; responds when its file is complete. A recording that has ended is not changed.
 #[utoipa::path(
     post, path = "/recordings/{id}/stop", tag = "recordings",
     params(("id" = String, Path), ("Sheaf-Control" = String, Header, description = "Id of the control lease")),
@@ -100,13 +100,13 @@ async fn stop_recording(
     Ok(Json(use_cases::stop_recording(&app, &by, &id).await?.try_into()?))
 }
 
-/// The file (MCAP), in whole or in ranges. Foxglove and rerun open it; `sheaf recording` and `station.replay` do, too.
+/// Downloads the MCAP file, whole or in ranges, for Foxglove, Rerun, `sheaf recording` or `station.replay`.
 #[utoipa::path(
     get, path = "/recordings/{id}/file", tag = "recordings",
-    params(("id" = String, Path), ("Range" = Option<String>, Header, description = "One range of bytes")),
+    params(("id" = String, Path), ("Range" = Option<String>, Header, description = "A single byte range")),
     responses(
         (status = 200, content((Vec<u8> = "application/octet-stream"))),
-        (status = 206, description = "A range", content((Vec<u8> = "application/octet-stream")))
+        (status = 206, description = "The requested range", content((Vec<u8> = "application/octet-stream")))
     )
 )]
 async fn download_recording(
@@ -117,13 +117,13 @@ async fn download_recording(
     let record = app.ledger.read().recording(&id).await?;
     let Some(file) = &record.file else {
         return Err(Problem::new(ProblemKind::Conflict, format!("recording {id} has no file yet"))
-            .remedy("stop it first, and wait until it is finished"));
+            .remedy("stop it first, and wait until its file is complete"));
     };
     let (what, name) = (format!("the file of recording {id}"), format!("{}.mcap", record.name));
     ranged_artifact(&app, file, &what, MCAP, &name, &headers).await
 }
 
-/// Forgets a recording and frees its bytes; one that runs must be stopped first.
+/// Deletes a recording and frees its disk space. A running recording must be stopped first.
 #[utoipa::path(
     delete, path = "/recordings/{id}", tag = "recordings", params(("id" = String, Path)),
     responses((status = 204, description = "Forgotten"))

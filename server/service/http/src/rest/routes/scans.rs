@@ -48,7 +48,7 @@ pub fn routes() -> OpenApiRouter<Http> {
         .routes(routes!(get_export))
 }
 
-/// Scans, newest first.
+/// Lists scans, newest first.
 #[utoipa::path(
     get, path = "/scans", tag = "scans", params(ScansQuery),
     responses((status = 200, body = ListDto<ScanDto>))
@@ -58,12 +58,12 @@ async fn list_scans(
     ApiQuery(query): ApiQuery<ScansQuery>,
 ) -> Result<Json<ListDto<ScanDto>>, Problem> {
     let page = page(query.before, query.limit)?;
-    let state = query.state.map(ScanStateDto::word);
-    let purpose = query.purpose.map(ScanPurposeDto::word);
+    let state = query.state.map(ScanStateDto::code);
+    let purpose = query.purpose.map(ScanPurposeDto::code);
     let asked = [
         ("state", state),
         ("calibration_id", query.calibration_id.as_deref()),
-        ("verdict", query.verdict.map(VerdictDto::word)),
+        ("verdict", query.verdict.map(VerdictDto::code)),
         ("purpose", purpose),
     ];
     let path = path_with("/api/v1/scans", &asked);
@@ -76,7 +76,7 @@ async fn list_scans(
     Ok(Json(ListDto::whole_of(&path, &page, listed, ScanDto::try_from)))
 }
 
-/// Starts a scan from the station or from a capture.
+/// Starts a scan job, from the station or from a capture.
 #[utoipa::path(
     post, path = "/scans", tag = "scans", request_body = StartScanDto,
     responses((status = 202, body = JobDto, headers(("Location" = String, description = "Address of the job"))))
@@ -98,7 +98,7 @@ async fn start_scan(
     accept_job(&app, &by, &headers, "POST scans", &body.sha256, JobInput::Scan(body.value.into())).await
 }
 
-/// Says what a scan from the station will be, before anything moves: rows, duration, density, σ, depths, disk.
+/// Plans a scan on the station before anything moves: rows, duration, point density, σ, depth range, disk space.
 #[utoipa::path(
     post, path = "/scans/plan", tag = "scans", request_body = StartScanDto,
     responses((status = 200, body = ScanPlanDto))
@@ -112,7 +112,7 @@ async fn plan_scan(State(app): State<App>, body: ApiJson<StartScanDto>) -> Resul
     Ok(Json(planned.into()))
 }
 
-/// Starts the scan of a known part and its comparison with its nominal.
+/// Starts a verification job: scans a reference part and compares it with its nominal value.
 #[utoipa::path(
     post, path = "/verifications", tag = "scans", request_body = StartVerificationDto,
     responses((status = 202, body = JobDto, headers(("Location" = String, description = "Address of the job"))))
@@ -127,7 +127,7 @@ async fn start_verification(
     accept_job(&app, &by, &headers, "POST verifications", &body.sha256, input).await
 }
 
-/// A scan.
+/// Returns a scan.
 #[utoipa::path(
     get, path = "/scans/{id}", tag = "scans", params(("id" = String, Path)),
     responses((status = 200, body = ScanDto))
@@ -138,7 +138,7 @@ async fn get_scan(State(app): State<App>, ApiPath(id): ApiPath<String>) -> Resul
     Ok(Json(part.try_into()?))
 }
 
-/// Forgets a scan and its measurements.
+/// Deletes a scan and its measurements.
 #[utoipa::path(
     delete, path = "/scans/{id}", tag = "scans", params(("id" = String, Path)),
     responses((status = 204, description = "Forgotten"))
@@ -152,7 +152,7 @@ async fn delete_scan(
     Ok(StatusCode::NO_CONTENT)
 }
 
-/// The points of a scan.
+/// Downloads the point cloud of a scan.
 #[utoipa::path(
     get, path = "/scans/{id}/cloud", tag = "scans", params(("id" = String, Path), CloudQuery),
     responses((status = 200, content((Vec<u8> = "application/octet-stream"), (String = "text/csv"), (Vec<u8> = "model/e57"))))
@@ -163,10 +163,10 @@ async fn get_cloud(
     ApiQuery(query): ApiQuery<CloudQuery>,
 ) -> Result<Response, Problem> {
     let format = query.format.unwrap_or_default();
-    download(&app, &id, "cloud", format.word()).await
+    download(&app, &id, "cloud", format.code()).await
 }
 
-/// The surface through the points of a scan.
+/// Downloads the mesh of a scan.
 #[utoipa::path(
     get, path = "/scans/{id}/mesh", tag = "scans", params(("id" = String, Path), MeshQuery),
     responses((status = 200, content(
@@ -179,7 +179,7 @@ async fn get_mesh(
     ApiQuery(query): ApiQuery<MeshQuery>,
 ) -> Result<Response, Problem> {
     let format = query.format.unwrap_or_default();
-    download(&app, &id, "mesh", format.word()).await
+    download(&app, &id, "mesh", format.code()).await
 }
 
 async fn download(app: &App, id: &str, what: &str, format: &str) -> Result<Response, Problem> {
@@ -196,14 +196,14 @@ async fn download(app: &App, id: &str, what: &str, format: &str) -> Result<Respo
     .await
 }
 
-/// Display points of a scan in blocks, as the live stream sends them: what a viewer missed, also while it runs.
+/// Returns display points of a scan in blocks, as in the live stream: for viewers that missed some, also while it runs.
 #[utoipa::path(
     get, path = "/scans/{id}/points", tag = "scans", params(("id" = String, Path), PointsQuery),
     responses((
         status = 200, body = Vec<u8>, content_type = "application/octet-stream",
         headers(
-            ("Sheaf-Next-Block" = u32, description = "Ask for the next blocks from here on"),
-            ("Sheaf-Complete" = bool, description = "Whether there are no more and will be none")
+            ("Sheaf-Next-Block" = u32, description = "First block of the next request"),
+            ("Sheaf-Complete" = bool, description = "Whether these are the last blocks of the scan")
         )
     ))
 )]
@@ -221,7 +221,7 @@ async fn get_points(
     Ok(response)
 }
 
-/// Computes a scan again from its peaks, with another calibration; the old one stays.
+/// Starts a job that recomputes a scan from its peaks with another calibration; the original scan is kept.
 #[utoipa::path(
     post, path = "/scans/{id}/recompute", tag = "scans", params(("id" = String, Path)),
     request_body = RecomputeDto,
@@ -241,7 +241,7 @@ async fn recompute_scan(
     accept_job(&app, &by, &headers, &route, &body.sha256, input).await
 }
 
-/// Writes a scan in another format, as a job.
+/// Starts a job that writes a scan in another format.
 #[utoipa::path(
     post, path = "/scans/{id}/exports", tag = "scans", params(("id" = String, Path)),
     request_body = StartExportDto,
@@ -260,7 +260,7 @@ async fn export_scan(
     accept_job(&app, &by, &headers, &route, &body.sha256, input).await
 }
 
-/// What an export wrote, by its file name: `cloud.csv`, `mesh.stl`.
+/// Downloads an exported file by name: `cloud.csv`, `mesh.stl`.
 #[utoipa::path(
     get, path = "/scans/{id}/exports/{file}", tag = "scans", params(("id" = String, Path), ("file" = String, Path)),
     responses((status = 200, content(
@@ -273,8 +273,8 @@ async fn get_export(
     ApiPath((id, file)): ApiPath<(String, String)>,
 ) -> Result<Response, Problem> {
     let (what, format) = file.split_once('.').ok_or_else(|| {
-        Problem::new(ProblemKind::NotFound, format!("there is no export \"{file}\""))
-            .remedy("exports are called cloud.csv, mesh.stl and so on")
+        Problem::new(ProblemKind::NotFound, format!("export \"{file}\" does not exist"))
+            .remedy("exports have names such as cloud.csv or mesh.stl")
     })?;
     download(&app, &id, what, format).await
 }

@@ -1,4 +1,4 @@
-//! The document `sheaf-calibration/1` on the wire: as the file holds it, `server/docs/schemas/calibration.schema.json`.
+//! The document `sheaf-calibration/1` on the wire, as in the file: `server/docs/schemas/calibration.schema.json`.
 //! Millimetres, pixels, radians; vectors in the camera frame.
 
 use std::collections::BTreeMap;
@@ -13,7 +13,7 @@ use crate::wire::calibration::calibration_summaries::{LightModelNameDto, ModelSc
 pub struct CalibrationDocumentDto {
     /// `sheaf-calibration/1`.
     pub format: String,
-    /// First digits of the document's SHA-256, computed with an empty id.
+    /// First digits of the SHA-256 of the document, computed with an empty id.
     pub id: String,
     /// The camera.
     pub camera: CameraModelDto,
@@ -21,28 +21,28 @@ pub struct CalibrationDocumentDto {
     pub orders: Vec<i8>,
     /// The light sheets.
     pub light: LightSheetsDto,
-    /// The stage; missing if it was not calibrated.
+    /// The stage; absent if it was not calibrated.
     pub stage: Option<CalibratedStageDto>,
-    /// z between which the board was seen.
+    /// Range of z in which the board was seen.
     pub depth_range: DepthRangeDto,
     /// Joint covariance of camera, light and stage.
     pub covariance: CovarianceDto,
-    /// What computed it.
+    /// The program that computed it.
     pub software: SoftwareDto,
-    /// The files it was computed from, by content.
+    /// The files it was computed from, with their hashes.
     pub inputs: Vec<InputFileDto>,
-    /// Constants of the computation that shape the result, by name.
+    /// Constants of the computation that affect the result, by name.
     pub parameters: BTreeMap<String, f64>,
-    /// What the calibration says about itself.
+    /// Quality figures of the calibration.
     pub report: CalibrationReportDto,
 }
 
-/// A pinhole with Brown–Conrady distortion in OpenCV's convention.
+/// Pinhole camera with Brown–Conrady distortion, OpenCV convention.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct CameraModelDto {
-    /// Columns of the pictures.
+    /// Image width.
     pub width_px: usize,
-    /// Rows of the pictures.
+    /// Image height.
     pub height_px: usize,
     /// Focal length along u.
     pub fx_px: f64,
@@ -64,7 +64,7 @@ pub struct CameraModelDto {
     pub k3: f64,
 }
 
-/// The light sheets by one of the three models.
+/// The light sheets, in one of the three models.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(tag = "model", rename_all = "snake_case")]
 pub enum LightSheetsDto {
@@ -73,7 +73,7 @@ pub enum LightSheetsDto {
         /// The planes.
         planes: Vec<LightPlaneDto>,
     },
-    /// Planes through one line at the angles of the grating equation.
+    /// A pencil of planes through one line, at the angles of the grating equation.
     Pencil {
         /// A point of the line.
         #[schema(min_items = 3, max_items = 3)]
@@ -89,22 +89,22 @@ pub enum LightSheetsDto {
     },
     /// The exact curved sheets of the vector grating equation.
     Grating {
-        /// From where the light spreads.
+        /// Point source of the fan.
         #[schema(min_items = 3, max_items = 3)]
         source_mm: [f64; 3],
-        /// Where the laser points.
+        /// Direction of the laser beam.
         #[schema(min_items = 3, max_items = 3)]
         axis: [f64; 3],
-        /// Along which it spreads.
+        /// Direction in which the beam is fanned out.
         #[schema(min_items = 3, max_items = 3)]
         fan: [f64; 3],
         /// Normal of the grating.
         #[schema(min_items = 3, max_items = 3)]
         normal: [f64; 3],
-        /// Direction of its grooves.
+        /// Direction of the grooves.
         #[schema(min_items = 3, max_items = 3)]
         groove: [f64; 3],
-        /// From the source to the grating.
+        /// Distance from the source to the grating.
         gap_mm: f64,
         /// Wavelength over the grating's period.
         wavelength_over_period: f64,
@@ -123,13 +123,13 @@ pub struct LightPlaneDto {
     pub offset_mm: f64,
 }
 
-/// The stage as calibrated: what moves the part.
+/// The calibrated stage.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(untagged)]
 pub enum CalibratedStageDto {
-    /// It travels.
+    /// A linear stage.
     Linear(StageAxisDto),
-    /// It turns.
+    /// A rotary stage.
     Rotary(RotaryAxisDto),
 }
 
@@ -138,33 +138,33 @@ pub enum CalibratedStageDto {
 #[serde(deny_unknown_fields)]
 pub struct RotaryAxisDto {
     /// Always `rotary`.
-    pub kind: RotaryWordDto,
+    pub kind: RotaryKindDto,
     /// A point of the axis, camera frame.
     #[schema(min_items = 3, max_items = 3)]
     pub point_mm: [f64; 3],
-    /// Unit vector about which growing angles turn the part by the right-hand rule.
+    /// Unit vector of the axis; positive angles turn the part by the right-hand rule.
     #[schema(min_items = 3, max_items = 3)]
     pub direction: [f64; 3],
-    /// One standard deviation of the table's angles; missing where that is unknown, which is not zero.
+    /// Standard deviation of the angles of the table; absent if unknown (unknown does not mean zero).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub angle_sigma_deg: Option<f64>,
 }
 
-/// The word that distinguishes a turntable from a linear stage.
+/// The kind that distinguishes a rotary from a linear stage.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
-pub enum RotaryWordDto {
-    /// It turns.
+pub enum RotaryKindDto {
+    /// A rotary stage.
     Rotary,
 }
 
 /// The travel of the stage.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct StageAxisDto {
-    /// Millimetres per millimetre of the stage's own count.
+    /// Travel per commanded millimetre.
     #[schema(min_items = 3, max_items = 3)]
     pub direction_mm_per_mm: [f64; 3],
-    /// How far the travel may be from straight and even; missing where that is unknown, which is not zero.
+    /// Straightness and evenness of the travel; absent if unknown (unknown does not mean zero).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub straightness: Option<StraightnessDto>,
 }
@@ -172,7 +172,7 @@ pub struct StageAxisDto {
 /// Deviations from straight and even travel.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct StraightnessDto {
-    /// One standard deviation, alike along every axis.
+    /// Standard deviation, the same along every axis.
     pub sigma_mm: f64,
     /// Stage position of the first node.
     pub first_mm: f64,
@@ -182,21 +182,21 @@ pub struct StraightnessDto {
     pub n_nodes: usize,
 }
 
-/// Depths, z of the camera frame.
+/// Range of depth, z of the camera frame.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct DepthRangeDto {
-    /// The nearest.
+    /// Nearest.
     pub near_mm: f64,
-    /// The farthest.
+    /// Farthest.
     pub far_mm: f64,
 }
 
 /// Covariance of the parameters.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct CovarianceDto {
-    /// Names of rows and columns: camera, light (local steps), stage.
+    /// Names of rows and columns: camera, light (local increments), stage.
     pub parameters: Vec<String>,
-    /// Its rows.
+    /// The matrix, row by row.
     pub matrix: Vec<Vec<f64>>,
 }
 
@@ -209,7 +209,7 @@ pub struct SoftwareDto {
     pub version: String,
 }
 
-/// A file.
+/// An input file.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct InputFileDto {
     /// Its path in the capture.
@@ -218,51 +218,51 @@ pub struct InputFileDto {
     pub sha256: String,
 }
 
-/// What a calibration says about itself.
+/// Quality figures of a calibration.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct CalibrationReportDto {
     /// The fit of the camera.
     pub camera: CameraFitDto,
-    /// The fit of the light sheets; missing without laser pictures.
+    /// The fit of the light sheets; absent without laser images.
     pub light: Option<LightFitDto>,
-    /// The light models compared; missing with too few poses.
+    /// Comparison of the light models; absent with too few poses.
     pub cross_validation: Option<CrossValidationDto>,
-    /// The fit of the stage; missing without pictures on it.
+    /// The fit of a linear stage; absent without stage views.
     pub stage: Option<StageFitDto>,
-    /// The fit of a turntable's axis; missing without pictures on one.
+    /// The fit of a turntable axis; absent without stage views.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub axis: Option<AxisFitDto>,
-    /// What to know about it, in sentences.
+    /// Warnings, in sentences.
     pub warnings: Vec<String>,
 }
 
 /// The fit of the camera.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct CameraFitDto {
-    /// RMS distance of the corners from where the camera expects them.
+    /// RMS reprojection error of the corners.
     pub rms_px: f64,
-    /// Standard deviation of a corner per axis, as estimated from the residuals.
+    /// Standard deviation of a corner per axis, estimated from the residuals.
     pub corner_sigma_px: f64,
-    /// Why the fit stopped: `gradient`, `step` or `cost`; missing in documents of earlier versions.
+    /// Termination reason of the solver: `gradient`, `step` or `cost`; absent in documents of earlier versions.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub termination: Option<String>,
-    /// Why the sixth-power distortion was estimated or not, in a sentence.
+    /// Why k3 was estimated or not, in a sentence.
     pub k3: String,
     /// σ of fx, fy, cx, cy, k1, k2, p1, p2, k3.
     #[schema(min_items = 9, max_items = 9)]
     pub sigma: [f64; 9],
-    /// The board pictures.
+    /// The board images.
     pub views: Vec<ViewFitDto>,
 }
 
-/// How a board picture fits the camera.
+/// The fit of one board image.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct ViewFitDto {
-    /// The picture.
+    /// The image.
     pub name: String,
-    /// RMS distance of its corners from where the camera expects them.
+    /// RMS reprojection error of its corners.
     pub rms_px: f64,
-    /// Its corners.
+    /// Number of corners.
     pub n_corners: usize,
 }
 
@@ -271,29 +271,29 @@ pub struct ViewFitDto {
 pub struct LightFitDto {
     /// The model.
     pub model: LightModelNameDto,
-    /// RMS distance of the points from their predicted curves.
+    /// RMS distance of the laser points from their predicted curves.
     pub rms_px: f64,
-    /// What it leaves of depth uncertainty over the working volume.
+    /// Systematic depth uncertainty over the working volume, 1 σ.
     pub systematic_sigma_mm: f64,
-    /// Why the fit stopped: `gradient`, `step` or `cost`; missing in documents of earlier versions.
+    /// Termination reason of the solver: `gradient`, `step` or `cost`; absent in documents of earlier versions.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub termination: Option<String>,
-    /// Estimate, σ, data sheet; missing for free planes.
+    /// Estimate, σ and nominal value; absent for free planes.
     #[schema(min_items = 3, max_items = 3)]
     pub wavelength_over_period: Option<[f64; 3]>,
-    /// Residuals of each order on each board.
+    /// Residuals per order and board.
     pub lines: Vec<LineFitDto>,
-    /// Points off the board.
+    /// Points rejected because they are off the board.
     pub rejected_off_board: usize,
-    /// Points at the edges of squares.
+    /// Points rejected because they are at the edge of a square.
     pub rejected_square_edge: usize,
-    /// Points without a certain order.
+    /// Points rejected because their order is ambiguous.
     pub rejected_unlabelled: usize,
-    /// Points too far from their curve.
+    /// Points rejected as outliers.
     pub rejected_outlier: usize,
 }
 
-/// How an order on a board fits its light sheet.
+/// The fit of one order on one board.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct LineFitDto {
     /// The pose of the board.
@@ -308,37 +308,37 @@ pub struct LineFitDto {
     pub rms_px: f64,
     /// RMS of distance over predicted σ.
     pub normalised_rms: f64,
-    /// Points left out.
+    /// Outliers.
     pub n_outliers: usize,
 }
 
-/// The light models, compared on poses that were left out of their fits.
+/// Comparison of the light models on held-out poses.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct CrossValidationDto {
-    /// One per model, simplest first.
+    /// One entry per model, simplest first.
     pub models: Vec<ModelScoreDto>,
-    /// The one with evidence on its side.
+    /// The recommended model.
     pub recommended: LightModelNameDto,
-    /// Why, in a sentence.
+    /// The reason, in a sentence.
     pub reason: String,
 }
 
 /// The fit of a turntable's axis.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct AxisFitDto {
-    /// σ of the direction along two ways across it.
+    /// σ of the axis direction in two perpendicular directions.
     #[schema(min_items = 2, max_items = 2)]
     pub tilt_sigma_deg: [f64; 2],
-    /// σ of the point along the same two.
+    /// σ of the axis point in the same two directions.
     #[schema(min_items = 2, max_items = 2)]
     pub shift_sigma_mm: [f64; 2],
-    /// σ of the table's angles; missing if nobody knows.
+    /// σ of the angles of the table; absent if unknown.
     pub angle_sigma_deg: Option<f64>,
-    /// Whether that was stated in the capture, or else estimated from the views.
+    /// Whether it was stated in the capture (true) or estimated from the views (false).
     pub angle_sigma_stated: bool,
-    /// RMS of the boards' deviations from a pure turn over their noise.
+    /// RMS deviation of the boards from a pure rotation, divided by their noise.
     pub noise_ratio: f64,
-    /// Per view: angle, degrees; deviation along the turn, radially and along the axis, µm.
+    /// Per view: angle in degrees; tangential, radial and axial deviation in µm.
     pub deviations: Vec<[f64; 4]>,
 }
 
@@ -348,12 +348,12 @@ pub struct StageFitDto {
     /// σ of the direction's components.
     #[schema(min_items = 3, max_items = 3)]
     pub sigma: [f64; 3],
-    /// Length of the direction minus 1.
+    /// Relative scale error of the stage: length of the direction minus 1.
     pub scale_error: f64,
-    /// σ of it.
+    /// σ of the scale error.
     pub scale_sigma: f64,
-    /// RMS deviation across the travel, µm.
+    /// RMS deviation perpendicular to the travel, µm.
     pub straightness_rms_um: f64,
-    /// Per view: position, mm; deviation along, and two across, µm.
+    /// Per view: position in mm; one deviation along and two perpendicular to the travel in µm.
     pub straightness: Vec<[f64; 4]>,
 }

@@ -1,53 +1,53 @@
-//! The figures of a calibration on the wire, as lists carry them: read from the record.
+//! The summary of a calibration on the wire, as in lists: read from the stored record.
 
 use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-/// Figures of a calibration.
+/// Summary of a calibration.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct CalibrationSummaryDto {
-    /// RMS distance of board corners from where the camera expects them.
+    /// RMS reprojection error of the board corners.
     pub corner_rms_px: f64,
-    /// Standard deviation of a corner per axis, as estimated from the residuals.
+    /// Standard deviation of a corner per axis, estimated from the residuals.
     pub corner_sigma_px: f64,
-    /// Why the sixth-power distortion was estimated or not, in a sentence.
+    /// Why k3 was estimated or not, in a sentence.
     pub k3_reason: String,
-    /// Parameters of the camera by name: `fx`, `fy`, `cx`, `cy`, `k1`, …
+    /// Camera parameters by name: `fx`, `fy`, `cx`, `cy`, `k1`, …
     pub camera: BTreeMap<String, EstimateDto>,
-    /// The board pictures.
-    pub pictures: Vec<PictureFitDto>,
-    /// Model of the light sheets; missing without laser pictures: such a calibration cannot scan.
+    /// The board images.
+    pub pictures: Vec<BoardImageFitDto>,
+    /// Model of the light sheets; absent without laser images: such a calibration cannot be used for scanning.
     pub model: Option<LightModelNameDto>,
-    /// RMS distance of laser points from their predicted curves.
+    /// RMS distance of the laser points from their predicted curves.
     pub light_rms_px: Option<f64>,
-    /// What the calibration leaves of depth uncertainty over the working volume.
+    /// Systematic depth uncertainty over the working volume, 1 σ.
     pub systematic_sigma_mm: Option<f64>,
-    /// The light models compared; missing with too few poses.
+    /// Comparison of the light models; absent with too few poses.
     pub models: Option<ModelComparisonDto>,
-    /// Board poses.
+    /// Number of board poses.
     pub n_poses: usize,
-    /// Of them with a laser picture.
+    /// Poses with a laser image.
     pub n_laser_poses: usize,
-    /// Board pictures on the moving stage.
+    /// Number of stage views.
     pub n_stage_views: usize,
-    /// z of the camera frame at which the board was seen nearest.
+    /// Nearest depth (z of the camera frame) at which the board was seen.
     pub depth_near_mm: f64,
-    /// z of the camera frame at which the board was seen farthest.
+    /// Farthest depth (z of the camera frame) at which the board was seen.
     pub depth_far_mm: f64,
-    /// The stage; missing if it was not calibrated.
-    pub stage: Option<StageFiguresDto>,
-    /// The axis of a turntable; missing without one.
+    /// The linear stage; absent if it was not calibrated.
+    pub stage: Option<StageSummaryDto>,
+    /// The turntable axis; absent without a turntable.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub axis: Option<AxisFiguresDto>,
-    /// What to know about it, in sentences.
+    pub axis: Option<AxisSummaryDto>,
+    /// Warnings, in sentences.
     pub warnings: Vec<String>,
-    /// Pictures that were left out, in sentences.
+    /// Images that were left out and why, in sentences.
     pub left_out: Vec<String>,
 }
 
-/// A value with its standard deviation; 0 for one that was held.
+/// A value with its standard deviation; σ is 0 for a fixed parameter.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct EstimateDto {
     /// The value.
@@ -56,100 +56,100 @@ pub struct EstimateDto {
     pub sigma: f64,
 }
 
-/// How a board picture fits the camera.
+/// The fit of one board image.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
-pub struct PictureFitDto {
-    /// The picture.
+pub struct BoardImageFitDto {
+    /// The image.
     pub picture: String,
-    /// RMS distance of its corners from where the camera expects them.
+    /// RMS reprojection error of its corners.
     pub rms_px: f64,
-    /// Its corners.
+    /// Number of corners.
     pub n_corners: usize,
 }
 
-/// A model of the light sheets.
+/// Model of the light sheets.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum LightModelNameDto {
     /// One free plane per order.
     Planes,
-    /// Planes through one line at the angles of the grating equation.
+    /// A pencil of planes through one line, at the angles of the grating equation.
     Pencil,
     /// The exact curved sheets of the vector grating equation.
     Grating,
 }
 
-/// The light models, compared on poses that were left out of their fits.
+/// Comparison of the light models on held-out poses.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct ModelComparisonDto {
-    /// One per model, simplest first.
+    /// One entry per model, simplest first.
     pub scores: Vec<ModelScoreDto>,
-    /// The one with evidence on its side.
+    /// The recommended model.
     pub recommended: LightModelNameDto,
-    /// Why, in a sentence.
+    /// The reason, in a sentence.
     pub reason: String,
 }
 
-/// Error of one light model on poses that were left out of its fit; missing where it could not be fitted.
+/// Error of one light model on held-out poses; figures are absent if it could not be fitted.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct ModelScoreDto {
     /// The model.
     pub model: LightModelNameDto,
     /// RMS distance of held-out points from the predicted curves.
     pub held_out_rms_px: Option<f64>,
-    /// The same as depth, along the camera ray.
+    /// The same as a depth error along the camera ray.
     pub held_out_rms_mm: Option<f64>,
-    /// The part of it that is common to the points of a pose and order.
+    /// The systematic part of it: common to all points of a pose and order.
     pub held_out_bias_mm: Option<f64>,
-    /// RMS on the poses used for the fit.
+    /// RMS on the poses used in the fit.
     pub fit_rms_px: Option<f64>,
-    /// Why it could not be fitted, if so.
+    /// Why it could not be fitted.
     pub failure: Option<String>,
 }
 
-/// The axis of a turntable as calibrated.
+/// Summary of a calibrated turntable axis.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
-pub struct AxisFiguresDto {
+pub struct AxisSummaryDto {
     /// A point of the axis, camera frame.
     #[schema(min_items = 3, max_items = 3)]
     pub point_mm: [f64; 3],
-    /// Unit vector about which growing angles turn the part by the right-hand rule.
+    /// Unit vector of the axis; positive angles turn the part by the right-hand rule.
     #[schema(min_items = 3, max_items = 3)]
     pub direction: [f64; 3],
-    /// σ of the point along two ways across the axis.
+    /// σ of the axis point in two directions perpendicular to the axis.
     #[schema(min_items = 2, max_items = 2)]
     pub shift_sigma_mm: [f64; 2],
-    /// σ of the direction along the same two.
+    /// σ of the axis direction in the same two directions.
     #[schema(min_items = 2, max_items = 2)]
     pub tilt_sigma_deg: [f64; 2],
-    /// σ of the table's angles; missing if nobody knows.
+    /// σ of the angles of the table; absent if unknown.
     pub angle_sigma_deg: Option<f64>,
-    /// Whether that was stated in the capture, or else estimated from the views.
+    /// Whether it was stated in the capture (true) or estimated from the views (false).
     pub angle_sigma_stated: bool,
-    /// RMS of the boards' deviations from a pure turn over their noise.
+    /// RMS deviation of the boards from a pure rotation, divided by their noise.
     pub noise_ratio: f64,
-    /// Per view: angle, degrees; deviation along the turn, radially and along the axis, µm.
+    /// Per view: angle in degrees; tangential, radial and axial deviation in µm.
     pub deviations_um: Vec<[f64; 4]>,
 }
 
-/// The stage as calibrated.
+/// Summary of a calibrated linear stage.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
-pub struct StageFiguresDto {
-    /// Travel per mm of the stage's own count, camera frame.
+pub struct StageSummaryDto {
+    /// Travel per commanded millimetre, camera frame.
     #[schema(min_items = 3, max_items = 3)]
     pub direction: [f64; 3],
     /// σ of `direction`.
     #[schema(min_items = 3, max_items = 3)]
     pub sigma: [f64; 3],
-    /// Length of `direction` minus 1.
+    /// Relative scale error of the stage: length of `direction` minus 1.
     pub scale_error: f64,
-    /// σ of it.
+    /// σ of the scale error.
     pub scale_sigma: f64,
-    /// RMS deviation across the travel, µm.
+    /// RMS deviation perpendicular to the travel, µm.
     pub straightness_rms_um: f64,
-    /// σ per axis of how far the travel may be from straight and even, µm; missing in earlier versions.
+    /// σ per axis of the deviation from straight and even travel, µm; absent in earlier versions.
     #[serde(default)]
     pub straightness_sigma_um: Option<f64>,
-    /// Per view: position, mm; deviation along, and two across, µm.
+    /// Per view: position in mm; one deviation along and two perpendicular to the travel in µm.
     pub straightness_um: Vec<[f64; 4]>,
 }

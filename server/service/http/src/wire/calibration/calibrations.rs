@@ -9,15 +9,15 @@ use crate::wire::calibration::calibration_summaries::CalibrationSummaryDto;
 use crate::wire::figures;
 use app::jobs::{CalibrateInput, Source};
 
-/// Where pictures come from.
+/// Source of the images.
 #[derive(Debug, Clone, Serialize, Deserialize, ToSchema)]
 #[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
-pub enum SourceDto {
+pub enum CalibrationSourceDto {
     /// The station itself.
     Station {},
     /// A capture.
     Capture {
-        /// Which.
+        /// Id of the capture.
         capture_id: String,
     },
 }
@@ -26,21 +26,21 @@ pub enum SourceDto {
 #[derive(Debug, Clone, Copy, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum LightModelDto {
-    /// The one that cross-validation recommends.
+    /// The one recommended by cross-validation.
     Auto,
     /// One free plane per order.
     Planes,
-    /// Planes through one line at the angles of the grating equation.
+    /// A pencil of planes through one line, at the angles of the grating equation.
     Pencil,
     /// The exact curved sheets of the vector grating equation.
     Grating,
 }
 
-/// Whether the sixth-power distortion is estimated.
+/// Whether the sixth-power radial distortion k3 is estimated.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum K3Dto {
-    /// Only if the pictures distinguish it from zero.
+    /// Only if it is significantly different from zero.
     Auto,
     /// Always.
     On,
@@ -48,21 +48,21 @@ pub enum K3Dto {
     Off,
 }
 
-/// Calibrate camera, light and stage.
+/// Request to calibrate camera, light sheets and stage.
 #[derive(Debug, Clone, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 #[schema(example = json!({ "source": { "kind": "station" } }))]
 pub struct StartCalibrationDto {
-    /// Where pictures come from; on the simulated station a virtual operator moves the board.
-    pub source: SourceDto,
-    /// Model of the light sheets; `auto` if not said.
+    /// Source of the images; on the simulated station a virtual operator moves the board.
+    pub source: CalibrationSourceDto,
+    /// Model of the light sheets; default `auto`.
     pub light_model: Option<LightModelDto>,
-    /// `auto` if not said.
+    /// Whether k3 is estimated; default `auto`.
     pub k3: Option<K3Dto>,
-    /// Go on without pictures that show no board or no line even if they are the most.
+    /// Ignore images without a readable board or line, even if most are unreadable.
     #[serde(default)]
     pub leave_out_unreadable: bool,
-    /// Board poses to take at the station; 12 if not said.
+    /// Number of board poses to capture at the station; default 12.
     #[schema(minimum = 3, maximum = 100)]
     pub n_poses: Option<usize>,
 }
@@ -70,83 +70,83 @@ pub struct StartCalibrationDto {
 /// A calibration in a list.
 #[derive(Debug, Serialize, ToSchema)]
 pub struct CalibrationItemDto {
-    /// Its id: a hash of its content.
+    /// Id: a hash of the content.
     pub id: String,
-    /// Whether scans use it now.
+    /// Whether it is the active calibration.
     pub active: bool,
-    /// Figures: residuals by model, chosen model, poses, working volume.
+    /// Summary: residuals, light model, poses, working depth.
     pub summary: CalibrationSummaryDto,
-    /// The pictures it was made from.
+    /// The capture it was computed from.
     pub capture_id: Option<String>,
-    /// The job that made it.
+    /// The job that computed it.
     pub job_id: Option<String>,
-    /// Address of its report, if there is one.
+    /// URL of its report, if it has one.
     pub report: Option<String>,
-    /// When it was made, wall clock, ms since 1970.
+    /// Time of creation, ms since 1970 (UTC).
     pub created_at_ms: i64,
 }
 
 /// A calibration with its document.
 #[derive(Debug, Serialize, ToSchema)]
 pub struct CalibrationDto {
-    /// As in lists.
+    /// The fields of list entries.
     #[serde(flatten)]
     pub item: CalibrationItemDto,
-    /// Its document.
+    /// The document.
     pub calibration: CalibrationDocumentDto,
 }
 
-/// Which calibration is active.
+/// The active calibration.
 #[derive(Debug, Serialize, ToSchema)]
-pub struct ActiveDto {
-    /// Its id; missing: none is.
+pub struct ActiveCalibrationDto {
+    /// Id of the active calibration; absent if none is active.
     pub calibration_id: Option<String>,
-    /// What was active before.
+    /// The calibration that was active before.
     pub previous_id: Option<String>,
     /// Who activated it.
     pub actor: Option<String>,
-    /// When, wall clock, ms since 1970.
+    /// Time of the activation, ms since 1970 (UTC).
     pub at_ms: Option<i64>,
 }
 
-/// Which calibration shall be active.
+/// Request to activate a calibration.
 #[derive(Debug, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
-pub struct ActivateDto {
-    /// Its id.
+pub struct ActivateCalibrationDto {
+    /// Id of the calibration.
     pub calibration_id: String,
-    /// Activate although its newest verification is not `ok`; without this it is refused with 409. The log says so.
+    /// Activate even if its latest verification is not `ok`; otherwise refused with 409. Logged.
     #[serde(default)]
     pub despite_verification: bool,
 }
 
-/// An entry of the log of activations.
+/// An entry of the activation log.
 #[derive(Debug, Serialize, ToSchema)]
 pub struct ActivationDto {
     /// Position in the log.
     pub seq: i64,
-    /// Active from here on; missing: none.
+    /// The calibration active since then; absent: none.
     pub calibration_id: Option<String>,
-    /// Active before.
+    /// The calibration active before.
     pub previous_id: Option<String>,
     /// `activate` or `roll_back`.
-    pub act: String,
-    /// Who did it.
+    pub action: String,
+    /// Who activated or rolled back.
     pub actor: String,
-    /// When, wall clock, ms since 1970.
+    /// Time of the activation, ms since 1970 (UTC).
     pub at_ms: i64,
 }
 
-/// Address of a calibration.
+/// URL of a calibration.
 pub fn calibration_href(id: &str) -> String {
     format!("/api/v1/calibrations/{id}")
 }
 
 impl CalibrationItemDto {
-    /// The record, and whether it is the active one.
+    /// The list entry of a record; `active`: whether it is the active one.
     ///
     /// # Errors
-    /// If its figures are none of this version's.
+    /// If the stored summary was written by an incompatible version.
     pub fn new(record: CalibrationRecord, active: Option<&str>) -> Result<Self, DamagedRow> {
         let summary = figures("calibration", &record.id, record.summary)?;
         Ok(Self {
@@ -161,7 +161,7 @@ impl CalibrationItemDto {
     }
 }
 
-impl From<Option<ActivationRecord>> for ActiveDto {
+impl From<Option<ActivationRecord>> for ActiveCalibrationDto {
     fn from(record: Option<ActivationRecord>) -> Self {
         match record {
             Some(record) => Self {
@@ -178,15 +178,15 @@ impl From<Option<ActivationRecord>> for ActiveDto {
 impl From<ActivationRecord> for ActivationDto {
     fn from(record: ActivationRecord) -> Self {
         let ActivationRecord { seq, calibration_id, previous_id, act, actor, at_ms } = record;
-        Self { seq, calibration_id, previous_id, act, actor, at_ms }
+        Self { seq, calibration_id, previous_id, action: act, actor, at_ms }
     }
 }
 
-impl From<SourceDto> for Source {
-    fn from(dto: SourceDto) -> Self {
+impl From<CalibrationSourceDto> for Source {
+    fn from(dto: CalibrationSourceDto) -> Self {
         match dto {
-            SourceDto::Station {} => Self::Station,
-            SourceDto::Capture { capture_id } => Self::Capture { capture_id },
+            CalibrationSourceDto::Station {} => Self::Station,
+            CalibrationSourceDto::Capture { capture_id } => Self::Capture { capture_id },
         }
     }
 }

@@ -4,59 +4,59 @@ use calibration::{CalibrationDifference, DepthDifference, OrderDifference};
 use serde::{Deserialize, Serialize};
 use utoipa::{IntoParams, ToSchema};
 
-/// With which other calibration.
+/// Selects the calibration to compare with.
 #[derive(Debug, Deserialize, IntoParams)]
 #[serde(deny_unknown_fields)]
 #[into_params(parameter_in = Query)]
 pub struct DiffQuery {
-    /// Id of the other one.
+    /// Id of the other calibration.
     pub with: String,
 }
 
-/// How far one calibration reads from another, over the working volume of the first.
+/// Depth difference of two calibrations over the working volume of the first.
 #[derive(Debug, Serialize, ToSchema)]
-pub struct DifferenceDto {
-    /// The first.
+pub struct CalibrationDifferenceDto {
+    /// The first calibration.
     pub calibration_id: String,
-    /// The second; differences are second minus first.
-    pub with: String,
-    /// Columns of the grids.
+    /// The second calibration; differences are second minus first.
+    pub other_calibration_id: String,
+    /// Number of grid columns.
     pub columns: usize,
-    /// Rows of the grids.
+    /// Number of grid rows.
     pub rows: usize,
-    /// All orders together.
+    /// Statistics over all orders.
     pub total: DepthDifferenceDto,
-    /// Per order that both know.
+    /// Per order that both calibrations have.
     pub orders: Vec<OrderDifferenceDto>,
 }
 
-/// Differences in depth over many pixels.
+/// Statistics of depth differences over many pixels.
 #[derive(Debug, Serialize, ToSchema)]
 pub struct DepthDifferenceDto {
-    /// Pixels compared.
+    /// Number of pixels compared.
     pub n_pixels: usize,
-    /// Mean, signed.
+    /// Signed mean.
     pub mean_mm: f64,
-    /// Root of the mean square.
+    /// Root mean square.
     pub rms_mm: f64,
-    /// The largest, signed.
+    /// Largest difference, signed.
     pub max_mm: f64,
-    /// Where that is: order.
+    /// Location of the largest difference: order.
     pub worst_order: i8,
-    /// Where that is: column and row of the pixel.
+    /// Location of the largest difference: column and row of the pixel.
     pub worst_px: [f64; 2],
-    /// Where that is: depth by the first.
+    /// Location of the largest difference: depth measured with the first calibration.
     pub worst_depth_mm: f64,
 }
 
-/// The difference on the line of one order.
+/// Depth difference of one order.
 #[derive(Debug, Serialize, ToSchema)]
 pub struct OrderDifferenceDto {
     /// The order.
     pub order: i8,
-    /// All its pixels together.
+    /// Statistics over all its pixels.
     pub total: DepthDifferenceDto,
-    /// Row by row over the grid; nothing outside the working volume.
+    /// Grid, row by row; null outside the working volume.
     pub depth_mm: Vec<Option<f64>>,
 }
 
@@ -74,9 +74,9 @@ impl From<&DepthDifference> for DepthDifferenceDto {
     }
 }
 
-impl DifferenceDto {
+impl CalibrationDifferenceDto {
     /// The difference of the two.
-    pub fn new(calibration_id: String, with: String, difference: CalibrationDifference) -> Self {
+    pub fn new(calibration_id: String, other_calibration_id: String, difference: CalibrationDifference) -> Self {
         let order = |order: OrderDifference| OrderDifferenceDto {
             order: order.order,
             total: (&order.total).into(),
@@ -84,7 +84,7 @@ impl DifferenceDto {
         };
         Self {
             calibration_id,
-            with,
+            other_calibration_id,
             columns: difference.columns,
             rows: difference.rows,
             total: (&difference.total).into(),

@@ -1,19 +1,19 @@
-//! What a calibration left unexplained, on the wire.
+//! Residuals of a calibration on the wire.
 
 use app::calibrations::residuals::{OrderResiduals, Residuals};
 use serde::Serialize;
 use utoipa::ToSchema;
 
-/// Residuals of a calibration over the picture.
+/// Residuals of a calibration over the image.
 #[derive(Debug, Serialize, ToSchema)]
 pub struct ResidualsDto {
-    /// Columns of the pictures.
+    /// Image width.
     pub width_px: usize,
-    /// Rows of the pictures.
+    /// Image height.
     pub height_px: usize,
-    /// Board corners of all pictures: u, v where seen; du, dv from where the camera expects it to there, px.
+    /// Board corners of all images: detected u, v and reprojection error du, dv (detected minus predicted), px.
     pub corners: Vec<[f32; 4]>,
-    /// Laser points by order, thinned for drawing.
+    /// Laser points by order, subsampled for display.
     pub orders: Vec<OrderResidualsDto>,
 }
 
@@ -22,8 +22,8 @@ pub struct ResidualsDto {
 pub struct OrderResidualsDto {
     /// The order.
     pub order: i8,
-    /// Number of the pose, from 0; u, v where seen; signed distance across the line from the curve that the light
-    /// sheet predicts, px.
+    /// Index of the pose, from 0; detected u, v; signed distance from the curve predicted by the light sheet,
+    /// perpendicular to the line, px.
     pub points: Vec<[f32; 4]>,
 }
 

@@ -1,10 +1,10 @@
-//! Calibration sessions on the wire: what is asked and answered.
+//! Calibration sessions on the wire: requests and responses.
 
 use optics::StagePosition;
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-use crate::wire::calibration::session_bodies::{ExposuresDto, ProjectorSheetDto, SessionBodyDto, SessionNeedsDto};
+use crate::wire::calibration::session_bodies::{ExposuresDto, ProjectorDto, SessionBodyDto, SessionNeedsDto};
 use crate::wire::calibration::target::TargetDto;
 use app::error::{AppError, ErrorKind};
 use app::jobs::calibrate::SolveSession;
@@ -15,15 +15,15 @@ use app::sessions::{NewSession, Session, SessionDefaults, SessionNeeds, VirtualB
 pub struct SessionDto {
     /// UUID v7.
     pub id: String,
-    /// Grows with every change.
+    /// Version; increases with every change.
     pub version: i64,
-    /// Everything else.
+    /// The content.
     pub body: SessionBodyDto,
-    /// What its steps have, and what a good calibration wants.
+    /// What its steps have, and what a good calibration needs.
     pub needs: SessionNeedsDto,
-    /// When it was begun, ms since 1970.
+    /// Time of creation, ms since 1970 (UTC).
     pub created_at_ms: i64,
-    /// When it was changed last, ms since 1970.
+    /// Time of the last change, ms since 1970 (UTC).
     pub changed_at_ms: i64,
 }
 
@@ -35,17 +35,17 @@ impl From<Session> for SessionDto {
     }
 }
 
-/// What a new session is to be.
+/// Request to create a session.
 #[derive(Debug, Clone, Default, Deserialize, ToSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct NewSessionDto {
-    /// What a person calls it.
+    /// Its name.
     pub name: Option<String>,
-    /// The board; the configured one if left out.
+    /// The calibration board; default: the configured one.
     pub target: Option<TargetDto>,
-    /// The projector; the configured one if left out.
-    pub projector: Option<ProjectorSheetDto>,
-    /// How pictures are exposed.
+    /// Laser and grating; default: the configured ones.
+    pub projector: Option<ProjectorDto>,
+    /// Exposure settings.
     pub exposures: Option<ExposuresDto>,
 }
 
@@ -61,14 +61,14 @@ impl From<NewSessionDto> for NewSession {
     }
 }
 
-/// What a new session has where nothing else is said.
+/// Defaults of a new session.
 #[derive(Debug, Clone, Serialize, ToSchema)]
 pub struct SessionDefaultsDto {
     /// The configured board.
     pub target: TargetDto,
-    /// The configured projector.
-    pub projector: ProjectorSheetDto,
-    /// How pictures are exposed.
+    /// The configured laser and grating.
+    pub projector: ProjectorDto,
+    /// Exposure settings.
     pub exposures: ExposuresDto,
 }
 
@@ -79,32 +79,32 @@ impl From<SessionDefaults> for SessionDefaultsDto {
     }
 }
 
-/// Where the stage shall be for the picture.
+/// Stage position for the image; exactly one of the two.
 #[derive(Debug, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
-pub struct TakeStageViewDto {
-    /// Position of a stage that travels.
+pub struct CaptureStageViewDto {
+    /// Position of a linear stage.
     #[schema(example = 5.0)]
     pub position_mm: Option<f64>,
     /// Angle of a turntable.
     pub angle_deg: Option<f64>,
 }
 
-impl TryFrom<TakeStageViewDto> for StagePosition {
+impl TryFrom<CaptureStageViewDto> for StagePosition {
     type Error = AppError;
 
-    fn try_from(dto: TakeStageViewDto) -> Result<Self, AppError> {
+    fn try_from(dto: CaptureStageViewDto) -> Result<Self, AppError> {
         match (dto.position_mm, dto.angle_deg) {
             (Some(position_mm), None) => Ok(Self::LinearMm(position_mm)),
             (None, Some(angle_deg)) => Ok(Self::RotaryDeg(angle_deg)),
-            _ => Err(AppError::new(ErrorKind::Impossible, "a stage view is at one position")
+            _ => Err(AppError::new(ErrorKind::Impossible, "a stage view needs exactly one position")
                 .at("/position_mm")
                 .remedy("give position_mm, or angle_deg of a turntable")),
         }
     }
 }
 
-/// How a session is to be solved.
+/// Options of the calibration job.
 #[derive(Debug, Clone, Default, Deserialize, ToSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct SolveSessionDto {
@@ -121,18 +121,18 @@ impl From<SolveSessionDto> for SolveSession {
     }
 }
 
-/// Where the virtual operator of a simulated station is to hold the board.
+/// Where the virtual operator of the simulated station holds the board.
 #[derive(Debug, Clone, Copy, Deserialize, ToSchema)]
 #[serde(tag = "place", rename_all = "snake_case", deny_unknown_fields)]
 pub enum VirtualBoardDto {
-    /// In a pose, counted from 0.
+    /// In one of the predefined poses.
     Pose {
-        /// Which.
+        /// Index of the pose, from 0.
         pose: usize,
     },
     /// On the stage, for stage views.
     Stage,
-    /// Out of the way; what lay on the stage before comes back.
+    /// Removed; the previous scene returns to the stage.
     Away,
 }
 

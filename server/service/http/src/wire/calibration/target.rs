@@ -6,50 +6,50 @@ use serde::{Deserialize, Deserializer, Serialize};
 use serde_json::{Map, Value};
 use utoipa::ToSchema;
 
-/// The board used for calibration. Without `kind` it is a chessboard.
+/// The calibration board. Without `kind` it is a chessboard.
 #[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
 #[serde(tag = "kind", rename_all = "snake_case")]
 pub enum TargetDto {
-    /// Black and white squares.
+    /// A chessboard.
     Chessboard {
         /// Inner corners along a row.
         inner_columns: usize,
         /// Inner corners along a column.
         inner_rows: usize,
-        /// Side of a square, or [along a row, along a column] where a printer has stretched them.
+        /// Square size, or [along a row, along a column] if the print is stretched.
         square_mm: SquareMmDto,
     },
-    /// A chessboard with markers in its white squares, as OpenCV prints it: the square at the top left is black.
+    /// A ChArUco board in OpenCV's layout: the square at the top left is black.
     Charuco {
         /// Squares along a row.
         columns: usize,
         /// Squares along a column.
         rows: usize,
-        /// Side of a square, or [along a row, along a column] where a printer has stretched them.
+        /// Square size, or [along a row, along a column] if the print is stretched.
         square_mm: SquareMmDto,
-        /// Side of a marker.
+        /// Marker size.
         marker_mm: f64,
-        /// OpenCV's name of the markers' dictionary, such as `DICT_4X4_50`.
+        /// OpenCV name of the marker dictionary, such as `DICT_4X4_50`.
         dictionary: String,
     },
-    /// Discs in rows and columns.
+    /// A symmetric circle grid.
     Circles {
         /// Discs in a row.
         columns: usize,
         /// Rows.
         rows: usize,
-        /// Distance of neighbouring centres, or [along a row, along a column].
+        /// Distance between neighbouring centres, or [along a row, along a column].
         square_mm: SquareMmDto,
         /// Diameter of a disc.
         diameter_mm: f64,
     },
-    /// Discs of which every other row is shifted by half the distance of the discs in a row.
+    /// An asymmetric circle grid: every other row is shifted by half the spacing of the discs in a row.
     AsymmetricCircles {
         /// Discs in a row.
         columns: usize,
         /// Rows.
         rows: usize,
-        /// Distance of neighbouring rows, and half of that of the centres in a row; or [that half, that distance].
+        /// Row spacing, which is half the disc spacing within a row; or [half the disc spacing, row spacing].
         square_mm: SquareMmDto,
         /// Diameter of a disc.
         diameter_mm: f64,
@@ -60,7 +60,7 @@ pub enum TargetDto {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, ToSchema)]
 #[serde(untagged)]
 pub enum SquareMmDto {
-    /// Both.
+    /// The same in both directions.
     Square(f64),
     /// Along a row, along a column.
     Sides([f64; 2]),
@@ -135,7 +135,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_kind_of_board_goes_there_and_back() {
+    fn every_kind_of_board_survives_a_round_trip() {
         let boards = [
             json!({ "kind": "chessboard", "inner_columns": 11, "inner_rows": 8, "square_mm": [12.0, 12.1] }),
             json!({ "kind": "charuco", "columns": 10, "rows": 7, "square_mm": 12.0, "marker_mm": 9.0,

@@ -7,47 +7,47 @@ use utoipa::ToSchema;
 
 use app::lease::Lease;
 
-/// Who wants to command.
+/// Request to take control.
 #[derive(Debug, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct TakeControlDto {
-    /// Shown to the others.
+    /// Name shown to others.
     #[schema(min_length = 1, max_length = 100, example = "Anna")]
     pub holder: String,
-    /// Take it from whoever has it; that is an event.
+    /// Take control from the current holder; logged as an event.
     #[serde(default)]
     pub take_over: bool,
 }
 
-/// Who commands.
+/// Who is in control.
 #[derive(Debug, Serialize, ToSchema)]
 pub struct ControlDto {
-    /// Who.
+    /// Name of the holder.
     pub holder: String,
-    /// Time left unless it is renewed.
-    pub ends_in_s: f64,
+    /// Seconds until the lease expires unless it is renewed.
+    pub expires_in_s: f64,
 }
 
-/// The lease, for its holder alone.
+/// The control lease, returned only to its holder.
 #[derive(Debug, Serialize, ToSchema)]
 pub struct ControlLeaseDto {
-    /// Send it as `Sheaf-Control` with every command.
+    /// Send it in the header `Sheaf-Control` with every command.
     pub id: String,
-    /// Who.
+    /// Name of the holder.
     pub holder: String,
-    /// Renew it before.
-    pub ends_in_s: f64,
+    /// Seconds until the lease expires; renew it earlier.
+    pub expires_in_s: f64,
 }
 
 impl From<&Lease> for ControlDto {
     fn from(lease: &Lease) -> Self {
-        Self { holder: lease.holder.clone(), ends_in_s: left_s(lease) }
+        Self { holder: lease.holder.clone(), expires_in_s: left_s(lease) }
     }
 }
 
 impl From<&Lease> for ControlLeaseDto {
     fn from(lease: &Lease) -> Self {
-        Self { id: lease.id.clone(), holder: lease.holder.clone(), ends_in_s: left_s(lease) }
+        Self { id: lease.id.clone(), holder: lease.holder.clone(), expires_in_s: left_s(lease) }
     }
 }
 

@@ -1,118 +1,118 @@
-//! The camera's own features and its link on the wire.
+//! Camera features (GenICam) and the camera link on the wire.
 
 use devices::features::{Access, CameraLink, Feature, FeatureKind};
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-/// What a feature's value is.
+/// Type of a feature.
 #[derive(Debug, Clone, Copy, Serialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum CameraFeatureKindDto {
-    /// A whole number.
+    /// Integer.
     Integer,
-    /// A number.
+    /// Floating-point number.
     Float,
     /// `true` or `false`.
     Boolean,
-    /// One of its entries.
+    /// One of the listed entries.
     Enumeration,
-    /// Any text.
+    /// Text.
     Text,
-    /// Something it does; any value carries it out.
+    /// Command; setting any value executes it.
     Command,
 }
 
-/// What may be done with a feature now.
+/// Current access mode of a feature.
 #[derive(Debug, Clone, Copy, Serialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
-pub enum AccessDto {
-    /// Read.
+pub enum FeatureAccessDto {
+    /// Readable.
     ReadOnly,
-    /// Set.
+    /// Writable.
     WriteOnly,
-    /// Both.
+    /// Readable and writable.
     ReadWrite,
-    /// Neither, as the camera is set now.
+    /// Not available with the current settings.
     NotAvailable,
 }
 
-/// A feature as the camera describes it.
+/// A camera feature.
 #[derive(Debug, Serialize, ToSchema)]
 pub struct CameraFeatureDto {
-    /// Its name: of GenICam's standard, or of the camera's maker.
+    /// Name, from the GenICam SFNC or vendor-specific.
     pub name: String,
-    /// What its value is.
+    /// Type of the value.
     pub kind: CameraFeatureKindDto,
-    /// What may be done with it now.
-    pub access: AccessDto,
-    /// Its value as text, as the camera says; missing if it cannot be read.
+    /// Current access mode.
+    pub access: FeatureAccessDto,
+    /// Value as text; absent if it cannot be read.
     pub value: Option<String>,
-    /// Smallest value of a number.
+    /// Minimum of a number.
     pub min: Option<f64>,
-    /// Largest value of a number.
+    /// Maximum of a number.
     pub max: Option<f64>,
-    /// What an enumeration may be set to.
+    /// Entries of an enumeration.
     pub entries: Vec<String>,
-    /// The camera's own explanation; may be empty.
+    /// Description from the camera; may be empty.
     pub description: String,
 }
 
-/// How the link to the camera does; counts are since it was connected, those of packets since acquisition started.
+/// State of the camera link. Frame counts are since connection, packet counts since the start of acquisition.
 #[derive(Debug, Serialize, ToSchema)]
 pub struct CameraLinkDto {
-    /// Where the camera is: an IP address, a place on USB.
+    /// Address of the camera: IP address or USB path.
     pub address: String,
-    /// Size of the packets agreed on; missing where it has none.
+    /// Negotiated packet size; absent on links without packets.
     pub packet_size_bytes: Option<u32>,
-    /// Frames that arrived whole.
+    /// Frames received completely.
     pub frames_complete: u64,
-    /// Frames of which packets never came; they are not processed.
+    /// Frames with missing packets; they are not processed.
     pub frames_incomplete: u64,
-    /// Frames of which nothing came, by gaps in the camera's count.
+    /// Frames not received at all, from gaps in the frame counter.
     pub frames_missing: u64,
-    /// Times that no buffer was free for a frame.
+    /// Frames for which no buffer was free.
     pub underruns: u64,
-    /// Packets that never came.
+    /// Packets not received.
     pub packets_missing: u64,
-    /// Packets asked for again.
+    /// Packet resend requests.
     pub resend_requests: u64,
-    /// Packets that came when they were asked for again.
+    /// Packets received after a resend request.
     pub packets_resent: u64,
-    /// How well the camera's clock is known in this computer's time, the shortest way of a frame left out; missing before
-    /// that is known.
+    /// Uncertainty of the mapping from camera time to computer time, excluding the constant transfer delay; absent until
+    /// it is known.
     pub clock_uncertainty_us: Option<f64>,
-    /// Temperature of the camera; missing if it does not say.
+    /// Temperature of the camera; absent if it does not report one.
     pub temperature_c: Option<f64>,
-    /// The camera's own pixel format, and what is made of it.
+    /// Native pixel format and its conversion.
     pub pixels_from: String,
 }
 
-/// What a camera says about itself beyond its settings.
+/// Features and link of a camera.
 #[derive(Debug, Serialize, ToSchema)]
 pub struct CameraFeaturesDto {
-    /// How its link does.
+    /// State of the link.
     pub link: CameraLinkDto,
-    /// All its features, in its own order.
+    /// All features, in the order of the camera.
     pub features: Vec<CameraFeatureDto>,
 }
 
-/// A feature that shall be set.
+/// A feature to set.
 #[derive(Debug, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SetFeatureDto {
     /// Its name.
     #[schema(example = "GammaEnable", min_length = 1)]
     pub name: String,
-    /// Its value as text: a number, `true` or `false`, an entry.
+    /// Value as text: a number, `true` or `false`, or an entry.
     #[schema(example = "false")]
     pub value: String,
 }
 
-/// Features that shall be set, one after the other.
+/// Features to set, one after the other.
 #[derive(Debug, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ChangeFeaturesDto {
-    /// In this order; the first that is refused ends it.
+    /// Set in this order; stops at the first one refused.
     #[schema(min_items = 1, max_items = 64)]
     pub features: Vec<SetFeatureDto>,
 }
@@ -130,7 +130,7 @@ impl From<FeatureKind> for CameraFeatureKindDto {
     }
 }
 
-impl From<Access> for AccessDto {
+impl From<Access> for FeatureAccessDto {
     fn from(access: Access) -> Self {
         match access {
             Access::ReadOnly => Self::ReadOnly,
@@ -143,7 +143,7 @@ impl From<Access> for AccessDto {
 
 impl From<Feature> for CameraFeatureDto {
     fn from(feature: Feature) -> Self {
-        // JSON has no infinities: a number without a limit has none.
+        // JSON has no infinity: an unbounded range has no limit.
         let finite = |limit: f64| limit.is_finite().then_some(limit);
         Self {
             name: feature.name,

@@ -8,18 +8,18 @@ use crate::wire::hardware::control::ControlDto;
 use crate::wire::hardware::devices::{CameraDto, LaserDto, StageDto};
 use app::control::StopOutcome;
 
-/// The station as last seen.
+/// The latest state of the station.
 #[derive(Debug, Serialize, ToSchema)]
 pub struct StationDto {
-    /// Name of the state by OPC 40100-1.
+    /// State name of OPC 40100-1.
     #[schema(example = "Operational.Ready")]
     pub state: &'static str,
-    /// The state in words.
+    /// The state in plain words.
     #[schema(example = "ready")]
-    pub words: &'static str,
-    /// What it does.
+    pub state_label: &'static str,
+    /// Current activity.
     pub activity: String,
-    /// `twin` or `replay` if the devices are not real; then nothing measured here is a real part.
+    /// `twin` or `replay` if the data are simulated or replayed.
     pub simulated: Option<&'static str>,
     /// The camera.
     pub camera: CameraDto,
@@ -27,90 +27,90 @@ pub struct StationDto {
     pub stage: StageDto,
     /// The laser.
     pub laser: LaserDto,
-    /// The job that has the station.
+    /// The job that uses the station.
     pub job_id: Option<String>,
-    /// Who commands; missing if nobody does.
+    /// Who is in control; absent if no one is.
     pub control: Option<ControlDto>,
-    /// Faults that wait for a person.
+    /// Active faults.
     pub faults: Vec<FaultDto>,
-    /// Frames since the service began.
-    pub frames: FramesDto,
+    /// Frame counts since the service started.
+    pub frames: FrameCountsDto,
 }
 
-/// A fault that waits for a person.
+/// A fault that must be acknowledged.
 #[derive(Debug, Serialize, ToSchema)]
 pub struct FaultDto {
     /// `camera`, `stage`, `laser`.
     pub device: &'static str,
-    /// A stable word.
+    /// A stable code.
     #[schema(example = "gone")]
     pub kind: &'static str,
     /// What happened.
     pub detail: String,
     /// What to do.
     pub remedy: String,
-    /// When, wall clock, ms since 1970.
+    /// Time of the fault, ms since 1970 (UTC).
     pub since_ms: i64,
 }
 
-/// Frames since the service began: exposed = arrived + dropped.
+/// Frame counts since the service started: exposed = arrived + dropped.
 #[derive(Debug, Serialize, ToSchema)]
-pub struct FramesDto {
+pub struct FrameCountsDto {
     /// Frames that arrived.
     pub arrived: u64,
-    /// Frames lost, by reason.
+    /// Lost frames by reason.
     pub dropped: std::collections::BTreeMap<&'static str, u64>,
 }
 
-/// What Stop did.
+/// Result of a Stop.
 #[derive(Debug, Serialize, ToSchema)]
-pub struct StoppedDto {
-    /// Whether the devices received it; `false`: the station thread has ended, which leaves the laser off and
-    /// at rest.
+pub struct StopResultDto {
+    /// Whether the devices received the Stop; `false`: the station thread has ended, with the laser off and the
+    /// stage at rest.
     pub acknowledged: bool,
-    /// Name of the state after it.
+    /// State after the Stop (OPC 40100-1).
     pub state: &'static str,
-    /// What kept the Stop from the devices or from being stored.
+    /// Why the Stop did not reach the devices or could not be stored.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub detail: Option<String>,
 }
 
-impl StoppedDto {
-    /// What became of a Stop, with the state after it.
+impl StopResultDto {
+    /// The result of a Stop, with the state after it.
     pub fn new(outcome: StopOutcome, state: MachineState) -> Self {
         let unrecorded =
-            (!outcome.recorded).then(|| "the Stop could not be stored: a restart forgets it".to_owned());
+            (!outcome.recorded).then(|| "the Stop could not be stored: it will not outlast a restart".to_owned());
         Self {
-            acknowledged: outcome.told.is_ok(),
+            acknowledged: outcome.acknowledged.is_ok(),
             state: state_names(state).0,
-            detail: outcome.told.err().map(|refusal| refusal.to_string()).or(unrecorded),
+            detail: outcome.acknowledged.err().map(|refusal| refusal.to_string()).or(unrecorded),
         }
     }
 }
 
-/// What the live view shall do.
+/// Request to start or end the live view.
 #[derive(Debug, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SetLiveDto {
-    /// Whether it shall run.
+    /// Whether the live view runs.
     pub running: bool,
-    /// Share of full laser power; 0 is dark.
+    /// Share of full laser power; 0 is off.
     #[serde(default)]
     #[schema(minimum = 0.0, maximum = 1.0)]
     pub laser_power: f64,
 }
 
-/// Name by OPC 40100-1 and words of a state.
+/// OPC 40100-1 name and plain-word label of a state.
 pub fn state_names(state: MachineState) -> (&'static str, &'static str) {
     match state {
-        MachineState::Preoperational => ("Preoperational", "starting, or without its devices"),
+        MachineState::Preoperational => ("Preoperational", "starting, or devices missing"),
         MachineState::Halted => ("Halted", "stopped"),
-        MachineState::Error => ("Error", "in error: a fault waits for a person"),
+        MachineState::Error => ("Error", "fault: action required"),
         MachineState::Operational(OperationalState::Initialized) => {
-            ("Operational.Initialized", "able to work, not yet to scan")
+            ("Operational.Initialized", "not ready to scan")
         }
         MachineState::Operational(OperationalState::Ready) => ("Operational.Ready", "ready"),
-        MachineState::Operational(OperationalState::SingleExecution) => ("Operational.SingleExecution", "at work"),
+        MachineState::Operational(OperationalState::SingleExecution) => ("Operational.SingleExecution", "running"),
         MachineState::Operational(OperationalState::ContinuousExecution) => {
             ("Operational.ContinuousExecution", "live view")
         }
@@ -118,12 +118,12 @@ pub fn state_names(state: MachineState) -> (&'static str, &'static str) {
 }
 
 impl StationDto {
-    /// The station with who commands it.
+    /// The station with the holder of control.
     pub fn new(status: &StationStatus, control: Option<ControlDto>) -> Self {
-        let (state, words) = state_names(status.state);
+        let (state, state_label) = state_names(status.state);
         Self {
             state,
-            words,
+            state_label,
             activity: status.activity.clone(),
             simulated: status.simulated,
             camera: status.into(),
@@ -132,7 +132,7 @@ impl StationDto {
             job_id: status.job_id.clone(),
             control,
             faults: status.faults.iter().map(FaultDto::from).collect(),
-            frames: FramesDto {
+            frames: FrameCountsDto {
                 arrived: status.frames_arrived,
                 dropped: status.frames_dropped.iter().copied().collect(),
             },

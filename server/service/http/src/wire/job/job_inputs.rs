@@ -1,20 +1,20 @@
-//! What a job was asked to do, on the wire.
+//! Job inputs on the wire.
 
 use metrology::Tool;
 use optics::LightModelKind;
 use serde::Serialize;
 use utoipa::ToSchema;
 
-use crate::wire::calibration::calibrations::{K3Dto, LightModelDto, SourceDto};
+use crate::wire::calibration::calibrations::{CalibrationSourceDto, K3Dto, LightModelDto};
 use crate::wire::measurement::measurements::MeasureDto;
 use crate::wire::scan::scan_runs::ScanPurposeDto;
-use crate::wire::scan::scans::{ArtefactDto, BackgroundDto, ExportWhatDto, ScanModeDto, ScanSourceDto};
+use crate::wire::scan::scans::{BackgroundDto, ExportWhatDto, ReferencePartDto, ScanModeDto, ScanSourceDto};
 use app::jobs::{
     CalibrateInput, ExportInput, JobInput, RecomputeInput, ScanInput, ScanMode, ScanSource, Source, VerifyInput,
 };
 use app::measurements::MeasureInput;
 
-/// What a job was asked to do.
+/// Input of a job.
 #[derive(Debug, Serialize, ToSchema)]
 #[serde(tag = "kind", rename_all = "snake_case")]
 pub enum JobInputDto {
@@ -22,9 +22,9 @@ pub enum JobInputDto {
     Calibration(CalibrationJobDto),
     /// Scan a part.
     Scan(ScanJobDto),
-    /// Compute a scan again from its peaks.
+    /// Recompute a scan from its peaks.
     Recomputation(RecomputationJobDto),
-    /// Scan a known part and compare.
+    /// Scan a reference part and compare.
     Verification(VerificationJobDto),
     /// Write a scan in another format.
     Export(ExportJobDto),
@@ -33,91 +33,91 @@ pub enum JobInputDto {
 /// Calibrate camera, light and stage.
 #[derive(Debug, Serialize, ToSchema)]
 pub struct CalibrationJobDto {
-    /// Where pictures come from.
-    pub source: SourceDto,
-    /// Model of the light sheets; `auto` if missing.
+    /// Source of the images.
+    pub source: CalibrationSourceDto,
+    /// Model of the light sheets; default `auto`.
     pub light_model: Option<LightModelDto>,
-    /// Whether the sixth-power distortion is estimated; `auto` if missing.
+    /// Whether k3 is estimated; default `auto`.
     pub k3: Option<K3Dto>,
-    /// Go on without pictures that show no board or no line.
+    /// Ignore images without a readable board or line.
     pub leave_out_unreadable: bool,
-    /// Board poses to take at the station.
+    /// Number of board poses to capture at the station.
     pub n_poses: Option<usize>,
-    /// The session whose pictures are used.
+    /// The session whose images are used.
     pub session_id: Option<String>,
 }
 
-/// Scan a part: as it was asked for, field by field, since the request itself admits no other.
+/// Scan a part: the fields of the request.
 #[derive(Debug, Serialize, ToSchema)]
 pub struct ScanJobDto {
-    /// Where frames come from.
+    /// Source of the frames.
     pub source: ScanSourceDto,
-    /// What a person calls it.
+    /// Its name.
     pub name: Option<String>,
-    /// First stage position.
+    /// First position of a linear stage.
     pub from_mm: Option<f64>,
-    /// Last stage position.
+    /// Last position of a linear stage.
     pub to_mm: Option<f64>,
-    /// Distance between frames.
+    /// Distance between rows.
     pub step_mm: Option<f64>,
-    /// Speed of a continuous scan; the step follows from the frame rate.
+    /// Speed of a continuous scan on a linear stage; the step follows from the frame rate.
     pub speed_mm_s: Option<f64>,
-    /// First angle, of a turntable.
+    /// First angle of a turntable.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub from_deg: Option<f64>,
-    /// Last angle.
+    /// Last angle of a turntable.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub to_deg: Option<f64>,
-    /// Angle between frames.
+    /// Angle between rows.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub step_deg: Option<f64>,
-    /// Speed of a continuous scan on a turntable.
+    /// Speed of a continuous scan on a turntable; the step follows from the frame rate.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub speed_deg_s: Option<f64>,
-    /// How the stage moves; continuous if a speed is given, else stop and go.
+    /// Motion of the stage; default: continuous if a speed is given, else stop-and-go.
     pub mode: Option<ScanModeDto>,
-    /// Exposure of the frames.
+    /// Exposure time of the frames.
     pub exposure_us: Option<f64>,
-    /// Exposures of every row in place of one.
+    /// Two to four exposure times per row instead of one (HDR).
     pub exposures_us: Vec<f64>,
-    /// Share of full laser power.
+    /// Laser power, share of full power.
     pub laser_power: Option<f64>,
     /// Keep the frames as a capture.
     pub keep_frames: bool,
-    /// When pictures with the laser off are taken.
+    /// When laser-off images are captured for ambient light subtraction.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub background: Option<BackgroundDto>,
-    /// Record everything that the camera delivers meanwhile, as an MCAP file.
+    /// Record everything that the camera delivers during the scan as an MCAP file.
     pub record: bool,
-    /// With which calibration; missing: the active one.
+    /// The calibration; default: the active one.
     pub calibration_id: Option<String>,
-    /// The partial scan that is continued.
+    /// The partial scan to resume.
     pub resume_scan_id: Option<String>,
-    /// What is measured on it in the same job.
+    /// What is measured in the same job.
     pub measure: Vec<MeasureDto>,
-    /// What it is made for.
+    /// Purpose of the scan.
     pub purpose: ScanPurposeDto,
 }
 
-/// Compute a scan again from its peaks.
+/// Recompute a scan from its peaks.
 #[derive(Debug, Serialize, ToSchema)]
 pub struct RecomputationJobDto {
     /// The scan.
     pub scan_id: String,
-    /// With which calibration; missing: the active one.
+    /// The calibration; default: the active one.
     pub calibration_id: Option<String>,
 }
 
-/// Scan a known part and compare.
+/// Scan a reference part and compare.
 #[derive(Debug, Serialize, ToSchema)]
 pub struct VerificationJobDto {
-    /// What it is.
-    pub artefact: ArtefactDto,
-    /// Its height or radius.
+    /// Kind of the reference part.
+    pub reference_part: ReferencePartDto,
+    /// Nominal height or radius.
     pub nominal_mm: f64,
-    /// Largest deviation allowed.
+    /// Symmetric tolerance of the deviation.
     pub tolerance_mm: Option<f64>,
-    /// How it is scanned.
+    /// The scan.
     pub scan: ScanJobDto,
 }
 
@@ -126,24 +126,24 @@ pub struct VerificationJobDto {
 pub struct ExportJobDto {
     /// The scan.
     pub scan_id: String,
-    /// What is written.
+    /// Point cloud or mesh.
     pub what: ExportWhatDto,
-    /// `ply`, `csv`, `pcd`, `e57` of a cloud; `stl`, `glb`, `ply` of a mesh.
+    /// `ply`, `csv`, `pcd` or `e57` for a cloud; `stl`, `glb` or `ply` for a mesh.
     pub format: String,
 }
 
-/// A word of a stored input that this version has no meaning for.
+/// A code in a stored input that this version does not know.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct UnknownWord(pub String);
+pub struct UnknownCode(pub String);
 
-fn known<T>(found: Option<T>, word: &str) -> Result<T, UnknownWord> {
-    found.ok_or_else(|| UnknownWord(word.to_owned()))
+fn known<T>(found: Option<T>, word: &str) -> Result<T, UnknownCode> {
+    found.ok_or_else(|| UnknownCode(word.to_owned()))
 }
 
 impl TryFrom<JobInput> for JobInputDto {
-    type Error = UnknownWord;
+    type Error = UnknownCode;
 
-    fn try_from(input: JobInput) -> Result<Self, UnknownWord> {
+    fn try_from(input: JobInput) -> Result<Self, UnknownCode> {
         Ok(match input {
             JobInput::Calibration(input) => Self::Calibration(input.try_into()?),
             JobInput::Scan(input) => Self::Scan(input.try_into()?),
@@ -157,13 +157,13 @@ impl TryFrom<JobInput> for JobInputDto {
 }
 
 impl TryFrom<CalibrateInput> for CalibrationJobDto {
-    type Error = UnknownWord;
+    type Error = UnknownCode;
 
-    fn try_from(input: CalibrateInput) -> Result<Self, UnknownWord> {
+    fn try_from(input: CalibrateInput) -> Result<Self, UnknownCode> {
         let CalibrateInput { source, light_model, k3, leave_out_unreadable, n_poses, session_id } = input;
         let source = match source {
-            Source::Station => SourceDto::Station {},
-            Source::Capture { capture_id } => SourceDto::Capture { capture_id },
+            Source::Station => CalibrationSourceDto::Station {},
+            Source::Capture { capture_id } => CalibrationSourceDto::Capture { capture_id },
         };
         let light_model = light_model.map(|word| known(light_model_of(&word), &word)).transpose()?;
         let k3 = k3.map(|word| known(k3_of(&word), &word)).transpose()?;
@@ -211,9 +211,9 @@ impl From<ScanMode> for ScanModeDto {
 }
 
 impl TryFrom<ScanInput> for ScanJobDto {
-    type Error = UnknownWord;
+    type Error = UnknownCode;
 
-    fn try_from(input: ScanInput) -> Result<Self, UnknownWord> {
+    fn try_from(input: ScanInput) -> Result<Self, UnknownCode> {
         Ok(Self {
             purpose: input.purpose.into(),
             source: input.source.into(),
@@ -240,8 +240,8 @@ impl TryFrom<ScanInput> for ScanJobDto {
     }
 }
 
-/// What is to be measured, as it was asked for.
-pub fn measure_dtos(inputs: Vec<MeasureInput>) -> Result<Vec<MeasureDto>, UnknownWord> {
+/// A requested measurement.
+pub fn measure_dtos(inputs: Vec<MeasureInput>) -> Result<Vec<MeasureDto>, UnknownCode> {
     let dto = |input: MeasureInput| {
         let MeasureInput { tool, name, nominal_mm, tolerance_mm, region_mm, seed } = input;
         let tool = known(Tool::from_name(&tool), &tool)?.into();
@@ -251,23 +251,28 @@ pub fn measure_dtos(inputs: Vec<MeasureInput>) -> Result<Vec<MeasureDto>, Unknow
 }
 
 impl TryFrom<VerifyInput> for VerificationJobDto {
-    type Error = UnknownWord;
+    type Error = UnknownCode;
 
-    fn try_from(input: VerifyInput) -> Result<Self, UnknownWord> {
-        let VerifyInput { artefact, nominal_mm, tolerance_mm, scan } = input;
-        let found = match artefact.as_str() {
-            "gauge" => Some(ArtefactDto::Gauge),
-            "sphere" => Some(ArtefactDto::Sphere),
+    fn try_from(input: VerifyInput) -> Result<Self, UnknownCode> {
+        let VerifyInput { reference_part, nominal_mm, tolerance_mm, scan } = input;
+        let found = match reference_part.as_str() {
+            "gauge" => Some(ReferencePartDto::Gauge),
+            "sphere" => Some(ReferencePartDto::Sphere),
             _ => None,
         };
-        Ok(Self { artefact: known(found, &artefact)?, nominal_mm, tolerance_mm, scan: scan.try_into()? })
+        Ok(Self {
+            reference_part: known(found, &reference_part)?,
+            nominal_mm,
+            tolerance_mm,
+            scan: scan.try_into()?,
+        })
     }
 }
 
 impl TryFrom<ExportInput> for ExportJobDto {
-    type Error = UnknownWord;
+    type Error = UnknownCode;
 
-    fn try_from(input: ExportInput) -> Result<Self, UnknownWord> {
+    fn try_from(input: ExportInput) -> Result<Self, UnknownCode> {
         let ExportInput { scan_id, what, format } = input;
         let found = match what.as_str() {
             "cloud" => Some(ExportWhatDto::Cloud),
@@ -285,9 +290,9 @@ mod tests {
 
     use super::*;
 
-    /// Every kind of job as stored by version 0.1 is returned whole.
+    /// Every kind of job stored by version 0.1 is returned in full.
     #[test]
-    fn what_was_stored_is_told_whole() {
+    fn stored_inputs_are_returned_in_full() {
         let scan = json!({
             "source": { "kind": "capture", "capture_id": "c", "scan": "gauge" }, "name": "n", "from_mm": -1.0,
             "to_mm": 1.0, "step_mm": 0.5, "speed_mm_s": null, "mode": "stop_and_go", "exposure_us": 800.0,
@@ -303,7 +308,7 @@ mod tests {
         };
         let stored = [
             with("scan", scan.clone()),
-            json!({ "kind": "verification", "artefact": "gauge", "nominal_mm": 10.0, "tolerance_mm": null,
+            json!({ "kind": "verification", "reference_part": "gauge", "nominal_mm": 10.0, "tolerance_mm": null,
                 "scan": scan }),
             json!({ "kind": "calibration", "source": { "kind": "station" }, "light_model": "pencil", "k3": "on",
                 "leave_out_unreadable": true, "n_poses": 12, "session_id": null }),
@@ -312,14 +317,14 @@ mod tests {
         ];
         for stored in stored {
             let input: JobInput = serde_json::from_value(stored.clone()).unwrap();
-            let told = serde_json::to_value(JobInputDto::try_from(input).unwrap()).unwrap();
-            assert_eq!(told, stored);
+            let returned = serde_json::to_value(JobInputDto::try_from(input).unwrap()).unwrap();
+            assert_eq!(returned, stored);
         }
     }
 
     #[test]
-    fn a_word_of_another_version_is_not_guessed() {
+    fn an_unknown_code_of_another_version_is_not_guessed() {
         let input = ExportInput { scan_id: "s".into(), what: "voxels".into(), format: "x".into() };
-        assert_eq!(ExportJobDto::try_from(input).unwrap_err(), UnknownWord("voxels".to_owned()));
+        assert_eq!(ExportJobDto::try_from(input).unwrap_err(), UnknownCode("voxels".to_owned()));
     }
 }

@@ -12,92 +12,92 @@ use utoipa::ToSchema;
 use app::jobs::{JobInput, JobView};
 use app::progress::{Phase, Step};
 
-/// Where a job is in its life.
+/// State of a job.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum JobStateDto {
-    /// Waits.
+    /// Waiting in the queue.
     Queued,
-    /// At work.
+    /// Running.
     Running,
-    /// Done, with a result.
+    /// Finished with a result.
     Succeeded,
-    /// Ended with a problem.
+    /// Failed with a problem.
     Failed,
-    /// Ended by a person.
+    /// Cancelled by a user.
     Cancelled,
-    /// The process ended while it ran.
+    /// The service ended while the job was running.
     Interrupted,
 }
 
-/// What a job does.
+/// Phase of a job.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum PhaseDto {
-    /// The stage looks for its origin.
+    /// Homing the stage.
     Homing,
-    /// Poses of the board, by daylight.
+    /// Capturing board poses with the laser off.
     ExposingBoard,
-    /// Poses of the board, by laser light.
+    /// Capturing board poses with the laser on.
     ExposingLaser,
-    /// The board on the stage, at several positions.
+    /// Capturing the board on the stage, at several positions.
     ExposingStage,
-    /// Pictures of a session are put together.
-    GatheringPictures,
-    /// Pictures become a capture.
-    StoringPictures,
-    /// A capture becomes pictures.
+    /// Collecting the images of a session.
+    CollectingImages,
+    /// Storing the images as a capture.
+    StoringImages,
+    /// Unpacking a capture.
     UnpackingCapture,
-    /// Corners and lines are looked for in the pictures of a calibration.
-    ReadingPictures,
-    /// Camera, light and stage are fitted.
+    /// Detecting corners and lines in calibration images.
+    ReadingImages,
+    /// Fitting camera, light sheets and stage.
     Calibrating,
-    /// What was found is written down.
+    /// Writing the report.
     WritingReport,
-    /// The virtual operator puts a part on the stage.
+    /// The virtual operator places a part on the stage.
     PlacingPart,
-    /// Rows of a scan that was stopped are read back.
+    /// Reading the rows of a stopped scan.
     ReadingRows,
-    /// Rows of a scan.
-    TakingRows,
-    /// Pictures of a scan become a capture.
-    PackingPictures,
-    /// Lines are looked for in the pictures of a scan.
+    /// Capturing the rows of a scan.
+    CapturingRows,
+    /// Packing the images of a scan into a capture.
+    PackingImages,
+    /// Detecting lines in the frames of a scan.
     ReadingFrames,
-    /// Lines of an earlier scan are read back.
+    /// Reading the lines of an earlier scan.
     ReadingPeaks,
-    /// Lines become points.
+    /// Computing points from lines.
     ComputingCloud,
-    /// Points are stored.
+    /// Storing the points.
     StoringCloud,
-    /// A value is fitted to the points.
+    /// Measuring on the points.
     Measuring,
-    /// A cloud or mesh is written as a file.
+    /// Writing a cloud or mesh to a file.
     Exporting,
 }
 
-/// What a job does at this moment: `message` for programs and other languages. More phases may come.
+/// Current step of a job: `message` in machine-readable form. Phases may be added.
 #[derive(Debug, Serialize, ToSchema)]
-pub struct StepDto {
-    /// What it does.
+pub struct JobStepDto {
+    /// The phase.
     pub phase: PhaseDto,
-    /// At which one of them it is, from 1; missing where nothing is counted.
+    /// Number of the current item, from 1; absent if the phase has no items.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub number: Option<usize>,
-    /// How many they are.
+    /// Number of items.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub of: Option<usize>,
+    pub total: Option<usize>,
 }
 
-/// What a job made.
+/// Result of a job.
 #[derive(Debug, Serialize, ToSchema)]
-pub struct ResultDto {
-    /// What it is.
+pub struct JobResultDto {
+    /// Kind of resource.
     #[schema(example = "scan")]
     pub kind: String,
     /// Its id.
     pub id: String,
-    /// Its address.
+    /// Its URL.
     pub href: String,
 }
 
@@ -108,44 +108,44 @@ pub struct JobDto {
     pub id: String,
     /// `calibration`, `scan`, `recomputation`, `verification`, `export`.
     pub kind: String,
-    /// Where it is in its life.
+    /// State.
     pub state: JobStateDto,
-    /// 0 to 1.
+    /// Progress, 0 to 1.
     pub progress: f64,
-    /// In the operator's words.
+    /// Progress message for the operator.
     pub message: String,
-    /// What it does at this moment, by name; missing unless it is at work.
+    /// Current step; absent unless the job is running.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub step: Option<StepDto>,
-    /// Seconds to its end; missing if unknown.
+    pub step: Option<JobStepDto>,
+    /// Seconds remaining; absent if unknown.
     pub remaining_s: Option<f64>,
-    /// What it made.
-    pub result: Option<ResultDto>,
-    /// Why it failed.
+    /// The result.
+    pub result: Option<JobResultDto>,
+    /// Why the job failed.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub problem: Option<Problem>,
-    /// Who asked.
+    /// Who requested it.
     pub source: String,
-    /// What was asked for; missing if another version stored it in words that this one does not know.
+    /// The input; absent if it was stored by a version with codes that this one does not know.
     pub input: Option<JobInputDto>,
-    /// When it was accepted, wall clock, ms since 1970.
+    /// Time of acceptance, ms since 1970 (UTC).
     pub created_at_ms: i64,
-    /// When it began.
+    /// Time of the start, ms since 1970 (UTC).
     pub started_at_ms: Option<i64>,
-    /// When it ended.
+    /// Time of the end, ms since 1970 (UTC).
     pub ended_at_ms: Option<i64>,
 }
 
-/// Address of a job.
+/// URL of a job.
 pub fn job_href(id: &str) -> String {
     format!("/api/v1/jobs/{id}")
 }
 
-impl From<&ResultRef> for ResultDto {
+impl From<&ResultRef> for JobResultDto {
     fn from(result: &ResultRef) -> Self {
         let ResultRef { kind, id } = result.clone();
         let href = match id.split_once('/') {
-            // What belongs to a scan is named by the scan's id and its own: `<scan>/<measurement>`.
+            // Parts of a scan are identified by both ids: `<scan>/<measurement>`.
             Some((scan, part)) => format!("/api/v1/scans/{scan}/{kind}s/{part}"),
             None => format!("/api/v1/{kind}s/{id}"),
         };
@@ -153,10 +153,10 @@ impl From<&ResultRef> for ResultDto {
     }
 }
 
-impl From<Step> for StepDto {
+impl From<Step> for JobStepDto {
     fn from(step: Step) -> Self {
         let (number, of) = step.count.unzip();
-        Self { phase: step.phase.into(), number, of }
+        Self { phase: step.phase.into(), number, total: of }
     }
 }
 
@@ -167,16 +167,16 @@ impl From<Phase> for PhaseDto {
             Phase::ExposingBoard => Self::ExposingBoard,
             Phase::ExposingLaser => Self::ExposingLaser,
             Phase::ExposingStage => Self::ExposingStage,
-            Phase::GatheringPictures => Self::GatheringPictures,
-            Phase::StoringPictures => Self::StoringPictures,
+            Phase::CollectingImages => Self::CollectingImages,
+            Phase::StoringImages => Self::StoringImages,
             Phase::UnpackingCapture => Self::UnpackingCapture,
-            Phase::ReadingPictures => Self::ReadingPictures,
+            Phase::ReadingImages => Self::ReadingImages,
             Phase::Calibrating => Self::Calibrating,
             Phase::WritingReport => Self::WritingReport,
             Phase::PlacingPart => Self::PlacingPart,
             Phase::ReadingRows => Self::ReadingRows,
-            Phase::TakingRows => Self::TakingRows,
-            Phase::PackingPictures => Self::PackingPictures,
+            Phase::CapturingRows => Self::CapturingRows,
+            Phase::PackingImages => Self::PackingImages,
             Phase::ReadingFrames => Self::ReadingFrames,
             Phase::ReadingPeaks => Self::ReadingPeaks,
             Phase::ComputingCloud => Self::ComputingCloud,
@@ -217,13 +217,13 @@ impl From<JobView> for JobDto {
     fn from(view: JobView) -> Self {
         let JobView { record, step, remaining_s } = view;
         Self {
-            result: record.result.as_ref().map(ResultDto::from),
+            result: record.result.as_ref().map(JobResultDto::from),
             state: record.state.into(),
             id: record.id,
             kind: record.kind,
             progress: record.progress,
             message: record.message,
-            step: step.map(StepDto::from),
+            step: step.map(JobStepDto::from),
             remaining_s,
             problem: record.problem.map(stored_problem),
             source: record.source,
@@ -235,12 +235,12 @@ impl From<JobView> for JobDto {
     }
 }
 
-/// What was asked for, as it was stored.
+/// The stored input.
 fn stored_input(stored: Value) -> Option<JobInputDto> {
     serde_json::from_value::<JobInput>(stored).ok().and_then(|input| input.try_into().ok())
 }
 
-/// Why a job failed, as it was stored.
+/// The stored reason why a job failed.
 fn stored_problem(stored: Value) -> Problem {
     let error: AppError = serde_json::from_value(stored).unwrap_or_else(|cause| {
         AppError::new(ErrorKind::Damaged, "why the job failed was stored by another version")
@@ -257,10 +257,10 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_step_is_a_name_and_counts_only_where_something_is_counted() {
-        let told = |step: Step| serde_json::to_value(StepDto::from(step)).unwrap();
+    fn a_step_has_a_phase_and_counts_only_if_the_phase_has_items() {
+        let json_of = |step: Step| serde_json::to_value(JobStepDto::from(step)).unwrap();
         let counted = Phase::ExposingBoard.counted(3, 12);
-        assert_eq!(told(counted), json!({ "phase": "exposing_board", "number": 3, "of": 12 }));
-        assert_eq!(told(Phase::Homing.into()), json!({ "phase": "homing" }));
+        assert_eq!(json_of(counted), json!({ "phase": "exposing_board", "number": 3, "total": 12 }));
+        assert_eq!(json_of(Phase::Homing.into()), json!({ "phase": "homing" }));
     }
 }

@@ -9,7 +9,7 @@ use app::error::{AppError, ErrorKind};
 use app::measurements::MeasureInput;
 use app::measurements::plan::{MeasurementPlan, PlannedRange};
 
-/// What is scanned and measured when somebody presses Start, the same in every browser.
+/// What *Start* scans and measures, the same in every browser.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 #[schema(example = json!({
@@ -17,30 +17,30 @@ use app::measurements::plan::{MeasurementPlan, PlannedRange};
     "measure": [{ "tool": "sphere", "nominal_mm": 18.9, "tolerance_mm": 0.05 }]
 }))]
 pub struct MeasurementPlanDto {
-    /// First position, of a stage that travels.
+    /// First position of a linear stage.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub from_mm: Option<f64>,
-    /// Last position.
+    /// Last position of a linear stage.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub to_mm: Option<f64>,
-    /// Distance between frames.
+    /// Distance between rows.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schema(exclusive_minimum = 0.0)]
     pub step_mm: Option<f64>,
-    /// First angle, of a turntable.
+    /// First angle of a turntable.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub from_deg: Option<f64>,
-    /// Last angle.
+    /// Last angle of a turntable.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub to_deg: Option<f64>,
-    /// Angle between frames.
+    /// Angle between rows.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schema(exclusive_minimum = 0.0)]
     pub step_deg: Option<f64>,
-    /// Exposure of the frames; missing: as the station thinks best.
+    /// Exposure time of the frames; default: chosen by the station.
     #[schema(exclusive_minimum = 0.0)]
     pub exposure_us: Option<f64>,
-    /// What is measured on every part; nothing: the parts are scanned only.
+    /// What is measured on every part; empty: scan only.
     #[serde(default)]
     #[schema(max_items = 50)]
     pub measure: Vec<MeasureDto>,
@@ -71,7 +71,7 @@ impl From<MeasurementPlan> for MeasurementPlanDto {
     }
 }
 
-/// `None` for a tool that this program does not know; such a plan is not accepted.
+/// `None` for an unknown tool; such a plan is refused.
 fn dto_of(input: MeasureInput) -> Option<MeasureDto> {
     let MeasureInput { tool, name, nominal_mm, tolerance_mm, region_mm, seed } = input;
     let tool = ToolDto::from(Tool::from_name(&tool)?);
@@ -87,7 +87,7 @@ impl TryFrom<MeasurementPlanDto> for MeasurementPlan {
         let given = |range: &[(&str, Option<f64>)]| range.iter().any(|(_, value)| value.is_some());
         let range = if given(&turn) {
             if let Some((field, _)) = travel.iter().find(|(_, value)| value.is_some()) {
-                return Err(refused(field, "is given beside angles", "state the range in one unit"));
+                return Err(refused(field, "must not be combined with angles", "give the range in one unit"));
             }
             let [from_deg, to_deg, step_deg] = whole(turn)?;
             PlannedRange::Rotary { from_deg, to_deg, step_deg }
@@ -100,7 +100,7 @@ impl TryFrom<MeasurementPlanDto> for MeasurementPlan {
     }
 }
 
-/// The values, all of which must be there.
+/// The values, all of which are required.
 fn whole<const N: usize>(fields: [(&str, Option<f64>); N]) -> Result<[f64; N], AppError> {
     if let Some((field, _)) = fields.iter().find(|(_, value)| value.is_none()) {
         return Err(refused(field, "is missing", "give it"));

@@ -11,7 +11,7 @@ use crate::wire::measurement::measurement_results::{MeasurementRequestDto, Measu
 use app::measurements::MeasureInput;
 use app::measurements::parts::verdict_in;
 
-/// What to measure.
+/// Measurement tool.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum ToolDto {
@@ -31,23 +31,23 @@ pub enum ToolDto {
     Flatness,
 }
 
-/// How a characteristic or a part was judged; of several the worst counts: `ok` < `undecided` < `invalid` < `not_ok`.
+/// Verdict on a characteristic or a part; of several the worst counts: `ok` < `undecided` < `invalid` < `not_ok`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum VerdictDto {
-    /// Within the limits beyond doubt.
+    /// Within the limits, considering the uncertainty.
     Ok,
     /// Too close to a limit to decide.
     Undecided,
-    /// Not measurable, or frames of the scan were lost: a reject.
+    /// Not measurable, or frames of the scan were lost: treat the part as a reject.
     Invalid,
-    /// Outside the limits beyond doubt.
+    /// Outside the limits, considering the uncertainty.
     NotOk,
 }
 
 impl VerdictDto {
-    /// The word for it.
-    pub fn word(self) -> &'static str {
+    /// Its code.
+    pub fn code(self) -> &'static str {
         PartVerdict::from(self).name()
     }
 }
@@ -74,41 +74,41 @@ impl From<PartVerdict> for VerdictDto {
     }
 }
 
-/// Which measurements.
+/// Selects measurements.
 #[derive(Debug, Deserialize, IntoParams)]
 #[serde(deny_unknown_fields)]
 #[into_params(parameter_in = Query)]
 pub struct MeasurementsQuery {
-    /// Only those by this tool.
+    /// Only measurements with this tool.
     pub tool: Option<ToolDto>,
-    /// Only those with this verdict.
+    /// Only measurements with this verdict.
     pub verdict: Option<VerdictDto>,
-    /// Id of the last measurement of the page before.
+    /// Id of the last measurement of the previous page.
     pub before: Option<String>,
-    /// Measurements of a page, 1 to 200; 50 if not said.
+    /// Measurements per page, 1 to 200; default 50.
     #[param(minimum = 1, maximum = 200)]
     pub limit: Option<u32>,
 }
 
-/// What to measure, and what it should be.
+/// A measurement to make, with nominal value and tolerance.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 #[schema(example = json!({ "tool": "sphere", "nominal_mm": 18.9 }))]
 pub struct MeasureDto {
-    /// What to measure.
+    /// Measurement tool.
     pub tool: ToolDto,
-    /// Tells two characteristics of one tool apart: each has a verdict of its own.
+    /// Name of the characteristic; distinguishes several uses of one tool, each with its own verdict.
     #[schema(max_length = 100)]
     pub name: Option<String>,
-    /// Nominal value (mm; degrees for an angle); flatness is judged against zero if it is missing.
+    /// Nominal value (mm; degrees for an angle); flatness is compared with zero by default.
     pub nominal_mm: Option<f64>,
-    /// Symmetric tolerance around the nominal; asks for a verdict by ISO 14253-1.
+    /// Symmetric tolerance around the nominal; required for a verdict according to ISO 14253-1.
     #[schema(exclusive_minimum = 0.0)]
     pub tolerance_mm: Option<f64>,
-    /// Look only inside this box of the part frame: x, y, z of one corner, x, y, z of the other.
+    /// Only use points in this box of the part frame: x, y, z of one corner, x, y, z of the other.
     #[schema(min_items = 6, max_items = 6)]
     pub region_mm: Option<[f64; 6]>,
-    /// Seed of the search; 1 if not said.
+    /// Random seed of the search; default 1.
     pub seed: Option<u64>,
 }
 
@@ -119,11 +119,11 @@ pub struct MeasurementDto {
     pub id: String,
     /// The scan.
     pub scan_id: String,
-    /// What was asked.
+    /// The request.
     pub request: MeasurementRequestDto,
-    /// Value, uncertainty (k = 2), verdict, tables by order.
+    /// Value, expanded uncertainty (k = 2), verdict, results per order.
     pub result: MeasurementResultDto,
-    /// When, wall clock, ms since 1970.
+    /// Time of the measurement, ms since 1970 (UTC).
     pub created_at_ms: i64,
 }
 
@@ -133,7 +133,7 @@ impl TryFrom<MeasurementRecord> for MeasurementDto {
     fn try_from(record: MeasurementRecord) -> Result<Self, DamagedRow> {
         let verdict = verdict_in(&record);
         let MeasurementRecord { id, scan_id, request, mut result, created_at_ms } = record;
-        // Records of earlier versions have other words.
+        // Records of earlier versions have other codes.
         result["verdict"] = json!(verdict.map(PartVerdict::name));
         let request = figures("measurement", &id, request)?;
         let result = figures("measurement", &id, result)?;
@@ -177,30 +177,30 @@ impl From<MeasureDto> for MeasureInput {
     }
 }
 
-/// The measurement that stands for a characteristic of a part: the newest with a verdict, else the newest.
+/// The current measurement of a characteristic: the newest with a verdict, else the newest.
 #[derive(Debug, Serialize, ToSchema)]
 pub struct CharacteristicDto {
-    /// The measurement.
+    /// Id of the measurement.
     pub measurement_id: String,
-    /// With what.
+    /// The tool.
     pub tool: String,
-    /// Which one, where a tool is used more than once.
+    /// Name of the characteristic, if the same tool is used more than once.
     pub name: Option<String>,
-    /// `mm` or `°`, of all figures but the RMSE.
+    /// `mm` or `°`, unit of all values except `rmse_mm`.
     pub unit: String,
-    /// What was found; missing if it could not be measured.
+    /// The value; absent if it could not be measured.
     pub value: Option<f64>,
-    /// U, k = 2.
+    /// Expanded uncertainty U (k = 2).
     pub expanded_uncertainty: Option<f64>,
-    /// What it should be.
+    /// Nominal value.
     pub nominal: Option<f64>,
-    /// Symmetric limits around the nominal.
+    /// Symmetric tolerance around the nominal.
     pub tolerance: Option<f64>,
-    /// Root mean square of the points' distances from the fitted feature, mm.
+    /// RMS distance of the points from the fitted feature, mm.
     pub rmse_mm: Option<f64>,
-    /// How it was judged; missing without a tolerance.
+    /// The verdict; absent without a tolerance.
     pub verdict: Option<VerdictDto>,
-    /// When it was measured, wall clock, ms since 1970.
+    /// Time of the measurement, ms since 1970 (UTC).
     pub created_at_ms: i64,
 }
 

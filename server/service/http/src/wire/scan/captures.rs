@@ -6,43 +6,43 @@ use utoipa::ToSchema;
 
 use crate::wire::figures;
 
-/// Recorded pictures with their manifest.
+/// A set of images with its manifest.
 #[derive(Debug, Serialize, ToSchema)]
 pub struct CaptureDto {
     /// Its id.
     pub id: String,
-    /// What a person calls it.
+    /// Its name.
     pub name: String,
-    /// `upload`, `calibration`, `scan`.
+    /// Origin: `upload`, `calibration` or `scan`.
     pub origin: String,
-    /// Bytes of the archive.
+    /// Size of the archive.
     pub size_bytes: u64,
-    /// Counts and names from the manifest.
+    /// Summary of the manifest.
     pub summary: CaptureSummaryDto,
-    /// Address of the archive.
+    /// URL of the archive.
     pub archive: String,
-    /// When it came, wall clock, ms since 1970.
+    /// Time of creation, ms since 1970 (UTC).
     pub created_at_ms: i64,
 }
 
-/// What a capture holds.
+/// Content of a capture.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct CaptureSummaryDto {
-    /// Columns of the pictures.
+    /// Image width.
     pub width_px: usize,
-    /// Rows of the pictures.
+    /// Image height.
     pub height_px: usize,
-    /// Poses of the board.
+    /// Number of board poses.
     pub n_poses: usize,
-    /// Of them with a laser picture.
+    /// Poses with a laser image.
     pub n_laser_poses: usize,
-    /// Board pictures on the moving stage.
+    /// Number of stage views.
     pub n_stage_views: usize,
     /// Its scans.
     pub scans: Vec<CaptureScanDto>,
-    /// Bytes of its files.
+    /// Unpacked size.
     pub unpacked_bytes: u64,
-    /// What to know about it, in sentences.
+    /// Warnings, in sentences.
     pub warnings: Vec<String>,
 }
 
@@ -51,11 +51,11 @@ pub struct CaptureSummaryDto {
 pub struct CaptureScanDto {
     /// Its name.
     pub name: String,
-    /// Its frames.
+    /// Number of frames.
     pub n_frames: usize,
-    /// Lowest position of a stage that travels; missing without frames.
+    /// Lowest position of a linear stage; absent without frames.
     pub from_mm: Option<f64>,
-    /// Highest position of a stage that travels; missing without frames.
+    /// Highest position of a linear stage; absent without frames.
     pub to_mm: Option<f64>,
     /// Lowest angle of a turntable.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -65,7 +65,7 @@ pub struct CaptureScanDto {
     pub to_deg: Option<f64>,
 }
 
-/// Address of a capture.
+/// URL of a capture.
 pub fn capture_href(id: &str) -> String {
     format!("/api/v1/captures/{id}")
 }

@@ -1,4 +1,4 @@
-//! Scans and what they are made from, on the wire.
+//! Scans, captures and recordings on the wire.
 
 pub mod captures;
 pub mod profiles;

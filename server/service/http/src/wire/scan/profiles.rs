@@ -8,53 +8,53 @@ use utoipa::ToSchema;
 /// The frames of a scan.
 #[derive(Debug, Serialize, ToSchema)]
 pub struct ProfileListDto {
-    /// In the order they were taken.
-    pub items: Vec<ProfilePlaceDto>,
+    /// In order of capture.
+    pub items: Vec<ProfileItemDto>,
 }
 
 /// A frame of a scan.
 #[derive(Debug, Serialize, ToSchema)]
-pub struct ProfilePlaceDto {
-    /// From 0.
+pub struct ProfileItemDto {
+    /// Index of the frame, from 0.
     pub sequence: u32,
-    /// Position of a stage that travels.
+    /// Position of a linear stage.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub position_mm: Option<f64>,
     /// Angle of a turntable.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub angle_deg: Option<f64>,
-    /// Address of its profile.
+    /// URL of its profile.
     pub href: String,
 }
 
-/// The profile of one frame, in the camera frame; column by column, so that it plots as it comes.
+/// The profile of one frame in the camera frame, as parallel arrays.
 #[derive(Debug, Serialize, ToSchema)]
 pub struct ProfileDto {
-    /// Frame of the scan, from 0.
+    /// Index of the frame, from 0.
     pub sequence: u32,
-    /// Position of a stage that travels.
+    /// Position of a linear stage.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub position_mm: Option<f64>,
     /// Angle of a turntable.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub angle_deg: Option<f64>,
-    /// When, by the station's monotonic clock.
+    /// Time of exposure on the station's monotonic clock.
     pub captured_at_ns: Option<u64>,
     /// The calibration it was computed with.
     pub calibration_id: String,
-    /// Order of every point.
+    /// Order of each point.
     pub order: Vec<i8>,
-    /// x of every point.
+    /// x of each point.
     pub x_mm: Vec<f64>,
-    /// y of every point.
+    /// y of each point.
     pub y_mm: Vec<f64>,
-    /// z of every point.
+    /// z of each point.
     pub z_mm: Vec<f64>,
-    /// Standard deviation of every point along its ray.
+    /// Standard deviation of each point along its camera ray.
     pub sigma_mm: Vec<f64>,
-    /// Column in the picture.
+    /// Image column of each point.
     pub u_px: Vec<f64>,
-    /// Row in the picture.
+    /// Image row of each point.
     pub v_px: Vec<f64>,
 }
 

@@ -7,11 +7,11 @@ use utoipa::ToSchema;
 
 use crate::wire::figures;
 
-/// Record the live view.
+/// Request to record the live view.
 #[derive(Debug, Clone, Default, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct StartRecordingDto {
-    /// What a person calls it; `live view` if not said.
+    /// Its name; default `live view`.
     #[serde(default)]
     #[schema(min_length = 1, max_length = 100)]
     pub name: Option<String>,
@@ -27,19 +27,19 @@ pub enum RecordingOriginDto {
     Scan,
 }
 
-/// Where a recording is in its life.
+/// State of a recording.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum RecordingStateDto {
-    /// Frames are added.
+    /// Recording.
     Recording,
-    /// It has ended, and its file is being finished.
+    /// Ended; the file is being completed.
     Finishing,
-    /// It ended as it should, whatever ended it.
+    /// Complete.
     Complete,
-    /// The process died, or the disk did not take its end; what could be read is in the file.
+    /// The process crashed or the end could not be written; everything readable is in the file.
     Interrupted,
-    /// Nothing of it can be read.
+    /// Nothing could be recovered.
     Failed,
 }
 
@@ -47,81 +47,81 @@ pub enum RecordingStateDto {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum RecordingEndedDto {
-    /// A person stopped it.
+    /// Stopped by a user.
     Stopped,
     /// The live view ended.
     LiveEnded,
-    /// The frames of the scan were taken.
+    /// All frames of the scan were captured.
     ScanEnded,
-    /// A scan was recorded instead.
+    /// The recording of a scan started.
     ScanBegan,
-    /// The disk had no more room than must stay free.
+    /// Free disk space reached its lower limit.
     DiskFloor,
     /// The disk was full.
     DiskFull,
-    /// The disk did not take it.
+    /// Writing failed.
     WriteFailed,
-    /// The service ended.
+    /// The service was shut down.
     ServiceEnded,
-    /// The process died.
+    /// The process crashed.
     Crashed,
 }
 
-/// Exposures that are not in a recording, by reason.
+/// Exposures missing from a recording, by reason.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, ToSchema)]
 pub struct RecordingLossesDto {
-    /// Lost between sensor and driver. While it runs, all that did not arrive.
+    /// Lost between sensor and driver; while recording, all frames that did not arrive.
     pub camera: u64,
-    /// Packets of them were missing.
+    /// Packets missing.
     pub incomplete: u64,
-    /// There was no free buffer.
+    /// No free buffer.
     pub no_buffer: u64,
-    /// They came with another size or format.
+    /// Wrong size or format.
     pub malformed: u64,
-    /// They arrived, and the recorder did not take them in time.
+    /// Received, but the recorder was too slow.
     pub recorder: u64,
 }
 
-/// What camera and stage delivered, as an MCAP file.
+/// A recording of camera and stage as an MCAP file.
 #[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
 pub struct RecordingDto {
     /// Its id.
     pub id: String,
-    /// What a person calls it.
+    /// Its name.
     pub name: String,
     /// What was recorded.
     pub origin: RecordingOriginDto,
-    /// Where it is in its life.
+    /// State.
     pub state: RecordingStateDto,
     /// The scan that was recorded; it may have been deleted.
     pub scan_id: Option<String>,
-    /// The calibration whose document is in the file.
+    /// The calibration stored in the file.
     pub calibration_id: Option<String>,
-    /// Bytes of the file.
+    /// Size of the file.
     pub size_bytes: u64,
-    /// Frames in it.
+    /// Recorded frames.
     pub n_frames: u64,
-    /// Exposures that are not in it.
+    /// Missing exposures.
     pub lost: RecordingLossesDto,
-    /// Places where they are missing.
+    /// Number of gaps.
     pub n_gaps: u64,
-    /// Rows of the scan in it.
+    /// Recorded rows of the scan.
     pub n_rows: u64,
-    /// Messages beside the frames that found no room in their queue.
+    /// Messages other than frames that were dropped because their queue was full.
     pub n_notes_lost: u64,
-    /// From the first frame to the last; while it runs, since it began.
+    /// From the first to the last frame; while recording, since the start.
     pub duration_s: f64,
-    /// Why it ended; missing while it runs.
+    /// Why it ended; absent while recording.
     pub ended: Option<RecordingEndedDto>,
-    /// What went wrong at its end.
+    /// What went wrong at the end.
     pub problem: Option<String>,
-    /// Address of the file; missing until it is finished.
+    /// URL of the file; absent until it is complete.
     pub file: Option<String>,
-    /// When it began, wall clock, ms since 1970.
+    /// Time of the start, ms since 1970 (UTC).
     pub started_at_ms: i64,
 }
 
-/// Address of a recording.
+/// URL of a recording.
 pub fn recording_href(id: &str) -> String {
     format!("/api/v1/recordings/{id}")
 }

@@ -1,75 +1,75 @@
-//! What a scan gave, on the wire: read from the record, which keeps the figures as `sheaf scan --json` prints them.
+//! The report of a scan on the wire: read from the stored record, which has the form that `sheaf scan --json` prints.
 
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
 use crate::wire::scan::watches::WatchVerdictDto;
 
-/// Figures of a scan. One that was stopped has rows and losses alone.
+/// Report of a scan. A stopped scan has only rows and losses.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(default)]
 pub struct ScanReportDto {
-    /// What the cloud's header calls it.
+    /// Name of the scan in the header of the cloud.
     pub scan: String,
-    /// Frames it was made of.
+    /// Number of frames.
     pub n_frames: usize,
-    /// Points of the cloud.
+    /// Number of points in the cloud.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub n_points: Option<usize>,
-    /// Pieces of lines that were found.
+    /// Number of detected line segments.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub n_segments: Option<usize>,
-    /// Median of the points' own σ along the camera ray; missing without points.
+    /// Median of the point σ along the camera ray; absent without points.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub median_sigma_mm: Option<f64>,
-    /// What was left out of the cloud, by reason.
+    /// Points rejected from the cloud, by reason.
     pub left_out: Vec<LeftOutDto>,
-    /// How orders agree that saw the same surface.
+    /// Agreement of orders on surfaces that both saw.
     pub self_consistency: Vec<OrderPairDto>,
-    /// How well the surface closes after a whole turn of a turntable.
+    /// Closure after a full turn of a turntable.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub closure: Option<ClosureDto>,
-    /// What was taken away from the frames; missing if nothing was asked to be.
+    /// Ambient light subtraction; absent if it was not requested.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub background: Option<BackgroundReportDto>,
-    /// Depths that can be measured.
+    /// Depth range.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub envelope: Option<EnvelopeDto>,
-    /// What the watches over the station say; none for scans of a turntable, and those that were stopped.
+    /// Results of the watches; empty for turntable scans and stopped scans.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub watches: Vec<WatchVerdictDto>,
-    /// How rows with several exposures became lines.
+    /// HDR statistics of rows with several exposures.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub exposures: Option<ExposuresDto>,
-    /// What was lost, in sentences; with any of it the scan is invalid.
+    /// Losses, in sentences; with any loss the scan is invalid.
     pub losses: Vec<String>,
-    /// Why it was stopped.
+    /// Why the scan was stopped.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub stopped: Option<String>,
-    /// How long its parts took.
+    /// Durations of its parts.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub timing: Option<ScanTimingDto>,
 }
 
-/// Points that are not in the cloud.
+/// Points rejected from the cloud.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct LeftOutDto {
-    /// Why: `too short`, `no hit`, `outside depth range`, `doubtful order`, `contradicted`.
+    /// Reason: `too short`, `no hit`, `outside depth range`, `doubtful order`, `contradicted`.
     pub reason: String,
-    /// How many points.
+    /// Number of points.
     pub n_points: usize,
-    /// Of how many pieces of lines.
+    /// Number of line segments.
     pub n_pieces: usize,
 }
 
-/// How two orders agree where both saw the same surface.
+/// Agreement of two orders where both saw the same surface.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct OrderPairDto {
     /// The lower order.
     pub order_a: i8,
     /// The higher order.
     pub order_b: i8,
-    /// Points compared.
+    /// Number of points compared.
     pub n_pairs: usize,
     /// Mean depth of `order_b` minus `order_a` along z.
     pub bias_mm: f64,
@@ -77,112 +77,113 @@ pub struct OrderPairDto {
     pub rms_mm: f64,
 }
 
-/// The surface seen first against the same seen a turn later.
+/// Comparison of a surface with the same surface seen one full turn later.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct ClosureDto {
-    /// By the same line: slip of the table, drift; blind to the axis. Missing if no place was seen again by its line.
+    /// Seen again by the same line: shows slip and drift of the table, but not axis errors. Absent if no surface was seen
+    /// again by the same line.
     pub same_line: Option<ClosureGapDto>,
-    /// By another line: shows an error of the axis, too.
+    /// Seen again by another line: also shows axis errors.
     pub other_lines: Option<ClosureGapDto>,
 }
 
-/// How far apart a surface is after a turn.
+/// Difference of a surface after a full turn.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct ClosureGapDto {
-    /// Points compared.
+    /// Number of points compared.
     pub n_pairs: usize,
-    /// Mean of later minus earlier along the surface's normal, positive towards the axis.
+    /// Mean of later minus earlier along the surface normal, positive towards the axis.
     pub bias_mm: f64,
     /// Root mean square of these differences, bias included.
     pub rms_mm: f64,
-    /// Pairs left out as they are farther apart than all others.
+    /// Pairs rejected as outliers.
     pub n_outliers: usize,
 }
 
-/// The ambient light of a scan, and how many frames were freed from it.
+/// Ambient light of a scan and its subtraction.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct BackgroundReportDto {
-    /// The level, of 255, that a twentieth of the first picture with the laser off exceeds.
+    /// Level, of 255, exceeded by 5 % of the pixels of the first laser-off image.
     pub ambient_levels: Option<f64>,
-    /// The same of the last one.
+    /// The same for the last laser-off image.
     pub ambient_levels_at_end: Option<f64>,
-    /// Pictures with the laser off.
+    /// Number of laser-off images.
     pub n_pictures: usize,
-    /// Frames that one of them was taken away from.
+    /// Frames with ambient light subtracted.
     pub n_frames_with: usize,
-    /// Frames in which lines were looked for as they are: the room was dark enough, or had changed.
+    /// Frames processed without subtraction: the room was dark enough, or had changed.
     pub n_frames_without: usize,
 }
 
-/// Depths, z of the camera frame: nearest and farthest.
+/// Depth ranges, z of the camera frame: nearest and farthest.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct EnvelopeDto {
-    /// In which points are taken.
+    /// Range in which points are accepted.
     #[schema(min_items = 2, max_items = 2)]
     pub stated_mm: [f64; 2],
-    /// In which a line's image position alone determines its order.
+    /// Range in which the image position of a line alone determines its order.
     #[schema(min_items = 2, max_items = 2)]
     pub unambiguous_mm: [f64; 2],
 }
 
-/// How rows with several exposures became lines.
+/// HDR statistics of rows with several exposures.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct ExposuresDto {
-    /// The exposures, the shortest first.
+    /// Exposure times, shortest first.
     pub exposures_us: Vec<f64>,
-    /// Points of lines.
+    /// Number of line points.
     pub n_points: usize,
-    /// Of these, points that some exposure saw saturated, and that stand on others.
+    /// Points saturated in some exposures and taken from others.
     pub n_replaced: usize,
-    /// Points that every exposure saw saturated.
+    /// Points saturated in every exposure.
     pub n_saturated: usize,
-    /// Points on which exposures differ by more than 3 σ: the best is taken, and its σ holds the difference.
+    /// Points whose exposures differ by more than 3 σ: the best is used and its σ includes the difference.
     pub n_disagreeing: usize,
 }
 
-/// How long the parts of a scan took; what was not done is missing.
+/// Durations of the parts of a scan; parts that were not run are absent.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(default)]
 pub struct ScanTimingDto {
-    /// Frames that were evaluated.
+    /// Number of evaluated frames.
     pub n_frames: usize,
-    /// How often a frame was read for that, all together.
+    /// Total number of frame reads for the evaluation.
     pub frames_read: usize,
-    /// From lines to a stored cloud.
+    /// Duration from lines to a stored cloud.
     pub evaluation_s: f64,
-    /// From the first motion to the last row.
+    /// Duration from the first motion to the last row.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub acquisition_s: Option<f64>,
-    /// Rows that were taken in this time.
+    /// Rows captured in this time.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub rows_taken: Option<usize>,
-    /// Of that neither motion nor exposure.
+    /// Time in it spent neither moving nor exposing.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub waiting_s: Option<f64>,
-    /// Frames that were recorded in a second.
+    /// Frames captured per second.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub frames_per_s: Option<f64>,
-    /// From the arrival of a frame to its profile.
+    /// Latency from the arrival of a frame to its profile.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub arrival_to_profile_ms: Option<DelaysDto>,
-    /// From the arrival of a frame to its place in the file.
+    pub arrival_to_profile_ms: Option<LatencyDto>,
+    /// Latency from the arrival of a frame until it is written to the file.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub arrival_to_file_ms: Option<DelaysDto>,
-    /// How long it was measured.
+    pub arrival_to_file_ms: Option<LatencyDto>,
+    /// Duration of the measurements.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub measuring_s: Option<f64>,
-    /// Measurements that were taken in this time.
+    /// Number of measurements in this time.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub n_measured: Option<usize>,
 }
 
-/// Delays of frames, ms.
+/// Latency of frames, ms.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
-pub struct DelaysDto {
-    /// Half of them took no longer.
+pub struct LatencyDto {
+    /// Median.
     pub p50: f64,
-    /// All but one in a hundred took no longer.
+    /// 99th percentile.
     pub p99: f64,
-    /// The longest.
+    /// Maximum.
     pub max: f64,
 }

@@ -1,27 +1,27 @@
-//! How a scan will be made, and how one was made, on the wire.
+//! Scan plans and the settings of completed scans, on the wire.
 
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-use crate::wire::job::job_inputs::{UnknownWord, measure_dtos};
+use crate::wire::job::job_inputs::{UnknownCode, measure_dtos};
 use crate::wire::measurement::measurements::MeasureDto;
 use crate::wire::scan::scans::{BackgroundDto, ScanModeDto, ScanSourceDto};
 use app::scan_run::{ScanPlan, ScanPurpose, ScanRange, ScanRun};
 use optics::StageKind;
 
-/// What a scan is made for.
+/// Purpose of a scan.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum ScanPurposeDto {
-    /// A part is inspected.
+    /// Inspection of a part.
     Production,
-    /// Verifies the calibration on a known part; not a production part.
+    /// Verification of the calibration on a reference part.
     Verification,
 }
 
 impl ScanPurposeDto {
-    /// The word for it.
-    pub fn word(self) -> &'static str {
+    /// Its code.
+    pub fn code(self) -> &'static str {
         match self {
             Self::Production => "production",
             Self::Verification => "verification",
@@ -47,190 +47,192 @@ impl From<ScanPurposeDto> for ScanPurpose {
     }
 }
 
-/// A scan as it will be run.
+/// The plan of a scan.
 #[derive(Debug, Clone, Serialize, ToSchema)]
 pub struct ScanPlanDto {
-    /// How the stage moves.
+    /// Motion of the stage.
     pub mode: ScanModeDto,
-    /// Position of the first row, of a stage that travels.
+    /// Position of the first row, linear stage.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub from_mm: Option<f64>,
-    /// No row lies beyond this position.
+    /// Position of the last row at most, linear stage.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub to_mm: Option<f64>,
-    /// Distance between rows, positive in both directions.
+    /// Distance between rows, always positive.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub step_mm: Option<f64>,
-    /// Speed during a continuous scan.
+    /// Speed of a continuous scan, linear stage.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub speed_mm_s: Option<f64>,
-    /// Angle of the first row, of a turntable.
+    /// Angle of the first row, turntable.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub from_deg: Option<f64>,
-    /// No row lies beyond this angle.
+    /// Angle of the last row at most, turntable.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub to_deg: Option<f64>,
-    /// Angle between rows, positive in both directions.
+    /// Angle between rows, always positive.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub step_deg: Option<f64>,
-    /// Speed during a continuous scan on a turntable.
+    /// Speed of a continuous scan, turntable.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub speed_deg_s: Option<f64>,
-    /// Number of rows, each one frame.
+    /// Number of rows; each row is one frame.
     pub n_rows: usize,
-    /// Frames per second of a continuous scan.
+    /// Frame rate of a continuous scan.
     pub frame_rate_hz: Option<f64>,
-    /// Exposure of the laser frames, µs; of several the longest.
+    /// Exposure time of the laser frames, µs; with several, the longest.
     pub exposure_us: f64,
-    /// All exposures of a row, µs, the shortest first; empty where a row has one.
+    /// All exposure times of a row, µs, shortest first; empty if there is only one.
     pub exposures_us: Vec<f64>,
     /// Share of full laser power, 0–1.
     pub laser_power: f64,
-    /// Whether the pictures are kept as a capture.
+    /// Whether the images are kept as a capture.
     pub keep_frames: bool,
-    /// When pictures with the laser off are taken.
+    /// When laser-off images are captured.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub background: Option<BackgroundDto>,
-    /// How long the whole job will take, s: frames, cloud and measurements, by the pace of this machine's last scans.
+    /// Estimated duration of the whole job, s: frames, cloud and measurements, from recent scans on this machine.
     pub duration_s: f64,
-    /// How long the frames take, from the first motion to the last row, s.
+    /// Duration of the acquisition, from the first motion to the last row, s.
     pub acquisition_s: f64,
-    /// How long the cloud takes after the last row, s.
+    /// Duration of the evaluation after the last row, s.
     pub evaluation_s: f64,
-    /// How long the measurements take after that, s.
+    /// Duration of the measurements, s.
     pub measuring_s: f64,
-    /// Lines: every order sweeps the part on its own.
+    /// Number of orders; each sweeps the whole part.
     pub n_orders: usize,
-    /// Rows per mm of a flat part across the camera, for each order; on a turntable, of a surface half-way between its axis
-    /// and the nearest calibrated depth.
+    /// Rows per mm on a flat part perpendicular to the camera axis, per order; on a turntable, on a surface half-way between
+    /// the axis and the nearest calibrated depth.
     pub rows_per_mm: f64,
     /// Points per mm along a line.
     pub points_per_mm_along_line: f64,
-    /// Points per mm² of a flat part across the camera, for each order that sees it.
+    /// Points per mm² on a flat part perpendicular to the camera axis, per order.
     pub points_per_mm2: f64,
-    /// Most points the cloud can have.
+    /// Maximum number of points in the cloud.
     pub max_points: u64,
-    /// Standard deviation of a point along its camera ray, mm: image noise on matt grey paint and the calibration;
-    /// nothing if the calibrated depths are out of view.
+    /// Predicted standard deviation of a point along its camera ray, mm, from image noise on matt grey paint and the
+    /// calibration; absent if the calibrated depths are out of view.
     pub predicted_sigma_mm: Option<f64>,
-    /// Depths (z of the camera) in which the part may lie, mm: nearest and farthest.
+    /// Depth range (z of the camera frame) for the part, mm: nearest and farthest.
     #[schema(min_items = 2, max_items = 2)]
     pub depth_mm: [f64; 2],
-    /// Depths in which a line's image position alone determines its order, mm; beyond, a second look is needed.
+    /// Depth range in which the image position of a line alone determines its order, mm; beyond it, a surface must be seen
+    /// twice.
     #[schema(min_items = 2, max_items = 2)]
     pub unambiguous_depth_mm: [f64; 2],
-    /// Room on the disk that it needs, bytes.
+    /// Disk space needed, bytes.
     pub disk_bytes: u64,
-    /// What a person should know before it begins.
+    /// Notes for the operator before the start.
     pub notes: Vec<String>,
 }
 
-/// How a scan was made. What only the station knows is missing for a scan of a capture.
+/// How a scan was made. Fields that only a station provides are absent for a scan of a capture.
 #[derive(Debug, Serialize, ToSchema)]
 pub struct ScanRunDto {
-    /// Where its frames come from.
+    /// Source of its frames.
     pub source: ScanSourceDto,
-    /// What the header of its cloud calls it.
+    /// Name of the scan in the header of its cloud.
     pub scan: String,
-    /// Rows it has, or would have if it had not been stopped.
+    /// Number of planned rows.
     pub n_rows: usize,
-    /// What was measured on it in the same job.
+    /// What was measured in the same job.
     pub measure: Vec<MeasureDto>,
-    /// What it was made for.
+    /// Purpose.
     pub purpose: ScanPurposeDto,
-    /// How the stage moves.
+    /// Motion of the stage.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub mode: Option<ScanModeDto>,
-    /// Position of the first row, of a stage that travels.
+    /// Position of the first row, linear stage.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub from_mm: Option<f64>,
-    /// No row lies beyond this position.
+    /// Position of the last row at most, linear stage.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub to_mm: Option<f64>,
-    /// Distance between rows, positive in both directions.
+    /// Distance between rows, always positive.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub step_mm: Option<f64>,
-    /// Speed during a continuous scan.
+    /// Speed of a continuous scan, linear stage.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub speed_mm_s: Option<f64>,
-    /// Angle of the first row, of a turntable.
+    /// Angle of the first row, turntable.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub from_deg: Option<f64>,
-    /// No row lies beyond this angle.
+    /// Angle of the last row at most, turntable.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub to_deg: Option<f64>,
-    /// Angle between rows, positive in both directions.
+    /// Angle between rows, always positive.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub step_deg: Option<f64>,
-    /// Speed during a continuous scan on a turntable.
+    /// Speed of a continuous scan, turntable.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub speed_deg_s: Option<f64>,
-    /// Frames per second of a continuous scan.
+    /// Frame rate of a continuous scan.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub frame_rate_hz: Option<f64>,
-    /// Exposure of the laser frames, µs; of several the longest.
+    /// Exposure time of the laser frames, µs; with several, the longest.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub exposure_us: Option<f64>,
-    /// All exposures of a row, µs, the shortest first; empty where a row has one.
+    /// All exposure times of a row, µs, shortest first; empty if there is only one.
     pub exposures_us: Vec<f64>,
     /// Share of full laser power, 0–1.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub laser_power: Option<f64>,
-    /// Whether the pictures are kept as a capture.
+    /// Whether the images are kept as a capture.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub keep_frames: Option<bool>,
-    /// When pictures with the laser off are taken.
+    /// When laser-off images are captured.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub background: Option<BackgroundDto>,
-    /// How long the whole job will take, s: frames, cloud and measurements, by the pace of this machine's last scans.
+    /// Estimated duration of the whole job, s: frames, cloud and measurements, from recent scans on this machine.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub duration_s: Option<f64>,
-    /// How long the frames take, from the first motion to the last row, s.
+    /// Duration of the acquisition, from the first motion to the last row, s.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub acquisition_s: Option<f64>,
-    /// How long the cloud takes after the last row, s.
+    /// Duration of the evaluation after the last row, s.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub evaluation_s: Option<f64>,
-    /// How long the measurements take after that, s.
+    /// Duration of the measurements, s.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub measuring_s: Option<f64>,
-    /// Lines: every order sweeps the part on its own.
+    /// Number of orders; each sweeps the whole part.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub n_orders: Option<usize>,
-    /// Rows per mm of a flat part across the camera, for each order; on a turntable, of a surface half-way between its axis
-    /// and the nearest calibrated depth.
+    /// Rows per mm on a flat part perpendicular to the camera axis, per order; on a turntable, on a surface half-way between
+    /// the axis and the nearest calibrated depth.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub rows_per_mm: Option<f64>,
     /// Points per mm along a line.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub points_per_mm_along_line: Option<f64>,
-    /// Points per mm² of a flat part across the camera, for each order that sees it.
+    /// Points per mm² on a flat part perpendicular to the camera axis, per order.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub points_per_mm2: Option<f64>,
-    /// Most points the cloud can have.
+    /// Maximum number of points in the cloud.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub max_points: Option<u64>,
-    /// Standard deviation of a point along its camera ray, mm: image noise on matt grey paint and the calibration;
-    /// nothing if the calibrated depths are out of view.
+    /// Predicted standard deviation of a point along its camera ray, mm, from image noise on matt grey paint and the
+    /// calibration; absent if the calibrated depths are out of view.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub predicted_sigma_mm: Option<f64>,
-    /// Depths (z of the camera) in which the part may lie, mm: nearest and farthest.
+    /// Depth range (z of the camera frame) for the part, mm: nearest and farthest.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schema(min_items = 2, max_items = 2)]
     pub depth_mm: Option<[f64; 2]>,
-    /// Depths in which a line's image position alone determines its order, mm; beyond, a second look is needed.
+    /// Depth range in which the image position of a line alone determines its order, mm; beyond it, a surface must be seen
+    /// twice.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schema(min_items = 2, max_items = 2)]
     pub unambiguous_depth_mm: Option<[f64; 2]>,
-    /// Room on the disk that it needs, bytes.
+    /// Disk space needed, bytes.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub disk_bytes: Option<u64>,
-    /// What a person should know before it begins.
+    /// Notes for the operator before the start.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub notes: Option<Vec<String>>,
 }
 
-/// The rows of a plan in millimetres, and those in degrees.
+/// The range of a plan in millimetres or in degrees.
 fn by_unit(plan: Option<&ScanPlan>) -> [Option<ScanRange>; 2] {
     let of = |stage| plan.map(|plan| plan.range).filter(|range| range.stage == stage);
     [of(StageKind::Linear), of(StageKind::Rotary)]
@@ -275,9 +277,9 @@ impl From<ScanPlan> for ScanPlanDto {
 }
 
 impl TryFrom<ScanRun> for ScanRunDto {
-    type Error = UnknownWord;
+    type Error = UnknownCode;
 
-    fn try_from(run: ScanRun) -> Result<Self, UnknownWord> {
+    fn try_from(run: ScanRun) -> Result<Self, UnknownCode> {
         let plan = run.plan.as_ref();
         let [travel, turn] = by_unit(plan);
         Ok(Self {

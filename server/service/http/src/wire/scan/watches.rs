@@ -1,83 +1,83 @@
-//! What the watches over the station say, on the wire.
+//! Results of the watches on the wire.
 
 use app::watches::{WatchHistory, WatchReading};
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-/// A watch over the station.
+/// A watch: a continuous check of the station on every scan.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum WatchDto {
-    /// A jump between what the orders saw before and after; mm.
+    /// Lost steps: a jump between the surfaces seen by different orders, mm.
     LostSteps,
     /// Relative change of λ/d since the calibration.
     Wavelength,
-    /// Logarithm of how much the power of an order has changed since the first scans after the calibration.
+    /// Change of the power of an order since the first scans after the calibration, natural logarithm.
     OrderPowers,
-    /// What the stage travels more than it says, relative.
+    /// Relative scale error of the stage: actual travel over reported travel, minus 1.
     StageScale,
 }
 
-/// What a watch says of a scan.
+/// State of a watch.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum WatchStateDto {
-    /// Nothing beyond doubt.
+    /// No significant deviation.
     Quiet,
-    /// This part shows nothing of it.
+    /// This part does not allow the check.
     Blind,
-    /// Something is beyond doubt.
+    /// A significant deviation.
     Warning,
     /// The error exceeds the uncertainty that the points state: the scan is invalid.
     Invalid,
 }
 
-/// What one watch says of a scan.
+/// Result of one watch on a scan.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct WatchVerdictDto {
-    /// Which.
+    /// The watch.
     pub watch: WatchDto,
-    /// Whether all is well.
+    /// Its state.
     pub state: WatchStateDto,
-    /// Its figure, in the unit of the watch; missing where it is blind.
+    /// Measured deviation, in the unit of the watch; absent if `blind`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub value: Option<f64>,
-    /// One σ of the figure; of lost steps that were not noticed, the smallest loss that would have been, mm.
+    /// Standard deviation of the value; if no lost steps were detected, the smallest detectable loss, mm.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sigma: Option<f64>,
-    /// The error of points that it causes.
+    /// Point error caused by the deviation.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub error_mm: Option<f64>,
-    /// The stage position where it begins.
+    /// Stage position at which it starts.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub position_mm: Option<f64>,
-    /// In words, with what to do.
+    /// The result in a sentence, with the remedy.
     pub reason: String,
 }
 
-/// What the watches said of one scan.
+/// Results of all watches on one scan.
 #[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
 pub struct WatchReadingDto {
-    /// The scan; it may be deleted by now.
+    /// The scan; it may have been deleted.
     pub scan_id: String,
-    /// What people called it.
+    /// Name of the scan.
     pub scan_name: String,
     /// The calibration it was computed with.
     pub calibration_id: String,
-    /// When it was made, ms since 1970.
+    /// Time of the scan, ms since 1970 (UTC).
     pub at_ms: i64,
-    /// One verdict for every watch.
+    /// One result per watch.
     pub verdicts: Vec<WatchVerdictDto>,
 }
 
-/// The last scans of the station, as the watches saw them.
+/// Results of the watches on the recent scans of the station.
 #[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
 pub struct WatchHistoryDto {
-    /// Oldest first; at most 300 are kept.
+    /// Oldest first, at most 300.
     pub readings: Vec<WatchReadingDto>,
-    /// Scans with the newest reading's calibration that were taken for normal powers.
+    /// Scans with the current calibration used so far as the reference for the order powers.
     pub n_reference_scans: usize,
-    /// How many it takes.
+    /// Scans needed for the reference.
     pub n_reference_scans_needed: usize,
 }
 
@@ -90,7 +90,7 @@ impl From<WatchHistory> for WatchHistoryDto {
             scan_name,
             calibration_id,
             at_ms,
-            // A form that another version stored counts as nothing said.
+            // An entry in the format of another version counts as missing.
             verdicts: serde_json::from_value(verdicts).unwrap_or_default(),
         };
         Self {

@@ -1,4 +1,4 @@
-//! The streams one client has subscribed to, and what comes next of each.
+//! The subscriptions of one client, and the next message of each.
 
 mod points;
 mod records;
@@ -17,11 +17,11 @@ pub use records::{EventsFeed, JobsFeed};
 pub use slot::SlotFeed;
 pub use state::{StateFeed, station_json};
 
-/// What a stream has for its client.
+/// The next message of a stream.
 pub enum Next {
-    /// A message, to be sent now.
+    /// A message to send now.
     Message(Message),
-    /// Something, but not before that moment.
+    /// A message, but not before the given time.
     At(Instant),
     /// Nothing.
     Nothing,
@@ -31,7 +31,7 @@ fn text(text: &ServerText) -> Next {
     Next::Message(Message::text(text.to_json()))
 }
 
-/// Waits for a newer value; forever if none can come.
+/// Waits for a newer value; pending forever if the source is closed.
 async fn changed<T>(receiver: &mut watch::Receiver<T>) {
     if receiver.changed().await.is_err() {
         std::future::pending::<()>().await;
@@ -52,11 +52,11 @@ pub struct Feeds {
     reported: Option<(Instant, Vec<DropCount>)>,
 }
 
-/// Time between two reports of what was left out.
+/// Minimum interval between two `dropped` reports.
 const REPORT_EVERY: Duration = Duration::from_secs(1);
 
 impl Feeds {
-    /// Subscribes; what was subscribed to before is replaced.
+    /// Subscribes; replaces an existing subscription.
     pub fn subscribe(&mut self, wanted: Subscription, streams: &Streams) {
         match wanted.stream {
             Stream::Image => self.image = Some(SlotFeed::new(&wanted, streams)),
@@ -83,17 +83,17 @@ impl Feeds {
         self.subscriptions.retain(|known| known.stream != stream);
     }
 
-    /// Whether the client is shown what the camera sees.
+    /// Whether the client is a viewer of the camera.
     pub fn shows_frames(&self) -> bool {
         self.image.is_some() || self.profile.is_some()
     }
 
-    /// Everything that is subscribed to.
+    /// All subscriptions.
     pub fn subscriptions(&self) -> Vec<Subscription> {
         self.subscriptions.clone()
     }
 
-    /// What goes out next: first words, then by turns pictures, profiles and points, so that none starves another.
+    /// The next message: texts first, then images, profiles and points in turn, so that none starves the others.
     pub fn next(&mut self, now: Instant, streams: &Streams) -> Next {
         let mut soonest: Option<Instant> = None;
         let mut pass = |next: Next| match next {
@@ -128,14 +128,14 @@ impl Feeds {
         soonest.map_or(Next::Nothing, Next::At)
     }
 
-    /// What was left out, if more than was reported before.
+    /// The drop counts, if they have grown since the last report.
     fn report(&mut self, now: Instant) -> Next {
         let counts: Vec<DropCount> =
             [&self.image, &self.profile].into_iter().flatten().map(SlotFeed::count).collect();
         let lost = |counts: &[DropCount]| -> Vec<_> {
             counts.iter().map(|count| (count.stream, count.by_rate, count.too_slow)).collect()
         };
-        let known = self.reported.as_ref().map_or(Vec::new(), |(_, told)| lost(told));
+        let known = self.reported.as_ref().map_or(Vec::new(), |(_, reported)| lost(reported));
         let nothing_lost = counts.iter().all(|count| count.by_rate + count.too_slow == 0);
         if nothing_lost || lost(&counts) == known {
             return Next::Nothing;
@@ -149,7 +149,8 @@ impl Feeds {
         message
     }
 
-    /// The connection is busy: notes for each stream what is newest when its time comes. Returns the next such time.
+    /// While the connection is busy: notes for each stream which message was newest when one was due. Returns the next due
+    /// time.
     pub fn observe_busy(&mut self, now: Instant) -> Option<Instant> {
         let feeds = [&mut self.image, &mut self.profile].into_iter().flatten();
         feeds
@@ -161,7 +162,7 @@ impl Feeds {
             .min()
     }
 
-    /// Something came for this client.
+    /// Waits for something new for this client.
     pub async fn changed(&mut self) {
         macro_rules! either {
             ($($feed:ident),*) => {

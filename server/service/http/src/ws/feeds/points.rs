@@ -19,7 +19,7 @@ pub struct PointsFeed {
 }
 
 impl PointsFeed {
-    /// From a block on, or from now on.
+    /// From a given block on, or from now on.
     pub fn new(wanted: &Subscription, live: &LiveBus) -> Self {
         let seen = live.watch_points();
         let (log, n_blocks) = {
@@ -30,7 +30,7 @@ impl PointsFeed {
         Self { seen, log, next_block, begun: false, ended: false }
     }
 
-    /// The next block, or that a scan began or ended.
+    /// The next block, or the start or end of a scan.
     pub fn next(&mut self) -> Next {
         let seen = self.seen.borrow_and_update().clone();
         let same = |log: &Arc<PointLog>| seen.log.as_ref().is_some_and(|newest| Arc::ptr_eq(newest, log));
@@ -58,7 +58,7 @@ impl PointsFeed {
         self.next()
     }
 
-    /// Something newer came.
+    /// Waits for something newer.
     pub async fn changed(&mut self) {
         changed(&mut self.seen).await;
     }

@@ -12,22 +12,22 @@ use crate::wire::job::jobs::JobDto;
 use crate::ws::feeds::{Next, changed, text};
 use crate::ws::streams::Streams;
 
-/// Progress of jobs: of each the newest counts.
+/// Job progress: only the newest of each job counts.
 pub struct JobsFeed {
     jobs: watch::Receiver<JobNews>,
     pace: Pace,
-    /// Number of the last word that was sent.
+    /// Number of the last progress message sent.
     sent: u64,
 }
 
 impl JobsFeed {
-    /// As subscribed: what is known of jobs at work comes first.
+    /// A new subscription; the current progress of running jobs comes first.
     pub fn new(wanted: &Subscription, streams: &Streams) -> Self {
         let pace = Pace::new(wanted.max_rate_hz.unwrap_or(DEFAULT_RATE_HZ), Instant::now());
         Self { jobs: streams.sources.jobs.clone(), pace, sent: 0 }
     }
 
-    /// The progress that waits longest.
+    /// The oldest unsent progress.
     pub fn next(&mut self, now: Instant) -> Next {
         let news = self.jobs.borrow_and_update();
         let Some((number, view)) = news.after(self.sent) else { return Next::Nothing };
@@ -39,7 +39,7 @@ impl JobsFeed {
         text(&ServerText::Job { job: &job_json(view) })
     }
 
-    /// Something newer came.
+    /// Waits for something newer.
     pub async fn changed(&mut self) {
         changed(&mut self.jobs).await;
     }
@@ -52,12 +52,12 @@ pub struct EventsFeed {
 }
 
 impl EventsFeed {
-    /// As subscribed.
+    /// A new subscription.
     pub fn new(streams: &Streams) -> Self {
         Self { events: streams.sources.events.clone(), sent: None }
     }
 
-    /// The newest number, if it was not sent.
+    /// The newest number, unless it was sent already.
     pub fn next(&mut self) -> Next {
         let seq = *self.events.borrow_and_update();
         if self.sent.replace(seq) == Some(seq) {
@@ -66,7 +66,7 @@ impl EventsFeed {
         text(&ServerText::Event { seq })
     }
 
-    /// Something newer came.
+    /// Waits for something newer.
     pub async fn changed(&mut self) {
         changed(&mut self.events).await;
     }

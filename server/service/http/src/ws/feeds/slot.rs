@@ -1,4 +1,4 @@
-//! Pictures and profiles: of each only the newest counts.
+//! Images and profiles: only the newest of each counts.
 
 use axum::extract::ws::Message;
 use live::protocol::DEFAULT_RATE_HZ;
@@ -12,7 +12,7 @@ use crate::ws::feeds::{Next, changed};
 use crate::ws::meter::Meter;
 use crate::ws::streams::Streams;
 
-/// Pictures or profiles: only the newest counts.
+/// Images or profiles: only the newest counts.
 pub struct SlotFeed {
     stream: Stream,
     slot: watch::Receiver<Published>,
@@ -21,7 +21,7 @@ pub struct SlotFeed {
 }
 
 impl SlotFeed {
-    /// As subscribed.
+    /// A new subscription.
     pub fn new(wanted: &Subscription, streams: &Streams) -> Self {
         let sight = match wanted.stream {
             Stream::Image => StreamKind::Image { scale: wanted.scale.unwrap_or(1) },
@@ -34,7 +34,7 @@ impl SlotFeed {
         Self { stream: wanted.stream, slot, meter: Meter::new(rate_hz, Instant::now(), newest), _demand: demand }
     }
 
-    /// The newest message, if the client has not got it and the rate allows.
+    /// The newest message, if it is unsent and the rate allows it.
     pub fn next(&mut self, now: Instant) -> Next {
         let newest = self.slot.borrow_and_update();
         if !self.meter.waits(newest.number) {
@@ -49,29 +49,29 @@ impl SlotFeed {
         Next::Message(Message::Binary(newest.bytes.clone()))
     }
 
-    /// The connection is busy with another message.
+    /// Notes that the connection is busy with another message.
     pub fn observe_busy(&mut self, now: Instant) {
         let newest = self.slot.borrow().number;
         self.meter.observe_busy(now, newest);
     }
 
-    /// When the next message may go.
+    /// When the next message may be sent.
     pub fn opens(&self) -> Instant {
         self.meter.opens()
     }
 
-    /// What became of the messages.
+    /// The counts of sent and dropped messages.
     pub fn count(&self) -> DropCount {
         self.meter.count(self.stream)
     }
 
-    /// Something newer came.
+    /// Waits for something newer.
     pub async fn changed(&mut self) {
         changed(&mut self.slot).await;
     }
 }
 
-/// Adds what was lost between two counts to the figures of the service.
+/// Adds the drops between two counts to the metrics of the service.
 fn note_lost(before: &DropCount, after: &DropCount) {
     for (reason, lost) in
         [("by_rate", after.by_rate - before.by_rate), ("too_slow", after.too_slow - before.too_slow)]

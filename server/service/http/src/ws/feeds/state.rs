@@ -16,7 +16,7 @@ use crate::wire::hardware::station::StationDto;
 use crate::ws::feeds::{Next, changed, text};
 use crate::ws::streams::Streams;
 
-/// The station: every change of state, who commands, and the rest as often as wanted.
+/// The station: every change of state and of control at once, the rest at the requested rate.
 pub struct StateFeed {
     status: watch::Receiver<Arc<StationStatus>>,
     control: watch::Receiver<Option<Lease>>,
@@ -26,25 +26,25 @@ pub struct StateFeed {
 }
 
 impl StateFeed {
-    /// As subscribed.
+    /// A new subscription.
     pub fn new(wanted: &Subscription, streams: &Streams) -> Self {
         let pace = Pace::new(wanted.max_rate_hz.unwrap_or(DEFAULT_RATE_HZ), Instant::now());
         let sources = &streams.sources;
         Self { status: sources.status.clone(), control: sources.control.clone(), pace, seen: 0, sent: None }
     }
 
-    /// The newest status with who commands.
+    /// The newest status with the holder of control.
     pub fn next(&mut self, now: Instant, streams: &Streams) -> Next {
         let status = self.status.borrow_and_update().clone();
         let control = self.control.borrow_and_update().clone().filter(|lease| lease.ends_at > now.into_std());
         let holder = control.as_ref().map(|lease| lease.holder.clone());
-        let same = |(sent, told): &(Arc<StationStatus>, _)| Arc::ptr_eq(sent, &status) && *told == holder;
+        let same = |(sent, reported): &(Arc<StationStatus>, _)| Arc::ptr_eq(sent, &status) && *reported == holder;
         if self.sent.as_ref().is_some_and(same) {
-            // A lease that nobody renews ends without a word.
+            // A lease that is not renewed expires without an event on the channel.
             return control.map_or(Next::Nothing, |lease| Next::At(lease.ends_at.into()));
         }
         let changes: Vec<_> = status.state_history.after(self.seen).map(Into::into).collect();
-        let urgent = !changes.is_empty() || self.sent.as_ref().is_some_and(|(_, told)| *told != holder);
+        let urgent = !changes.is_empty() || self.sent.as_ref().is_some_and(|(_, reported)| *reported != holder);
         if !urgent && now < self.pace.opens() {
             return Next::At(self.pace.opens());
         }
@@ -56,7 +56,7 @@ impl StateFeed {
         text(&ServerText::State { changes, station: &station })
     }
 
-    /// Something newer came.
+    /// Waits for something newer.
     pub async fn changed(&mut self) {
         tokio::select! {
             () = changed(&mut self.status) => {}
@@ -65,7 +65,7 @@ impl StateFeed {
     }
 }
 
-/// The station as `GET /api/v1/station` returns it, still without who commands.
+/// The station as `GET /api/v1/station` returns it, without the holder of control.
 pub fn station_json(status: &StationStatus) -> Value {
     serde_json::to_value(StationDto::new(status, None)).unwrap_or_default()
 }

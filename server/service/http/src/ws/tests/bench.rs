@@ -27,16 +27,16 @@ use app::jobs::JobNews;
 use app::lease::ControlDesk;
 use tokio_util::sync::CancellationToken;
 
-/// Longest wait for something that comes at once, if it comes at all.
+/// Timeout for messages that are expected immediately.
 pub const PATIENCE: Duration = Duration::from_secs(20);
 
-/// A stream with hands on everything it shows.
+/// A live stream whose sources the test controls.
 pub struct Bench {
     pub bus: LiveBus,
     pub frames: watch::Sender<Option<SharedFrame>>,
     pub status: watch::Sender<Arc<StationStatus>>,
     pub control: ControlDesk,
-    /// Kept so that the stream does not end.
+    /// Held so that the stream does not end.
     pub _jobs: watch::Sender<JobNews>,
     pub events: watch::Sender<i64>,
     pub streams: Streams,
@@ -70,7 +70,7 @@ impl Bench {
         let closing = CancellationToken::new();
         let (streams, encoder) = Streams::start(sources, LineDirection::Rows, closing.clone()).unwrap();
         let socket = TcpSocket::new_v4().unwrap();
-        // Accepted sockets inherit it: little is under way to a client that does not read.
+        // Inherited by accepted sockets: little is buffered for a client that does not read.
         socket.set_send_buffer_size(16 * 1024).unwrap();
         socket.bind("127.0.0.1:0".parse().unwrap()).unwrap();
         let listener = socket.listen(1024).unwrap();
@@ -94,7 +94,7 @@ impl Bench {
         }
     }
 
-    /// Shows a frame of `width` × `width` / 2 noisy pixels with one line in it.
+    /// Publishes a frame of `width` × `width` / 2 noisy pixels with one line in it.
     pub fn show(&self, sequence: u64, width: usize) {
         let height = width / 2;
         let noise = |idx: usize| (idx as u32).wrapping_mul(2_654_435_761).wrapping_add(sequence as u32 * 97) >> 24;

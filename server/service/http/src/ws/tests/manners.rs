@@ -1,4 +1,4 @@
-//! Clients that break the rules, and a server that says so.
+//! Clients that break the rules are disconnected with a reason.
 
 use serde_json::json;
 use tokio_tungstenite::tungstenite::{Error, Message};
@@ -16,7 +16,7 @@ async fn another_sub_protocol_is_refused_with_a_problem() {
 }
 
 #[tokio::test]
-async fn what_is_not_understood_is_answered_and_changes_nothing() {
+async fn an_invalid_message_gets_an_error_and_changes_nothing() {
     let bench = Bench::start().await;
     let mut client = bench.client().await;
     client.subscribe(json!({ "stream": "events" })).await;
@@ -46,7 +46,7 @@ async fn a_binary_message_closes_with_unsupported() {
 }
 
 #[tokio::test]
-async fn a_flood_closes_with_policy() {
+async fn too_many_messages_close_with_policy() {
     let bench = Bench::start().await;
     let mut client = bench.client().await;
     for _ in 0..3 * CLIENT_MESSAGE_BURST as usize {
@@ -58,7 +58,7 @@ async fn a_flood_closes_with_policy() {
 }
 
 #[tokio::test]
-async fn the_socket_above_the_limit_is_refused_until_another_goes() {
+async fn a_socket_above_the_limit_is_refused_until_another_closes() {
     let bench = Bench::start().await;
     let mut clients = Vec::new();
     for _ in 0..MAX_SOCKETS {
@@ -74,7 +74,7 @@ async fn the_socket_above_the_limit_is_refused_until_another_goes() {
 }
 
 #[tokio::test]
-async fn the_end_of_the_server_is_said() {
+async fn a_server_shutdown_closes_with_going_away() {
     let bench = Bench::start().await;
     let mut client = bench.client().await;
     bench.closing.cancel();

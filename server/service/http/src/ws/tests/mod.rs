@@ -1,4 +1,4 @@
-//! The stream over real sockets, with invented frames: what clients see, and what becomes of slow and rude ones.
+//! The stream over real sockets with synthetic frames: what clients receive, and how slow and misbehaving ones are handled.
 //!
 //! Not shown here: real stations, and load; `server/cli/tests/it/service/stream_load.rs` does.
 

@@ -1,4 +1,4 @@
-//! The points of a scan: what the stream brings, what is asked for, and what is stored are the same bytes.
+//! The points of a scan: streamed, requested and stored blocks are the same bytes.
 
 use bytes::Bytes;
 use live::LiveBus;
@@ -48,7 +48,7 @@ fn scan(bus: &LiveBus, scan_id: &str, frames: std::ops::Range<u32>) {
     }
 }
 
-/// A calibration with a stage; nothing else of it is used here.
+/// A calibration with a stage; the rest of it is not used here.
 fn calibration() -> Calibration {
     Calibration {
         id: "sample".into(),
@@ -79,7 +79,7 @@ async fn until_end(client: &mut Client, scan_id: &str) -> (Vec<Bytes>, serde_jso
 }
 
 #[tokio::test]
-async fn what_was_missed_and_what_was_streamed_join_to_what_is_stored() {
+async fn requested_and_streamed_blocks_together_equal_the_stored_points() {
     let bench = Bench::start().await;
     bench.bus.begin_scan(SCAN);
     scan(&bench.bus, SCAN, 0..100);
@@ -118,7 +118,7 @@ async fn a_client_that_reads_late_misses_no_block_of_two_scans() {
 }
 
 #[tokio::test]
-async fn a_reconnected_client_goes_on_where_it_was() {
+async fn a_reconnected_client_resumes_where_it_was() {
     let bench = Bench::start().await;
     bench.bus.begin_scan(SCAN);
     scan(&bench.bus, SCAN, 0..10);

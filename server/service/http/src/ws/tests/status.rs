@@ -7,7 +7,7 @@ use devices::{
 
 use station::{DeviceStatus, LaserLight, MachineState, StateHistory, StationStatus};
 
-/// Before anything is known.
+/// The initial status.
 pub fn first_status() -> StationStatus {
     let camera = CameraCapabilities {
         sensor_px: (64, 32),

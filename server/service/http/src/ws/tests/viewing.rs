@@ -1,4 +1,4 @@
-//! What clients see of frames and states.
+//! What clients receive of frames and states.
 
 use std::sync::Arc;
 
@@ -13,7 +13,7 @@ use app::limits::CONTROL_LEASE;
 const READY: MachineState = MachineState::Operational(OperationalState::Ready);
 
 #[tokio::test]
-async fn a_picture_comes_with_the_lines_of_its_own_frame() {
+async fn an_image_comes_with_the_lines_of_its_own_frame() {
     let bench = Bench::start().await;
     bench.show(5, 64);
     let mut client = bench.client().await;
@@ -28,7 +28,7 @@ async fn a_picture_comes_with_the_lines_of_its_own_frame() {
 }
 
 #[tokio::test]
-async fn nothing_is_encoded_for_nobody() {
+async fn nothing_is_encoded_without_subscribers() {
     let bench = Bench::start().await;
     let mut client = bench.client().await;
     client.subscribe(json!({ "stream": "profile" })).await;
@@ -65,7 +65,7 @@ async fn a_frame_is_encoded_once_whatever_the_number_of_viewers() {
     }
 }
 
-/// Frames until the client was offered `n` messages and told what was left out: its count, and how many it got.
+/// Publishes frames until the client was offered `n` messages and got a `dropped` report: its counts, and the messages received.
 async fn watch(client: &mut Client, n: u64) -> (Value, u64) {
     let mut got = 0;
     loop {
@@ -107,7 +107,7 @@ async fn two_clients_see_at_their_own_rates_and_the_counts_add_up() {
 }
 
 #[tokio::test]
-async fn a_client_that_does_not_read_costs_the_others_nothing_and_gets_the_newest_in_the_end() {
+async fn a_client_that_does_not_read_slows_no_other_and_gets_the_newest_frame_in_the_end() {
     let bench = Bench::start().await;
     let (mut lazy, mut keen) = (bench.client().await, bench.client().await);
     for client in [&mut lazy, &mut keen] {
@@ -197,19 +197,19 @@ async fn the_clock_of_a_pong_is_the_clock_of_frames() {
     bench.show(7, 64);
     client.say(json!({ "op": "ping", "id": 2 })).await;
     let clock_ms = client.text_of("pong").await["clock_ms"].as_f64().unwrap();
-    // The frame was exposed at 7 ms of the invented clock, a moment ago.
+    // The frame was exposed at 7 ms of the synthetic clock, just now.
     assert!((7.0..7.0 + super::bench::PATIENCE.as_secs_f64() * 1e3).contains(&clock_ms), "{clock_ms}");
 }
 
 #[tokio::test]
-async fn who_commands_is_told_at_once_and_so_is_the_end_of_a_lease() {
+async fn a_change_of_control_and_the_end_of_a_lease_are_sent_at_once() {
     let bench = Bench::start().await;
     let mut client = bench.client().await;
     client.subscribe(json!({ "stream": "state", "max_rate_hz": 0.001 })).await;
     assert_eq!(client.text_of("state").await["station"]["control"], Value::Null);
     let taken = bench.control.take("Anna", false, std::time::Instant::now()).unwrap();
-    let told = client.text_of("state").await;
-    assert_eq!((&told["station"]["control"]["holder"], &told["changes"]), (&json!("Anna"), &json!([])));
+    let state = client.text_of("state").await;
+    assert_eq!((&state["station"]["control"]["holder"], &state["changes"]), (&json!("Anna"), &json!([])));
     bench.control.give_back(Some(&taken.lease.id));
     assert_eq!(client.text_of("state").await["station"]["control"], Value::Null);
     // A lease that was taken almost five seconds ago and is not renewed.

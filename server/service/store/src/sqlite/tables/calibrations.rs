@@ -108,7 +108,7 @@ pub async fn insert(to: &mut SqliteConnection, calibration: &CalibrationRecord) 
     .bind(calibration.created_at_ms)
     .execute(to)
     .await;
-    refuse_dangling(result, KIND, &calibration.id, "names a capture that does not exist")?;
+    refuse_dangling(result, KIND, &calibration.id, "refers to a capture that does not exist")?;
     Ok(())
 }
 
@@ -119,7 +119,7 @@ pub async fn delete(to: &mut SqliteConnection, id: &str) -> Written {
     let result = sqlx::query("DELETE FROM calibrations WHERE id = $1").bind(id).execute(to).await;
     let result = match result {
         Err(cause) if is_dangling(&cause) => {
-            return Err(refused(id, "is needed to compute scans again", "delete those first").into());
+            return Err(refused(id, "is needed to recompute scans", "delete those first").into());
         }
         result => result?,
     };

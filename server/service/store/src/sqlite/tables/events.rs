@@ -63,7 +63,7 @@ pub async fn append(to: &mut SqliteConnection, event: EventRecord) -> Written<Ev
     Ok(event)
 }
 
-pub async fn forget_through(to: &mut SqliteConnection, seq: i64) -> Written {
+pub async fn prune_through(to: &mut SqliteConnection, seq: i64) -> Written {
     sqlx::query("DELETE FROM events WHERE seq <= $1").bind(seq).execute(to).await?;
     Ok(())
 }
@@ -97,7 +97,7 @@ pub async fn answer_idempotency(to: &mut SqliteConnection, key: &str, answer: Op
     met(query.execute(to).await?, "idempotency key", key)
 }
 
-pub async fn forget_idempotency(to: &mut SqliteConnection, before_ms: i64) -> Written {
+pub async fn prune_idempotency(to: &mut SqliteConnection, before_ms: i64) -> Written {
     sqlx::query("DELETE FROM idempotency WHERE created_at_ms < $1").bind(before_ms).execute(to).await?;
     Ok(())
 }

@@ -142,11 +142,11 @@ pub async fn end(to: &mut SqliteConnection, id: &str, outcome: &JobOutcome, mess
     .bind(problem.map(Value::to_string))
     .execute(&mut *to)
     .await?;
-    moved(to, result.rows_affected(), id, "a job ends once").await
+    moved(to, result.rows_affected(), id, "a job can end only once").await
 }
 
 /// Those that wait or run stay, whatever their age. Ids grow with time, so the newest are those with the largest.
-pub async fn forget_ended(to: &mut SqliteConnection, before_ms: i64, keep_newest: u32) -> Written {
+pub async fn prune_ended(to: &mut SqliteConnection, before_ms: i64, keep_newest: u32) -> Written {
     sqlx::query(
         "DELETE FROM jobs WHERE state NOT IN ('queued', 'running')
              AND (ended_at_ms < $1 OR id <= (SELECT id FROM jobs ORDER BY id DESC LIMIT 1 OFFSET $2))",
@@ -158,7 +158,7 @@ pub async fn forget_ended(to: &mut SqliteConnection, before_ms: i64, keep_newest
     Ok(())
 }
 
-/// Tells why a job did not move.
+/// Returns why the state of a job could not be changed.
 async fn moved(to: &mut SqliteConnection, n_rows: u64, id: &str, rule: &str) -> Written {
     if n_rows > 0 {
         return Ok(());

@@ -68,6 +68,6 @@ pub async fn insert(to: &mut SqliteConnection, measurement: &MeasurementRecord) 
     .bind(measurement.created_at_ms)
     .execute(to)
     .await;
-    let result = refuse_dangling(result, KIND, &measurement.id, "names a scan that does not exist")?;
+    let result = refuse_dangling(result, KIND, &measurement.id, "refers to a scan that does not exist")?;
     inserted(result, KIND, &measurement.id)
 }

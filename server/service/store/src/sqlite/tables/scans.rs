@@ -14,7 +14,7 @@ use crate::sqlite::row::{artifact, before_id, get, json, optional_artifact, word
 use crate::sqlite::seal;
 
 const KIND: &str = "scan";
-const DANGLING: &str = "names a calibration, capture or scan that does not exist";
+const DANGLING: &str = "refers to a calibration, capture or scan that does not exist";
 
 fn from_row(row: &SqliteRow) -> Result<ScanRecord, StoreError> {
     seal::intact(row, &seal::SCANS)?;

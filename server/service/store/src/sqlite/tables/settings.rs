@@ -1,4 +1,4 @@
-//! What the station remembers beside its records.
+//! Settings.
 
 use sqlx::sqlite::SqliteRow;
 use sqlx::{SqliteConnection, SqlitePool};

@@ -55,9 +55,9 @@ async fn activations_are_a_log_whose_last_entry_counts() {
             assert_eq!(catalogue.active().await.unwrap().unwrap().calibration_id.as_deref(), id);
         }
         let log = catalogue.activations(&first(9)).await.unwrap().records;
-        let told: Vec<_> =
+        let listed: Vec<_> =
             log.iter().map(|a| (a.seq, a.previous_id.as_deref(), a.calibration_id.as_deref())).collect();
-        assert_eq!(told, [(3, Some("c2"), None), (2, Some("c1"), Some("c2")), (1, None, Some("c1"))]);
+        assert_eq!(listed, [(3, Some("c2"), None), (2, Some("c1"), Some("c2")), (1, None, Some("c1"))]);
         let older = Page { before: Some("2".into()), limit: 9 };
         assert_eq!(catalogue.activations(&older).await.unwrap().records, log[2..]);
     }

@@ -23,11 +23,11 @@ async fn events_are_numbered_without_gaps_also_after_a_refused_commit() {
 }
 
 #[tokio::test]
-async fn numbers_of_forgotten_events_are_not_used_again() {
+async fn numbers_of_pruned_events_are_not_reused() {
     for fresh in stores().await {
         let catalogue = &fresh.store.catalogue;
         catalogue.commit(vec![append("a"), append("b")]).await.unwrap();
-        catalogue.commit(vec![Change::ForgetEventsThrough { seq: 2 }]).await.unwrap();
+        catalogue.commit(vec![Change::PruneEventsThrough { seq: 2 }]).await.unwrap();
         assert!(catalogue.events_after(0, 9).await.unwrap().records.is_empty());
         assert_eq!(catalogue.last_event_seq().await.unwrap(), 2);
         assert_eq!(catalogue.commit(vec![append("c")]).await.unwrap()[0].seq, 3);
@@ -35,7 +35,7 @@ async fn numbers_of_forgotten_events_are_not_used_again() {
 }
 
 #[tokio::test]
-async fn a_key_is_used_once_until_it_is_forgotten() {
+async fn a_key_is_used_once_until_it_is_deleted() {
     for fresh in stores().await {
         let catalogue = &fresh.store.catalogue;
         let (old, new) = (idempotency("POST /scans k1", 100), idempotency("POST /scans k2", 200));
@@ -46,7 +46,7 @@ async fn a_key_is_used_once_until_it_is_forgotten() {
         assert!(matches!(twice, StoreError::Exists { kind: "idempotency key", .. }));
         assert!(catalogue.job(&job.id).await.is_err(), "the job of a refused request does not exist");
 
-        catalogue.commit(vec![Change::ForgetIdempotencyBefore { at_ms: 200 }]).await.unwrap();
+        catalogue.commit(vec![Change::PruneIdempotencyKeys { at_ms: 200 }]).await.unwrap();
         assert_eq!(catalogue.idempotency(&old.key).await.unwrap(), None);
         assert_eq!(catalogue.idempotency(&new.key).await.unwrap(), Some(new));
     }

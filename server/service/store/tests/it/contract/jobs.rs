@@ -113,8 +113,8 @@ async fn recovery_interrupts_what_ran_and_leaves_what_waits() {
         catalogue.commit(changes).await.unwrap();
 
         let events = fresh.store.recover(99).await.unwrap();
-        let told: Vec<_> = events.iter().map(|event| (event.kind.as_str(), event.subject.as_str())).collect();
-        assert_eq!(told, [("job.interrupted", running.id.as_str())]);
+        let appended: Vec<_> = events.iter().map(|event| (event.kind.as_str(), event.subject.as_str())).collect();
+        assert_eq!(appended, [("job.interrupted", running.id.as_str())]);
         let interrupted = catalogue.job(&running.id).await.unwrap();
         assert_eq!((interrupted.state, interrupted.ended_at_ms), (JobState::Interrupted, Some(99)));
         assert_eq!(interrupted.checkpoint, Some(json!({"row": 3})), "it can still be resumed");
@@ -125,7 +125,7 @@ async fn recovery_interrupts_what_ran_and_leaves_what_waits() {
 }
 
 #[tokio::test]
-async fn ended_jobs_are_forgotten_by_age_and_by_number_and_others_stay() {
+async fn ended_jobs_are_pruned_by_age_and_number_and_others_are_kept() {
     for fresh in stores().await {
         let catalogue = &fresh.store.catalogue;
         let ended_at = |state, ended_at_ms| {
@@ -147,7 +147,7 @@ async fn ended_jobs_are_forgotten_by_age_and_by_number_and_others_stay() {
             let place = |id: &str| jobs.iter().position(|job| job.id == id).unwrap();
             listed.iter().rev().map(|job| place(&job.id)).collect::<Vec<_>>()
         };
-        let forget = |before_ms, keep_newest| vec![Change::ForgetEndedJobs { before_ms, keep_newest }];
+        let forget = |before_ms, keep_newest| vec![Change::PruneEndedJobs { before_ms, keep_newest }];
         catalogue.commit(forget(100, 100)).await.unwrap();
         assert_eq!(left().await, [0, 1, 2, 4], "by age");
         catalogue.commit(forget(100, 1)).await.unwrap();

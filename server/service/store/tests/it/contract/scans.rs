@@ -78,7 +78,7 @@ async fn a_deleted_scan_takes_its_measurements_along_and_leaves_its_recomputed_s
 }
 
 #[tokio::test]
-async fn scans_are_listed_by_what_they_are_worth_and_by_their_calibration() {
+async fn scans_are_listed_by_state_and_calibration() {
     for fresh in stores().await {
         let catalogue = &fresh.store.catalogue;
         let mut scans = [scan("c1"), scan("c1"), scan("c2"), scan("c1")];

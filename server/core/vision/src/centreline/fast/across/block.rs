@@ -1,4 +1,4 @@
-//! The steps of a trace sixteen at a time, and where its image is looked at for them.
+//! Sixteen steps of a trace at a time, and the rows about which the image is sampled for them.
 
 use super::taps::Taps;
 use super::window::{LANES, Places, SHARING};
@@ -7,23 +7,23 @@ use crate::centreline::lines::noise::NoiseMap;
 use crate::centreline::lines::traces::Trace;
 use crate::centreline::view::View;
 
-/// Numbers of all columns of a block.
+/// One value per column of a block.
 pub type Lanes = [f32; LANES];
 
-/// What an image's traces are measured with.
+/// Inputs for measuring the traces of an image.
 #[derive(Clone, Copy)]
 pub struct Image<'a, T> {
     /// The image.
     pub view: &'a View<'a, T>,
     /// Its noise.
     pub noise: &'a NoiseMap,
-    /// Detection boxes: where background is looked for.
+    /// Boxes of the detection, which define where the background is sampled.
     pub boxes: Boxes,
     /// Typical width of the lines.
     pub width_px: f32,
-    /// Rows on either side of a crossing that are looked at.
+    /// Rows sampled on either side of a crossing.
     pub reach: usize,
-    /// Scales that reach no further.
+    /// Derivative scales that fit within `reach`.
     pub scales: &'static [Taps],
 }
 
@@ -36,26 +36,26 @@ impl<'a, T> Image<'a, T> {
     }
 }
 
-/// A column that still has to be measured.
+/// A column that has not been measured yet.
 #[derive(Clone, Copy, Default)]
 pub struct Pending {
     pub idx: usize,
     pub v: u32,
 }
 
-/// The row nearest to one that is not negative: a number with so large a whole part has no digits behind the point.
+/// The row nearest to a non-negative number: adding so large a number leaves no fractional digits.
 #[inline(always)]
 fn nearest_row(v: f32) -> u32 {
     const WHOLE: f32 = (1 << 23) as f32;
     (v + WHOLE).to_bits() - WHOLE.to_bits()
 }
 
-/// Lets some columns be looked at about the same row if theirs are next to it: their pixels are then copied together.
+/// Lets neighbouring columns with similar rows share one window row, so that their pixels are copied together.
 /// `idx` numbers the groups of a trace.
 #[inline(always)]
 fn share_row(rows: &mut [u32; SHARING], idx: usize) {
     let n = SHARING as u32;
-    // Halves are rounded up and down in turn: where the window stands must not move the line.
+    // Halves are rounded up and down alternately, so that the choice of window does not bias the line.
     let mean = (rows.iter().sum::<u32>() + n / 2 - idx as u32 % 2) / n;
     let all_beside = rows.iter().fold(true, |all, row| all & ((row + 1).wrapping_sub(mean) <= 2));
     if all_beside {
@@ -73,7 +73,7 @@ pub struct Block {
 }
 
 impl Block {
-    /// Steps in a row, from `first` on. `last` is the last row of the image.
+    /// Consecutive steps, starting at `first`. `last` is the last row of the image.
     #[inline(always)]
     pub fn from(trace: &Trace, first: usize, last: u32) -> Self {
         let (step_v, contrast) = (from(&trace.v[first..]), from(&trace.contrast[first..]));
@@ -97,7 +97,7 @@ impl Block {
         Self { n, places, step_v, contrast, clearance_px }
     }
 
-    /// Some steps that are looked at again.
+    /// The steps listed in `pending`, to be measured again.
     #[inline(always)]
     pub fn of(trace: &Trace, pending: &[Pending]) -> Self {
         let n = pending.len();
@@ -120,7 +120,7 @@ impl Block {
     }
 }
 
-/// The numbers a slice begins with; the last is repeated if there are fewer.
+/// The first numbers of a slice; the last one is repeated if there are too few.
 #[inline(always)]
 fn from(numbers: &[f32]) -> Lanes {
     match numbers.first_chunk() {

@@ -1,12 +1,12 @@
-//! How far the nearest other line is, for the steps of traces in columns where lines come near to each other.
+//! Distance to the nearest other line, for the steps of traces in columns where lines come close to each other.
 
 use std::ops::Range;
 
 use crate::centreline::lines::traces::Trace;
 use crate::params::RIVAL_CONTRAST;
 
-/// Notes at every step in some columns how far the nearest other trace is that is bright enough to matter. `here` is
-/// memory.
+/// Records, for every step in some columns, the distance to the nearest other trace that is bright enough to matter.
+/// `here` is scratch memory.
 #[inline(always)]
 pub fn mark_clearances(traces: &mut [Trace], columns: &[Range<usize>], here: &mut Vec<usize>) {
     for columns in columns {
@@ -21,7 +21,7 @@ pub fn mark_clearances(traces: &mut [Trace], columns: &[Range<usize>], here: &mu
     }
 }
 
-/// Notes how far two traces are from each other.
+/// Records the distance between two traces.
 #[inline(always)]
 fn mark_pair(a: &mut Trace, b: &mut Trace, columns: &Range<usize>) {
     let (of_a, of_b) = (a.within(columns), b.within(columns));

@@ -10,7 +10,7 @@ use crate::centreline::lines::traces::Trace;
 use crate::centreline::view::Level;
 use crate::params::{CLEARANCE_KERNEL_WIDTH, STEGER_MAX_STEPS};
 
-/// Measures traces; keeps its memory from image to image.
+/// Measures traces; its memory is reused from image to image.
 #[derive(Default)]
 pub struct Measurer<T> {
     window: Window<T>,
@@ -19,7 +19,7 @@ pub struct Measurer<T> {
 }
 
 impl<T: Level> Measurer<T> {
-    /// Measures every step of a trace, adds it to `crossings`, and returns where among them it begins.
+    /// Measures every step of a trace, appends it to `crossings`, and returns the index of the first one appended.
     #[inline(always)]
     pub fn measure(&mut self, image: &Image<T>, trace: &Trace, crossings: &mut Crossings) -> usize {
         let last = (image.view.height - 1) as u32;

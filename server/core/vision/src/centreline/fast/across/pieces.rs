@@ -1,4 +1,4 @@
-//! The crossings of an image, every quantity by itself, so that it is calculated for many columns at a time.
+//! The crossings of an image as a structure of arrays, so that many columns are computed at a time.
 
 use std::ops::Range;
 
@@ -13,10 +13,10 @@ use crate::params::{MIN_SEGMENT_COLUMNS, WIDTH_NEIGHBOURS};
 /// Full width at half height of a Gaussian over its area by its height: 2 √(2 ln 2) / √(2π).
 pub const WIDTH_PER_AREA: f32 = 0.939_437;
 
-/// Measured steps of all traces, one after the other; nothing where no centre was found.
+/// Measured steps of all traces, one after the other; `found` is false where no centre was found.
 #[derive(Default)]
 pub struct Crossings {
-    /// How many there are; the memory may hold more.
+    /// Number of crossings; the arrays may be longer.
     n: usize,
     /// Whether a centre was found.
     pub found: Vec<bool>,
@@ -26,7 +26,7 @@ pub struct Crossings {
     pub camera_variance: Vec<f32>,
     /// Variance per unit of squared speckle contrast times speckle grain, px².
     pub speckle_variance: Vec<f32>,
-    /// Variance of the window that measured it, px²; then that of the line's profile times the window.
+    /// Variance of the measuring window, px²; later that of the line's profile times the window.
     pub cross_variance_px2: Vec<f32>,
     /// Grey levels above the background.
     pub intensity: Vec<f32>,
@@ -36,11 +36,11 @@ pub struct Crossings {
     pub width_px: Vec<f32>,
     /// Whether pixels near the centre are at full scale.
     pub saturated: Vec<bool>,
-    /// Area and height of one trace with their neighbours beyond its ends.
+    /// Area and height of one trace, padded with neighbours beyond its ends.
     padded: [Vec<f32>; 2],
 }
 
-/// Some columns as measured side by side.
+/// Columns measured together.
 pub struct Measured {
     /// Whether a centre was found.
     pub found: [bool; COLUMNS],
@@ -60,16 +60,16 @@ pub struct Measured {
     pub saturated: [bool; COLUMNS],
 }
 
-/// Neighbouring columns of one line among all crossings.
+/// Consecutive columns of one line, as a range of crossings.
 #[derive(Debug, Clone)]
 pub struct Piece {
     /// Image column of the first.
     pub first_u: usize,
-    /// Places among the crossings.
+    /// Indices of the crossings.
     pub places: Range<usize>,
 }
 
-/// A piece with the crossings it is made of.
+/// A piece with the crossings it refers to.
 #[derive(Clone, Copy)]
 pub struct PieceOf<'a> {
     /// All crossings.
@@ -122,12 +122,12 @@ fn first_of<T>(slice: &[T]) -> &[T; SAMPLE_LANES] {
 }
 
 impl Crossings {
-    /// Forgets all crossings and keeps their memory.
+    /// Removes all crossings and keeps the memory.
     pub fn clear(&mut self) {
         self.n = 0;
     }
 
-    /// Makes room for `n` more, none of them found, and returns where they begin.
+    /// Appends `n` crossings, none of them found yet, and returns the index of the first.
     pub fn extend(&mut self, n: usize) -> usize {
         let start = self.n;
         self.n += n;
@@ -156,7 +156,7 @@ impl Crossings {
         numbers.into_iter().for_each(|number| number.resize(n, 0.0));
     }
 
-    /// Fills in neighbouring columns from `place` on.
+    /// Stores consecutive columns from `place` on.
     #[inline(always)]
     pub fn put(&mut self, place: usize, measured: &Measured) {
         let places = place..place + COLUMNS;
@@ -170,7 +170,7 @@ impl Crossings {
         self.saturated[places].copy_from_slice(&measured.saturated);
     }
 
-    /// Fills in the column that was measured in lane `i`.
+    /// Stores the column measured in lane `i`.
     #[inline(always)]
     pub fn put_one(&mut self, place: usize, measured: &Measured, i: usize) {
         self.found[place] = measured.found[i];
@@ -183,7 +183,8 @@ impl Crossings {
         self.saturated[place] = measured.saturated[i];
     }
 
-    /// Gives every crossing from `start` on, one trace, the width of its neighbourhood: area by height, both summed.
+    /// Sets the width of every crossing of one trace, from `start` on: area over height, both summed over its
+    /// neighbourhood.
     #[inline(always)]
     pub fn widen(&mut self, start: usize) {
         let n = self.n - start;
@@ -209,7 +210,7 @@ impl Crossings {
         }
     }
 
-    /// Cuts the trace whose crossings begin at `start` where the line is missing, and its blurred ends off.
+    /// Splits the trace that begins at `start` where the line is missing, and trims its blurred ends.
     #[inline(always)]
     pub fn cut(&self, first_u: usize, start: usize, pieces: &mut Vec<Piece>) {
         let mut rest = start..self.n;
@@ -229,7 +230,7 @@ impl Crossings {
     }
 }
 
-/// Sums over a number and its neighbours for some numbers, of which the first has its first neighbour at the beginning.
+/// Sums over each number and its neighbours; the first number's first neighbour is at the beginning of `padded`.
 #[inline(always)]
 fn sum_near(padded: &[f32]) -> Numbers {
     let mut sum = Numbers::of(padded);

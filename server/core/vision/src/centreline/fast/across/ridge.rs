@@ -1,4 +1,4 @@
-//! Where the ridge of a line lies, by derivatives across it.
+//! Position of a line's ridge, from derivatives across it.
 
 use super::block::{Block, Image, Lanes};
 use super::pieces::WIDTH_PER_AREA;
@@ -11,7 +11,7 @@ use crate::centreline::lines::taps::WIDTH_PER_SIGMA;
 use crate::centreline::view::Level;
 use crate::params::{BORDER_WIDTHS, CLEARANCE_MIN_WIDTHS, LINK_GATE_MIN_PX, RIDGE_TRUSTED_PX};
 
-/// Farthest a window is moved at once, in rows.
+/// Largest shift of a window in one step, rows.
 const MOVE_MAX_PX: f32 = 4.0;
 
 /// Derivatives at the anchors.
@@ -20,12 +20,12 @@ pub struct Derivatives {
     pub second: Lanes,
 }
 
-/// Where the ridge lies.
+/// Position of the ridge.
 pub struct Ridge {
     /// Rows from the anchor.
     pub offset: Lanes,
     pub found: [bool; LANES],
-    /// Rows from the anchor at which to look again; 0 where that is of no use.
+    /// Rows from the anchor at which to measure again; 0 where that would not help.
     pub moved: Lanes,
 }
 
@@ -34,7 +34,7 @@ pub fn derivatives<T: Level>(window: &Window<T>, taps: &Taps) -> Derivatives {
     let [_, w2] = taps.weights[taps.reach];
     let (mut first, mut second) = (Numbers::default(), Numbers::greys(window.row(0)) * w2);
     for (&[w1, w2], (before, after)) in taps.weights[taps.reach + 1..].iter().zip(window.pairs()) {
-        // The first takes the difference of the rows on either side, the second their sum.
+        // The first derivative uses the difference of the rows on either side, the second their sum.
         let (before, after) = (Numbers::greys(before), Numbers::greys(after));
         first = first + (after - before) * w1;
         second = second + (before + after) * w2;
@@ -84,8 +84,8 @@ pub fn ridge<T: Level>(
     ridge
 }
 
-/// By how much the background slope rises per row that the line lies below the anchor, for a line of height one: the
-/// flank below then has more of its light than the one above.
+/// Change of the background slope per row that the line lies below the anchor, for a line of height one: the lower
+/// flank then gets more of its light than the upper one.
 #[inline(always)]
 fn leak(boxes: Boxes, line_sigma_px: f32) -> f32 {
     let half = boxes.half_height as f32 + 0.5;
@@ -94,7 +94,7 @@ fn leak(boxes: Boxes, line_sigma_px: f32) -> f32 {
     (bell(flank - half) - bell(flank + half)) / (boxes.rows() as f32 * flank)
 }
 
-/// e^−y of what is not negative, to 2e-4 of itself; libraries disagree in the last bit.
+/// e^−y for non-negative y, to a relative error of 2e-4; library versions differ in the last bit.
 #[inline(always)]
 fn decay(y: f32) -> f32 {
     let halvings = (y * std::f32::consts::LOG2_E).min(126.0);

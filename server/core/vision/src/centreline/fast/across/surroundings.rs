@@ -1,4 +1,4 @@
-//! What lies about a crossing before its ridge is looked for: background, height, area, width.
+//! What is measured around a crossing before its ridge is located: background, height, area, width.
 
 use super::block::{Block, Image, Lanes};
 use super::pieces::WIDTH_PER_AREA;
@@ -8,7 +8,7 @@ use crate::centreline::lines::candidates::Boxes;
 use crate::centreline::view::{Level, Sum};
 use crate::params::{CLEARANCE_MIN_WIDTHS, FLANK_STEP_EVEN, FLANK_STEP_MAX, WIDTH_MIN_PX};
 
-/// What is seen in a window before the ridge is looked for.
+/// Measurements of a window before the ridge is located.
 pub struct Surroundings {
     pub background: Lanes,
     pub background_slope: Lanes,
@@ -20,7 +20,7 @@ pub struct Surroundings {
     pub saturated: [bool; LANES],
 }
 
-/// Background, height and area of every crossing. Outside the image the other flank stands in.
+/// Background, height and area of every crossing. Where one flank lies outside the image, the other is used for both.
 #[inline(always)]
 pub fn surroundings<T: Level>(image: &Image<T>, block: &Block, window: &Window<T>) -> Surroundings {
     let Boxes { half_height: half, flank } = image.boxes;
@@ -69,7 +69,7 @@ pub fn surroundings<T: Level>(image: &Image<T>, block: &Block, window: &Window<T
 }
 
 impl Surroundings {
-    /// Width of the block's lines along the column, and the least clearance of those that can be measured.
+    /// Width of the block's lines along the column, and the smallest clearance among those that can be measured.
     #[inline(always)]
     pub fn width_and_clearance(&self, n: usize, typical_px: f32) -> (f32, f32) {
         let (mut area, mut height, mut clearance_px) = ([0.0f32; LANES], [0.0f32; LANES], [f32::INFINITY; LANES]);

@@ -34,7 +34,7 @@ impl Taps {
     }
 
     /// Σ of the squared weights of the first derivative times the squared light of a Gaussian line of this width and of
-    /// height one: how speckle enters its slope. Sums as integrals.
+    /// height one: the factor with which speckle enters its slope. Sums are approximated by integrals.
     #[inline(always)]
     pub fn speckle(&self, width_px: f32) -> f32 {
         let (kernel, line) = (1.0 / self.sigma_px, WIDTH_PER_SIGMA / width_px);
@@ -43,7 +43,7 @@ impl Taps {
         sixth / (4.0 * std::f32::consts::PI.sqrt() * q * q.sqrt())
     }
 
-    /// The scales that reach no further than `reach`, the smallest first; that one in any case.
+    /// The scales that fit within `reach`, the smallest first; the smallest is always included.
     pub fn scales(reach: usize) -> &'static [Self] {
         let n_allowed = SCALES.partition_point(|taps| taps.reach <= reach).max(1);
         &SCALES[..n_allowed]
@@ -66,7 +66,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn speckle_enters_as_the_sum_over_pixels_says() {
+    fn the_speckle_integral_matches_the_sum_over_pixels() {
         for taps in SCALES.iter() {
             for width_px in [1.5 * taps.sigma_px, 2.5 * taps.sigma_px] {
                 let light = |x: f32| (-0.5 * (x * WIDTH_PER_SIGMA / width_px).powi(2)).exp();
@@ -77,7 +77,7 @@ mod tests {
                 // The line lies anywhere in the middle pixel.
                 let sum = [-0.4, -0.2, 0.0, 0.2, 0.4].map(about).iter().sum::<f32>() / 5.0;
                 let integral = taps.speckle(width_px);
-                // Kernels are sampled and cut at three standard deviations.
+                // Kernels are sampled and truncated at three standard deviations.
                 assert!((integral / sum - 1.0).abs() < 0.1, "{} {width_px}: {integral} {sum}", taps.sigma_px);
             }
         }

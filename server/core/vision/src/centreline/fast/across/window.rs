@@ -1,11 +1,11 @@
-//! Parts of columns laid side by side, each about its own row.
+//! Parts of columns side by side, each centred on its own row.
 
 use crate::centreline::view::{Level, View};
 
 /// Columns measured side by side.
 pub const LANES: usize = 16;
 
-/// Where columns are looked at.
+/// Columns and rows of the windows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Places {
     /// Columns.
@@ -16,11 +16,11 @@ pub struct Places {
     pub adjoin: bool,
 }
 
-/// Neighbouring columns that may be looked at about the same row.
+/// Number of neighbouring columns that may share one row.
 pub const SHARING: usize = 4;
 
 impl Places {
-    /// Whether each [`SHARING`] columns are looked at about the same row.
+    /// Whether each group of [`SHARING`] columns shares a row.
     #[inline(always)]
     fn share_rows(&self) -> bool {
         let (groups, _) = self.v.as_chunks::<SHARING>();
@@ -29,7 +29,7 @@ impl Places {
         })
     }
 
-    /// Whether so many rows above and below every place are in an image so high.
+    /// Whether `reach` rows above and below every place lie inside an image of this height.
     #[inline(always)]
     fn are_inside(&self, reach: usize, height: usize) -> bool {
         let (mut first, mut last) = (u32::MAX, 0);
@@ -40,17 +40,17 @@ impl Places {
     }
 }
 
-/// The pixels about some places, row by row.
+/// The pixels around some places, row by row.
 #[derive(Default)]
 pub struct Window<T> {
-    /// Every row has room for a copy that begins at its last lane.
+    /// Every row has room for a copy that starts at its last lane.
     rows: Vec<[T; 2 * LANES]>,
     reach: usize,
 }
 
 impl<T: Level> Window<T> {
-    /// Fills the window with the pixels of every place from `reach` rows above to `reach` below it. Beyond the image
-    /// its border is repeated.
+    /// Copies the pixels from `reach` rows above to `reach` rows below every place. Beyond the image its border is
+    /// repeated.
     #[inline(always)]
     pub fn straighten(&mut self, view: &View<T>, places: &Places, reach: usize) {
         self.reach = reach;
@@ -67,13 +67,13 @@ impl<T: Level> Window<T> {
         }
     }
 
-    /// The rows of an image from `reach` above one of them on.
+    /// The rows of an image, starting `reach` rows above row `v`.
     #[inline(always)]
     fn rows_of<'a>(&self, view: &View<'a, T>, v: u32) -> std::slice::ChunksExact<'a, T> {
         view.pixels[(v as usize - self.reach) * view.width..].chunks_exact(view.width)
     }
 
-    /// Columns each [`SHARING`] of which share their row: no branch depends on how the line lies.
+    /// For columns of which each group of [`SHARING`] shares a row: no branch depends on the slope of the line.
     #[inline(always)]
     fn copy_shared(&mut self, view: &View<T>, u0: usize, v: &[u32; LANES]) {
         let (a, b) = (self.rows_of(view, v[0]), self.rows_of(view, v[SHARING]));
@@ -87,7 +87,7 @@ impl<T: Level> Window<T> {
         }
     }
 
-    /// Columns in a row about the same row are copied together, and what follows them is overwritten by the next.
+    /// Consecutive columns with the same row are copied together; the next copy overwrites the excess.
     #[inline(always)]
     fn copy_runs(&mut self, view: &View<T>, u0: usize, v: &[u32; LANES]) {
         for i in 0..LANES {
@@ -102,7 +102,7 @@ impl<T: Level> Window<T> {
         }
     }
 
-    /// The same where the image ends within the columns that are copied; what lies beyond is left as it was.
+    /// Variant for columns at the image border; lanes beyond the border keep their old content.
     fn copy_runs_at_border(&mut self, view: &View<T>, u0: usize, v: &[u32; LANES]) {
         for i in (0..LANES).filter(|&i| u0 + i < view.width && (i == 0 || v[i] != v[i - 1])) {
             let columns = u0 + i..(u0 + i + LANES).min(view.width);
@@ -130,14 +130,14 @@ impl<T: Level> Window<T> {
         }
     }
 
-    /// The rows at `offset` from the places, `offset` at most the reach.
+    /// The rows at `offset` from the places; |`offset`| is at most the reach.
     #[inline(always)]
     pub fn row(&self, offset: isize) -> &[T; LANES] {
         let row = &self.rows[self.reach.wrapping_add_signed(offset)];
         first_half(row)
     }
 
-    /// The rows above and below the places at the same distance, the nearest first.
+    /// Pairs of rows at equal distance above and below the places, the nearest first.
     #[inline(always)]
     pub fn pairs(&self) -> impl Iterator<Item = (&[T; LANES], &[T; LANES])> {
         let (above, below) = self.rows.split_at(self.reach);

@@ -1,5 +1,5 @@
-//! Rows whose box is brighter than both flanks, only where cells are bright: sixteen columns side by side. An edge of ambient
-//! light is as bright as one flank and gives nothing.
+//! Rows whose box is brighter than both flanks, searched in bright cells only, sixteen columns side by side. An edge of
+//! ambient light is no brighter than one of its flanks and gives no candidate.
 
 use std::ops::Range;
 
@@ -15,7 +15,7 @@ use crate::params::{
     CANDIDATE_MIN_SNR, CANDIDATE_SEPARATION_WIDTHS, CLEARANCE_MATTERS_WIDTHS, NOISE_TILE_PX, STRIP_WIDTH_PX,
 };
 
-/// Finds candidates; keeps its memory from image to image.
+/// Finds candidates; its memory is reused from image to image.
 #[derive(Default)]
 pub struct Search<T: Level> {
     responses: Responses<T>,
@@ -26,9 +26,9 @@ pub struct Search<T: Level> {
 /// The candidates of one strip.
 #[derive(Default)]
 struct Found {
-    /// By row, as long as every line has one in each column.
+    /// By row, as long as every line has one candidate in each column.
     stretches: Vec<Stretch>,
-    /// Those of every column where that is not so.
+    /// Candidates column by column, where that does not hold.
     columns: [Vec<Candidate>; STRIP_WIDTH_PX],
     is_mixed: bool,
 }
@@ -40,7 +40,7 @@ impl Found {
         self.is_mixed = false;
     }
 
-    /// From here on candidates are kept column by column, the first of which is `u0`.
+    /// Switches to candidates kept column by column; the first column is `u0`.
     fn mix(&mut self, u0: usize, separation: u32) {
         if std::mem::replace(&mut self.is_mixed, true) {
             return;
@@ -55,17 +55,17 @@ impl Found {
     }
 }
 
-/// What one image is searched for.
+/// Inputs of the search of one image.
 #[derive(Clone, Copy)]
-struct Sought<'a, T> {
+struct SearchInput<'a, T> {
     view: &'a View<'a, T>,
     noise: &'a NoiseMap,
     boxes: Boxes,
     separation: u32,
 }
 
-impl<T: Level> Sought<'_, T> {
-    /// What is found in column `u` and row `first` + `v`.
+impl<T: Level> SearchInput<'_, T> {
+    /// The candidate at column `u` and row `first` + `v`.
     #[inline(always)]
     fn candidate(&self, u: usize, first: usize, v: T::Sum, response: T::Sum) -> Candidate {
         let v = (first as i32 + v.int()) as u32;
@@ -73,7 +73,7 @@ impl<T: Level> Sought<'_, T> {
         Candidate { u: u as u32, v, contrast, snr: contrast / self.noise.at(u, v as usize) }
     }
 
-    /// The latest candidates of all columns from `u0` on, `rows` being those that were searched.
+    /// The latest candidates of all columns from `u0` on; `rows` are the rows that were searched.
     #[inline(always)]
     fn stretch(&self, u0: usize, rows: &Range<usize>, latest: &Latest<T>) -> Stretch {
         let n_rows = self.boxes.rows() as f32;
@@ -96,7 +96,7 @@ impl<T: Level> Sought<'_, T> {
 }
 
 impl<T: Level> Search<T> {
-    /// Finds all candidates and hands them to the linker, strip by strip. `noise` is that of box differences.
+    /// Finds all candidates and passes them to the linker, strip by strip. `noise` is that of box differences.
     #[inline(always)]
     pub fn candidates(
         &mut self,
@@ -108,13 +108,13 @@ impl<T: Level> Search<T> {
         linker: &mut Linker,
     ) {
         let separation = (CANDIDATE_SEPARATION_WIDTHS * width_px).max(2.0).ceil() as u32;
-        let sought = Sought { view, noise, boxes, separation };
+        let input = SearchInput { view, noise, boxes, separation };
         let near = (CLEARANCE_MATTERS_WIDTHS * width_px) as u32;
         self.crowded.clear();
         for strip in strips {
             self.found.clear();
             for rows in &strip.rows {
-                self.run(&sought, strip, rows.clone());
+                self.run(&input, strip, rows.clone());
             }
             let found = &mut self.found;
             let mut is_crowded = false;
@@ -138,55 +138,56 @@ impl<T: Level> Search<T> {
         }
     }
 
-    /// Columns in which candidates are so near to each other that clearances matter.
+    /// Columns in which candidates are so close to each other that clearances matter.
     pub fn crowded(&self) -> &[Range<usize>] {
         &self.crowded
     }
 
-    /// Looks for candidates in some rows of a strip.
+    /// Searches some rows of a strip for candidates.
     #[inline(always)]
-    fn run(&mut self, sought: &Sought<T>, strip: &Strip, rows: Range<usize>) {
-        self.responses.find(sought.view, sought.boxes, strip, &rows);
+    fn run(&mut self, input: &SearchInput<T>, strip: &Strip, rows: Range<usize>) {
+        self.responses.find(input.view, input.boxes, strip, &rows);
         let found = &mut self.found;
-        let (mut latest, left_any) = met::<T, false>(self.responses.rows(), sought, strip.u0, &rows, found);
+        let (mut latest, left_any) = search_run::<T, false>(self.responses.rows(), input, strip.u0, &rows, found);
         match latest.everywhere() {
             Some(true) if !left_any && !found.is_mixed => {
-                return found.stretches.push(sought.stretch(strip.u0, &rows, &latest));
+                return found.stretches.push(input.stretch(strip.u0, &rows, &latest));
             }
             Some(false) => return,
-            _ => found.mix(strip.u0, sought.separation),
+            _ => found.mix(strip.u0, input.separation),
         }
         if left_any {
-            (latest, _) = met::<T, true>(self.responses.rows(), sought, strip.u0, &rows, found);
+            (latest, _) = search_run::<T, true>(self.responses.rows(), input, strip.u0, &rows, found);
         }
         for i in (0..STRIP_WIDTH_PX).filter(|&i| latest.response[i] > T::Sum::default()) {
-            let last = sought.candidate(strip.u0 + i, rows.start, latest.v[i], latest.response[i]);
-            keep(&mut found.columns[i], last, sought.separation);
+            let last = input.candidate(strip.u0 + i, rows.start, latest.v[i], latest.response[i]);
+            keep(&mut found.columns[i], last, input.separation);
         }
     }
 }
 
-/// The latest candidates when all rows of a run have been met, and whether any before them was left for good: then
-/// those are kept in `found` if `KEEPING`.
+/// The latest candidates after all rows of a run, and whether any earlier candidate became final; final candidates are
+/// stored in `found` if `KEEPING`.
 #[inline(always)]
-fn met<T: Level, const KEEPING: bool>(
+fn search_run<T: Level, const KEEPING: bool>(
     response: &[Lanes<T>],
-    sought: &Sought<T>,
+    input: &SearchInput<T>,
     u0: usize,
     rows: &Range<usize>,
     found: &mut Found,
 ) -> (Latest<T>, bool) {
     let first = rows.start;
-    let mut latest = Latest::<T>::new(sought.separation);
-    // Negative in columns in which nothing was left.
+    let mut latest = Latest::<T>::new(input.separation);
+    // Negative in columns in which no candidate became final.
     let mut left = [T::Sum::ONE.not(); STRIP_WIDTH_PX];
     let mut rest = rows.clone();
     while !rest.is_empty() {
         let tile_end = ((rest.start / NOISE_TILE_PX + 1) * NOISE_TILE_PX).min(rest.end);
-        let sum_sigma = sought.noise.at(u0, rest.start) * sought.boxes.rows() as f32;
+        let sum_sigma = input.noise.at(u0, rest.start) * input.boxes.rows() as f32;
         let threshold = T::Sum::nearest((CANDIDATE_MIN_SNR * sum_sigma).ceil());
         let three = &response[rest.start - first..tile_end + 2 - first];
-        // A bit for every row in which any column leads: which rows do is hard to foretell, so nothing branches on it.
+        // One bit per row in which any column has a local maximum: such rows are hard to predict, so no branch depends
+        // on them.
         let (mut leading, mut bit) = (0u64, 1);
         for [before, here, after] in three.array_windows() {
             let lead = lead::<T>(before, here, after, threshold);
@@ -198,14 +199,14 @@ fn met<T: Level, const KEEPING: bool>(
             leading &= leading - 1;
             let here = &three[k + 1];
             let lead = lead::<T>(&three[k], here, &three[k + 2], threshold);
-            let done = latest.meet(&lead, here, rest.start - first + k);
+            let done = latest.push_row(&lead, here, rest.start - first + k);
             for i in 0..STRIP_WIDTH_PX {
                 left[i] = left[i].and(done[i]);
             }
             if KEEPING && any_from_zero::<T>(&done) {
                 for i in (0..STRIP_WIDTH_PX).filter(|&i| done[i] >= T::Sum::default()) {
                     let (v, response) = (latest.before.0[i], latest.before.1[i]);
-                    keep(&mut found.columns[i], sought.candidate(u0 + i, first, v, response), sought.separation);
+                    keep(&mut found.columns[i], input.candidate(u0 + i, first, v, response), input.separation);
                 }
             }
         }
@@ -214,7 +215,7 @@ fn met<T: Level, const KEEPING: bool>(
     (latest, any_from_zero::<T>(&left))
 }
 
-/// Adds a candidate to its column, or lets the stronger of two that are too close stay.
+/// Appends a candidate to its column; of two that are too close the stronger is kept.
 #[inline(always)]
 fn keep(column: &mut Vec<Candidate>, candidate: Candidate, separation: u32) {
     match column.last_mut() {

@@ -1,7 +1,7 @@
-//! Where lines can be: cells of 8 × 4 pixels brighter than what lies above and below them.
+//! Where lines can be: cells of 8 × 4 pixels brighter than the cells above and below them.
 //!
-//! This is the only look at every pixel. A cell averages 32 pixels, so that a line at the limit of detection in one
-//! column stands out clearly; the threshold is low, for a cell too many costs time only.
+//! This is the only pass over every pixel. A cell averages 32 pixels, so that a line at the detection limit of one
+//! column stands out clearly. The threshold is low, because a cell too many only costs time.
 
 use crate::centreline::lines::noise::NoiseMap;
 use crate::centreline::view::{Level, Sum, View};
@@ -22,14 +22,14 @@ pub struct Strip {
     pub u0: usize,
     /// One past the last column.
     pub u1: usize,
-    /// Rows, in order, apart from each other.
+    /// Disjoint row ranges, in order.
     pub rows: Vec<std::ops::Range<usize>>,
 }
 
 /// Sums of cells side by side.
 type Sums<T> = [<T as Level>::Sum; LANES];
 
-/// Looks for bright cells; keeps its memory from image to image.
+/// Finds bright cells; its memory is reused from image to image.
 #[derive(Default)]
 pub struct Cells<T: Level> {
     /// Cells in a row.
@@ -38,15 +38,15 @@ pub struct Cells<T: Level> {
     down: usize,
     /// Groups of [`LANES`] cells in a row.
     groups: usize,
-    /// Sums of grey levels, row by row of cells. Where the image does not hold a whole number of cells, the last ones
-    /// overlap those before.
+    /// Sums of grey levels, row by row of cells. Where the image is not a whole number of cells wide or high, the last
+    /// cells overlap their predecessors.
     sums: Vec<Sums<T>>,
-    /// Of one group of columns: see [`Cells::find_least`].
+    /// Minima of one group of columns: see [`Cells::find_least`].
     least: Vec<Sums<T>>,
 }
 
 impl<T: Level> Cells<T> {
-    /// The strips of an image, summed up before, with the rows in which lines may be.
+    /// The strips of an image summed up before, with the rows in which lines may be.
     #[inline(always)]
     pub fn strips_with_light(&mut self, view: &View<T>, noise: &NoiseMap, strips: &mut Vec<Strip>) {
         strips.resize_with(self.across.div_ceil(STRIP_CELLS), Strip::default);
@@ -84,14 +84,14 @@ impl<T: Level> Cells<T> {
         }
     }
 
-    /// Tells the strips of a group of columns where a cell is brighter, by [`CELL_MIN_SNR`], than the darkest cell above
-    /// and the darkest below it.
+    /// Marks the strips of a group of columns where a cell exceeds, by [`CELL_MIN_SNR`], both the darkest cell above
+    /// and the darkest cell below it.
     #[inline(always)]
     fn mark_bright(&mut self, group: usize, noise: &NoiseMap, strips: &mut [Strip], height: usize) {
         self.find_least(group);
         let scale = CELL_MIN_SNR * ((CELL_WIDTH_PX * CELL_HEIGHT_PX) as f32).sqrt();
         let n = LANES.min(self.across - group * LANES);
-        // A bit for every strip that was lit in the row before.
+        // One bit for every strip that was lit in the row before.
         let mut before = 0;
         // Lanes beyond the last column are never bright.
         let mut thresholds = [T::Sum::MAX; LANES];
@@ -128,9 +128,9 @@ impl<T: Level> Cells<T> {
         }
     }
 
-    /// For a group of columns the least of the [`CELLS_BESIDE`] rows of cells before every row and before as many beyond
-    /// the last; beyond the image nothing is less. A window is the end of one run of so many rows and the beginning of
-    /// the next, and both grow row by row (van Herk 1992).
+    /// For a group of columns, the minimum of the [`CELLS_BESIDE`] rows of cells before every row, and before as many
+    /// rows beyond the last; rows outside the image are ignored. Each window is the end of one run of that many rows
+    /// and the beginning of the next, and both minima are updated row by row (van Herk 1992).
     #[inline(always)]
     fn find_least(&mut self, group: usize) {
         let beyond = [T::Sum::MAX; LANES];
@@ -154,7 +154,7 @@ impl<T: Level> Cells<T> {
     }
 }
 
-/// The lower of each pair.
+/// The smaller of each pair.
 #[inline(always)]
 fn lower<T: Level>(a: &Sums<T>, b: &Sums<T>) -> Sums<T> {
     let mut lower = *a;
@@ -164,7 +164,7 @@ fn lower<T: Level>(a: &Sums<T>, b: &Sums<T>) -> Sums<T> {
     lower
 }
 
-/// Bits of cells side by side as bits of strips, at their first cells.
+/// Converts one bit per cell to one bit per strip, at the strip's first cell.
 #[inline(always)]
 fn of_strips(bright: u32) -> u32 {
     let mut lit = 0;
@@ -177,7 +177,7 @@ fn of_strips(bright: u32) -> u32 {
 }
 
 impl Strip {
-    /// Light begins in a row of cells: lines may be from a little before it on.
+    /// Starts a lit range at a row of cells: lines may begin slightly above it.
     #[inline(always)]
     fn begin(&mut self, row: usize) {
         let from = (row * CELL_HEIGHT_PX).saturating_sub(CELL_MARGIN_PX);
@@ -186,7 +186,7 @@ impl Strip {
         }
     }
 
-    /// Light ended before a row of cells: lines may be up to a little behind that.
+    /// Ends a lit range before a row of cells: lines may extend slightly below it.
     #[inline(always)]
     fn end(&mut self, row: usize, height: usize) {
         if let Some(last) = self.rows.last_mut() {

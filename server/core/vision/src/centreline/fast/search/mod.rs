@@ -1,4 +1,4 @@
-//! Where lines can be: noise, line width, and rows brighter than what lies beside them.
+//! Search for lines: noise, line width, and rows brighter than their surroundings.
 
 pub mod candidates;
 pub mod cells;

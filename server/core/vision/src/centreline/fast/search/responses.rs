@@ -1,4 +1,4 @@
-//! How much brighter than both flanks the boxes of a strip are, row by row.
+//! How much the boxes of a strip exceed both flanks, row by row.
 
 use std::ops::Range;
 
@@ -10,7 +10,7 @@ use crate::params::STRIP_WIDTH_PX;
 /// The columns of a strip side by side.
 pub type Lanes<T> = [<T as Level>::Sum; STRIP_WIDTH_PX];
 
-/// The responses of some rows of a strip; the memory is kept.
+/// The responses of some rows of a strip; its memory is reused.
 #[derive(Default)]
 pub struct Responses<T: Level> {
     prefix: Vec<Lanes<T>>,
@@ -18,8 +18,8 @@ pub struct Responses<T: Level> {
 }
 
 impl<T: Level> Responses<T> {
-    /// Box sum above the brighter flank for the rows and one beyond either end, nothing beyond the image; near the upper
-    /// and lower edge the one flank inside the image counts.
+    /// Box sum minus the brighter flank's, for the rows and one beyond either end, zero outside the image; near the
+    /// upper and lower edge only the flank inside the image counts.
     #[inline(always)]
     pub fn find(&mut self, view: &View<T>, boxes: Boxes, strip: &Strip, rows: &Range<usize>) {
         let Boxes { half_height: half, flank } = boxes;
@@ -49,7 +49,7 @@ impl<T: Level> Responses<T> {
         }
     }
 
-    /// The responses of the rows and of one beyond either end.
+    /// The responses of the rows and of one row beyond either end.
     pub fn rows(&self) -> &[Lanes<T>] {
         &self.response
     }
@@ -83,8 +83,8 @@ impl<T: Level> Responses<T> {
     }
 }
 
-/// Boxes above the brighter of those beside them, each given by the running sums behind and before it, number by number:
-/// columns and rows are all one to it.
+/// Box sums minus the brighter of the two neighbouring boxes, each given by the running sums after and before it,
+/// element by element.
 #[inline(always)]
 fn contrasts<T: Level>(here: Ends<T>, beside: [Ends<T>; 2], contrasts: &mut [T::Sum]) {
     let n = contrasts.len();
@@ -98,5 +98,5 @@ fn contrasts<T: Level>(here: Ends<T>, beside: [Ends<T>; 2], contrasts: &mut [T::
     }
 }
 
-/// Running sums behind and before boxes.
+/// Running sums after and before boxes.
 type Ends<'a, T> = (&'a [<T as Level>::Sum], &'a [<T as Level>::Sum]);

@@ -1,4 +1,4 @@
-//! How wide the lines of an image are: the median over prominent peaks of some columns, where there is light.
+//! Width of the lines of an image: the median over prominent peaks in some columns of the lit strips.
 
 use statistics::median;
 
@@ -10,21 +10,21 @@ use crate::params::{
     WIDTH_DEFAULT_PX, WIDTH_ENOUGH, WIDTH_FEW_COLUMNS, WIDTH_MAX_PX, WIDTH_MIN_PX, WIDTH_MIN_SNR, WIDTH_SEARCH_PX,
 };
 
-/// Peaks looked at; their memory is kept from image to image.
+/// The peaks collected; their memory is reused from image to image.
 #[derive(Default)]
 pub struct Peaks {
     column: Vec<f32>,
     widths: Vec<f32>,
 }
 
-/// Typical full width at half height (pixels, along columns); [`WIDTH_DEFAULT_PX`] without any peak.
+/// Typical full width at half height (pixels, along columns); [`WIDTH_DEFAULT_PX`] if there is no peak.
 #[inline(always)]
 pub fn typical_width_px<T: Level>(view: &View<T>, noise: &NoiseMap, strips: &[Strip], peaks: &mut Peaks) -> f32 {
     let Peaks { column, widths } = peaks;
     widths.clear();
     let step = (strips.len() / WIDTH_FEW_COLUMNS).max(1);
     let some = || strips.iter().skip(step / 2).step_by(step);
-    // Every other column first, so that those looked at lie all over the image.
+    // Every other column first, so that the sample covers the whole image.
     for strip in some().step_by(2).chain(some().skip(1).step_by(2)) {
         if widths.len() >= WIDTH_ENOUGH {
             break;

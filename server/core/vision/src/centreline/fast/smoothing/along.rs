@@ -1,9 +1,10 @@
-//! Averaging along the line, several columns at a time: a local parabola, as long as the line agrees with one.
+//! Averaging along the line, several columns at a time, by local parabolas in the longest window that fits the line.
 //!
-//! Noise falls with the length of the window, and a parabola keeps curves where they are. Where a longer window
-//! contradicts a shorter one by more than their noise, the shorter one holds (after
-//! Lepski 1991: the largest bandwidth that is consistent with all smaller ones). All crossings of a window count alike: what the light of a single column says about its own noise is mostly speckle, and
-//! weights made of it cost accuracy. So fits are sums with fixed kernels.
+//! Noise falls with the length of the window, and a parabola preserves curvature. Where a longer window contradicts a
+//! shorter one by more than their noise, the shorter one is used (after
+//! Lepski 1991: the largest bandwidth that is consistent with all smaller ones). All crossings of a window have equal
+//! weight: the noise estimated from a single column is mostly speckle, and weights derived from it reduce accuracy. So
+//! fits are sums with fixed kernels.
 
 use super::kernels::{MAX_LAG, RUN};
 use super::means::{AllWindows, MAX_WINDOWS, Mean, Shape};
@@ -17,24 +18,24 @@ use crate::params::{
     ALONG_AGREEMENT_SIGMAS, ALONG_HALF_LENGTH_WIDTHS, ALONG_MAX_HALF_LENGTH, ALONG_MIN_HALF_LENGTH,
 };
 
-/// Fits local parabolas along lines; keeps its memory from image to image.
+/// Fits local parabolas along lines; its memory is reused from image to image.
 #[derive(Default)]
 pub struct Averager {
-    /// The shortest first.
+    /// Windows by length, the shortest first.
     windows: Vec<Windows>,
-    /// All of them together.
+    /// All windows together.
     all: AllWindows,
-    /// Those of other images: widths come again.
+    /// Windows prepared for earlier widths, kept because widths recur.
     others: Vec<Windows>,
     longest: usize,
-    /// Variance of every crossing of a piece, and nothing beyond its ends.
+    /// Variance of every crossing of a piece, zero beyond its ends.
     variances: Vec<f32>,
-    /// Rows of a block and of its surroundings above the block's first.
+    /// Rows of a block and its surroundings, relative to the block's first row.
     rows: Vec<f32>,
 }
 
-/// Columns whose rows are brought near at a time: what was just written in parts is slow to read as a whole, so not block
-/// by block.
+/// Columns whose rows are loaded at a time. Data just written piecewise is slow to read as a whole, so this is done per
+/// group, not per block.
 const GROUP: usize = 4 * LANES;
 
 impl Averager {
@@ -56,7 +57,7 @@ impl Averager {
         self.all.prepare(self.windows.iter().map(Windows::kernels));
     }
 
-    /// Makes `points` the averaged points of a piece, and adds how much less it varies to `gains`.
+    /// Replaces `points` by the averaged points of a piece, and appends the reduction of their variance to `gains`.
     #[inline(always)]
     pub fn average(
         &mut self,
@@ -73,7 +74,7 @@ impl Averager {
         for start in (0..n).step_by(LANES) {
             let block = Block { start, n };
             if start.is_multiple_of(GROUP) {
-                self.bring_near(rows, start);
+                self.load_rows(rows, start);
             }
             let at = self.longest + start % GROUP;
             let chosen = if block.is_whole(self.longest) {
@@ -84,13 +85,13 @@ impl Averager {
             let places = piece.places.start + start..(piece.places.start + start + LANES).min(piece.places.end);
             let mut cross_variance_px2 = [0.0f32; LANES];
             cross_variance_px2[..places.len()].copy_from_slice(&crossings.cross_variance_px2[places.clone()]);
-            let told = chosen.described(&cross_variance_px2);
-            // One of every group is evaluated, and one of a short piece.
+            let description = chosen.described(&cross_variance_px2);
+            // One block of every group is sampled, and one of a short piece.
             if start % GROUP == GROUP / 2 || n <= GROUP / 2 && start == 0 {
                 gains.push(self.variances[self.longest + start] / chosen.mean.variance.0[0]);
             }
             let (first_u, row) = (piece.first_u + start, rows[start - start % GROUP]);
-            told.write(crossings, places.clone(), first_u, row, &mut points[start..start + places.len()]);
+            description.write(crossings, places.clone(), first_u, row, &mut points[start..start + places.len()]);
         }
     }
 
@@ -108,9 +109,9 @@ impl Averager {
         }
     }
 
-    /// Rows of the group of blocks at `start` and of its surroundings above its first.
+    /// Loads the rows of the group of blocks at `start` and its surroundings, relative to its first row.
     #[inline(always)]
-    fn bring_near(&mut self, rows: &[f64], start: usize) {
+    fn load_rows(&mut self, rows: &[f64], start: usize) {
         let pad = self.longest;
         let (from, to) = (start.saturating_sub(pad), (start + GROUP + pad).min(rows.len()));
         let base = rows[start];
@@ -119,13 +120,13 @@ impl Averager {
         near.iter_mut().zip(&rows[from..to]).for_each(|(near, &row)| *near = (row - base) as f32);
     }
 
-    /// For every lane the longest window that agrees with all shorter ones, and its fit. The block begins at the place
+    /// For every lane the longest window that agrees with all shorter ones, and its fit. The block begins at index
     /// `at` of the rows; `WHOLE` if no window is cut by the ends of the piece.
     #[inline(always)]
     fn chosen<const WHOLE: bool>(&mut self, block: Block, at: usize) -> Chosen {
         let agreement = (ALONG_AGREEMENT_SIGMAS * ALONG_AGREEMENT_SIGMAS) as f32;
         let (zero, one) = (Numbers::default(), Numbers::splat(1.0));
-        // Without any fit a crossing stands where it was measured.
+        // Without any fit a crossing keeps its measured position.
         let mut window = Numbers::splat(NONE);
         let mut mean = Mean {
             value: Numbers::of(&self.rows[at..]),
@@ -137,7 +138,7 @@ impl Averager {
         let mut open = one;
         for idx in 0..self.windows.len() {
             let mut next = whole.means[first + idx];
-            // 1 where the window holds enough places, otherwise 0.
+            // 1 where the window holds enough crossings, otherwise 0.
             let mut valid = one;
             if !WHOLE {
                 let rows = Along { numbers: &self.rows, at };
@@ -164,11 +165,11 @@ impl Averager {
         Chosen { mean, shape }
     }
 
-    /// The shape of every lane in the whole window that was chosen for it, given that in the longest.
+    /// The shape of every lane in the whole window chosen for it; `longest` is the shape in the longest window.
     #[inline(always)]
     fn whole_shape(&self, window: Numbers, longest: &Shape, at: usize) -> Shape {
         let mut shape = *longest;
-        // Most often all lanes have chosen the longest.
+        // Usually all lanes choose the longest window.
         for idx in 0..self.windows.len() - 1 {
             let chosen = window.is(idx as f32);
             if chosen.any_over_zero() {

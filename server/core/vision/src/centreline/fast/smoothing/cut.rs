@@ -1,23 +1,24 @@
-//! Parabolas fitted near the ends of a line, where it ends inside of windows: the columns of a block side by side, each
-//! with what its own window counts.
+//! Parabolas fitted near the ends of a line, where windows are truncated: the columns of a block side by side, each
+//! with the weights of its own window.
 
 use super::kernels::Kernels;
 use super::means::{Mean, Shape};
 use crate::centreline::fast::lanes::{LANES, Numbers};
 
-/// What the places from the end of a line inwards count in the windows about its first columns. At its other end they
-/// count the same in the opposite order.
+/// Weights of the crossings from the end of a line inwards, in the windows about its first columns. At the other end of
+/// the line the same weights apply in reverse order.
 #[derive(Default)]
 pub struct Cut {
     half_length: usize,
-    /// Columns side by side, with as many as there are lanes before the first and behind the last that count nothing.
+    /// Row length of the weights: the columns side by side, padded with one vector of zeros before the first and after
+    /// the last.
     stride: usize,
-    /// Place by place.
+    /// By crossing.
     value: Vec<f32>,
     squared: Vec<f32>,
     slope: Vec<f32>,
     bend: Vec<f32>,
-    /// 1 for columns whose windows hold enough places, otherwise 0.
+    /// 1 for columns whose windows hold enough crossings, otherwise 0.
     valid: Vec<f32>,
     shared: Vec<f32>,
     bend_gain: Vec<f32>,
@@ -26,24 +27,25 @@ pub struct Cut {
 /// Some columns near an end of a line.
 #[derive(Clone, Copy)]
 pub struct Near {
-    /// Where they stand among the columns side by side.
+    /// Index of the first of them among the columns side by side.
     offset: usize,
-    /// Whether the line ends behind them.
+    /// Whether the line ends after them.
     pub is_last: bool,
-    /// Lanes whose windows are cut.
+    /// Lanes whose windows are truncated.
     pub first: usize,
     pub behind: usize,
 }
 
 impl Near {
-    /// The columns from `start` on of a line of `n` as far as its beginning cuts windows of this half length.
+    /// The columns from `start` on, of a line of `n`, whose windows of this half length are truncated by the line's
+    /// beginning.
     #[inline(always)]
     pub fn beginning(start: usize, half_length: usize) -> Option<Self> {
         let behind = half_length.saturating_sub(start).min(LANES);
         (behind > 0).then_some(Self { offset: LANES + start, is_last: false, first: 0, behind })
     }
 
-    /// The same as far as its end cuts them.
+    /// The same for windows truncated by the line's end.
     #[inline(always)]
     pub fn end(start: usize, n: usize, half_length: usize) -> Option<Self> {
         let behind = LANES.min(n - start);
@@ -54,7 +56,7 @@ impl Near {
 }
 
 impl Cut {
-    /// Takes over what the cut windows of some kernels count, and what is shared in the image at hand.
+    /// Copies the weights of the truncated windows of some kernels and the noise correlation of the current image.
     pub fn prepare(&mut self, kernels: &mut Kernels) {
         let half = kernels.half_length();
         if half != self.half_length {
@@ -94,14 +96,14 @@ impl Cut {
         }
     }
 
-    /// Whether lines of `n` columns end on one side only of every window.
+    /// Whether, for lines of `n` columns, every window is truncated on one side only.
     #[inline(always)]
     pub fn is_for(&self, n: usize) -> bool {
         n >= 2 * self.half_length
     }
 
-    /// Means of the windows about some columns, and 1 where they hold enough places. `rows` and `variances` are those of
-    /// the line from its beginning on, or up to its end if that is near.
+    /// Means of the windows about some columns, and 1 where they hold enough crossings. `rows` and `variances` start at
+    /// the beginning of the line, or end at its end if `near` is at the end.
     #[inline(always)]
     pub fn mean(&self, near: Near, rows: &[f32], variances: &[f32]) -> (Mean, Numbers) {
         let (value, variance) = if near.is_last {
@@ -127,7 +129,7 @@ impl Cut {
         Shape { slope: near.turned(slope), bend: near.turned(bend), bend_gain: near.turned(bend_gain) }
     }
 
-    /// Sums of two kinds of numbers with two kinds of weights.
+    /// Sums of two arrays with two sets of weights.
     #[inline(always)]
     fn sums<'a>(
         &self,
@@ -147,7 +149,7 @@ impl Cut {
 }
 
 impl Near {
-    /// At the other end of a line its columns stand in the opposite order.
+    /// Reverses the lanes where the columns are at the other end of a line.
     #[inline(always)]
     fn turned(self, numbers: Numbers) -> Numbers {
         let mut turned = numbers;

@@ -1,39 +1,39 @@
-//! Kernels that fit a parabola to evenly spaced points: tapered least squares, every point counting alike.
+//! Kernels that fit a parabola to evenly spaced points: tapered least squares with equal weights for all points.
 
-/// Farthest lag, in columns, at which noise is still taken as shared.
+/// Largest lag, in columns, at which noise is treated as correlated.
 pub const MAX_LAG: usize = 8;
-/// A window whose determinant is a smaller part of its diagonal's product holds too few points. A parabola fitted to
-/// one side of its vertex has some 0.003.
+/// A window whose determinant is a smaller fraction of its diagonal's product holds too few points. A parabola fitted
+/// to one side of its vertex has about 0.003.
 const MIN_DETERMINANT: f64 = 1e-4;
 
-/// What one place of a window counts.
+/// Weights of one point of a window.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Weights {
-    /// In the value at the middle.
+    /// For the value at the middle.
     pub value: f32,
-    /// Its square: in the variance of the value.
+    /// Its square, for the variance of the value.
     pub squared: f32,
-    /// In the slope there, per column.
+    /// For the slope at the middle, per column.
     pub slope: f32,
-    /// In half the curvature, per column².
+    /// For half the curvature, per column².
     pub bend: f32,
 }
 
-/// Weights are stored in whole runs of so many, the last filled up with nothing.
+/// Weights are stored in multiples of this length, padded with zeros.
 pub const RUN: usize = 8;
 
-/// A window with what every place of it counts, from its first place to its last; nothing if it holds too few.
+/// The weights of a window, from its first point to its last; empty if it holds too few.
 #[derive(Debug, Clone)]
 pub struct Kernel {
-    /// In the value at the middle.
+    /// For the value at the middle.
     pub value: Vec<f32>,
-    /// Its square: in the variance of the value.
+    /// Its square, for the variance of the value.
     pub squared: Vec<f32>,
-    /// In the slope there, per column.
+    /// For the slope at the middle, per column.
     pub slope: Vec<f32>,
-    /// In half the curvature, per column².
+    /// For half the curvature, per column².
     pub bend: Vec<f32>,
-    /// Factor on the variance for noise that neighbours share.
+    /// Factor on the variance for noise correlated between neighbours.
     pub shared: f32,
     /// Variance of the bend over that of the value.
     pub bend_gain: f32,
@@ -42,7 +42,7 @@ pub struct Kernel {
     bend_gain_alone: f64,
 }
 
-/// All kernels of one length, made when they are asked for.
+/// All kernels of one length, computed on demand.
 #[derive(Default)]
 pub struct Kernels {
     half_length: usize,
@@ -52,7 +52,7 @@ pub struct Kernels {
 }
 
 impl Kernels {
-    /// Prepares for windows of up to `half_length` places on either side, and for noise correlated in this way.
+    /// Prepares for windows of up to `half_length` points on either side, and for noise with these correlations.
     pub fn prepare(&mut self, half_length: usize, correlations: &[f64; MAX_LAG + 1]) {
         if half_length != self.half_length {
             self.kernels.clear();
@@ -73,13 +73,13 @@ impl Kernels {
         }
     }
 
-    /// Places on either side of the middle.
+    /// Points on either side of the middle.
     pub fn half_length(&self) -> usize {
         self.half_length
     }
 
-    /// What the places of a whole window count from its middle on, place by place. Before the middle they count the same,
-    /// in the slope with the other sign.
+    /// Weights of a whole window from its middle outwards. Before the middle they are the same, with the opposite sign
+    /// for the slope.
     pub fn outwards(&self) -> &[Weights] {
         &self.outwards
     }
@@ -90,7 +90,7 @@ impl Kernels {
         last.expect("made while preparing")
     }
 
-    /// The kernel where the line has so many places before and after, at most the half length.
+    /// The kernel where the line has so many points before and after, at most the half length.
     pub fn at(&mut self, before: usize, after: usize) -> &Kernel {
         let (half_length, correlations) = (self.half_length, self.correlations);
         let place = &mut self.kernels[before * (half_length + 1) + after];
@@ -103,7 +103,7 @@ impl Kernels {
 }
 
 impl Kernel {
-    /// `reach` is the distance of the first place that does not count any more.
+    /// `reach` is the distance of the first point with weight zero.
     fn new(before: usize, after: usize, reach: f64) -> Self {
         let xs = || (0..before + after + 1).map(|k| (k as f64 - before as f64) / reach);
         let taper = |x: f64| 1.0 - x * x;
@@ -149,7 +149,7 @@ impl Kernel {
         kernel
     }
 
-    /// Takes it that noise is correlated in this way.
+    /// Sets the correlation of the noise.
     fn share(&mut self, correlations: &[f64; MAX_LAG + 1]) {
         let beyond = (1..=MAX_LAG).map(|lag| 2.0 * correlations[lag] * self.autocorrelation[lag]).sum::<f64>();
         let correlation_px = 1.0 + 2.0 * correlations[1..].iter().sum::<f64>();

@@ -1,21 +1,21 @@
-//! Parabolas fitted by whole windows about neighbouring places, the windows of all lengths in one pass.
+//! Parabolas fitted by whole windows about neighbouring points, with the windows of all lengths in one pass.
 
 use super::kernels::Kernels;
 use crate::centreline::fast::lanes::{LANES, Numbers};
 use crate::params::{ALONG_MAX_HALF_LENGTH, ALONG_MIN_HALF_LENGTH};
 
-/// Most windows of different lengths, each twice the one before: 4, 8, 16 and 32 places on either side.
+/// Most windows of different lengths, each twice the one before: 4, 8, 16 and 32 points on either side.
 pub const MAX_WINDOWS: usize = 4;
 const _: () = assert!(ALONG_MAX_HALF_LENGTH < ALONG_MIN_HALF_LENGTH << MAX_WINDOWS);
 
-/// Where parabolas stand in the middle of their windows.
+/// Value of the parabolas at the middle of their windows.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Mean {
     pub value: Numbers,
     pub variance: Numbers,
 }
 
-/// How parabolas go on from there; x in columns.
+/// Slope and curvature of the parabolas there; x in columns.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Shape {
     pub slope: Numbers,
@@ -24,42 +24,42 @@ pub struct Shape {
     pub bend_gain: Numbers,
 }
 
-/// What a place counts in the windows of all lengths, by how far it is from the middle; before the middle it counts the
-/// same, in the slope with the other sign.
+/// Weights of a point in the windows of all lengths, by its distance from the middle; before the middle they are the
+/// same, with the opposite sign for the slope.
 #[derive(Debug, Clone, Copy, Default)]
 struct Step {
-    /// In the values, the longest window last; in windows that do not hold it nothing.
+    /// For the values, the longest window last; zero in windows that do not contain the point.
     values: [f32; MAX_WINDOWS],
-    /// In their variances.
+    /// For their variances.
     squares: [f32; MAX_WINDOWS],
-    /// In the slope by the longest window.
+    /// For the slope in the longest window.
     slope: f32,
-    /// In its bend.
+    /// For its bend.
     bend: f32,
 }
 
-/// Windows of all lengths, prepared for one pass over their places.
+/// Windows of all lengths, prepared for one pass over their points.
 #[derive(Default)]
 pub struct AllWindows {
     /// From the middle on.
     steps: Vec<Step>,
-    /// Places on either side, the shortest window first.
+    /// Points on either side, the shortest window first.
     halves: Vec<usize>,
     /// Factors on the variances, the longest window last.
     shared: [f32; MAX_WINDOWS],
     bend_gain: f32,
 }
 
-/// Fits by whole windows, every lane about its own place.
+/// Fits by whole windows, one point per lane.
 pub struct Whole {
-    /// By windows of every length, the longest last.
+    /// For windows of every length, the longest last.
     pub means: [Mean; MAX_WINDOWS],
-    /// By the longest.
+    /// For the longest window.
     pub shape: Shape,
 }
 
 impl AllWindows {
-    /// Takes the windows of some kernels, at most [`MAX_WINDOWS`], the shortest first.
+    /// Uses the windows of some kernels, at most [`MAX_WINDOWS`], the shortest first.
     pub fn prepare<'a>(&mut self, kernels: impl ExactSizeIterator<Item = &'a Kernels>) {
         self.steps.clear();
         self.halves.clear();
@@ -75,8 +75,8 @@ impl AllWindows {
         }
     }
 
-    /// Fits about as many places as there are lanes. `rows` and `variances` begin as many places before the first as the
-    /// longest window reaches.
+    /// Fits [`LANES`] points. `rows` and `variances` start as many points before the first as the longest window
+    /// reaches.
     #[inline(always)]
     pub fn fit(&self, rows: &[f32], variances: &[f32]) -> Whole {
         let longest = self.steps.len() - 1;
@@ -108,7 +108,7 @@ impl AllWindows {
 }
 
 impl Shape {
-    /// Fits by one whole window. `rows` begin as many places before the first as it reaches.
+    /// Fits by one whole window. `rows` start as many points before the first as it reaches.
     #[inline(always)]
     pub fn fit(window: &Kernels, rows: &[f32]) -> Self {
         let half = window.half_length();
@@ -122,7 +122,7 @@ impl Shape {
         Self { slope, bend, bend_gain: Numbers::splat(window.whole().bend_gain) }
     }
 
-    /// This one in the lanes where `limits` are over zero, the other elsewhere.
+    /// This shape in the lanes where `limits` are over zero, `other` elsewhere.
     #[inline(always)]
     pub fn where_over_zero(&self, limits: Numbers, other: &Self) -> Self {
         let zero = Numbers::default();
@@ -134,7 +134,7 @@ impl Shape {
     }
 }
 
-/// Places some way before and after the middles, which the same windows hold.
+/// Points within a range of distances from the middles, which the same windows contain.
 struct Ring<'a> {
     steps: &'a [Step],
     before: &'a [f32],
@@ -144,7 +144,7 @@ struct Ring<'a> {
 }
 
 impl<'a> Ring<'a> {
-    /// Those more than `away.start` and at most `away.end` places away.
+    /// Points more than `away.start` and at most `away.end` from the middles.
     #[inline(always)]
     fn new(steps: &'a [Step], rows: &'a [f32], variances: &'a [f32], away: std::ops::Range<usize>) -> Self {
         let longest = steps.len() - 1;
@@ -159,7 +159,7 @@ impl<'a> Ring<'a> {
         }
     }
 
-    /// Adds them to what the `N` longest windows fit.
+    /// Adds them to the fits of the `N` longest windows.
     #[inline(always)]
     fn add<const N: usize>(&self, whole: &mut Whole) {
         let Some(means) = whole.means.last_chunk_mut::<N>() else { return };
@@ -185,7 +185,7 @@ impl<'a> Ring<'a> {
     }
 }
 
-/// Neighbouring numbers before and after those `half` behind the first, the nearest pair first.
+/// Neighbouring numbers before and after those at index `half`, the nearest pair first.
 #[inline(always)]
 fn pairs(numbers: &[f32], half: usize) -> impl Iterator<Item = (Numbers, Numbers)> {
     let before = numbers[..half + LANES - 1].array_windows().rev();

@@ -1,4 +1,4 @@
-//! Averaging along the line: parabolas as long as the line agrees with one.
+//! Averaging along the line: parabolas in the longest window that fits the line.
 
 pub mod along;
 pub mod cut;

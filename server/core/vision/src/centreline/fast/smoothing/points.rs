@@ -6,7 +6,7 @@ use super::means::{Mean, Shape};
 use crate::centreline::CentrelinePoint;
 use crate::centreline::fast::across::pieces::Crossings;
 use crate::centreline::fast::lanes::LANES;
-use crate::params::{HEIGHT_EXCESS, HEIGHT_LEAST_PX, SKEW_DOUBT};
+use crate::params::{HEIGHT_EXCESS, HEIGHT_LEAST_PX, SKEW_SHRINKAGE};
 
 type Lanes = [f32; LANES];
 
@@ -21,7 +21,7 @@ pub const NONE: f32 = -1.0;
 
 /// Results for some points.
 pub struct Described {
-    /// Rows above the block's first.
+    /// Rows, relative to the block's first.
     pub shift: Lanes,
     pub normal_u: Lanes,
     pub across: Lanes,
@@ -29,7 +29,7 @@ pub struct Described {
 }
 
 impl Described {
-    /// Writes the points of neighbouring crossings. `first_u` is the column and `row` the row of the first.
+    /// Writes the points of neighbouring crossings. `first_u` and `row` are the column and row of the first.
     #[inline(always)]
     pub fn write(
         &self,
@@ -57,12 +57,13 @@ impl Described {
     }
 }
 
-/// Full widths at half height as they are in the image, of those measured as area by height. That height is the mean of
-/// three rows, which is less than the height of a narrow line: for a bell of standard deviation s, anywhere in its pixel,
+/// Full widths at half height as in the image, from those measured as area over height. That height is the mean of
+/// three rows, which is less than the height of a narrow line: for a Gaussian profile of standard deviation s, anywhere
+/// within its pixel,
 ///
 /// measured = 3 · 0.939 / erf(1.5 / (√2 s)),
 ///
-/// whose inverse this is to 3 % from 1.5 px on.
+/// which this function inverts to 3 % from 1.5 px on.
 #[inline(always)]
 fn stated_widths(measured_px: &[f32]) -> Lanes {
     let mut stated = [0.0; LANES];
@@ -77,7 +78,7 @@ fn stated_widths(measured_px: &[f32]) -> Lanes {
 }
 
 impl Chosen {
-    /// Position, normal and σ; a crossing without a fit stands for itself.
+    /// Position, normal and σ; a crossing without a fit keeps its own position and σ.
     #[inline(always)]
     pub fn described(&self, cross_variance_px2: &Lanes) -> Described {
         let (Mean { value, variance }, Shape { slope, bend, bend_gain }) = (&self.mean, &self.shape);
@@ -85,7 +86,7 @@ impl Chosen {
         for i in 0..LANES {
             let (slope, bend) = (slope.0[i], bend.0[i]);
             let variance = variance.0[i].max(1e-10);
-            let doubt = SKEW_DOUBT * bend_gain.0[i] * variance;
+            let doubt = SKEW_SHRINKAGE * bend_gain.0[i] * variance;
             let sure = (1.0 - doubt / (bend * bend).max(f32::MIN_POSITIVE)).max(0.0);
             shift[i] = value.0[i] - sure * skew_shift(slope, 2.0 * bend, cross_variance_px2[i]);
             across[i] = 1.0 / (1.0 + slope * slope).sqrt();
@@ -96,8 +97,8 @@ impl Chosen {
     }
 }
 
-/// How far (rows) the centre of a column's profile lies from a line that is steep and curved at once: to first order
-/// in the curvature v″ it is 3/2 · v″ · m² / (1 + m²)² · s², m the slope and s² the variance of profile times window.
+/// Shift (rows) of the centre of a column's profile from a line that is steep and curved at once: to first order in the
+/// curvature v″ it is 3/2 · v″ · m² / (1 + m²)² · s², m the slope and s² the variance of profile times window.
 #[inline(always)]
 fn skew_shift(slope: f32, curvature: f32, cross_variance_px2: f32) -> f32 {
     let steep = slope * slope;

@@ -1,4 +1,4 @@
-//! Windows of one length, and what is fitted by those that the ends of a line cut.
+//! Windows of one length, and the fits in windows truncated by the ends of a line.
 
 use super::cut::{Cut, Near};
 use super::kernels::{Kernel, Kernels, MAX_LAG, RUN};
@@ -20,27 +20,27 @@ pub struct Block {
     pub n: usize,
 }
 
-/// Numbers along a piece.
+/// Values along a piece.
 #[derive(Clone, Copy)]
 pub struct Along<'a> {
     pub numbers: &'a [f32],
-    /// The place of that of the block's first column.
+    /// Index of the value of the block's first column.
     pub at: usize,
 }
 
 impl Windows {
-    /// Prepares for windows of `half_length` places on either side, and for noise correlated in this way.
+    /// Prepares for windows of `half_length` points on either side, and for noise with these correlations.
     pub fn prepare(&mut self, half_length: usize, correlations: &[f64; MAX_LAG + 1]) {
         self.kernels.prepare(half_length, correlations);
         self.cut.prepare(&mut self.kernels);
     }
 
-    /// What places count in these windows.
+    /// The weights of these windows.
     pub fn kernels(&self) -> &Kernels {
         &self.kernels
     }
 
-    /// Fits value and variance anew where the line ends inside of the window, and gives 1 where it holds enough places.
+    /// Refits value and variance where the line ends inside the window, and sets 1 where it holds enough points.
     #[inline(always)]
     pub fn cut_means(&mut self, block: Block, rows: Along, variances: Along, mean: &mut Mean) -> Numbers {
         let Self { kernels, cut } = self;
@@ -67,7 +67,7 @@ impl Windows {
         valid
     }
 
-    /// Fits slopes and bends anew where the line ends inside of the window, in the lanes that have `chosen` it.
+    /// Refits slopes and bends where the line ends inside the window, in the lanes that have `chosen` it.
     #[inline(always)]
     pub fn cut_shapes(&mut self, block: Block, rows: Along, chosen: &Numbers, shape: &mut Shape) {
         let Self { kernels, cut } = self;
@@ -94,13 +94,13 @@ impl Windows {
 }
 
 impl Block {
-    /// Whether all of its columns have so many neighbours on either side.
+    /// Whether all of its columns have `n_beside` neighbours on either side.
     #[inline(always)]
     pub fn is_whole(self, n_beside: usize) -> bool {
         self.start >= n_beside && self.start + LANES + n_beside <= self.n
     }
 
-    /// Columns whose windows the ends of the piece cut.
+    /// Columns whose windows are truncated by the ends of the piece.
     #[inline(always)]
     fn cut(self, half_length: usize) -> impl Iterator<Item = usize> {
         let n_columns = LANES.min(self.n - self.start);
@@ -116,14 +116,14 @@ impl Block {
         beginning.into_iter().chain(Near::end(self.start, self.n, half_length))
     }
 
-    /// Numbers from the beginning of the piece on, or up to its end if that is near.
+    /// Values from the beginning of the piece on, or up to its end if `near` is at the end.
     #[inline(always)]
     fn towards<'a>(self, near: Near, along: Along<'a>) -> &'a [f32] {
         let Along { numbers, at } = along;
         if near.is_last { &numbers[..at + self.n - self.start] } else { &numbers[at - self.start..] }
     }
 
-    /// The kernel for one of its columns, and how many places it begins before the column.
+    /// The kernel for column `i`, and how many points before the column it begins.
     #[inline(always)]
     fn kernel_at(self, kernels: &mut Kernels, i: usize) -> (&Kernel, usize) {
         let (idx, half) = (self.start + i, kernels.half_length());
@@ -132,7 +132,7 @@ impl Block {
     }
 }
 
-/// Sum with the kernel of one window; where its weights go on with zeros, any number does.
+/// Sum with the kernel of one window; numbers beyond its end meet zero weights.
 #[inline(always)]
 fn sum(weights: &[f32], numbers: &[f32]) -> f32 {
     let mut sums = [0.0f32; RUN];

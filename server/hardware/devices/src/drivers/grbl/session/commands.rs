@@ -1,8 +1,10 @@
-//! What stage and laser ask for.
+//! Commands of stage and laser.
 
 use std::time::{Duration, Instant};
 
-use super::{Activity, LineKind, Link, Lit, Session, Stopping, Travel, Way, being_opened, stop_bytes};
+use super::{
+    Activity, LaserLease, LineKind, Link, MotionPath, Session, Stopping, Travel, being_opened, stop_bytes,
+};
 use crate::drivers::controller::{LaserDialogue, StageDialogue};
 use crate::drivers::grbl::LaserMode;
 use crate::drivers::grbl::fault::{Device, Fault};
@@ -16,11 +18,10 @@ use crate::{
     StageError, StageState,
 };
 
-/// Feed rate that goes with the `G1` of a laser command, mm/min. Without one GRBL refuses it (error 22); nothing
-/// moves by it.
+/// Feed rate of the `G1` of a laser command, mm/min. Without it GRBL refuses the line (error 22); it causes no motion.
 const LASER_FEED_MM_MIN: u32 = 600;
 
-/// What is said of a controller that was never reached.
+/// Statement for a controller that was never reached.
 const UNKNOWN_END: &str = "the laser may stay on: its controller was not reached";
 
 impl StageDialogue for Session {
@@ -32,7 +33,7 @@ impl StageDialogue for Session {
         self.machine().map(|machine| machine.capabilities.clone())
     }
 
-    /// `$H`; without homing switches the zero is here.
+    /// `$H`; without homing switches the current position becomes zero.
     fn start_home(&mut self, now: Instant) -> Result<Option<u64>, StageError> {
         self.ready_to_move()?;
         if self.homing() == Homing::Absent {
@@ -40,7 +41,7 @@ impl StageDialogue for Session {
             self.homed = true;
             return Ok(None);
         }
-        self.go_dark(now);
+        self.turn_laser_off(now);
         self.homed = false;
         self.activity = Activity::Homing { done_at: None };
         let ticket = self.send_line("$H".to_owned(), LineKind::Home, now, now + self.config.homing_limit);
@@ -110,7 +111,7 @@ impl StageDialogue for Session {
         }
     }
 
-    /// A jog is ended; a move waits for [`Session::resume`].
+    /// A jog is ended; a move can be continued by [`Session::resume`].
     fn hold(&mut self, now: Instant) -> Result<(), StageError> {
         self.sound()?;
         match self.activity {
@@ -134,7 +135,7 @@ impl StageDialogue for Session {
         Ok(())
     }
 
-    /// Clears what can be cleared; an alarm is unlocked as soon as it can be.
+    /// Clears a fault that can be cleared; an alarm is unlocked as soon as possible.
     fn clear_fault(&mut self, now: Instant) -> Result<(), StageError> {
         match &self.fault {
             None => Ok(()),
@@ -151,13 +152,14 @@ impl StageDialogue for Session {
         }
     }
 
-    /// Opens the line again, unless that is under way; a sound controller is stopped and darkened instead.
+    /// Reopens the line, unless that is in progress; if the controller works, it is stopped and its laser turned off
+    /// instead.
     fn reconnect(&mut self, now: Instant) {
-        if self.wants_open || matches!(self.link, Link::Opening(_)) {
+        if self.should_be_open || matches!(self.link, Link::Opening(_)) {
             return;
         }
         if let Some(Fault::Refused { by: Device::Laser, .. }) = self.fault {
-            // The line is sound: what was refused is acknowledged.
+            // The line works: the refusal is acknowledged.
             self.fault = None;
         }
         if self.fault.is_none() {
@@ -167,7 +169,7 @@ impl StageDialogue for Session {
             return;
         }
         self.down(being_opened());
-        self.wants_open = true;
+        self.should_be_open = true;
     }
 
     fn stage_error(refusal: &Fault) -> StageError {
@@ -196,8 +198,8 @@ impl LaserDialogue for Session {
             LaserMode::Constant => "M3",
             LaserMode::Dynamic => "M4",
         };
-        self.lit = Some(Lit { power, until: now + lease.min(LASER_LEASE_LIMIT) });
-        // The laser is on in G1 only (`laser_mode.md`); no axis is named, so that nothing moves.
+        self.lit = Some(LaserLease { power, until: now + lease.min(LASER_LEASE_LIMIT) });
+        // The laser is on in G1 only (`laser_mode.md`); no axis is given, so that nothing moves.
         let line = format!("G1F{LASER_FEED_MM_MIN}{word}S{:.1}", power * full);
         Ok(self.send_line(line, LineKind::LaserOn, now, now + GRBL_ANSWER_LIMIT))
     }
@@ -210,13 +212,13 @@ impl LaserDialogue for Session {
         Ok(())
     }
 
-    /// Goes dark; the ticket of the line that does it.
+    /// Switches the laser off; returns the ticket of the line that does so.
     fn switch_off(&mut self, now: Instant) -> Option<u64> {
-        self.go_dark(now);
+        self.turn_laser_off(now);
         self.pending.iter().rev().find(|pending| pending.kind == LineKind::LaserOff).map(|pending| pending.ticket)
     }
 
-    /// What concerns a laser that is only asked: whether its state is known.
+    /// Checks that the laser's state is known.
     fn laser_known(&self) -> Result<(), LaserError> {
         match &self.fault {
             Some(fault) if fault.needs_reconnect() || *fault == Fault::StrayLight => Err(fault.for_laser()),
@@ -225,7 +227,7 @@ impl LaserDialogue for Session {
         }
     }
 
-    /// The laser as far as it is known.
+    /// The laser's last known state.
     fn laser_state(&self) -> LaserState {
         LaserState {
             emitting: self.lit.is_some(),
@@ -251,14 +253,14 @@ impl Session {
         let target_mm = stage_from_machine(machine_mm, self.zero_at_machine_mm, self.config.reversed);
         let ticket = self.send_line(line, LineKind::Travel, now, now + GRBL_ANSWER_LIMIT);
         let last_mm = self.seen.map_or(machine_mm, |seen| seen.machine_mm);
-        let way = Way { from_mm: last_mm, to_mm: machine_mm, speed_mm_s, since: now };
-        self.way = Some(way);
+        let path = MotionPath { from_mm: last_mm, to_mm: machine_mm, speed_mm_s, since: now };
+        self.path = Some(path);
         self.activity =
-            Activity::Travel(Travel { target_mm, way, jog, taken_at: None, last_mm, last_progress_at: now });
+            Activity::Travel(Travel { target_mm, path, jog, taken_at: None, last_mm, last_progress_at: now });
         (AcceptedMove { target_mm, speed_mm_s }, Some(ticket))
     }
 
-    /// Sound, and nothing under way.
+    /// Checks that there is no fault and nothing in progress.
     fn ready_to_move(&self) -> Result<(), StageError> {
         self.sound()?;
         let idle = self.seen.is_some_and(|seen| matches!(seen.state, MachineState::Idle | MachineState::Alarm));
@@ -268,13 +270,13 @@ impl Session {
         Ok(())
     }
 
-    /// Stops by this byte and what belongs to it.
+    /// Stops with this byte and those that belong to it.
     pub(super) fn send_stop(&mut self, byte: u8, now: Instant) {
         self.outgoing.extend_from_slice(stop_bytes(byte));
         self.stop_sent(byte, now);
     }
 
-    /// The stop's bytes were written already; what follows them.
+    /// Continues after the stop's bytes were written.
     pub fn stop_sent(&mut self, byte: u8, now: Instant) {
         if !matches!(self.link, Link::Up) {
             return;
@@ -284,7 +286,7 @@ impl Session {
         }
         let braking = if self.lit.is_some() { GRBL_LIT_BRAKING } else { self.braking_limit() };
         let until = match self.activity {
-            // Stopped again: it brakes already.
+            // Stopped again: it is already braking.
             Activity::Stopping(stopping) => stopping.until,
             _ => now + braking,
         };
@@ -301,7 +303,7 @@ impl Session {
         }
     }
 
-    /// Twice the time to brake from the fastest move, and what the report of rest takes.
+    /// Twice the braking time from the fastest move, plus the time of the report of rest.
     fn braking_limit(&self) -> Duration {
         let Some(machine) = &self.machine else { return GRBL_BRAKING_SLACK };
         let acceleration_mm_s2 = machine.capabilities.acceleration_mm_s2.unwrap_or(f64::INFINITY).max(1.0);
@@ -309,7 +311,7 @@ impl Session {
         2 * Duration::from_secs_f64(braking_s) + GRBL_BRAKING_SLACK
     }
 
-    /// Faults of the stage alone do not concern a laser that is known to be off, except that it cannot be turned on.
+    /// Faults of the stage alone do not concern a laser that is known to be off, except that it cannot be switched on.
     fn laser_sound(&self) -> Result<(), LaserError> {
         match self.fault_of(Device::Laser) {
             Some(fault) => Err(fault.for_laser()),

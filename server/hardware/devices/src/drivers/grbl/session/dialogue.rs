@@ -1,4 +1,4 @@
-//! The session as the thread of a controller drives it.
+//! The session's interface to the thread of a controller.
 
 use std::time::{Duration, Instant};
 
@@ -11,8 +11,8 @@ use crate::lines::serial_controller::{Dialogue, StopBytes};
 impl Dialogue for Session {
     type Fault = Fault;
 
-    fn wants_open(&self) -> bool {
-        self.wants_open
+    fn should_be_open(&self) -> bool {
+        self.should_be_open
     }
 
     fn is_down(&self) -> bool {
@@ -20,7 +20,7 @@ impl Dialogue for Session {
     }
 
     fn opened_or_failed(&self) -> bool {
-        !self.wants_open && !matches!(self.link, Link::Opening(_))
+        !self.should_be_open && !matches!(self.link, Link::Opening(_))
     }
 
     fn sound(&self) -> Result<(), StageError> {
@@ -67,8 +67,8 @@ impl Dialogue for Session {
         Session::stop_sent(self, code, now);
     }
 
-    /// A reset answers by its banner; a hold does not answer.
-    fn retells(&self, code: u8) -> bool {
+    /// A reset is answered by its banner; a hold is not answered.
+    fn announces_again(&self, code: u8) -> bool {
         code == HOLD
     }
 
@@ -89,7 +89,7 @@ impl Dialogue for Session {
         self.refusal.take()
     }
 
-    /// Real-time bytes go out singly, lines as a whole: USB adapters pass a lone byte on at once.
+    /// Real-time bytes are sent singly, lines as a whole: USB adapters forward a single byte at once.
     fn piece(bytes: &[u8]) -> usize {
         let is_line_byte = |byte: u8| (b'$'..=b'Z').contains(&byte) && byte != b'?';
         if bytes.first().copied().is_some_and(is_line_byte) {

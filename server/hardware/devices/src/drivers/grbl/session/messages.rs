@@ -1,8 +1,8 @@
-//! What comes from a controller that is up.
+//! Messages from a controller that is ready.
 
 use std::time::Instant;
 
-use super::{Activity, LineKind, Link, OwnReset, Pending, Seen, Session, Stopping, Travel};
+use super::{Activity, LastReport, LineKind, Link, OwnReset, Pending, Session, Stopping, Travel};
 use crate::drivers::grbl::Dialect;
 use crate::drivers::grbl::fault::{Device, Fault};
 use crate::drivers::grbl::protocol::{MachineState, Message, OVERRIDES_OFF, Position, Report};
@@ -17,11 +17,11 @@ const ALARM_RESET_MOVING: u32 = 3;
 const ALARM_RESET_HOMING: u32 = 6;
 /// `ALARM:1`: a limit switch.
 const ALARM_HARD_LIMIT: u32 = 1;
-/// `ALARM:2`: the one alarm that keeps the position.
+/// `ALARM:2`: the only alarm that keeps the position.
 const ALARM_SOFT_LIMIT: u32 = 2;
-/// `error:46`: only homing unlocks it.
+/// `error:46`: unlocked by homing only.
 const ERROR_HOME_FIRST: u32 = 46;
-/// What is said after a limit alarm, when a reset has effect again.
+/// Sent after a limit alarm, once a reset has effect again.
 const RESET_TO_CONTINUE: &str = "Reset to continue";
 
 impl Session {
@@ -62,18 +62,18 @@ impl Session {
         }
     }
 
-    /// An answer to a line is a sign of life too: grblHAL's queries wait while it works on a line.
+    /// An answer to a line also shows that the controller is alive: grblHAL's queries wait while it executes a line.
     fn is_alive(&mut self, now: Instant) {
         self.queries.unanswered_since = self.queries.unanswered_since.map(|_| now);
     }
 
-    /// A reset happened: ours, the one that comes with an alarm, or one by itself.
+    /// A reset has occurred: ours, the one that comes with an alarm, or a spontaneous one.
     fn banner(&mut self, now: Instant) {
         let moving = matches!(self.activity, Activity::Travel(_) | Activity::Homing { .. });
         let ours = self.reset.is_some_and(|reset| {
             reset.awaited || (!moving && now.saturating_duration_since(reset.sent_at) < GRBL_SILENCE)
         });
-        let told = self.fault.is_some();
+        let was_faulted = self.fault.is_some();
         self.pending.clear();
         self.activity = match self.activity {
             Activity::Stopping(stopping) if stopping.behind_reset => {
@@ -92,12 +92,12 @@ impl Session {
         if let Some(reset) = &mut self.reset {
             reset.awaited = false;
         }
-        if ours || told {
-            // What stood before the reset may stand no more: the next report decides.
+        if ours || was_faulted {
+            // The state before the reset is obsolete: the next report decides.
             self.query(now);
         } else {
             self.homed = false;
-            tracing::warn!(place = self.place, "controller restarted by itself");
+            tracing::warn!(place = self.place, "controller restarted unexpectedly");
             self.fault = Some(Fault::Restarted);
         }
     }
@@ -126,17 +126,18 @@ impl Session {
         self.fault = self.fault.take().filter(|fault| !matches!(fault, Fault::Alarm { .. }));
     }
 
-    /// A line was refused: reported to the caller if it still waits, else a fault of the device whose line it was.
+    /// A line was refused: reported to the caller if it is still waiting, otherwise as a fault of the device that sent
+    /// it.
     fn refused(&mut self, pending: Pending, code: u32, now: Instant) {
         if pending.kind == LineKind::Unlock && code == ERROR_HOME_FIRST {
-            // No fault: it can be homed, and that is all it can.
+            // Not a fault: it can be homed, and nothing else.
             self.must_home = true;
             return self.unlocked();
         }
         match pending.kind {
             LineKind::Travel | LineKind::Home => self.activity = Activity::Rest,
-            // Whether any word of the line had an effect is not known.
-            LineKind::LaserOn => self.go_dark(now),
+            // Whether any word of the line had an effect is unknown.
+            LineKind::LaserOn => self.turn_laser_off(now),
             LineKind::LaserOff => self.soft_reset(now),
             LineKind::Unlock => self.clearing = false,
             LineKind::Build | LineKind::Settings => {}
@@ -157,24 +158,24 @@ impl Session {
         let dialect = self.dialect();
         let quiet_until = now + dialect.alarm_pause();
         self.quiet_until = Some(quiet_until);
-        let by_reset = code == ALARM_RESET_MOVING || code == ALARM_RESET_HOMING || dialect.wants_homing(code);
-        self.must_home |= dialect == Dialect::GrblHal && dialect.wants_homing(code);
+        let by_reset = code == ALARM_RESET_MOVING || code == ALARM_RESET_HOMING || dialect.requires_homing(code);
+        self.must_home |= dialect == Dialect::GrblHal && dialect.requires_homing(code);
         if by_reset && let Some(reset @ OwnReset { awaited: true, .. }) = &mut self.reset {
             reset.answer_by = quiet_until + GRBL_SILENCE;
             (reset.locked, self.homed) = (true, false);
             return;
         }
-        if dialect.wants_homing(code) && self.activity == Activity::Rest {
-            // As after power came on: no fault, but no position either.
+        if dialect.requires_homing(code) && self.activity == Activity::Rest {
+            // As after power-on: not a fault, but no position either.
             self.homed = false;
             return;
         }
         tracing::warn!(place = self.place, code, "controller raised an alarm");
         self.homed = self.homed && code == ALARM_SOFT_LIMIT;
-        // Lines under way keep their places: their answers may still come, and are theirs.
+        // Pending lines are kept: their answers may still come.
         self.activity = Activity::Rest;
         self.dark_by = None;
-        if dialect.darkens_with(code) {
+        if dialect.turns_off_with(code) {
             self.lit = None;
         }
         self.fault = Some(Fault::Alarm { code, dialect });
@@ -197,10 +198,10 @@ impl Session {
             return self.down(Fault::Gone { reason });
         }
         let Some(machine_mm) = self.machine_mm(&report) else { return };
-        // The report was made between question and answer.
+        // The report was generated between query and answer.
         let at = asked_at + (began_at - asked_at) / 2;
-        let told = Seen { state: report.state, machine_mm, asked_at, at, heard_at: now };
-        if !self.believes(told, now) {
+        let latest = LastReport { state: report.state, machine_mm, asked_at, at, received_at: now };
+        if !self.accept(latest, now) {
             return;
         }
         if matches!(report.state, MachineState::Idle | MachineState::Alarm) {
@@ -217,10 +218,10 @@ impl Session {
         }
     }
 
-    /// Machine position of the axis; `None` as long as the work offset is not known, which comes with some reports.
+    /// Machine position of the axis; `None` while the work offset, which comes with some reports, is unknown.
     pub(super) fn machine_mm(&mut self, report: &Report) -> Option<f64> {
         if let Some(offset_mm) = report.offset_mm {
-            // It stays for many reports: one that is new is accepted when it is reported twice.
+            // It is constant over many reports: a new one is accepted when it is reported twice.
             if self.doubted_offset_mm == Some(offset_mm) {
                 (self.offset_mm, self.offset_known) = (offset_mm, true);
             }
@@ -233,7 +234,7 @@ impl Session {
         }
     }
 
-    /// What the report means for what is under way.
+    /// Applies the report to the current activity.
     fn follow(&mut self, state: MachineState, machine_mm: f64, asked_at: Instant, now: Instant) {
         match self.activity {
             Activity::Rest => {}
@@ -248,8 +249,8 @@ impl Session {
         }
     }
 
-    /// At rest the stop is made final by a reset, which clears a held move, unread lines and the light. A jog that
-    /// was all there was leaves nothing to clear.
+    /// At rest a reset completes the stop: it clears a held move, unread lines and the laser. After a jog alone there
+    /// is nothing to clear.
     fn follow_stop(&mut self, stopping: Stopping, state: MachineState, now: Instant) {
         match state {
             _ if state.in_motion() => {
@@ -277,7 +278,7 @@ impl Session {
             (travel.last_mm, travel.last_progress_at) = (machine_mm, now);
         }
         self.activity = Activity::Travel(travel);
-        let at_target = (machine_mm - travel.way.to_mm).abs() <= self.rounding_mm();
+        let at_target = (machine_mm - travel.path.to_mm).abs() <= self.rounding_mm();
         let short = match state {
             MachineState::Idle if at_target => {
                 (self.activity, self.is_confirmed) = (Activity::Rest, true);
@@ -293,7 +294,7 @@ impl Session {
         }
     }
 
-    /// Somebody turned an override at the machine: it would change speeds that were accepted, and the laser's power.
+    /// An override was changed at the machine: it would change accepted speeds and the laser's power.
     fn undo_overrides(&mut self, report: &Report) {
         if report.overrides.is_some_and(|percents| percents != [100; 3]) {
             tracing::warn!(
@@ -304,9 +305,9 @@ impl Session {
         }
     }
 
-    /// GRBL reports the power it gives out (`FS`); light that was not asked for is reset.
+    /// GRBL reports its output power (`FS`); light that was not requested is reset.
     fn watch_stray_light(&mut self, spindle: Option<f64>, now: Instant) {
-        // Verified for GRBL's source only; grblHAL reports a programmed speed of a spindle at rest in some drivers.
+        // Verified for GRBL's source only; some drivers of grblHAL report a programmed speed for a spindle at rest.
         let verified = self.dialect() == Dialect::Grbl;
         let asked_for = self.lit.is_some() || self.reset_awaited();
         if !verified || asked_for || spindle.is_none_or(|speed| speed == 0.0) {
@@ -319,7 +320,7 @@ impl Session {
         }
     }
 
-    /// Counts a line that is not the protocol; many in a short time end the link.
+    /// Counts a line that is not part of the protocol; many within a short time end the link.
     pub(super) fn garbage(&mut self, received: String, now: Instant) {
         match &self.link {
             Link::Down => return,

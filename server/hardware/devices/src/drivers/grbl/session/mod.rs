@@ -1,14 +1,14 @@
-//! What is known of a controller and what is to be sent to it: the driver without its thread and its line.
+//! State of a controller and the data to be sent to it: the driver without its thread and its line.
 //!
-//! Bytes come in by [`Session::received`], time by [`Session::tick`], wishes by the methods of `commands`; what is
-//! to be written collects in `outgoing`. Parts: `opening` (from the reset to the first report), `messages` (what
-//! comes when it is up), `belief` (which positions are accepted), `timers`, `commands`.
+//! Received bytes are passed to [`Session::received`], time to [`Session::tick`], commands to the methods of
+//! `commands`; the output collects in `outgoing`. Parts: `opening` (from the reset to the first report), `messages`
+//! (messages of a ready controller), `plausibility` (which positions are accepted), `timers`, `commands`.
 
-mod belief;
 mod commands;
 mod dialogue;
 mod messages;
 mod opening;
+mod plausibility;
 mod timers;
 
 use std::collections::VecDeque;
@@ -23,45 +23,45 @@ use crate::Homing;
 use crate::params::{GRBL_LINE_BYTES, GRBL_SILENCE};
 use opening::Opening;
 
-/// How far the link is.
+/// State of the link.
 #[derive(Debug)]
 enum Link {
-    /// Not open; only a reconnection helps.
+    /// Closed; only a reconnection helps.
     Down,
     /// Being opened.
     Opening(Opening),
-    /// In dialogue.
+    /// Ready.
     Up,
 }
 
-/// What the stage does.
+/// Activity of the stage.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Activity {
     Rest,
     Travel(Travel),
-    /// Since the acknowledgement of `$H`, which comes at its end: the next report has the position.
+    /// Until the acknowledgement of `$H`, which comes at its end: the next report has the position.
     Homing {
         done_at: Option<Instant>,
     },
     Stopping(Stopping),
 }
 
-/// A stop: it brakes, and at rest a soft reset makes it final.
+/// A stop: braking, then a soft reset at rest.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Stopping {
-    /// When the reset comes though no report showed rest.
+    /// When the reset is sent although no report showed rest.
     until: Instant,
-    /// Whether there was nothing but a jog, which is over when it rests: no reset.
+    /// Whether only a jog was stopped, which ends at rest automatically: no reset.
     only_jog: bool,
-    /// Whether its hold went out behind a reset, which does not answer for it: it holds after the banner.
+    /// Whether its hold was sent after a reset, which does not answer for it: the hold takes effect after the banner.
     behind_reset: bool,
-    /// Whether a report showed it idle. A report may come before a hold in the same pass, so that it takes two.
+    /// Whether a report showed it idle. A report may precede a hold in the same pass, so that two are needed.
     idle_once: bool,
 }
 
-/// Where a move or jog goes by the machine's scale, mm, and how fast.
+/// Path of a move or jog on the machine's scale, mm, and its speed.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Way {
+struct MotionPath {
     from_mm: f64,
     to_mm: f64,
     speed_mm_s: f64,
@@ -73,11 +73,11 @@ struct Way {
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Travel {
     target_mm: f64,
-    way: Way,
+    path: MotionPath,
     jog: bool,
-    /// When the controller took it.
+    /// When the controller accepted it.
     taken_at: Option<Instant>,
-    /// Where it was when it last came on, and when.
+    /// The last position at which it had advanced, and when.
     last_mm: f64,
     last_progress_at: Instant,
 }
@@ -92,7 +92,7 @@ struct Pending {
     answer_by: Instant,
 }
 
-/// What an answer means.
+/// Kind of a pending line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum LineKind {
     Build,
@@ -104,21 +104,21 @@ enum LineKind {
     LaserOff,
 }
 
-/// The last report.
+/// The last accepted report.
 #[derive(Debug, Clone, Copy)]
-struct Seen {
+struct LastReport {
     state: MachineState,
     machine_mm: f64,
-    /// When it was asked for: no part of it is older.
+    /// When it was requested: no part of it is older.
     asked_at: Instant,
     at: Instant,
-    /// When it came: no part of it is newer.
-    heard_at: Instant,
+    /// When it was received: no part of it is newer.
+    received_at: Instant,
 }
 
-/// Light as it was leased.
+/// A laser lease.
 #[derive(Debug, Clone, Copy)]
-struct Lit {
+struct LaserLease {
     power: f64,
     until: Instant,
 }
@@ -127,17 +127,17 @@ struct Lit {
 #[derive(Debug, Clone, Copy, Default)]
 struct Queries {
     last_sent_at: Option<Instant>,
-    /// When the query now under way was sent first.
+    /// When the pending query was first sent.
     unanswered_since: Option<Instant>,
 }
 
-/// A soft reset of our own.
+/// A soft reset sent by this driver.
 #[derive(Debug, Clone, Copy)]
 struct OwnReset {
     sent_at: Instant,
-    /// When its banner is missed.
+    /// When its banner is overdue.
     answer_by: Instant,
-    /// Whether its banner is still to come.
+    /// Whether its banner is still pending.
     awaited: bool,
     /// Whether it raised an alarm, which locks the controller.
     locked: bool,
@@ -148,7 +148,7 @@ pub struct Session {
     config: GrblConfig,
     place: String,
     link: Link,
-    wants_open: bool,
+    should_be_open: bool,
     fault: Option<Fault>,
     /// Whether the fault was acknowledged and is to be cleared.
     clearing: bool,
@@ -166,28 +166,28 @@ pub struct Session {
     offset_known: bool,
     /// An offset that was reported once.
     doubted_offset_mm: Option<[f64; 3]>,
-    seen: Option<Seen>,
-    /// Whether the position at rest was reported twice, or is where a move was to end.
+    seen: Option<LastReport>,
+    /// Whether the position at rest was reported twice, or is a move's target.
     is_confirmed: bool,
-    /// A position that was reported once and is not where it was to be.
-    doubted: Option<Seen>,
-    /// The way of the last move or jog.
-    way: Option<Way>,
-    /// Since when every report was of rest, with the same line waiting for its answer.
+    /// A position that was reported once and differs from the expected one.
+    doubted: Option<LastReport>,
+    /// The path of the last move or jog.
+    path: Option<MotionPath>,
+    /// Since when every report showed rest with the same line pending.
     resting_since: Option<Instant>,
     queries: Queries,
     reset: Option<OwnReset>,
-    /// After an alarm: until then the firmware does nothing else, and may lose a reset.
+    /// End of the pause after an alarm, in which the firmware does nothing else and may lose a reset.
     quiet_until: Option<Instant>,
-    /// After a limit alarm: when a reset is sent again, unless it asks for one before.
+    /// After a limit alarm: when a reset is sent again, unless the controller requests one before.
     reset_again_at: Option<Instant>,
     /// Whether only homing unlocks it.
     must_home: bool,
     activity: Activity,
     homed: bool,
     zero_at_machine_mm: f64,
-    lit: Option<Lit>,
-    /// When a soft reset turns off what `M5` did not.
+    lit: Option<LaserLease>,
+    /// When a soft reset turns the laser off if `M5` did not.
     dark_by: Option<Instant>,
     stray_reports: usize,
     garbage_at: VecDeque<Instant>,
@@ -201,7 +201,7 @@ impl Session {
             config,
             place,
             link: Link::Down,
-            wants_open: true,
+            should_be_open: true,
             fault: Some(being_opened()),
             clearing: false,
             outgoing: Vec::new(),
@@ -219,7 +219,7 @@ impl Session {
             seen: None,
             is_confirmed: false,
             doubted: None,
-            way: None,
+            path: None,
             resting_since: None,
             queries: Queries::default(),
             reset: None,
@@ -235,22 +235,22 @@ impl Session {
         }
     }
 
-    /// Who it is and what it can do, once it was up.
+    /// Identity and capabilities, once it has been ready.
     pub fn machine(&self) -> Option<&Machine> {
         self.machine.as_ref()
     }
 
-    /// The byte that stops the stage soonest, with what belongs to it ([`stop_bytes`]): a hold keeps the position;
+    /// The byte that stops the stage fastest, with those that belong to it ([`stop_bytes`]): a hold keeps the position;
     /// where a hold has no effect (homing, alarm), a soft reset.
     pub fn stop_byte(&self) -> u8 {
         let holdable = !matches!(self.activity, Activity::Homing { .. });
         let locked = self.seen.is_none_or(|seen| matches!(seen.state, MachineState::Alarm | MachineState::Home));
-        // While a reset is awaited another is not sent: whether one banner or two would follow cannot be known.
+        // While a reset is pending no other is sent: it would be unknown whether one or two banners follow.
         let up = matches!(self.link, Link::Up) && self.fault.is_none();
         if up && holdable && !locked { HOLD } else { RESET }
     }
 
-    /// Takes what came from the line at `now`.
+    /// Takes bytes received from the line at `now`.
     pub fn received(&mut self, bytes: &[u8], now: Instant) {
         for &byte in bytes {
             if byte == b'\n' {
@@ -267,27 +267,27 @@ impl Session {
         }
     }
 
-    /// What came without an end, or without one in time, is none of the protocol's lines.
+    /// Input without a line ending, or without one in time, is not part of the protocol.
     fn give_up_line(&mut self, now: Instant) {
         let text = String::from_utf8_lossy(&std::mem::take(&mut self.incoming)).into_owned();
         self.incoming_since = None;
         self.garbage(super::protocol::shortened(&text), now);
     }
 
-    /// The link is lost for `fault`: whatever shone or moved is reset if the line still takes a byte.
+    /// The link is lost because of `fault`: laser and motion are reset if the line still accepts a byte.
     pub fn down(&mut self, fault: Fault) {
         tracing::warn!(place = self.place, "{}", fault.for_stage());
         self.outgoing.clear();
-        // Three times: it is the last word where a line loses bytes, and nothing answers for it.
+        // Three times, because the line may lose bytes and there is no answer.
         self.outgoing.extend_from_slice(&[RESET; 3]);
         self.link = Link::Down;
-        self.forget_dialogue();
+        self.reset_dialogue();
         self.homed = false;
         self.fault = Some(fault);
     }
 
-    /// Nothing that was under way is under way any more.
-    fn forget_dialogue(&mut self) {
+    /// Clears everything in progress.
+    fn reset_dialogue(&mut self) {
         self.pending.clear();
         self.incoming.clear();
         self.incoming_since = None;
@@ -300,7 +300,7 @@ impl Session {
         self.clearing = false;
     }
 
-    /// A fault over a sound link; a reset stops the motion and turns the laser off.
+    /// A fault over a working link; a reset stops the motion and turns the laser off.
     fn raise(&mut self, fault: Fault, now: Instant) {
         tracing::warn!(place = self.place, "{}", fault.for_stage());
         self.fault = Some(fault);
@@ -315,8 +315,8 @@ impl Session {
 
     fn reset_sent(&mut self, now: Instant) {
         let locked = self.reset.is_some_and(|reset| reset.awaited && reset.locked);
-        let heard_at = self.quiet_until.map_or(now, |until| until.max(now));
-        self.reset = Some(OwnReset { sent_at: now, answer_by: heard_at + GRBL_SILENCE, awaited: true, locked });
+        let received_at = self.quiet_until.map_or(now, |until| until.max(now));
+        self.reset = Some(OwnReset { sent_at: now, answer_by: received_at + GRBL_SILENCE, awaited: true, locked });
     }
 
     fn dialect(&self) -> Dialect {
@@ -353,8 +353,8 @@ impl Session {
     }
 }
 
-/// All that goes out with a stop's byte. A hold comes with a jog's cancellation: grblHAL does not hold jogs, and GRBL
-/// ignores the cancellation outside of one.
+/// All bytes of a stop. A hold is sent with a jog cancel: grblHAL does not hold jogs, and GRBL ignores the cancel
+/// outside of one.
 pub fn stop_bytes(byte: u8) -> &'static [u8] {
     if byte == HOLD { &[HOLD, JOG_CANCEL] } else { &[RESET] }
 }

@@ -10,7 +10,7 @@ use crate::drivers::grbl::meanings::error_meaning;
 use crate::drivers::grbl::protocol::{MachineState, Message, QUERY, RESET};
 use crate::params::{GRBL_ANSWER_LIMIT, GRBL_BANNER_SETTLING, GRBL_RESET_PERIOD, GRBL_SILENCE};
 
-/// How far an opening is.
+/// Progress of an opening.
 #[derive(Debug)]
 pub struct Opening {
     since: Instant,
@@ -25,7 +25,7 @@ pub struct Opening {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Step {
     Banner,
-    /// The banner came; another may follow.
+    /// The banner was received; another may follow.
     Settling {
         banner_at: Instant,
     },
@@ -35,10 +35,10 @@ enum Step {
 }
 
 impl Session {
-    /// The line was opened: a soft reset turns off and stops whatever a dead owner left behind.
+    /// The line was opened: a soft reset stops the motion and turns off the laser left on by a dead owner.
     pub fn line_opened(&mut self, now: Instant) {
-        self.wants_open = false;
-        self.forget_dialogue();
+        self.should_be_open = false;
+        self.reset_dialogue();
         (self.homed, self.must_home) = (false, false);
         (self.offset_known, self.doubted_offset_mm) = (false, None);
         self.fault = Some(being_opened());
@@ -54,7 +54,7 @@ impl Session {
 
     /// The line could not be opened.
     pub fn line_unopened(&mut self, reason: String) {
-        self.wants_open = false;
+        self.should_be_open = false;
         self.down(Fault::Gone { reason });
     }
 
@@ -71,9 +71,9 @@ impl Session {
             Message::Setting { number, value } => self.description.setting(number, &value),
             Message::Ok => self.opening_answered(now),
             Message::Error(code) => self.opening_refused(code),
-            // While it starts it is not there yet: it is asked again.
+            // While it starts it is not ready: it is queried again.
             Message::Report(report) if opening.step == Step::Report && report.state != MachineState::Starting => {
-                // grblHAL reports the work offset in every tenth report or so: it is not up before that.
+                // grblHAL reports the work offset in about every tenth report: it is not ready before that.
                 let machine_mm = self.machine_mm(&report);
                 let Link::Opening(opening) = &mut self.link else { return };
                 if machine_mm.is_none() || opening.first_mm != machine_mm {
@@ -86,8 +86,8 @@ impl Session {
             Message::Garbage(text) => {
                 opening.foreign.get_or_insert((now, text));
             }
-            // Which firmware it is, is not known yet.
-            Message::Alarm(code) => self.must_home = Dialect::GrblHal.wants_homing(code),
+            // The firmware is not known yet.
+            Message::Alarm(code) => self.must_home = Dialect::GrblHal.requires_homing(code),
             Message::Feedback { .. } | Message::Report(_) | Message::Nothing => {}
         }
     }
@@ -104,7 +104,7 @@ impl Session {
                 self.query(now);
                 Step::Report
             }),
-            // No other line is sent while it is opened.
+            // No other line is sent during the opening.
             _ => return,
         };
         match checked {
@@ -118,7 +118,7 @@ impl Session {
     }
 
     fn opening_refused(&mut self, code: u32) {
-        // An answer to a line of before the reset is nobody's.
+        // An answer to a line sent before the reset is ignored.
         let Some(refused) = self.pending.pop_front() else { return };
         let command = refused.text;
         let expected = format!("an answer to `{command}`");
@@ -126,7 +126,7 @@ impl Session {
         self.down(Fault::WrongDevice { place: self.place.clone(), expected, found });
     }
 
-    /// The dialogue stands. What it said of its position before is nothing to build on.
+    /// The controller is ready. Positions reported before are discarded.
     fn reached(&mut self, now: Instant) {
         self.link = Link::Up;
         self.fault = None;
@@ -164,7 +164,7 @@ impl Session {
         if opening.step == Step::Build
             && self.pending.front().is_some_and(|pending| now - pending.sent_at > GRBL_RESET_PERIOD)
         {
-            // The banner was one of before: since then an alarm came that only a reset ends.
+            // The banner was an earlier one: since then there was an alarm that requires a reset.
             self.pending.clear();
             (opening.step, opening.reset_at) = (Step::Banner, now);
             self.outgoing.push(RESET);
@@ -184,7 +184,7 @@ impl Session {
         }
     }
 
-    /// The lock of a start or of a reset on the way keeps the laser off too. It is taken away where no fault is reported:
+    /// The lock after a start or a reset on the way also keeps the laser off. It is removed if no fault is reported:
     /// that moves nothing, and moves are refused here until the stage is homed.
     pub(super) fn unlock_where_sound(&mut self, state: MachineState, now: Instant) {
         let at_rest = self.activity == Activity::Rest && self.pending.is_empty() && !self.reset_awaited();
@@ -194,7 +194,7 @@ impl Session {
             && !self.must_home
             && !self.is_quiet(now)
         {
-            // What locked it is not known here, and may have moved it.
+            // The cause of the lock is unknown, and may have moved the stage.
             self.homed = false;
             self.send_line("$X".to_owned(), LineKind::Unlock, now, now + GRBL_ANSWER_LIMIT);
         }

@@ -1,4 +1,4 @@
-//! What happens because time passes: queries, silence, the lease, the ends of braking and waiting.
+//! Timed events: queries, silence, the lease, the ends of braking and waiting.
 
 use std::time::{Duration, Instant};
 
@@ -10,17 +10,17 @@ use crate::params::{
     GRBL_LIT_BRAKING, GRBL_SILENCE,
 };
 
-/// Longest sleep of the thread at rest and in the dark; its queries are slower.
+/// Longest sleep of the thread at rest with the laser off; its queries are slower.
 const RESTING_WAIT: Duration = Duration::from_millis(40);
 
 /// Longest sleep while something moves, the laser is on or an answer is awaited.
 const BUSY_WAIT: Duration = Duration::from_millis(5);
 
-/// A query is asked again so long after it was not answered; GRBL ignores doubled ones, so that none piles up.
+/// Interval after which an unanswered query is repeated; GRBL ignores duplicates, so that they do not accumulate.
 const QUERY_AGAIN: Duration = Duration::from_millis(200);
 
 impl Session {
-    /// Does what is due at `now`.
+    /// Processes what is due at `now`.
     pub fn tick(&mut self, now: Instant) {
         match self.link {
             Link::Down => {}
@@ -71,7 +71,7 @@ impl Session {
         }
     }
 
-    /// The last report is of a motion that nothing here asked for any more.
+    /// Whether the last report shows a motion that is no longer requested.
     fn alone_in_motion(&self) -> bool {
         self.seen.is_some_and(|seen| !matches!(seen.state, MachineState::Idle | MachineState::Alarm))
     }
@@ -79,20 +79,20 @@ impl Session {
     fn end_lease(&mut self, now: Instant) {
         if self.lit.is_some_and(|lit| now >= lit.until) && self.dark_by.is_none() {
             tracing::warn!(place = self.place, "the laser's lease ended without its owner");
-            self.go_dark(now);
+            self.turn_laser_off(now);
         }
         if self.dark_by.is_some_and(|by| now >= by) && !self.reset_awaited() {
             self.dark_by = None;
             match self.activity {
                 Activity::Rest | Activity::Homing { .. } => self.soft_reset(now),
-                // A move was begun meanwhile: it brakes first.
+                // A move has begun: it brakes first.
                 Activity::Travel(_) => self.send_stop(HOLD, now),
                 Activity::Stopping(_) => {}
             }
         }
     }
 
-    /// A limit alarm that did not ask for its reset, or whose message was lost.
+    /// After a limit alarm whose reset was not requested, or whose message was lost.
     fn reset_again(&mut self, now: Instant) {
         if self.reset_again_at.is_some_and(|at| now >= at) {
             self.reset_again_at = None;
@@ -107,7 +107,7 @@ impl Session {
 
     /// `M5` where it works at once; while moving it would wait for the end of the move (`spindle_control.c`:
     /// `protocol_buffer_synchronize`), so that the move is stopped.
-    pub(super) fn go_dark(&mut self, now: Instant) {
+    pub(super) fn turn_laser_off(&mut self, now: Instant) {
         if self.lit.is_none() || self.dark_by.is_some() || self.reset_awaited() {
             return;
         }
@@ -133,7 +133,7 @@ impl Session {
         }
     }
 
-    /// A fault that was acknowledged is cleared, and an alarm unlocked, once the reset that belongs to it is over.
+    /// Clears an acknowledged fault, and unlocks an alarm, once the associated reset is done.
     fn unlock_if_wanted(&mut self, now: Instant) {
         if !self.clearing || self.reset_awaited() || self.is_quiet(now) || self.reset_again_at.is_some() {
             return;
@@ -150,8 +150,8 @@ impl Session {
 
     fn miss_answers(&mut self, now: Instant) {
         if matches!(self.fault, Some(Fault::Alarm { .. })) && self.reset_unanswered(now).is_some() {
-            // It speaks, or the next query finds out, and no reset has effect: its emergency stop is pressed. The alarm
-            // stands until the reset has effect.
+            // It answers, or the next query decides, and no reset has effect: its emergency stop is pressed. The alarm
+            // persists until the reset has effect.
             (self.reset, self.clearing) = (None, false);
             self.query(now);
         }
@@ -174,7 +174,8 @@ impl Session {
         Some((pending.text.clone(), pending.sent_at))
     }
 
-    /// Whether the line or its answer was lost: the firmware rests and does not take what it would take at once. `M3` and
+    /// Whether the line or its answer was lost: the firmware is at rest and does not accept a line that it would accept
+    /// at once. `M3` and
     /// `M5` may wait for a spindle.
     fn is_lost(&self, pending: &Pending) -> bool {
         let at_once = matches!(pending.kind, LineKind::Travel | LineKind::Home | LineKind::Unlock);

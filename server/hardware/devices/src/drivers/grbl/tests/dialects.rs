@@ -1,4 +1,4 @@
-//! What the three firmwares do differently, and what an operator sees of it: the same.
+//! Differences of the three firmwares, and the same behaviour for the operator.
 
 use std::time::{Duration, Instant};
 
@@ -6,13 +6,13 @@ use super::{Bench, SLACK, bench, home, rest, wait_until};
 use crate::drivers::grbl::protocol::{HOLD, JOG_CANCEL, RESET};
 use crate::drivers::grbl::{GrblConfig, GrblStage};
 use crate::params::GRBL_SILENCE;
-use crate::simulators::grbl_simulator::{Dialect, Event, Happening, SimulatorConfig};
+use crate::simulators::grbl_simulator::{Dialect, Event, SimulatorConfig, WitnessEvent};
 use crate::{Laser, LaserError, Stage, StageError};
 
-/// `promises.md` 5: a jog let go stops within this, braking included.
+/// `promises.md` 5: a released jog stops within this, braking included.
 const JOG_LIMIT: Duration = Duration::from_millis(300);
 
-/// A bench whose stage is homed and stands at -4 mm.
+/// A bench whose stage is homed and at -4 mm.
 fn at_the_low_end(dialect: Dialect) -> (Bench, GrblStage) {
     let bench = bench(SimulatorConfig::of(dialect));
     let (mut stage, _laser) = bench.open();
@@ -22,11 +22,11 @@ fn at_the_low_end(dialect: Dialect) -> (Bench, GrblStage) {
     (bench, stage)
 }
 
-/// Since the mark: when it came to rest.
+/// When it came to rest since the mark.
 fn rested_at(bench: &Bench, mark: usize) -> Instant {
     let ended = || {
         let entries = bench.simulator.witness().since(mark);
-        entries.iter().find(|entry| matches!(entry.what, Happening::MotionEnded(_))).map(|entry| entry.at)
+        entries.iter().find(|entry| matches!(entry.what, WitnessEvent::MotionEnded(_))).map(|entry| entry.at)
     };
     wait_until(Duration::from_secs(4), "it comes to rest", || ended().is_some());
     ended().unwrap()
@@ -40,7 +40,7 @@ fn a_jog_let_go_stops_at_once_and_keeps_the_position_without_a_reset() {
             stage.start_jog(8.0, 4.0).unwrap();
             wait_until(SLACK, "it jogs", || bench.simulator.witness().moving());
             // The jog is acknowledged.
-            wait_until(SLACK, "it is on its way", || stage.poll().unwrap().position_mm.unwrap() > -3.95);
+            wait_until(SLACK, "it is moving", || stage.poll().unwrap().position_mm.unwrap() > -3.95);
             let mark = bench.simulator.witness().mark();
             let let_go_at = crate::time::now();
             if by_hold {
@@ -66,30 +66,34 @@ fn a_stop_is_a_hold_and_a_jog_cancel_and_one_reset_at_rest() {
     for dialect in Dialect::ALL {
         let (bench, mut stage) = at_the_low_end(dialect);
         stage.start_move(4.0, 10.0).unwrap();
-        wait_until(SLACK, "it is on its way", || stage.poll().unwrap().position_mm.unwrap() > -3.9);
+        wait_until(SLACK, "it is moving", || stage.poll().unwrap().position_mm.unwrap() > -3.9);
         let mark = bench.simulator.witness().mark();
-        // Asked twice: the second is not a reset on the way.
+        // Requested twice: the second is not a reset in motion.
         stage.stop().unwrap();
         stage.stop().unwrap();
         let state = rest(&mut stage);
         assert!(state.homed, "{dialect:?}: a stop cost the position");
         let entries = bench.simulator.witness().since(mark);
-        let at = |what: Happening| entries.iter().position(|entry| entry.what == what);
-        let rested = entries.iter().position(|entry| matches!(entry.what, Happening::MotionEnded(_))).unwrap();
-        assert!(at(Happening::Byte(HOLD)).unwrap() < rested, "{dialect:?}: {entries:?}");
-        assert_eq!(at(Happening::Byte(HOLD)).map(|at| at + 1), at(Happening::Byte(JOG_CANCEL)), "{dialect:?}");
-        let resets = entries.iter().filter(|entry| entry.what == Happening::Byte(RESET)).count();
-        assert!(resets == 1 && at(Happening::Byte(RESET)).unwrap() > rested, "{dialect:?}: {entries:?}");
+        let at = |what: WitnessEvent| entries.iter().position(|entry| entry.what == what);
+        let rested = entries.iter().position(|entry| matches!(entry.what, WitnessEvent::MotionEnded(_))).unwrap();
+        assert!(at(WitnessEvent::Byte(HOLD)).unwrap() < rested, "{dialect:?}: {entries:?}");
+        assert_eq!(
+            at(WitnessEvent::Byte(HOLD)).map(|at| at + 1),
+            at(WitnessEvent::Byte(JOG_CANCEL)),
+            "{dialect:?}"
+        );
+        let resets = entries.iter().filter(|entry| entry.what == WitnessEvent::Byte(RESET)).count();
+        assert!(resets == 1 && at(WitnessEvent::Byte(RESET)).unwrap() > rested, "{dialect:?}: {entries:?}");
     }
 }
 
 #[test]
-fn a_limit_alarm_is_reset_when_it_hears_resets_and_can_be_cleared() {
+fn a_limit_alarm_is_reset_once_resets_are_accepted_and_can_be_cleared() {
     for dialect in Dialect::ALL {
         let (bench, mut stage) = at_the_low_end(dialect);
-        bench.simulator.happen(Event::Alarm(1));
-        wait_until(SLACK, "it is told", || matches!(stage.poll(), Err(StageError::Alarm { code: 1, .. })));
-        // At once: whoever clears it does not know of the pause.
+        bench.simulator.trigger_event(Event::Alarm(1));
+        wait_until(SLACK, "it is reported", || matches!(stage.poll(), Err(StageError::Alarm { code: 1, .. })));
+        // At once: the caller does not know about the pause.
         stage.clear_fault().unwrap();
         wait_until(Duration::from_secs(3), "it is cleared", || stage.poll().is_ok());
         assert!(!stage.poll().unwrap().homed, "{dialect:?}: homed after a limit switch");
@@ -98,17 +102,17 @@ fn a_limit_alarm_is_reset_when_it_hears_resets_and_can_be_cleared() {
 }
 
 #[test]
-fn a_failed_probe_darkens_and_is_a_fault() {
+fn a_failed_probe_turns_the_laser_off_and_is_a_fault() {
     for dialect in Dialect::ALL {
         let bench = bench(SimulatorConfig::of(dialect));
         let (mut stage, mut laser) = bench.open();
         home(&mut stage);
         laser.switch_on(0.5, Duration::from_secs(1)).unwrap();
-        wait_until(SLACK, "it shines", || bench.light());
-        bench.simulator.happen(Event::Alarm(4));
-        wait_until(SLACK, "it is told", || matches!(stage.poll(), Err(StageError::Alarm { code: 4, .. })));
+        wait_until(SLACK, "it is on", || bench.light());
+        bench.simulator.trigger_event(Event::Alarm(4));
+        wait_until(SLACK, "it is reported", || matches!(stage.poll(), Err(StageError::Alarm { code: 4, .. })));
         // The pause after the alarm is the firmware's.
-        wait_until(Duration::from_millis(500) + SLACK, "it is dark", || !bench.light());
+        wait_until(Duration::from_millis(500) + SLACK, "it is off", || !bench.light());
     }
 }
 
@@ -120,26 +124,26 @@ fn the_silence_of_grbl_hal_while_homing_is_borne_and_no_setting_is_written() {
     let begun_at = crate::time::now();
     home(&mut stage);
     assert!(crate::time::since(begun_at) > GRBL_SILENCE);
-    let heard = String::from_utf8_lossy(&bytes_heard(&bench)).into_owned();
-    assert!(!heard.contains('='), "a setting was written: {heard:?}");
+    let received = String::from_utf8_lossy(&bytes_received(&bench)).into_owned();
+    assert!(!received.contains('='), "a setting was written: {received:?}");
 }
 
 #[test]
 fn grbl_hal_whose_reports_are_of_no_use_is_refused_with_what_to_send() {
     let of = || SimulatorConfig::of(Dialect::GrblHal);
-    // Neither machine positions nor the work offset; work positions with it are enough.
+    // Neither machine positions nor the work offset; work positions with the offset are sufficient.
     let blind = bench(SimulatorConfig { report_mask: 511 & !(1 | 1 << 5), ..of() });
     assert!(blind.refusal().to_string().contains("send $10=479"), "{}", blind.refusal());
     let by_work_offset = bench(SimulatorConfig { report_mask: 510, ..of() });
-    // The offset comes with the tenth report; it is ready as soon as it is open.
+    // The offset comes with the tenth report; the driver is ready as soon as it is open.
     home(&mut by_work_offset.open().0);
     let deaf = bench(SimulatorConfig { hears_in_commands: false, ..of() });
     assert!(deaf.refusal().to_string().contains("send $39=1"), "{}", deaf.refusal());
 }
 
-fn bytes_heard(bench: &Bench) -> Vec<u8> {
-    let byte = |happening: Happening| match happening {
-        Happening::Byte(byte) => Some(byte),
+fn bytes_received(bench: &Bench) -> Vec<u8> {
+    let byte = |happening: WitnessEvent| match happening {
+        WitnessEvent::Byte(byte) => Some(byte),
         _ => None,
     };
     bench.simulator.witness().entries().into_iter().filter_map(|entry| byte(entry.what)).collect()
@@ -153,14 +157,14 @@ fn a_homing_lock_offers_homing_and_nothing_else() {
         let refusal = laser.switch_on(0.5, Duration::from_millis(100));
         matches!(&refusal, Err(LaserError::Fault { remedy: "home it", .. }))
     });
-    assert!(stage.poll().is_ok(), "a lock that homing opens is no fault");
+    assert!(stage.poll().is_ok(), "a lock that homing opens is not a fault");
     home(&mut stage);
     laser.switch_on(0.5, Duration::from_secs(1)).unwrap();
-    wait_until(SLACK, "it shines", || bench.light());
+    wait_until(SLACK, "it is on", || bench.light());
 }
 
 #[test]
-fn an_acknowledgement_that_comes_late_is_no_fault_while_reports_come() {
+fn a_late_acknowledgement_is_not_a_fault_while_reports_arrive() {
     for dialect in Dialect::ALL {
         let delay = 2 * GRBL_SILENCE;
         let bench = bench(SimulatorConfig { spindle_delay: delay, ..SimulatorConfig::of(dialect) });
@@ -173,7 +177,7 @@ fn an_acknowledgement_that_comes_late_is_no_fault_while_reports_come() {
             stage.poll().unwrap();
             crate::time::sleep(Duration::from_millis(20));
         }
-        assert!(bench.light() && laser.poll().unwrap().emitting, "{dialect:?}: dark");
+        assert!(bench.light() && laser.poll().unwrap().emitting, "{dialect:?}: off");
     }
 }
 
@@ -182,15 +186,15 @@ fn a_refused_jog_is_the_stage_s_fault_and_not_the_laser_s() {
     let bench = bench(SimulatorConfig { axis: 'Y', ..SimulatorConfig::default() });
     let (mut stage, mut laser) = bench.open();
     home(&mut stage);
-    // The driver speaks to X, which this controller does not have; the answer may come within the call or after it.
+    // The driver uses X, which this controller does not have; the answer may come during the call or after it.
     let refusal = stage.start_jog(1.0, 10.0).err().or_else(|| {
-        wait_until(SLACK, "the refusal is told", || stage.poll().is_err());
+        wait_until(SLACK, "the refusal is reported", || stage.poll().is_err());
         stage.poll().err()
     });
     assert!(matches!(refusal, Some(StageError::Refused { .. })), "{refusal:?}");
-    assert!(laser.poll().is_ok(), "the laser tells the stage's refusal");
+    assert!(laser.poll().is_ok(), "the laser reports the stage's refusal");
     laser.switch_on(0.5, Duration::from_secs(1)).unwrap();
-    wait_until(SLACK, "it shines", || bench.light());
+    wait_until(SLACK, "it is on", || bench.light());
 }
 
 #[test]
@@ -202,8 +206,8 @@ fn a_door_that_brakes_moves_and_one_at_rest_holds() {
         home(&mut stage);
         stage.start_move(-40.0, 20.0).unwrap();
         wait_until(Duration::from_secs(2), "it is fast", || stage.poll().unwrap().position_mm.unwrap() < -6.0);
-        bench.simulator.hear(&[0x84]);
-        wait_until(SLACK, "the door is told", || !matches!(stage.poll().unwrap(), state if !state.moving));
+        bench.simulator.receive(&[0x84]);
+        wait_until(SLACK, "the door is reported", || !matches!(stage.poll().unwrap(), state if !state.moving));
         let witness = bench.simulator.witness();
         wait_until(Duration::from_secs(2), "it is held", || stage.poll().unwrap().held);
         assert!(!witness.moving(), "{dialect:?}: held while it brakes");
@@ -218,7 +222,7 @@ fn a_failed_homing_is_an_alarm_that_can_be_cleared() {
         let bench = bench(SimulatorConfig { switch_works: false, ..SimulatorConfig::of(dialect) });
         let (mut stage, _laser) = bench.open();
         stage.start_home().unwrap();
-        wait_until(Duration::from_secs(2), "it is told", || stage.poll().is_err());
+        wait_until(Duration::from_secs(2), "it is reported", || stage.poll().is_err());
         let fault = stage.poll().unwrap_err();
         assert!(matches!(fault, StageError::Alarm { code: 9, .. }), "{dialect:?}: {fault}");
         stage.clear_fault().unwrap();
@@ -232,9 +236,9 @@ fn an_emergency_stop_stays_an_alarm_until_it_is_released() {
     let bench = bench(SimulatorConfig::of(Dialect::GrblHal));
     let (mut stage, _laser) = bench.open();
     home(&mut stage);
-    bench.simulator.happen(Event::EmergencyStop);
-    bench.simulator.happen(Event::Alarm(10));
-    wait_until(SLACK, "it is told", || stage.poll().is_err());
+    bench.simulator.trigger_event(Event::EmergencyStop);
+    bench.simulator.trigger_event(Event::Alarm(10));
+    wait_until(SLACK, "it is reported", || stage.poll().is_err());
     let told_at = crate::time::now();
     while crate::time::since(told_at) < 2 * GRBL_SILENCE {
         assert!(matches!(stage.poll(), Err(StageError::Alarm { code: 10, .. })), "{:?}", stage.poll());
@@ -247,11 +251,11 @@ fn an_emergency_stop_stays_an_alarm_until_it_is_released() {
 }
 
 #[test]
-fn what_a_killed_host_leaves_is_said_of_every_firmware() {
-    let told = |config: SimulatorConfig| bench(config).open().1.lost_host();
+fn the_laser_state_after_a_killed_host_is_reported_for_every_firmware() {
+    let lost_host = |config: SimulatorConfig| bench(config).open().1.lost_host();
     for dialect in Dialect::ALL {
-        assert!(told(SimulatorConfig::of(dialect)).contains("no watchdog"), "{dialect:?}");
+        assert!(lost_host(SimulatorConfig::of(dialect)).contains("no watchdog"), "{dialect:?}");
     }
     let sleeps = SimulatorConfig { sleeps: true, ..SimulatorConfig::of(Dialect::GrblHal) };
-    assert!(told(sleeps).contains("5 minutes"));
+    assert!(lost_host(sleeps).contains("5 minutes"));
 }

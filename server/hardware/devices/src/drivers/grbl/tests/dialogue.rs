@@ -1,9 +1,9 @@
-//! What is checked when a controller is opened, and what is said to it.
+//! Checks when a controller is opened, and the commands sent to it.
 
 use std::time::Duration;
 
 use super::{bench, home, rest, sound_bench, wait_until};
-use crate::simulators::grbl_simulator::{Dialect, Event, GrblSimulator, Happening, SimulatorConfig};
+use crate::simulators::grbl_simulator::{Dialect, Event, GrblSimulator, SimulatorConfig, WitnessEvent};
 use crate::simulators::simulator::LineFault;
 use crate::{Laser, LaserError, Stage, StageError};
 
@@ -15,12 +15,12 @@ fn an_override_turned_at_the_machine_is_set_back_and_the_power_with_it() {
         home(&mut stage);
         laser.switch_on(0.5, Duration::from_secs(1)).unwrap();
         let mark = bench.simulator.witness().mark();
-        bench.simulator.happen(Event::Override(0x9b));
+        bench.simulator.trigger_event(Event::Override(0x9b));
         wait_until(Duration::from_secs(1), "it is set back", || {
             laser.renew(Duration::from_secs(1)).unwrap();
             let since = bench.simulator.witness().since(mark);
             let powers = since.iter().filter_map(|entry| match entry.what {
-                Happening::LightOn(power) => Some(power),
+                WitnessEvent::LightOn(power) => Some(power),
                 _ => None,
             });
             powers.collect::<Vec<_>>() == [0.45, 0.5]
@@ -29,7 +29,7 @@ fn an_override_turned_at_the_machine_is_set_back_and_the_power_with_it() {
 }
 
 #[test]
-fn a_controller_tells_who_it_is_and_what_it_can_do() {
+fn identity_and_capabilities_are_read_from_the_controller() {
     let bench = sound_bench();
     let (stage, _laser) = bench.open();
     let identity = stage.identity();
@@ -40,7 +40,7 @@ fn a_controller_tells_who_it_is_and_what_it_can_do() {
 }
 
 #[test]
-fn a_controller_that_is_not_as_configured_is_refused_with_what_was_found() {
+fn a_controller_that_differs_from_the_configuration_is_refused_with_the_difference() {
     let sound = SimulatorConfig::default;
     for (kind, found) in [
         (SimulatorConfig { inches: true, ..sound() }, "$13=1"),
@@ -50,8 +50,8 @@ fn a_controller_that_is_not_as_configured_is_refused_with_what_was_found() {
         (SimulatorConfig { max_travel_mm: 5.0, ..sound() }, "-5 to 0 mm"),
     ] {
         let refusal = bench(kind).refusal();
-        let StageError::WrongDevice { found: told, .. } = &refusal else { panic!("{refusal}") };
-        assert!(told.contains(found), "{refusal}");
+        let StageError::WrongDevice { found: reported, .. } = &refusal else { panic!("{refusal}") };
+        assert!(reported.contains(found), "{refusal}");
     }
 }
 
@@ -67,7 +67,7 @@ fn a_controller_of_another_name_is_refused() {
 }
 
 #[test]
-fn a_controller_is_known_by_any_line_of_its_build_information() {
+fn a_controller_is_identified_by_any_line_of_its_build_information() {
     for (dialect, known_by) in [
         (Dialect::Grbl, "simulated stage"),
         (Dialect::Grbl, "VER:1.1h.20190825:simulated stage"),
@@ -85,7 +85,7 @@ fn a_controller_is_known_by_any_line_of_its_build_information() {
 }
 
 #[test]
-fn another_device_is_refused_within_a_second_with_what_it_said() {
+fn another_device_is_refused_within_a_second_with_its_message() {
     let bench = bench(SimulatorConfig { banner: "Marlin 2.1.2".into(), ..SimulatorConfig::default() });
     let watch = crate::contract::Stopwatch::start();
     let refusal = bench.refusal();
@@ -94,7 +94,7 @@ fn another_device_is_refused_within_a_second_with_what_it_said() {
 }
 
 #[test]
-fn a_silent_controller_and_a_missing_port_are_told_apart() {
+fn a_silent_controller_and_a_missing_port_are_distinguished() {
     let mut bench = sound_bench();
     bench.config.open_limit = Duration::from_millis(300);
     bench.simulator.fail(LineFault::Silence);
@@ -104,14 +104,17 @@ fn a_silent_controller_and_a_missing_port_are_told_apart() {
 }
 
 #[test]
-fn opening_darkens_and_stops_what_a_dead_owner_left_behind() {
+fn opening_turns_the_laser_off_and_stops_motion_of_a_dead_owner() {
     let bench = sound_bench();
-    bench.simulator.hear(b"$X\nG1F600M3S1000\nG90G53G1X-90F60\n");
-    wait_until(Duration::from_secs(1), "it shines and moves", || {
+    bench.simulator.receive(b"$X\nG1F600M3S1000\nG90G53G1X-90F60\n");
+    wait_until(Duration::from_secs(1), "it moves with the laser on", || {
         bench.light() && bench.simulator.witness().moving()
     });
     let (mut stage, mut laser) = bench.open();
-    assert!(!bench.light() && !bench.simulator.witness().moving(), "opened, and it still shines or moves");
+    assert!(
+        !bench.light() && !bench.simulator.witness().moving(),
+        "opened, and the laser is still on or it moves"
+    );
     let state = stage.poll().unwrap();
     assert!(!state.homed && !state.moving, "{state:?}");
     assert!(!laser.poll().unwrap().emitting);
@@ -119,14 +122,14 @@ fn opening_darkens_and_stops_what_a_dead_owner_left_behind() {
 }
 
 #[test]
-fn a_move_goes_where_the_scale_says() {
+fn a_move_reaches_its_target_on_the_scale() {
     let bench = sound_bench();
     let (mut stage, _laser) = bench.open();
     home(&mut stage);
     stage.start_move(2.5, 50.0).unwrap();
     rest(&mut stage);
-    let ends = |happening: Happening| match happening {
-        Happening::MotionEnded(at_mm) => Some(at_mm),
+    let ends = |happening: WitnessEvent| match happening {
+        WitnessEvent::MotionEnded(at_mm) => Some(at_mm),
         _ => None,
     };
     let entries = bench.simulator.witness().entries();
@@ -153,8 +156,8 @@ fn positions_on_the_way_are_timed_to_a_fraction_of_the_answer_s_way() {
         crate::time::sleep(Duration::from_millis(5));
     }
     let began = bench.simulator.witness().since(mark);
-    let began = began.iter().find(|entry| matches!(entry.what, Happening::MotionBegan(_))).unwrap().at;
-    // While it cruises it is at v·t − v²/2a. 20 mm/s over 15 ms of a loaded machine's answer are 0.3 mm.
+    let began = began.iter().find(|entry| matches!(entry.what, WitnessEvent::MotionBegan(_))).unwrap().at;
+    // While it cruises it is at v·t − v²/2a. 20 mm/s over 15 ms of latency on a loaded machine are 0.3 mm.
     let (speed_mm_s, lag_mm, tolerance_mm) = (20.0, 20.0 * 20.0 / (2.0 * 5000.0), 0.3);
     let mut n_cruising = 0;
     for (at, position_mm) in seen {
@@ -174,10 +177,10 @@ fn a_soft_limit_alarm_keeps_the_position_and_every_other_costs_it() {
         let (mut stage, _laser) = bench.open();
         home(&mut stage);
         let before = stage.poll().unwrap().position_mm;
-        bench.simulator.happen(Event::Alarm(code));
-        wait_until(Duration::from_secs(1), "the alarm is told", || stage.poll().is_err());
+        bench.simulator.trigger_event(Event::Alarm(code));
+        wait_until(Duration::from_secs(1), "the alarm is reported", || stage.poll().is_err());
         let fault = stage.poll().unwrap_err();
-        assert!(matches!(fault, StageError::Alarm { code: told, .. } if told == code), "{fault}");
+        assert!(matches!(fault, StageError::Alarm { code: reported, .. } if reported == code), "{fault}");
         stage.clear_fault().unwrap();
         wait_until(Duration::from_secs(2), "the alarm is cleared", || stage.poll().is_ok());
         let after = stage.poll().unwrap().position_mm;
@@ -208,7 +211,7 @@ fn the_laser_is_not_switched_while_the_stage_moves() {
 }
 
 #[test]
-fn a_lease_that_ends_during_a_move_darkens_by_stopping_it() {
+fn a_lease_that_ends_during_a_move_turns_the_laser_off_by_stopping_it() {
     let bench = sound_bench();
     let (mut stage, mut laser) = bench.open();
     home(&mut stage);
@@ -216,25 +219,25 @@ fn a_lease_that_ends_during_a_move_darkens_by_stopping_it() {
     rest(&mut stage);
     laser.switch_on(1.0, Duration::from_millis(150)).unwrap();
     stage.start_move(4.0, 10.0).unwrap();
-    wait_until(Duration::from_millis(150 + 500) + super::SLACK, "dark after the lease", || !bench.light());
+    wait_until(Duration::from_millis(150 + 500) + super::SLACK, "off after the lease", || !bench.light());
     let state = rest(&mut stage);
     assert!(state.position_mm.unwrap() < 3.0, "the move went on: {state:?}");
     assert!(!laser.poll().unwrap().emitting);
 }
 
 #[test]
-fn what_the_controller_refuses_is_told_with_its_meaning() {
+fn an_error_of_the_controller_is_reported_with_its_meaning() {
     let bench = bench(SimulatorConfig { axis: 'Y', ..SimulatorConfig::default() });
     let (mut stage, _laser) = bench.open();
     home(&mut stage);
-    // The driver speaks to X, which this controller does not have.
+    // The driver uses X, which this controller does not have.
     let refusal = stage.start_move(1.0, 10.0).unwrap_err();
     assert!(matches!(refusal, StageError::Refused { code: 20, .. }), "{refusal}");
-    assert!(!stage.poll().unwrap().moving, "refused, and it says it moves");
+    assert!(!stage.poll().unwrap().moving, "refused, but it reports motion");
 }
 
 #[test]
-fn a_witness_file_can_be_followed_from_outside() {
+fn a_witness_file_can_be_read_by_another_process() {
     let folder = tempfile::TempDir::new().unwrap();
     let (place, file) = (folder.path().join("controller"), folder.path().join("witness"));
     let simulator = GrblSimulator::start(SimulatorConfig::default(), &place, Some(&file)).unwrap();

@@ -1,5 +1,5 @@
-//! Fault × state: what is told within a second, that it goes dark and rests, and how it comes back: ready, never
-//! active. The table in `server/docs/devices/grbl.md` names these tests cell by cell.
+//! Fault × state: reported within a second, laser off and at rest, and recovery to ready, never active. The table in
+//! `server/docs/devices/grbl.md` names these tests cell by cell.
 
 use std::time::Duration;
 
@@ -9,13 +9,13 @@ use crate::simulators::grbl_simulator::{Dialect, Event, SimulatorConfig};
 use crate::simulators::simulator::LineFault;
 use crate::{Laser, Stage, StageError};
 
-/// `promises.md`: serial faults are named within a second.
+/// `promises.md`: serial faults are reported within a second.
 const NAMED_LIMIT: Duration = Duration::from_secs(1);
-/// `promises.md` 3: dark within half a second of every listed fault (here: of its being named).
+/// `promises.md` 3: laser off within half a second of every listed fault (here: of its report).
 const DARK_LIMIT: Duration = Duration::from_millis(500);
 
-/// FluidNC leaves light on after a limit alarm and hears the reset after the pause; the reset raises `ALARM:14`, whose
-/// pause comes before the spindle is stopped (`protocol_do_rt_reset`). With `off_on_alarm` it is dark at once.
+/// FluidNC leaves the laser on after a limit alarm and accepts the reset after the pause; the reset raises `ALARM:14`,
+/// whose pause comes before the spindle is stopped (`protocol_do_rt_reset`). With `off_on_alarm` it is off at once.
 const FLUID_NC_PAUSES: Duration = Duration::from_millis(2 * 500);
 
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -28,7 +28,7 @@ enum When {
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
-enum What {
+enum FaultKind {
     Silence,
     Garbage,
     HardLimit,
@@ -38,7 +38,7 @@ enum What {
     AnotherDevice,
 }
 
-/// One test for each cell, for each of the dialects named.
+/// One test for each cell, for each of the given dialects.
 macro_rules! cells {
     ($($dialect:ident: $module:ident),* => $cells:tt) => {
         $(mod $module {
@@ -49,10 +49,10 @@ macro_rules! cells {
 }
 
 macro_rules! one_dialect {
-    ($dialect:ident => {$($name:ident: $what:ident, $when:ident => $told:pat,)*}) => {
+    ($dialect:ident => {$($name:ident: $what:ident, $when:ident => $expected:pat,)*}) => {
         $(#[test]
         fn $name() {
-            cell(Dialect::$dialect, What::$what, When::$when, |fault| matches!(fault, $told));
+            cell(Dialect::$dialect, FaultKind::$what, When::$when, |fault| matches!(fault, $expected));
         })*
     };
 }
@@ -87,36 +87,36 @@ cells! { Grbl: grbl, GrblHal: grbl_hal, FluidNc: fluid_nc => {
     another_device_while_moving: AnotherDevice, Moving => StageError::Gone { .. } | StageError::WrongDevice { .. },
 }}
 
-// GRBL 1.1 answers nothing while homing; the others do, and are missed.
+// GRBL 1.1 answers nothing while homing; the silence of the others is detected.
 cells! { GrblHal: grbl_hal_homing, FluidNc: fluid_nc_homing => {
     silence_while_homing: Silence, Homing => StageError::NoReply { .. },
     garbage_while_homing: Garbage, Homing => StageError::Garbage { .. } | StageError::NoReply { .. },
 }}
 
-fn cell(dialect: Dialect, what: What, when: When, told: impl Fn(&StageError) -> bool) {
+fn cell(dialect: Dialect, what: FaultKind, when: When, expected: impl Fn(&StageError) -> bool) {
     let mut config = SimulatorConfig::of(dialect);
-    // As grblHAL wants to be set: else its silence while homing is no fault.
+    // The recommended setting of grblHAL: otherwise its silence while homing is not a fault.
     config.report_mask |= 1 << 12;
     let bench = bench(config);
     let (mut stage, mut laser) = bench.open();
     bring_to(&bench, &mut stage, &mut laser, when);
     let begin = crate::time::now();
-    happen(&bench, dialect, what);
-    wait_until(NAMED_LIMIT + SLACK, "the fault is named", || {
+    trigger_event(&bench, dialect, what);
+    wait_until(NAMED_LIMIT + SLACK, "the fault is reported", || {
         if matches!(when, When::Shining | When::ShiningAndMoving) {
             laser.renew(Duration::from_secs(1)).ok();
         }
         stage.poll().is_err()
     });
-    println!("{dialect:?} {what:?} {when:?}: named after {:?}", crate::time::since(begin));
+    println!("{dialect:?} {what:?} {when:?}: reported after {:?}", crate::time::since(begin));
     let fault = stage.poll().unwrap_err();
-    assert!(told(&fault), "told as: {fault}");
-    assert!(stage.poll().is_err(), "told once, then not any more");
+    assert!(expected(&fault), "reported as: {fault}");
+    assert!(stage.poll().is_err(), "reported once only");
     assert!(stage.start_move(0.0, 10.0).is_err(), "a move was accepted in spite of the fault");
     assert!(laser.switch_on(0.5, Duration::from_secs(1)).is_err(), "light was granted in spite of the fault");
     let witness = bench.simulator.witness();
     let dark_limit = if dialect == Dialect::FluidNc { DARK_LIMIT + FLUID_NC_PAUSES } else { DARK_LIMIT };
-    wait_until(dark_limit + SLACK, "it is dark and rests", || !witness.light() && !witness.moving());
+    wait_until(dark_limit + SLACK, "it is off and at rest", || !witness.light() && !witness.moving());
     comes_back_ready(&bench, &mut stage, &mut laser, what);
 }
 
@@ -126,10 +126,10 @@ fn bring_to(bench: &Bench, stage: &mut GrblStage, laser: &mut GrblLaser, when: W
     rest(stage);
     if matches!(when, When::Shining | When::ShiningAndMoving) {
         laser.switch_on(0.5, Duration::from_secs(1)).unwrap();
-        wait_until(SLACK, "it shines", || bench.light());
+        wait_until(SLACK, "it is on", || bench.light());
     }
     match when {
-        // Slow enough to outlast every fault's naming: 8 mm at 4 mm/s.
+        // Slow enough to last longer than any fault takes to be reported: 8 mm at 4 mm/s.
         When::Moving | When::ShiningAndMoving => drop(stage.start_move(4.0, 4.0).unwrap()),
         When::Homing => stage.start_home().unwrap(),
         When::Ready | When::Shining => return,
@@ -137,25 +137,25 @@ fn bring_to(bench: &Bench, stage: &mut GrblStage, laser: &mut GrblLaser, when: W
     wait_until(SLACK, "it moves", || bench.simulator.witness().moving());
 }
 
-fn happen(bench: &Bench, dialect: Dialect, what: What) {
+fn trigger_event(bench: &Bench, dialect: Dialect, what: FaultKind) {
     match what {
-        What::Silence => bench.simulator.fail(LineFault::Silence),
-        What::Garbage => bench.simulator.fail(LineFault::Garbage),
-        What::HardLimit => bench.simulator.happen(Event::Alarm(1)),
-        What::Unplugged => bench.simulator.unplug(),
-        What::Restart => bench.simulator.restart(),
-        What::Stall => bench.simulator.happen(Event::Stall),
-        What::AnotherDevice => {
+        FaultKind::Silence => bench.simulator.fail(LineFault::Silence),
+        FaultKind::Garbage => bench.simulator.fail(LineFault::Garbage),
+        FaultKind::HardLimit => bench.simulator.trigger_event(Event::Alarm(1)),
+        FaultKind::Unplugged => bench.simulator.unplug(),
+        FaultKind::Restart => bench.simulator.restart(),
+        FaultKind::Stall => bench.simulator.trigger_event(Event::Stall),
+        FaultKind::AnotherDevice => {
             bench.simulator.replug_as(SimulatorConfig { name: "another".into(), ..SimulatorConfig::of(dialect) })
         }
     }
 }
 
-/// The cause is removed and the fault acknowledged: nothing moves or shines by itself, and no position is told.
-fn comes_back_ready(bench: &Bench, stage: &mut GrblStage, laser: &mut GrblLaser, what: What) {
+/// The cause is removed and the fault acknowledged: no motion, laser off, and no position reported.
+fn comes_back_ready(bench: &Bench, stage: &mut GrblStage, laser: &mut GrblLaser, what: FaultKind) {
     let mark = bench.simulator.witness().mark();
     match what {
-        What::Unplugged => bench.simulator.replug(),
+        FaultKind::Unplugged => bench.simulator.replug(),
         _ => bench.simulator.repair(),
     }
     if stage.clear_fault().is_err() {
@@ -166,8 +166,8 @@ fn comes_back_ready(bench: &Bench, stage: &mut GrblStage, laser: &mut GrblLaser,
     });
     let state = stage.poll().unwrap();
     assert!(!state.moving && !state.homed && state.position_mm.is_none(), "came back {state:?}");
-    assert!(!laser.poll().unwrap().emitting, "came back shining");
-    assert!(!bench.light(), "came back shining");
+    assert!(!laser.poll().unwrap().emitting, "came back with the laser on");
+    assert!(!bench.light(), "came back with the laser on");
     assert_eq!(bench.simulator.witness().n_motions_since(mark), 0, "a motion was repeated");
     home(stage);
     stage.start_move(1.0, 50.0).unwrap();
@@ -180,7 +180,7 @@ fn a_grbl_that_never_ends_homing_is_missed_at_the_homing_limit() {
     let mut bench = super::sound_bench();
     bench.config.homing_limit = Duration::from_millis(400);
     let (mut stage, _laser) = bench.open();
-    bench.simulator.happen(Event::NoAcknowledgement);
+    bench.simulator.trigger_event(Event::NoAcknowledgement);
     stage.start_home().unwrap();
     wait_until(Duration::from_millis(400) + SLACK, "the limit is noticed", || stage.poll().is_err());
     let fault = stage.poll().unwrap_err();
@@ -192,7 +192,7 @@ fn an_m5_that_is_not_acknowledged_is_followed_by_a_reset() {
     let bench = super::sound_bench();
     let (_stage, mut laser) = bench.open();
     laser.switch_on(0.5, Duration::from_secs(1)).unwrap();
-    bench.simulator.happen(Event::NoAcknowledgement);
+    bench.simulator.trigger_event(Event::NoAcknowledgement);
     let mark = bench.simulator.witness().mark();
     laser.switch_off().unwrap();
     wait_until(DARK_LIMIT + SLACK, "a reset follows", || {
@@ -202,13 +202,13 @@ fn an_m5_that_is_not_acknowledged_is_followed_by_a_reset() {
 }
 
 #[test]
-fn light_that_nobody_asked_for_is_reset_and_told() {
+fn unrequested_light_is_reset_and_reported() {
     let bench = super::sound_bench();
     let (stage, mut laser) = bench.open();
-    bench.simulator.happen(Event::StrayLight);
-    wait_until(SLACK, "it shines", || bench.light());
-    wait_until(NAMED_LIMIT + SLACK, "it is named", || laser.poll().is_err());
-    wait_until(DARK_LIMIT + SLACK, "it is dark", || !bench.light());
+    bench.simulator.trigger_event(Event::StrayLight);
+    wait_until(SLACK, "it is on", || bench.light());
+    wait_until(NAMED_LIMIT + SLACK, "it is reported", || laser.poll().is_err());
+    wait_until(DARK_LIMIT + SLACK, "it is off", || !bench.light());
     drop(stage);
 }
 
@@ -220,6 +220,8 @@ fn another_controller_at_the_same_place_is_refused_by_its_name() {
     bench.simulator.replug_as(SimulatorConfig { name: "another".into(), ..Default::default() });
     wait_until(NAMED_LIMIT + SLACK, "the change is noticed", || stage.poll().is_err());
     stage.reconnect().unwrap();
-    wait_until(NAMED_LIMIT + SLACK, "it is named", || matches!(stage.poll(), Err(StageError::WrongDevice { .. })));
+    wait_until(NAMED_LIMIT + SLACK, "it is reported", || {
+        matches!(stage.poll(), Err(StageError::WrongDevice { .. }))
+    });
     assert!(laser.poll().is_err(), "the laser of another controller was taken for ours");
 }

@@ -1,13 +1,13 @@
-//! The driver over real firmware that was compiled for this computer, behind a pseudo-terminal.
+//! The driver over real firmware compiled for this computer, connected by a pseudo-terminal.
 //!
 //! `SHEAF_GRBLHAL` is the program of github.com/grblHAL/Simulator, `SHEAF_GRBL` that of github.com/grbl/grbl-sim with
-//! gnea/grbl; neither is part of this project. Where the program is built with a limit switch, homing finds its zero;
-//! else it fails as without a switch, and what needs a zero is left out, which is printed.
+//! gnea/grbl; neither is part of this project. If the program has a limit switch, homing finds its zero; otherwise
+//! homing fails, and the tests that need a zero are left out, which is printed.
 //!
 //! ```sh
 //! SHEAF_GRBLHAL=… cargo test -p sheaf-devices real_grbl_hal -- --ignored --nocapture
 //! ```
-//! Not shown here: times of a real board. The simulated processors take turns with the tests.
+//! Not covered: times of a real board. The simulated processors share the machine with the tests.
 
 use std::fs::{File, OpenOptions};
 use std::io::{Read, Write};
@@ -31,13 +31,13 @@ use crate::{Laser, Stage, StageError};
 /// Longest homing and longest move of these tests.
 const MOTION_LIMIT: Duration = Duration::from_secs(60);
 
-/// Few, so that a simulated processor keeps up with its step pulses on a busy computer.
+/// Low, so that a simulated processor keeps up with its step pulses on a busy computer.
 const STEPS_PER_MM: f64 = 50.0;
 
-/// How often each stop is measured.
+/// Measurements of each stop.
 const N_STOPS: usize = 10;
 
-/// Settings that both firmwares know: a stage of 200 mm, 100 mm/s and 500 mm/s², a laser, homing.
+/// Settings supported by both firmwares: a stage of 200 mm, 100 mm/s and 500 mm/s², a laser, homing.
 const SETTINGS: [&str; 11] = [
     "$X",
     "$100=50",
@@ -55,7 +55,7 @@ const SETTINGS: [&str; 11] = [
 /// Only X is homed in grblHAL.
 const GRBL_HAL_SETTINGS: [&str; 3] = ["$44=1", "$45=0", "$46=0"];
 
-/// A program that plays a controller.
+/// A program that simulates a controller.
 struct Controller {
     child: Child,
     port: PathBuf,
@@ -84,11 +84,11 @@ impl Controller {
             .stderr(Stdio::null())
             .spawn()
             .unwrap();
-        // The line is made raw again: the program may have set its own end otherwise.
+        // The line is set to raw mode again: the program may have configured its own end differently.
         std::thread::sleep(Duration::from_millis(500));
         tcsetattr(&ends.slave, SetArg::TCSANOW, &raw).unwrap();
         let controller = Self { child, port, _computer: ends.slave, _folder: folder };
-        // What is sent before its banner is lost.
+        // Data sent before its banner are lost.
         controller.read_until("for help]");
         std::thread::sleep(Duration::from_millis(500));
         Some(controller)
@@ -116,7 +116,7 @@ impl Controller {
         }
     }
 
-    /// Past the driver.
+    /// Writes bytes directly, bypassing the driver.
     fn press(&self, bytes: &[u8]) {
         self.line().write_all(bytes).unwrap();
     }
@@ -169,7 +169,7 @@ fn all(controller: &Controller) {
     a_dead_host_is_followed_by_a_new_one(controller);
 }
 
-/// Whether it found its zero. A failed homing can be cleared.
+/// Homes it; returns whether it found its zero. A failed homing can be cleared.
 fn home(stage: &mut GrblStage) -> bool {
     let begun_at = Instant::now();
     stage.start_home().unwrap();
@@ -202,15 +202,15 @@ fn at_rest(stage: &mut GrblStage) -> f64 {
     stage.poll().unwrap().position_mm.expect("the position is kept")
 }
 
-/// Until it is on its way.
+/// Waits until it is in motion.
 fn under_way(stage: &mut GrblStage) {
     let from_mm = stage.poll().unwrap().position_mm.unwrap();
-    wait_until(MOTION_LIMIT, "it is on its way", || {
+    wait_until(MOTION_LIMIT, "it is moving", || {
         (stage.poll().unwrap().position_mm.unwrap() - from_mm).abs() > 5.0
     });
 }
 
-fn told(what: &str, mut times: Vec<Duration>) {
+fn print_times(what: &str, mut times: Vec<Duration>) {
     times.sort();
     println!("{what}: median {:?}, max {:?} of {}", times[times.len() / 2], times[times.len() - 1], times.len());
 }
@@ -226,7 +226,7 @@ fn moves_stop(stage: &mut GrblStage) {
         assert!((at_mm - target_mm).abs() > 1.0, "it went on to {at_mm} mm");
         called_at.elapsed()
     });
-    told("Stop of a move at 40 mm/s to rest, told and ready", times.collect());
+    print_times("Stop of a move at 40 mm/s to rest, reported and ready", times.collect());
 }
 
 fn jogs_stop(stage: &mut GrblStage) {
@@ -240,18 +240,18 @@ fn jogs_stop(stage: &mut GrblStage) {
         assert!((at_mm - target_mm).abs() > 1.0, "it went on to {at_mm} mm");
         called_at.elapsed()
     });
-    told("Stop of a jog at 20 mm/s to rest, told and ready", times.collect());
+    print_times("Stop of a jog at 20 mm/s to rest, reported and ready", times.collect());
 }
 
-/// With light a stop waits for rest for 0.3 s only, then it is dark at the price of the position: a simulated processor
-/// that lags loses it now and then.
+/// With the laser on a stop waits for rest for only 0.3 s, then the laser is turned off at the cost of the position: a
+/// simulated processor that lags loses it occasionally.
 fn light_stops(stage: &mut GrblStage, laser: &mut GrblLaser) {
     let mut n_lost = 0;
     let mut times = Vec::new();
     for _ in 0..N_STOPS {
         let target_mm = if at_rest(stage) > 0.0 { -40.0 } else { 40.0 };
         laser.switch_on(0.5, Duration::from_secs(1)).unwrap();
-        wait_until(MOTION_LIMIT, "it shines", || laser.poll().unwrap().emitting);
+        wait_until(MOTION_LIMIT, "it is on", || laser.poll().unwrap().emitting);
         stage.start_move(target_mm, 20.0).unwrap();
         let begun_at = Instant::now();
         while begun_at.elapsed() < Duration::from_millis(700) {
@@ -261,7 +261,7 @@ fn light_stops(stage: &mut GrblStage, laser: &mut GrblLaser) {
         }
         let called_at = Instant::now();
         stage.stop().unwrap();
-        wait_until(MOTION_LIMIT, "it is told dark", || !laser.poll().unwrap().emitting);
+        wait_until(MOTION_LIMIT, "it is reported off", || !laser.poll().unwrap().emitting);
         times.push(called_at.elapsed());
         wait_until(MOTION_LIMIT, "it rests", || !stage.poll().unwrap().moving);
         if !stage.poll().unwrap().homed {
@@ -269,20 +269,20 @@ fn light_stops(stage: &mut GrblStage, laser: &mut GrblLaser) {
             assert!(home(stage), "homed once, and not again");
         }
     }
-    told("Stop of a move with light to dark, told", times);
+    print_times("Stop of a move with light to off, reported", times);
     println!("of these, {n_lost} cost the position");
 }
 
 fn alarms_are_recovered_from(controller: &Controller, stage: &mut GrblStage) {
-    // A reset past the driver, on the way: ALARM:3.
+    // A reset in motion, bypassing the driver: ALARM:3.
     let target_mm = if at_rest(stage) > 0.0 { -40.0 } else { 40.0 };
     stage.start_move(target_mm, 20.0).unwrap();
     under_way(stage);
     controller.press(&[0x18]);
     recovers(stage, 3);
     assert!(home(stage), "homed once, and not again");
-    // A target beyond the travel: ALARM:2, after which a reset in the pause is lost.
-    // Three answers that nobody waits for would be taken for garbage.
+    // A target beyond the travel: ALARM:2, after which a reset during the pause is lost.
+    // Three unsolicited answers would be taken for garbage.
     controller.press(b"$20=1\n");
     std::thread::sleep(GRBL_GARBAGE_WINDOW);
     controller.press(b"G90G53G1X-900F600\n");
@@ -294,17 +294,17 @@ fn alarms_are_recovered_from(controller: &Controller, stage: &mut GrblStage) {
 
 fn recovers(stage: &mut GrblStage, expected: u32) {
     let begun_at = Instant::now();
-    wait_until(MOTION_LIMIT, "the alarm is told", || stage.poll().is_err());
+    wait_until(MOTION_LIMIT, "the alarm is reported", || stage.poll().is_err());
     let fault = stage.poll().unwrap_err();
     assert!(matches!(fault, StageError::Alarm { code, .. } if code == expected), "{fault}");
     let told_after = begun_at.elapsed();
     stage.clear_fault().unwrap();
     wait_until(MOTION_LIMIT, "the alarm is cleared", || stage.poll().is_ok());
     wait_until(MOTION_LIMIT, "it rests", || !stage.poll().unwrap().moving);
-    println!("ALARM:{expected}: told after {told_after:?}, cleared after {:?}", begun_at.elapsed());
+    println!("ALARM:{expected}: reported after {told_after:?}, cleared after {:?}", begun_at.elapsed());
 }
 
-/// A line whose owner is killed: from then on nothing more is written.
+/// A line whose owner is killed: from then on nothing is written.
 struct Mortal(PortLine, Arc<AtomicBool>);
 
 impl SerialLine for Mortal {
@@ -346,7 +346,7 @@ fn a_dead_host_is_followed_by_a_new_one(controller: &Controller) {
     std::thread::sleep(Duration::from_millis(500));
     killed.store(true, Ordering::SeqCst);
     drop((stage, laser));
-    // No byte came; what the controller does now, it does by itself. A second later it is asked, past any driver.
+    // No byte was sent; the controller's behaviour is now its own. A second later it is queried, bypassing the driver.
     std::thread::sleep(Duration::from_secs(1));
     let mut line = controller.line();
     line.write_all(b"?").unwrap();
@@ -355,11 +355,11 @@ fn a_dead_host_is_followed_by_a_new_one(controller: &Controller) {
     let n = line.read(&mut said).unwrap();
     let said = String::from_utf8_lossy(&said[..n]).into_owned();
     let last = said.lines().rfind(|line| line.starts_with('<')).unwrap_or("nothing").to_owned();
-    println!("a second after its host was killed it says {last}");
+    println!("a second after its host was killed it reports {last}");
     drop(line);
     let begun_at = Instant::now();
     let (mut stage, mut laser) = open(&config).unwrap();
-    println!("opened again, dark and at rest, after {:?}", begun_at.elapsed());
+    println!("opened again, off and at rest, after {:?}", begun_at.elapsed());
     assert!(!laser.poll().unwrap().emitting && !stage.poll().unwrap().homed);
     assert!(home(&mut stage));
 }

@@ -1,7 +1,7 @@
-//! The driver over the simulated firmware, whose witness is asked what really happened.
+//! The driver over the simulated firmware, whose witness records what really happened.
 //!
-//! Not shown here: that a real board behaves like the simulation. The simulation follows the firmware's source and
-//! documents as far as `server/docs/devices/grbl.md` says.
+//! Not covered: that a real board behaves like the simulation. The simulation follows the firmware's source and
+//! documents as described in `server/docs/devices/grbl.md`.
 
 mod dialects;
 mod dialogue;
@@ -23,28 +23,28 @@ use crate::simulators::grbl_simulator::{GrblSimulator, SimulatorConfig};
 use crate::time::{Membership, simulate};
 use crate::{Stage, StageError, StageState};
 
-/// What the operating system may add where processors are free.
+/// Time that the operating system may add on an idle machine.
 const SLACK: Duration = Duration::from_millis(250);
 
 /// Steps per mm of the simulated stage.
 const STEPS_PER_MM: f64 = 400.0;
 
-/// A simulated controller, and how the driver is told to find it.
+/// A simulated controller, with the configuration of the driver.
 struct Bench {
     simulator: Arc<GrblSimulator>,
     config: GrblConfig,
     _folder: TempDir,
-    /// The last to go: everything above lives by it.
+    /// Dropped last: everything above uses it.
     _clock: Option<Membership>,
 }
 
-/// A controller of this kind; the stage's zero is 6 mm before the switch, its travel 8 mm.
-/// Test and bench live by a simulated clock.
+/// A controller of this kind; the stage's zero is 6 mm before the switch, its travel 8 mm. Test and bench use a
+/// simulated clock.
 fn bench(kind: SimulatorConfig) -> Bench {
     bench_under(simulate(), kind)
 }
 
-/// As [`bench`], over a pseudo-terminal and by the computer's clock.
+/// As [`bench`], over a pseudo-terminal and with the real clock.
 fn bench_in_real_time(kind: SimulatorConfig) -> Bench {
     bench_under(None, kind)
 }
@@ -91,7 +91,7 @@ fn wait_until(limit: Duration, what: &str, mut seen: impl FnMut() -> bool) {
     }
 }
 
-/// Waits until it rests; where.
+/// Waits until it is at rest; returns its state.
 fn rest(stage: &mut GrblStage) -> StageState {
     wait_until(Duration::from_secs(5), "it comes to rest", || !stage.poll().unwrap().moving);
     stage.poll().unwrap()

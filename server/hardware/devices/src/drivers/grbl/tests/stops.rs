@@ -1,4 +1,4 @@
-//! A stop's way from the call to the controller, while everything else goes on.
+//! The path of a stop from the call to the controller, under concurrent load.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
@@ -11,17 +11,17 @@ use crate::params::GRBL_SILENCE;
 use crate::simulators::grbl_simulator::SimulatorConfig;
 use crate::{Laser, Stage};
 
-/// `promises.md` 4, from server in to byte out; the driver's part alone must keep it too.
+/// `promises.md` 4, from request to byte; the driver's part alone must meet it too.
 const P99_LIMIT: Duration = Duration::from_millis(50);
-/// The same, for the slowest.
+/// The same for the maximum.
 const MAX_LIMIT: Duration = Duration::from_millis(200);
-/// As many as the promise is measured with.
+/// Sample size of the promise.
 const N_STOPS: usize = 200;
 
-/// What the processor takes away from a stop for the tests, between its byte and its word to the session.
+/// Delay injected between a stop's byte and its message to the session.
 const TAKEN_AWAY: Duration = Duration::from_millis(60);
 
-/// A line over which stops are kept from the processor right after their byte went out.
+/// A line in which the thread of a stop is delayed right after its byte was sent.
 struct Interrupted(PortLine);
 
 impl SerialLine for Interrupted {
@@ -63,12 +63,12 @@ fn an_answer_that_overtakes_its_stop_is_still_its_answer() {
     let (mut stage, _laser) = open_line(&bench.config, Box::new(line)).unwrap();
     home(&mut stage);
     stage.start_move(4.0, 20.0).unwrap();
-    // The reset that follows the first is answered before the call is back.
+    // The reset that follows the first stop is answered before the call returns.
     for _ in 0..3 {
         stage.stop().unwrap();
     }
     let stopped_at = crate::time::now();
-    // Longer than an answer is waited for: a reset that is still waited for would be missed by then.
+    // Longer than the answer's timeout: a reset still pending would be reported as missing by then.
     wait_until(Duration::from_secs(5), "time for an answer to be missed", || {
         stage.poll().unwrap();
         crate::time::since(stopped_at) > GRBL_SILENCE + SLACK
@@ -80,7 +80,7 @@ fn an_answer_that_overtakes_its_stop_is_still_its_answer() {
     );
 }
 
-/// Every stop arrives, whatever else goes on; how fast is for the test below.
+/// Every stop arrives under any load; the latency is tested below.
 #[test]
 fn of_two_hundred_stops_under_load_each_reaches_the_controller() {
     stop_latencies();
@@ -116,7 +116,7 @@ fn stop_latencies() -> Vec<Duration> {
     })
 }
 
-/// Lets the other thread end, also when this one panics.
+/// Ends the other thread, also when this one panics.
 struct EndOnDrop<'a>(&'a AtomicBool);
 
 impl Drop for EndOnDrop<'_> {
@@ -130,7 +130,7 @@ fn stop_latency(bench: &super::Bench, stage: &mut crate::drivers::grbl::GrblStag
     let at_mm = rest(stage).position_mm.unwrap_or_else(|| panic!("stop {idx} cost the position"));
     let target_mm = if at_mm > 0.0 { -4.0 } else { 4.0 };
     stage.start_move(target_mm, 20.0).unwrap();
-    // At different times of the move, by no clock: 0 to 9 polls later.
+    // At different times of the move, independent of a clock: 0 to 9 polls later.
     for _ in 0..idx % 10 {
         stage.poll().unwrap();
         crate::time::sleep(Duration::from_millis(1));
@@ -145,7 +145,7 @@ fn stop_latency(bench: &super::Bench, stage: &mut crate::drivers::grbl::GrblStag
 }
 
 #[test]
-fn a_stop_keeps_the_position_and_darkens() {
+fn a_stop_keeps_the_position_and_turns_the_laser_off() {
     let bench = sound_bench();
     let (mut stage, mut laser) = bench.open();
     home(&mut stage);
@@ -156,7 +156,7 @@ fn a_stop_keeps_the_position_and_darkens() {
     super::wait_until(super::SLACK + Duration::from_millis(500), "dark", || !bench.light());
     let state = rest(&mut stage);
     assert!(state.homed && state.position_mm.is_some(), "a stop cost the position: {state:?}");
-    assert!(!laser.poll().unwrap().emitting, "stopped, and the laser is told to shine");
+    assert!(!laser.poll().unwrap().emitting, "stopped, and the laser is commanded on");
 }
 
 #[test]
@@ -178,7 +178,7 @@ fn a_hold_that_goes_out_behind_a_reset_does_not_stay() {
     let bench = sound_bench();
     let (mut stage, _laser) = bench.open();
     home(&mut stage);
-    // Some of so many meet the moment between a reset and its banner.
+    // Some of these hit the moment between a reset and its banner.
     for idx in 0..60 {
         stage.stop().unwrap();
         crate::time::sleep(Duration::from_micros(500 * (idx % 20)));

@@ -1,4 +1,4 @@
-//! The suite every stage and laser passes.
+//! The contract suite of stage and laser.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -23,7 +23,7 @@ fn passes_as_laser(bench: &Bench) {
     let witness = bench.simulator.witness().clone();
     let profile = LaserProfile {
         light: Some(Box::new(move || witness.light())),
-        // `promises.md` 3: dark within 0.5 s.
+        // `promises.md` 3: off within 0.5 s.
         reaction_limit: Duration::from_millis(500),
         cable: Some(cable(bench)),
     };
@@ -87,7 +87,7 @@ fn a_stage_that_is_locked_until_it_is_homed_passes_the_suite() {
 }
 
 fn stage_profile(bench: &Bench, dialect: Dialect) -> StageProfile {
-    // A stopped homing is an alarm, and nothing else happens in the pause after it.
+    // A stopped homing is an alarm, followed by the pause.
     let alarm_pause = Duration::from_millis(if dialect == Dialect::GrblHal { 100 } else { 500 });
     StageProfile {
         speed_mm_s: 20.0,

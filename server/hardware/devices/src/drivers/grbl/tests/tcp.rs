@@ -1,4 +1,5 @@
-//! FluidNC over TCP: its telnet port, played on the loopback address by a bridge to the simulated firmware's terminal.
+//! FluidNC over TCP: its telnet port, simulated on the loopback address by a bridge to the simulated firmware's
+//! terminal.
 
 use parking_lot::Mutex;
 use std::fs::OpenOptions;
@@ -12,10 +13,10 @@ use crate::contract::{self, LaserProfile, StageProfile};
 use crate::simulators::grbl_simulator::{Dialect, SimulatorConfig};
 use crate::{Stage, StageError};
 
-/// Asks for an option, as a telnet server may: DO SUPPRESS-GO-AHEAD.
+/// Requests an option, as a telnet server may: DO SUPPRESS-GO-AHEAD.
 const NEGOTIATION: [u8; 3] = [0xff, 0xfd, 0x03];
 
-/// Passes bytes between whoever connects and the terminal at the bench's place, one connection after the other.
+/// Passes bytes between a client and the terminal at the bench's path, one connection at a time.
 struct Bridge {
     port: u16,
     connection: Arc<Mutex<Option<TcpStream>>>,
@@ -92,7 +93,7 @@ fn a_laser_over_tcp_passes_the_suite_but_for_its_cable() {
 }
 
 #[test]
-fn a_connection_that_is_cut_is_gone_within_a_second_and_comes_back_unhomed() {
+fn a_lost_connection_is_reported_within_a_second_and_returns_unhomed() {
     let (bench, bridge) = bench_over_tcp();
     let (mut stage, _laser) = bench.open();
     home(&mut stage);

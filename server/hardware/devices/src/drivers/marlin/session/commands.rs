@@ -1,8 +1,8 @@
-//! What stage and laser ask for.
+//! Commands of stage and laser.
 
 use std::time::{Duration, Instant};
 
-use super::{Activity, Device, LineKind, Link, Lit, Session, Stopping, Travel, being_opened, for_laser};
+use super::{Activity, Device, LaserLease, LineKind, Link, Session, Stopping, Travel, being_opened, for_laser};
 use crate::drivers::controller::{LaserDialogue, StageDialogue};
 use crate::drivers::stage_checks::{check_numbers, check_travel};
 use crate::lines::serial_controller::Dialogue;
@@ -23,7 +23,7 @@ impl StageDialogue for Session {
 
     fn start_home(&mut self, now: Instant) -> Result<Option<u64>, StageError> {
         self.ready_to_move()?;
-        self.go_dark(now);
+        self.turn_laser_off(now);
         self.homed = false;
         self.activity = Activity::Homing { begun_at: now, done_at: None };
         let letter = self.config.axis.letter();
@@ -106,21 +106,22 @@ impl StageDialogue for Session {
         }
     }
 
-    /// Opens the line again, unless that is under way; a sound controller is stopped and darkened instead.
+    /// Reopens the line, unless that is in progress; if the controller works, it is stopped and its laser turned off
+    /// instead.
     fn reconnect(&mut self, now: Instant) {
-        if self.wants_open || matches!(self.link, Link::Opening(_)) {
+        if self.should_be_open || matches!(self.link, Link::Opening(_)) {
             return;
         }
         if let Some((StageError::Rejected { .. }, Device::Laser)) = self.fault {
             self.fault = None;
         }
         if self.fault.is_none() {
-            self.go_dark(now);
+            self.turn_laser_off(now);
             self.begin_stop(None, now);
             return;
         }
         self.down(being_opened());
-        self.wants_open = true;
+        self.should_be_open = true;
     }
 
     fn stage_error(refusal: &StageError) -> StageError {
@@ -129,7 +130,7 @@ impl StageDialogue for Session {
 }
 
 impl LaserDialogue for Session {
-    /// The firmware does not say how it was built.
+    /// The firmware does not state its build options.
     fn lost_host(&self) -> &'static str {
         "the laser goes off a second after the last motion (LASER_SAFETY_TIMEOUT_MS as delivered); firmware built \
          without that timeout leaves it on until it is reset"
@@ -142,7 +143,7 @@ impl LaserDialogue for Session {
                 "the stage is moving or being stopped, and the controller would wait for its end".to_owned();
             return Err(LaserError::Fault { reason, remedy: "wait until the stage rests" });
         }
-        self.lit = Some(Lit { power, until: now + lease.min(LASER_LEASE_LIMIT) });
+        self.lit = Some(LaserLease { power, until: now + lease.min(LASER_LEASE_LIMIT) });
         self.light_kept_at = Some(now);
         Ok(self.want(format!("M3 S{:.0}", power * self.config.full_power), LineKind::LaserOn))
     }
@@ -155,14 +156,14 @@ impl LaserDialogue for Session {
         Ok(())
     }
 
-    /// Goes dark; the ticket of the line that does it.
+    /// Switches the laser off; returns the ticket of the line that does so.
     fn switch_off(&mut self, now: Instant) -> Option<u64> {
-        self.go_dark(now);
+        self.turn_laser_off(now);
         let off = self.wanted.iter().chain(self.pending.as_ref().map(|pending| &pending.wanted));
         off.filter(|wanted| wanted.kind == LineKind::LaserOff).map(|wanted| wanted.ticket).max()
     }
 
-    /// What concerns a laser that is only asked: whether its state is known. Over a sound link it is.
+    /// Checks that the laser's state is known. Over a working link it is.
     fn laser_known(&self) -> Result<(), LaserError> {
         match &self.fault {
             Some((fault, _)) if !matches!(self.link, Link::Up) => Err(for_laser(fault)),
@@ -171,7 +172,7 @@ impl LaserDialogue for Session {
         }
     }
 
-    /// The laser as far as it is known.
+    /// The laser's last known state.
     fn laser_state(&self) -> LaserState {
         LaserState {
             emitting: self.lit.is_some(),
@@ -210,13 +211,13 @@ impl Session {
         Ok((AcceptedMove { target_mm, speed_mm_s }, None))
     }
 
-    /// Sound, and nothing under way.
+    /// Checks that there is no fault and nothing in progress.
     fn ready_to_move(&self) -> Result<(), StageError> {
         self.sound()?;
         if self.activity != Activity::Rest { Err(StageError::Moving) } else { Ok(()) }
     }
 
-    /// What moves runs out: no piece follows, and the firmware says when nothing moves any more.
+    /// The current pieces run out: no piece follows, and the firmware reports when nothing moves.
     pub(super) fn begin_stop(&mut self, then: Option<Travel>, now: Instant) {
         match self.activity {
             Activity::Travel(travel) => {
@@ -235,7 +236,7 @@ impl Session {
     }
 
     /// `M5`, before anything else that waits; it comes after the motion, so that a move is stopped.
-    pub(super) fn go_dark(&mut self, now: Instant) {
+    pub(super) fn turn_laser_off(&mut self, now: Instant) {
         let Some(_) = self.lit.filter(|_| self.dark_by.is_none()) else { return };
         let mut limit = MARLIN_DARK_LIMIT;
         if let Activity::Travel(travel) = self.activity {
@@ -243,7 +244,7 @@ impl Session {
             self.begin_stop(None, now);
         }
         self.dark_by = Some(now + limit);
-        // A light that was not sent yet is not sent any more.
+        // A light that was not sent yet is no longer sent.
         self.wanted.retain(|wanted| wanted.kind != LineKind::LaserOn);
         self.want("M5".to_owned(), LineKind::LaserOff);
         self.wanted.rotate_right(1);

@@ -1,4 +1,4 @@
-//! The session as the thread of a controller drives it.
+//! The session's interface to the thread of a controller.
 
 use std::time::{Duration, Instant};
 
@@ -6,23 +6,23 @@ use super::{Activity, Device, HALT, Link, Session, halted};
 use crate::StageError;
 use crate::lines::serial_controller::{Dialogue, StopBytes};
 
-/// Longest sleep of the thread at rest and in the dark; its queries are slower.
+/// Longest sleep of the thread at rest with the laser off; its queries are slower.
 const RESTING_WAIT: Duration = Duration::from_millis(40);
 
 /// Longest sleep while something moves, the laser is on or an answer is awaited.
 const BUSY_WAIT: Duration = Duration::from_millis(5);
 
-/// A stop by sending no more.
+/// A stop in which no more is sent.
 const RUN_OUT: u8 = 0;
 
-/// A stop by halting for good: homing takes nothing else.
+/// A stop by a permanent halt: homing accepts nothing else.
 const HALTED: u8 = 1;
 
 impl Dialogue for Session {
     type Fault = StageError;
 
-    fn wants_open(&self) -> bool {
-        self.wants_open
+    fn should_be_open(&self) -> bool {
+        self.should_be_open
     }
 
     fn is_down(&self) -> bool {
@@ -30,7 +30,7 @@ impl Dialogue for Session {
     }
 
     fn opened_or_failed(&self) -> bool {
-        !self.wants_open && !matches!(self.link, Link::Opening(_))
+        !self.should_be_open && !matches!(self.link, Link::Opening(_))
     }
 
     fn sound(&self) -> Result<(), StageError> {
@@ -42,7 +42,7 @@ impl Dialogue for Session {
     }
 
     fn line_unopened(&mut self, reason: String) {
-        self.wants_open = false;
+        self.should_be_open = false;
         self.down(StageError::Gone { reason });
     }
 
@@ -52,7 +52,7 @@ impl Dialogue for Session {
 
     fn received(&mut self, bytes: &[u8], now: Instant) {
         for &byte in bytes {
-            self.heard_at = Some(now);
+            self.received_at = Some(now);
             if let Some(line) = self.reader.take(byte, now) {
                 self.line(&line, now);
             }
@@ -93,12 +93,12 @@ impl Dialogue for Session {
             self.outgoing = HALT.to_vec();
             return;
         }
-        self.go_dark(now);
+        self.turn_laser_off(now);
         self.begin_stop(None, now);
     }
 
     /// A stop that the thread has announced holds: nothing is sent after it.
-    fn retells(&self, _code: u8) -> bool {
+    fn announces_again(&self, _code: u8) -> bool {
         false
     }
 

@@ -1,4 +1,4 @@
-//! What is sent next.
+//! Selection of the next line.
 
 use std::time::{Duration, Instant};
 
@@ -9,14 +9,14 @@ use crate::params::{
 };
 
 impl Session {
-    /// Puts a line behind those that are wanted; its ticket.
+    /// Queues a line; returns its ticket.
     pub(super) fn want(&mut self, text: String, kind: LineKind) -> u64 {
         self.next_ticket += 1;
         self.wanted.push_back(Wanted { ticket: self.next_ticket, text, kind });
         self.next_ticket
     }
 
-    /// Sends the next line, if none is under way.
+    /// Sends the next line, if none is pending.
     pub(super) fn send_next(&mut self, now: Instant) {
         if self.pending.is_some() || matches!(self.link, Link::Down) {
             return;
@@ -31,7 +31,7 @@ impl Session {
         }
     }
 
-    /// How long a line may take without a word of the firmware.
+    /// How long a line may take without a message from the firmware.
     fn answer_limit(&self, kind: LineKind) -> Duration {
         let speed_mm_s = self.machine.as_ref().map_or(0.0, |machine| match self.activity {
             Activity::Travel(travel) | Activity::Held(travel) => travel.speed_mm_s,
@@ -44,7 +44,7 @@ impl Session {
         }
     }
 
-    /// What is to be sent where nobody wants anything: positions, pieces of a move, a word for the light.
+    /// The next line when none is queued: a position query, a piece of a move, a keep-alive of the laser.
     fn chosen(&mut self, now: Instant) -> Option<Wanted> {
         if !matches!(self.link, Link::Up) {
             return None;
@@ -65,7 +65,7 @@ impl Session {
             && self.light_kept_at.is_none_or(|at| now - at >= MARLIN_LIGHT_KEEPALIVE)
         {
             self.light_kept_at = Some(now);
-            // Sets the time after which motors are switched off to never, and begins the time of the laser anew.
+            // Sets the timeout after which motors are switched off to never, and restarts the timeout of the laser.
             ("M84 S0".to_owned(), LineKind::LightKeepalive)
         } else {
             return None;
@@ -74,7 +74,7 @@ impl Session {
         Some(Wanted { ticket: self.next_ticket, text, kind })
     }
 
-    /// The next piece of a move, while less is under way than is over soon.
+    /// The next piece of a move, while less than the look-ahead is pending.
     fn piece(&mut self) -> Option<String> {
         let Activity::Travel(travel) = self.activity else { return None };
         let at_steps = self.seen?.steps;
@@ -85,7 +85,7 @@ impl Session {
             return None;
         }
         let piece_steps = ((travel.speed_mm_s * MARLIN_PIECE.as_secs_f64() * per_mm).round() as i64).max(1);
-        // No crumb is left for the end.
+        // No tiny piece is left for the end.
         let sent_steps = if left_steps.abs() < 2 * piece_steps {
             travel.target_steps
         } else {

@@ -1,17 +1,17 @@
-//! What comes from a controller that is up.
+//! Messages from a controller that is ready.
 
 use std::time::{Duration, Instant};
 
-use super::{Activity, Device, LineKind, Link, Pending, Seen, Session, Stopping, Travel};
+use super::{Activity, Device, LastReport, LineKind, Link, Pending, Session, Stopping, Travel};
 use crate::StageError;
 use crate::drivers::marlin::protocol::{Message, Position, message_from_line};
 use crate::lines::line_reader::{ReceivedLine, shortened};
 use crate::params::{GRBL_GARBAGE_LINES, GRBL_STALL, MARLIN_RESEND_PAUSE, MARLIN_RESENDS};
 
-/// Foreign lines are counted over this time.
+/// Time window in which foreign lines are counted.
 const GARBAGE_WINDOW: Duration = Duration::from_secs(1);
 
-/// Steps and millimetres of a report agree within this many steps: both are rounded.
+/// Largest difference in steps between the two forms of a position: both are rounded.
 const SAME_STEPS: i64 = 2;
 
 /// The firmware prints positions with two decimals, mm.
@@ -29,7 +29,7 @@ impl Session {
 
     fn message(&mut self, message: Message, began_at: Instant, now: Instant) {
         match message {
-            // Numbers and settings are gone with it: it is opened anew.
+            // Line numbers and settings are lost with it: it is opened again.
             Message::Start => self.down(StageError::Restarted),
             Message::Ok(number) => self.ok(number, now),
             Message::Resend(number) => self.resend(number, now),
@@ -58,7 +58,7 @@ impl Session {
 
     fn ok(&mut self, number: Option<u32>, now: Instant) {
         let Some(pending) = self.pending.take() else { return self.garbage("ok".to_owned(), now) };
-        // Of a line that is being asked for again, or of one before.
+        // Belongs to a line that is being resent, or to an earlier one.
         if pending.again_at.is_some() || number.is_some_and(|number| number != pending.number) {
             self.pending = Some(pending);
             return;
@@ -75,7 +75,7 @@ impl Session {
                 pending.n_resends += 1;
                 pending.again_at = Some(now + MARLIN_RESEND_PAUSE);
             }
-            // It counts from the beginning: another one, or the same after a reset whose banner was lost.
+            // It counts from the beginning: another controller, or the same after a reset whose banner was lost.
             _ if number <= 1 => self.down(StageError::Restarted),
             _ => self.down(StageError::Garbage { received: format!("Resend: {number}") }),
         }
@@ -107,11 +107,11 @@ impl Session {
         }
     }
 
-    /// A command the firmware does not have.
+    /// A command that the firmware does not have.
     fn rejected(&mut self, pending: Pending, now: Instant) {
         let by = match pending.wanted.kind {
             LineKind::LaserOn | LineKind::LaserOff => {
-                // It has no such output: there is no light of its own.
+                // It has no such output, hence no laser.
                 (self.lit, self.dark_by) = (None, None);
                 Device::Laser
             }
@@ -135,13 +135,13 @@ impl Session {
         }
     }
 
-    /// A position is accepted where its two halves agree with each other and with what was sent: nothing else guards a
-    /// line of Marlin against a damaged digit.
+    /// A position is accepted if its two forms agree with each other and with what was sent: there is no other
+    /// protection of a line from Marlin against a damaged digit.
     fn position(&mut self, position: Position, began_at: Instant, now: Instant) {
         let Some(asked_at) =
             self.pending.as_ref().filter(|pending| pending.wanted.kind == LineKind::Position).map(|p| p.sent_at)
         else {
-            return self.garbage("a position nobody asked for".to_owned(), now);
+            return self.garbage("an unrequested position".to_owned(), now);
         };
         let idx = self.config.axis.idx();
         let (steps, planned_mm) = (position.steps[idx], position.planned_mm[idx]);
@@ -149,7 +149,7 @@ impl Session {
             return self.garbage(format!("position {planned_mm} mm, {steps} steps"), now);
         }
         let at = asked_at + began_at.saturating_duration_since(asked_at) / 2;
-        self.seen = Some(Seen { steps, at });
+        self.seen = Some(LastReport { steps, at });
         self.follow(steps, asked_at, now);
     }
 
@@ -172,7 +172,7 @@ impl Session {
         }
     }
 
-    /// What the position means for what is under way.
+    /// Applies the position to the current activity.
     fn follow(&mut self, steps: i64, asked_at: Instant, now: Instant) {
         match self.activity {
             Activity::Rest | Activity::Held(_) => {}
@@ -212,7 +212,7 @@ impl Session {
         }
     }
 
-    /// Counts a line that is not the protocol; many in a short time end the link.
+    /// Counts a line that is not part of the protocol; many within a short time end the link.
     pub(super) fn garbage(&mut self, received: String, now: Instant) {
         self.garbage_at.retain(|at| now - *at < GARBAGE_WINDOW);
         self.garbage_at.push_back(now);

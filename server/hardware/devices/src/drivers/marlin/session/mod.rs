@@ -1,8 +1,8 @@
-//! What is known of a controller and what is to be sent to it: the driver without its thread and its line.
+//! State of a controller and the data to be sent to it: the driver without its thread and its line.
 //!
-//! One line is under way at a time: the next is chosen when it is acknowledged, so that a line that is asked for again
-//! is the last one, and nothing that was sent can be mistaken for what was not. Parts: `opening`, `messages` (what comes
-//! when it is up), `lines` (what is sent next), `timers`, `commands`. Positions inside are the machine's steps.
+//! One line is pending at a time: the next is selected when it is acknowledged, so that a requested resend concerns the
+//! last line, and it is always known what was sent. Parts: `opening`, `messages` (messages of a ready controller),
+//! `lines` (selection of the next line), `timers`, `commands`. Internal positions are the machine's steps.
 
 mod commands;
 mod dialogue;
@@ -27,7 +27,7 @@ enum Link {
     Up,
 }
 
-/// What the stage does.
+/// Activity of the stage.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Activity {
     Rest,
@@ -43,26 +43,26 @@ struct Travel {
     target_mm: f64,
     target_steps: i64,
     speed_mm_s: f64,
-    /// End of the last piece that was sent.
+    /// End of the last piece sent.
     sent_steps: i64,
     last_steps: i64,
     last_progress_at: Instant,
-    /// When the firmware said that all was moved.
+    /// When the firmware reported that everything was executed.
     settled_at: Option<Instant>,
 }
 
-/// No more pieces are sent; what was sent runs out.
+/// No more pieces are sent; those sent run out.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Stopping {
     until: Instant,
     settled_at: Option<Instant>,
-    /// What [`crate::Stage::resume`] goes on with.
+    /// The motion continued by [`crate::Stage::resume`].
     then: Option<Travel>,
-    /// Whether it was cut short by a quick stop, at the price of the position.
+    /// Whether it was cut short by a quick stop, at the cost of the position.
     cut_short: bool,
 }
 
-/// What a line does.
+/// Kind of a line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum LineKind {
     Question,
@@ -76,7 +76,7 @@ enum LineKind {
     LightKeepalive,
 }
 
-/// A line that is to be sent.
+/// A queued line.
 #[derive(Debug, Clone, PartialEq)]
 struct Wanted {
     ticket: u64,
@@ -91,32 +91,32 @@ struct Pending {
     number: u32,
     sent_at: Instant,
     answer_by: Instant,
-    /// When it is sent again, having been asked for.
+    /// When it is resent on request.
     again_at: Option<Instant>,
     n_resends: u32,
     unknown: bool,
 }
 
 #[derive(Debug, Clone, Copy)]
-struct Seen {
+struct LastReport {
     steps: i64,
     at: Instant,
 }
 
 #[derive(Debug, Clone, Copy)]
-struct Lit {
+struct LaserLease {
     power: f64,
     until: Instant,
 }
 
-/// What the controller said about itself.
+/// The controller's description of itself.
 #[derive(Debug, Clone)]
 pub struct Machine {
     pub identity: DeviceIdentity,
     pub capabilities: StageCapabilities,
 }
 
-/// Whose command was refused.
+/// The device whose command was refused.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Device {
     Stage,
@@ -128,7 +128,7 @@ pub struct Session {
     config: MarlinConfig,
     place: String,
     link: Link,
-    wants_open: bool,
+    should_be_open: bool,
     fault: Option<(StageError, Device)>,
     outgoing: Vec<u8>,
     wanted: VecDeque<Wanted>,
@@ -138,15 +138,15 @@ pub struct Session {
     waited_for: Option<u64>,
     refusal: Option<StageError>,
     reader: LineReader,
-    heard_at: Option<Instant>,
+    received_at: Option<Instant>,
     machine: Option<Machine>,
-    seen: Option<Seen>,
+    seen: Option<LastReport>,
     asked_position_at: Option<Instant>,
     garbage_at: VecDeque<Instant>,
     activity: Activity,
     homed: bool,
-    lit: Option<Lit>,
-    /// When `M112` turns off what `M5` did not.
+    lit: Option<LaserLease>,
+    /// When `M112` turns the laser off if `M5` did not.
     dark_by: Option<Instant>,
     light_kept_at: Option<Instant>,
 }
@@ -158,7 +158,7 @@ impl Session {
             config,
             place,
             link: Link::Down,
-            wants_open: true,
+            should_be_open: true,
             fault: Some((being_opened(), Device::Stage)),
             outgoing: Vec::new(),
             wanted: VecDeque::new(),
@@ -168,7 +168,7 @@ impl Session {
             waited_for: None,
             refusal: None,
             reader: LineReader::default(),
-            heard_at: None,
+            received_at: None,
             machine: None,
             seen: None,
             asked_position_at: None,
@@ -181,40 +181,41 @@ impl Session {
         }
     }
 
-    /// Who it is and what it can do, once it was up.
+    /// Identity and capabilities, once it has been ready.
     pub fn machine(&self) -> Option<&Machine> {
         self.machine.as_ref()
     }
 
-    /// The link is lost. A laser that may be on and homing are halted for good if the line still takes it; pieces of a move run out.
+    /// The link is lost. A laser that may be on, and homing, are halted permanently if the line still accepts it;
+    /// pieces of a move run out.
     fn down(&mut self, fault: StageError) {
         tracing::warn!(place = self.place, "{fault}");
         let must_halt = self.lit.is_some() || matches!(self.activity, Activity::Homing { .. });
         self.outgoing = if must_halt { HALT.to_vec() } else { Vec::new() };
         self.link = Link::Down;
-        self.forget_dialogue();
+        self.reset_dialogue();
         self.homed = false;
         self.fault = Some((fault, Device::Stage));
     }
 
-    fn forget_dialogue(&mut self) {
+    fn reset_dialogue(&mut self) {
         self.wanted.clear();
         self.pending = None;
         self.reader.clear();
-        (self.heard_at, self.asked_position_at, self.seen) = (None, None, None);
+        (self.received_at, self.asked_position_at, self.seen) = (None, None, None);
         self.garbage_at.clear();
         self.activity = Activity::Rest;
         (self.lit, self.dark_by, self.light_kept_at) = (None, None, None);
     }
 
-    /// A fault over a sound link: what moves runs out, the laser goes off, and no position is trusted.
+    /// A fault over a working link: pieces run out, the laser goes off, and no position is trusted.
     fn raise(&mut self, fault: StageError, now: Instant) {
         if self.fault.is_some() {
             return;
         }
         tracing::warn!(place = self.place, "{fault}");
         self.begin_stop(None, now);
-        self.go_dark(now);
+        self.turn_laser_off(now);
         self.homed = false;
         self.fault = Some((fault, Device::Stage));
     }
@@ -250,20 +251,20 @@ impl Session {
         self.machine.as_ref().and_then(|machine| machine.capabilities.acceleration_mm_s2).unwrap_or(100.0).max(1.0)
     }
 
-    /// How far ahead of the motor pieces are sent, mm: the way to brake, and [`MARLIN_AHEAD`].
+    /// Look-ahead of the pieces over the motor, mm: the braking distance, and [`MARLIN_AHEAD`].
     fn ahead_mm(&self, speed_mm_s: f64) -> f64 {
         speed_mm_s * MARLIN_AHEAD.as_secs_f64() + 1.3 * speed_mm_s * speed_mm_s / (2.0 * self.acceleration_mm_s2())
     }
 
-    /// How long it may take until nothing moves after the last piece was sent.
+    /// Longest time until nothing moves after the last piece was sent.
     fn run_out(&self, speed_mm_s: f64) -> Duration {
         let ramp_s = 1.5 * speed_mm_s / self.acceleration_mm_s2();
         MARLIN_AHEAD + Duration::from_secs_f64(ramp_s.min(5.0)) + MARLIN_STOP_SLACK
     }
 }
 
-/// `M112` by itself: half a line that may precede it is ended first. It is said three times in one breath: it is the
-/// last word where a line loses bytes, and nothing answers for it.
+/// `M112` on a line of its own: a partial line that may precede it is ended first. It is sent three times, because the
+/// line may lose bytes and there is no answer.
 const HALT: &[u8] = b"\nM112\nM112\nM112\n";
 
 fn being_opened() -> StageError {
@@ -274,7 +275,7 @@ fn halted(why: &str) -> StageError {
     StageError::Gone { reason: format!("{why}; press its reset button") }
 }
 
-/// The laser's error for a fault of the line.
+/// Converts a fault of the line to the laser's error.
 fn for_laser(fault: &StageError) -> LaserError {
     match fault {
         StageError::Rejected { .. } | StageError::Stalled { .. } | StageError::Warned { .. } => {

@@ -1,17 +1,19 @@
-//! From the first line to the first position: what a dead owner left is stopped and dark, who it is, how it is set.
+//! From the first line to the first position: the motion and laser left on by a dead owner are stopped, identity and
+//! settings are read.
 
 use std::time::Instant;
 
-use super::{Activity, LineKind, Link, Machine, Seen, Session, being_opened};
+use super::{Activity, LastReport, LineKind, Link, Machine, Session, being_opened};
 use crate::drivers::marlin::protocol::Message;
 use crate::params::{MARLIN_KEEPALIVE_S, MARLIN_OPENING_PERIOD, MARLIN_QUIET, MARLIN_SILENCE};
 use crate::{DeviceIdentity, Homing, StageCapabilities, StageError};
 
-/// Sent first, and again until an answer comes: drops what moves, goes dark, begins line numbers anew, asks who it is.
+/// Sent first, and repeated until there is an answer: drops moves, turns the laser off, restarts line numbers, queries
+/// the identity.
 /// `M410` reaches the emergency parser at once; the others wait until it has taken effect.
 const WAKE: &[u8] = b"\nM410\nM5\nN0 M110 N0*125\nM115\n";
 
-/// How far an opening is.
+/// Progress of an opening.
 #[derive(Debug)]
 pub struct Opening {
     since: Instant,
@@ -24,15 +26,15 @@ pub struct Opening {
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Step {
-    /// Until it has said who it is.
+    /// Until it has stated its identity.
     Waking,
-    /// Until nothing more comes: late answers must not be taken for those of the numbered dialogue.
+    /// Until nothing more is received: late answers must not be taken for those of the numbered dialogue.
     Quiet,
-    /// The numbered questions.
+    /// The numbered queries.
     Asking,
 }
 
-/// What the controller said about itself.
+/// The controller's description of itself.
 #[derive(Debug, Default)]
 struct Description {
     firmware: Option<String>,
@@ -42,8 +44,8 @@ struct Description {
 
 impl Session {
     pub(super) fn begin_opening(&mut self, now: Instant) {
-        self.wants_open = false;
-        self.forget_dialogue();
+        self.should_be_open = false;
+        self.reset_dialogue();
         self.homed = false;
         self.fault = Some((being_opened(), super::Device::Stage));
         self.outgoing = WAKE.to_vec();
@@ -60,7 +62,7 @@ impl Session {
         let Link::Opening(opening) = &mut self.link else { return };
         match message {
             Message::Start => {
-                // It restarted with its port: what was asked before is lost.
+                // It restarted with its port: earlier queries are lost.
                 (opening.step, opening.foreign) = (Step::Waking, None);
                 opening.description = Description::default();
                 opening.woken_at = now - MARLIN_OPENING_PERIOD + 2 * MARLIN_QUIET;
@@ -93,7 +95,7 @@ impl Session {
             }
             Message::Position(position) if opening.step == Step::Asking => {
                 let steps = position.steps[self.config.axis.idx()];
-                self.seen = Some(Seen { steps, at: began_at });
+                self.seen = Some(LastReport { steps, at: began_at });
             }
             Message::Busy
             | Message::Ok(_)
@@ -125,7 +127,7 @@ impl Session {
                 opening.woken_at = now;
                 self.outgoing.extend_from_slice(WAKE);
             }
-            Step::Quiet if self.heard_at.is_some_and(|at| now - at > MARLIN_QUIET) => {
+            Step::Quiet if self.received_at.is_some_and(|at| now - at > MARLIN_QUIET) => {
                 opening.step = Step::Asking;
                 self.last_number = 0;
                 self.ask();
@@ -143,8 +145,8 @@ impl Session {
         }
     }
 
-    /// Whoever opened the port and went left numbers behind: they begin anew. Millimetres and absolute positions; word
-    /// of a line that takes its time every second; motors that stay on, without which the position is lost.
+    /// A previous owner of the port left line numbers behind: they are restarted. Millimetres and absolute positions; a
+    /// busy message every second during long lines; motors that stay on, because the position would be lost otherwise.
     fn ask(&mut self) {
         let keepalive = format!("M113 S{MARLIN_KEEPALIVE_S}");
         let settings = ["M110 N1", "G21", "G90", &keepalive, "M84 S0", "M17"];
@@ -171,18 +173,18 @@ impl Session {
 }
 
 impl Description {
-    /// Checks identity, emergency parser, steps and travel; what the driver works with.
+    /// Checks identity, emergency parser, steps and travel; returns the settings used by the driver.
     fn machine(&self, config: &super::MarlinConfig, place: &str) -> Result<Machine, StageError> {
         let wrong = |expected: &str, found: String| {
             Err(StageError::WrongDevice { place: place.to_owned(), expected: expected.to_owned(), found })
         };
         let firmware = self.firmware.clone().unwrap_or_default();
         if let Some(expected) = config.expected_name.as_ref().filter(|name| !firmware.contains(name.as_str())) {
-            return wrong(&format!("a controller named `{expected}`"), format!("one that says `{firmware}`"));
+            return wrong(&format!("a controller named `{expected}`"), format!("one that reports `{firmware}`"));
         }
         if !self.emergency_parser {
             return wrong(
-                "a controller that hears M112 at any time (Cap:EMERGENCY_PARSER:1)",
+                "a controller that accepts M112 at any time (Cap:EMERGENCY_PARSER:1)",
                 "none: build Marlin with EMERGENCY_PARSER, without which homing cannot be stopped".to_owned(),
             );
         }
@@ -236,7 +238,7 @@ impl Description {
         })
     }
 
-    /// The number behind `letter` in the last line that begins with `command`.
+    /// The number after `letter` in the last line that begins with `command`.
     fn setting(&self, command: &str, letter: char) -> Option<f64> {
         let mut lines = self.lines.iter().rev().map(|line| line.split_whitespace());
         lines.find_map(|mut words| {
@@ -245,7 +247,7 @@ impl Description {
         })
     }
 
-    /// Lowest and highest position of `M211`, where they are said.
+    /// Lowest and highest position of `M211`, if stated.
     fn soft_endstops(&self, letter: char) -> Option<(f64, f64)> {
         let of = |key: &str| {
             let line = self.lines.iter().rev().find(|line| line.contains(key))?;

@@ -1,4 +1,4 @@
-//! What happens because time passes: silence, lines sent again, the lease, the ends of stops and of homing.
+//! Timed events: silence, resent lines, the lease, the ends of stops and of homing.
 
 use std::time::Instant;
 
@@ -8,7 +8,7 @@ use crate::drivers::marlin::protocol::numbered;
 use crate::params::MARLIN_QUICK_STOP;
 
 impl Session {
-    /// Does what is due at `now`.
+    /// Processes what is due at `now`.
     pub(super) fn pass(&mut self, now: Instant) {
         match self.link {
             Link::Down => return,
@@ -18,7 +18,7 @@ impl Session {
         self.send_again(now);
         if self.lit.is_some_and(|lit| now >= lit.until) && self.dark_by.is_none() {
             tracing::warn!(place = self.place, "the laser's lease ended without its owner");
-            self.go_dark(now);
+            self.turn_laser_off(now);
         }
         if self.dark_by.is_some_and(|by| now >= by) {
             return self.halt("its laser did not go off, so that it was halted (M112)");
@@ -38,7 +38,7 @@ impl Session {
         }
     }
 
-    /// What was sent has not run out in time: the quick stop drops it, and the position with it.
+    /// The pieces sent have not run out in time: the quick stop drops them, and the position with them.
     fn end_late_stop(&mut self, stopping: Stopping, now: Instant) {
         if stopping.cut_short {
             return self.halt("it did not stop, so that it was halted (M112)");
@@ -70,11 +70,11 @@ impl Session {
         Some(StageError::NoReply { command: pending.wanted.text.clone(), waited_ms })
     }
 
-    /// The firmware works on a line that takes its time.
+    /// The firmware is executing a line that takes time.
     pub(super) fn is_busy(&mut self, now: Instant) {
         let limit =
             crate::params::MARLIN_SILENCE + std::time::Duration::from_secs(crate::params::MARLIN_KEEPALIVE_S);
-        // What waits for a motion of our own has its own limit.
+        // Lines that wait for a motion of this driver have a limit of their own.
         if let Some(pending) = self.pending.as_mut().filter(|pending| pending.wanted.kind == LineKind::Home) {
             pending.answer_by = now + limit;
         }

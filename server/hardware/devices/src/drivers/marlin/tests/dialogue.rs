@@ -1,24 +1,24 @@
-//! What is said on the line, what is believed of it, and what a stop is worth.
+//! Commands on the line, acceptance of positions, and the effect of a stop.
 
 use std::time::Duration;
 
 use super::{Bench, RUN_OUT, SLACK, bench, home, rest, sound_bench, wait_until};
 use crate::simulators::marlin_simulator::{Event, SimulatorConfig};
-use crate::simulators::simulator::{Happening, LineFault};
+use crate::simulators::simulator::{LineFault, WitnessEvent};
 use crate::{Laser, LaserError, Stage, StageError};
 
 const SECOND: Duration = Duration::from_secs(1);
 
-fn heard_since(bench: &Bench, mark: usize) -> String {
+fn received_since(bench: &Bench, mark: usize) -> String {
     let bytes = bench.simulator.witness().since(mark).into_iter().filter_map(|entry| match entry.what {
-        Happening::Byte(byte) => Some(byte),
+        WitnessEvent::Byte(byte) => Some(byte),
         _ => None,
     });
     String::from_utf8(bytes.collect()).unwrap()
 }
 
 #[test]
-fn it_says_who_it_is_and_what_it_can_do() {
+fn identity_and_capabilities_are_read_from_the_device() {
     let (stage, laser) = sound_bench().open();
     let (identity, can) = (stage.identity(), stage.capabilities());
     assert_eq!((identity.driver, identity.model.as_str()), ("marlin", "Simulated stage"));
@@ -69,14 +69,14 @@ fn other_steps_a_travel_too_long_another_name_and_another_firmware_are_refused()
 }
 
 #[test]
-fn opening_stops_and_darkens_what_a_dead_owner_left_behind() {
+fn opening_stops_motion_and_turns_the_laser_of_a_dead_owner_off() {
     let bench = bench(SimulatorConfig { laser_timeout_ms: 0, ..SimulatorConfig::default() });
     // It starts first.
     crate::time::sleep(Duration::from_millis(60));
-    bench.simulator.hear(b"M3 S255\nG1 X90 F300\n");
-    wait_until(SECOND, "it moves and shines", || bench.moving() && bench.light());
+    bench.simulator.receive(b"M3 S255\nG1 X90 F300\n");
+    wait_until(SECOND, "it moves with the laser on", || bench.moving() && bench.light());
     let (mut stage, mut laser) = bench.open();
-    assert!(!bench.moving() && !bench.light(), "opened, and it moves or shines");
+    assert!(!bench.moving() && !bench.light(), "opened, and it moves or the laser is on");
     assert!(!stage.poll().unwrap().moving && !laser.poll().unwrap().emitting);
 }
 
@@ -94,7 +94,7 @@ fn a_line_that_came_damaged_is_sent_again_and_done_once() {
         let (mut stage, _laser) = bench.open();
         home(&mut stage);
         for target_mm in [-3.0, 3.0, -1.0] {
-            bench.simulator.happen(Event::DamageNextLine);
+            bench.simulator.trigger_event(Event::DamageNextLine);
             stage.start_move(target_mm, 20.0).unwrap();
             let at_mm = rest(&mut stage).position_mm.unwrap();
             assert!((at_mm - target_mm).abs() < 0.03, "at {at_mm} mm, not at {target_mm} mm");
@@ -122,8 +122,8 @@ fn a_stop_runs_out_keeps_the_position_and_nothing_moves_after_it() {
         let mark = bench.simulator.witness().mark();
         assert!(state.homed && state.position_mm.unwrap() < 3.0, "{state:?}");
         crate::time::sleep(Duration::from_millis(150));
-        let heard = heard_since(&bench, mark);
-        assert!(!heard.contains("G1"), "a piece was sent after the stop: {heard}");
+        let received = received_since(&bench, mark);
+        assert!(!received.contains("G1"), "a piece was sent after the stop: {received}");
         assert_eq!(bench.simulator.witness().n_motions_since(mark), 0, "it moved after the stop");
     }
     println!("Stop of a move at 8 mm/s: at rest after at most {longest:?}");
@@ -140,21 +140,21 @@ fn never_more_is_sent_than_is_over_soon() {
     stage.start_move(4.0, 10.0).unwrap();
     wait_until(SECOND, "it moves", || bench.moving());
     crate::time::sleep(Duration::from_millis(200));
-    // Whoever pulls the plug of the computer sees it run out.
-    let sent = heard_since(&bench, mark);
+    // If the computer loses power, the stage runs to here.
+    let sent = received_since(&bench, mark);
     let last_mm: f64 = sent
         .lines()
         .filter_map(|line| line.split("G1 X").nth(1)?.split(' ').next()?.parse().ok())
         .fold(0.0, f64::max);
     let at_mm = stage.poll().unwrap().position_mm.unwrap() + 6.0;
-    // Pieces of 0.11 s at 10 mm/s, the way to brake, one piece, and one report's age.
+    // Pieces of 0.11 s at 10 mm/s, the braking distance, one piece, and one report's age.
     assert!(last_mm - at_mm < 1.1 + 0.13 + 0.4 + 0.4, "sent up to {last_mm} mm, and it is at {at_mm} mm");
     stage.stop().unwrap();
     rest(&mut stage);
 }
 
 #[test]
-fn a_stop_while_homing_halts_the_controller_at_once_and_says_what_to_do() {
+fn a_stop_while_homing_halts_the_controller_at_once_with_a_remedy() {
     let bench = bench(SimulatorConfig { homing_mm_s: 2.0, ..SimulatorConfig::default() });
     let (mut stage, _laser) = bench.open();
     stage.start_home().unwrap();
@@ -163,7 +163,7 @@ fn a_stop_while_homing_halts_the_controller_at_once_and_says_what_to_do() {
     wait_until(Duration::from_millis(200), "it rests", || !bench.moving());
     let fault = stage.poll().unwrap_err();
     assert!(fault.to_string().contains("press its reset button"), "{fault}");
-    bench.simulator.happen(Event::ResetButton);
+    bench.simulator.trigger_event(Event::ResetButton);
     stage.reconnect().unwrap();
     wait_until(Duration::from_secs(5), "it comes back", || stage.poll().is_ok());
     assert!(!stage.poll().unwrap().homed);
@@ -178,10 +178,10 @@ fn what_does_not_run_out_is_dropped_at_the_price_of_the_position() {
     rest(&mut stage);
     stage.start_move(4.0, 8.0).unwrap();
     wait_until(SLACK, "it moves", || bench.moving());
-    bench.simulator.happen(Event::Stuck);
+    bench.simulator.trigger_event(Event::Stuck);
     let mark = bench.simulator.witness().mark();
     stage.stop().unwrap();
-    wait_until(2 * SECOND, "a quick stop follows", || heard_since(&bench, mark).contains("M410"));
+    wait_until(2 * SECOND, "a quick stop follows", || received_since(&bench, mark).contains("M410"));
     wait_until(4 * SECOND, "it rests", || stage.poll().is_ok_and(|state| !state.moving));
     let state = stage.poll().unwrap();
     assert!(!state.homed && state.position_mm.is_none(), "{state:?}");
@@ -192,7 +192,7 @@ fn a_lit_laser_at_rest_outlasts_the_firmware_s_timeout() {
     let bench = sound_bench();
     let (_stage, mut laser) = bench.open();
     laser.switch_on(0.5, SECOND).unwrap();
-    wait_until(SLACK, "it shines", || bench.light());
+    wait_until(SLACK, "it is on", || bench.light());
     let begun_at = crate::time::now();
     while crate::time::since(begun_at) < Duration::from_millis(1800) {
         laser.renew(SECOND).unwrap();
@@ -202,7 +202,7 @@ fn a_lit_laser_at_rest_outlasts_the_firmware_s_timeout() {
 }
 
 #[test]
-fn going_dark_while_moving_stops_the_move() {
+fn turning_the_laser_off_while_moving_stops_the_move() {
     let bench = sound_bench();
     let (mut stage, mut laser) = bench.open();
     home(&mut stage);
@@ -210,10 +210,10 @@ fn going_dark_while_moving_stops_the_move() {
     rest(&mut stage);
     laser.switch_on(0.5, SECOND).unwrap();
     stage.start_move(4.0, 4.0).unwrap();
-    wait_until(SLACK, "it moves and shines", || bench.moving() && bench.light());
+    wait_until(SLACK, "it moves with the laser on", || bench.moving() && bench.light());
     laser.switch_off().unwrap();
-    wait_until(Duration::from_millis(500), "it is dark", || !bench.light());
-    assert!(!bench.moving(), "dark, and it moves on");
+    wait_until(Duration::from_millis(500), "it is off", || !bench.light());
+    assert!(!bench.moving(), "off, but it still moves");
     let state = rest(&mut stage);
     assert!(state.homed && state.position_mm.unwrap() < 3.0, "{state:?}");
 }
@@ -231,7 +231,7 @@ fn light_is_refused_while_it_moves() {
 }
 
 #[test]
-fn a_firmware_without_laser_says_so_when_it_is_to_shine() {
+fn a_firmware_without_laser_refuses_to_turn_it_on() {
     let bench = bench(SimulatorConfig { laser: false, ..SimulatorConfig::default() });
     let (mut stage, mut laser) = bench.open();
     home(&mut stage);
@@ -247,11 +247,13 @@ fn an_m5_that_is_not_acknowledged_is_followed_by_m112() {
     let bench = bench(SimulatorConfig { laser_timeout_ms: 0, ..SimulatorConfig::default() });
     let (mut stage, mut laser) = bench.open();
     laser.switch_on(0.5, SECOND).unwrap();
-    wait_until(SLACK, "it shines", || bench.light());
-    bench.simulator.happen(Event::NoAcknowledgement);
+    wait_until(SLACK, "it is on", || bench.light());
+    bench.simulator.trigger_event(Event::NoAcknowledgement);
     let mark = bench.simulator.witness().mark();
     laser.switch_off().ok();
-    wait_until(Duration::from_millis(500) + SLACK, "it is halted", || heard_since(&bench, mark).contains("M112"));
-    wait_until(SLACK, "it is dark", || !bench.light());
+    wait_until(Duration::from_millis(500) + SLACK, "it is halted", || {
+        received_since(&bench, mark).contains("M112")
+    });
+    wait_until(SLACK, "it is off", || !bench.light());
     assert!(stage.poll().is_err());
 }

@@ -1,5 +1,5 @@
-//! Fault × state: what is told in time, that it goes dark and rests, and how it comes back: ready, never active. The
-//! table in `server/docs/devices/marlin.md` names these tests cell by cell.
+//! Fault × state: reported in time, laser off and at rest, and recovery to ready, never active. The table in
+//! `server/docs/devices/marlin.md` names these tests cell by cell.
 
 use std::time::Duration;
 
@@ -9,13 +9,13 @@ use crate::simulators::marlin_simulator::{Event, SimulatorConfig};
 use crate::simulators::simulator::LineFault;
 use crate::{Laser, Stage, StageError};
 
-/// `promises.md`: serial faults are named within a second.
+/// `promises.md`: serial faults are reported within a second.
 const NAMED_LIMIT: Duration = Duration::from_secs(1);
 
-/// While it homes the firmware speaks every second only (`M113 S1`).
+/// While it is homing the firmware sends a message every second only (`M113 S1`).
 const HOMING_NAMED_LIMIT: Duration = Duration::from_millis(1700);
 
-/// `promises.md` 3: dark within half a second of every listed fault (here: of its being named).
+/// `promises.md` 3: laser off within half a second of every listed fault (here: of its report).
 const DARK_LIMIT: Duration = Duration::from_millis(500);
 
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -28,7 +28,7 @@ enum When {
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
-enum What {
+enum FaultKind {
     Silence,
     Garbage,
     Endstop,
@@ -40,10 +40,10 @@ enum What {
 }
 
 macro_rules! cells {
-    ($($name:ident: $what:ident, $when:ident => $told:pat,)*) => {
+    ($($name:ident: $what:ident, $when:ident => $expected:pat,)*) => {
         $(#[test]
         fn $name() {
-            cell(What::$what, When::$when, |fault| matches!(fault, $told));
+            cell(FaultKind::$what, When::$when, |fault| matches!(fault, $expected));
         })*
     };
 }
@@ -80,27 +80,27 @@ cells! {
     another_device_while_moving: AnotherDevice, Moving => StageError::Gone { .. } | StageError::WrongDevice { .. },
 }
 
-fn cell(what: What, when: When, told: impl Fn(&StageError) -> bool) {
+fn cell(what: FaultKind, when: When, expected: impl Fn(&StageError) -> bool) {
     let bench = bench(SimulatorConfig { laser_timeout_ms: 0, ..SimulatorConfig::default() });
     let (mut stage, mut laser) = bench.open();
     bring_to(&bench, &mut stage, &mut laser, when);
-    happen(&bench, what);
+    trigger_event(&bench, what);
     let limit = if when == When::Homing { HOMING_NAMED_LIMIT } else { NAMED_LIMIT };
-    wait_until(limit + SLACK, "the fault is named", || {
+    wait_until(limit + SLACK, "the fault is reported", || {
         if matches!(when, When::Shining | When::ShiningAndMoving) {
             laser.renew(Duration::from_secs(1)).ok();
         }
         stage.poll().is_err()
     });
     let fault = stage.poll().unwrap_err();
-    assert!(told(&fault), "told as: {fault}");
-    assert!(stage.poll().is_err(), "told once, then not any more");
+    assert!(expected(&fault), "reported as: {fault}");
+    assert!(stage.poll().is_err(), "reported once only");
     assert!(stage.start_move(0.0, 10.0).is_err(), "a move was accepted in spite of the fault");
     assert!(laser.switch_on(0.5, Duration::from_secs(1)).is_err(), "light was granted in spite of the fault");
-    // A stuck axis keeps the motion that `M5` waits for: the quick stop, or `M112`, ends it.
-    let dark_limit = if what == What::Stuck { Duration::from_secs(4) } else { DARK_LIMIT };
-    wait_until(dark_limit + SLACK, "it is dark", || !bench.light());
-    if what != What::Stuck {
+    // A stuck axis prolongs the motion for which `M5` waits: the quick stop, or `M112`, ends it.
+    let dark_limit = if what == FaultKind::Stuck { Duration::from_secs(4) } else { DARK_LIMIT };
+    wait_until(dark_limit + SLACK, "it is off", || !bench.light());
+    if what != FaultKind::Stuck {
         wait_until(RUN_OUT + SLACK, "it rests", || !bench.moving());
     }
     comes_back_ready(&bench, &mut stage, &mut laser);
@@ -112,10 +112,10 @@ fn bring_to(bench: &Bench, stage: &mut MarlinStage, laser: &mut MarlinLaser, whe
     rest(stage);
     if matches!(when, When::Shining | When::ShiningAndMoving) {
         laser.switch_on(0.5, Duration::from_secs(1)).unwrap();
-        wait_until(SLACK, "it shines", || bench.light());
+        wait_until(SLACK, "it is on", || bench.light());
     }
     match when {
-        // Slow enough to outlast every fault's naming.
+        // Slow enough to last longer than any fault takes to be reported.
         When::Moving | When::ShiningAndMoving => drop(stage.start_move(-4.0, 3.0).unwrap()),
         When::Homing => stage.start_home().unwrap(),
         When::Ready | When::Shining => return,
@@ -123,27 +123,27 @@ fn bring_to(bench: &Bench, stage: &mut MarlinStage, laser: &mut MarlinLaser, whe
     wait_until(SLACK, "it moves", || bench.moving());
 }
 
-fn happen(bench: &Bench, what: What) {
+fn trigger_event(bench: &Bench, what: FaultKind) {
     let simulator = &bench.simulator;
     match what {
-        What::Silence => simulator.fail(LineFault::Silence),
-        What::Garbage => simulator.fail(LineFault::Garbage),
-        What::Endstop => simulator.happen(Event::EndstopHit),
-        What::Kill => simulator.happen(Event::Kill),
-        What::Stuck => simulator.happen(Event::Stuck),
-        What::Unplugged => simulator.unplug(),
-        What::Restart => simulator.happen(Event::ResetButton),
-        What::AnotherDevice => {
+        FaultKind::Silence => simulator.fail(LineFault::Silence),
+        FaultKind::Garbage => simulator.fail(LineFault::Garbage),
+        FaultKind::Endstop => simulator.trigger_event(Event::EndstopHit),
+        FaultKind::Kill => simulator.trigger_event(Event::Kill),
+        FaultKind::Stuck => simulator.trigger_event(Event::Stuck),
+        FaultKind::Unplugged => simulator.unplug(),
+        FaultKind::Restart => simulator.trigger_event(Event::ResetButton),
+        FaultKind::AnotherDevice => {
             simulator.replug_as(SimulatorConfig { name: "another".into(), ..SimulatorConfig::default() });
         }
     }
 }
 
-/// The cause is removed, the reset button pressed, the fault acknowledged: nothing moves or shines by itself, and no
-/// position is told.
+/// The cause is removed, the reset button pressed, the fault acknowledged: no motion, laser off, and no position
+/// reported.
 fn comes_back_ready(bench: &Bench, stage: &mut MarlinStage, laser: &mut MarlinLaser) {
     bench.simulator.repair();
-    bench.simulator.happen(Event::Repair);
+    bench.simulator.trigger_event(Event::Repair);
     bench.simulator.replug();
     let mark = bench.simulator.witness().mark();
     stage.reconnect().unwrap();
@@ -156,7 +156,7 @@ fn comes_back_ready(bench: &Bench, stage: &mut MarlinStage, laser: &mut MarlinLa
     wait_until(Duration::from_secs(4), "it rests", || stage.poll().is_ok_and(|state| !state.moving));
     let state = stage.poll().unwrap();
     assert!(!state.homed && state.position_mm.is_none(), "came back {state:?}");
-    assert!(!laser.poll().unwrap().emitting && !bench.light(), "came back shining");
+    assert!(!laser.poll().unwrap().emitting && !bench.light(), "came back with the laser on");
     assert_eq!(bench.simulator.witness().n_motions_since(mark), 0, "a motion was repeated");
     home(stage);
     stage.start_move(1.0, 50.0).unwrap();

@@ -1,6 +1,6 @@
-//! The driver over the simulated firmware, whose witness is asked what really happened.
+//! The driver over the simulated firmware, whose witness records what really happened.
 //!
-//! Not shown here: that a real board behaves like the simulation, which follows the firmware's documents and order.
+//! Not covered: that a real board behaves like the simulation, which follows the firmware's documents and order.
 
 mod dialogue;
 mod faults;
@@ -17,7 +17,7 @@ use crate::simulators::marlin_simulator::{MarlinSimulator, SimulatorConfig};
 use crate::time::{Membership, simulate};
 use crate::{Stage, StageError, StageState};
 
-/// What the operating system may add where processors are free.
+/// Time that the operating system may add on an idle machine.
 const SLACK: Duration = Duration::from_millis(250);
 
 /// A move that runs out: pieces ahead, the first block's wait, and `M400`.
@@ -27,12 +27,12 @@ struct Bench {
     simulator: Arc<MarlinSimulator>,
     config: MarlinConfig,
     _folder: TempDir,
-    /// The last to go: everything above lives by it.
+    /// Dropped last: everything above uses it.
     _clock: Option<Membership>,
 }
 
-/// A controller of this kind; the stage's zero is 6 mm from its switch, its travel 8 mm.
-/// Test and bench live by a simulated clock.
+/// A controller of this kind; the stage's zero is 6 mm from its switch, its travel 8 mm. Test and bench use a simulated
+/// clock.
 fn bench(kind: SimulatorConfig) -> Bench {
     bench_under(simulate(), kind)
 }
@@ -83,7 +83,7 @@ fn wait_until(limit: Duration, what: &str, mut seen: impl FnMut() -> bool) {
     }
 }
 
-/// Waits until it rests; where.
+/// Waits until it is at rest; returns its state.
 fn rest(stage: &mut MarlinStage) -> StageState {
     wait_until(Duration::from_secs(5), "it comes to rest", || !stage.poll().unwrap().moving);
     stage.poll().unwrap()

@@ -1,4 +1,4 @@
-//! The suite every stage and laser passes.
+//! The contract suite of stage and laser.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -16,12 +16,12 @@ fn profile(bench: &Bench) -> StageProfile {
     let simulator = Arc::clone(&bench.simulator);
     StageProfile {
         speed_mm_s: 8.0,
-        // Two steps, which a report and the driver may differ by.
+        // Two steps, by which a report and the driver may differ.
         tolerance_mm: 2.0 / bench.config.steps_per_mm,
         instant: false,
         motion_limit: Duration::from_secs(3),
         rest_limit: RUN_OUT,
-        reset_button: Some(Box::new(move || simulator.happen(Event::ResetButton))),
+        reset_button: Some(Box::new(move || simulator.trigger_event(Event::ResetButton))),
         cable: Some(cable(bench)),
     }
 }
@@ -49,7 +49,7 @@ fn a_marlin_laser_passes_the_suite() {
     let witness = bench.simulator.witness().clone();
     let profile = LaserProfile {
         light: Some(Box::new(move || witness.light())),
-        // `promises.md` 3: dark within 0.5 s.
+        // `promises.md` 3: off within 0.5 s.
         reaction_limit: Duration::from_millis(500),
         cable: Some(cable(&bench)),
     };

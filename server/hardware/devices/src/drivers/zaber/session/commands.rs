@@ -1,4 +1,4 @@
-//! What the stage asks for.
+//! Commands of the stage.
 
 use std::time::Instant;
 
@@ -91,7 +91,8 @@ impl StageDialogue for Session {
         Ok(())
     }
 
-    /// Clears what can be cleared; the flag of the device is asked to go, and the fault stands until it has gone.
+    /// Clears a fault that can be cleared; the device is requested to clear its flag, and the fault persists until it
+    /// has.
     fn clear_fault(&mut self, now: Instant) -> Result<(), StageError> {
         match &self.fault {
             None => Ok(()),
@@ -104,9 +105,9 @@ impl StageDialogue for Session {
         }
     }
 
-    /// Opens the line again, unless that is under way; a sound device is stopped instead.
+    /// Reopens the line, unless that is in progress; if the device works, it is stopped instead.
     fn reconnect(&mut self, now: Instant) {
-        if self.wants_open || matches!(self.link, Link::Opening(_)) {
+        if self.should_be_open || matches!(self.link, Link::Opening(_)) {
             return;
         }
         if self.fault.is_none() {
@@ -116,7 +117,7 @@ impl StageDialogue for Session {
             return;
         }
         self.down(being_opened());
-        self.wants_open = true;
+        self.should_be_open = true;
     }
 
     fn stage_error(refusal: &StageError) -> StageError {
@@ -143,7 +144,7 @@ impl Session {
         self.send(axis, &format!("move abs {target_steps} {speed_data}"), Asked::Move, now)
     }
 
-    /// Sound, and nothing under way.
+    /// Checks that there is no fault and nothing in progress.
     fn ready_to_move(&self) -> Result<(), StageError> {
         self.sound()?;
         let busy = self.seen.as_ref().is_none_or(|seen| seen.busy);
@@ -154,8 +155,8 @@ impl Session {
         Ok(())
     }
 
-    /// A stop went out past this session. It goes out once more behind whatever the session wrote before it knew of
-    /// the stop, so that no move comes after the last stop.
+    /// A stop was sent bypassing this session. It is sent once more after everything that the session wrote before it
+    /// knew of the stop, so that no move follows the last stop.
     pub(super) fn stop_begun(&mut self, now: Instant) {
         if !matches!(self.link, Link::Up) {
             return;

@@ -1,4 +1,4 @@
-//! The session as the thread of a controller drives it.
+//! The session's interface to the thread of a controller.
 
 use std::time::{Duration, Instant};
 
@@ -9,14 +9,14 @@ use crate::lines::serial_controller::{Dialogue, StopBytes};
 /// Longest sleep of the thread at rest; its queries are slower.
 const RESTING_WAIT: Duration = Duration::from_millis(40);
 
-/// Longest sleep while something moves or is waited for.
+/// Longest sleep while something moves or an answer is awaited.
 const BUSY_WAIT: Duration = Duration::from_millis(5);
 
 impl Dialogue for Session {
     type Fault = StageError;
 
-    fn wants_open(&self) -> bool {
-        self.wants_open
+    fn should_be_open(&self) -> bool {
+        self.should_be_open
     }
 
     fn is_down(&self) -> bool {
@@ -24,7 +24,7 @@ impl Dialogue for Session {
     }
 
     fn opened_or_failed(&self) -> bool {
-        !self.wants_open && !matches!(self.link, Link::Opening(_))
+        !self.should_be_open && !matches!(self.link, Link::Opening(_))
     }
 
     fn sound(&self) -> Result<(), StageError> {
@@ -36,7 +36,7 @@ impl Dialogue for Session {
     }
 
     fn line_unopened(&mut self, reason: String) {
-        self.wants_open = false;
+        self.should_be_open = false;
         self.down(StageError::Gone { reason });
     }
 

@@ -1,25 +1,25 @@
-//! What comes from a device that is up.
+//! Messages from a device that is ready.
 
 use std::time::Instant;
 
-use super::{Activity, Asked, Link, Pending, Seen, Session, Travel};
+use super::{Activity, Asked, LastReport, Link, Pending, Session, Travel};
 use crate::StageError;
 use crate::drivers::zaber::meanings::{Severity, flag_meaning, reason_meaning};
 use crate::drivers::zaber::protocol::{Kind, Message, Status, message_from_line};
 use crate::lines::line_reader::{ReceivedLine, shortened};
 use crate::params::{ZABER_GARBAGE_LINES, ZABER_SETTLED_STEPS, ZABER_STALL};
 
-/// Damaged lines are counted over this time.
+/// Time window in which damaged lines are counted.
 const GARBAGE_WINDOW: std::time::Duration = std::time::Duration::from_secs(1);
 
 impl Session {
-    /// A line, whose first byte came at `line.began_at`.
+    /// A line, whose first byte was received at `line.began_at`.
     pub(super) fn line(&mut self, line: &ReceivedLine, now: Instant) {
         if line.text.trim().is_empty() {
             return;
         }
         let Some(message) = message_from_line(&line.text) else { return self.garbage(&line.text, now) };
-        // From the first answer on every line carries its checksum; one that came without it lost its end.
+        // From the first answer on every line has a checksum; one without it lost its end.
         if matches!(self.link, Link::Up) && !message.checked {
             return self.garbage(&line.text, now);
         }
@@ -34,14 +34,14 @@ impl Session {
         }
     }
 
-    /// Puts lines together that go on; a whole message, or nothing yet.
+    /// Joins continued lines; returns a complete message, or `None` so far.
     fn joined(&mut self, message: Message) -> Option<Message> {
         let whole = match (self.begun.take(), &message.kind) {
             (Some(begun), Kind::Info { continues: true }) => {
                 let text = format!("{} {}", begun.text, message.text);
                 Message { text, goes_on: message.goes_on, ..begun }
             }
-            // The beginning is lost, or another message came between: what was begun is void.
+            // The beginning is lost, or another message came in between: the partial message is discarded.
             (_, Kind::Info { continues: true }) => return None,
             (_, _) => message,
         };
@@ -64,9 +64,9 @@ impl Session {
             }
             Kind::Reply { accepted, status } => {
                 let at = self.pending.iter().position(|pending| Some(pending.id) == message.id);
-                // An answer that was given up.
+                // The answer to an abandoned command.
                 let Some(pending) = at.and_then(|at| self.pending.remove(at)) else { return };
-                self.heard_at = Some(now);
+                self.received_at = Some(now);
                 if *accepted {
                     self.answered(&pending, &message.text, status, began_at, now);
                 } else {
@@ -80,9 +80,9 @@ impl Session {
         match pending.what {
             Asked::Position => {
                 let Ok(steps) = text.parse::<i64>() else { return self.garbage(text, now) };
-                // The position was read between question and answer.
+                // The position was read between query and answer.
                 let at = pending.sent_at + began_at.saturating_duration_since(pending.sent_at) / 2;
-                self.seen = Some(Seen { steps, busy: status.busy, at });
+                self.seen = Some(LastReport { steps, busy: status.busy, at });
                 if !self.judge_flag(&status.flag, pending.sent_at, now) {
                     self.follow(steps, status.busy, pending.sent_at, now);
                 }
@@ -132,14 +132,14 @@ impl Session {
         }
     }
 
-    /// What the flag of an answer means; whether it is a fault.
+    /// Evaluates the flag of an answer; returns whether it is a fault.
     fn judge_flag(&mut self, flag: &str, asked_at: Instant, now: Instant) -> bool {
         let (severity, meaning) = flag_meaning(flag);
         self.last_flag_unreferenced = severity == Severity::Unreferenced;
         match severity {
             Severity::Fault => {
                 let fault = match self.activity {
-                    // A flag of before: the motion that was begun ends it.
+                    // A flag from before: the motion that was started clears it.
                     Activity::Travel(Travel { taken_at, .. }) | Activity::Homing { taken_at, .. }
                         if taken_at.is_none_or(|at| asked_at < at) =>
                     {
@@ -155,7 +155,7 @@ impl Session {
                 true
             }
             Severity::Unreferenced if self.homed => {
-                // The zero was there, and is gone: power went and came.
+                // The reference is lost: power was off in between.
                 self.raise(StageError::Restarted, now);
                 true
             }
@@ -168,7 +168,7 @@ impl Session {
         }
     }
 
-    /// What the position means for what is under way.
+    /// Applies the position to the current activity.
     fn follow(&mut self, steps: i64, busy: bool, asked_at: Instant, now: Instant) {
         match self.activity {
             Activity::Rest | Activity::Held(_) => {}
@@ -187,7 +187,7 @@ impl Session {
         }
     }
 
-    /// Homing ended. A device that was switched off and on in the midst of it rests without a reference.
+    /// Homing ended. A device that was power-cycled in the meantime is at rest without a reference.
     fn end_homing(&mut self, now: Instant) {
         self.activity = Activity::Rest;
         if self.last_flag_unreferenced {
@@ -214,7 +214,7 @@ impl Session {
         }
     }
 
-    /// Counts a line that is damaged or foreign; many in a short time end the link.
+    /// Counts a damaged or foreign line; many within a short time end the link.
     pub(super) fn garbage(&mut self, received: &str, now: Instant) {
         let received = shortened(received);
         match &mut self.link {

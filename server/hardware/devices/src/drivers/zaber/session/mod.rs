@@ -1,7 +1,7 @@
-//! What is known of a device and what is to be sent to it: the driver without its thread and its line.
+//! State of a device and the data to be sent to it: the driver without its thread and its line.
 //!
-//! Parts: `opening` (from the first stop to the first position), `messages` (what comes when it is up), `timers`,
-//! `commands`. Positions inside are the device's microsteps, speeds the device's data.
+//! Parts: `opening` (from the first stop to the first position), `messages` (messages of a ready device), `timers`,
+//! `commands`. Internal positions are the device's microsteps, speeds in the device's units.
 
 mod commands;
 mod dialogue;
@@ -18,13 +18,13 @@ use crate::lines::line_reader::LineReader;
 use crate::{DeviceIdentity, StageCapabilities, StageError};
 use opening::Opening;
 
-/// Numbers of commands: an answer carries that of its command. Stops have the last one.
+/// Ids of commands: an answer has that of its command. Stops have the last one.
 const N_IDS: u8 = 90;
 
-/// The number of every stop.
+/// The id of every stop.
 const STOP_ID: u8 = 99;
 
-/// How far the link is.
+/// State of the link.
 #[derive(Debug)]
 enum Link {
     Down,
@@ -32,17 +32,17 @@ enum Link {
     Up,
 }
 
-/// What the stage does.
+/// Activity of the stage.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Activity {
     Rest,
     Travel(Travel),
-    /// Since when the device has taken the command.
+    /// When the device accepted the command.
     Homing {
         begun_at: Instant,
         taken_at: Option<Instant>,
     },
-    /// Braking, by when it must rest, and what [`crate::Stage::resume`] goes on with.
+    /// Braking, by when it must be at rest, and the motion continued by [`crate::Stage::resume`].
     Stopping {
         sent_at: Instant,
         then: Option<Travel>,
@@ -62,7 +62,7 @@ struct Travel {
     last_progress_at: Instant,
 }
 
-/// What an answer is to.
+/// Kind of a pending command.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Asked {
     Opening,
@@ -86,19 +86,19 @@ struct Pending {
 
 /// The last answer with a position.
 #[derive(Debug, Clone)]
-struct Seen {
+struct LastReport {
     steps: i64,
     busy: bool,
     at: Instant,
 }
 
-/// What the device said about itself.
+/// The device's description of itself.
 #[derive(Debug, Clone)]
 pub struct Machine {
     pub identity: DeviceIdentity,
     pub capabilities: StageCapabilities,
     serial: String,
-    /// Microsteps in a millimetre.
+    /// Microsteps per millimetre.
     steps_per_mm: f64,
 }
 
@@ -107,7 +107,7 @@ pub struct Session {
     config: ZaberConfig,
     place: String,
     link: Link,
-    wants_open: bool,
+    should_be_open: bool,
     fault: Option<StageError>,
     clearing: bool,
     outgoing: Vec<u8>,
@@ -117,11 +117,11 @@ pub struct Session {
     waited_for: Option<u64>,
     refusal: Option<StageError>,
     reader: LineReader,
-    /// A line that goes on, and the text of its beginning.
+    /// A line to be continued, with its text so far.
     begun: Option<super::protocol::Message>,
     machine: Option<Machine>,
-    seen: Option<Seen>,
-    heard_at: Option<Instant>,
+    seen: Option<LastReport>,
+    received_at: Option<Instant>,
     asked_position_at: Option<Instant>,
     asked_serial_at: Option<Instant>,
     garbage_at: VecDeque<Instant>,
@@ -138,7 +138,7 @@ impl Session {
             config,
             place,
             link: Link::Down,
-            wants_open: true,
+            should_be_open: true,
             fault: Some(being_opened()),
             clearing: false,
             outgoing: Vec::new(),
@@ -151,7 +151,7 @@ impl Session {
             begun: None,
             machine: None,
             seen: None,
-            heard_at: None,
+            received_at: None,
             asked_position_at: None,
             asked_serial_at: None,
             garbage_at: VecDeque::new(),
@@ -161,32 +161,32 @@ impl Session {
         }
     }
 
-    /// Who it is and what it can do, once it was up.
+    /// Identity and capabilities, once it has been ready.
     pub fn machine(&self) -> Option<&Machine> {
         self.machine.as_ref()
     }
 
-    /// The link is lost; what moves is stopped if the line still takes it.
+    /// The link is lost; motion is stopped if the line still accepts bytes.
     fn down(&mut self, fault: StageError) {
         tracing::warn!(place = self.place, "{fault}");
         self.outgoing = self.stop_line();
         self.link = Link::Down;
-        self.forget_dialogue();
+        self.reset_dialogue();
         self.homed = false;
         self.fault = Some(fault);
     }
 
-    fn forget_dialogue(&mut self) {
+    fn reset_dialogue(&mut self) {
         self.pending.clear();
         self.reader.clear();
         self.begun = None;
-        (self.heard_at, self.asked_position_at, self.asked_serial_at) = (None, None, None);
+        (self.received_at, self.asked_position_at, self.asked_serial_at) = (None, None, None);
         self.garbage_at.clear();
         self.activity = Activity::Rest;
         self.clearing = false;
     }
 
-    /// A fault over a sound link: what moves is stopped, and no position is trusted.
+    /// A fault over a working link: motion is stopped, and no position is trusted.
     fn raise(&mut self, fault: StageError, now: Instant) {
         if self.fault.is_some() {
             return;
@@ -218,7 +218,7 @@ impl Session {
         self.machine.as_ref().map_or(1.0, |machine| machine.steps_per_mm)
     }
 
-    /// Sends words to the axis (`scope` 0: to the device); the ticket of the answer.
+    /// Sends a command to the axis (`scope` 0: to the device); returns the ticket of the answer.
     fn send(&mut self, scope: u8, words: &str, what: Asked, now: Instant) -> u64 {
         self.next_id = (self.next_id + 1) % N_IDS;
         let id = if what == Asked::Stop { STOP_ID } else { self.next_id };
@@ -235,7 +235,7 @@ impl Session {
         self.send(self.config.axis, "stop", Asked::Stop, now)
     }
 
-    /// A stop that stands by itself: half a line that may precede it is ended first, and is then damaged and void.
+    /// A stop on a line of its own: a partial line that may precede it is ended first, and is then invalid.
     fn stop_line(&self) -> Vec<u8> {
         format!("\n{}", command(self.config.address, self.config.axis, STOP_ID, "stop")).into_bytes()
     }

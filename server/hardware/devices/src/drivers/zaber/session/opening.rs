@@ -1,26 +1,27 @@
-//! From the first stop to the first position: who the device is, how it is set, and that it rests.
+//! From the first stop to the first position: identity and settings of the device, and that it is at rest.
 
 use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
 
 use super::commands::SPEED_DATA;
-use super::{Activity, Asked, Link, Machine, Seen, Session, being_opened};
+use super::{Activity, Asked, LastReport, Link, Machine, Session, being_opened};
 use crate::drivers::zaber::protocol::{Kind, Message};
 use crate::drivers::zaber::reason_meaning;
 use crate::lines::line_reader::shortened;
 use crate::params::ZABER_SILENCE;
 use crate::{DeviceIdentity, Homing, StageCapabilities, StageError};
 
-/// A question that was not answered is asked again after this time: a device may still be starting.
+/// Interval after which an unanswered query is repeated: a device may still be starting.
 const ASK_AGAIN: Duration = Duration::from_millis(300);
 
 /// The device's data for an acceleration of one microstep/s² (ASCII Protocol Manual, "data conversion").
 const ACCELERATION_DATA: f64 = 1.6384 / 10_000.0;
 
-/// Firmware from which `move abs` takes a speed; before, a speed would have to be written to the device's memory.
+/// Firmware from which `move abs` accepts a speed; with older firmware a speed would have to be written to the device's
+/// memory.
 const OLDEST_FIRMWARE: f64 = 7.25;
 
-/// What is asked, in this order, and whether of the axis. Answers of the first may lack their checksums.
+/// The queries, in this order, and whether each is to the axis. Answers of the first ones may lack checksums.
 const QUESTIONS: [(&str, bool); 12] = [
     ("stop", true),
     ("get comm.checksum", false),
@@ -36,10 +37,10 @@ const QUESTIONS: [(&str, bool); 12] = [
     ("get pos", true),
 ];
 
-/// The first question whose answer must have a checksum.
+/// The first query whose answer must have a checksum.
 const N_UNCHECKED: usize = 3;
 
-/// How far an opening is.
+/// Progress of an opening.
 #[derive(Debug)]
 pub struct Opening {
     since: Instant,
@@ -70,8 +71,8 @@ impl Opening {
 impl Session {
     /// A stop first: a dead owner may have left it moving.
     pub(super) fn begin_opening(&mut self, now: Instant) {
-        self.wants_open = false;
-        self.forget_dialogue();
+        self.should_be_open = false;
+        self.reset_dialogue();
         (self.homed, self.seen) = (false, None);
         self.fault = Some(being_opened());
         self.outgoing = self.stop_line();
@@ -100,7 +101,7 @@ impl Session {
             return self.down(wrong(&self.place, &format!("an answer to `{question}`"), found));
         }
         opening.answers.insert(question, message.text.clone());
-        // Written only where it is not so already.
+        // Written only if it is not set already.
         opening.question += if question == "get comm.checksum" && message.text == "1" { 2 } else { 1 };
         if opening.question < QUESTIONS.len() {
             return self.opening_tick(now);
@@ -113,8 +114,8 @@ impl Session {
             Ok((machine, steps)) => {
                 self.machine = Some(machine);
                 (self.link, self.fault, self.activity) = (Link::Up, None, Activity::Rest);
-                self.seen = Some(Seen { steps, busy: false, at: now });
-                self.heard_at = Some(now);
+                self.seen = Some(LastReport { steps, busy: false, at: now });
+                self.received_at = Some(now);
             }
             Err(fault) => self.down(fault),
         }
@@ -132,7 +133,7 @@ impl Session {
             let (command, waited_ms) = (question.to_owned(), waited.as_millis() as u64);
             return self.down(StageError::NoReply { command, waited_ms });
         }
-        // The axis is asked at a calmer pace while it brakes.
+        // The axis is queried at a slower pace while it brakes.
         let pause = if question == "get pos" { ASK_AGAIN / 10 } else { ASK_AGAIN };
         if opening.asked_at.is_none_or(|at| now - at > pause) {
             opening.asked_at = Some(now);
@@ -141,7 +142,7 @@ impl Session {
         }
     }
 
-    /// What the driver works with, and where the axis is.
+    /// The settings used by the driver, and the position of the axis.
     fn described(&self) -> Result<(Machine, i64), StageError> {
         let Link::Opening(opening) = &self.link else { return Err(being_opened()) };
         let (place, config) = (self.place.as_str(), &self.config);
@@ -160,7 +161,7 @@ impl Session {
         for end_mm in [config.travel_mm.0, config.travel_mm.1] {
             let from_zero_mm = if config.reversed { -end_mm } else { end_mm };
             let device_mm = from_zero_mm + config.zero_at_device_mm;
-            // A microstep of rounding.
+            // Tolerance of one microstep.
             if device_mm < limits_mm[0] - 1.0 / steps_per_mm || device_mm > limits_mm[1] + 1.0 / steps_per_mm {
                 let expected = format!("a device that reaches {device_mm} mm (stage position {end_mm} mm)");
                 let [low_mm, high_mm] = limits_mm;

@@ -1,4 +1,4 @@
-//! What happens because time passes: queries, silence, the limit of homing.
+//! Timed events: queries, silence, the limit of homing.
 
 use std::time::{Duration, Instant};
 
@@ -9,7 +9,7 @@ use crate::params::{
 };
 
 impl Session {
-    /// Does what is due at `now`.
+    /// Processes what is due at `now`.
     pub(super) fn pass(&mut self, now: Instant) {
         match self.link {
             Link::Down => return,
@@ -63,10 +63,10 @@ impl Session {
         let unanswered = self.pending.iter().find(|pending| {
             matters(pending.what) && now.saturating_duration_since(pending.sent_at) > ZABER_SILENCE
         });
-        let (command, since) = match (unanswered, self.heard_at) {
+        let (command, since) = match (unanswered, self.received_at) {
             (Some(pending), _) => (pending.words.clone(), pending.sent_at),
-            (None, Some(heard_at)) if now.saturating_duration_since(heard_at) > ZABER_SILENCE => {
-                ("get pos".to_owned(), heard_at)
+            (None, Some(received_at)) if now.saturating_duration_since(received_at) > ZABER_SILENCE => {
+                ("get pos".to_owned(), received_at)
             }
             _ => return None,
         };

@@ -1,29 +1,29 @@
-//! What is said on the line, and what is believed of it.
+//! Commands on the line, and acceptance of answers.
 
 use std::time::Duration;
 
 use super::{SLACK, bench, home, rest, sound_bench, wait_until};
 use crate::contract::Stopwatch;
-use crate::simulators::simulator::Happening;
+use crate::simulators::simulator::WitnessEvent;
 use crate::simulators::zaber_simulator::{Event, SimulatorConfig};
 use crate::{Stage, StageError, StageKind};
 
-fn heard_since(bench: &super::Bench, mark: usize) -> String {
+fn received_since(bench: &super::Bench, mark: usize) -> String {
     let bytes = bench.simulator.witness().since(mark).into_iter().filter_map(|entry| match entry.what {
-        Happening::Byte(byte) => Some(byte),
+        WitnessEvent::Byte(byte) => Some(byte),
         _ => None,
     });
     String::from_utf8(bytes.collect()).unwrap()
 }
 
 #[test]
-fn it_says_who_it_is_and_what_it_can_do_in_millimetres() {
+fn identity_and_capabilities_are_read_in_millimetres() {
     let stage = sound_bench().open();
     let (identity, can) = (stage.identity(), stage.capabilities());
     assert_eq!((identity.driver, identity.model.as_str()), ("zaber", "device 50422"));
     assert_eq!((identity.serial.as_str(), identity.firmware.as_str()), ("80001", "7.38"));
     assert_eq!((can.kind, can.travel_mm), (StageKind::Linear, (-4.0, 4.0)));
-    // 2 mm a turn of 200 × 64 microsteps.
+    // 2 mm per turn of 200 × 64 microsteps.
     assert!((can.resolution_mm - 2.0 / 12_800.0).abs() < 1e-12, "{can:?}");
     assert!((can.max_speed_mm_s - 200.0).abs() < 0.01, "{can:?}");
     assert!((can.acceleration_mm_s2.unwrap() - 5000.0).abs() < 5.0, "{can:?}");
@@ -36,7 +36,7 @@ fn only_the_axis_is_spoken_to_and_every_command_has_its_checksum() {
     home(&mut stage);
     stage.start_move(1.0, 20.0).unwrap();
     rest(&mut stage);
-    for line in heard_since(&bench, 0).lines().filter(|line| !line.is_empty()) {
+    for line in received_since(&bench, 0).lines().filter(|line| !line.is_empty()) {
         assert!(line.starts_with("/07 "), "{line} is for others too");
         assert!(line.rsplit_once(':').is_some_and(|(_, sum)| sum.len() == 2), "{line} has no checksum");
         let of_axis = ["move", "home", "stop", "get pos", "warnings"].iter().any(|word| line.contains(word));
@@ -53,13 +53,13 @@ fn only_the_axis_is_spoken_to_and_every_command_has_its_checksum() {
 }
 
 #[test]
-fn replies_are_asked_to_carry_checksums_and_that_is_written_once_only() {
+fn checksums_of_replies_are_enabled_and_written_only_once() {
     let bench = sound_bench();
     drop(bench.open());
-    assert!(heard_since(&bench, 0).contains("set comm.checksum 1"));
+    assert!(received_since(&bench, 0).contains("set comm.checksum 1"));
     let mark = bench.simulator.witness().mark();
     drop(bench.open());
-    assert!(!heard_since(&bench, mark).contains("set comm.checksum"));
+    assert!(!received_since(&bench, mark).contains("set comm.checksum"));
 }
 
 #[test]
@@ -86,14 +86,14 @@ fn another_serial_number_an_axis_it_has_not_and_a_travel_too_long_are_refused() 
 }
 
 #[test]
-fn firmware_that_takes_no_speed_with_a_move_is_refused_with_what_to_do() {
+fn firmware_without_a_speed_parameter_of_moves_is_refused_with_a_remedy() {
     let bench = bench(SimulatorConfig { version: 6.32, ..SimulatorConfig::default() });
     let refusal = bench.refusal();
     assert!(matches!(&refusal, StageError::WrongDevice { found, .. } if found.contains("update")), "{refusal}");
 }
 
 #[test]
-fn a_silent_device_and_a_missing_port_are_told_apart() {
+fn a_silent_device_and_a_missing_port_are_distinguished() {
     let mut bench = sound_bench();
     bench.config.open_limit = Duration::from_millis(400);
     bench.simulator.fail(crate::simulators::simulator::LineFault::Silence);
@@ -107,7 +107,7 @@ fn a_silent_device_and_a_missing_port_are_told_apart() {
 #[test]
 fn what_a_dead_owner_left_moving_is_stopped_when_it_is_opened() {
     let bench = bench(SimulatorConfig { homing_mm_s: 2.0, start_at_mm: 90.0, ..SimulatorConfig::default() });
-    bench.simulator.hear(b"/1 1 home\n");
+    bench.simulator.receive(b"/1 1 home\n");
     wait_until(SLACK, "it moves", || bench.moving());
     let mut again = bench.open();
     assert!(!bench.moving() && !again.poll().unwrap().moving, "opened, and it moves");
@@ -130,9 +130,12 @@ fn stops_reach_the_device_in_time_while_others_poll_and_the_last_word_is_stop() 
         waits.push(watch.own_time());
         let state = rest(&mut stage);
         assert!(state.homed && state.position_mm.is_some(), "a stop cost the position: {state:?}");
-        let heard = heard_since(&bench, mark);
-        assert!(heard.contains(" stop:"), "{heard}");
-        assert!(!heard.rsplit_once(" stop:").unwrap().1.contains("move"), "a move came after the stop: {heard}");
+        let received = received_since(&bench, mark);
+        assert!(received.contains(" stop:"), "{received}");
+        assert!(
+            !received.rsplit_once(" stop:").unwrap().1.contains("move"),
+            "a move came after the stop: {received}"
+        );
         assert!(crate::time::since(begun_at) < Duration::from_secs(2));
     }
     waits.sort();
@@ -141,12 +144,12 @@ fn stops_reach_the_device_in_time_while_others_poll_and_the_last_word_is_stop() 
 }
 
 #[test]
-fn a_refused_move_is_told_to_its_caller_with_the_device_s_reason() {
+fn a_refused_move_returns_the_reason_of_the_device() {
     let bench = sound_bench();
     let mut stage = bench.open();
     home(&mut stage);
-    // Pressed and released between two polls: the driver asks for a move meanwhile.
-    bench.simulator.happen(Event::EmergencyStop);
+    // Pressed and released between two polls: the driver requests a move in the meantime.
+    bench.simulator.trigger_event(Event::EmergencyStop);
     let refusal = stage.start_move(1.0, 10.0);
     assert!(
         matches!(&refusal, Err(StageError::Rejected { reason, .. }) if reason == "DRIVERDISABLED")

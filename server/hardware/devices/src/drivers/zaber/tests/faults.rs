@@ -1,4 +1,4 @@
-//! Fault × state: what is told within a second, that it rests, and how it comes back: ready, never active. The table in
+//! Fault × state: reported within a second, at rest, and recovery to ready, never active. The table in
 //! `server/docs/devices/zaber.md` names these tests cell by cell.
 
 use std::time::Duration;
@@ -9,7 +9,7 @@ use crate::simulators::simulator::LineFault;
 use crate::simulators::zaber_simulator::{Event, SimulatorConfig};
 use crate::{Stage, StageError};
 
-/// `promises.md`: serial faults are named within a second.
+/// `promises.md`: serial faults are reported within a second.
 const NAMED_LIMIT: Duration = Duration::from_secs(1);
 
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -20,7 +20,7 @@ enum When {
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
-enum What {
+enum FaultKind {
     Silence,
     Garbage,
     Stall,
@@ -34,10 +34,10 @@ enum What {
 }
 
 macro_rules! cells {
-    ($($name:ident: $what:ident, $when:ident => $told:pat,)*) => {
+    ($($name:ident: $what:ident, $when:ident => $expected:pat,)*) => {
         $(#[test]
         fn $name() {
-            cell(What::$what, When::$when, |fault| matches!(fault, $told));
+            cell(FaultKind::$what, When::$when, |fault| matches!(fault, $expected));
         })*
     };
 }
@@ -67,17 +67,17 @@ cells! {
     another_device_while_moving: AnotherDevice, Moving => StageError::Gone { .. } | StageError::WrongDevice { .. },
 }
 
-fn cell(what: What, when: When, told: impl Fn(&StageError) -> bool) {
+fn cell(what: FaultKind, when: When, expected: impl Fn(&StageError) -> bool) {
     let bench = sound_bench();
     let mut stage = bench.open();
     bring_to(&bench, &mut stage, when);
-    happen(&bench, what);
-    wait_until(NAMED_LIMIT + SLACK, "the fault is named", || stage.poll().is_err());
+    trigger_event(&bench, what);
+    wait_until(NAMED_LIMIT + SLACK, "the fault is reported", || stage.poll().is_err());
     let fault = stage.poll().unwrap_err();
-    assert!(told(&fault), "told as: {fault}");
-    assert!(stage.poll().is_err(), "told once, then not any more");
+    assert!(expected(&fault), "reported as: {fault}");
+    assert!(stage.poll().is_err(), "reported once only");
     assert!(stage.start_move(0.0, 10.0).is_err(), "a move was accepted in spite of the fault");
-    if what != What::StuckUnnoticed {
+    if what != FaultKind::StuckUnnoticed {
         wait_until(SLACK, "it rests", || !bench.moving());
     }
     comes_back_ready(&bench, &mut stage, what);
@@ -89,36 +89,36 @@ fn bring_to(bench: &Bench, stage: &mut ZaberStage, when: When) {
     rest(stage);
     match when {
         When::Ready => return,
-        // Slow enough to outlast every fault's naming.
+        // Slow enough to last longer than any fault takes to be reported.
         When::Moving => drop(stage.start_move(-4.0, 4.0).unwrap()),
         When::Homing => stage.start_home().unwrap(),
     }
     wait_until(SLACK, "it moves", || bench.moving());
 }
 
-fn happen(bench: &Bench, what: What) {
+fn trigger_event(bench: &Bench, what: FaultKind) {
     let simulator = &bench.simulator;
     match what {
-        What::Silence => simulator.fail(LineFault::Silence),
-        What::Garbage => simulator.fail(LineFault::Garbage),
-        What::Stall => simulator.happen(Event::Stall),
-        What::StuckUnnoticed => simulator.happen(Event::StuckUnnoticed),
-        What::EmergencyStop => simulator.happen(Event::EmergencyStop),
-        What::Knob => simulator.happen(Event::Knob),
-        What::Push => simulator.happen(Event::Push),
-        What::Unplugged => simulator.unplug(),
-        What::Restart => simulator.restart(),
-        What::AnotherDevice => {
+        FaultKind::Silence => simulator.fail(LineFault::Silence),
+        FaultKind::Garbage => simulator.fail(LineFault::Garbage),
+        FaultKind::Stall => simulator.trigger_event(Event::Stall),
+        FaultKind::StuckUnnoticed => simulator.trigger_event(Event::StuckUnnoticed),
+        FaultKind::EmergencyStop => simulator.trigger_event(Event::EmergencyStop),
+        FaultKind::Knob => simulator.trigger_event(Event::Knob),
+        FaultKind::Push => simulator.trigger_event(Event::Push),
+        FaultKind::Unplugged => simulator.unplug(),
+        FaultKind::Restart => simulator.restart(),
+        FaultKind::AnotherDevice => {
             simulator.replug_as(SimulatorConfig { serial: 666, ..SimulatorConfig::default() });
         }
     }
 }
 
-/// The cause is removed and the fault acknowledged: nothing moves by itself, and no position is told.
-fn comes_back_ready(bench: &Bench, stage: &mut ZaberStage, what: What) {
+/// The cause is removed and the fault acknowledged: no motion, and no position reported.
+fn comes_back_ready(bench: &Bench, stage: &mut ZaberStage, what: FaultKind) {
     bench.simulator.repair();
-    bench.simulator.happen(Event::Repair);
-    if what == What::Unplugged {
+    bench.simulator.trigger_event(Event::Repair);
+    if what == FaultKind::Unplugged {
         bench.simulator.replug();
     }
     wait_until(SLACK, "it rests", || !bench.moving());
@@ -139,7 +139,7 @@ fn comes_back_ready(bench: &Bench, stage: &mut ZaberStage, what: What) {
 }
 
 #[test]
-fn a_device_exchanged_on_a_live_line_is_found_by_its_serial_number() {
+fn a_device_exchanged_on_a_live_line_is_detected_by_its_serial_number() {
     let mut bench = sound_bench();
     bench.config.expected_serial = Some(80_001);
     let mut stage = bench.open();
@@ -147,7 +147,7 @@ fn a_device_exchanged_on_a_live_line_is_found_by_its_serial_number() {
     bench.simulator.replug_as(SimulatorConfig { serial: 666, ..SimulatorConfig::default() });
     wait_until(NAMED_LIMIT + SLACK, "it is noticed", || stage.poll().is_err());
     stage.reconnect().unwrap();
-    wait_until(Duration::from_secs(2), "it is named", || {
+    wait_until(Duration::from_secs(2), "it is reported", || {
         matches!(stage.poll(), Err(StageError::WrongDevice { .. }))
     });
 }
@@ -157,8 +157,8 @@ fn an_emergency_stop_that_stays_pressed_stays_a_fault() {
     let bench = sound_bench();
     let mut stage = bench.open();
     home(&mut stage);
-    bench.simulator.happen(Event::EmergencyStop);
-    wait_until(NAMED_LIMIT + SLACK, "it is named", || stage.poll().is_err());
+    bench.simulator.trigger_event(Event::EmergencyStop);
+    wait_until(NAMED_LIMIT + SLACK, "it is reported", || stage.poll().is_err());
     stage.clear_fault().unwrap();
     for _ in 0..200 {
         assert!(matches!(stage.poll(), Err(StageError::Warned { .. })), "cleared while it is pressed");

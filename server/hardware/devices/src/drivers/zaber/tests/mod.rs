@@ -1,6 +1,6 @@
-//! The driver over the simulated device, whose witness is asked what really happened.
+//! The driver over the simulated device, whose witness records what really happened.
 //!
-//! Not shown here: that a real device behaves like the simulation, which follows the protocol's document.
+//! Not covered: that a real device behaves like the simulation, which follows the protocol's document.
 
 mod dialogue;
 mod faults;
@@ -17,19 +17,19 @@ use crate::simulators::zaber_simulator::{SimulatorConfig, ZaberSimulator};
 use crate::time::{Membership, simulate};
 use crate::{Stage, StageError, StageState};
 
-/// What the operating system may add where processors are free.
+/// Time that the operating system may add on an idle machine.
 const SLACK: Duration = Duration::from_millis(250);
 
 struct Bench {
     simulator: Arc<ZaberSimulator>,
     config: ZaberConfig,
     _folder: TempDir,
-    /// The last to go: everything above lives by it.
+    /// Dropped last: everything above uses it.
     _clock: Option<Membership>,
 }
 
 /// A device of this kind; the stage's zero is 50 mm from its home, its travel 8 mm.
-/// Test and bench live by a simulated clock.
+/// Test and bench use a simulated clock.
 fn bench(kind: SimulatorConfig) -> Bench {
     bench_under(simulate(), kind)
 }
@@ -78,7 +78,7 @@ fn wait_until(limit: Duration, what: &str, mut seen: impl FnMut() -> bool) {
     }
 }
 
-/// Waits until it rests; where.
+/// Waits until it is at rest; returns its state.
 fn rest(stage: &mut ZaberStage) -> StageState {
     wait_until(Duration::from_secs(5), "it comes to rest", || !stage.poll().unwrap().moving);
     stage.poll().unwrap()

@@ -1,4 +1,4 @@
-//! The suite every stage passes.
+//! The contract suite of stages.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -11,7 +11,7 @@ fn profile(bench: &Bench) -> StageProfile {
     let (unplugged, replugged) = (Arc::clone(&bench.simulator), Arc::clone(&bench.simulator));
     StageProfile {
         speed_mm_s: 20.0,
-        // Settling, as the driver bears it.
+        // Settling error tolerated by the driver.
         tolerance_mm: 0.001,
         instant: false,
         motion_limit: Duration::from_secs(2),

@@ -1,36 +1,36 @@
-//! Resets and alarms: what ends, what is said, and the pause after `ALARM:n` in which nothing else happens.
+//! Resets and alarms: what ends, the messages, and the pause after `ALARM:n` during which nothing else happens.
 
 use std::time::Instant;
 
 use super::{Firmware, State};
 use crate::simulators::grbl_simulator::{Dialect, Event};
 
-/// The silence after `ALARM:n`.
+/// The pause after `ALARM:n`.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Pause {
     pub until: Instant,
     next: Next,
 }
 
-/// What the firmware does when the pause is over.
+/// What happens after the pause.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Next {
-    /// Goes on, locked.
+    /// Continues, locked.
     Nothing,
-    /// Starts anew: the banner.
+    /// Restarts: the banner.
     Restart,
-    /// As `Restart`, after the `ok` that GRBL gives to a failed `$H`.
+    /// As `Restart`, after the `ok` with which GRBL answers a failed `$H`.
     OkAndRestart,
-    /// Waits for a reset; one that came in the pause is lost, except in FluidNC.
+    /// Waits for a reset; one received during the pause is lost, except in FluidNC.
     Critical { reset: bool },
 }
 
-/// `ALARM:14` of FluidNC and `ALARM:11` of grblHAL: it wants to be homed.
+/// `ALARM:14` of FluidNC and `ALARM:11` of grblHAL: homing is required.
 const FLUID_NC_UNHOMED: u32 = 14;
 const GRBL_HAL_MUST_HOME: u32 = 11;
 
 impl Firmware {
-    pub(super) fn reset_heard(&mut self, now: Instant) {
+    pub(super) fn reset_received(&mut self, now: Instant) {
         self.advance(now);
         // grblHAL ignores it while its emergency stop is pressed.
         if self.lasting == Some(Event::EmergencyStop) {
@@ -43,7 +43,7 @@ impl Firmware {
                 if pause.next == Next::Nothing {
                     pause.next = Next::Restart;
                 }
-                // `mc_reset` of GRBL stops the spindle in the interrupt; the others when they come to it.
+                // `mc_reset` of GRBL stops the spindle in the interrupt; the others do it in their main loop.
                 if self.config.dialect == Dialect::Grbl {
                     self.dark(now);
                 }
@@ -84,7 +84,7 @@ impl Firmware {
         }
     }
 
-    /// The main program begins again: laser off, everything cleared but position and lock.
+    /// The main program restarts: laser off, everything cleared but position and lock.
     fn restart(&mut self, now: Instant) {
         self.halt(now);
         self.dark(now);
@@ -94,7 +94,7 @@ impl Firmware {
         self.insist_on_homing(now);
     }
 
-    /// Power comes on.
+    /// Power-on.
     pub(super) fn boot(&mut self, now: Instant) {
         self.dark(now);
         (self.homed, self.was_reset) = (false, false);
@@ -119,12 +119,12 @@ impl Firmware {
         }
     }
 
-    /// An alarm by itself, as from a limit switch.
+    /// A spontaneous alarm, as from a limit switch.
     pub fn raise(&mut self, code: u32, now: Instant) {
         self.advance(now);
-        let darkens = self.config.dialect != Dialect::FluidNc && !matches!(code, 4 | 5);
+        let turns_laser_off = self.config.dialect != Dialect::FluidNc && !matches!(code, 4 | 5);
         self.halt(now);
-        if darkens {
+        if turns_laser_off {
             self.dark(now);
         }
         self.homed &= code == 2;
@@ -137,7 +137,7 @@ impl Firmware {
         }
     }
 
-    /// Homing ended without a zero, by itself.
+    /// Homing failed without finding a zero.
     pub(super) fn homing_failed(&mut self, code: u32, now: Instant) {
         self.halt(now);
         self.dark(now);
@@ -145,14 +145,14 @@ impl Firmware {
         self.alarm(code, State::Alarm, next, now);
     }
 
-    /// Homing was ended by a reset or the door.
+    /// Homing was interrupted by a reset or the door.
     pub(super) fn homing_interrupted(&mut self, code: u32, now: Instant) {
         self.homing_failed(code, now);
     }
 
     fn alarm(&mut self, code: u32, state: State, next: Next, now: Instant) {
         self.state = state;
-        self.say(&format!("ALARM:{code}"));
+        self.send_line(&format!("ALARM:{code}"));
         self.pause = Some(Pause { until: now + self.config.dialect.alarm_pause(), next });
     }
 
@@ -162,11 +162,11 @@ impl Firmware {
             Next::Nothing => {}
             Next::Restart => self.restart(now),
             Next::OkAndRestart => {
-                self.say("ok");
+                self.send_line("ok");
                 self.restart(now);
             }
             Next::Critical { reset } => {
-                self.say("[MSG:Reset to continue]");
+                self.send_line("[MSG:Reset to continue]");
                 if self.config.dialect == Dialect::GrblHal {
                     self.rx.clear();
                 }
@@ -179,10 +179,10 @@ impl Firmware {
 
     fn banner(&mut self) {
         let banner = self.config.banner.clone();
-        self.say("");
-        self.say(&banner);
+        self.send_line("");
+        self.send_line(&banner);
         if self.state == State::Alarm {
-            self.say("[MSG:'$H'|'$X' to unlock]");
+            self.send_line("[MSG:'$H'|'$X' to unlock]");
         }
         self.reports = 0;
     }

@@ -1,4 +1,4 @@
-//! What comes in lines: `$` commands and G-code.
+//! Text lines: `$` commands and G-code.
 
 use std::time::{Duration, Instant};
 
@@ -13,7 +13,7 @@ impl Firmware {
                     return;
                 }
                 self.reply_at = None;
-                self.say(reply);
+                self.send_line(reply);
             }
             if !self.reads() {
                 return;
@@ -32,20 +32,20 @@ impl Firmware {
         }
     }
 
-    /// A hold, a door, homing and sleep leave lines where they are; so does GRBL after a limit alarm.
+    /// A hold, a door, homing and sleep leave lines unread; so does GRBL after a limit alarm.
     fn reads(&self) -> bool {
         let deaf = self.state == State::Critical && self.config.dialect == Dialect::Grbl;
         let busy = matches!(self.state, State::Home | State::Hold | State::Door | State::Sleep);
         self.pause.is_none() && !busy && !deaf
     }
 
-    /// Spindle words and dwells wait until what was planned is done; moves until there is room to plan them.
+    /// Spindle words and dwells wait until the planned moves are done; moves wait for room in the planner.
     fn must_wait(&self, line: &str) -> bool {
         let planned = self.state == State::Run && !line.starts_with('$');
         let synchronises = ["M3", "M4", "M5", "G4P"].iter().any(|word| line.contains(word));
         let full = self.planned.len() >= self.config.dialect.blocks();
         let jogs_full = self.state == State::Jog && line.starts_with("$J=") && full;
-        // A jog that is being cancelled does not take another.
+        // A jog that is being cancelled does not accept another.
         let ending = self.after_jog.is_some();
         ending || jogs_full || (planned && (synchronises || full))
     }
@@ -53,7 +53,7 @@ impl Firmware {
     fn execute(&mut self, line: &str, now: Instant) {
         let hal = self.config.dialect == Dialect::GrblHal;
         if self.state == State::Critical && line.starts_with('$') {
-            return self.say(match line {
+            return self.send_line(match line {
                 _ if hal => "error:79",
                 "$X" => "ok",
                 _ => "error:8",
@@ -61,28 +61,30 @@ impl Firmware {
         }
         let idle = matches!(self.state, State::Idle | State::Alarm);
         match line {
-            "" => self.say("ok"),
+            "" => self.send_line("ok"),
             "$X" => self.unlock(),
             "$C" if matches!(self.state, State::Idle) => {
                 self.state = State::Check;
-                self.say("[MSG:Enabled]");
-                self.say("ok");
+                self.send_line("[MSG:Enabled]");
+                self.send_line("ok");
             }
             "$SLP" if idle => {
-                self.say("ok");
+                self.send_line("ok");
                 self.dark(now);
                 self.state = State::Sleep;
             }
-            "$I" | "$$" | "$H" if !idle => self.say("error:8"),
-            "$I" => self.tell_build(),
-            "$$" => self.tell_settings(),
-            "$H" if !self.config.homing => self.say("error:5"),
-            "$H" if self.door_open => self.say("error:13"),
+            "$I" | "$$" | "$H" if !idle => self.send_line("error:8"),
+            "$I" => self.send_build(),
+            "$$" => self.send_settings(),
+            "$H" if !self.config.homing => self.send_line("error:5"),
+            "$H" if self.door_open => self.send_line("error:13"),
             "$H" => self.home(now),
             _ => match line.strip_prefix("$J=") {
                 Some(words) => self.jog(words, now),
                 None if line.starts_with('$') => self.set(line, idle),
-                None if matches!(self.state, State::Alarm | State::Jog | State::Critical) => self.say("error:9"),
+                None if matches!(self.state, State::Alarm | State::Jog | State::Critical) => {
+                    self.send_line("error:9")
+                }
                 None => self.block(line, now),
             },
         }
@@ -91,54 +93,54 @@ impl Firmware {
     fn unlock(&mut self) {
         if self.state == State::Alarm {
             if self.door_open {
-                return self.say("error:13");
+                return self.send_line("error:13");
             }
             if self.must_home {
-                return self.say("error:46");
+                return self.send_line("error:46");
             }
-            self.say("[MSG:Caution: Unlocked]");
+            self.send_line("[MSG:Caution: Unlocked]");
             self.state = State::Idle;
             self.homed |= self.config.dialect == Dialect::FluidNc;
         }
-        self.say("ok");
+        self.send_line("ok");
     }
 
-    /// `$10` alone. grblHAL/core 8689918, which its simulator names, does not come back from a setting written after a
-    /// soft reset: `onSettingsChanged` of `gcode.c` then calls itself.
+    /// `$10` only. grblHAL/core 8689918, which its simulator uses, does not return from a setting written after a soft
+    /// reset: `onSettingsChanged` of `gcode.c` then recurses.
     fn set(&mut self, line: &str, idle: bool) {
         match line.strip_prefix("$10=").and_then(|value| value.parse().ok()) {
-            Some(_) if !idle => self.say("error:8"),
+            Some(_) if !idle => self.send_line("error:8"),
             Some(_) if self.config.dialect == Dialect::GrblHal && self.was_reset => {
                 self.dead = true;
             }
             Some(mask) => {
                 self.report_mask = mask;
-                self.say("ok");
+                self.send_line("ok");
             }
-            None => self.say("error:3"),
+            None => self.send_line("error:3"),
         }
     }
 
     fn jog(&mut self, words: &str, now: Instant) {
         if !matches!(self.state, State::Idle | State::Jog) {
-            return self.say("error:8");
+            return self.send_line("error:8");
         }
-        let Some(words) = words_of(words) else { return self.say("error:2") };
+        let Some(words) = words_of(words) else { return self.send_line("error:2") };
         let absolute = !words.contains(&('G', 91.0));
         let (Some(axis_mm), Some(feed_mm_min)) = (value(&words, self.config.axis), value(&words, 'F')) else {
-            return self.say("error:22");
+            return self.send_line("error:22");
         };
         let target_mm = if absolute { axis_mm } else { self.at_mm + axis_mm };
         if self.config.soft_limits && !self.within(target_mm) {
-            return self.say("error:15");
+            return self.send_line("error:15");
         }
         self.plan(target_mm, feed_mm_min, State::Jog, now);
-        self.say("ok");
+        self.send_line("ok");
     }
 
-    /// One line of G-code: the words this machine needs, and error 20 for others.
+    /// One line of G-code: the words needed here, and error 20 for others.
     fn block(&mut self, line: &str, now: Instant) {
-        let Some(words) = words_of(line) else { return self.say("error:2") };
+        let Some(words) = words_of(line) else { return self.send_line("error:2") };
         let mut modal = self.modal;
         let (mut names_g1, mut machine_space, mut dwell) = (false, false, None);
         for &(letter, number) in &words {
@@ -157,16 +159,16 @@ impl Firmware {
                 ('S', speed) => modal.speed = speed.min(self.config.max_spindle),
                 ('P', _) => {}
                 (letter, _) if letter == self.config.axis => {}
-                _ => return self.say("error:20"),
+                _ => return self.send_line("error:20"),
             }
         }
         let axis = value(&words, self.config.axis);
         let feeding = names_g1 || (modal.feeds && axis.is_some());
         if feeding && modal.feed_mm_min == 0.0 {
-            return self.say("error:22");
+            return self.send_line("error:22");
         }
         if self.state == State::Check {
-            return self.say("ok");
+            return self.send_line("ok");
         }
         let target_mm =
             axis.map(|axis_mm| if modal.absolute || machine_space { axis_mm } else { self.at_mm + axis_mm });
@@ -182,7 +184,7 @@ impl Firmware {
         let spin_up = if switched { self.config.spindle_delay } else { Duration::ZERO };
         let wait = spin_up + dwell.and_then(|s| Duration::try_from_secs_f64(s).ok()).unwrap_or_default();
         if wait.is_zero() {
-            self.say("ok");
+            self.send_line("ok");
         } else {
             self.reply_at = Some((now + wait, "ok"));
         }
@@ -202,7 +204,7 @@ impl Firmware {
     }
 }
 
-/// Letters and numbers of a line; `None` if it is not made of them.
+/// Letters and numbers of a line; `None` if it has another form.
 fn words_of(line: &str) -> Option<Vec<(char, f64)>> {
     let mut words = Vec::new();
     let mut rest = line;

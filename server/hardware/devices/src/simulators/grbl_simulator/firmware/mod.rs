@@ -1,7 +1,7 @@
-//! The firmware's side of the dialogue, in its own words and order, for three dialects.
+//! The firmware's side of the dialogue, with its own texts and order, for three dialects.
 //!
-//! `realtime` takes single bytes, `alarms` resets and alarms with their pauses, `lines` executes what comes in lines,
-//! `texts` says who and how it is. The sources are named in [`super::dialect`].
+//! `realtime` takes single bytes, `alarms` resets and alarms with their pauses, `lines` executes text lines,
+//! `texts` formats identity and settings. The sources are listed in [`super::dialect`].
 //! Simplified: one axis, every planned move from rest to rest, no overrides, no parking.
 
 mod alarms;
@@ -15,13 +15,13 @@ use std::time::{Duration, Instant};
 use super::dialect::Dialect;
 use super::motion::Motion;
 use super::{Event, SimulatorConfig};
-use crate::simulators::simulator::{Firmware as SimulatedFirmware, Happening, Witness};
+use crate::simulators::simulator::{Firmware as SimulatedFirmware, Witness, WitnessEvent};
 use alarms::Pause;
 
-/// How long it restores what the door had stopped.
+/// Time to resume after the door was closed.
 const DOOR_RESTORE: Duration = Duration::from_millis(50);
 
-/// What the machine does; `Hold` and `Door` brake as long as there is a motion.
+/// State of the machine; `Hold` and `Door` brake while there is a motion.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum State {
     Idle,
@@ -30,21 +30,21 @@ pub(super) enum State {
     Hold,
     Home,
     Alarm,
-    /// After a limit alarm: a reset is the only way out.
+    /// After a limit alarm: only a reset helps.
     Critical,
     Door,
     Check,
     Sleep,
 }
 
-/// A move that was planned.
+/// A planned move.
 #[derive(Debug, Clone, Copy)]
 struct Planned {
     target_mm: f64,
     speed_mm_s: f64,
 }
 
-/// Words that stay until they are replaced.
+/// Modal words.
 #[derive(Debug, Clone, Copy)]
 struct Modal {
     feeds: bool,
@@ -64,7 +64,7 @@ enum Spindle {
 const START_MODAL: Modal =
     Modal { feeds: false, absolute: true, feed_mm_min: 0.0, spindle: Spindle::Off, speed: 0.0 };
 
-/// One controller with its machine.
+/// A controller with its machine.
 pub struct Firmware {
     config: SimulatorConfig,
     witness: Witness,
@@ -72,15 +72,15 @@ pub struct Firmware {
     modal: Modal,
     at_mm: f64,
     motion: Option<Motion>,
-    /// The first is under way or held back.
+    /// The first is in progress or held.
     planned: VecDeque<Planned>,
-    /// A jog brakes, and this follows.
+    /// A jog is braking, followed by this state.
     after_jog: Option<State>,
-    /// What is left of homing: the pull-off.
+    /// The rest of homing: the pull-off.
     homing_legs: VecDeque<f64>,
-    /// Received and not read yet.
+    /// Received bytes, not read yet.
     rx: Vec<u8>,
-    /// A line being worked on is answered then.
+    /// When the line being executed is answered.
     reply_at: Option<(Instant, &'static str)>,
     pause: Option<Pause>,
     query: bool,
@@ -88,19 +88,19 @@ pub struct Firmware {
     /// Feed, rapid and spindle override, percent.
     overrides: [u32; 3],
     /// Whether the next report states them.
-    tells_overrides: bool,
+    reports_overrides: bool,
     reports: usize,
     report_mask: u32,
-    /// The firmware's own opinion: whether its axis is homed, and whether it insists.
+    /// The firmware's own state: whether its axis is homed, and whether it requires homing.
     homed: bool,
     must_home: bool,
     door_open: bool,
     restored_at: Option<Instant>,
-    /// Since power came on.
+    /// Whether it was reset since power-on.
     was_reset: bool,
-    /// What happened to it and lasts.
+    /// An event that persists.
     lasting: Option<Event>,
-    /// It does not come back from something: it says no more.
+    /// It hangs: no more output.
     dead: bool,
     outgoing: Vec<u8>,
 }
@@ -127,7 +127,7 @@ impl SimulatedFirmware for Firmware {
             query: false,
             lit: None,
             overrides: [100; 3],
-            tells_overrides: false,
+            reports_overrides: false,
             reports: 0,
             homed: false,
             must_home: false,
@@ -141,20 +141,20 @@ impl SimulatedFirmware for Firmware {
     }
 
     fn power_on(&mut self, now: Instant) {
-        self.witness.saw(now, Happening::PoweredOn);
+        self.witness.saw(now, WitnessEvent::PoweredOn);
         self.dead = false;
         self.boot(now);
     }
 
-    /// Motion and laser off, wherever it was.
+    /// Motion and laser off, in any state.
     fn power_off(&mut self, now: Instant) {
         self.halt(now);
         self.dark(now);
         self.outgoing.clear();
     }
 
-    fn hear(&mut self, bytes: &[u8], now: Instant) {
-        self.hear_bytes(bytes, now);
+    fn receive(&mut self, bytes: &[u8], now: Instant) {
+        self.receive_bytes(bytes, now);
     }
 
     fn pass(&mut self, now: Instant) {
@@ -179,10 +179,10 @@ impl SimulatedFirmware for Firmware {
         if self.dead { Vec::new() } else { said }
     }
 
-    fn happen(&mut self, event: Event, now: Instant) {
+    fn trigger_event(&mut self, event: Event, now: Instant) {
         match event {
             Event::Alarm(code) => self.raise(code, now),
-            Event::StrayLight => self.shine_unasked(now),
+            Event::StrayLight => self.emit_unrequested(now),
             Event::Override(byte) => self.change_override(byte, now),
             Event::DoorOpen(open) => self.door_open = open,
             Event::Stall => {
@@ -199,21 +199,21 @@ impl SimulatedFirmware for Firmware {
 }
 
 impl Firmware {
-    fn shine_unasked(&mut self, now: Instant) {
+    fn emit_unrequested(&mut self, now: Instant) {
         self.modal =
             Modal { spindle: Spindle::Constant, speed: self.config.max_spindle, feeds: true, ..self.modal };
         self.update_light(now);
     }
 
-    /// The axis stops on its way while the firmware goes on counting on it.
+    /// The axis stops while the firmware keeps counting steps.
     fn stall(&mut self, now: Instant) {
         if let Some(motion) = self.motion {
             self.at_mm = motion.at(now).0;
         }
     }
 
-    /// Whether queries are not answered: GRBL's homing and limit alarms have no time for them, and grblHAL's homing
-    /// only with bit 12 of `$10`.
+    /// Whether queries are not answered: GRBL does not answer them during homing and limit alarms, and grblHAL not
+    /// during homing unless bit 12 of `$10` is set.
     fn deaf(&self) -> bool {
         match (self.config.dialect, self.state) {
             (Dialect::Grbl, State::Home | State::Critical) => true,
@@ -235,7 +235,7 @@ impl Firmware {
             let ended_at = motion.ends_at();
             self.at_mm = self.snapped(motion.at(ended_at).0);
             self.motion = None;
-            self.witness.saw(ended_at, Happening::MotionEnded(self.at_mm));
+            self.witness.saw(ended_at, WitnessEvent::MotionEnded(self.at_mm));
             self.motion_ended(ended_at, now);
         }
     }
@@ -266,7 +266,7 @@ impl Firmware {
     fn home(&mut self, now: Instant) {
         self.state = State::Home;
         self.homed = false;
-        // The axis does not know where it is; how far the switch really is, only the simulation knows.
+        // The axis does not know its position; only the simulation knows the distance to the switch.
         self.homing_legs = VecDeque::from([0.0, -self.config.pull_off_mm]);
         self.homing_leg_ended(now);
     }
@@ -278,23 +278,23 @@ impl Firmware {
             None => {
                 self.state = State::Idle;
                 (self.homed, self.must_home) = (true, false);
-                self.say("ok");
+                self.send_line("ok");
             }
         }
     }
 
     fn begin(&mut self, to_mm: f64, speed_mm_s: f64, now: Instant) {
-        self.witness.saw(now, Happening::MotionBegan(self.at_mm));
+        self.witness.saw(now, WitnessEvent::MotionBegan(self.at_mm));
         self.motion = Some(Motion::travel(self.at_mm, to_mm, speed_mm_s, self.config.acceleration_mm_s2, now));
     }
 
-    /// Stops dead, and discards what was planned and received.
+    /// Stops abruptly, and discards planned moves and received bytes.
     fn halt(&mut self, now: Instant) {
         if let Some(motion) = self.motion.take() {
             if self.lasting != Some(Event::Stall) {
                 self.at_mm = self.snapped(motion.at(now).0);
             }
-            self.witness.saw(now, Happening::MotionEnded(self.at_mm));
+            self.witness.saw(now, WitnessEvent::MotionEnded(self.at_mm));
         }
         self.planned.clear();
         self.homing_legs.clear();
@@ -303,7 +303,7 @@ impl Firmware {
         self.query = false;
     }
 
-    /// Light as `laser_mode.md` says: in G1 only, M3 also at rest, M4 in motion, none in a hold once at rest.
+    /// Laser according to `laser_mode.md`: in G1 only, M3 also at rest, M4 in motion, off in a hold once at rest.
     fn update_light(&mut self, now: Instant) {
         let moving = self.motion.is_some();
         let held = matches!(self.state, State::Hold | State::Door) && !moving && self.restored_at.is_none();
@@ -313,14 +313,14 @@ impl Firmware {
             Spindle::Dynamic => self.modal.feeds && moving,
         };
         let lit = (gives_out && self.modal.speed > 0.0).then(|| {
-            // Percent of the programmed speed, up to full power.
+            // Per cent of the programmed speed, up to full power.
             (self.modal.speed / self.config.max_spindle * f64::from(self.overrides[2]) / 100.0).min(1.0)
         });
         if lit == self.lit {
             return;
         }
         self.lit = lit;
-        self.witness.saw(now, lit.map_or(Happening::LightOff, Happening::LightOn));
+        self.witness.saw(now, lit.map_or(WitnessEvent::LightOff, WitnessEvent::LightOn));
     }
 
     fn dark(&mut self, now: Instant) {
@@ -328,7 +328,7 @@ impl Firmware {
         self.update_light(now);
     }
 
-    fn say(&mut self, line: &str) {
+    fn send_line(&mut self, line: &str) {
         if line == "ok" && self.lasting == Some(Event::NoAcknowledgement) {
             return;
         }

@@ -6,10 +6,10 @@ use super::{DOOR_RESTORE, Firmware, State};
 use crate::simulators::grbl_simulator::dialect::Dialect;
 
 impl Firmware {
-    pub(super) fn hear_bytes(&mut self, bytes: &[u8], now: Instant) {
+    pub(super) fn receive_bytes(&mut self, bytes: &[u8], now: Instant) {
         for &byte in bytes {
             match byte {
-                0x18 => self.reset_heard(now),
+                0x18 => self.reset_received(now),
                 b'?' => self.query = true,
                 b'!' => self.hold(now),
                 b'~' => self.resume(now),
@@ -23,7 +23,7 @@ impl Firmware {
         }
     }
 
-    /// Whoever sends it: a pendant does, too. Feed and spindle go by tens and ones, the rapid by quarters.
+    /// From any source: a pendant sends them, too. Feed and spindle change by tens and ones, the rapid by quarters.
     pub fn change_override(&mut self, byte: u8, now: Instant) {
         let by = |percent: u32, step: i64| (i64::from(percent) + step).clamp(10, 200) as u32;
         let [feed, rapid, spindle] = &mut self.overrides;
@@ -43,7 +43,7 @@ impl Firmware {
             0x9d => *spindle = by(*spindle, -1),
             _ => return,
         }
-        self.tells_overrides = true;
+        self.reports_overrides = true;
         self.update_light(now);
     }
 
@@ -60,7 +60,7 @@ impl Firmware {
         }
     }
 
-    /// grblHAL drops what it has not read yet, in every state.
+    /// grblHAL drops unread input, in every state.
     fn cancel_jog(&mut self, now: Instant) {
         self.advance(now);
         if self.config.dialect == Dialect::GrblHal {
@@ -75,7 +75,7 @@ impl Firmware {
         if self.after_jog.is_none() {
             self.brake(now);
         }
-        // A door that opens meanwhile is kept in mind.
+        // A door that opens in the meantime is remembered.
         self.after_jog = Some(if self.after_jog == Some(State::Door) { State::Door } else { then });
     }
 
@@ -91,13 +91,13 @@ impl Firmware {
             State::Home => return self.homing_interrupted(7, now),
             State::Run => self.brake(now),
             State::Jog => {
-                self.say("[MSG:Check Door]");
+                self.send_line("[MSG:Check Door]");
                 return self.end_jog(State::Door, now);
             }
             State::Idle | State::Hold => {}
             _ => return,
         }
-        self.say("[MSG:Check Door]");
+        self.send_line("[MSG:Check Door]");
         (self.state, self.restored_at) = (State::Door, None);
     }
 

@@ -43,41 +43,41 @@ impl Firmware {
         let space = if self.report_mask & 1 != 0 { 'M' } else { 'W' };
         let buffers = if hal { "|Bf:100,1023" } else { "" };
         let [feed, rapid, spindle_share] = self.overrides;
-        let overrides = if std::mem::take(&mut self.tells_overrides) || self.reports % 20 == 3 {
+        let overrides = if std::mem::take(&mut self.reports_overrides) || self.reports % 20 == 3 {
             format!("|Ov:{feed},{rapid},{spindle_share}")
         } else {
             String::new()
         };
         self.reports += 1;
-        self.say(&format!(
+        self.send_line(&format!(
             "<{state}|{space}Pos:{x:.3},{y:.3},{z:.3}{buffers}|FS:{feed_mm_min:.0},{speed:.0}{offset}{overrides}>"
         ));
     }
 
-    pub(super) fn tell_build(&mut self) {
+    pub(super) fn send_build(&mut self) {
         let name = self.config.name.clone();
         match self.config.dialect {
             Dialect::Grbl => {
-                self.say(&format!("[VER:1.1h.20190825:{name}]"));
-                self.say("[OPT:V,15,128]");
+                self.send_line(&format!("[VER:1.1h.20190825:{name}]"));
+                self.send_line("[OPT:V,15,128]");
             }
             Dialect::GrblHal => {
-                self.say(&format!("[VER:1.1f.20260817:{name}]"));
-                self.say("[OPT:VNML+,100,1024,3,0]");
-                self.say("[AXS:3:XYZ]");
-                self.say("[FIRMWARE:grblHAL]");
-                self.say("[BOARD:Simulated board 7]");
+                self.send_line(&format!("[VER:1.1f.20260817:{name}]"));
+                self.send_line("[OPT:VNML+,100,1024,3,0]");
+                self.send_line("[AXS:3:XYZ]");
+                self.send_line("[FIRMWARE:grblHAL]");
+                self.send_line("[BOARD:Simulated board 7]");
             }
             Dialect::FluidNc => {
-                self.say(&format!("[VER:4.0 FluidNC v4.0.1 (esp32-wifi) :{name}]"));
-                self.say("[OPT:PHS]");
-                self.say("[MSG: Machine: Simulated board 7]");
+                self.send_line(&format!("[VER:4.0 FluidNC v4.0.1 (esp32-wifi) :{name}]"));
+                self.send_line("[OPT:PHS]");
+                self.send_line("[MSG: Machine: Simulated board 7]");
             }
         }
-        self.say("ok");
+        self.send_line("ok");
     }
 
-    pub(super) fn tell_settings(&mut self) {
+    pub(super) fn send_settings(&mut self) {
         let config = &self.config;
         let flag = |on: bool| if on { 1.0 } else { 0.0 };
         let homing = flag(config.homing) + if config.homing_lock { 4.0 } else { 0.0 };
@@ -104,8 +104,8 @@ impl Firmware {
         }
         settings.sort_by_key(|(number, _)| *number);
         for (number, value) in settings {
-            self.say(&format!("${number}={value:.3}"));
+            self.send_line(&format!("${number}={value:.3}"));
         }
-        self.say("ok");
+        self.send_line("ok");
     }
 }

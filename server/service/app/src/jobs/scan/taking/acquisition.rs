@@ -1,4 +1,4 @@
-//! Taking the frames of a scan, as an operator would: set the camera, light, row after row or one sweep, dark.
+//! Acquisition of the frames of a scan: camera settings, laser on, row by row or continuous motion, laser off.
 
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -10,41 +10,41 @@ use crate::error::{AppError, ErrorKind};
 use crate::jobs::plan::ScanPlan;
 use crate::jobs::scan::TAKEN;
 use crate::jobs::scan::taking::backgrounds::{Background, BackgroundLog};
-use crate::jobs::scan::taking::recording::Hand;
+use crate::jobs::scan::taking::recording::FrameSink;
 use crate::jobs::{JobEnd, ScanMode, StationContext};
 use crate::progress::Phase;
 use crate::resources::scan_run::ScanRange;
 
-/// Time between two words about a sweep: people read no faster, and frames come by the hundred in a second.
+/// Minimum interval of progress reports during a continuous scan: faster is not readable.
 const TOLD_EVERY: Duration = Duration::from_millis(50);
 
-/// Frames after which a new exposure holds at the latest.
+/// Maximum number of frames until a new exposure takes effect.
 const LATE_FRAMES: usize = 5;
 
 /// The camera rounds what is asked for.
 const SAME_EXPOSURE: f64 = 0.02;
-/// A room that was dark enough is looked at again after so many rows.
+/// A room that was dark enough is checked again after this many rows.
 const AMBIENT_CHECK_ROWS: usize = 50;
 
-/// The ambient light of a scan, in levels of 255, as pictures with the laser off showed it.
+/// The ambient light of a scan, in levels of 255, from laser-off images.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct AmbientLight {
-    /// At first.
+    /// In the first laser-off image.
     pub levels: Option<f64>,
-    /// At last.
+    /// In the last laser-off image.
     pub last_levels: Option<f64>,
-    /// Pictures with the laser off.
+    /// Number of laser-off images.
     pub n_pictures: usize,
 }
 
-/// Takes the frames that are missing and hands them over. What was lost goes to `losses`, in words.
+/// Captures the missing frames and passes them on. Losses are added to `losses` as text.
 pub fn take_frames(
     ctx: &StationContext,
     plan: &ScanPlan,
     positions: &[f64],
     losses: &mut Vec<String>,
     log: &BackgroundLog,
-    hand: &Hand,
+    hand: &FrameSink,
 ) -> Result<AmbientLight, JobEnd> {
     let lease = ctx.take_station("scanning")?;
     let capabilities = ctx.station.status().camera.capabilities.clone();
@@ -79,17 +79,17 @@ struct Run<'a> {
     ctx: &'a StationContext,
     plan: &'a ScanPlan,
     lease: StationLease,
-    hand: &'a Hand,
+    hand: &'a FrameSink,
     losses: &'a mut Vec<String>,
     log: &'a BackgroundLog,
-    /// Rows that are taken.
+    /// Rows captured.
     done: usize,
     /// When that was last reported.
     told_at: Option<Instant>,
     ambient: AmbientLight,
-    /// What is taken away from the frames that come.
+    /// The laser-off image for the next frames.
     background: Option<Arc<Background>>,
-    /// The row before which the laser was off last.
+    /// The row before which the latest laser-off image was captured.
     looked_at: Option<usize>,
 }
 
@@ -97,11 +97,11 @@ impl Run<'_> {
     fn row_by_row(&mut self) -> Result<(), JobEnd> {
         let (mut lost, first) = (0, self.done);
         for row in self.done..self.plan.n_rows {
-            self.ctx.go_on()?;
+            self.ctx.check_cancelled()?;
             let wanted = self.plan.range.position(row).value();
             let at = self.lease.move_to(wanted, None, &self.ctx.cancel)?;
-            if self.is_look_due(row) {
-                lost += self.look_without_laser(row)?;
+            if self.is_background_due(row) {
+                lost += self.capture_background(row)?;
             }
             if row == first || self.looked_at == Some(row) {
                 self.lease.laser_on(self.plan.laser_power)?;
@@ -112,19 +112,19 @@ impl Run<'_> {
                 return Err(dark(row).into());
             }
             if self.background.as_ref().is_some_and(|known| known.row != row && !known.suits(&frames[0].image)) {
-                lost += self.look_without_laser(row)?;
+                lost += self.capture_background(row)?;
                 self.lease.laser_on(self.plan.laser_power)?;
             }
             self.give(frames, at)?;
         }
         self.lease.laser_off()?;
         if lost > 0 {
-            self.losses.push(format!("{lost} frames were lost on their way and had to be taken again"));
+            self.losses.push(format!("{lost} frames were lost and had to be captured again"));
         }
         Ok(())
     }
 
-    /// The frames of a row: one, or one of every exposure, the shortest first.
+    /// The frames of a row: one, or one per exposure, shortest first.
     fn exposures(&self) -> Result<Vec<SharedFrame>, JobEnd> {
         if self.plan.exposures_us.is_empty() {
             return Ok(vec![self.lease.grab(&self.ctx.cancel)?]);
@@ -143,16 +143,16 @@ impl Run<'_> {
                 return Ok(frame);
             }
         }
-        let detail = format!("no frame was exposed for {accepted_us} µs though the camera accepted that");
+        let detail = format!("no frame had the exposure of {accepted_us} µs that the camera accepted");
         Err(AppError::new(ErrorKind::DeviceFault, detail).remedy("scan with one exposure").into())
     }
 
-    /// Whether the laser is to be off before this row.
-    fn is_look_due(&self, row: usize) -> bool {
+    /// Whether a laser-off image is due before this row.
+    fn is_background_due(&self, row: usize) -> bool {
         let Some(asked) = self.plan.background else { return false };
         let every = match &self.background {
             Some(_) => asked.every_rows.unwrap_or(1),
-            // The room is dark enough: whether it still is.
+            // The room was dark enough: check whether it still is.
             None => AMBIENT_CHECK_ROWS,
         };
         self.looked_at.is_none_or(|looked_at| row >= looked_at + every)
@@ -160,7 +160,7 @@ impl Run<'_> {
 
     /// Takes a picture with the laser off where the stage stands, to be taken away from frames if the room is that bright;
     /// the laser stays off. Returns how many frames were lost on their way.
-    fn look_without_laser(&mut self, row: usize) -> Result<u64, JobEnd> {
+    fn capture_background(&mut self, row: usize) -> Result<u64, JobEnd> {
         let Some(asked) = self.plan.background else { return Ok(0) };
         self.lease.laser_off()?;
         let frame = self.lease.grab(&self.ctx.cancel)?;
@@ -191,10 +191,10 @@ impl Run<'_> {
         };
         if plan.background.is_some() {
             self.lease.move_to(from, None, &self.ctx.cancel)?;
-            self.look_without_laser(self.done)?;
+            self.capture_background(self.done)?;
         }
         self.lease.laser_on(plan.laser_power)?;
-        // The station counts in its stage's own unit.
+        // The station uses the unit of its stage.
         let sweep = Sweep { from_mm: from, to_mm: range.to, speed_mm_s: speed, frame_rate_hz };
         let stream = self.lease.sweep(&sweep, &self.ctx.cancel)?;
         let (mut nowhere, mut unlit) = (0, 0);
@@ -207,7 +207,7 @@ impl Run<'_> {
         }
         let dropped = stream.dropped.by_reason().into_iter().filter(|(_, n)| *n > 0);
         self.losses.extend(dropped.map(|(reason, n)| format!("{n} frames were lost: {reason}")));
-        let others = [(nowhere, "have no stage position"), (unlit, "were taken without laser light")];
+        let others = [(nowhere, "have no stage position"), (unlit, "were captured with the laser off")];
         let others = others.into_iter().filter(|(n, _)| *n > 0);
         self.losses.extend(others.map(|(n, what)| format!("{n} frames {what}")));
         match stream.broken() {
@@ -215,7 +215,7 @@ impl Run<'_> {
             None => self.lease.laser_off()?,
         }
         if plan.background.is_some() {
-            self.look_without_laser(self.done)?;
+            self.capture_background(self.done)?;
         }
         Ok(())
     }
@@ -231,21 +231,21 @@ impl Run<'_> {
         let n_rows = self.plan.n_rows.max(self.done);
         let words = format!("row {} of {n_rows}", self.done);
         self.lease.activity(&format!("scanning, {words}"));
-        let step = Phase::TakingRows.counted(self.done, n_rows);
+        let step = Phase::CapturingRows.counted(self.done, n_rows);
         self.ctx.report(TAKEN * self.done as f64 / n_rows as f64, step, &words);
         Ok(())
     }
 }
 
 fn dark(row: usize) -> AppError {
-    AppError::new(ErrorKind::DeviceFault, format!("the frame of row {} was taken without laser light", row + 1))
+    AppError::new(ErrorKind::DeviceFault, format!("the frame of row {} was captured with the laser off", row + 1))
         .remedy("check laser and interlock, then resume the scan")
 }
 
-/// What is missing between the first and the last position of a continuous scan, in words: frames that were lost
-/// without anybody counting them leave a gap.
+/// Gaps between the first and the last position of a continuous scan, as text: frames lost without being counted leave a
+/// gap.
 pub fn gaps(range: &ScanRange, positions: &[f64]) -> Vec<String> {
-    /// A missing frame makes two steps of one; a camera on a busy machine exposes half a period late at worst.
+    /// A missing frame doubles the step; a camera on a busy machine exposes at most half a period late.
     const GAP_STEPS: f64 = 1.75;
     let mut gaps = Vec::new();
     let mut before = range.from;

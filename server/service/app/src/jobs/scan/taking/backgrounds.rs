@@ -1,4 +1,4 @@
-//! Pictures with the laser off, taken during a scan and taken away from its frames before lines are looked for.
+//! Laser-off images captured during a scan and subtracted from its frames before lines are detected.
 
 use std::fs::{File, OpenOptions};
 use std::io::Write as _;
@@ -14,29 +14,29 @@ use crate::error::AppError;
 use crate::jobs::scan::pictures::{background_folder_in, background_path};
 use crate::resources::stored_scan::disk_problem;
 
-/// Share of the picture that is brighter than what is called its ambient light.
+/// Share of pixels brighter than the ambient level.
 const BRIGHTER_SHARE: f64 = 0.05;
 
-/// Of so many pixels along a row one is looked at for the ambient light.
+/// Subsampling along a row for the ambient level.
 const LOOK_STRIDE_PX: usize = 7;
 
-/// A picture with the laser off.
+/// A laser-off image.
 pub struct Background {
-    /// The row it was taken before.
+    /// The row before which it was captured.
     pub row: usize,
     picture: Picture,
 }
 
-/// What the frames of a scan were, and were not, freed from.
+/// Counts of frames with and without ambient light subtraction.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct BackgroundCounts {
-    /// Frames without a background of the same pose and light: lines were looked for in them as they are.
+    /// Frames without a matching laser-off image, processed without subtraction.
     pub n_without: usize,
-    /// Frames with one.
+    /// Frames with subtraction.
     pub n_with: usize,
 }
 
-/// Which background each frame was freed from: counted, and noted for the capture where pictures are kept.
+/// Records which laser-off image was subtracted from each frame: counted, and written to the capture if images are kept.
 pub struct BackgroundLog {
     counts: Mutex<BackgroundCounts>,
     note: Option<Mutex<File>>,
@@ -44,17 +44,17 @@ pub struct BackgroundLog {
 }
 
 impl Background {
-    /// The picture of a frame with the laser off, taken before `row`.
+    /// From a laser-off frame captured before `row`.
     pub fn new(row: usize, frame: &SharedFrame) -> Self {
         Self { row, picture: Picture::Grey(frame.image.clone()) }
     }
 
-    /// Whether it shows what `frame` shows but for the laser.
+    /// Whether it matches `frame` except for the laser.
     pub fn suits(&self, frame: &GreyImage) -> bool {
         room_change(&Picture::Grey(frame.clone()), &self.picture).is_none()
     }
 
-    /// The frame without it; `None` where it shows something else.
+    /// The frame with it subtracted; `None` if it does not match.
     pub fn taken_from(&self, frame: &GreyImage) -> Option<GreyImage> {
         let on = Picture::Grey(frame.clone());
         if room_change(&on, &self.picture).is_some() {
@@ -66,7 +66,7 @@ impl Background {
         }
     }
 
-    /// Its ambient light: the level, of 255, that a twentieth of the picture exceeds.
+    /// Its ambient level, of 255, exceeded by 5 % of the pixels.
     pub fn ambient_levels(&self) -> f64 {
         let Picture::Grey(image) = &self.picture else { return 0.0 };
         let pixels = (0..image.height())
@@ -79,7 +79,7 @@ impl Background {
 }
 
 impl BackgroundLog {
-    /// `kept`: the file in which the pictures' backgrounds are noted, and the capture folder of the pictures.
+    /// `kept`: the file that records the subtraction, and the capture folder of the images.
     pub fn new(kept: Option<(PathBuf, PathBuf)>) -> Result<Self, AppError> {
         let (note, pictures) = kept.unzip();
         let open = |note: PathBuf| OpenOptions::new().create(true).append(true).open(note);
@@ -87,14 +87,14 @@ impl BackgroundLog {
         Ok(Self { counts: Mutex::default(), note, pictures })
     }
 
-    /// Keeps a background's picture beside those of the frames.
+    /// Stores a laser-off image beside the frames.
     pub fn keep(&self, background: &Background) -> Result<(), AppError> {
         let (Some(folder), Picture::Grey(image)) = (&self.pictures, &background.picture) else { return Ok(()) };
         std::fs::create_dir_all(background_folder_in(folder)).map_err(disk_problem)?;
         write_png(&folder.join(background_path(background.row)), image).map_err(disk_problem)
     }
 
-    /// A frame was freed from that background, or from none.
+    /// Records that this background, or none, was subtracted from a frame.
     pub fn used(&self, frame: usize, background: Option<&Arc<Background>>) -> Result<(), AppError> {
         let mut counts = self.counts.lock();
         match background {
@@ -107,13 +107,13 @@ impl BackgroundLog {
         writeln!(note, "{frame} {}", background.row).map_err(disk_problem)
     }
 
-    /// What was counted.
+    /// The counts.
     pub fn counts(&self) -> BackgroundCounts {
         *self.counts.lock()
     }
 }
 
-/// The background of every frame of which one was noted, by the row it was taken before.
+/// The recorded background of each frame, by the row before which it was captured.
 pub fn noted(note: &Path) -> Vec<(usize, usize)> {
     let text = std::fs::read_to_string(note).unwrap_or_default();
     let pair = |line: &str| {
@@ -145,7 +145,7 @@ mod tests {
     }
 
     #[test]
-    fn a_background_is_taken_from_frames_of_its_pose_alone() {
+    fn a_background_is_subtracted_only_from_frames_of_its_pose() {
         let lit = |of: GreyImage| grey(move |u, v| of.at(u, v) as u8 + if v == 60 { 100 } else { 0 });
         let here = background(room(20)).taken_from(&lit(room(20))).unwrap();
         assert_eq!((here.at(30, 60), here.at(30, 61), here.at(100, 10)), (100.0, 0.0, 0.0));
@@ -153,7 +153,7 @@ mod tests {
     }
 
     #[test]
-    fn ambient_light_is_what_a_twentieth_of_the_picture_exceeds() {
+    fn the_ambient_level_is_exceeded_by_a_twentieth_of_the_image() {
         let is = |found: f64, levels: f64| (found - levels).abs() < 1e-3;
         assert!(is(background(room(20)).ambient_levels(), 40.0));
         let window = grey(|u, _| if u < 4 { 200 } else { 7 });
@@ -161,7 +161,7 @@ mod tests {
     }
 
     #[test]
-    fn what_was_noted_is_read_back() {
+    fn recorded_backgrounds_are_read_back() {
         let folder = tempfile::tempdir().unwrap();
         let note = folder.path().join("backgrounds");
         let pictures = folder.path().join("pictures");

@@ -1,4 +1,4 @@
-//! Frames on their way from the station: taken row by row, freed of ambient light, made into lines, written down.
+//! Frames from the station: captured, ambient light subtracted, lines extracted, written to disk.
 
 pub mod acquisition;
 pub mod backgrounds;

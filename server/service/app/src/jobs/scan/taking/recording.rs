@@ -1,8 +1,8 @@
-//! Frames on their way into a scan: centrelines on several threads, then in order to the viewers and to the peaks.
+//! Frames into a scan: centrelines on several threads, then in order to the viewers and the peaks file.
 //!
-//! Taking frames never waits for labels or for the disk as long as the queues have room; those before the lines are
-//! found are short, because every frame in them holds a buffer of the station. Nothing is left out: a full queue holds
-//! the taker back.
+//! Acquisition does not wait for labels or the disk as long as the queues have room; the queues before line extraction
+//! are short because every frame in them holds a buffer of the station. No frame is dropped: a full queue blocks the
+//! acquisition.
 
 use parking_lot::Mutex;
 use std::cell::Cell;
@@ -31,35 +31,35 @@ use crate::jobs::{JobEnd, StationContext};
 use crate::recordings::notes::Notes;
 use crate::resources::stored_scan::disk_problem;
 
-/// Frames that wait for a thread, and results that wait to be shown: each holds a buffer of the station, which
-/// keeps sixteen beside those of its own recorder.
+/// Frames waiting for a thread, and results waiting to be shown: each holds a buffer of the station, which has sixteen in
+/// addition to those of its own recorder.
 const QUEUE_FRAMES: usize = 3;
 
-/// Most threads that look for centrelines: with the queues they hold ten buffers, and as many wait to be used again.
+/// Maximum number of centreline threads: together with the queues they hold ten buffers, and as many are free for reuse.
 const THREADS_MAX: usize = 4;
 
-/// What every frame goes through.
+/// The processing chain of each frame.
 pub struct Recorder<'a> {
     /// The job.
     pub ctx: &'a StationContext,
     /// The scan.
     pub scan_id: &'a str,
-    /// Labels what viewers see.
+    /// Labels the live profiles.
     pub triangulator: &'a Triangulator,
-    /// Where pictures are kept, if they are.
+    /// Folder for kept images, if any.
     pub pictures: Option<PathBuf>,
-    /// Hears every frame in order.
+    /// Receives every frame in order.
     pub watch: LiveWatch,
-    /// How rows with several exposures became lines.
+    /// HDR statistics.
     pub fusion: Mutex<FusionCounts>,
-    /// Which background each frame was freed from.
+    /// Which background was subtracted from each frame.
     pub log: &'a BackgroundLog,
-    /// Where it is noted which frames are its rows, if the scan is recorded.
+    /// Where the recording notes which frames are rows, if the scan is recorded.
     pub notes: Option<Notes>,
 }
 
-/// Where whoever takes frames puts them.
-pub struct Hand {
+/// The input queue for acquired frames.
+pub struct FrameSink {
     queue: SyncSender<Taken>,
     next: Cell<usize>,
     failed: Arc<AtomicBool>,
@@ -68,38 +68,38 @@ pub struct Hand {
 
 struct Taken {
     idx: usize,
-    /// One, or one of every exposure, the shortest first.
+    /// One, or one per exposure, shortest first.
     frames: Vec<SharedFrame>,
     position: StagePosition,
-    /// Of a row with one exposure.
+    /// For a row with one exposure.
     background: Option<Arc<Background>>,
 }
 
-/// What a thread made of a frame.
+/// The result of a frame.
 struct Seen {
     idx: usize,
     position: StagePosition,
     found: Result<Found, AppError>,
 }
 
-/// For viewers, and for the file.
+/// For viewers and for the file.
 struct Found {
     live: Arc<LiveFrame>,
     record: Vec<u8>,
 }
 
-/// Memory of what nobody looks at any more, for the next frames.
+/// Buffers for reuse.
 #[derive(Default)]
 struct Memory {
     results: Mutex<Recycling<LiveFrame>>,
     records: FreeRecords,
 }
 
-impl Hand {
-    /// Hands a row over, a frame of every exposure, with what is taken away from it; waits if the threads are behind.
+impl FrameSink {
+    /// Submits a row (one frame per exposure) with its background; blocks if the threads are behind.
     ///
     /// # Errors
-    /// If recording has failed; why, says [`Recorder::record`].
+    /// If processing has failed; [`Recorder::record`] returns the reason.
     pub fn give(
         &self,
         frames: Vec<SharedFrame>,
@@ -119,14 +119,14 @@ impl Hand {
 }
 
 impl Recorder<'_> {
-    /// Runs `take`, which hands over frame after frame, and adds them to `kept`.
+    /// Runs `take`, which submits frame after frame, and adds them to `kept`.
     ///
-    /// Returns how taking ended; what was recorded before is good in any case. A failure to record comes first: it
-    /// ended the taking.
+    /// Returns how the acquisition ended; frames recorded before are valid in any case. A recording failure takes
+    /// precedence: it ended the acquisition.
     pub fn record<T>(
         &self,
         kept: &mut Kept<'_>,
-        take: impl FnOnce(&Hand) -> Result<T, JobEnd>,
+        take: impl FnOnce(&FrameSink) -> Result<T, JobEnd>,
     ) -> Result<T, JobEnd> {
         let (queue, taken) = sync_channel(QUEUE_FRAMES);
         let (sender, seen) = sync_channel(QUEUE_FRAMES);
@@ -134,12 +134,12 @@ impl Recorder<'_> {
         let (taken, memory) = (Mutex::new(taken), Memory::default());
         let failed = Arc::new(AtomicBool::new(false));
         let first = kept.positions.len();
-        let hand = Hand { queue, next: Cell::new(first), failed: failed.clone(), notes: self.notes.clone() };
+        let hand = FrameSink { queue, next: Cell::new(first), failed: failed.clone(), notes: self.notes.clone() };
         let (taken, memory, failed) = (&taken, &memory, &*failed);
         std::thread::scope(|scope| {
             for number in 0..n_threads() {
                 let sender = sender.clone();
-                let look = move || self.look_at_frames(taken, memory, &sender);
+                let look = move || self.extract_lines(taken, memory, &sender);
                 spawned(scope, format!("scan-lines-{number}"), look)?;
             }
             drop(sender);
@@ -155,7 +155,7 @@ impl Recorder<'_> {
         })
     }
 
-    fn look_at_frames(&self, taken: &Mutex<Receiver<Taken>>, memory: &Memory, sender: &SyncSender<Seen>) {
+    fn extract_lines(&self, taken: &Mutex<Receiver<Taken>>, memory: &Memory, sender: &SyncSender<Seen>) {
         let params = CentrelineParams {
             line_direction: self.ctx.config.projector.direction(),
             ..CentrelineParams::default()
@@ -167,7 +167,7 @@ impl Recorder<'_> {
             let next = taken.lock().recv();
             let Ok(taken) = next else { return };
             let Taken { idx, mut frames, position, background } = taken;
-            // The longest exposure is what viewers see.
+            // Viewers see the longest exposure.
             let Some(longest) = frames.pop() else { continue };
             let captured_at_ns = longest.captured_at_ns;
             let kept = self.keep_picture(idx, &longest);
@@ -184,7 +184,7 @@ impl Recorder<'_> {
                         extractor.find(&frame.image, &params, lines);
                     }
                     *centrelines = self.fused(&frames, &shorter, (frame.exposure_us, &*centrelines));
-                    // Their buffers go back before the next row.
+                    // Their buffers are returned before the next row.
                     frames.clear();
                 }
                 profile.get_or_insert_default().fill(centrelines, self.triangulator, depth_range_mm);
@@ -211,7 +211,7 @@ impl Recorder<'_> {
         fused
     }
 
-    /// A frame without its background, if it has one that shows the same.
+    /// A frame with its background subtracted, if it matches.
     fn freed(
         &self,
         idx: usize,
@@ -251,8 +251,8 @@ impl Recorder<'_> {
     }
 }
 
-/// Why the memory of a result can be written.
-const UNSHARED: &str = "nobody else holds a result that was taken for a new frame";
+/// Why the memory of a result is writable.
+const UNSHARED: &str = "a result taken for a new frame is not shared";
 
 /// Memory for what `frame` becomes.
 fn fresh(results: &Mutex<Recycling<LiveFrame>>, frame: SharedFrame, calibration_id: &Arc<str>) -> Arc<LiveFrame> {
@@ -275,7 +275,7 @@ fn lock(results: &Mutex<Recycling<LiveFrame>>) -> parking_lot::MutexGuard<'_, Re
     results.lock()
 }
 
-/// A thread with a name, by which its work is found in measurements.
+/// A named thread, identifiable in profilers.
 fn spawned<'scope, T: Send + 'scope>(
     scope: &'scope Scope<'scope, '_>,
     name: String,
@@ -290,7 +290,7 @@ fn joined<T>(thread: ScopedJoinHandle<'_, T>) -> T {
     thread.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))
 }
 
-/// Hands results on in the order of their frames; after a failure it accepts and discards, so that no sender blocks.
+/// Passes results on in frame order; after a failure it accepts and discards, so that no sender blocks.
 fn in_order(
     seen: Receiver<Seen>,
     first: usize,
@@ -316,7 +316,7 @@ fn in_order(
     outcome
 }
 
-/// All cores: the station's thread needs little and is woken first, since it sleeps most of the time.
+/// All cores: the station thread needs little CPU time and gets priority because it mostly sleeps.
 fn n_threads() -> usize {
     std::thread::available_parallelism().map_or(1, |n| n.get().clamp(1, THREADS_MAX))
 }

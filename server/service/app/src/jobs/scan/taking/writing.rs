@@ -1,5 +1,4 @@
-//! What is kept of a scan's frames, on its way to the disk. A thread of its own, so that neither the next frames nor
-//! those who watch wait when the disk pauses.
+//! Writes the peaks of a scan to disk on its own thread, so that neither frames nor viewers wait when the disk stalls.
 
 use parking_lot::Mutex;
 use std::fs::File;
@@ -13,41 +12,41 @@ use crate::error::AppError;
 use crate::jobs::scan::timing::Timing;
 use crate::resources::stored_scan::disk_problem;
 
-/// Records that wait for the disk: a system that writes back lets a writer wait up to a fifth of a second, a tenth is
-/// common; at 500 frames/s this is an eighth. A full queue holds back those before it.
+/// Records waiting for the disk: write-back can stall a writer for up to 0.2 s, commonly 0.1 s; at 500 frames/s the
+/// queue covers 0.125 s. A full queue blocks the stages before it.
 pub const QUEUE_RECORDS: usize = 64;
 
-/// The peaks file of a scan under way.
+/// The peaks file of a running scan.
 pub type NewPeaks = PeaksWriter<File>;
 
-/// A frame as the peaks file keeps it.
+/// A frame as stored in the peaks file.
 pub struct Record {
     /// The packed frame.
     pub bytes: Vec<u8>,
-    /// Where it was taken, mm; on a turntable, degrees.
+    /// Stage position, mm; on a turntable, degrees.
     pub position: f64,
-    /// When the station had it.
+    /// Time of arrival at the station.
     pub arrived_at: Instant,
-    /// When its profile was on the live bus.
+    /// Time at which its profile was on the live bus.
     pub shown_at: Instant,
 }
 
-/// What is kept of the frames.
+/// The stored data of the frames.
 pub struct Kept<'k> {
-    /// Where they were taken, mm; on a turntable, degrees.
+    /// Stage positions, mm; on a turntable, degrees.
     pub positions: &'k mut Vec<f64>,
-    /// Their lines.
+    /// Number of line points.
     pub peaks: &'k mut NewPeaks,
-    /// How long that took.
+    /// Latencies.
     pub timing: &'k mut Timing,
 }
 
-/// Memory of records that are written, for the next ones.
+/// Buffers of written records, for reuse.
 #[derive(Default)]
 pub struct FreeRecords(Mutex<Vec<Vec<u8>>>);
 
 impl FreeRecords {
-    /// Memory that was used before, if there is any.
+    /// A buffer for reuse, if any.
     pub fn take(&self) -> Vec<u8> {
         self.0.lock().pop().unwrap_or_default()
     }
@@ -58,7 +57,7 @@ impl FreeRecords {
 }
 
 impl Kept<'_> {
-    /// Writes records as they come. After a failure it accepts and discards, so that no sender blocks.
+    /// Writes records as they arrive. After a failure it accepts and discards, so that no sender blocks.
     pub fn write(
         &mut self,
         records: &Receiver<Record>,
@@ -78,7 +77,7 @@ impl Kept<'_> {
         outcome
     }
 
-    /// What the operating system has, the end of this process does not take away.
+    /// Data handed to the operating system survive the end of this process.
     fn write_one(&mut self, record: &Record) -> Result<(), AppError> {
         self.peaks.add_packed(&record.bytes).map_err(disk_problem)?;
         self.positions.push(record.position);

@@ -1,4 +1,4 @@
-//! Ambient light during a scan: pictures with the laser off are taken, taken away, kept and counted.
+//! Ambient light during a scan: laser-off images are captured, subtracted, stored and counted.
 
 use twin::{Scene, StationShape};
 
@@ -10,7 +10,7 @@ use store::{ScanRecord, ScanState};
 /// Levels of white in laser frames: a bright hall.
 const BRIGHT: f64 = 60.0;
 
-/// A board on the stage: its edges look like lines where a room is bright.
+/// A board on the stage: its edges resemble lines in a bright room.
 fn bench(ambient_levels: f64) -> Bench {
     let bench = Bench::of(&StationShape { ambient_levels, ..shape() });
     let board = twin::poses::stage_board(&bench.operator.model(), &[-3.0, 3.0]);
@@ -27,7 +27,7 @@ fn figures(scan: &ScanRecord) -> [u64; 3] {
 }
 
 #[test]
-fn a_bright_room_is_taken_away_and_the_kept_pictures_give_the_same_cloud() {
+fn ambient_light_is_subtracted_and_the_kept_images_give_the_same_cloud() {
     let [dark, bright] = [0.0, BRIGHT].map(bench);
     let n_points = |scan: &ScanRecord| scan.report["n_points"].as_u64().unwrap() as f64;
     let in_the_dark = n_points(&dark.scan(from_station(-2.0, 2.0, 1.0)));
@@ -35,11 +35,11 @@ fn a_bright_room_is_taken_away_and_the_kept_pictures_give_the_same_cloud() {
     let every_other = BackgroundInput { every_rows: Some(2), above_levels: None };
     let scan = bright.scan(ScanInput { keep_frames: true, ..with(every_other) });
     println!(
-        "{in_the_dark} points in the dark, {as_it_is} in a bright room, {} without its light",
+        "{in_the_dark} points in the dark, {as_it_is} in a bright room, {} after subtraction",
         n_points(&scan)
     );
     assert_eq!(scan.state, ScanState::Complete, "{}", scan.report);
-    // What was taken a row before shows the board elsewhere: every row has its own.
+    // The image of the previous row shows the board elsewhere: every row has its own.
     assert_eq!(figures(&scan), [5, 5, 0]);
     let levels = scan.report["background"]["ambient_levels"].as_f64().unwrap();
     assert!((0.6 * BRIGHT..1.2 * BRIGHT).contains(&levels), "{levels}");
@@ -58,7 +58,7 @@ fn a_bright_room_is_taken_away_and_the_kept_pictures_give_the_same_cloud() {
 }
 
 #[test]
-fn a_room_that_is_dark_enough_is_looked_at_once_and_left_alone() {
+fn a_dark_room_is_checked_once_and_nothing_is_subtracted() {
     let bench = Bench::new();
     let plain = bench.scan(from_station(-2.0, 2.0, 1.0));
     let above = BackgroundInput { every_rows: None, above_levels: Some(40.0) };
@@ -69,7 +69,7 @@ fn a_room_that_is_dark_enough_is_looked_at_once_and_left_alone() {
 }
 
 #[test]
-fn a_sweep_has_its_pictures_before_and_after() {
+fn a_continuous_scan_has_laser_off_images_before_and_after() {
     let bench = Bench::of(&StationShape { ambient_levels: BRIGHT, ..shape() });
     let sweep = ScanInput {
         mode: Some(ScanMode::Continuous),

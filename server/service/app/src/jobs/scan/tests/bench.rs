@@ -27,10 +27,10 @@ use crate::recordings::{RecordingParts, Recordings};
 use crate::resources::captures::Captures;
 use crate::resources::measurements::ScanPurpose;
 
-/// What a job has told so far.
+/// The progress a job has reported so far.
 pub type Kept<T> = Arc<Mutex<Vec<T>>>;
 
-/// Everything a job works with. Ends the station with the value.
+/// Everything a job works with. Dropping it shuts the station down.
 pub struct Bench {
     pub ledger: EventedCatalogue,
     pub store: Store,
@@ -38,7 +38,7 @@ pub struct Bench {
     pub operator: TwinControl,
     pub live: LiveBus,
     pub recordings: Recordings,
-    /// Bytes that the disk seems to have.
+    /// Simulated free disk space.
     pub free_bytes: Arc<AtomicU64>,
     pub captures: Captures,
     pub config: Arc<AppConfig>,
@@ -47,7 +47,7 @@ pub struct Bench {
     pub folder: TempDir,
 }
 
-/// A job's context, and what it said.
+/// A job's context and its reports.
 pub struct Job {
     pub ctx: StationContext,
     pub said: Arc<Mutex<Vec<String>>>,
@@ -59,12 +59,12 @@ pub fn shape() -> StationShape {
 }
 
 impl Bench {
-    /// A station that looks at a ball; its true parameters are the active calibration.
+    /// A station with a sphere on its stage; its true parameters are the active calibration.
     pub fn new() -> Self {
         Self::of(&shape())
     }
 
-    /// The same with a station of another shape.
+    /// The same with another station configuration.
     pub fn of(shape: &StationShape) -> Self {
         let runtime = tokio::runtime::Builder::new_multi_thread().worker_threads(2).enable_all().build().unwrap();
         let folder = tempfile::tempdir().unwrap();
@@ -136,11 +136,11 @@ impl Bench {
         self.runtime.block_on(self.ledger.commit(changes)).unwrap();
     }
 
-    /// A job that is cancelled as soon as it says something that `cancel_at` likes.
+    /// A job that is cancelled as soon as a report matches `cancel_at`.
     pub fn job_cancelled_at(&self, cancel_at: impl Fn(&str) -> bool + Send + Sync + 'static) -> Job {
         let cancel = CancelFlag::default();
         let said = Arc::new(Mutex::new(Vec::new()));
-        let (heard, wish) = (said.clone(), cancel.clone());
+        let (steps, wish) = (said.clone(), cancel.clone());
         let compute = ComputeContext {
             id: crate::resources::stored_scan::new_id(),
             cancel,
@@ -150,7 +150,7 @@ impl Bench {
             captures: self.captures.clone(),
             runtime: self.runtime.handle().clone(),
             progress: Arc::new(move |_, _, words| {
-                heard.lock().push(words.to_owned());
+                steps.lock().push(words.to_owned());
                 if cancel_at(words) {
                     wish.cancel();
                 }
@@ -171,24 +171,24 @@ impl Bench {
         self.job_cancelled_at(|_| false)
     }
 
-    /// What a job says from now on, and its fractions. Threads that evaluate report side by side: a fraction may
-    /// be a little behind the one before, the job's board keeps the largest.
+    /// The further reports and fractions of a job. Evaluation threads report concurrently: a fraction may be slightly
+    /// below the previous one; the job's progress keeps the largest.
     pub fn following(&self, job: &mut Job) -> (Kept<String>, Kept<f64>) {
         let (said, fractions) = (job.said.clone(), Arc::new(Mutex::new(Vec::new())));
-        let (heard, seen) = (said.clone(), fractions.clone());
+        let (steps, seen) = (said.clone(), fractions.clone());
         job.ctx.compute.progress = Arc::new(move |fraction, _, words| {
-            heard.lock().push(words.to_owned());
+            steps.lock().push(words.to_owned());
             seen.lock().push(fraction);
         });
         (said, fractions)
     }
 
-    /// Runs a job and stores what it made, as the runner does; returns the id of its result.
+    /// Runs a job and stores its result, as the runner does; returns the id of its result.
     pub fn finish(&self, end: Result<Done, JobEnd>) -> String {
         self.keep(end.unwrap_or_else(|end| panic!("{end:?}")))
     }
 
-    /// Stores what a job made that was cancelled afterwards; returns its id.
+    /// Stores the result of a job that was cancelled afterwards; returns its id.
     pub fn cut_short(&self, end: Result<Done, JobEnd>) -> String {
         match end {
             Err(JobEnd::CancelledAfter(kept)) => self.keep(*kept),
@@ -234,12 +234,12 @@ impl Drop for Bench {
     }
 }
 
-/// Scans as the queue does, as if the computing were done elsewhere.
+/// Scans as the queue does, with input and outcome passed through their serialised form.
 pub fn run(input: ScanInput, ctx: &StationContext) -> Result<Done, JobEnd> {
     as_if_elsewhere(JobInput::Scan(input), ctx)
 }
 
-/// The same for a known part.
+/// The same for a reference part.
 pub fn verify(input: VerifyInput, ctx: &StationContext) -> Result<Done, JobEnd> {
     as_if_elsewhere(JobInput::Verification(input), ctx)
 }
@@ -282,10 +282,10 @@ pub fn resumed(id: &str) -> ScanInput {
     }
 }
 
-/// A document that holds the truth about the station.
+/// A calibration document with the true parameters of the station.
 pub fn true_document(model: &StationModel, id: &str) -> CalibrationDocument {
     let light = LightSurfaces::Grating(model.grating);
-    // The table's angles are exact to its controller's last digit.
+    // The angles of the table are exact to the last digit of its controller.
     let stage = match model.stage {
         Stage::Rotary(axis) => RotaryAxis { angle_error: AngleError::new(1e-6), ..axis }.into(),
         linear => linear,

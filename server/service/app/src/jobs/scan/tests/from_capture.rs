@@ -1,4 +1,4 @@
-//! The same frames give the same bytes: from the station, from its pictures, from its peaks, on any number of threads.
+//! The same frames give the same bytes: from the station, from its images, from its peaks, on any number of threads.
 
 use std::io::Cursor;
 
@@ -18,17 +18,17 @@ fn from_capture(capture_id: &str, scan: Option<&str>) -> ScanInput {
     ScanInput { source, from_mm: None, to_mm: None, step_mm: None, ..from_station(0.0, 0.0, 1.0) }
 }
 
-/// A scan with its pictures kept.
+/// A scan with kept images.
 fn with_pictures(bench: &Bench) -> (ScanRecord, String) {
     let mut input = from_station(-3.0, 3.0, 1.5);
     (input.keep_frames, input.name) = (true, Some("ball".to_owned()));
     let scan = bench.scan(input);
-    let capture_id = scan.capture_id.clone().expect("the pictures are kept");
+    let capture_id = scan.capture_id.clone().expect("the images are kept");
     (scan, capture_id)
 }
 
 #[test]
-fn the_pictures_of_a_scan_give_its_cloud_again_on_any_number_of_threads() {
+fn the_images_of_a_scan_give_its_cloud_again_on_any_number_of_threads() {
     let bench = Bench::new();
     let (scan, capture_id) = with_pictures(&bench);
     let cloud = bench.cloud(&scan);
@@ -52,7 +52,7 @@ fn the_pictures_of_a_scan_give_its_cloud_again_on_any_number_of_threads() {
 }
 
 #[test]
-fn a_scan_computed_again_is_the_same_with_the_same_calibration_and_another_record_with_another() {
+fn a_recomputed_scan_is_identical_with_the_same_calibration_and_a_new_record_with_another() {
     let bench = Bench::new();
     let scan = bench.scan(from_station(-3.0, 3.0, 1.5));
     let again = |calibration_id: Option<&str>| {
@@ -70,7 +70,7 @@ fn a_scan_computed_again_is_the_same_with_the_same_calibration_and_another_recor
     let other = again(Some("other000"));
     assert_eq!(other.calibration_id, "other000");
     assert_ne!(bench.cloud(&other), bench.cloud(&scan));
-    assert_eq!(bench.record(&scan.id), scan, "the first one stays as it is");
+    assert_eq!(bench.record(&scan.id), scan, "the original is not changed");
 }
 
 #[test]
@@ -87,7 +87,7 @@ fn the_only_scan_of_a_capture_needs_no_name_and_several_are_listed() {
     let mut with_range = from_capture(&capture_id, None);
     with_range.step_mm = Some(0.1);
     assert_eq!(refused(with_range).pointer.as_deref(), Some("/step_mm"));
-    // A capture with two scans: the same pictures under two names.
+    // A capture with two scans: the same images under two names.
     let folder = bench.captures.check_out(&capture_id).unwrap();
     let copy = bench.folder.path().join("two");
     std::fs::create_dir_all(copy.join("scan")).unwrap();

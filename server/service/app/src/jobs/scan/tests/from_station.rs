@@ -1,4 +1,4 @@
-//! Scans that run to their end, and those in which frames are lost.
+//! Scans that complete, and scans that lose frames.
 
 use std::io::Cursor;
 
@@ -14,7 +14,7 @@ use crate::resources::measurements::measurement;
 use crate::resources::stored_scan::{stored_cloud, stored_frame, stored_peaks, stored_positions};
 
 #[test]
-fn every_row_is_in_the_scan_at_its_place_and_shown_live() {
+fn every_row_is_in_the_scan_at_its_position_and_shown_live() {
     let bench = Bench::new();
     let job = bench.job();
     let id = bench.finish(run(from_station(-2.0, 2.0, 0.5), &job.ctx));
@@ -36,7 +36,7 @@ fn every_row_is_in_the_scan_at_its_place_and_shown_live() {
     let shown = bench.live.watch_frames().borrow().clone().expect("a frame");
     assert_eq!((shown.frame.position_mm, shown.centrelines == peaks.frames[8].centrelines), (Some(2.0), true));
     assert!(job.said.lock().iter().any(|words| words == "row 9 of 9"));
-    // Dark, and free for the next.
+    // Laser off, and free for the next job.
     assert_eq!(bench.operator.laser_power(), 0.0);
     assert!(!bench.folder.path().join("data/work").join(&id).exists());
 }
@@ -56,7 +56,7 @@ fn a_sweep_takes_a_frame_at_every_step() {
 }
 
 #[test]
-fn a_scan_that_lost_frames_is_invalid_and_says_so() {
+fn a_scan_that_lost_frames_is_invalid_and_reports_it() {
     let bench = Bench::new();
     bench.operator.set_fault(TwinFault::LostFrames { every: 4 });
     let mut input = from_station(-2.0, 2.0, 0.4);
@@ -66,7 +66,7 @@ fn a_scan_that_lost_frames_is_invalid_and_says_so() {
     let losses = scan.report["losses"].to_string();
     assert!(losses.contains("frames were lost: camera"), "{losses}");
     assert!(losses.contains("no frame between"), "{losses}");
-    // A measurement on it carries no verdict but this one.
+    // A measurement on it has only this verdict.
     let asked = MeasureInput {
         tool: "sphere".into(),
         name: None,
@@ -106,7 +106,7 @@ fn a_frame_of_a_stored_scan_is_found_without_the_others_and_a_damaged_one_is_nam
 }
 
 #[test]
-fn a_row_that_had_to_be_taken_twice_makes_a_scan_invalid_too() {
+fn a_row_that_was_captured_twice_makes_a_scan_invalid() {
     let bench = Bench::new();
     bench.operator.set_fault(TwinFault::LostFrames { every: 4 });
     let scan = bench.scan(from_station(-2.0, 2.0, 0.5));
@@ -114,7 +114,7 @@ fn a_row_that_had_to_be_taken_twice_makes_a_scan_invalid_too() {
 }
 
 #[test]
-fn a_scan_in_the_dark_fails_with_the_reason() {
+fn a_scan_without_laser_light_fails_with_the_reason() {
     let bench = Bench::new();
     bench.operator.set_fault(TwinFault::InterlockOpen);
     let Err(JobEnd::Failed(problem)) = run(from_station(-2.0, 2.0, 0.5), &bench.job().ctx) else {
@@ -125,7 +125,7 @@ fn a_scan_in_the_dark_fails_with_the_reason() {
 }
 
 #[test]
-fn what_cannot_work_is_refused_before_anything_moves() {
+fn invalid_input_is_refused_before_anything_moves() {
     let bench = Bench::new();
     let Err(JobEnd::Failed(problem)) = run(from_station(-2.0, 200.0, 0.5), &bench.job().ctx) else {
         panic!("scanned beyond the travel")

@@ -1,4 +1,4 @@
-//! A scan that is measured in its own job: the verdict needs no browser, and nothing that happens loses the scan.
+//! A scan measured in its own job: the verdict needs no browser, and no interruption loses the scan.
 
 use metrology::PartVerdict;
 use store::ScanState;
@@ -21,7 +21,7 @@ fn sphere(nominal_mm: f64) -> MeasureInput {
     }
 }
 
-/// Rows that show enough of the ball.
+/// Rows that show enough of the sphere.
 fn ball(measure: Vec<MeasureInput>) -> ScanInput {
     ScanInput { measure, ..from_station(-8.0, 8.0, 0.5) }
 }
@@ -33,19 +33,19 @@ impl Bench {
 }
 
 #[test]
-fn the_verdict_is_made_in_the_job_and_the_next_plan_knows_the_pace() {
+fn the_verdict_is_made_in_the_job_and_the_next_plan_uses_its_durations() {
     let bench = Bench::new();
     let mut job = bench.job();
-    let (told, fractions) = bench.following(&mut job);
+    let (reports, fractions) = bench.following(&mut job);
     let done = run(ball(vec![sphere(18.9)]), &job.ctx).unwrap_or_else(|end| panic!("{end:?}"));
     assert!(done.message.ends_with("; OK"), "{}", done.message);
     let id = bench.finish(Ok(done));
     let part = bench.part(&id);
     assert_eq!((part.verdict, part.measured.len()), (Some(PartVerdict::Ok), 1));
     // Every phase reported.
-    let told = told.lock();
+    let reports = reports.lock();
     for words in ["row 33 of 33", "computing the cloud", "storing the cloud", "measuring: 1 of 1"] {
-        assert!(told.iter().any(|said| said == words), "{words}: {told:?}");
+        assert!(reports.iter().any(|said| said == words), "{words}: {reports:?}");
     }
     let fractions = fractions.lock();
     assert!(fractions.iter().filter(|at| **at > 0.0 && **at < 1.0).count() > 66, "{}", fractions.len());
@@ -58,7 +58,7 @@ fn the_verdict_is_made_in_the_job_and_the_next_plan_knows_the_pace() {
 }
 
 #[test]
-fn a_stopped_part_is_invalid_until_it_was_continued_and_measured() {
+fn a_stopped_part_is_invalid_until_it_is_resumed_and_measured() {
     let bench = Bench::new();
     let job = bench.job_cancelled_at(|words| words.starts_with("row 20 of"));
     assert!(matches!(run(ball(vec![sphere(18.9)]), &job.ctx), Err(JobEnd::Cancelled)));
@@ -83,9 +83,9 @@ fn a_job_cancelled_while_it_measures_keeps_its_scan_as_invalid() {
 }
 
 #[test]
-fn a_process_that_dies_while_it_measures_leaves_a_scan_that_can_be_completed() {
+fn a_crash_during_measurement_leaves_a_scan_that_can_be_completed() {
     let bench = Bench::new();
-    // The job came to its end, and the process died before that was stored.
+    // The job completed, and the process crashed before that was stored.
     drop(run(ball(vec![sphere(18.9)]), &bench.job().ctx).unwrap_or_else(|end| panic!("{end:?}")));
     assert!(bench.scans().is_empty());
     bench.runtime.block_on(recover(&bench.ledger, &*bench.store.artifacts));
@@ -96,7 +96,7 @@ fn a_process_that_dies_while_it_measures_leaves_a_scan_that_can_be_completed() {
     );
     assert_eq!(bench.finish(run(resumed(&id), &bench.job().ctx)), id);
     assert_eq!(bench.part(&id).verdict, Some(PartVerdict::Ok));
-    // What was left of the making is gone, and the next start changes nothing.
+    // The work folder is gone, and the next start changes nothing.
     bench.runtime.block_on(recover(&bench.ledger, &*bench.store.artifacts));
     assert_eq!(bench.record(&id).state, ScanState::Complete);
 }

@@ -1,5 +1,5 @@
-//! Scans at a small simulated station, with its true parameters as calibration: what is shown here is that nothing is
-//! lost, doubled or changed on the way, not how accurate the result is (`server/cli/tests/http`).
+//! Scans at a small simulated station, with its true parameters as calibration. Tested here: nothing is lost, duplicated
+//! or changed. Not tested: the accuracy of the result (`server/cli/tests/http`).
 
 mod ambient;
 mod bench;

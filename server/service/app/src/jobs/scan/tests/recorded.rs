@@ -1,4 +1,4 @@
-//! A scan that is recorded, and one whose recording ends before it. Not shown here: a recording that is played by a
+//! A recorded scan, and one whose recording ends early. Not tested here: a recording that is replayed by a
 //! station (`tests/it/http/recordings.rs` of the program).
 
 use std::sync::atomic::Ordering;
@@ -24,7 +24,7 @@ fn recordings(bench: &Bench) -> Vec<RecordingRecord> {
     bench.runtime.block_on(bench.ledger.read().recordings(&page)).unwrap().records
 }
 
-/// The only recording there is, its figures and its file.
+/// The only recording, its figures and its file.
 fn only_recording(bench: &Bench) -> (RecordingRecord, RecordingFigures, RecordingFile) {
     let [record] = &recordings(bench)[..] else { panic!("{:?}", recordings(bench)) };
     let path = bench.folder.path().join("recording.mcap");
@@ -59,14 +59,14 @@ fn check_same_cloud(bench: &Bench, scan: &ScanRecord) {
 }
 
 #[test]
-fn a_recorded_scan_row_by_row_is_computed_again_bit_by_bit() {
+fn a_recorded_stop_and_go_scan_is_recomputed_bit_by_bit() {
     let bench = Bench::new();
     let scan = bench.scan(recorded(from_station(-3.0, 3.0, 1.5)));
     check_same_cloud(&bench, &scan);
 }
 
 #[test]
-fn a_recorded_sweep_is_computed_again_bit_by_bit_and_holds_the_frames_of_its_run_up_beside_it() {
+fn a_recorded_continuous_scan_is_recomputed_bit_by_bit_and_also_has_its_run_up_frames() {
     let bench = Bench::new();
     let mut input = recorded(from_station(-2.0, 2.0, 0.4));
     (input.mode, input.speed_mm_s) = (Some(ScanMode::Continuous), Some(2.0));
@@ -85,7 +85,7 @@ fn a_disk_near_its_floor_ends_the_recording_and_not_the_scan() {
     let job = bench.job_cancelled_at(move |words| {
         if words == "row 3 of 9" {
             free_bytes.store(FREE_FLOOR_BYTES - 1, Ordering::Relaxed);
-            // Longer than until the next look at the disk.
+            // Longer than until the next check of the disk.
             std::thread::sleep(Duration::from_millis(900));
         }
         false
@@ -96,11 +96,11 @@ fn a_disk_near_its_floor_ends_the_recording_and_not_the_scan() {
     let (record, figures, file) = only_recording(&bench);
     assert_eq!((record.state, figures.ended), (RecordingState::Complete, Some(Ended::DiskFloor)));
     assert_eq!((figures.n_rows, file.frames.len(), file.is_whole), (3, 3, true), "{figures:?}");
-    assert_eq!(file.end.as_ref().unwrap().reason, "the disk has no more room than must stay free");
+    assert_eq!(file.end.as_ref().unwrap().reason, "free disk space reached its lower limit");
     let events = bench.runtime.block_on(bench.ledger.read().events_after(0, 100)).unwrap().records;
     let ended = events.iter().find(|event| event.kind == "recording.ended").unwrap();
     assert_eq!((&ended.body["ended"], &ended.body["n_frames"]), (&"disk_floor".into(), &3.into()));
-    // Without room nothing is begun: the person who asked for it is told before anything moves.
+    // Without free space the scan is refused before anything moves.
     match run(recorded(from_station(-2.0, 2.0, 0.5)), &bench.job().ctx) {
         Err(JobEnd::Failed(problem)) => assert_eq!(problem.kind, crate::error::ErrorKind::StorageFull),
         other => panic!("{:?}", other.map(|done| done.message)),
@@ -109,7 +109,7 @@ fn a_disk_near_its_floor_ends_the_recording_and_not_the_scan() {
 }
 
 #[test]
-fn exposures_that_are_lost_are_in_the_recordings_account() {
+fn lost_exposures_are_counted_in_the_recording() {
     let bench = Bench::new();
     bench.operator.set_fault(TwinFault::LostFrames { every: 4 });
     let before = bench.station.status();
@@ -127,11 +127,11 @@ fn exposures_that_are_lost_are_in_the_recordings_account() {
     assert_eq!(lost, expected, "by reason, exactly");
     assert!(figures.lost.camera > 0 && file.is_lossy(), "{figures:?}");
     assert_eq!(file.summary().lost, figures.lost);
-    assert_eq!(figures.n_rows, 13, "the rows are all there");
+    assert_eq!(figures.n_rows, 13, "all rows are present");
 }
 
 #[test]
-fn what_a_dead_process_left_of_a_recording_is_mended_at_the_next_start() {
+fn a_recording_of_a_crashed_process_is_repaired_at_the_next_start() {
     let bench = Bench::new();
     let nothing = |_: &RecordingRecord| Ok::<_, crate::error::AppError>(Vec::new());
     let of = RecordingOf::Scan { scan_id: "s".into(), calibration_id: "true0000".into(), needed_bytes: 0 };
@@ -141,7 +141,7 @@ fn what_a_dead_process_left_of_a_recording_is_mended_at_the_next_start() {
     for _ in 0..5 {
         lease.grab(&station::cancel::CancelFlag::default()).unwrap();
     }
-    // What is there a second later is what a process that is killed now leaves.
+    // What is on disk a second later is what a killed process leaves.
     std::thread::sleep(Duration::from_secs(1));
     let left = std::fs::read(&path).unwrap();
     drop(lease);
@@ -149,7 +149,7 @@ fn what_a_dead_process_left_of_a_recording_is_mended_at_the_next_start() {
     let whole = only_recording(&bench);
     assert_eq!((whole.1.n_frames, whole.1.ended), (5, Some(Ended::Stopped)));
 
-    // As the dead process left it: the record under way, the file without its end, and one that no record names.
+    // As a crashed process leaves it: the record in progress, the file without its end, and an unreferenced file.
     std::fs::write(&path, &left[..left.len() - 7]).unwrap();
     let nameless = path.with_file_name("nameless.mcap");
     std::fs::write(&nameless, b"nothing").unwrap();

@@ -1,4 +1,4 @@
-//! What a scan needs of the disk is known before it is accepted.
+//! The disk space of a scan is known before it is accepted.
 
 use crate::error::ErrorKind;
 use std::sync::Arc;
@@ -9,7 +9,7 @@ use crate::config::limits::FREE_FLOOR_BYTES;
 use crate::jobs::plan::{Pace, plan};
 use crate::jobs::{JobEnd, JobInput, JobParts, Jobs, ScanInput, ScanMode};
 
-/// A queue over the bench whose jobs do nothing, on a disk with room as said.
+/// A queue on the bench whose jobs do nothing, on a disk with the given free space.
 fn queue(bench: &Bench, free_bytes: Arc<AtomicU64>) -> Jobs {
     let parts = JobParts {
         config: bench.config.clone(),
@@ -26,7 +26,7 @@ fn queue(bench: &Bench, free_bytes: Arc<AtomicU64>) -> Jobs {
 }
 
 #[test]
-fn a_scan_that_keeps_its_pictures_is_refused_without_room_for_them() {
+fn a_scan_that_keeps_its_images_is_refused_without_disk_space_for_them() {
     let bench = Bench::new();
     let free_bytes = Arc::new(AtomicU64::new(0));
     let jobs = queue(&bench, free_bytes.clone());
@@ -46,7 +46,7 @@ fn a_scan_that_keeps_its_pictures_is_refused_without_room_for_them() {
     let enough = FREE_FLOOR_BYTES + planned.disk_bytes;
     submit(false, enough).unwrap();
     assert_eq!(submit(false, enough - 1).unwrap_err().kind, ErrorKind::StorageFull);
-    // Sixty-one pictures of a byte a pixel, as files and once more in their archive.
+    // Sixty-one images of one byte per pixel, as files and once more in their archive.
     let pictures_bytes = 2 * 61 * 640 * 512;
     assert_eq!(submit(true, enough + pictures_bytes - 1).unwrap_err().kind, ErrorKind::StorageFull);
     submit(true, enough + pictures_bytes).unwrap();

@@ -1,4 +1,4 @@
-//! Scans that are stopped, and go on: what was taken is kept, and the end is the same to the last bit.
+//! Scans that are stopped and resumed: captured rows are kept, and the result is identical to the last bit.
 
 use crate::error::ErrorKind;
 use std::io::Cursor;
@@ -22,7 +22,7 @@ fn cancelled(bench: &Bench, input: ScanInput, at: &'static str) {
 }
 
 #[test]
-fn a_cancelled_scan_ends_dark_at_every_step_and_keeps_what_it_has() {
+fn a_scan_cancelled_at_any_step_turns_the_laser_off_and_keeps_its_rows() {
     let bench = Bench::new();
     for (at, rows) in
         [("row 1 of", 1), ("row 3 of", 3), ("row 5 of 5", 5), ("computing the cloud", 5), ("storing the cloud", 5)]
@@ -38,7 +38,7 @@ fn a_cancelled_scan_ends_dark_at_every_step_and_keeps_what_it_has() {
     let job = bench.job();
     job.ctx.cancel.cancel();
     assert!(matches!(run(from_station(-2.0, 2.0, 1.0), &job.ctx), Err(JobEnd::Cancelled)));
-    assert_eq!(bench.scans().len(), 5, "nothing was taken, nothing is kept");
+    assert_eq!(bench.scans().len(), 5, "nothing was captured, nothing is kept");
 }
 
 #[test]
@@ -52,7 +52,7 @@ fn a_resumed_scan_equals_an_uninterrupted_one_bit_by_bit() {
     let partial = bench.scans().remove(0);
     let done = bench.scan(resumed(&partial.id));
     assert_eq!((done.id.as_str(), done.state), (partial.id.as_str(), ScanState::Complete));
-    assert_eq!(bench.scans().len(), 1, "the scan took the place of its beginning");
+    assert_eq!(bench.scans().len(), 1, "the complete scan replaces the partial one");
     assert_eq!(peaks(&bench, &done).frames, peaks(&whole, &expected).frames);
     assert_eq!(bench.cloud(&done), whole.cloud(&expected));
     let pictures = |bench: &Bench, scan: &ScanRecord| {
@@ -65,7 +65,7 @@ fn a_resumed_scan_equals_an_uninterrupted_one_bit_by_bit() {
 }
 
 #[test]
-fn a_scan_goes_on_only_as_it_was_begun() {
+fn a_scan_is_resumed_only_with_its_own_settings() {
     let bench = Bench::new();
     cancelled(&bench, from_station(-2.0, 2.0, 1.0), "row 2 of");
     let partial = bench.scans().remove(0);
@@ -88,7 +88,7 @@ fn a_scan_goes_on_only_as_it_was_begun() {
 }
 
 #[test]
-fn a_fault_leaves_a_partial_scan_and_the_way_to_go_on() {
+fn a_fault_leaves_a_partial_scan_and_says_how_to_resume_it() {
     let bench = Bench::new();
     bench.operator.set_fault(TwinFault::StageStall { at_mm: 0.5 });
     let Err(JobEnd::Failed(problem)) = run(from_station(-2.0, 2.0, 1.0), &bench.job().ctx) else {
@@ -101,11 +101,11 @@ fn a_fault_leaves_a_partial_scan_and_the_way_to_go_on() {
 }
 
 #[test]
-fn what_a_crash_leaves_is_a_partial_scan_that_goes_on_to_the_same_end() {
+fn a_crash_leaves_a_partial_scan_that_resumes_to_the_same_result() {
     let bench = Bench::new();
     let expected = bench.scan(from_station(-2.0, 2.0, 1.0));
     let all = peaks(&bench, &expected);
-    // The folder of a process that died while it wrote the third row.
+    // The folder of a process that crashed while writing the third row.
     let note = WorkNote {
         scan_id: crate::resources::stored_scan::new_id(),
         name: expected.name.clone(),
@@ -134,7 +134,7 @@ fn what_a_crash_leaves_is_a_partial_scan_that_goes_on_to_the_same_end() {
 }
 
 #[test]
-fn a_work_folder_without_a_frame_is_forgotten() {
+fn a_work_folder_without_frames_is_removed() {
     let bench = Bench::new();
     let folder = bench.folder.path().join("data/work/01890000-0000-7000-8000-000000000000");
     std::fs::create_dir_all(&folder).unwrap();

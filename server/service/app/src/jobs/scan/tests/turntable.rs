@@ -1,7 +1,7 @@
-//! Scans on a turntable: planned and kept in degrees, registered about the axis, with their closure.
+//! Scans on a turntable: planned and stored in degrees, registered about the axis, with their closure.
 //!
-//! The station's true parameters are the calibration, so that what is wrong is wrong by the scan. What this does not show:
-//! an axis that had to be found (`jobs::tests::calibrating`), a table that wobbles.
+//! The true parameters of the station are the calibration, so that errors are those of the scan. Not tested here: a
+//! calibrated axis (`jobs::tests::calibrating`), a wobbling table.
 
 use std::io::Cursor;
 
@@ -16,7 +16,7 @@ use crate::jobs::{JobEnd, ScanInput, ScanMode, ScanSource};
 use crate::resources::measurements::MeasureInput;
 use crate::resources::scan_run::ScanRun;
 
-/// Points of a ball 30 mm off the axis at most, over rows 7.5° apart: noise of 0.05 px and what is between rows.
+/// Tolerance for points of a sphere at most 30 mm off the axis, rows 7.5° apart: noise of 0.05 px and the row spacing.
 const CLOSURE_RMS_MM: f64 = 0.1;
 
 /// Error of the radius with rows so coarse.
@@ -43,7 +43,7 @@ fn positions(bench: &Bench, scan: &ScanRecord) -> Vec<StagePosition> {
 }
 
 #[test]
-fn a_ball_is_turned_whole_measured_and_scanned_again_from_its_pictures() {
+fn a_sphere_is_scanned_over_a_full_turn_measured_and_rescanned_from_its_images() {
     let bench = bench();
     let ball = MeasureInput {
         tool: "sphere".into(),
@@ -73,7 +73,7 @@ fn a_ball_is_turned_whole_measured_and_scanned_again_from_its_pictures() {
     let result = &measured[0].result;
     let [radius_mm, u_mm] = ["value", "expanded_uncertainty"].map(|key| result[key].as_f64().unwrap());
     println!("radius {radius_mm:.4} ± {u_mm:.4} mm");
-    // Rows are 2.5 mm apart here, too coarse to leave steep flanks out; U is held against the truth in `metrology`.
+    // Rows are 2.5 mm apart here, too coarse to exclude steep flanks; U is tested against the truth in `metrology`.
     assert!((radius_mm - 18.9).abs() < COARSE_MM && u_mm < 0.1, "{result}");
     let source = ScanSource::Capture { capture_id: scan.capture_id.clone().unwrap(), scan: None };
     let again =
@@ -82,9 +82,9 @@ fn a_ball_is_turned_whole_measured_and_scanned_again_from_its_pictures() {
 }
 
 #[test]
-fn a_sweep_turns_at_constant_speed_and_a_stopped_turn_goes_on() {
+fn a_continuous_turntable_scan_has_constant_speed_and_a_stopped_one_is_resumed() {
     let bench = bench();
-    // Rows close enough that orders see the same places, whatever a busy machine does to their distances.
+    // Rows close enough that orders see the same surfaces even if a busy machine varies their spacing.
     let mut sweep = turn(0.0, 60.0, 3.0);
     (sweep.mode, sweep.speed_deg_s) = (Some(ScanMode::Continuous), Some(30.0));
     let swept = bench.scan(sweep);
@@ -103,14 +103,14 @@ fn a_sweep_turns_at_constant_speed_and_a_stopped_turn_goes_on() {
 }
 
 #[test]
-fn points_shown_while_it_turns_are_registered_about_the_axis() {
+fn live_points_of_a_turntable_scan_are_registered_about_the_axis() {
     let bench = bench();
     let scan = bench.scan(turn(0.0, 60.0, 30.0));
     let shown = bench.bytes(scan.display.as_ref().unwrap());
     // Bytes 24–31 of a block: the angle.
     let angle = |at: usize| f64::from_le_bytes(shown[at + 24..at + 32].try_into().unwrap());
     let second = live::protocol::points::block_length(&shown).unwrap();
-    // A frame without points leaves no block.
+    // A frame without points has no block.
     assert!(angle(0) == 0.0 && [30.0, 60.0].contains(&angle(second)), "{}", angle(second));
     assert_eq!(scan.plan["step_deg"], json!(30.0));
 }

@@ -1,4 +1,4 @@
-//! A known part is scanned and compared; what was on the stage comes back.
+//! A reference part is scanned and compared; the previous scene is restored.
 
 use crate::error::ErrorKind;
 use store::ScanState;
@@ -7,17 +7,17 @@ use twin::Scene;
 use super::bench::{Bench, from_station, verify};
 use crate::jobs::{JobEnd, ScanInput, VerifyInput};
 
-/// Largest error of a height with the true calibration: noise of thousands of points, and the lines' thickness at
-/// half the default station's resolution.
+/// Maximum error of a height with the true calibration: noise of thousands of points, and the line thickness at half the
+/// resolution of the default station.
 const WITHIN_MM: f64 = 0.02;
 
 fn gauge(tolerance_mm: f64) -> VerifyInput {
     let scan = ScanInput { from_mm: None, to_mm: None, step_mm: None, ..from_station(0.0, 0.0, 1.0) };
-    VerifyInput { artefact: "gauge".into(), nominal_mm: 8.9, tolerance_mm: Some(tolerance_mm), scan }
+    VerifyInput { reference_part: "gauge".into(), nominal_mm: 8.9, tolerance_mm: Some(tolerance_mm), scan }
 }
 
 #[test]
-fn a_gauge_is_verified_and_the_ball_comes_back() {
+fn a_gauge_is_verified_and_the_sphere_is_restored() {
     let bench = Bench::new();
     let job = bench.job();
     let done = verify(gauge(0.2), &job.ctx).unwrap_or_else(|end| panic!("{end:?}"));
@@ -35,11 +35,11 @@ fn a_gauge_is_verified_and_the_ball_comes_back() {
         message.starts_with("gauge: nominal 8.9000 mm, measured 8.") && message.ends_with(", OK"),
         "{message}"
     );
-    assert!(matches!(*bench.operator.scene(), Scene::Sphere(_)), "the ball is back");
+    assert!(matches!(*bench.operator.scene(), Scene::Sphere(_)), "the sphere is restored");
 }
 
 #[test]
-fn the_true_size_is_the_parts_own_and_not_what_a_person_types() {
+fn the_simulated_part_has_its_true_size_regardless_of_the_nominal() {
     let bench = Bench::new();
     let typed = VerifyInput { nominal_mm: 9.5, ..gauge(0.2) };
     let id = bench.finish(verify(typed, &bench.job().ctx));
@@ -50,18 +50,18 @@ fn the_true_size_is_the_parts_own_and_not_what_a_person_types() {
 }
 
 #[test]
-fn a_cancelled_verification_puts_the_ball_back_too() {
+fn a_cancelled_verification_restores_the_sphere() {
     let bench = Bench::new();
     let job = bench.job_cancelled_at(|words| words.starts_with("row 2 of"));
     assert!(matches!(verify(gauge(0.2), &job.ctx), Err(JobEnd::Cancelled)));
-    assert!(matches!(*bench.operator.scene(), Scene::Sphere(_)), "the ball is back");
+    assert!(matches!(*bench.operator.scene(), Scene::Sphere(_)), "the sphere is restored");
 }
 
 #[test]
 fn an_unknown_part_is_refused() {
     let bench = Bench::new();
     let mut input = gauge(0.2);
-    input.artefact = "cube".into();
+    input.reference_part = "cube".into();
     let Err(JobEnd::Failed(problem)) = verify(input, &bench.job().ctx) else { panic!("verified a cube") };
-    assert_eq!((problem.kind, problem.pointer.as_deref()), (ErrorKind::Impossible, Some("/artefact")));
+    assert_eq!((problem.kind, problem.pointer.as_deref()), (ErrorKind::Impossible, Some("/reference_part")));
 }

@@ -1,4 +1,4 @@
-//! What the watches say of scans of the station: in the report, as events, in the history; and rows of several exposures.
+//! Results of the watches on station scans in report, events and history; and rows with several exposures.
 
 use store::ScanState;
 use twin::{SceneKind, TwinFault};
@@ -6,7 +6,7 @@ use twin::{SceneKind, TwinFault};
 use super::bench::{Bench, from_station};
 use crate::resources::watches::WatchHistory;
 
-/// The verdict of a watch in a scan's report.
+/// The result of a watch in a scan report.
 fn verdict<'a>(report: &'a serde_json::Value, watch: &str) -> &'a serde_json::Value {
     let verdicts = report["watches"].as_array().unwrap();
     verdicts.iter().find(|verdict| verdict["watch"] == watch).unwrap()
@@ -19,7 +19,7 @@ fn kinds_of(bench: &Bench, scan_id: &str) -> Vec<String> {
 }
 
 #[test]
-fn a_laser_that_drifted_is_in_the_report_an_event_and_in_the_history() {
+fn a_wavelength_drift_is_in_the_report_the_events_and_the_history() {
     let bench = Bench::new();
     bench.operator.place_part(&SceneKind::Freeform);
     let clean = bench.scan(from_station(-20.0, 20.0, 0.5));
@@ -43,7 +43,7 @@ fn a_laser_that_drifted_is_in_the_report_an_event_and_in_the_history() {
 }
 
 #[test]
-fn rows_of_two_exposures_replace_what_is_saturated_and_leave_the_camera_as_it_was() {
+fn rows_of_two_exposures_replace_saturated_points_and_restore_the_camera_settings() {
     let bench = Bench::new();
     let before_us = bench.station.status().camera_settings.exposure_us;
     let mut input = from_station(-2.0, 2.0, 0.5);

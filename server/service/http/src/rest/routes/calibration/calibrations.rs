@@ -1,4 +1,4 @@
-//! Calibrations: made by jobs, active by decision.
+//! Calibrations: computed by jobs, activated explicitly.
 
 use crate::Http;
 use app::error::AppError;
@@ -18,9 +18,10 @@ use crate::rest::etag::{Versioned, check_if_given};
 use crate::rest::extract::{ApiJson, ApiPath, ApiQuery};
 use crate::rest::idempotency::at_most_once;
 use crate::wire::calibration::calibrations::{
-    ActivateDto, ActivationDto, ActiveDto, CalibrationDto, CalibrationItemDto, StartCalibrationDto,
+    ActivateCalibrationDto, ActivationDto, ActiveCalibrationDto, CalibrationDto, CalibrationItemDto,
+    StartCalibrationDto,
 };
-use crate::wire::calibration::differences::{DiffQuery, DifferenceDto};
+use crate::wire::calibration::differences::{CalibrationDifferenceDto, DiffQuery};
 use crate::wire::calibration::residuals::ResidualsDto;
 use crate::wire::job::jobs::JobDto;
 use crate::wire::paging::{ListDto, PageQuery};
@@ -39,11 +40,11 @@ pub fn routes() -> OpenApiRouter<Http> {
         .routes(routes!(list_activations))
         .routes(routes!(get_calibration))
         .routes(routes!(get_calibration_report))
-        .routes(routes!(get_residuals))
+        .routes(routes!(get_calibration_residuals))
         .routes(routes!(diff_calibrations))
 }
 
-/// Calibrations, newest first.
+/// Lists calibrations, newest first.
 #[utoipa::path(
     get, path = "/calibrations", tag = "calibrations", params(PageQuery),
     responses((status = 200, body = ListDto<CalibrationItemDto>))
@@ -63,7 +64,7 @@ async fn active_id(app: &App) -> Result<Option<String>, Problem> {
     Ok(app.ledger.read().active().await?.and_then(|activation| activation.calibration_id))
 }
 
-/// Starts a calibration; it becomes a draft, activated by a separate act.
+/// Starts a calibration job. Its result is a draft; activate it with a separate request.
 #[utoipa::path(
     post, path = "/calibrations", tag = "calibrations", request_body = StartCalibrationDto,
     responses((status = 202, body = JobDto, headers(("Location" = String, description = "Address of the job"))))
@@ -78,7 +79,7 @@ async fn start_calibration(
     accept_job(&app, &by, &headers, "POST calibrations", &body.sha256, input).await
 }
 
-/// A calibration with its document.
+/// Returns a calibration with its document.
 #[utoipa::path(
     get, path = "/calibrations/{id}", tag = "calibrations", params(("id" = String, Path)),
     responses((status = 200, body = CalibrationDto))
@@ -97,7 +98,7 @@ async fn get_calibration(
     Ok(Json(CalibrationDto { item: CalibrationItemDto::new(record, active.as_deref())?, calibration }))
 }
 
-/// Residuals, tables and pictures, as a page for people.
+/// Returns the calibration report as an HTML page: residuals, tables, images.
 #[utoipa::path(
     get, path = "/calibrations/{id}/report", tag = "calibrations", params(("id" = String, Path)),
     responses((status = 200, body = String, content_type = "text/html"))
@@ -116,12 +117,12 @@ async fn get_calibration_report(
     Ok(response)
 }
 
-/// What the calibration left unexplained, point by point, for residual maps.
+/// Returns the residuals of a calibration, point by point, for residual maps.
 #[utoipa::path(
     get, path = "/calibrations/{id}/residuals", tag = "calibrations", params(("id" = String, Path)),
     responses((status = 200, body = ResidualsDto))
 )]
-async fn get_residuals(
+async fn get_calibration_residuals(
     State(app): State<App>,
     ApiPath(id): ApiPath<String>,
 ) -> Result<Json<ResidualsDto>, Problem> {
@@ -129,12 +130,12 @@ async fn get_residuals(
     Ok(Json(stored_residuals(&*app.artifacts, &record).await?.into()))
 }
 
-/// Which calibration is active; the `ETag` may be sent with a change of it.
+/// Returns the active calibration. Its `ETag` may be sent as `If-Match` when another one is activated.
 #[utoipa::path(
     get, path = "/calibrations/active", tag = "calibrations",
-    responses((status = 200, body = ActiveDto, headers(("ETag" = String, description = "Its version"))))
+    responses((status = 200, body = ActiveCalibrationDto, headers(("ETag" = String, description = "Its version"))))
 )]
-async fn get_active_calibration(State(app): State<App>) -> Result<Versioned<Json<ActiveDto>>, Problem> {
+async fn get_active_calibration(State(app): State<App>) -> Result<Versioned<Json<ActiveCalibrationDto>>, Problem> {
     let active = app.ledger.read().active().await?;
     Ok(Versioned(active_version(active.as_ref()), Json(active.into())))
 }
@@ -143,7 +144,7 @@ fn active_version(active: Option<&store::ActivationRecord>) -> String {
     format!("activation-{}", active.map_or(0, |activation| activation.seq))
 }
 
-/// The log of activations, newest first.
+/// Lists the activation log, newest first.
 #[utoipa::path(
     get, path = "/calibrations/activations", tag = "calibrations", params(PageQuery),
     responses((status = 200, body = ListDto<ActivationDto>))
@@ -157,57 +158,57 @@ async fn list_activations(
     Ok(Json(ListDto::new("/api/v1/calibrations/activations", &page, records, ActivationDto::from)))
 }
 
-/// Makes a calibration the active one; a logged act. Refused with 409 if its newest verification is not `ok`, unless
-/// the request says that this is known.
+/// Activates a calibration; the activation is logged. Refused with 409 if its latest verification is not `ok`, unless the
+/// request says `despite_verification`.
 #[utoipa::path(
-    put, path = "/calibrations/active", tag = "calibrations", request_body = ActivateDto,
+    put, path = "/calibrations/active", tag = "calibrations", request_body = ActivateCalibrationDto,
     params(
-        ("If-Match" = Option<String>, Header, description = "ETag of what is active, to be sure of it"),
-        ("Sheaf-Actor" = Option<String>, Header, description = "Who does it, for the log; a control lease says it, too"),
+        ("If-Match" = Option<String>, Header, description = "ETag of the active calibration"),
+        ("Sheaf-Actor" = Option<String>, Header, description = "Name for the log; not needed with a control lease"),
     ),
-    responses((status = 200, body = ActiveDto, headers(("ETag" = String, description = "Its version"))))
+    responses((status = 200, body = ActiveCalibrationDto, headers(("ETag" = String, description = "Its version"))))
 )]
 async fn activate_calibration(
     State(app): State<App>,
     By(by): By,
     headers: HeaderMap,
-    body: ApiJson<ActivateDto>,
-) -> Result<Versioned<Json<ActiveDto>>, Problem> {
+    body: ApiJson<ActivateCalibrationDto>,
+) -> Result<Versioned<Json<ActiveCalibrationDto>>, Problem> {
     let active = app.ledger.read().active().await?;
     check_if_given(&headers, &active_version(active.as_ref()))?;
     let sure = headers.contains_key(header::IF_MATCH);
     let expected = sure.then(|| active.and_then(|activation| activation.calibration_id));
-    let ActivateDto { calibration_id, despite_verification } = body.value;
+    let ActivateCalibrationDto { calibration_id, despite_verification } = body.value;
     let act = activate(&app, &by, Activate { calibration_id, expected, despite_verification }).await?;
     Ok(Versioned(active_version(Some(&act)), Json(Some(act).into())))
 }
 
-/// Takes the last activation back; a logged act.
+/// Rolls back the last activation; the roll-back is logged.
 #[utoipa::path(
     post, path = "/calibrations/active/roll-back", tag = "calibrations",
     params((
-        "Sheaf-Actor" = Option<String>, Header, description = "Who does it, for the log; a control lease says it, too"
+        "Sheaf-Actor" = Option<String>, Header, description = "Name for the log; not needed with a control lease"
     )),
-    responses((status = 200, body = ActiveDto, headers(("ETag" = String, description = "Its version"))))
+    responses((status = 200, body = ActiveCalibrationDto, headers(("ETag" = String, description = "Its version"))))
 )]
 async fn roll_back_activation(State(app): State<App>, By(by): By, headers: HeaderMap) -> Result<Reply, Problem> {
     at_most_once(&app, &headers, "POST calibrations/active/roll-back", &hash_hex(&[]), async {
         let act = roll_back(&app, &by).await?;
-        Ok(Reply::done(Some(active_version(Some(&act))), &ActiveDto::from(Some(act))))
+        Ok(Reply::done(Some(active_version(Some(&act))), &ActiveCalibrationDto::from(Some(act))))
     })
     .await
 }
 
-/// How far another calibration reads from this one, in mm over the working volume.
+/// Compares two calibrations: depth difference in mm over the working volume.
 #[utoipa::path(
     get, path = "/calibrations/{id}/diff", tag = "calibrations", params(("id" = String, Path), DiffQuery),
-    responses((status = 200, body = DifferenceDto))
+    responses((status = 200, body = CalibrationDifferenceDto))
 )]
 async fn diff_calibrations(
     State(app): State<App>,
     ApiPath(id): ApiPath<String>,
     ApiQuery(query): ApiQuery<DiffQuery>,
-) -> Result<Json<DifferenceDto>, Problem> {
+) -> Result<Json<CalibrationDifferenceDto>, Problem> {
     let difference = app.calibrations.difference(&id, &query.with).await?;
-    Ok(Json(DifferenceDto::new(id, query.with, difference)))
+    Ok(Json(CalibrationDifferenceDto::new(id, query.with, difference)))
 }

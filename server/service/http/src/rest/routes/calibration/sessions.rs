@@ -1,4 +1,4 @@
-//! Calibration sessions: a calibration picture by picture.
+//! Calibration sessions: interactive calibration, image by image.
 
 use crate::Http;
 use axum::Json;
@@ -15,9 +15,9 @@ use crate::rest::conversions::{accepted, label};
 use crate::rest::etag::Versioned;
 use crate::rest::extract::{ApiJson, ApiPath, ApiQuery};
 use crate::rest::idempotency::{Begun, at_most_once, begin};
-use crate::wire::calibration::session_bodies::LookDto;
+use crate::wire::calibration::session_bodies::BoardDetectionDto;
 use crate::wire::calibration::sessions::{
-    NewSessionDto, SessionDefaultsDto, SessionDto, SolveSessionDto, TakeStageViewDto, VirtualBoardDto,
+    CaptureStageViewDto, NewSessionDto, SessionDefaultsDto, SessionDto, SolveSessionDto, VirtualBoardDto,
 };
 use crate::wire::job::jobs::JobDto;
 use crate::wire::paging::{ListDto, PageQuery};
@@ -29,15 +29,15 @@ use app::use_cases;
 /// The routes.
 pub fn routes() -> OpenApiRouter<Http> {
     OpenApiRouter::new()
-        .routes(routes!(list_sessions, begin_session))
+        .routes(routes!(list_sessions, create_session))
         .routes(routes!(get_session_defaults))
         .routes(routes!(get_session, delete_session))
-        .routes(routes!(look_at_board))
-        .routes(routes!(take_pose))
+        .routes(routes!(detect_board))
+        .routes(routes!(capture_pose))
         .routes(routes!(delete_pose))
-        .routes(routes!(take_stage_view))
+        .routes(routes!(capture_stage_view))
         .routes(routes!(delete_stage_view))
-        .routes(routes!(get_session_picture))
+        .routes(routes!(get_session_image))
         .routes(routes!(solve_session))
         .routes(routes!(place_board))
 }
@@ -54,19 +54,19 @@ fn changed(session: Session) -> Reply {
     Reply::done(Some(session.version.to_string()), &SessionDto::from(session))
 }
 
-/// The version that `If-Match` names, if it names one: a number in quotes.
+/// The version in `If-Match`, if present: a number in quotes.
 fn expected(headers: &HeaderMap) -> Result<Option<i64>, Problem> {
     let Some(text) = header_text(headers, &header::IF_MATCH)? else { return Ok(None) };
     if text.trim() == "*" {
         return Ok(None);
     }
     text.trim().trim_matches('"').parse().map(Some).map_err(|_| {
-        Problem::new(ProblemKind::Changed, format!("{text} is no version of a session"))
+        Problem::new(ProblemKind::Changed, format!("{text} is not a version of a session"))
             .remedy("read the session and send its ETag as If-Match")
     })
 }
 
-/// Sessions, newest first.
+/// Lists calibration sessions, newest first.
 #[utoipa::path(
     get, path = "/calibration-sessions", tag = "calibration sessions", params(PageQuery),
     responses((status = 200, body = ListDto<SessionDto>))
@@ -80,12 +80,12 @@ async fn list_sessions(
     Ok(Json(ListDto::new("/api/v1/calibration-sessions", &page, sessions, SessionDto::from)))
 }
 
-/// Begins a session; it is kept on the server and goes on in any browser.
+/// Creates a calibration session. It is stored on the server and can be continued from any browser.
 #[utoipa::path(
     post, path = "/calibration-sessions", tag = "calibration sessions", request_body = NewSessionDto,
     responses((status = 201, body = SessionDto))
 )]
-async fn begin_session(
+async fn create_session(
     State(app): State<App>,
     By(by): By,
     headers: HeaderMap,
@@ -100,11 +100,11 @@ async fn begin_session(
     };
     let made = |session: &Session| Reply::created(session_href(&session.id), &SessionDto::from(session.clone()));
     let session =
-        use_cases::begin_session(&app, &by, body.value.into(), |session| once.changes(&made(session))).await?;
+        use_cases::create_session(&app, &by, body.value.into(), |session| once.changes(&made(session))).await?;
     Ok(made(&session))
 }
 
-/// What a new session has where nothing else is said: the configured board and projector.
+/// Returns the defaults of a new session: the configured board and projector.
 #[utoipa::path(
     get, path = "/calibration-sessions/defaults", tag = "calibration sessions",
     responses((status = 200, body = SessionDefaultsDto))
@@ -113,7 +113,7 @@ async fn get_session_defaults(State(app): State<App>) -> Json<SessionDefaultsDto
     Json(app.sessions.defaults().into())
 }
 
-/// A session with everything that was found so far.
+/// Returns a session with all its images and detections.
 #[utoipa::path(
     get, path = "/calibration-sessions/{id}", tag = "calibration sessions", params(("id" = String, Path)),
     responses((status = 200, body = SessionDto, headers(("ETag" = String, description = "Its version"))))
@@ -125,7 +125,7 @@ async fn get_session(
     Ok(versioned(app.sessions.get(&id).await?))
 }
 
-/// Forgets a session; calibrations made from it stay.
+/// Deletes a session; calibrations computed from it are kept.
 #[utoipa::path(
     delete, path = "/calibration-sessions/{id}", tag = "calibration sessions", params(("id" = String, Path)),
     responses((status = 204, description = "Forgotten"))
@@ -139,18 +139,21 @@ async fn delete_session(
     Ok(StatusCode::NO_CONTENT)
 }
 
-/// Looks at the board as it is held now, without keeping anything: what a picture taken now would show.
+/// Detects the board in the current frame without storing anything: what an image captured now would show.
 ///
-/// Takes the newest frame of a running live view; without one the camera exposes once as it is set.
+/// Uses the newest frame of a running live view; otherwise the camera captures one frame with its current settings.
 #[utoipa::path(
-    post, path = "/calibration-sessions/{id}/look", tag = "calibration sessions", params(("id" = String, Path)),
-    responses((status = 200, body = LookDto))
+    post, path = "/calibration-sessions/{id}/detect-board", tag = "calibration sessions", params(("id" = String, Path)),
+    responses((status = 200, body = BoardDetectionDto))
 )]
-async fn look_at_board(State(app): State<App>, ApiPath(id): ApiPath<String>) -> Result<Json<LookDto>, Problem> {
-    Ok(Json(app.sessions.look(&id).await?.into()))
+async fn detect_board(
+    State(app): State<App>,
+    ApiPath(id): ApiPath<String>,
+) -> Result<Json<BoardDetectionDto>, Problem> {
+    Ok(Json(app.sessions.detect_board(&id).await?.into()))
 }
 
-/// Takes the board as it is held now, by ordinary and by laser light, and says at once what the pictures show.
+/// Captures the board as held now, with the laser off and with the laser on, and returns the detections.
 #[utoipa::path(
     post, path = "/calibration-sessions/{id}/poses", tag = "calibration sessions", params(
         ("id" = String, Path),
@@ -159,7 +162,7 @@ async fn look_at_board(State(app): State<App>, ApiPath(id): ApiPath<String>) -> 
     ),
     responses((status = 200, body = SessionDto, headers(("ETag" = String, description = "Its version"))))
 )]
-async fn take_pose(
+async fn capture_pose(
     State(app): State<App>,
     ApiPath(id): ApiPath<String>,
     By(by): By,
@@ -167,12 +170,12 @@ async fn take_pose(
 ) -> Result<Reply, Problem> {
     let route = format!("POST calibration-sessions/{id}/poses");
     at_most_once(&app, &headers, &route, &hash_hex(&[]), async {
-        Ok(changed(use_cases::take_pose(&app, &by, &id, expected(&headers)?).await?))
+        Ok(changed(use_cases::capture_pose(&app, &by, &id, expected(&headers)?).await?))
     })
     .await
 }
 
-/// Forgets a pose.
+/// Deletes a pose.
 #[utoipa::path(
     delete, path = "/calibration-sessions/{id}/poses/{pose_id}", tag = "calibration sessions",
     params(
@@ -190,10 +193,10 @@ async fn delete_pose(
     Ok(versioned(use_cases::delete_pose(&app, &by, (&id, &pose_id), expected(&headers)?).await?))
 }
 
-/// Moves the stage to a position and takes the board that lies on it.
+/// Moves the stage to a position and captures the board on it.
 #[utoipa::path(
     post, path = "/calibration-sessions/{id}/stage-views", tag = "calibration sessions",
-    request_body = TakeStageViewDto,
+    request_body = CaptureStageViewDto,
     params(
         ("id" = String, Path),
         ("Sheaf-Control" = String, Header, description = "Id of the control lease"),
@@ -201,23 +204,23 @@ async fn delete_pose(
     ),
     responses((status = 200, body = SessionDto, headers(("ETag" = String, description = "Its version"))))
 )]
-async fn take_stage_view(
+async fn capture_stage_view(
     State(app): State<App>,
     ApiPath(id): ApiPath<String>,
     By(by): By,
     headers: HeaderMap,
-    body: ApiJson<TakeStageViewDto>,
+    body: ApiJson<CaptureStageViewDto>,
 ) -> Result<Reply, Problem> {
     let route = format!("POST calibration-sessions/{id}/stage-views");
     at_most_once(&app, &headers, &route, &body.sha256, async {
         let expected = expected(&headers)?;
         let position = body.value.try_into()?;
-        Ok(changed(use_cases::take_stage_view(&app, &by, &id, position, expected).await?))
+        Ok(changed(use_cases::capture_stage_view(&app, &by, &id, position, expected).await?))
     })
     .await
 }
 
-/// Forgets a stage view.
+/// Deletes a stage view.
 #[utoipa::path(
     delete, path = "/calibration-sessions/{id}/stage-views/{view_id}", tag = "calibration sessions",
     params(
@@ -235,15 +238,15 @@ async fn delete_stage_view(
     Ok(versioned(use_cases::delete_stage_view(&app, &by, (&id, &view_id), expected(&headers)?).await?))
 }
 
-/// A picture of a session, by the artifact it names.
+/// Returns an image of a session, by the artifact id from the session.
 #[utoipa::path(
-    get, path = "/calibration-sessions/{id}/pictures/{artifact}", tag = "calibration sessions",
+    get, path = "/calibration-sessions/{id}/images/{artifact}", tag = "calibration sessions",
     params(("id" = String, Path), ("artifact" = String, Path)),
     responses((status = 200, body = Vec<u8>, content_type = "image/png"))
 )]
-async fn get_session_picture(
+async fn get_session_image(
     State(app): State<App>,
-    ApiPath((id, picture)): ApiPath<(String, String)>,
+    ApiPath((id, image)): ApiPath<(String, String)>,
 ) -> Result<Response, Problem> {
     let session = app.sessions.get(&id).await?;
     let poses = session.body.poses.iter();
@@ -251,17 +254,17 @@ async fn get_session_picture(
         [Some(&pose.board.picture), pose.laser.as_ref().map(|laser| &laser.picture)].into_iter().flatten()
     });
     let of_views = session.body.stage_views.iter().map(|view| &view.board.picture);
-    let named = of_poses.chain(of_views).find(|known| known.artifact == picture);
+    let named = of_poses.chain(of_views).find(|known| known.artifact == image);
     let artifact_id = named.and_then(|known| store::ArtifactId::parse(&known.artifact)).ok_or_else(|| {
-        Problem::new(ProblemKind::NotFound, format!("the session has no picture {picture}"))
-            .remedy("take the name from the session")
+        Problem::new(ProblemKind::NotFound, format!("the session has no image {image}"))
+            .remedy("use an id from the session")
     })?;
-    Ok(artifact(&app, &artifact_id, &format!("a picture of session {id}"), "image/png", None)
+    Ok(artifact(&app, &artifact_id, &format!("an image of session {id}"), "image/png", None)
         .await?
         .into_response())
 }
 
-/// Starts the calibration from the session's readable pictures.
+/// Starts the calibration job from the session's usable images.
 #[utoipa::path(
     post, path = "/calibration-sessions/{id}/solve", tag = "calibration sessions", params(("id" = String, Path)),
     request_body = SolveSessionDto,
@@ -284,10 +287,10 @@ async fn solve_session(
     Ok(accepted(&record))
 }
 
-/// Where the virtual operator of a simulated station holds the board.
+/// Sets where the virtual operator of the simulated station holds the board.
 #[utoipa::path(
     put, path = "/simulation/board", tag = "simulation", request_body = VirtualBoardDto,
-    responses((status = 204, description = "It is there"))
+    responses((status = 204, description = "The board is there"))
 )]
 async fn place_board(
     State(app): State<App>,

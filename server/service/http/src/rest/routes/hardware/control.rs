@@ -19,22 +19,22 @@ use app::use_cases::{self, TakeControl};
 
 /// The routes.
 pub fn routes() -> OpenApiRouter<Http> {
-    OpenApiRouter::new().routes(routes!(get_control, take_control, renew_control, give_control_back))
+    OpenApiRouter::new().routes(routes!(get_control, take_control, renew_control, release_control))
 }
 
-/// Who commands the station.
+/// Returns who is in control of the station.
 #[utoipa::path(
     get, path = "/station/control", tag = "station",
-    responses((status = 200, body = ControlDto), (status = 404, description = "Nobody does"))
+    responses((status = 200, body = ControlDto), (status = 404, description = "No one is in control"))
 )]
 async fn get_control(State(app): State<App>) -> Result<Json<ControlDto>, Problem> {
     match app.control.present(Instant::now()) {
         Some(lease) => Ok(Json((&lease).into())),
-        None => Err(Problem::new(ProblemKind::NotFound, "nobody controls the station")),
+        None => Err(Problem::new(ProblemKind::NotFound, "no one is in control of the station")),
     }
 }
 
-/// Takes control for five seconds; renew it with PUT. Taking it from somebody else is said explicitly and logged.
+/// Takes control for five seconds; renew the lease with PUT. Taking over from another holder needs `take_over` and is logged.
 #[utoipa::path(
     post, path = "/station/control", tag = "station", request_body = TakeControlDto,
     responses((status = 201, body = ControlLeaseDto))
@@ -49,7 +49,7 @@ async fn take_control(
     Ok(Reply::created("/api/v1/station/control".to_owned(), &ControlLeaseDto::from(&lease)))
 }
 
-/// Keeps control for five more seconds; it lapses two minutes after the last command all the same.
+/// Renews the lease for five seconds. It expires two minutes after the last command in any case.
 #[utoipa::path(
     put, path = "/station/control", tag = "station",
     params(("Sheaf-Control" = String, Header, description = "Id of the control lease")),
@@ -59,13 +59,13 @@ async fn renew_control(State(app): State<App>, By(by): By) -> Result<Json<Contro
     Ok(Json((&use_cases::renew_control(&app, &by)?).into()))
 }
 
-/// Gives control back.
+/// Releases control.
 #[utoipa::path(
     delete, path = "/station/control", tag = "station",
     params(("Sheaf-Control" = String, Header, description = "Id of the control lease")),
-    responses((status = 204, description = "Given back, or not held"))
+    responses((status = 204, description = "Released, or not held"))
 )]
-async fn give_control_back(State(app): State<App>, By(by): By) -> Result<StatusCode, Problem> {
-    use_cases::give_control_back(&app, &by).await?;
+async fn release_control(State(app): State<App>, By(by): By) -> Result<StatusCode, Problem> {
+    use_cases::release_control(&app, &by).await?;
     Ok(StatusCode::NO_CONTENT)
 }

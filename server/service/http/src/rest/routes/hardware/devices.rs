@@ -1,11 +1,11 @@
-//! Camera, stage and laser: settings and single commands.
+//! Camera, stage and laser: settings and commands.
 
 use crate::Http;
 use axum::Json;
 use axum::extract::State;
 use axum::http::HeaderMap;
 use axum::response::Response;
-use devices::CameraRequest;
+use devices::{CameraRequest, StageKind};
 use station::{Manual, SharedFrame};
 use utoipa_axum::router::OpenApiRouter;
 use utoipa_axum::routes;
@@ -18,6 +18,7 @@ use crate::rest::conversions::{blocking, check_laser_power};
 use crate::rest::etag::{Versioned, check};
 use crate::rest::extract::ApiJson;
 use crate::rest::idempotency::at_most_once;
+use crate::wire::hardware::devices::stage::{in_stage_unit, required_in_stage_unit};
 use crate::wire::hardware::devices::{
     CameraDto, CameraSettingsDto, ChangeCameraDto, JogDto, LaserDto, MotionDto, MoveDto, SetLaserDto, StageDto,
 };
@@ -40,7 +41,7 @@ pub fn routes() -> OpenApiRouter<Http> {
         .routes(routes!(get_laser, set_laser))
 }
 
-/// The camera.
+/// Returns the camera: capabilities, settings, measured frame rate.
 #[utoipa::path(get, path = "/devices/camera", tag = "devices", responses((status = 200, body = CameraDto)))]
 async fn get_camera(State(app): State<App>) -> Json<CameraDto> {
     Json((&*app.station.status()).into())
@@ -52,7 +53,7 @@ fn settings(app: &App) -> (String, CameraSettingsDto) {
     (hash_hex(&text)[..16].to_owned(), settings)
 }
 
-/// How the camera is set; the `ETag` is needed to change it.
+/// Returns the camera settings; their `ETag` is needed to change them.
 #[utoipa::path(
     get, path = "/devices/camera/settings", tag = "devices",
     responses((status = 200, body = CameraSettingsDto, headers(("ETag" = String, description = "Its version"))))
@@ -62,12 +63,12 @@ async fn get_camera_settings(State(app): State<App>) -> Versioned<Json<CameraSet
     Versioned(version, Json(settings))
 }
 
-/// Sets the camera; answers with what it accepted.
+/// Changes camera settings; returns the settings that the camera accepted.
 #[utoipa::path(
     patch, path = "/devices/camera/settings", tag = "devices", request_body = ChangeCameraDto,
     params(
         ("Sheaf-Control" = String, Header, description = "Id of the control lease"),
-        ("If-Match" = String, Header, description = "ETag of the settings that are changed")
+        ("If-Match" = String, Header, description = "ETag of the current settings")
     ),
     responses((status = 200, body = CameraSettingsDto, headers(("ETag" = String, description = "Its version"))))
 )]
@@ -82,7 +83,7 @@ async fn change_camera_settings(
     Ok(get_camera_settings(State(app)).await)
 }
 
-/// Sets the exposure so that the lines are bright and not flattened; needs a live view with light.
+/// Adjusts the exposure so that the laser lines are bright but not saturated. Needs a live view with the laser on.
 #[utoipa::path(
     post, path = "/devices/camera/auto-exposure", tag = "devices",
     params(("Sheaf-Control" = String, Header, description = "Id of the control lease")),
@@ -96,7 +97,7 @@ async fn auto_expose_camera(
     Ok(get_camera_settings(State(app)).await)
 }
 
-/// One picture as the camera is set now.
+/// Captures one JPEG image with the current settings.
 #[utoipa::path(
     get, path = "/devices/camera/snapshot.jpg", tag = "devices",
     responses((status = 200, body = Vec<u8>, content_type = "image/jpeg"))
@@ -107,7 +108,7 @@ async fn get_snapshot(State(app): State<App>) -> Result<Response, Problem> {
     Ok(bytes("image/jpeg", None, jpeg))
 }
 
-/// Good enough to judge a picture by; a third of the bytes of the best.
+/// JPEG quality: good enough to judge an image, a third of the size of the best.
 const JPEG_QUALITY: u8 = 85;
 
 fn jpeg(frame: &SharedFrame) -> Result<Vec<u8>, Problem> {
@@ -117,18 +118,18 @@ fn jpeg(frame: &SharedFrame) -> Result<Vec<u8>, Problem> {
         Pixels::Sixteen(pixels) => pixels.iter().map(|&grey| (grey >> 8) as u8).collect::<Vec<_>>().into(),
     };
     let side = |px: usize| {
-        u16::try_from(px).map_err(|_| Problem::new(ProblemKind::Impossible, "the picture is too large for JPEG"))
+        u16::try_from(px).map_err(|_| Problem::new(ProblemKind::Impossible, "the image is too large for JPEG"))
     };
     let mut bytes = Vec::new();
     jpeg_encoder::Encoder::new(&mut bytes, JPEG_QUALITY)
         .encode(&eight, side(image.width())?, side(image.height())?, jpeg_encoder::ColorType::Luma)
         .map_err(|cause| {
-            Problem::new(ProblemKind::Internal, "the picture cannot be packed").because(cause.to_string())
+            Problem::new(ProblemKind::Internal, "the image cannot be encoded").because(cause.to_string())
         })?;
     Ok(bytes)
 }
 
-/// The stage.
+/// Returns the stage: capabilities and position.
 #[utoipa::path(get, path = "/devices/stage", tag = "devices", responses((status = 200, body = StageDto)))]
 async fn get_stage(State(app): State<App>) -> Json<StageDto> {
     Json((&*app.station.status()).into())
@@ -136,11 +137,14 @@ async fn get_stage(State(app): State<App>) -> Json<StageDto> {
 
 async fn motion(app: &App, by: &Principal, command: Manual) -> Result<Reply, Problem> {
     let accepted = use_cases::move_stage(app, by, command).await?;
-    let (target_mm, speed_mm_s) = (accepted.map(|to| to.target_mm), accepted.map(|to| to.speed_mm_s));
-    Ok(Reply::done(None, &MotionDto { target_mm, speed_mm_s }))
+    Ok(Reply::done(None, &MotionDto::new(stage_kind(app), accepted)))
 }
 
-/// Looks for the stage's zero; goes on after the answer.
+fn stage_kind(app: &App) -> StageKind {
+    app.station.status().stage.capabilities.kind
+}
+
+/// Starts homing the stage; returns before the motion ends.
 #[utoipa::path(
     post, path = "/devices/stage/home", tag = "devices",
     params(("Sheaf-Control" = String, Header, description = "Id of the control lease")),
@@ -151,7 +155,7 @@ async fn home_stage(State(app): State<App>, By(by): By, headers: HeaderMap) -> R
     at_most_once(&app, &headers, "POST devices/stage/home", &hash_hex(&[]), home).await
 }
 
-/// Moves the stage; goes on after the answer.
+/// Starts a move of the stage; returns before the motion ends.
 #[utoipa::path(
     post, path = "/devices/stage/move", tag = "devices", request_body = MoveDto,
     params(("Sheaf-Control" = String, Header, description = "Id of the control lease")),
@@ -163,28 +167,34 @@ async fn move_stage(
     headers: HeaderMap,
     body: ApiJson<MoveDto>,
 ) -> Result<Reply, Problem> {
-    let MoveDto { target_mm, speed_mm_s } = body.value;
+    let MoveDto { target_mm, target_deg, speed_mm_s, speed_deg_s } = body.value;
+    let kind = stage_kind(&app);
+    let target_mm = required_in_stage_unit(kind, ("target_mm", target_mm), ("target_deg", target_deg))?;
+    let speed_mm_s = in_stage_unit(kind, ("speed_mm_s", speed_mm_s), ("speed_deg_s", speed_deg_s))?;
     let go = motion(&app, &by, Manual::Move { target_mm, speed_mm_s });
     at_most_once(&app, &headers, "POST devices/stage/move", &body.sha256, go).await
 }
 
-/// Moves the stage while this is repeated; it stops 300 ms after the last time.
+/// Jogs the stage while the request is repeated; it stops 300 ms after the last request.
 #[utoipa::path(
     post, path = "/devices/stage/jog", tag = "devices", request_body = JogDto,
     params(("Sheaf-Control" = String, Header, description = "Id of the control lease")),
     responses((status = 200, body = MotionDto))
 )]
 async fn jog_stage(State(app): State<App>, By(by): By, body: ApiJson<JogDto>) -> Result<Reply, Problem> {
-    motion(&app, &by, Manual::Jog { velocity_mm_s: body.value.velocity_mm_s }).await
+    let JogDto { velocity_mm_s, velocity_deg_s } = body.value;
+    let (linear, rotary) = (("velocity_mm_s", velocity_mm_s), ("velocity_deg_s", velocity_deg_s));
+    let velocity_mm_s = required_in_stage_unit(stage_kind(&app), linear, rotary)?;
+    motion(&app, &by, Manual::Jog { velocity_mm_s }).await
 }
 
-/// The laser.
+/// Returns the laser: state, power, interlock.
 #[utoipa::path(get, path = "/devices/laser", tag = "devices", responses((status = 200, body = LaserDto)))]
 async fn get_laser(State(app): State<App>) -> Json<LaserDto> {
     Json((&*app.station.status()).into())
 }
 
-/// Shines with a share of full power while frames arrive; 0 goes dark.
+/// Sets the laser power as a share of full power; 0 turns it off. The laser is on only while frames arrive.
 #[utoipa::path(
     put, path = "/devices/laser", tag = "devices", request_body = SetLaserDto,
     params(("Sheaf-Control" = String, Header, description = "Id of the control lease")),

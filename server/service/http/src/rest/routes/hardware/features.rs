@@ -1,4 +1,4 @@
-//! The camera's own features by name, for engineers.
+//! Camera features by name (GenICam), for engineers.
 
 use axum::Json;
 use axum::extract::State;
@@ -14,7 +14,7 @@ use crate::rest::conversions::check_count;
 use crate::rest::extract::ApiJson;
 use crate::wire::hardware::features::{CameraFeatureDto, CameraFeaturesDto, ChangeFeaturesDto};
 
-/// Most features of one request.
+/// Maximum number of features per request.
 const MOST_FEATURES: usize = 64;
 
 /// The routes.
@@ -22,7 +22,7 @@ pub fn routes() -> OpenApiRouter<Http> {
     OpenApiRouter::new().routes(routes!(get_camera_features, change_camera_features))
 }
 
-/// The camera's own features by name, and how its link does. 404 if the camera has none beyond its settings.
+/// Returns the camera's features by name and the state of its link. 404 if the camera has no features of its own.
 #[utoipa::path(
     get, path = "/devices/camera/features", tag = "devices", responses((status = 200, body = CameraFeaturesDto))
 )]
@@ -32,7 +32,7 @@ async fn get_camera_features(State(app): State<App>) -> Result<Json<CameraFeatur
     Ok(Json(CameraFeaturesDto { link: link.into(), features }))
 }
 
-/// Sets features of the camera by name; answers with what it says then. Kept until the service ends.
+/// Sets camera features by name; returns them as read back. They apply until the service restarts.
 #[utoipa::path(
     patch, path = "/devices/camera/features", tag = "devices", request_body = ChangeFeaturesDto,
     params(("Sheaf-Control" = String, Header, description = "Id of the control lease")),

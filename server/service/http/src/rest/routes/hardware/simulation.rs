@@ -1,4 +1,4 @@
-//! The hands at the simulated station: what lies on the stage, which faults it has. Only there.
+//! Control of the simulated station: what is on the stage and which faults are active. Simulated stations only.
 
 use crate::Http;
 
@@ -14,7 +14,7 @@ use crate::limits::{STL_BODY_LIMIT_BYTES, STL_BODY_TIMEOUT};
 use crate::problem::{Problem, ProblemKind};
 use crate::rest::control::By;
 use crate::rest::extract::{ApiJson, ApiPath, media_type, whole_body};
-use crate::wire::hardware::simulation::{FaultListDto, FaultSwitchDto, PlaceSceneDto, SceneDto, SceneNameDto};
+use crate::wire::hardware::simulation::{FaultListDto, PlaceSceneDto, SceneDto, SceneNameDto, SimulatedFaultDto};
 use app::App;
 use app::config::AppConfig;
 use app::use_cases;
@@ -23,12 +23,12 @@ use app::use_cases;
 pub fn routes() -> OpenApiRouter<Http> {
     OpenApiRouter::new()
         .routes(routes!(get_scene, place_scene))
-        .routes(routes!(place_solid))
-        .routes(routes!(list_faults, switch_fault_on))
-        .routes(routes!(switch_fault_off))
+        .routes(routes!(place_part))
+        .routes(routes!(list_faults, enable_fault))
+        .routes(routes!(disable_fault))
 }
 
-/// What lies on the simulated stage.
+/// Returns what is on the simulated stage.
 #[utoipa::path(get, path = "/simulation/scene", tag = "simulation", responses((status = 200, body = SceneDto)))]
 async fn get_scene(State(app): State<App>) -> Result<Json<SceneDto>, Problem> {
     let scene = match &*use_cases::simulation(&app)?.scene() {
@@ -42,7 +42,7 @@ async fn get_scene(State(app): State<App>) -> Result<Json<SceneDto>, Problem> {
     Ok(Json(SceneDto { scene: scene.to_owned() }))
 }
 
-/// Puts something on the simulated stage, as a person would with hands; the real part of a real station stays real.
+/// Places an object on the simulated stage. Refused on a real station.
 #[utoipa::path(
     put, path = "/simulation/scene", tag = "simulation", request_body = PlaceSceneDto,
     responses((status = 200, body = SceneDto))
@@ -52,30 +52,30 @@ async fn place_scene(
     By(by): By,
     body: ApiJson<PlaceSceneDto>,
 ) -> Result<Json<SceneDto>, Problem> {
-    use_cases::place_part(&app, &by, &scene_kind(body.value.scene, &app.config))?;
+    use_cases::place_scene(&app, &by, &scene_kind(body.value.scene, &app.config))?;
     get_scene(State(app)).await
 }
 
-/// Puts a part from an STL file (binary or text, mm) on the simulated stage's plate.
+/// Places a part from an STL file (binary or ASCII, mm) on the plate of the simulated stage.
 #[utoipa::path(
     put, path = "/simulation/scene/part", tag = "simulation",
     request_body(content = Vec<u8>, content_type = "model/stl"),
     responses((status = 200, body = SceneDto))
 )]
-async fn place_solid(
+async fn place_part(
     State(app): State<App>,
     By(by): By,
     headers: HeaderMap,
     body: Body,
 ) -> Result<Json<SceneDto>, Problem> {
-    // Before a long body is read in vain.
+    // Checked before a long body is read.
     use_cases::idle_simulation(&app)?;
     if media_type(&headers).as_deref() != Some("model/stl") {
-        return Err(Problem::new(ProblemKind::UnsupportedMediaType, "the body is not said to be an STL file")
+        return Err(Problem::new(ProblemKind::UnsupportedMediaType, "the body has no STL content type")
             .remedy("send Content-Type: model/stl"));
     }
     let bytes = whole_body(body, STL_BODY_LIMIT_BYTES, STL_BODY_TIMEOUT).await?;
-    use_cases::place_solid(&app, &by, bytes).await?;
+    use_cases::place_part(&app, &by, bytes).await?;
     get_scene(State(app)).await
 }
 
@@ -89,41 +89,41 @@ fn scene_kind(name: SceneNameDto, config: &AppConfig) -> SceneKind {
     }
 }
 
-/// The faults that are switched on.
+/// Lists the active simulated faults.
 #[utoipa::path(
     get, path = "/simulation/faults", tag = "simulation",
     responses((status = 200, body = FaultListDto))
 )]
 async fn list_faults(State(app): State<App>) -> Result<Json<FaultListDto>, Problem> {
-    let items = use_cases::simulation(&app)?.faults().iter().map(FaultSwitchDto::from).collect();
+    let items = use_cases::simulation(&app)?.faults().iter().map(SimulatedFaultDto::from).collect();
     Ok(Json(FaultListDto { items }))
 }
 
-/// Switches a fault on.
+/// Activates a simulated fault.
 #[utoipa::path(
-    put, path = "/simulation/faults", tag = "simulation", request_body = FaultSwitchDto,
+    put, path = "/simulation/faults", tag = "simulation", request_body = SimulatedFaultDto,
     responses((status = 200, body = FaultListDto))
 )]
-async fn switch_fault_on(
+async fn enable_fault(
     State(app): State<App>,
     By(by): By,
-    body: ApiJson<FaultSwitchDto>,
+    body: ApiJson<SimulatedFaultDto>,
 ) -> Result<Json<FaultListDto>, Problem> {
-    let FaultSwitchDto { name, value } = body.value;
-    use_cases::switch_fault_on(&app, &by, &name, value).await?;
+    let SimulatedFaultDto { name, value } = body.value;
+    use_cases::enable_fault(&app, &by, &name, value).await?;
     list_faults(State(app)).await
 }
 
-/// Switches a fault off; what it did to a device may need a reset of the station.
+/// Deactivates a simulated fault; the station may need a reset afterwards.
 #[utoipa::path(
     delete, path = "/simulation/faults/{name}", tag = "simulation", params(("name" = String, Path)),
-    responses((status = 204, description = "It is off"))
+    responses((status = 204, description = "Deactivated"))
 )]
-async fn switch_fault_off(
+async fn disable_fault(
     State(app): State<App>,
     By(by): By,
     ApiPath(name): ApiPath<String>,
 ) -> Result<StatusCode, Problem> {
-    use_cases::switch_fault_off(&app, &by, &name).await?;
+    use_cases::disable_fault(&app, &by, &name).await?;
     Ok(StatusCode::NO_CONTENT)
 }

@@ -18,14 +18,14 @@ use crate::rest::control::{By, NAMELESS, principal};
 use crate::rest::conversions::check_laser_power;
 use crate::rest::extract::ApiJson;
 use crate::wire::hardware::control::ControlDto;
-use crate::wire::hardware::station::{SetLiveDto, StationDto, StoppedDto};
+use crate::wire::hardware::station::{SetLiveDto, StationDto, StopResultDto};
 use crate::wire::scan::watches::WatchHistoryDto;
 use app::App;
 use app::principal::Principal;
 use app::use_cases::{self, reset, stop};
 use app::watches::WatchHistory;
 
-/// Longest time Stop's answer waits for a body it does not need.
+/// Maximum time that the response to Stop waits for a body it does not need.
 const STOP_BODY_TIMEOUT: Duration = Duration::from_millis(100);
 
 /// The routes.
@@ -38,7 +38,7 @@ pub fn routes() -> OpenApiRouter<Http> {
         .routes(routes!(get_watches))
 }
 
-/// The station as last seen.
+/// Returns the latest state of the station and its devices.
 #[utoipa::path(get, path = "/station", tag = "station", responses((status = 200, body = StationDto)))]
 async fn get_station(State(app): State<App>) -> Json<StationDto> {
     Json(station(&app))
@@ -49,24 +49,24 @@ fn station(app: &App) -> StationDto {
     StationDto::new(&app.station.status(), control.as_ref().map(ControlDto::from))
 }
 
-/// Stops motion, turns the laser off, ends what runs and empties the station's queue.
+/// Stops motion, turns the laser off, ends running jobs and clears the station's queue.
 ///
-/// Works for everybody at any time, needs no control, no body, no key; answers once the devices received it. It latches:
-/// motion and laser stay off until a reset, over restarts too.
-#[utoipa::path(post, path = "/station/stop", tag = "station", responses((status = 200, body = StoppedDto)))]
+/// Available to everyone at any time, without control, body or key. Responds once the devices have received it. Stop
+/// latches: motion and laser stay off until a reset, across restarts too.
+#[utoipa::path(post, path = "/station/stop", tag = "station", responses((status = 200, body = StopResultDto)))]
 async fn stop_station(
     State(app): State<App>,
     peer: Option<Extension<Peer>>,
     headers: HeaderMap,
     body: Body,
-) -> Json<StoppedDto> {
+) -> Json<StopResultDto> {
     let outcome = stop(&app, &stopped_by(&app, &headers, peer.as_deref())).await;
-    // Bytes that nobody reads would break the connection under the client's next request. They are awaited only now.
+    // Unread bytes would corrupt the client's next request on this connection; they are drained only after the Stop.
     let _ = tokio::time::timeout(STOP_BODY_TIMEOUT, axum::body::to_bytes(body, JSON_BODY_LIMIT_BYTES)).await;
-    Json(StoppedDto::new(outcome, app.station.status().state))
+    Json(StopResultDto::new(outcome, app.station.status().state))
 }
 
-/// Who stopped: the holder of the lease that came along or the name that did, else the address.
+/// Who stopped: the lease holder, else the name in the request, else the address.
 fn stopped_by(app: &App, headers: &HeaderMap, peer: Option<&Peer>) -> Principal {
     let by = principal(&app.control, headers, peer);
     match peer {
@@ -75,7 +75,7 @@ fn stopped_by(app: &App, headers: &HeaderMap, peer: Option<&Peer>) -> Principal 
     }
 }
 
-/// Acknowledges faults, reaches devices again, leaves Halted. Motion and laser stay off.
+/// Acknowledges faults, reconnects devices and leaves `Halted`. Motion and laser stay off.
 #[utoipa::path(
     post, path = "/station/reset", tag = "station",
     params(("Sheaf-Control" = String, Header, description = "Id of the control lease")),
@@ -88,8 +88,8 @@ async fn reset_station(State(app): State<App>, By(by): By) -> Result<Json<Statio
 
 /// Starts or ends the live view.
 ///
-/// Light needs a viewer: the laser is turned off 4 s after the last connection that is subscribed to `image` or
-/// `profile` was there, and only another request turns it on again. The view itself ends after 30 s.
+/// The laser needs a viewer: it is turned off 4 s after the last connection subscribed to `image` or `profile` has gone,
+/// and only a new request turns it on again. The live view itself ends after 30 s.
 #[utoipa::path(
     put, path = "/station/live", tag = "station", request_body = SetLiveDto,
     params(("Sheaf-Control" = String, Header, description = "Id of the control lease")),
@@ -106,7 +106,7 @@ async fn set_live_view(
     Ok(Json(station(&app)))
 }
 
-/// What the watches said of the last scans: lost steps, wavelength, order powers, stage scale.
+/// Returns the results of the watches on recent scans: lost steps, wavelength, order powers, stage scale.
 #[utoipa::path(get, path = "/station/watches", tag = "station", responses((status = 200, body = WatchHistoryDto)))]
 async fn get_watches(State(app): State<App>) -> Result<Json<WatchHistoryDto>, Problem> {
     Ok(Json(WatchHistory::read(&app.ledger).await?.into()))

@@ -1,4 +1,4 @@
-//! What a calibration session has gathered, on the wire.
+//! The content of a calibration session on the wire.
 
 mod needs;
 mod pictures;
@@ -10,53 +10,53 @@ use crate::wire::calibration::target::TargetDto;
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-pub use needs::{CameraSoFarDto, LookDto, SessionNeedsDto};
+pub use needs::{BoardDetectionDto, CameraEstimateDto, SessionNeedsDto};
 pub use pictures::{SessionPoseDto, SessionStageViewDto};
 
-/// What a session has gathered.
+/// The content of a calibration session.
 #[derive(Debug, Clone, Serialize, ToSchema)]
 pub struct SessionBodyDto {
-    /// What a person calls it.
+    /// Its name.
     pub name: String,
-    /// The board.
+    /// The calibration board.
     pub target: TargetDto,
-    /// The laser and its grating.
-    pub projector: ProjectorSheetDto,
-    /// How pictures are exposed.
+    /// Laser and grating.
+    pub projector: ProjectorDto,
+    /// Exposure settings.
     pub exposures: ExposuresDto,
-    /// Columns of the pictures; 0 before the first.
+    /// Image width; 0 before the first image.
     pub width_px: usize,
-    /// Rows of the pictures; 0 before the first.
+    /// Image height; 0 before the first image.
     pub height_px: usize,
-    /// The board at rest.
+    /// Captured poses of the board.
     pub poses: Vec<SessionPoseDto>,
-    /// The board carried by the stage.
+    /// The board on the stage, at several positions.
     pub stage_views: Vec<SessionStageViewDto>,
-    /// The camera as the boards so far give it.
-    pub camera: CameraSoFarDto,
-    /// The job that was started to solve it.
+    /// Camera estimate from the boards so far.
+    pub camera: CameraEstimateDto,
+    /// The calibration job started from this session.
     pub job_id: Option<String>,
 }
 
-/// Laser and grating by their data sheets.
+/// Nominal values of laser and grating.
 #[derive(Debug, Clone, Serialize, Deserialize, ToSchema)]
-pub struct ProjectorSheetDto {
+pub struct ProjectorDto {
     /// Wavelength of the laser.
     pub wavelength_nm: f64,
-    /// Grooves of the grating.
+    /// Groove density of the grating.
     pub grating_lines_per_mm: f64,
-    /// Orders from the top (left) of the image.
+    /// Orders, from the top (left) of the image.
     pub orders: Vec<i8>,
-    /// `rows` or `columns`.
+    /// Lines run along image `rows` or `columns`.
     pub line_direction: String,
 }
 
-/// How long the camera looks, and how bright the laser is.
+/// Exposure times and laser power.
 #[derive(Debug, Clone, Serialize, Deserialize, ToSchema)]
 pub struct ExposuresDto {
-    /// For the board, with the laser off.
+    /// Exposure time for the board, laser off.
     pub board_exposure_us: f64,
-    /// For the laser lines.
+    /// Exposure time for the laser lines.
     pub laser_exposure_us: f64,
     /// Share of full laser power, above 0 and at most 1.
     pub laser_power: f64,
@@ -91,16 +91,16 @@ impl From<SessionBody> for SessionBodyDto {
     }
 }
 
-impl From<ProjectorSheet> for ProjectorSheetDto {
+impl From<ProjectorSheet> for ProjectorDto {
     fn from(of: ProjectorSheet) -> Self {
         let ProjectorSheet { wavelength_nm, grating_lines_per_mm, orders, line_direction } = of;
         Self { wavelength_nm, grating_lines_per_mm, orders, line_direction }
     }
 }
 
-impl From<ProjectorSheetDto> for ProjectorSheet {
-    fn from(of: ProjectorSheetDto) -> Self {
-        let ProjectorSheetDto { wavelength_nm, grating_lines_per_mm, orders, line_direction } = of;
+impl From<ProjectorDto> for ProjectorSheet {
+    fn from(of: ProjectorDto) -> Self {
+        let ProjectorDto { wavelength_nm, grating_lines_per_mm, orders, line_direction } = of;
         Self { wavelength_nm, grating_lines_per_mm, orders, line_direction }
     }
 }

@@ -1,84 +1,84 @@
-//! What a session still wants, and what one look at the board shows, on the wire.
+//! What a session still needs, and the board as detected in one frame, on the wire.
 
-use app::sessions::{CameraSoFar, Look, Need, SessionNeeds};
+use app::sessions::{BoardDetection, CameraSoFar, Need, SessionNeeds};
 use serde::Serialize;
 use utoipa::ToSchema;
 
-/// The camera as the boards so far give it.
+/// Camera estimate from the boards so far.
 #[derive(Debug, Clone, Serialize, ToSchema)]
-pub struct CameraSoFarDto {
+pub struct CameraEstimateDto {
     /// Focal length along u.
     pub focal_px: Option<f64>,
-    /// RMS distance of all corners.
+    /// RMS reprojection error of all corners.
     pub rms_px: Option<f64>,
-    /// Cells of the coverage map that no board has reached yet.
+    /// Cells of the coverage map not covered by any board yet.
     pub uncovered_cells: Vec<u32>,
-    /// What is still missing, and what to do.
+    /// What is still missing and what to do.
     pub problem: Option<String>,
 }
 
-/// What the steps of a session have and want.
+/// What the steps of a session have and need.
 #[derive(Debug, Clone, Serialize, ToSchema)]
 pub struct SessionNeedsDto {
-    /// Boards with corners.
-    pub boards: NeedDto,
-    /// Cells of the coverage map with corners.
-    pub cells: NeedDto,
+    /// Boards with detected corners.
+    pub boards: RequirementDto,
+    /// Covered cells of the coverage map.
+    pub cells: RequirementDto,
     /// Boards tilted by `tilted_deg` or more.
-    pub tilted_boards: NeedDto,
+    pub tilted_boards: RequirementDto,
     /// Tilt from which a board counts as tilted, degrees.
     pub tilted_deg: f64,
-    /// Range of the boards' distances, mm.
-    pub distance_mm: NeedDto,
-    /// Whether the camera's step has all of these.
+    /// Spread of the board distances, mm.
+    pub distance_mm: RequirementDto,
+    /// Whether all requirements of the camera step are met.
     pub camera_met: bool,
-    /// Boards with laser lines.
-    pub lit_boards: NeedDto,
-    /// Positions of the stage with a readable board.
-    pub stage_views: NeedDto,
+    /// Boards with detected laser lines.
+    pub lit_boards: RequirementDto,
+    /// Stage positions with a detected board.
+    pub stage_views: RequirementDto,
 }
 
-/// One thing a calibration wants.
+/// One requirement of a calibration.
 #[derive(Debug, Clone, Serialize, ToSchema)]
-pub struct NeedDto {
-    /// What is there.
+pub struct RequirementDto {
+    /// Current value.
     pub have: f64,
-    /// What is wanted.
+    /// Required value.
     pub want: f64,
-    /// Whether that is enough.
+    /// Whether the requirement is met.
     pub met: bool,
 }
 
-/// What one frame shows of the board. Nothing of it is kept.
+/// The board as detected in one frame. Nothing is stored.
 #[derive(Debug, Clone, Serialize, ToSchema)]
-pub struct LookDto {
-    /// The station's count of the frame, as in the live stream.
+pub struct BoardDetectionDto {
+    /// Sequence number of the frame, as in the live stream.
     pub sequence: u64,
-    /// Middle of its exposure on the station's clock, ms.
+    /// Middle of the exposure on the station's monotonic clock, ms.
     pub captured_ms: f64,
-    /// Columns of the frame.
+    /// Frame width.
     pub width_px: usize,
-    /// Rows of the frame.
+    /// Frame height.
     pub height_px: usize,
-    /// Corners: column and row on the board, u and v in the frame (px), standard deviation (px).
+    /// Detected corners: column and row on the board, u and v in the frame (px), standard deviation (px).
     pub corners: Vec<[f64; 5]>,
-    /// Cells of the coverage map (8 × 6, row by row from the top left) that hold corners.
+    /// Cells of the coverage map (8 × 6, row by row from the top left) that contain corners.
     pub coverage_cells: Vec<u32>,
-    /// Typical standard deviation of a corner: grows with blur, darkness and noise.
+    /// Typical standard deviation of a corner; grows with blur, underexposure and noise.
     pub corner_sigma_px: Option<f64>,
-    /// Share of pixels at the sensor's limit.
+    /// Share of saturated pixels.
     pub saturated_share: f64,
-    /// Angle between the board and the picture plane; once the camera is known, from three pictures on.
+    /// Angle between the board and the image plane; available from three images on.
     pub tilt_deg: Option<f64>,
-    /// Distance of the board's middle; once the camera is known.
+    /// Distance of the board centre; available from three images on.
     pub distance_mm: Option<f64>,
-    /// RMS distance of the corners from where the camera, fitted with this frame too, expects them.
+    /// RMS reprojection error of the corners, with the camera fitted to this frame as well.
     pub rms_px: Option<f64>,
-    /// What is wrong with it, and what to do.
+    /// What is wrong and what to do.
     pub problem: Option<String>,
 }
 
-impl From<CameraSoFar> for CameraSoFarDto {
+impl From<CameraSoFar> for CameraEstimateDto {
     fn from(of: CameraSoFar) -> Self {
         let CameraSoFar { focal_px, rms_px, uncovered_cells, problem } = of;
         Self { focal_px, rms_px, uncovered_cells, problem }
@@ -110,16 +110,16 @@ impl From<SessionNeeds> for SessionNeedsDto {
     }
 }
 
-impl From<Need> for NeedDto {
+impl From<Need> for RequirementDto {
     fn from(of: Need) -> Self {
         let Need { have, want, met } = of;
         Self { have, want, met }
     }
 }
 
-impl From<Look> for LookDto {
-    fn from(of: Look) -> Self {
-        let Look {
+impl From<BoardDetection> for BoardDetectionDto {
+    fn from(of: BoardDetection) -> Self {
+        let BoardDetection {
             sequence,
             captured_ms,
             width_px,

@@ -1,69 +1,69 @@
-//! The pictures of a session and what was found in them, on the wire.
+//! The images of a session and what was detected in them, on the wire.
 
 use app::sessions::{BoardPicture, LaserPicture, Picture, SessionPose, SessionStageView};
 use serde::Serialize;
 use utoipa::ToSchema;
 
-/// A picture in the store.
+/// A stored image.
 #[derive(Debug, Clone, Serialize, ToSchema)]
-pub struct PictureDto {
-    /// The PNG file's SHA-256.
+pub struct ImageDto {
+    /// SHA-256 of the PNG file.
     pub artifact: String,
-    /// How long it was exposed.
+    /// Exposure time.
     pub exposure_us: f64,
-    /// When it was taken, ms since 1970.
+    /// Time of capture, ms since 1970 (UTC).
     pub taken_at_ms: i64,
 }
 
-/// A board picture and what was found in it.
+/// A board image and its detections.
 #[derive(Debug, Clone, Serialize, ToSchema)]
-pub struct BoardPictureDto {
-    /// The picture.
-    pub picture: PictureDto,
-    /// Corners: column and row on the board, u and v in the picture (px), standard deviation (px).
+pub struct BoardImageDto {
+    /// The image.
+    pub image: ImageDto,
+    /// Detected corners: column and row on the board, u and v in the image (px), standard deviation (px).
     pub corners: Vec<[f64; 5]>,
-    /// Cells of the coverage map (8 × 6, row by row from the top left) that hold corners.
+    /// Cells of the coverage map (8 × 6, row by row from the top left) that contain corners.
     pub coverage_cells: Vec<u32>,
-    /// Typical standard deviation of a corner: grows with blur, darkness and noise.
+    /// Typical standard deviation of a corner; grows with blur, underexposure and noise.
     pub corner_sigma_px: Option<f64>,
-    /// Share of pixels at the sensor's limit.
+    /// Share of saturated pixels.
     pub saturated_share: f64,
-    /// Angle between the board and the picture plane; once the camera is known.
+    /// Angle between the board and the image plane; available once the camera is estimated.
     pub tilt_deg: Option<f64>,
-    /// Distance of the board's middle; once the camera is known.
+    /// Distance of the board centre; available from three images on.
     pub distance_mm: Option<f64>,
-    /// RMS distance of the corners from where the camera so far expects them.
+    /// RMS reprojection error with the current camera estimate.
     pub rms_px: Option<f64>,
-    /// What is wrong with it, and what to do.
+    /// What is wrong and what to do.
     pub problem: Option<String>,
 }
 
-/// A laser picture and what was found in it.
+/// A laser image and its detections.
 #[derive(Debug, Clone, Serialize, ToSchema)]
-pub struct LaserPictureDto {
-    /// The picture.
-    pub picture: PictureDto,
-    /// Pieces of lines.
+pub struct LaserImageDto {
+    /// The image.
+    pub image: ImageDto,
+    /// Number of line segments.
     pub n_segments: usize,
-    /// Points on them.
+    /// Number of line points.
     pub n_points: usize,
-    /// Every sixteenth point of each piece, u and v, for drawing.
+    /// Every sixteenth point of each segment, u and v, for display.
     pub lines_px: Vec<Vec<[f64; 2]>>,
-    /// Share of pixels at the sensor's limit.
+    /// Share of saturated pixels.
     pub saturated_share: f64,
-    /// What is wrong with it, and what to do.
+    /// What is wrong and what to do.
     pub problem: Option<String>,
 }
 
-/// A pose of the board at rest.
+/// A captured pose of the board.
 #[derive(Debug, Clone, Serialize, ToSchema)]
 pub struct SessionPoseDto {
     /// UUID v7.
     pub id: String,
-    /// By ordinary light.
-    pub board: BoardPictureDto,
-    /// By laser light; without it the pose serves the camera alone.
-    pub laser: Option<LaserPictureDto>,
+    /// Image with the laser off.
+    pub board: BoardImageDto,
+    /// Image with the laser on; without it the pose is used for the camera only.
+    pub laser: Option<LaserImageDto>,
 }
 
 /// The board at a stage position.
@@ -71,24 +71,24 @@ pub struct SessionPoseDto {
 pub struct SessionStageViewDto {
     /// UUID v7.
     pub id: String,
-    /// Position read back from a stage that travels.
+    /// Position read back from a linear stage.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub position_mm: Option<f64>,
     /// Angle read back from a turntable.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub angle_deg: Option<f64>,
-    /// By ordinary light.
-    pub board: BoardPictureDto,
+    /// Image with the laser off.
+    pub board: BoardImageDto,
 }
 
-impl From<Picture> for PictureDto {
+impl From<Picture> for ImageDto {
     fn from(of: Picture) -> Self {
         let Picture { artifact, exposure_us, taken_at_ms } = of;
         Self { artifact, exposure_us, taken_at_ms }
     }
 }
 
-impl From<BoardPicture> for BoardPictureDto {
+impl From<BoardPicture> for BoardImageDto {
     fn from(of: BoardPicture) -> Self {
         let BoardPicture {
             picture,
@@ -102,7 +102,7 @@ impl From<BoardPicture> for BoardPictureDto {
             problem,
         } = of;
         Self {
-            picture: picture.into(),
+            image: picture.into(),
             corners,
             coverage_cells,
             corner_sigma_px,
@@ -115,10 +115,10 @@ impl From<BoardPicture> for BoardPictureDto {
     }
 }
 
-impl From<LaserPicture> for LaserPictureDto {
+impl From<LaserPicture> for LaserImageDto {
     fn from(of: LaserPicture) -> Self {
         let LaserPicture { picture, n_segments, n_points, lines_px, saturated_share, problem } = of;
-        Self { picture: picture.into(), n_segments, n_points, lines_px, saturated_share, problem }
+        Self { image: picture.into(), n_segments, n_points, lines_px, saturated_share, problem }
     }
 }
 

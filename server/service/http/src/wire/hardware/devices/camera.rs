@@ -7,19 +7,19 @@ use utoipa::ToSchema;
 
 use crate::wire::hardware::devices::{IdentityDto, RangeDto};
 
-/// When the camera exposes.
+/// Trigger mode of the camera.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum TriggerDto {
-    /// By itself.
+    /// Free-running.
     Free,
-    /// On command.
+    /// Software trigger.
     Software,
-    /// On its electrical input.
+    /// Hardware trigger input.
     Hardware,
 }
 
-/// How pixels come.
+/// Pixel format.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum PixelFormatDto {
@@ -29,7 +29,7 @@ pub enum PixelFormatDto {
     Mono16,
 }
 
-/// A part of the sensor.
+/// Region of interest of the sensor.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct RoiDto {
@@ -45,24 +45,24 @@ pub struct RoiDto {
     pub height_px: u32,
 }
 
-/// How the camera is set.
+/// Camera settings.
 #[derive(Debug, Clone, Serialize, ToSchema)]
 pub struct CameraSettingsDto {
     /// Exposure time.
     pub exposure_us: f64,
     /// Gain.
     pub gain_db: f64,
-    /// Frame rate of the free trigger.
+    /// Frame rate in free-running mode.
     pub frame_rate_hz: f64,
-    /// When it exposes.
+    /// Trigger mode.
     pub trigger: TriggerDto,
-    /// How pixels come.
+    /// Pixel format.
     pub pixel_format: PixelFormatDto,
-    /// Which part of the sensor is read.
+    /// Region of interest.
     pub roi: RoiDto,
 }
 
-/// What shall be set; what is missing stays as it is. The camera answers with the nearest it can.
+/// Settings to change; absent settings are not changed. The camera uses the nearest supported value.
 #[derive(Debug, Clone, Default, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ChangeCameraDto {
@@ -71,50 +71,50 @@ pub struct ChangeCameraDto {
     pub exposure_us: Option<f64>,
     /// Gain.
     pub gain_db: Option<f64>,
-    /// Frame rate of the free trigger.
+    /// Frame rate in free-running mode.
     #[schema(minimum = 0.0)]
     pub frame_rate_hz: Option<f64>,
-    /// When it exposes.
+    /// Trigger mode.
     pub trigger: Option<TriggerDto>,
-    /// How pixels come.
+    /// Pixel format.
     pub pixel_format: Option<PixelFormatDto>,
-    /// Which part of the sensor is read.
+    /// Region of interest.
     pub roi: Option<RoiDto>,
 }
 
-/// What the camera can do; a missing range is a setting that it does not have.
+/// Capabilities of the camera; a range is absent if the camera lacks the setting.
 #[derive(Debug, Serialize, ToSchema)]
 pub struct CameraCapabilitiesDto {
-    /// Columns of the whole sensor.
+    /// Sensor width.
     pub width_px: usize,
-    /// Rows of the whole sensor.
+    /// Sensor height.
     pub height_px: usize,
-    /// Exposure times.
+    /// Range of exposure times.
     pub exposure_us: Option<RangeDto>,
-    /// Gains.
+    /// Range of gains.
     pub gain_db: Option<RangeDto>,
-    /// Frame rates of the free trigger.
+    /// Range of frame rates in free-running mode.
     pub frame_rate_hz: Option<RangeDto>,
-    /// Ways to trigger.
+    /// Supported trigger modes.
     pub triggers: Vec<TriggerDto>,
-    /// Pixel formats.
+    /// Supported pixel formats.
     pub pixel_formats: Vec<PixelFormatDto>,
-    /// Whether a part of the sensor can be read alone.
+    /// Whether the camera supports a region of interest.
     pub roi: bool,
 }
 
 /// The camera.
 #[derive(Debug, Serialize, ToSchema)]
 pub struct CameraDto {
-    /// Whether it answers.
+    /// Whether the device is connected.
     pub connected: bool,
-    /// Which one.
+    /// Vendor, model and serial number.
     pub identity: IdentityDto,
-    /// What it can do.
+    /// Capabilities.
     pub capabilities: CameraCapabilitiesDto,
-    /// How it is set.
+    /// Current settings.
     pub settings: CameraSettingsDto,
-    /// Frames per second over the last second.
+    /// Frame rate over the last second.
     pub measured_rate_hz: f64,
 }
 

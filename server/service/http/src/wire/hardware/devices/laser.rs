@@ -6,44 +6,44 @@ use utoipa::ToSchema;
 
 use crate::wire::hardware::devices::{IdentityDto, RangeDto};
 
-/// Whether there is laser light.
+/// State of the laser.
 #[derive(Debug, Clone, Copy, Serialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
-pub enum LightDto {
-    /// Dark.
+pub enum LaserStateDto {
+    /// Off.
     Off,
-    /// It may be turned on at any moment.
+    /// Armed: it may be turned on at any moment.
     Armed,
-    /// Shining.
+    /// On.
     On,
-    /// It cannot be reached: treat it as shining.
+    /// The laser cannot be reached: treat it as on.
     Unknown,
-    /// This program does not switch it: it is on as long as it has power, also after Stop and after a fault.
+    /// Not switched by this program: on as long as it has power, also after Stop and after a fault.
     NotControlled,
 }
 
 /// The laser.
 #[derive(Debug, Serialize, ToSchema)]
 pub struct LaserDto {
-    /// Whether it answers.
+    /// Whether the device is connected.
     pub connected: bool,
-    /// Which one.
+    /// Vendor, model and serial number.
     pub identity: IdentityDto,
-    /// Powers as shares of full power; missing: on and off only.
+    /// Range of power as a share of full power; absent if the laser can only be on or off.
     pub powers: Option<RangeDto>,
-    /// Whether it is on.
-    pub light: LightDto,
-    /// Share of full power.
+    /// State of the laser.
+    pub state: LaserStateDto,
+    /// Current power, share of full power.
     pub power: f64,
-    /// Whether the interlock is closed; missing if it is not read back.
+    /// Whether the interlock is closed; absent if it is not read back.
     pub interlock_closed: Option<bool>,
 }
 
-/// The laser power to set.
+/// Request to set the laser power.
 #[derive(Debug, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SetLaserDto {
-    /// Share of full power; 0 is off. It is on only while frames arrive.
+    /// Share of full power; 0 is off. The laser is on only while frames arrive.
     #[schema(minimum = 0.0, maximum = 1.0)]
     pub power: f64,
 }
@@ -54,12 +54,12 @@ impl From<&StationStatus> for LaserDto {
             connected: status.laser.connected,
             identity: (&status.laser.identity).into(),
             powers: status.laser.capabilities.power.map(RangeDto::from),
-            light: match status.laser_light {
-                LaserLight::Off => LightDto::Off,
-                LaserLight::Armed => LightDto::Armed,
-                LaserLight::On => LightDto::On,
-                LaserLight::Unknown => LightDto::Unknown,
-                LaserLight::NotControlled => LightDto::NotControlled,
+            state: match status.laser_light {
+                LaserLight::Off => LaserStateDto::Off,
+                LaserLight::Armed => LaserStateDto::Armed,
+                LaserLight::On => LaserStateDto::On,
+                LaserLight::Unknown => LaserStateDto::Unknown,
+                LaserLight::NotControlled => LaserStateDto::NotControlled,
             },
             power: status.laser_power,
             interlock_closed: status.interlock_closed,

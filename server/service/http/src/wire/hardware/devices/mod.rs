@@ -2,7 +2,7 @@
 
 mod camera;
 mod laser;
-mod stage;
+pub mod stage;
 
 use devices::{DeviceIdentity, ValueRange};
 use serde::Serialize;
@@ -12,22 +12,22 @@ pub use camera::{CameraDto, CameraSettingsDto, ChangeCameraDto};
 pub use laser::{LaserDto, SetLaserDto};
 pub use stage::{JogDto, MotionDto, MoveDto, StageDto};
 
-/// What a device says about itself.
+/// Identity of a device, as it reports it.
 #[derive(Debug, Serialize, ToSchema)]
 pub struct IdentityDto {
-    /// The driver: `twin`, `replay`, `grbl`.
+    /// Driver, such as `twin`, `replay` or `grbl`.
     pub driver: &'static str,
-    /// Who made it.
+    /// Vendor.
     pub vendor: String,
-    /// Which model.
+    /// Model.
     pub model: String,
-    /// Which one of them.
+    /// Serial number.
     pub serial: String,
-    /// Version of its firmware.
+    /// Firmware version.
     pub firmware: String,
 }
 
-/// What a number may be set to.
+/// Allowed range of a number.
 #[derive(Debug, Serialize, ToSchema)]
 pub struct RangeDto {
     /// Smallest.

@@ -7,20 +7,20 @@ use utoipa::{IntoParams, ToSchema};
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum CloudFormatDto {
-    /// Binary PLY with σ, order and calibration; as `sheaf scan` writes it.
+    /// Binary PLY with σ, order and calibration, as written by `sheaf scan`.
     #[default]
     Ply,
-    /// Text.
+    /// Comma-separated text.
     Csv,
-    /// Point Cloud Library.
+    /// PCD of the Point Cloud Library.
     Pcd,
     /// ASTM E2807.
     E57,
 }
 
 impl CloudFormatDto {
-    /// Its word.
-    pub fn word(self) -> &'static str {
+    /// Its code.
+    pub fn code(self) -> &'static str {
         match self {
             Self::Ply => "ply",
             Self::Csv => "csv",
@@ -44,8 +44,8 @@ pub enum MeshFormatDto {
 }
 
 impl MeshFormatDto {
-    /// Its word.
-    pub fn word(self) -> &'static str {
+    /// Its code.
+    pub fn code(self) -> &'static str {
         match self {
             Self::Stl => "stl",
             Self::Glb => "glb",
@@ -54,20 +54,20 @@ impl MeshFormatDto {
     }
 }
 
-/// Which format of the cloud.
+/// Selects the format of the cloud.
 #[derive(Debug, Deserialize, IntoParams)]
 #[serde(deny_unknown_fields)]
 #[into_params(parameter_in = Query)]
 pub struct CloudQuery {
-    /// `ply` if not said.
+    /// Default `ply`.
     pub format: Option<CloudFormatDto>,
 }
 
-/// Which format of the mesh.
+/// Selects the format of the mesh.
 #[derive(Debug, Deserialize, IntoParams)]
 #[serde(deny_unknown_fields)]
 #[into_params(parameter_in = Query)]
 pub struct MeshQuery {
-    /// `stl` if not said.
+    /// Default `stl`.
     pub format: Option<MeshFormatDto>,
 }

@@ -1,4 +1,4 @@
-//! What starts a scan, a verification, a computation again or an export, on the wire.
+//! Requests that start a scan, verification, recomputation or export, on the wire.
 
 use app::jobs::{ExportInput, ScanInput, ScanMode, ScanSource, VerifyInput};
 use app::measurements::{MeasureInput, ScanPurpose};
@@ -8,7 +8,7 @@ use utoipa::ToSchema;
 
 use crate::wire::measurement::measurements::MeasureDto;
 
-/// Where a scan's frames come from.
+/// Source of the frames of a scan.
 #[derive(Debug, Clone, Serialize, Deserialize, ToSchema)]
 #[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
 pub enum ScanSourceDto {
@@ -16,33 +16,33 @@ pub enum ScanSourceDto {
     Station {},
     /// A scan of a capture.
     Capture {
-        /// Which capture.
+        /// Id of the capture.
         capture_id: String,
-        /// Which of its scans; missing: the only one.
+        /// Name of the scan in the capture; default: the only one.
         scan: Option<String>,
     },
 }
 
-/// How the stage moves.
+/// Motion of the stage.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum ScanModeDto {
-    /// Stands still for every frame.
+    /// Stops for every frame.
     StopAndGo,
     /// Moves at constant speed.
     Continuous,
 }
 
-/// When pictures with the laser off are taken during a scan, to be taken away from its frames.
+/// When laser-off images are captured during a scan, for ambient light subtraction.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct BackgroundDto {
-    /// Stop-and-go: one at least every so many rows, 1 if missing; one that no longer shows what a frame shows is taken
-    /// anew. A continuous scan has one before it, and one after it to compare.
+    /// Stop-and-go: at least one every so many rows, default 1; an outdated one is captured again. A continuous scan has one
+    /// before it, and one after it for comparison.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schema(minimum = 1)]
     pub every_rows: Option<usize>,
-    /// Only while the ambient light, in levels of 255, is above this; missing: always.
+    /// Only if the ambient light exceeds this level, of 255; default: always.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schema(minimum = 0.0, maximum = 255.0)]
     pub above_levels: Option<f64>,
@@ -62,104 +62,105 @@ impl From<BackgroundInput> for BackgroundDto {
     }
 }
 
-/// Scan a part.
+/// Request to scan a part.
 #[derive(Debug, Clone, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 #[schema(example = json!({ "source": { "kind": "station" }, "from_mm": -20, "to_mm": 20, "step_mm": 0.2 }))]
 pub struct StartScanDto {
-    /// Where frames come from.
+    /// Source of the frames.
     pub source: ScanSourceDto,
-    /// What a person calls it.
+    /// Its name.
     #[schema(max_length = 100)]
     pub name: Option<String>,
-    /// First position, of a stage that travels.
+    /// First position of a linear stage.
     pub from_mm: Option<f64>,
-    /// Last position.
+    /// Last position of a linear stage.
     pub to_mm: Option<f64>,
-    /// Distance between frames.
+    /// Distance between rows.
     #[schema(exclusive_minimum = 0.0)]
     pub step_mm: Option<f64>,
-    /// Speed of a continuous scan; the step follows from the frame rate.
+    /// Speed of a continuous scan on a linear stage; the step follows from the frame rate.
     #[schema(exclusive_minimum = 0.0)]
     pub speed_mm_s: Option<f64>,
-    /// First angle, of a turntable.
+    /// First angle of a turntable.
     pub from_deg: Option<f64>,
-    /// Last angle; more than a whole turn shows how well it closes.
+    /// Last angle of a turntable; more than a full turn shows the closure.
     pub to_deg: Option<f64>,
-    /// Angle between frames.
+    /// Angle between rows.
     #[schema(exclusive_minimum = 0.0)]
     pub step_deg: Option<f64>,
     /// Speed of a continuous scan on a turntable; the step follows from the frame rate.
     #[schema(exclusive_minimum = 0.0)]
     pub speed_deg_s: Option<f64>,
-    /// How the stage moves; continuous if a speed is given, else stop and go.
+    /// Motion of the stage; default: continuous if a speed is given, else stop-and-go.
     pub mode: Option<ScanModeDto>,
-    /// Exposure of the frames.
+    /// Exposure time of the frames; default: chosen by the station.
     #[schema(exclusive_minimum = 0.0)]
     pub exposure_us: Option<f64>,
-    /// Two to four exposures of every row in place of one, stop and go: dark places of a part are taken from the long ones,
-    /// bright places from the short ones. Each at least one and a half times another; four to eight times is usual.
+    /// Two to four exposure times per row instead of one (HDR), stop-and-go only: dark areas of a part are taken from the
+    /// long exposures, bright areas from the short ones. Each at least 1.5 times the next shorter one; four to eight times is
+    /// usual.
     #[serde(default)]
     #[schema(max_items = 4)]
     pub exposures_us: Vec<f64>,
-    /// Share of full laser power.
+    /// Laser power, share of full power; default: chosen by the station.
     #[schema(exclusive_minimum = 0.0, maximum = 1.0)]
     pub laser_power: Option<f64>,
     /// Keep the frames as a capture.
     #[serde(default)]
     pub keep_frames: bool,
-    /// When pictures with the laser off are taken, to be taken away from the frames; missing: never.
+    /// When laser-off images are captured for ambient light subtraction; default: never.
     pub background: Option<BackgroundDto>,
-    /// Record everything that the camera delivers meanwhile, as an MCAP file (`GET /recordings`). A disk without room
-    /// ends the recording, not the scan.
+    /// Record everything that the camera delivers during the scan as an MCAP file (`GET /recordings`). A full disk ends the
+    /// recording, not the scan.
     #[serde(default)]
     pub record: bool,
-    /// With which calibration; missing: the active one.
+    /// The calibration; default: the active one.
     pub calibration_id: Option<String>,
-    /// The partial scan that is continued; it measures what it was begun for.
+    /// The partial scan to resume; its own measurements apply.
     pub resume_scan_id: Option<String>,
-    /// What is measured on it in the same job: the verdict needs nobody to wait for the scan.
+    /// What is measured in the same job; the verdict does not depend on a connected client.
     #[serde(default)]
     #[schema(max_items = 50)]
     pub measure: Vec<MeasureDto>,
 }
 
-/// Compute a scan again.
+/// Request to recompute a scan.
 #[derive(Debug, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct RecomputeDto {
-    /// With which calibration; missing: the active one.
+    /// The calibration; default: the active one.
     pub calibration_id: Option<String>,
 }
 
-/// A known part.
+/// A reference part.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
-pub enum ArtefactDto {
+pub enum ReferencePartDto {
     /// A gauge block; its nominal is its height.
     Gauge,
-    /// A ball; its nominal is its radius.
+    /// A sphere; its nominal is its radius.
     Sphere,
 }
 
-/// Scan a known part and compare.
+/// Request to scan a reference part and compare it with its nominal value.
 #[derive(Debug, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
-#[schema(example = json!({ "artefact": "sphere", "nominal_mm": 18.9, "scan": { "source": { "kind": "station" } } }))]
+#[schema(example = json!({ "reference_part": "sphere", "nominal_mm": 18.9, "scan": { "source": { "kind": "station" } } }))]
 pub struct StartVerificationDto {
-    /// What it is.
-    pub artefact: ArtefactDto,
-    /// Its height or radius.
+    /// Kind of the reference part.
+    pub reference_part: ReferencePartDto,
+    /// Nominal height or radius.
     #[schema(exclusive_minimum = 0.0)]
     pub nominal_mm: f64,
-    /// Largest deviation allowed.
+    /// Symmetric tolerance of the deviation.
     #[schema(exclusive_minimum = 0.0)]
     pub tolerance_mm: Option<f64>,
-    /// How to scan it.
+    /// The scan.
     pub scan: StartScanDto,
 }
 
-/// What is written.
+/// What an export contains.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum ExportWhatDto {
@@ -169,14 +170,14 @@ pub enum ExportWhatDto {
     Mesh,
 }
 
-/// Write a scan in another format.
+/// Request to write a scan in another format.
 #[derive(Debug, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 #[schema(example = json!({ "what": "mesh", "format": "stl" }))]
 pub struct StartExportDto {
-    /// What is written.
+    /// What an export contains.
     pub what: ExportWhatDto,
-    /// `ply`, `csv`, `pcd`, `e57` of a cloud; `stl`, `glb`, `ply` of a mesh.
+    /// `ply`, `csv`, `pcd` or `e57` for a cloud; `stl`, `glb` or `ply` for a mesh.
     pub format: String,
 }
 
@@ -222,12 +223,12 @@ impl From<StartScanDto> for ScanInput {
 
 impl From<StartVerificationDto> for VerifyInput {
     fn from(dto: StartVerificationDto) -> Self {
-        let artefact = match dto.artefact {
-            ArtefactDto::Gauge => "gauge",
-            ArtefactDto::Sphere => "sphere",
+        let reference_part = match dto.reference_part {
+            ReferencePartDto::Gauge => "gauge",
+            ReferencePartDto::Sphere => "sphere",
         };
         Self {
-            artefact: artefact.to_owned(),
+            reference_part: reference_part.to_owned(),
             nominal_mm: dto.nominal_mm,
             tolerance_mm: dto.tolerance_mm,
             scan: dto.scan.into(),

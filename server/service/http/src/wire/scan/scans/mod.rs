@@ -16,25 +16,25 @@ use crate::wire::scan::scan_runs::{ScanPurposeDto, ScanRunDto};
 
 pub use formats::{CloudFormatDto, CloudQuery, MeshFormatDto, MeshQuery};
 pub use inputs::{
-    ArtefactDto, BackgroundDto, ExportWhatDto, RecomputeDto, ScanModeDto, ScanSourceDto, StartExportDto,
+    BackgroundDto, ExportWhatDto, RecomputeDto, ReferencePartDto, ScanModeDto, ScanSourceDto, StartExportDto,
     StartScanDto, StartVerificationDto,
 };
 
-/// What a scan is worth.
+/// State of a scan.
 #[derive(Debug, Clone, Copy, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum ScanStateDto {
-    /// Every planned frame is in it.
+    /// All planned frames were captured.
     Complete,
-    /// It was stopped or interrupted.
+    /// Stopped or interrupted; it can be resumed.
     Partial,
-    /// Frames were lost.
+    /// Frames were lost: no verdict is possible.
     Invalid,
 }
 
 impl ScanStateDto {
-    /// The word for it.
-    pub fn word(self) -> &'static str {
+    /// Its code.
+    pub fn code(self) -> &'static str {
         match self {
             Self::Complete => "complete",
             Self::Partial => "partial",
@@ -53,32 +53,32 @@ impl From<ScanStateDto> for ScanState {
     }
 }
 
-/// Which scans.
+/// Selects scans.
 #[derive(Debug, Deserialize, IntoParams)]
 #[serde(deny_unknown_fields)]
 #[into_params(parameter_in = Query)]
 pub struct ScansQuery {
-    /// Only those worth that much.
+    /// Only scans in this state.
     pub state: Option<ScanStateDto>,
-    /// Only those computed with this calibration.
+    /// Only scans computed with this calibration.
     pub calibration_id: Option<String>,
     /// Only parts with this verdict.
     pub verdict: Option<VerdictDto>,
-    /// Only those made for this.
+    /// Only scans with this purpose.
     pub purpose: Option<ScanPurposeDto>,
-    /// Id of the last scan of the page before.
+    /// Id of the last scan of the previous page.
     pub before: Option<String>,
-    /// Scans of a page, 1 to 200; 50 if not said.
+    /// Scans per page, 1 to 200; default 50.
     #[param(minimum = 1, maximum = 200)]
     pub limit: Option<u32>,
 }
 
-/// Which blocks.
+/// Selects blocks.
 #[derive(Debug, Deserialize, IntoParams)]
 #[serde(deny_unknown_fields)]
 #[into_params(parameter_in = Query)]
 pub struct PointsQuery {
-    /// The first block wanted; 0 if not said.
+    /// First block; default 0.
     pub from_block: Option<u32>,
 }
 
@@ -87,38 +87,38 @@ pub struct PointsQuery {
 pub struct ScanDto {
     /// Its id.
     pub id: String,
-    /// What a person calls it.
+    /// Its name.
     pub name: String,
-    /// `complete`, `partial` (can be resumed), `invalid` (frames were lost: never the base of a verdict).
+    /// `complete`, `partial` (can be resumed) or `invalid` (frames were lost: no verdict possible).
     #[schema(example = "complete")]
     pub state: &'static str,
-    /// The verdict on the part: of every characteristic the newest, of these the worst; missing if none was asked for.
+    /// Verdict on the part: the worst of the current verdicts of its characteristics; absent if none has a tolerance.
     pub verdict: Option<VerdictDto>,
-    /// The measurement that stands for each characteristic, newest first.
+    /// The current measurement of each characteristic, newest first.
     pub characteristics: Vec<CharacteristicDto>,
-    /// What it was made for; a verification is no part of the production.
+    /// Purpose; verifications are not production parts.
     pub purpose: ScanPurposeDto,
     /// The calibration of the cloud.
     pub calibration_id: String,
     /// How it was made.
     pub plan: ScanRunDto,
-    /// Figures: points, dropped by reason, self-consistency, envelope.
+    /// Report: points, rejected points by reason, self-consistency, depth range.
     pub report: ScanReportDto,
-    /// Its frames, if they were kept.
+    /// The capture with its frames, if they were kept.
     pub capture_id: Option<String>,
-    /// The scan it was computed from again.
+    /// The scan it was recomputed from.
     pub recomputed_from: Option<String>,
-    /// The job that made it.
+    /// The job that created it.
     pub job_id: Option<String>,
     /// Version of the software that computed it.
     pub software_version: String,
-    /// Address of the cloud; missing if no point could be computed.
+    /// URL of the cloud; absent if no points could be computed.
     pub cloud: Option<String>,
-    /// When it was made, wall clock, ms since 1970.
+    /// Time of creation, ms since 1970 (UTC).
     pub created_at_ms: i64,
 }
 
-/// Address of a scan.
+/// URL of a scan.
 pub fn scan_href(id: &str) -> String {
     format!("/api/v1/scans/{id}")
 }

@@ -1,4 +1,4 @@
-//! A look at the board as it is held now, before any picture is taken.
+//! Detection of the board in the current frame, before an image is captured.
 
 use station::StampedFrame;
 
@@ -7,48 +7,47 @@ use crate::sessions::body::{BoardPicture, Picture, SessionBody, SessionPose};
 use crate::sessions::camera_so_far::learn_camera;
 use crate::sessions::found;
 
-/// What one frame shows of the board. Nothing of it is kept.
+/// The board as detected in one frame. Nothing is stored.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Look {
-    /// The station's count of the frame, as in the live stream.
+pub struct BoardDetection {
+    /// Sequence number of the frame, as in the live stream.
     pub sequence: u64,
-    /// Middle of its exposure on the station's clock, ms.
+    /// Middle of the exposure on the station's monotonic clock, ms.
     pub captured_ms: f64,
-    /// Columns of the frame.
+    /// Frame width.
     pub width_px: usize,
-    /// Rows of the frame.
+    /// Frame height.
     pub height_px: usize,
-    /// Corners: column and row on the board, u and v in the frame (px), standard deviation (px).
+    /// Detected corners: column and row on the board, u and v in the frame (px), standard deviation (px).
     pub corners: Vec<[f64; 5]>,
-    /// Cells of the coverage map (8 × 6, row by row from the top left) that hold corners.
+    /// Cells of the coverage map (8 × 6, row by row from the top left) that contain corners.
     pub coverage_cells: Vec<u32>,
-    /// Typical standard deviation of a corner: grows with blur, darkness and noise.
+    /// Typical standard deviation of a corner; grows with blur, underexposure and noise.
     pub corner_sigma_px: Option<f64>,
-    /// Share of pixels at the sensor's limit.
+    /// Share of saturated pixels.
     pub saturated_share: f64,
-    /// Angle between the board and the picture plane; once the camera is known, from three pictures on.
+    /// Angle between the board and the image plane; available from three images on.
     pub tilt_deg: Option<f64>,
-    /// Distance of the board's middle; once the camera is known.
+    /// Distance of the board centre; available from three images on.
     pub distance_mm: Option<f64>,
-    /// RMS distance of the corners from where the camera, fitted with this frame too, expects them.
+    /// RMS reprojection error of the corners, with the camera fitted to this frame as well.
     pub rms_px: Option<f64>,
-    /// What is wrong with it, and what to do.
+    /// What is wrong and what to do.
     pub problem: Option<String>,
 }
 
-/// What `frame` would add to the session `body`.
+/// The detection in `frame`, as part of the session `body`.
 ///
 /// # Errors
-/// A problem if the frame has another size than the session's pictures.
-pub fn look_at(frame: &StampedFrame, mut body: SessionBody) -> Result<Look, AppError> {
+/// A problem if the frame size differs from that of the session's images.
+pub fn detect_in_frame(frame: &StampedFrame, mut body: SessionBody) -> Result<BoardDetection, AppError> {
     let (width_px, height_px) = (frame.image.width(), frame.image.height());
     check_size(&body, (width_px, height_px))?;
     (body.width_px, body.height_px) = (width_px, height_px);
     let unkept = Picture { artifact: String::new(), exposure_us: frame.exposure_us, taken_at_ms: 0 };
     let mut board = found::board_in(&frame.image, unkept, &body.target);
     if frame.laser_on {
-        board.problem =
-            Some("the laser shines; switch it off, so that the board is seen by ordinary light".to_owned());
+        board.problem = Some("the laser is on; turn it off for images of the board".to_owned());
     }
     if board.is_readable() {
         body.poses.push(SessionPose { id: String::new(), board, laser: None });
@@ -56,7 +55,7 @@ pub fn look_at(frame: &StampedFrame, mut body: SessionBody) -> Result<Look, AppE
         board = body.poses.swap_remove(body.poses.len() - 1).board;
     }
     let BoardPicture { corners, coverage_cells, corner_sigma_px, saturated_share, .. } = board;
-    Ok(Look {
+    Ok(BoardDetection {
         sequence: frame.sequence,
         captured_ms: frame.captured_at_ns as f64 / 1e6,
         width_px,
@@ -72,14 +71,14 @@ pub fn look_at(frame: &StampedFrame, mut body: SessionBody) -> Result<Look, AppE
     })
 }
 
-/// All pictures of a session have one size.
+/// All images of a session have the same size.
 ///
 /// # Errors
-/// A problem if this one has another.
+/// A problem if this one differs.
 pub fn check_size(body: &SessionBody, size_px: (usize, usize)) -> Result<(), AppError> {
     if body.width_px == 0 || size_px == (body.width_px, body.height_px) {
         return Ok(());
     }
-    Err(AppError::new(ErrorKind::Conflict, "the camera's picture size changed during the session")
-        .remedy("set it back, or begin a new session"))
+    Err(AppError::new(ErrorKind::Conflict, "the image size of the camera changed during the session")
+        .remedy("restore the setting, or start a new session"))
 }

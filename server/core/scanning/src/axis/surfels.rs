@@ -1,4 +1,5 @@
-//! Small pieces of surface as single frames, with their neighbours, saw them (`docs/maths/turntable.md`, eq. 12).
+//! Surfels: small pieces of surface as observed in single frames and their neighbours (`docs/maths/turntable.md`, eq.
+//! 12).
 
 use nalgebra::{Matrix3, Vector3};
 use optics::{Calibration, RotaryAxis};
@@ -7,14 +8,14 @@ use vision::LineDirection;
 
 use crate::points::profile::{Profile, ProfilePoint};
 
-/// Widest angle between frames that see one piece of surface together.
+/// Largest angle between frames that contribute to one surfel.
 const NEIGHBOUR_MAX_RAD: f64 = 0.3;
-/// Fewest points of a piece.
+/// Fewest points of a surfel.
 const POINTS_MIN: usize = 9;
-/// A piece whose points lie farther from their plane than this many times their noise has an edge in it.
+/// A surfel whose points are farther from their plane than this many times their noise contains an edge.
 const SMOOTH_SIGMAS: f64 = 3.0;
 
-/// A frame of one line.
+/// One line in one frame.
 pub struct LineFrame {
     pub angle_rad: f64,
     /// Points along the line.
@@ -22,27 +23,28 @@ pub struct LineFrame {
     pub correlation_px: f64,
 }
 
-/// The frames in which a line was seen, in the sequence of their angles.
+/// The frames in which a line was observed, in the sequence of their angles.
 pub type Line = Vec<LineFrame>;
 
-/// A piece of surface.
+/// A surfel.
 #[derive(Debug, Clone)]
-pub struct Look {
+pub struct Surfel {
     /// Index of its line.
     pub line: usize,
     pub angle_rad: f64,
-    /// Its middle and its unit normal towards the camera, camera frame of its own frame.
+    /// Its centre and its unit normal towards the camera, in the camera frame of its own frame.
     pub at_mm: Vector3<f64>,
     pub normal: Vector3<f64>,
-    /// One σ of the middle along the normal.
+    /// One σ of the centre along the normal.
     pub sigma_mm: f64,
     /// Covariance of the normal.
     pub normal_covariance: Matrix3<f64>,
-    /// How far it reaches.
-    pub reach_mm: f64,
+    /// Its radius.
+    pub radius_mm: f64,
 }
 
-/// The frames of every line. `profiles`: points, correlation along the line and its direction, of every frame.
+/// The frames of every line. `profiles`: for every frame its points, their correlation along the line and the line
+/// direction.
 pub fn lines(profiles: &[(Profile, f64, LineDirection)], angles_rad: &[f64], orders: &[i8]) -> Vec<Line> {
     let of_line = |order: &i8| {
         let frame =
@@ -60,8 +62,8 @@ pub fn lines(profiles: &[(Profile, f64, LineDirection)], angles_rad: &[f64], ord
     orders.iter().map(of_line).collect()
 }
 
-/// The pieces that every frame shows with the one before and the one after it, the table turned about `axis`.
-pub fn looks(lines: &[Line], calibration: &Calibration, axis: &RotaryAxis) -> Vec<Look> {
+/// The surfels of every frame, each from the frame and its two neighbours, with the table turned about `axis`.
+pub fn surfels(lines: &[Line], calibration: &Calibration, axis: &RotaryAxis) -> Vec<Surfel> {
     let focal_px = calibration.camera.fx_px.min(calibration.camera.fy_px);
     let triples = lines.iter().enumerate().flat_map(|(line, frames)| frames.windows(3).map(move |w| (line, w)));
     let near = |(_, window): &(usize, &[LineFrame])| {
@@ -71,20 +73,20 @@ pub fn looks(lines: &[Line], calibration: &Calibration, axis: &RotaryAxis) -> Ve
     triples.into_par_iter().flat_map_iter(|(line, window)| looks_of(line, window, focal_px, axis)).collect()
 }
 
-fn looks_of(line: usize, window: &[LineFrame], focal_px: f64, axis: &RotaryAxis) -> Vec<Look> {
+fn looks_of(line: usize, window: &[LineFrame], focal_px: f64, axis: &RotaryAxis) -> Vec<Surfel> {
     let own = &window[1];
     let step_rad = 0.5 * (window[2].angle_rad - window[0].angle_rad).abs();
     let own_motion = axis.motion(own.angle_rad);
-    let mut looks = Vec::new();
+    let mut surfels = Vec::new();
     let mut next_px = f64::NEG_INFINITY;
     for (along, point) in &own.points {
         if *along < next_px {
             continue;
         }
         let centre = &point.hit_in_camera.xyz;
-        let reach_mm = (axis.radius_mm(centre) * step_rad).max(2.0 * centre.z / focal_px);
-        let reach_px = reach_mm * focal_px / centre.z;
-        // Pieces of one frame have no point in common.
+        let radius_mm = (axis.radius_mm(centre) * step_rad).max(2.0 * centre.z / focal_px);
+        let reach_px = radius_mm * focal_px / centre.z;
+        // Surfels of one frame have no point in common.
         next_px = along + 2.0 * reach_px;
         let near = window.iter().flat_map(|frame| {
             let first = frame.points.partition_point(|(at, _)| *at < along - reach_px);
@@ -94,14 +96,14 @@ fn looks_of(line: usize, window: &[LineFrame], focal_px: f64, axis: &RotaryAxis)
                 own_motion.camera_from_part(&motion.part_from_camera(&point.hit_in_camera)).xyz
             })
         });
-        let near: Vec<Vector3<f64>> = near.filter(|at| (at - centre).norm() < 2.0 * reach_mm).collect();
-        looks.extend(look(line, own, &near, point.noise_sigma_mm, reach_mm));
+        let near: Vec<Vector3<f64>> = near.filter(|at| (at - centre).norm() < 2.0 * radius_mm).collect();
+        surfels.extend(surfel(line, own, &near, point.noise_sigma_mm, radius_mm));
     }
-    looks
+    surfels
 }
 
-/// The plane through the points, if they are a smooth piece.
-fn look(line: usize, own: &LineFrame, near: &[Vector3<f64>], noise_mm: f64, reach_mm: f64) -> Option<Look> {
+/// The plane through the points, if they are smooth.
+fn surfel(line: usize, own: &LineFrame, near: &[Vector3<f64>], noise_mm: f64, radius_mm: f64) -> Option<Surfel> {
     let n = near.len() as f64;
     if near.len() < POINTS_MIN {
         return None;
@@ -113,7 +115,7 @@ fn look(line: usize, own: &LineFrame, near: &[Vector3<f64>], noise_mm: f64, reac
     by_size.sort_by(|&a, &b| eigen.eigenvalues[a].total_cmp(&eigen.eigenvalues[b]));
     let [thin, short, long] = by_size;
     let rms_mm = (eigen.eigenvalues[thin].max(0.0) / (n - 3.0)).sqrt();
-    // A piece that is a line says nothing about the surface across it.
+    // Collinear points do not determine the surface across them.
     let is_piece = eigen.eigenvalues[short] > 0.02 * eigen.eigenvalues[long];
     if !is_piece || rms_mm > SMOOTH_SIGMAS * noise_mm {
         return None;
@@ -122,13 +124,13 @@ fn look(line: usize, own: &LineFrame, near: &[Vector3<f64>], noise_mm: f64, reac
     let normal = if axis(thin).dot(&at_mm) < 0.0 { axis(thin) } else { -axis(thin) };
     let variance = rms_mm.max(0.3 * noise_mm).powi(2) * own.correlation_px.max(1.0);
     let lean = |idx: usize| axis(idx) * axis(idx).transpose() * (variance / eigen.eigenvalues[idx]);
-    Some(Look {
+    Some(Surfel {
         line,
         angle_rad: own.angle_rad,
         at_mm,
         normal,
         sigma_mm: (variance / n).sqrt(),
         normal_covariance: lean(short) + lean(long),
-        reach_mm,
+        radius_mm,
     })
 }

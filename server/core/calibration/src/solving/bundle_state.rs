@@ -1,16 +1,16 @@
-//! Everything that a calibration estimates, as one value.
+//! All estimated quantities of a calibration, as one value.
 
 use nalgebra::Vector3;
 use optics::{BoardFrame, CAMERA_PARAMETERS, Camera, CameraFrame, LightSurfaces, Rigid};
 
 use crate::solving::observation::CornerView;
 
-/// Board pose: takes board points to the camera frame.
+/// Board pose: transforms board points to the camera frame.
 pub type BoardPose = Rigid<CameraFrame, BoardFrame>;
 
-/// Everything that is estimated.
+/// All estimated quantities.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Station {
+pub struct BundleState {
     /// Intrinsics and distortion.
     pub camera: Camera,
     /// Light sheets; `None` while only the camera is fitted.
@@ -21,7 +21,7 @@ pub struct Station {
     pub poses: Vec<BoardPose>,
 }
 
-impl Station {
+impl BundleState {
     /// Number of light parameters.
     pub fn light_parameters(&self) -> usize {
         self.light.as_ref().map_or(0, LightSurfaces::parameters)

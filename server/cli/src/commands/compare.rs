@@ -1,0 +1,78 @@
+//! `sheaf compare`: a cloud against the surface its part should have.
+
+use std::io::Write as _;
+use std::path::Path;
+
+use metrology::{AlignTo, CompareRequest, Comparison, DatumFrame, Nominal, compare};
+use nalgebra::{Rotation3, Vector3};
+use optics::{PartFrame, Rigid};
+use pipeline::{Failure, Reporter};
+use report::tables::{comparison_json, comparison_text};
+use scanning::Cloud;
+use scanning::files::{read_cloud, read_mesh};
+use serde_json::json;
+
+use crate::answer::exit::Exit;
+use crate::answer::output::write_file;
+use crate::arguments::CompareArgs;
+use crate::commands::Answer;
+use crate::commands::measure::{calibration_of, exit_of_part, read_plan, region_between};
+
+/// Compares; the exit code is the verdict's.
+pub fn run(args: &CompareArgs, reporter: &dyn Reporter) -> Result<Answer, Failure> {
+    let cloud = read_cloud(&args.cloud)?;
+    let nominal =
+        Nominal::new(&read_mesh(&args.part)?).map_err(|error| Failure::from(error).in_file(&args.part))?;
+    let calibration = calibration_of(&cloud, args.calibration.as_deref())?;
+    if calibration.is_none() {
+        reporter.warn(
+            "the cloud carries no calibration: the uncertainty is incomplete and decides nothing; name one with --calibration",
+        );
+    }
+    let request = CompareRequest {
+        align: alignment(args)?,
+        tolerance_mm: args.tolerance_mm,
+        reach_mm: args.reach_mm,
+        capture_mm: args.capture_mm,
+        region: args.region_mm.as_deref().map(region_between),
+    };
+    let comparison = compare(&cloud, calibration.as_ref(), &nominal, &request)
+        .map_err(|error| Failure::from(error).in_file(&args.cloud))?;
+    let mut text = comparison_text(&comparison);
+    if let Some(path) = &args.map {
+        write_file(path, &map_csv(&cloud, &comparison))?;
+        text.push_str(&format!("deviations → {}\n", path.display()));
+    }
+    let mut json = comparison_json(&comparison);
+    json["cloud"] = json!(args.cloud);
+    json["part"] = json!(args.part);
+    json["map"] = json!(args.map);
+    json["calibration_id"] = json!(calibration.map(|calibration| calibration.id));
+    Ok(Answer { text, json, exit: comparison.verdict.map_or(Exit::Done, exit_of_part) })
+}
+
+fn alignment(args: &CompareArgs) -> Result<AlignTo, Failure> {
+    let plan = args.plan.as_deref().map(|path: &Path| read_plan(path).map(Box::new)).transpose()?;
+    Ok(match (plan, args.best_fit) {
+        (Some(plan), true) => AlignTo::DatumsThenSurface(plan),
+        (Some(plan), false) => AlignTo::Datums(plan),
+        (None, _) => AlignTo::Surface { start: start(args.start.as_deref()) },
+    })
+}
+
+/// Where the part's origin lies in the scan, and how it is turned; the two frames are one if nothing is said.
+fn start(numbers: Option<&[f64]>) -> Rigid<DatumFrame, PartFrame> {
+    let at = |idx: usize| numbers.map_or(0.0, |numbers| numbers[idx]);
+    let turn = Rotation3::from_euler_angles(at(3).to_radians(), at(4).to_radians(), at(5).to_radians());
+    Rigid::<PartFrame, DatumFrame>::new(turn, Vector3::new(at(0), at(1), at(2))).inverse()
+}
+
+fn map_csv(cloud: &Cloud, comparison: &Comparison) -> Vec<u8> {
+    let mut csv = b"x_mm,y_mm,z_mm,deviation_mm,u_mm\n".to_vec();
+    let deviations = comparison.deviations_mm.iter().zip(&comparison.u_mm);
+    for (point, (deviation_mm, u_mm)) in cloud.points.iter().zip(deviations).filter(|(_, (d, _))| d.is_finite()) {
+        // Writing to memory does not fail.
+        let _ = writeln!(csv, "{},{},{},{deviation_mm},{u_mm}", point.x_mm, point.y_mm, point.z_mm);
+    }
+    csv
+}

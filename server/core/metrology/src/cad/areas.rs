@@ -1,0 +1,70 @@
+//! The nominal surface in cells, so that places count by their area and not by how many points fell on them.
+
+use std::collections::HashMap;
+
+use nalgebra::Vector3;
+
+use crate::cad::nominal::Nominal;
+
+/// Samples of the surface per side of a cell: its area is then known to some percent.
+const SAMPLES_PER_SIDE: f64 = 3.0;
+
+/// Most samples of a surface; larger cells beyond.
+const MAX_SAMPLES: f64 = 2e6;
+
+/// A cell of the surface.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Cell {
+    pub(crate) area_mm2: f64,
+    pub(crate) n_points: usize,
+}
+
+/// Cells of a grid that the surface passes through.
+pub(crate) struct Cells {
+    pub(crate) side_mm: f64,
+    idx_of: HashMap<[i32; 3], u32>,
+    pub(crate) cells: Vec<Cell>,
+}
+
+impl Cells {
+    /// Cells of about `side_mm`.
+    pub(crate) fn new(nominal: &Nominal, side_mm: f64) -> Self {
+        let most = (nominal.area_mm2 * SAMPLES_PER_SIDE * SAMPLES_PER_SIDE / MAX_SAMPLES).sqrt();
+        let mut cells = Self { side_mm: side_mm.max(most), idx_of: HashMap::new(), cells: Vec::new() };
+        let of_sample = (cells.side_mm / SAMPLES_PER_SIDE).powi(2);
+        for facet in &nominal.facets {
+            let area = facet.area_mm2();
+            let n = (area / of_sample).ceil().max(1.0);
+            let [a, b, c] = facet.corners;
+            for k in 0..n as usize {
+                // A sequence that fills the square evenly, folded onto the triangle.
+                let (mut s, mut t) =
+                    ((0.5 + 0.754_877_67 * k as f64).fract(), (0.5 + 0.569_840_29 * k as f64).fract());
+                if s + t > 1.0 {
+                    (s, t) = (1.0 - s, 1.0 - t);
+                }
+                let idx = cells.place(&(a + (b - a) * s + (c - a) * t));
+                cells.cells[idx as usize].area_mm2 += area / n;
+            }
+        }
+        cells
+    }
+
+    fn key(&self, at: &Vector3<f64>) -> [i32; 3] {
+        [0, 1, 2].map(|axis| (at[axis] / self.side_mm).floor() as i32)
+    }
+
+    fn place(&mut self, at: &Vector3<f64>) -> u32 {
+        let key = self.key(at);
+        let cells = &mut self.cells;
+        *self.idx_of.entry(key).or_insert_with(|| {
+            cells.push(Cell::default());
+            (cells.len() - 1) as u32
+        })
+    }
+
+    /// The cell of a place of the surface; one that no sample has met has no area.
+    pub(crate) fn of(&self, at: &Vector3<f64>) -> Option<u32> {
+        self.idx_of.get(&self.key(at)).copied()
+    }
+}

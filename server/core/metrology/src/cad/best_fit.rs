@@ -1,0 +1,206 @@
+//! The pose that brings a scan nearest to its nominal surface, with what the points do not hold of it.
+//!
+//! Point-to-plane: residuals along the normal, each with the σ of its point along it (eq. 14–16 of
+//! `docs/maths/metrology.md`), damped by Cauchy's weight so that a dent does not tilt the part.
+
+use nalgebra::{Matrix6, Rotation3, SymmetricEigen, Vector3, Vector6};
+use optics::{PartFrame, Rigid};
+use rayon::prelude::*;
+use statistics::median;
+
+use crate::cad::comparison::CompareError;
+use crate::cad::nominal::Nominal;
+use crate::evaluation::alignment::DatumFrame;
+use crate::fitting::robust::SIGMA_PER_MAD;
+use crate::params::{BEST_FIT_LOCK_RATIO, BEST_FIT_MIN_POINTS, CAUCHY_SIGMAS, MIN_COSINE};
+
+/// Steps of the fit; each finds the nearest places anew.
+const MAX_STEPS: usize = 80;
+
+/// A step that moves no point by more than this ends the fit, mm.
+const STEP_TOLERANCE_MM: f64 = 1e-5;
+
+/// The reach shrinks by this factor a step, from what catches to what counts.
+const REACH_SHRINK: f64 = 0.75;
+
+/// A point of the fit.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct FitPoint {
+    pub(crate) at: Vector3<f64>,
+    pub(crate) ray: Vector3<f64>,
+    pub(crate) sigma_mm: f64,
+}
+
+/// A residual with its slopes: shift (mm) and turn about the middle (mm at the distance `lever_mm`).
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Row {
+    pub(crate) slopes: Vector6<f64>,
+    pub(crate) normal: Vector3<f64>,
+    pub(crate) residual_mm: f64,
+    pub(crate) sigma_mm: f64,
+    pub(crate) weight: f64,
+}
+
+/// A fitted pose.
+pub(crate) struct BestFit {
+    pub(crate) pose: Rigid<DatumFrame, PartFrame>,
+    /// H⁻¹ without what is locked.
+    pub(crate) inverse: Matrix6<f64>,
+    /// Residuals over predicted noise.
+    pub(crate) ratio: f64,
+    pub(crate) rms_mm: f64,
+    /// Freedoms that the points do not hold, in words.
+    pub(crate) locked: Vec<String>,
+}
+
+/// Slopes of a distance along `normal` at a place, for a motion about `middle`.
+pub(crate) fn slopes(
+    at: &Vector3<f64>,
+    normal: &Vector3<f64>,
+    middle: &Vector3<f64>,
+    lever_mm: f64,
+) -> Vector6<f64> {
+    let turn = (at - middle).cross(normal) / lever_mm;
+    Vector6::new(normal.x, normal.y, normal.z, turn.x, turn.y, turn.z)
+}
+
+/// The rows of all points that have a place within reach.
+pub(crate) fn rows(
+    nominal: &Nominal,
+    points: &[FitPoint],
+    pose: &Rigid<DatumFrame, PartFrame>,
+    (middle, lever_mm): (&Vector3<f64>, f64),
+    reach_mm: f64,
+) -> Vec<Option<Row>> {
+    let of = |point: &FitPoint| {
+        let at = pose.rotation * point.at + pose.translation_mm;
+        let ray = pose.rotation * point.ray;
+        let nearest = nominal.nearest(&at, &ray, reach_mm * reach_mm, None)?;
+        nominal.normal(&nearest)?;
+        let normal = nominal.facets[nearest.facet as usize].normal;
+        Some(Row {
+            slopes: slopes(&at, &normal, middle, lever_mm),
+            normal,
+            residual_mm: normal.dot(&(at - nearest.at)),
+            sigma_mm: point.sigma_mm * ray.dot(&normal).abs().max(MIN_COSINE),
+            weight: 0.0,
+        })
+    };
+    let mut rows: Vec<Option<Row>> = points.par_iter().map(of).collect();
+    let scale = scale(&rows);
+    for row in rows.iter_mut().flatten() {
+        let share = row.residual_mm / (CAUCHY_SIGMAS * scale * row.sigma_mm);
+        row.weight = 1.0 / (row.sigma_mm * row.sigma_mm * (1.0 + share * share));
+    }
+    rows
+}
+
+/// Robust ratio of residuals to predicted noise, at least 1.
+fn scale(rows: &[Option<Row>]) -> f64 {
+    let mut normalised: Vec<f64> =
+        rows.iter().flatten().map(|row| (row.residual_mm / row.sigma_mm).abs()).collect();
+    (SIGMA_PER_MAD * median(&mut normalised).unwrap_or(1.0)).max(1.0)
+}
+
+/// Brings points to the surface from a pose that is near. `tolerance_mm`: a freedom that is known worse than to a tenth of
+/// it is locked, as is one that the points hold far worse than others.
+///
+/// # Errors
+/// [`CompareError::NoOverlap`], [`CompareError::NotConverged`].
+pub(crate) fn best_fit(
+    nominal: &Nominal,
+    points: &[FitPoint],
+    start: &Rigid<DatumFrame, PartFrame>,
+    (capture_mm, reach_mm): (f64, f64),
+    tolerance_mm: Option<f64>,
+) -> Result<BestFit, CompareError> {
+    let mut pose = *start;
+    let mut reach = capture_mm.max(reach_mm);
+    for _ in 0..MAX_STEPS {
+        let (middle, lever_mm) = middle(points, &pose);
+        let rows = rows(nominal, points, &pose, (&middle, lever_mm), reach);
+        let n_points = rows.iter().flatten().count();
+        if n_points < BEST_FIT_MIN_POINTS {
+            return Err(CompareError::NoOverlap { n_points, reach_mm: reach });
+        }
+        let (hessian, gradient) = normal_equations(&rows);
+        let held = held(&hessian, scale(&rows), tolerance_mm);
+        let step = -(held.inverse * gradient);
+        pose = moved(&pose, &step, &middle, lever_mm);
+        let is_whole = reach <= reach_mm;
+        reach = (reach * REACH_SHRINK).max(reach_mm);
+        if is_whole && step.norm() <= STEP_TOLERANCE_MM {
+            let square: f64 = rows.iter().flatten().map(|row| row.residual_mm * row.residual_mm).sum();
+            return Ok(BestFit {
+                pose,
+                inverse: held.inverse,
+                ratio: scale(&rows),
+                rms_mm: (square / n_points as f64).sqrt(),
+                locked: held.locked,
+            });
+        }
+    }
+    Err(CompareError::NotConverged)
+}
+
+/// Middle of the points in the datum frame, and their RMS distance from it.
+pub(crate) fn middle(points: &[FitPoint], pose: &Rigid<DatumFrame, PartFrame>) -> (Vector3<f64>, f64) {
+    let n = points.len().max(1) as f64;
+    let in_part = points.iter().map(|point| point.at).sum::<Vector3<f64>>() / n;
+    let square = points.iter().map(|point| (point.at - in_part).norm_squared()).sum::<f64>() / n;
+    (pose.rotation * in_part + pose.translation_mm, square.sqrt().max(f64::MIN_POSITIVE))
+}
+
+/// A pose moved by shift and turn about a middle.
+pub(crate) fn moved(
+    pose: &Rigid<DatumFrame, PartFrame>,
+    step: &Vector6<f64>,
+    middle: &Vector3<f64>,
+    lever_mm: f64,
+) -> Rigid<DatumFrame, PartFrame> {
+    let turn = Rotation3::new(Vector3::new(step[3], step[4], step[5]) / lever_mm);
+    let shift = Vector3::new(step[0], step[1], step[2]);
+    Rigid::new(turn * pose.rotation, turn * (pose.translation_mm - middle) + middle + shift)
+}
+
+pub(crate) fn normal_equations(rows: &[Option<Row>]) -> (Matrix6<f64>, Vector6<f64>) {
+    let start = (Matrix6::zeros(), Vector6::zeros());
+    rows.iter().flatten().fold(start, |(hessian, gradient), row| {
+        (
+            hessian + row.slopes * row.slopes.transpose() * row.weight,
+            gradient + row.slopes * (row.weight * row.residual_mm),
+        )
+    })
+}
+
+struct Held {
+    inverse: Matrix6<f64>,
+    locked: Vec<String>,
+}
+
+/// H⁻¹ of the freedoms that the points hold.
+fn held(hessian: &Matrix6<f64>, ratio: f64, tolerance_mm: Option<f64>) -> Held {
+    let SymmetricEigen { eigenvalues, eigenvectors } = hessian.symmetric_eigen();
+    let least = BEST_FIT_LOCK_RATIO * eigenvalues.max();
+    let mut held = Held { inverse: Matrix6::zeros(), locked: Vec::new() };
+    for k in 0..6 {
+        let (value, vector) = (eigenvalues[k], eigenvectors.column(k).into_owned());
+        let sigma_mm = ratio / value.max(f64::MIN_POSITIVE).sqrt();
+        if value > least && tolerance_mm.is_none_or(|tolerance_mm| sigma_mm <= tolerance_mm / 10.0) {
+            held.inverse += vector * vector.transpose() / value;
+        } else {
+            held.locked.push(freedom(&vector));
+        }
+    }
+    held
+}
+
+/// A motion in words.
+fn freedom(motion: &Vector6<f64>) -> String {
+    let (shift, turn) = (motion.fixed_rows::<3>(0).into_owned(), motion.fixed_rows::<3>(3).into_owned());
+    let words = |what: &str, v: Vector3<f64>| {
+        let v = v.normalize();
+        format!("{what} ({:.2}, {:.2}, {:.2})", v.x, v.y, v.z)
+    };
+    if shift.norm() >= turn.norm() { words("a shift along", shift) } else { words("a turn about", turn) }
+}

@@ -1,0 +1,150 @@
+//! A cloud against the surface its part should have.
+
+use nalgebra::Vector3;
+use optics::{Calibration, PartFrame, Rigid};
+use rayon::prelude::*;
+use scanning::Cloud;
+
+use crate::cad::areas::Cells;
+use crate::cad::best_fit::{self, FitPoint, best_fit};
+use crate::cad::budget::{Budget, Motion, Shared, budget, fit_point};
+use crate::cad::comparison::{AlignTo, CompareError, CompareRequest, Comparison};
+use crate::cad::nominal::Nominal;
+use crate::cad::places::{Compared, places, statistics, verdict, worst};
+use crate::evaluation::alignment::DatumFrame;
+use crate::evaluation::datum_pose::datum_pose;
+use crate::fitting::features::light_in_camera;
+use crate::fitting::sample::{Samples, thinned};
+use crate::interface::doubts::Missing;
+use crate::interface::request::MeasureError;
+use crate::measuring::missing::missing;
+use crate::measuring::noise::redundancy;
+use crate::params::{
+    BEST_FIT_POINTS, CELLS_PER_DIAGONAL, MIN_COSINE, MIN_FEATURE_POINTS, USUAL_CAPTURE_SHARE, USUAL_REACH_SHARE,
+};
+
+/// Points looked up one after the other, each from where its neighbour was nearest.
+const CHUNK_POINTS: usize = 4096;
+
+/// Compares a cloud with a nominal surface.
+///
+/// `calibration`: the one the scan was made with; without it no uncertainty is complete, and no verdict is reached.
+/// What a best fit has taken up cannot be seen any more, neither in the deviations nor in their uncertainty.
+///
+/// # Errors
+/// [`CompareError`].
+pub fn compare(
+    cloud: &Cloud,
+    calibration: Option<&Calibration>,
+    nominal: &Nominal,
+    request: &CompareRequest,
+) -> Result<Comparison, CompareError> {
+    let samples = Samples::from_cloud(cloud, request.region.as_ref(), calibration.and_then(light_in_camera));
+    if samples.len() < MIN_FEATURE_POINTS {
+        let error = MeasureError::TooFewPoints { needed: MIN_FEATURE_POINTS, got: samples.len() };
+        return Err(error.into());
+    }
+    let reach_mm = request.reach_mm.unwrap_or(USUAL_REACH_SHARE * nominal.diagonal_mm);
+    let capture_mm = request.capture_mm.unwrap_or(USUAL_CAPTURE_SHARE * nominal.diagonal_mm);
+    let all = samples.indices();
+    let (few, redundancy) = (thinned(&all, BEST_FIT_POINTS), redundancy(&samples, &all));
+    let fit_points: Vec<FitPoint> = few.iter().map(|idx| fit_point(&samples, *idx)).collect();
+    let datums = match &request.align {
+        AlignTo::Surface { .. } => None,
+        AlignTo::Datums(plan) | AlignTo::DatumsThenSurface(plan) => Some(datum_pose(plan, cloud, calibration)?),
+    };
+    let fit = match (&request.align, &datums) {
+        (AlignTo::Datums(_), _) => None,
+        (AlignTo::Surface { start }, _) => Some(*start),
+        (AlignTo::DatumsThenSurface(_), datums) => datums.as_ref().map(|datums| datums.pose),
+    };
+    let fit = fit
+        .map(|start| best_fit(nominal, &fit_points, &start, (capture_mm, reach_mm), request.tolerance_mm))
+        .transpose()?;
+    let pose = fit.as_ref().map(|fit| fit.pose).or(datums.as_ref().map(|datums| datums.pose));
+    let pose = pose.unwrap_or_else(|| Rigid::new(nalgebra::Rotation3::identity(), Vector3::zeros()));
+
+    let mut cells = Cells::new(nominal, nominal.diagonal_mm / CELLS_PER_DIAGONAL);
+    let compared = compared(&samples, nominal, &cells, &pose, reach_mm);
+    if compared.is_empty() {
+        return Err(CompareError::NoOverlap { n_points: 0, reach_mm });
+    }
+    let (middle, lever_mm) = best_fit::middle(&fit_points, &pose);
+    let motion = Motion { fit: fit.as_ref(), datums: datums.as_ref(), pose, middle, lever_mm };
+    let shared = Shared::new(&samples, nominal, calibration, &motion, reach_mm)?;
+    let of_pose = motion.covariance(redundancy, few.len(), all.len());
+    let budget = |point: &Compared| budget(&samples, nominal, &motion, &shared, &of_pose, point);
+    let budgets: Vec<Budget> = compared.par_iter().map(budget).collect();
+
+    let places = places(&mut cells, &compared, &budgets, redundancy);
+    let mut missing = missing(&samples, calibration, true);
+    if shared.has_failed {
+        missing.push(Missing::CalibrationModes);
+    }
+    let mut deviations_mm = vec![f32::NAN; cloud.points.len()];
+    let mut u_mm = vec![f32::NAN; cloud.points.len()];
+    for (point, budget) in compared.iter().zip(&budgets) {
+        let idx = samples.cloud_idx(point.sample) as usize;
+        (deviations_mm[idx], u_mm[idx]) = (point.deviation_mm, budget.noise_mm.hypot(budget.shared_mm));
+    }
+    let statistics = statistics(nominal, &cells, &compared, &places, request.tolerance_mm, samples.len());
+    let verdict = request.tolerance_mm.map(|tolerance_mm| verdict(&places, tolerance_mm, missing.is_empty()));
+    let mut notes = Vec::new();
+    if fit.is_some() {
+        notes.push(
+            "aligned by all points: what a best fit has taken up does not show in the deviations".to_owned(),
+        );
+    }
+    let locked = fit.as_ref().map_or_else(Vec::new, |fit| fit.locked.clone());
+    notes.extend(locked.iter().map(|freedom| format!("the points do not hold {freedom}; it was left as it was")));
+    notes.extend(missing.iter().map(|missing| format!("U is incomplete: it lacks {missing}")));
+    Ok(Comparison {
+        datum_from_part: pose,
+        locked,
+        fit_rms_mm: fit.as_ref().map(|fit| fit.rms_mm),
+        worst: worst(&places, cells.side_mm),
+        statistics,
+        deviations_mm,
+        u_mm,
+        tolerance_mm: request.tolerance_mm,
+        missing,
+        verdict,
+        notes,
+    })
+}
+
+/// All points with a place within reach that is not on a free edge, in the order of the cloud.
+fn compared(
+    samples: &Samples,
+    nominal: &Nominal,
+    cells: &Cells,
+    pose: &Rigid<DatumFrame, PartFrame>,
+    reach_mm: f64,
+) -> Vec<Compared> {
+    let of_chunk = |chunk: usize| {
+        let end = ((chunk + 1) * CHUNK_POINTS).min(samples.len());
+        let mut guess = None;
+        let mut compared = Vec::with_capacity(CHUNK_POINTS);
+        for idx in (chunk * CHUNK_POINTS) as u32..end as u32 {
+            let sample = samples.at(idx);
+            let at = pose.rotation * sample.in_part.xyz + pose.translation_mm;
+            let ray = pose.rotation * sample.ray;
+            let Some(nearest) = nominal.nearest(&at, &ray, reach_mm * reach_mm, guess) else { continue };
+            guess = Some(nearest.facet);
+            let Some(normal) = nominal.normal(&nearest) else { continue };
+            let way = at - nearest.at;
+            compared.push(Compared {
+                sample: idx,
+                facet: nearest.facet,
+                cell: cells.of(&nearest.at),
+                deviation_mm: way.norm().copysign(normal.dot(&way)) as f32,
+                cosine: ray.dot(&nominal.facets[nearest.facet as usize].normal).abs().max(MIN_COSINE) as f32,
+                at: nearest.at.cast(),
+            });
+        }
+        compared
+    };
+    let chunks: Vec<Vec<Compared>> =
+        (0..samples.len().div_ceil(CHUNK_POINTS)).into_par_iter().map(of_chunk).collect();
+    chunks.concat()
+}

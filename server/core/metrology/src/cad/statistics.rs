@@ -1,0 +1,62 @@
+//! Deviations summed up by area.
+
+/// Deviations of the covered surface, every place by its area.
+#[derive(Debug, Clone, PartialEq)]
+pub struct DeviationStatistics {
+    /// Points that were compared.
+    pub n_points: usize,
+    /// Points with nothing of the surface within reach, or beyond a free edge.
+    pub n_beyond: usize,
+    /// Mean, mm.
+    pub mean_mm: f64,
+    /// Root of the mean square, mm.
+    pub rms_mm: f64,
+    /// Standard deviation, mm.
+    pub std_mm: f64,
+    /// Lowest and highest of single points, mm.
+    pub range_mm: [f64; 2],
+    /// 2.5 %, 50 %, 97.5 % of the area lie below, mm.
+    pub percentiles_mm: [f64; 3],
+    /// Area of the whole surface, mm².
+    pub area_mm2: f64,
+    /// Area that points were seen on, mm².
+    pub covered_mm2: f64,
+    /// Area of cells whose mean is out of tolerance, mm², if there is one.
+    pub out_of_tolerance_mm2: Option<f64>,
+    /// The same beyond doubt: by more than U.
+    pub surely_out_of_tolerance_mm2: Option<f64>,
+}
+
+/// A place that is far off.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct WorstPlace {
+    /// Where on the surface, datum frame, mm.
+    pub at_mm: [f64; 3],
+    /// Mean deviation of the cell there, mm; positive outside of the surface.
+    pub deviation_mm: f64,
+    /// Its expanded uncertainty, mm.
+    pub expanded_uncertainty_mm: f64,
+    /// Points in the cell.
+    pub n_points: usize,
+}
+
+/// Mean, RMS and percentiles of deviations with weights.
+pub(crate) fn weighted(deviations: &mut [(f32, f32)]) -> ([f64; 3], [f64; 3]) {
+    let sum =
+        |of: &dyn Fn(f64) -> f64| deviations.iter().map(|(d, w)| f64::from(*w) * of(f64::from(*d))).sum::<f64>();
+    let total = sum(&|_| 1.0);
+    let (mean, square) = (sum(&|d| d) / total, sum(&|d| d * d) / total);
+    let std = (square - mean * mean).max(0.0).sqrt();
+    rayon::slice::ParallelSliceMut::par_sort_unstable_by(deviations, |a, b| a.0.total_cmp(&b.0));
+    let mut percentiles = [f64::NAN; 3];
+    let mut below = 0.0;
+    for (d, w) in deviations.iter() {
+        below += f64::from(*w);
+        for (percentile, share) in percentiles.iter_mut().zip([0.025, 0.5, 0.975]) {
+            if percentile.is_nan() && below >= share * total {
+                *percentile = f64::from(*d);
+            }
+        }
+    }
+    ([mean, square.sqrt(), std], percentiles)
+}

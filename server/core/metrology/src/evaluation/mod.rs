@@ -1,0 +1,15 @@
+//! From a cloud and a plan to characteristics with their uncertainty.
+
+pub(crate) mod alignment;
+pub(crate) mod chain;
+pub(crate) mod datum_pose;
+pub(crate) mod evaluate;
+pub(crate) mod fitted;
+pub(crate) mod forms;
+pub(crate) mod geometry;
+pub(crate) mod judge;
+pub(crate) mod result;
+pub(crate) mod rims;
+pub(crate) mod select;
+pub(crate) mod uncertainty;
+pub(crate) mod values;

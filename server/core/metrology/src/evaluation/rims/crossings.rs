@@ -1,0 +1,196 @@
+//! Where lines of light cross the rim of a plane.
+//!
+//! A line that ends at a rim fades over its blur: a point of it has the share Φ(a/σ) of the full light where the rim is a
+//! away, across the rim (eq. 12 of `docs/maths/metrology.md`), whatever share the extraction still takes for a line. The
+//! point after the last one is lost below that share. A rim that lines cross at a small angle cuts the sheet along its
+//! thickness, where neither height nor light say where the rim is; such crossings are left out later.
+
+use nalgebra::Vector3;
+use statistics::median;
+
+use crate::fitting::features::Found;
+use crate::fitting::robust::normalised_distance;
+use crate::fitting::sample::Samples;
+use crate::measuring::noise::spacing_px;
+use crate::params::{RIM_FULL_LIGHT_POINTS, RIM_GAP_SPACINGS, RIM_MIN_RUN_POINTS, RIM_REACH_LINE_SIGMAS};
+
+/// Points within this many trims of a plane lie on it when its rim is looked for.
+const ON_PLANE_TRIMS: f64 = 2.0;
+
+/// A line that crosses a rim.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Crossing {
+    /// The last point on the plane.
+    pub(crate) sample_idx: u32,
+    /// From that point to the rim, part frame, mm.
+    pub(crate) offset: Vector3<f64>,
+    /// Unit vector along the line, off the plane.
+    pub(crate) outwards: Vector3<f64>,
+    /// Blur of this end along its line (one σ, mm), if two neighbours show it.
+    pub(crate) blur_along_mm: Option<f64>,
+    /// The point with the light nearest to half; `None` if the light did not fall before the point was lost.
+    fading: Option<Fading>,
+}
+
+/// A point that has lost some of its light.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Fading {
+    /// From the last point back to it, mm.
+    back_mm: f64,
+    /// How far inside of the rim it is, in blurs.
+    inside_blurs: f64,
+}
+
+impl Crossing {
+    /// Whether the light says where the rim is.
+    pub(crate) fn has_faded(&self) -> bool {
+        self.fading.is_some()
+    }
+
+    /// The crossing of a rim with the unit normal `across` (in the plane, away from the material) whose blur across is
+    /// `blur_mm`.
+    pub(crate) fn of_rim(&self, across: &Vector3<f64>, blur_mm: f64) -> Self {
+        let Some(Fading { back_mm, inside_blurs }) = self.fading else { return *self };
+        Self { offset: across * (inside_blurs * blur_mm) - self.outwards * back_mm, ..*self }
+    }
+}
+
+/// The ends of lines on a plane, among the candidates. A line that goes on outside of them has no end there.
+pub(crate) fn crossings(samples: &Samples, plane: &Found, candidates: &[u32]) -> Vec<Crossing> {
+    let reach_mm = RIM_REACH_LINE_SIGMAS / 3.0 * samples.border_margin_mm();
+    let is_on_plane = |idx: u32| {
+        let sample = samples.at(idx);
+        normalised_distance(&plane.shape, &sample).abs() <= ON_PLANE_TRIMS * plane.trim
+            || plane.shape.distance_mm(&sample.in_part.xyz).abs() <= reach_mm
+    };
+    let mut spacings: Vec<f64> = candidates
+        .windows(2)
+        .filter(|pair| pair[1] == pair[0] + 1)
+        .filter_map(|pair| spacing_px(samples, pair[0], pair[1]))
+        .collect();
+    let Some(spacing_px) = median(&mut spacings) else { return Vec::new() };
+    let walk = Walk { samples, is_on_plane: &is_on_plane, gap_px: RIM_GAP_SPACINGS * spacing_px };
+    let on_plane = candidates.iter().filter(|idx| is_on_plane(**idx));
+    let ends: Vec<End> = on_plane.flat_map(|idx| [1, -1].map(|step| walk.end(*idx, step))).flatten().collect();
+    ends.iter().map(End::crossing).collect()
+}
+
+/// The end of a line.
+struct End {
+    last: u32,
+    outwards: Vector3<f64>,
+    spacing_mm: f64,
+    /// Share of the full light, from the last point inwards.
+    shares: Vec<f64>,
+}
+
+impl End {
+    /// Blur of this end along the line (one σ, mm), from neighbours that both have a part of the light.
+    fn blur_mm(&self) -> Option<f64> {
+        let pair =
+            self.shares.windows(2).find(|pair| is_fading(pair[0]) && is_fading(pair[1]) && pair[0] < pair[1])?;
+        Some(self.spacing_mm / (quantile(pair[1]) - quantile(pair[0])))
+    }
+
+    /// The crossing as far as the rim's direction is not known yet: half a spacing on, before the point that was lost.
+    fn crossing(&self) -> Crossing {
+        let fading =
+            self.shares.iter().enumerate().take(RIM_MIN_RUN_POINTS).filter(|(_, share)| is_fading(**share));
+        let middle = fading.min_by(|a, b| (a.1 - 0.5).abs().total_cmp(&(b.1 - 0.5).abs()));
+        Crossing {
+            sample_idx: self.last,
+            offset: self.outwards * (self.spacing_mm / 2.0),
+            outwards: self.outwards,
+            blur_along_mm: self.blur_mm(),
+            fading: middle
+                .map(|(k, share)| Fading { back_mm: k as f64 * self.spacing_mm, inside_blurs: quantile(*share) }),
+        }
+    }
+}
+
+/// Whether a share of light says where it was: not nearly all or none of it.
+fn is_fading(share: f64) -> bool {
+    (FADING_SHARE..1.0 - FADING_SHARE).contains(&share)
+}
+
+/// Shares of light nearer to all or nothing than this say little about the place, as the noise counts too much.
+const FADING_SHARE: f64 = 0.05;
+
+/// Quantile of the standard normal distribution between 2.5 % and 97.5 %, good to 1e-8 (Acklam's rational function).
+fn quantile(share: f64) -> f64 {
+    const A: [f64; 6] = [
+        -3.969_683_028_665_376e1,
+        2.209_460_984_245_205e2,
+        -2.759_285_104_469_687e2,
+        1.383_577_518_672_69e2,
+        -3.066_479_806_614_716e1,
+        2.506_628_277_459_239,
+    ];
+    const B: [f64; 6] = [
+        -5.447_609_879_822_406e1,
+        1.615_858_368_580_409e2,
+        -1.556_989_798_598_866e2,
+        6.680_131_188_771_972e1,
+        -1.328_068_155_288_572e1,
+        1.0,
+    ];
+    let q = share - 0.5;
+    let of =
+        |coefficients: &[f64; 6]| coefficients.iter().fold(0.0, |sum, coefficient| sum * (q * q) + coefficient);
+    q * of(&A) / of(&B)
+}
+
+struct Walk<'a> {
+    samples: &'a Samples<'a>,
+    is_on_plane: &'a dyn Fn(u32) -> bool,
+    gap_px: f64,
+}
+
+impl Walk<'_> {
+    /// The next point of the same line on the plane.
+    fn next(&self, idx: u32, step: i64) -> Option<u32> {
+        let next =
+            u32::try_from(i64::from(idx) + step).ok().filter(|next| (*next as usize) < self.samples.len())?;
+        let px = spacing_px(self.samples, idx, next)?;
+        (px <= self.gap_px && (self.is_on_plane)(next)).then_some(next)
+    }
+
+    /// The end at a point that is the last of its line in the direction of `step`.
+    fn end(&self, last: u32, step: i64) -> Option<End> {
+        if self.next(last, step).is_some() {
+            return None;
+        }
+        let mut run = vec![last];
+        while run.len() < RIM_FULL_LIGHT_POINTS.end
+            && let Some(inwards) = self.next(run[run.len() - 1], -step)
+        {
+            run.push(inwards);
+        }
+        if run.len() < RIM_MIN_RUN_POINTS {
+            return None;
+        }
+        let chord = self.samples.position(run[0]) - self.samples.position(run[run.len() - 1]);
+        let light = |k: usize| f64::from(self.samples.point(run[k]).intensity);
+        let further_in = RIM_FULL_LIGHT_POINTS.start.min(run.len() / 2)..run.len();
+        let full = median(&mut further_in.map(light).collect::<Vec<f64>>()).filter(|full| *full > 0.0)?;
+        Some(End {
+            last,
+            outwards: chord.try_normalize(f64::MIN_POSITIVE)?,
+            spacing_mm: chord.norm() / (run.len() - 1) as f64,
+            shares: (0..run.len()).map(|k| light(k) / full).collect(),
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn quantiles_are_those_of_the_normal_distribution() {
+        for (share, expected) in [(0.05, -1.644_853_627), (0.5, 0.0), (0.691_462_461, 0.5), (0.95, 1.644_853_627)]
+        {
+            assert!((quantile(share) - expected).abs() < 1e-7, "{share}: {}", quantile(share));
+        }
+    }
+}

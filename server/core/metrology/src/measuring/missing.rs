@@ -1,0 +1,29 @@
+//! What an uncertainty should hold and the cloud or its calibration does not say (`docs/maths/metrology.md`, table of parts).
+
+use optics::Calibration;
+
+use crate::fitting::sample::Samples;
+use crate::interface::doubts::Missing;
+use crate::measuring::temperature::wavelength_drift;
+
+/// What is missing whatever is measured; `is_along_travel`: whether the stage may have had to carry the part from one place
+/// of the value to another.
+pub(crate) fn missing(
+    samples: &Samples,
+    calibration: Option<&Calibration>,
+    is_along_travel: bool,
+) -> Vec<Missing> {
+    let stage = calibration.and_then(|calibration| calibration.stage);
+    let turntable = stage.and_then(|stage| stage.rotary());
+    let is_straight = stage.and_then(|stage| stage.linear()?.straightness).is_some();
+    let parts = [
+        (!samples.sigma_known, Missing::PointNoise),
+        (calibration.is_none(), Missing::Calibration),
+        (samples.stage.is_none(), Missing::StagePositions),
+        (samples.line_sigma_mm.is_none(), Missing::LineThickness),
+        (calibration.is_some_and(|calibration| wavelength_drift(calibration).is_none()), Missing::Wavelength),
+        (is_along_travel && turntable.is_none() && !is_straight, Missing::StageStraightness),
+        (turntable.is_some_and(|axis| axis.angle_error.is_none()), Missing::StageAngle),
+    ];
+    parts.into_iter().filter(|(is_missing, _)| *is_missing).map(|(_, part)| part).collect()
+}

@@ -1,0 +1,261 @@
+//! What is measured on features, and within which limits.
+
+use std::collections::BTreeMap;
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use crate::interface::measurement::Unit;
+
+/// A characteristic of a part.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Characteristic {
+    /// Its name within the plan, and in every result.
+    pub id: String,
+    /// What is measured.
+    pub measure: Measure,
+    /// The value a length should have, mm. Forms and positions have 0.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub nominal_mm: Option<f64>,
+    /// The value an angle should have, degrees.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub nominal_deg: Option<f64>,
+    /// Smallest permitted deviation from nominal, in the unit of the value; no limit below if null.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub lower: Option<f64>,
+    /// Largest permitted deviation from nominal; no limit above if null.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub upper: Option<f64>,
+    /// Handed on to the result as they are.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub attributes: BTreeMap<String, serde_json::Value>,
+}
+
+/// An axis of the datum frame.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Axis {
+    /// x.
+    X,
+    /// y.
+    Y,
+    /// z.
+    Z,
+}
+
+impl Axis {
+    /// Its place among the coordinates.
+    pub fn idx(self) -> usize {
+        match self {
+            Self::X => 0,
+            Self::Y => 1,
+            Self::Z => 2,
+        }
+    }
+}
+
+/// What is measured; `of`, `from` and the like name features.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(tag = "type", rename_all = "snake_case", deny_unknown_fields)]
+pub enum Measure {
+    /// Two planes: mean of the two distances from the centre of one to the other. Plane and point: along the plane's
+    /// normal, with its sign. Lines and points: the shortest.
+    Distance {
+        /// The first feature.
+        from: String,
+        /// The second.
+        to: String,
+        /// Along this axis of the datum frame, with its sign, instead.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        along: Option<Axis>,
+    },
+    /// Height of the centre of one plane over another, below zero for a pocket.
+    Step {
+        /// The plane measured from.
+        base: String,
+        /// The plane measured.
+        top: String,
+    },
+    /// Between normals of planes and directions of lines, degrees.
+    Angle {
+        /// The first feature.
+        from: String,
+        /// The second.
+        to: String,
+        /// As the turn about this axis of the datum frame, with its sign, instead.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        about: Option<Axis>,
+    },
+    /// Of a sphere, cylinder or circle.
+    Diameter {
+        /// The feature.
+        of: String,
+    },
+    /// Of a sphere, cylinder or circle.
+    Radius {
+        /// The feature.
+        of: String,
+    },
+    /// A coordinate of a point or of a centre in the datum frame.
+    Coordinate {
+        /// The feature.
+        of: String,
+        /// Which coordinate.
+        axis: Axis,
+    },
+    /// Twice the distance of a point or centre from where it should be in the datum frame.
+    Position {
+        /// The feature.
+        of: String,
+        /// Where it should be, mm; null along an axis that does not count.
+        at_mm: [Option<f64>; 3],
+    },
+    /// Range of a plane's points along the normal of another plane.
+    Parallelism {
+        /// The plane judged.
+        of: String,
+        /// The datum.
+        to: String,
+    },
+    /// Range of a plane's points along the direction at right angles to the datum's normal that fits them best.
+    Perpendicularity {
+        /// The plane judged.
+        of: String,
+        /// The datum.
+        to: String,
+    },
+    /// Range of a plane's points about their least-squares plane.
+    Flatness {
+        /// The plane.
+        of: String,
+    },
+    /// Twice the largest distance of a section's points from its nominal contour.
+    Profile {
+        /// The section.
+        of: String,
+    },
+    /// Between two rims along the reference surface and across the seam.
+    Gap {
+        /// The rim it is measured from: an edge, a line, or a cylinder (a rolled edge).
+        from: String,
+        /// The other rim.
+        to: String,
+        /// The reference plane.
+        surface: String,
+    },
+    /// How far one surface stands above another at its rim.
+    Flush {
+        /// The reference plane.
+        reference: String,
+        /// The plane measured.
+        surface: String,
+        /// Its rim at the seam, an edge, a line or a cylinder; without it the centre of its points.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        at: Option<String>,
+    },
+    /// Depth of a groove: from its floor's centre to the line across its shoulders.
+    GrooveDepth {
+        /// The floor.
+        floor: String,
+        /// The planes on both sides.
+        shoulders: [String; 2],
+    },
+    /// Width of a slot.
+    Width {
+        /// The slot.
+        of: String,
+    },
+    /// Length of a slot over both ends.
+    Length {
+        /// The slot.
+        of: String,
+    },
+}
+
+impl Measure {
+    /// Its word in documents and results.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::Distance { .. } => "distance",
+            Self::Step { .. } => "step",
+            Self::Angle { .. } => "angle",
+            Self::Diameter { .. } => "diameter",
+            Self::Radius { .. } => "radius",
+            Self::Coordinate { .. } => "coordinate",
+            Self::Position { .. } => "position",
+            Self::Parallelism { .. } => "parallelism",
+            Self::Perpendicularity { .. } => "perpendicularity",
+            Self::Flatness { .. } => "flatness",
+            Self::Profile { .. } => "profile",
+            Self::Gap { .. } => "gap",
+            Self::Flush { .. } => "flush",
+            Self::GrooveDepth { .. } => "groove_depth",
+            Self::Width { .. } => "width",
+            Self::Length { .. } => "length",
+        }
+    }
+
+    /// The unit of its value.
+    pub fn unit(&self) -> Unit {
+        if matches!(self, Self::Angle { .. }) { Unit::Degree } else { Unit::Mm }
+    }
+
+    /// The features it is measured on.
+    pub fn features(&self) -> Vec<&str> {
+        match self {
+            Self::Distance { from, to, .. } | Self::Angle { from, to, .. } => vec![from, to],
+            Self::Step { base, top } => vec![base, top],
+            Self::Diameter { of }
+            | Self::Radius { of }
+            | Self::Coordinate { of, .. }
+            | Self::Position { of, .. }
+            | Self::Flatness { of }
+            | Self::Profile { of }
+            | Self::Width { of }
+            | Self::Length { of } => vec![of],
+            Self::Parallelism { of, to } | Self::Perpendicularity { of, to } => vec![of, to],
+            Self::Gap { from, to, surface } => vec![from, to, surface],
+            Self::Flush { reference, surface, at } => {
+                [reference, surface].into_iter().chain(at).map(|id| &**id).collect()
+            }
+            Self::GrooveDepth { floor, shoulders } => vec![floor, &shoulders[0], &shoulders[1]],
+        }
+    }
+
+    /// Whether its value depends on the datum frame.
+    pub fn is_in_part_frame(&self) -> bool {
+        matches!(
+            self,
+            Self::Distance { along: Some(_), .. }
+                | Self::Angle { about: Some(_), .. }
+                | Self::Coordinate { .. }
+                | Self::Position { .. }
+                | Self::Profile { .. }
+        )
+    }
+
+    /// Whether its value is a length between places that the stage may have had to carry into the light.
+    pub fn is_between_places(&self) -> bool {
+        matches!(
+            self,
+            Self::Distance { .. }
+                | Self::Coordinate { .. }
+                | Self::Position { .. }
+                | Self::Gap { .. }
+                | Self::Length { .. }
+        )
+    }
+
+    /// Whether its value is how far something is from what it should be: nominal 0, never below, judged from above.
+    pub fn is_deviation(&self) -> bool {
+        matches!(
+            self,
+            Self::Position { .. }
+                | Self::Parallelism { .. }
+                | Self::Perpendicularity { .. }
+                | Self::Flatness { .. }
+                | Self::Profile { .. }
+        )
+    }
+}
