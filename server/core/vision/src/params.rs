@@ -44,6 +44,20 @@ pub const LEVEL_LEAST_LENGTH_WIDTHS: f32 = 2.5;
 /// Excess of a measured width's square over the square of the line's width along the column, rows² of the level: the
 /// height is the mean of three rows, which is less than the line's (3 to 5 px: 4.4 to 4.7).
 pub const LEVEL_MEASURED_PX2: f32 = 4.4;
+/// Columns over which a line of a coarser level is tested for being two: enough to average speckle.
+pub const DOUBLE_COLUMNS: usize = 256;
+/// Columns whose mean counts once: speckle is shared by no more.
+pub const DOUBLE_BLOCK_COLUMNS: usize = 4;
+/// Fewest of them: a scatter is known to a quarter then.
+pub const DOUBLE_LEAST_BLOCKS: usize = 8;
+/// Rows on either side that are tested, in widths of the coarse line: two tops lie within half of it.
+pub const DOUBLE_REACH_WIDTHS: f32 = 0.75;
+/// Rows that are averaged against speckle, in widths of the coarse line.
+pub const DOUBLE_SMOOTH_WIDTHS: f32 = 0.12;
+/// Depth of the valley, of the lower top: two bells a width apart have 6 %, averaged over rows less.
+pub const DOUBLE_DIP: f32 = 0.03;
+/// The same in standard deviations, for both tops.
+pub const DOUBLE_SIGMAS: f32 = 4.5;
 /// Rows lit by a line, in its widths: a Gaussian profile does not exceed the noise over more.
 pub const LEVEL_LIT_WIDTHS: f32 = 3.0;
 /// Rows of the level that cells and their margins add to that.

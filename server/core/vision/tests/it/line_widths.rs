@@ -9,7 +9,7 @@ use rand_pcg::Pcg64Mcg;
 use vision::{CentrelineParams, Centrelines, GreyImage, Pixels, find_centrelines};
 
 const WIDTH: usize = 1024;
-const HEIGHT: usize = 768;
+pub const HEIGHT: usize = 768;
 /// Grey levels of the background, of a line's middle, and of the noise.
 const DARK: f64 = 8.0;
 const BRIGHT: f64 = 140.0;
@@ -18,7 +18,7 @@ const NOISE: f64 = 2.0;
 const SPECKLE: f64 = 0.28;
 
 /// A line across the picture.
-struct Line {
+pub struct Line {
     /// Row of the middle by column, and its slope.
     row: Box<dyn Fn(f64, f64) -> (f64, f64)>,
     /// A second parameter of the row.
@@ -26,18 +26,18 @@ struct Line {
     /// Full width at half height across the line by column, px.
     fwhm: Box<dyn Fn(f64) -> f64>,
     /// Columns in which the line exists.
-    columns: std::ops::Range<usize>,
+    pub columns: std::ops::Range<usize>,
 }
 
 fn level(u: f64, at: f64) -> (f64, f64) {
     (at + 0.01 * u, 0.01)
 }
 
-fn line(at: f64, fwhm: impl Fn(f64) -> f64 + 'static) -> Line {
+pub fn line(at: f64, fwhm: impl Fn(f64) -> f64 + 'static) -> Line {
     Line { row: Box::new(level), at, fwhm: Box::new(fwhm), columns: 0..WIDTH }
 }
 
-fn picture(lines: &[Line], seed: u64) -> GreyImage {
+pub fn picture(lines: &[Line], seed: u64) -> GreyImage {
     picture_of(lines, HEIGHT, seed)
 }
 
@@ -89,13 +89,13 @@ fn speckle(rng: &mut Pcg64Mcg, height: usize) -> Vec<f64> {
 
 /// Detection results for one line.
 #[derive(Debug)]
-struct Found {
+pub struct Found {
     /// Fraction of the columns with a point.
-    share: f64,
+    pub share: f64,
     /// Columns with more than one point.
     twice: usize,
     /// RMS of the error over σ.
-    rms_sigmas: f64,
+    pub rms_sigmas: f64,
     /// Median of detected over true width.
     width: f64,
     /// Columns with a point, and all columns, by slope: from 0°, 15° … 75° on.
@@ -103,7 +103,7 @@ struct Found {
 }
 
 /// Points within half a width of the line are assigned to it.
-fn found(lines: &Centrelines, line: &Line, height: usize) -> Found {
+pub fn found(lines: &Centrelines, line: &Line, height: usize) -> Found {
     let (mut n, mut n_found, mut twice) = (0, 0, 0usize);
     let (mut sigmas, mut widths) = (0.0, Vec::new());
     let mut by_slope = [[0; 2]; 6];

@@ -5,3 +5,4 @@
 mod centreline_rig;
 mod circles;
 mod line_widths;
+mod touching;

@@ -66,6 +66,20 @@ fn peaks_come_back_to_the_last_bit() {
 }
 
 #[test]
+fn the_lines_of_a_cross_keep_their_directions() {
+    let header = PeaksHeader { line_direction: LineDirection::Rows, ..HEADER };
+    let of = |line: i8, direction| {
+        let mut frame = frame(0, 5);
+        (frame.centrelines.lit_line, frame.centrelines.direction) = (Some(line), direction);
+        frame
+    };
+    let frames = [of(0, LineDirection::Rows), of(1, LineDirection::Columns)];
+    let mut writer = PeaksWriter::begin(Vec::new(), &header).unwrap();
+    frames.iter().for_each(|frame| writer.add(frame, None).unwrap());
+    assert_eq!(read_peaks(Cursor::new(writer.finish().unwrap())).unwrap().frames, frames);
+}
+
+#[test]
 fn the_bytes_are_those_of_the_table_in_the_documentation() {
     let bytes = written(&[frame(1, 1)]);
     assert_eq!(&bytes[..32], b"sheaf-peaks/2\n\0\0\x00\x05\0\0\x00\x04\0\0\x01\0\0\0\0\0\0\0");

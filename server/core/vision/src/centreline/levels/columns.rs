@@ -103,13 +103,19 @@ impl Columns {
     }
 
     /// `lines`, found so far, merged with those of a coarser level; every crossing once, from the level in whose band
-    /// its width lies.
-    pub fn merged(&self, lines: Vec<Line>, coarse: Vec<Line>, base_px: f32) -> Vec<Line> {
+    /// its width lies. `single`: the parts of a coarse line that are one line.
+    pub fn merged(
+        &self,
+        lines: Vec<Line>,
+        coarse: Vec<Line>,
+        base_px: f32,
+        single: impl Fn(Line) -> Vec<Line>,
+    ) -> Vec<Line> {
         let mut gone = Vec::new();
         let mut added = Vec::new();
         let is_own =
             |mark: &Mark| mark.spot().fit(base_px) > LEVEL_NARROWEST && mark.point.width_px <= LEVEL_WIDEST_PX;
-        for line in coarse.into_iter().flat_map(|line| kept(line, is_own)) {
+        for line in coarse.into_iter().flat_map(|line| kept(line, is_own)).flat_map(single) {
             let near = |mark: &Mark| -> Vec<&Spot> {
                 let spot = mark.spot();
                 self.spots[mark.point.u_px as usize].iter().filter(|other| other.is_near(&spot)).collect()

@@ -6,6 +6,7 @@
 
 mod bins;
 mod columns;
+mod doubles;
 mod marks;
 
 use super::fast::{self, Memory};
@@ -13,6 +14,7 @@ use super::view::{Level, View};
 use super::{Centrelines, LineDirection, Segment};
 use bins::{binned, unbin};
 use columns::Columns;
+use doubles::without_doubles;
 use marks::{Line, as_lines, without};
 
 /// Searches for wide lines; its memory is reused from image to image.
@@ -52,7 +54,7 @@ impl Levels {
             let coarse = as_lines(&self.coarse, rows as f32);
             correlation.add(self.coarse.correlation_px, &coarse);
             self.columns.take(&lines, view.width);
-            lines = self.columns.merged(lines, coarse, base_px);
+            lines = self.columns.merged(lines, coarse, base_px, |line| without_doubles(line, view));
             self.columns.take(&lines, view.width);
             is_light_left = self.columns.leave_light(self.memory.strips(), rows, base_px);
             shift += 1;
