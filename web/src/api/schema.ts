@@ -4884,16 +4884,16 @@ export interface components {
              * @description Angle of a rotary stage as read back; absent if unknown.
              */
             angle_deg?: number | null;
-            /** @description Whether it answers. */
+            /** @description Whether the device is connected. */
             connected: boolean;
             /**
              * @description Whether it cannot be commanded and its position is that of the latest frame, as for a recording, or a conveyor
              *     whose encoder triggers the camera: continuous scans then take the frames as they arrive, one resolution apart.
              */
             follows_frames: boolean;
-            /** @description Whether its zero is established. */
+            /** @description Whether it is homed. */
             homed: boolean;
-            /** @description Which one. */
+            /** @description Vendor, model and serial number. */
             identity: components["schemas"]["IdentityDto"];
             /** @description Whether it is linear or rotary; fields in the unit of the other kind are absent. */
             kind: components["schemas"]["StageKindDto"];
@@ -4907,9 +4907,9 @@ export interface components {
              * @description Maximum speed of a linear stage.
              */
             max_speed_mm_s?: number | null;
-            /** @description Whether it moves. */
+            /** @description Whether it is moving. */
             moving: boolean;
-            /** @description Whether it must be homed before it moves. */
+            /** @description Whether it must be homed before it can move. */
             needs_homing: boolean;
             /**
              * Format: double
