@@ -98,7 +98,7 @@ fn triangulate(calibration: &Calibration, row: &PixelRow, pixel_sigma_px: f64) -
 fn warn_missed(missed: &Missed, calibration: &Calibration, reporter: &dyn Reporter) {
     if missed.unknown_order > 0 {
         reporter.warn(&format!(
-            "{} rows have an order that is not in this calibration (it has {:?}); their fields are empty",
+            "rows with an order that is not in this calibration (it has {1:?}), left empty: {0}",
             missed.unknown_order, calibration.orders
         ));
     }

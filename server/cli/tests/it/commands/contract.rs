@@ -79,7 +79,7 @@ fn triangulate_keeps_rows_and_their_order_and_leaves_fields_empty_without_a_hit(
     assert_eq!(lines[2], "77,5,1e2,,,,");
     assert_eq!(lines.len(), 4);
     assert!(lines[1].split(',').all(|field| field.parse::<f64>().is_ok_and(f64::is_finite)), "{text}");
-    assert!(err(&output).contains("1 rows name an order"), "{}", err(&output));
+    assert!(err(&output).contains("left empty: 1"), "{}", err(&output));
 }
 
 #[test]
