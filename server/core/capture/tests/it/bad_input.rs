@@ -416,11 +416,15 @@ fn a_stage_names_the_entry_that_is_missing_or_of_the_other_kind() {
     };
     let rotary = || json!({"kind": "rotary"});
     let cases = [
-        (rotary(), json!({"image": "scan/000.png"}), ["frames[0].angle_deg is missing", "rotary", "state where"]),
+        (
+            rotary(),
+            json!({"image": "scan/000.png"}),
+            ["frames[0].angle_deg is missing", "rotary", "state the stage position"],
+        ),
         (
             json!({}),
             json!({"image": "scan/000.png"}),
-            ["frames[0].position_mm is missing", "linear", "state where"],
+            ["frames[0].position_mm is missing", "linear", "state the stage position"],
         ),
         (
             rotary(),

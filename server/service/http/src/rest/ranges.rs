@@ -9,7 +9,6 @@ use axum::http::{HeaderMap, StatusCode, header};
 use axum::response::{IntoResponse as _, Response};
 use bytes::Bytes;
 use headers::{AcceptRanges, ContentLength, ContentRange, HeaderMapExt as _, IfRange};
-use http_range_header::parse_range_header;
 use store::{ArtifactBytes, ArtifactId};
 
 use crate::problem::{Problem, ProblemKind};
@@ -30,13 +29,26 @@ enum Wanted {
     Nowhere,
 }
 
-/// Parses one range; for several ranges the whole file is returned.
+/// Parses one range; for several ranges the whole file is returned. (The parser of tower-http refuses a suffix longer
+/// than the file and accepts a range of an empty one.)
 fn wanted(range: Option<&str>, size_bytes: u64) -> Wanted {
-    let Some(ranges) = range.and_then(|range| parse_range_header(range).ok()) else { return Wanted::Whole };
-    match ranges.validate(size_bytes).as_deref() {
-        Ok([range]) => Wanted::Part(range.clone()),
-        Ok(_) => Wanted::Whole,
-        Err(_) => Wanted::Nowhere,
+    let Some((first, last)) = range.and_then(|range| range.strip_prefix("bytes=")?.split_once('-')) else {
+        return Wanted::Whole;
+    };
+    let number = |text: &str| text.trim().parse::<u64>();
+    match (first.trim(), last.trim()) {
+        ("", suffix) => match number(suffix) {
+            Ok(0) => Wanted::Nowhere,
+            Ok(_) if size_bytes == 0 => Wanted::Nowhere,
+            Ok(n_bytes) => Wanted::Part(size_bytes.saturating_sub(n_bytes)..=size_bytes - 1),
+            Err(_) => Wanted::Whole,
+        },
+        (first, last) => match (number(first), number(last)) {
+            (Ok(first), _) if first >= size_bytes => Wanted::Nowhere,
+            (Ok(first), Err(_)) if last.is_empty() => Wanted::Part(first..=size_bytes - 1),
+            (Ok(first), Ok(last)) if first <= last => Wanted::Part(first..=last.min(size_bytes - 1)),
+            _ => Wanted::Whole,
+        },
     }
 }
 

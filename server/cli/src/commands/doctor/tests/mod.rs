@@ -334,7 +334,9 @@ fn without_consent_motion_and_laser_stay_off() {
         station: &bench.station,
         wanted: &bench.wanted,
         cancel: &bench.cancel,
-        reporter: &Notes(Box::new(|text| assert!(!text.contains("laser") && !text.contains("stage"), "{text}"))),
+        reporter: &Notes(Box::new(|text| {
+            assert!(!text.contains("laser on") && !text.contains("stage"), "{text}")
+        })),
         runtime: bench.runtime.handle().clone(),
     };
     let checks = examine(&examination, || false).unwrap_or_else(|Cancelled| panic!("nobody cancelled"));
