@@ -66,7 +66,7 @@ const DEVICES = {
     position_mm: 0,
     travel_mm: [-100, 100],
   },
-  laser: { connected: true, state: "off", power: 0, interlock_closed: true },
+  laser: { connected: true, light: "off", power: 0, interlock_closed: true },
   frames: { arrived: 0, dropped: {} },
 };
 

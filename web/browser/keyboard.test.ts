@@ -103,7 +103,7 @@ test(
       const state = (await newestJob())?.state;
       return state === "cancelled" || state === "failed";
     });
-    expect((await station()).laser.state).toBe("off");
+    expect((await station()).laser.light).toBe("off");
     await page.getByText("The station was stopped. Check that the area is clear, then reset.").waitFor();
     await picture(page, "operate-stopped");
     await tabTo(page, "Reset");

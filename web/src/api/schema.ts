@@ -2799,7 +2799,7 @@ export interface components {
             power: number;
             powers?: components["schemas"]["RangeDto"] | null;
             /** @description State of the laser. */
-            state: components["schemas"]["LaserStateDto"];
+            state: components["schemas"]["LaserLightDto"];
         };
         /** @description A laser image and its detections. */
         LaserImageDto: {
@@ -2823,7 +2823,7 @@ export interface components {
          * @description State of the laser.
          * @enum {string}
          */
-        LaserStateDto: "off" | "armed" | "on" | "unknown" | "not_controlled";
+        LaserLightDto: "off" | "armed" | "on" | "unknown" | "not_controlled";
         /** @description A manual change of the laser power. */
         LaserSwitched: components["schemas"]["Initiator"] & {
             /**

@@ -39,7 +39,7 @@ export function Banners() {
       {status?.state === "Halted" && (
         <div class="note banner row">
           <span class="grow">
-            {status.laser.state === "not_controlled" ? words.reset_after_stop_lit : words.reset_after_stop}
+            {status.laser.light === "not_controlled" ? words.reset_after_stop_lit : words.reset_after_stop}
           </span>
           <ResetButton label={words.reset_stop} />
         </div>

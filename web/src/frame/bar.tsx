@@ -28,9 +28,9 @@ export function Bar() {
         <span class="item laser">
           <small>{words.laser}</small>
           <strong
-            class={status?.laser.state === "on" || status?.laser.state === "not_controlled" ? "lit" : undefined}
+            class={status?.laser.light === "on" || status?.laser.light === "not_controlled" ? "lit" : undefined}
           >
-            {words.light[status?.laser.state ?? "unknown"]}
+            {words.light[status?.laser.light ?? "unknown"]}
           </strong>
         </span>
         <span class={`item interlock ${interlock === false ? "abnormal" : ""}`}>

@@ -36,7 +36,7 @@ export function StopButton() {
     };
   }, [stop]);
   const words = text.value.frame;
-  const lit = station.status.value?.laser.state === "not_controlled";
+  const lit = station.status.value?.laser.light === "not_controlled";
   // Down, not click: a finger that slides off has still asked for a stop.
   return (
     <button

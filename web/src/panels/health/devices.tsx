@@ -34,7 +34,7 @@ export function Devices({ status }: { status: Station }) {
       </Device>
       <Device name="laser" device={laser} status={status}>
         {[
-          [words.light, text.value.frame.light[laser.state] ?? laser.state],
+          [words.light, text.value.frame.light[laser.light] ?? laser.light],
           [text.value.frame.interlock, text.value.frame[interlock]],
         ]}
       </Device>

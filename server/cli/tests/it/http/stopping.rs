@@ -35,7 +35,7 @@ fn expect_still(server: &Server) {
     let begun = Instant::now();
     while begun.elapsed() < WATCHED {
         let station = server.get("/api/v1/station").expect(200);
-        assert_ne!(station["laser"]["state"], "on", "{station}");
+        assert_ne!(station["laser"]["light"], "on", "{station}");
         assert_eq!(station["stage"]["moving"], false, "{station}");
         assert_eq!(station["state"], "Halted", "{station}");
     }
@@ -147,7 +147,7 @@ fn live_light_goes_out_within_seconds_of_the_last_viewer() {
     let hers = [("content-type", "application/json"), ("sheaf-control", control.as_str())];
     let live = json!({ "running": true, "laser_power": 0.5 }).to_string();
     server.send("PUT", "/api/v1/station/live", &hers, live.as_bytes()).expect(200);
-    let lit = || server.get("/api/v1/station").expect(200)["laser"]["state"] == "on";
+    let lit = || server.get("/api/v1/station").expect(200)["laser"]["light"] == "on";
     let begun = Instant::now();
     while !lit() {
         assert!(begun.elapsed() < Duration::from_secs(10), "the laser did not turn on");

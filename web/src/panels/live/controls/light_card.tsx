@@ -59,7 +59,7 @@ function LaserPower({ running, blocked }: { running: boolean; blocked: string | 
     if (running) void set.start();
   };
   // A laser that waits for frames is off for now; the requested power is kept.
-  const actual = laser?.state === "on" ? laser.power : laser?.state === "off" ? 0 : undefined;
+  const actual = laser?.light === "on" ? laser.power : laser?.light === "off" ? 0 : undefined;
   const power = wanted.value ?? (running ? actual : undefined) ?? laser_power.value;
   const problem = set.problem.value;
   const step = laser?.powers ? 0.01 : 1;

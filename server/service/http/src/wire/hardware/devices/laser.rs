@@ -6,10 +6,10 @@ use utoipa::ToSchema;
 
 use crate::wire::hardware::devices::{IdentityDto, RangeDto};
 
-/// State of the laser.
+/// Whether the laser emits.
 #[derive(Debug, Clone, Copy, Serialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
-pub enum LaserStateDto {
+pub enum LaserLightDto {
     /// Off.
     Off,
     /// Armed: it may be turned on at any moment.
@@ -31,8 +31,8 @@ pub struct LaserDto {
     pub identity: IdentityDto,
     /// Range of power as a share of full power; absent if the laser can only be on or off.
     pub powers: Option<RangeDto>,
-    /// State of the laser.
-    pub state: LaserStateDto,
+    /// Whether it emits.
+    pub light: LaserLightDto,
     /// Current power, share of full power.
     pub power: f64,
     /// Whether the interlock is closed; absent if it is not read back.
@@ -54,12 +54,12 @@ impl From<&StationStatus> for LaserDto {
             connected: status.laser.connected,
             identity: (&status.laser.identity).into(),
             powers: status.laser.capabilities.power.map(RangeDto::from),
-            state: match status.laser_light {
-                LaserLight::Off => LaserStateDto::Off,
-                LaserLight::Armed => LaserStateDto::Armed,
-                LaserLight::On => LaserStateDto::On,
-                LaserLight::Unknown => LaserStateDto::Unknown,
-                LaserLight::NotControlled => LaserStateDto::NotControlled,
+            light: match status.laser_light {
+                LaserLight::Off => LaserLightDto::Off,
+                LaserLight::Armed => LaserLightDto::Armed,
+                LaserLight::On => LaserLightDto::On,
+                LaserLight::Unknown => LaserLightDto::Unknown,
+                LaserLight::NotControlled => LaserLightDto::NotControlled,
             },
             power: status.laser_power,
             interlock_closed: status.interlock_closed,
