@@ -2792,14 +2792,14 @@ export interface components {
             identity: components["schemas"]["IdentityDto"];
             /** @description Whether the interlock is closed; absent if it is not read back. */
             interlock_closed?: boolean | null;
+            /** @description Whether it emits. */
+            light: components["schemas"]["LaserLightDto"];
             /**
              * Format: double
              * @description Current power, share of full power.
              */
             power: number;
             powers?: components["schemas"]["RangeDto"] | null;
-            /** @description State of the laser. */
-            state: components["schemas"]["LaserLightDto"];
         };
         /** @description A laser image and its detections. */
         LaserImageDto: {
@@ -2820,7 +2820,7 @@ export interface components {
             saturated_share: number;
         };
         /**
-         * @description State of the laser.
+         * @description Whether the laser emits.
          * @enum {string}
          */
         LaserLightDto: "off" | "armed" | "on" | "unknown" | "not_controlled";
