@@ -169,7 +169,7 @@ mod tests {
         let mut levels = Vec::new();
         for v in 0..SIZE_PX[1] {
             for u in 0..SIZE_PX[0] {
-                let on_board = (60..260).contains(&(u + 20 - across)) && (40..200).contains(&(v + 20 - down));
+                let on_board = (140..340).contains(&(u + 100 - across)) && (120..280).contains(&(v + 100 - down));
                 let bright = ((u + 100 - across) / 40 + (v + 100 - down) / 40) % 2 == 0;
                 let room = if !on_board {
                     25.0
