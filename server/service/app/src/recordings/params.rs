@@ -11,6 +11,10 @@ pub const TURN: Duration = Duration::from_millis(50);
 /// Capacity of the note queue: one second of rows at 1,000 frames/s, plus other notes.
 pub const NOTES: usize = 2048;
 
+/// Notes written between two frames: a frame has a row, a stage position and seldom a profile. More wait, so that notes
+/// that arrive faster than they can be written never keep frames, or the end, waiting.
+pub const NOTES_PER_TURN: usize = 8;
+
 /// Free space needed above the limit to start: a few seconds of a large camera.
 pub const BEGIN_BYTES: u64 = 64 << 20;
 

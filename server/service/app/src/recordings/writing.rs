@@ -14,7 +14,7 @@ use station::{FrameTap, TappedFrame};
 
 use crate::recordings::figures::{Ended, RecordingFigures};
 use crate::recordings::notes::{Note, Notes, Timed, place};
-use crate::recordings::params::{FLUSH_EVERY, TURN};
+use crate::recordings::params::{FLUSH_EVERY, NOTES, NOTES_PER_TURN, TURN};
 
 /// Progress of a recording, for readers on other threads.
 #[derive(Debug, Default)]
@@ -151,11 +151,11 @@ impl Writing {
                 }
                 Err(RecvTimeoutError::Timeout) => {}
                 Err(RecvTimeoutError::Disconnected) => {
-                    self.add_notes(account)?;
+                    self.add_notes(NOTES, account)?;
                     return Ok(Cause::Closed);
                 }
             }
-            is_dirty |= self.add_notes(account)?;
+            is_dirty |= self.add_notes(NOTES_PER_TURN, account)?;
             if flushed_at.elapsed() >= FLUSH_EVERY {
                 flushed_at = Instant::now();
                 if is_dirty {
@@ -196,10 +196,10 @@ impl Writing {
         Ok(())
     }
 
-    /// Whether there were any.
-    fn add_notes(&mut self, account: &mut Account) -> Result<bool, RecordingError> {
+    /// Writes at most so many notes; returns whether there were any.
+    fn add_notes(&mut self, n_most: usize, account: &mut Account) -> Result<bool, RecordingError> {
         let mut any = false;
-        for (at_ns, note) in self.notes.try_iter() {
+        for (at_ns, note) in self.notes.try_iter().take(n_most) {
             any = true;
             match note {
                 Note::Stage(note) => self.writer.note(at_ns, &note)?,
