@@ -40,7 +40,7 @@ async fn closed(store: Store, folder: &Path) {
     }
 }
 
-fn forget_log(folder: &Path) {
+fn drop_log(folder: &Path) {
     for ending in ["-wal", "-shm"] {
         let _ = fs::remove_file(folder.join(format!("catalogue.sqlite3{ending}")));
     }
@@ -72,7 +72,7 @@ async fn an_emptied_or_missing_catalogue_is_refused_with_the_newest_backup_and_o
             is_refused(Store::open(folder.path()).await, &[&backup_path, "nothing was changed", "copy"]);
         }
         fs::copy(&backup, &file).unwrap();
-        forget_log(folder.path());
+        drop_log(folder.path());
         let store = Store::open(folder.path()).await.unwrap();
         assert_eq!(store.artifacts.read(&archive).await.unwrap(), BYTES);
         closed(store, folder.path()).await;
@@ -80,7 +80,7 @@ async fn an_emptied_or_missing_catalogue_is_refused_with_the_newest_backup_and_o
         fs::write(&file, "").unwrap();
         is_refused(Store::open(folder.path()).await, &["--data", "no copy"]);
         fs::remove_file(&file).unwrap();
-        forget_log(folder.path());
+        drop_log(folder.path());
         // What the next turn begins with.
         let (other, _) = station().await;
         fs::copy(catalogue(other.path()), &file).unwrap();
@@ -95,7 +95,7 @@ async fn the_catalogue_of_another_station_is_refused() {
     closed(Store::open(other.path()).await.unwrap(), other.path()).await;
     closed(Store::open(other.path()).await.unwrap(), other.path()).await;
     fs::copy(catalogue(other.path()), catalogue(folder.path())).unwrap();
-    forget_log(folder.path());
+    drop_log(folder.path());
     is_refused(Store::open(folder.path()).await, &["another station"]);
     // A store that also lost the mark of the artifacts is refused as well: none of its files can be identified.
     fs::remove_file(folder.path().join("artifacts/station")).unwrap();
@@ -135,7 +135,7 @@ async fn what_is_newer_than_a_restored_copy_is_set_aside_and_not_deleted() {
     closed(store, folder.path()).await;
 
     fs::write(catalogue(folder.path()), copy).unwrap();
-    forget_log(folder.path());
+    drop_log(folder.path());
     for _ in ["restored", "opened again"] {
         let store = Store::open(folder.path()).await.unwrap();
         store.sweep_unreferenced(|_| HashSet::new()).await.unwrap();
@@ -165,10 +165,10 @@ async fn a_copy_is_made_once_a_day_and_is_what_is_offered() {
         fs::read_dir(folder.path().join("backups")).unwrap().map(|entry| entry.unwrap().path()).collect();
     let [copy] = &copies[..] else { panic!("{copies:?}") };
     fs::write(catalogue(folder.path()), "").unwrap();
-    forget_log(folder.path());
+    drop_log(folder.path());
     is_refused(Store::open(folder.path()).await, &[&copy.display().to_string()]);
     fs::copy(copy, catalogue(folder.path())).unwrap();
-    forget_log(folder.path());
+    drop_log(folder.path());
     let store = Store::open(folder.path()).await.unwrap();
     store.sweep_unreferenced(|_| HashSet::new()).await.unwrap();
     assert_eq!(store.artifacts.read(&archive).await.unwrap(), BYTES);

@@ -7,13 +7,13 @@ pub fn resident_bytes() -> Option<u64> {
     status_bytes("VmRSS:")
 }
 
-/// The most that was resident since [`forget_peak`], bytes.
+/// The most that was resident since [`reset_peak`], bytes.
 pub fn peak_bytes() -> Option<u64> {
     status_bytes("VmHWM:")
 }
 
 /// Lets the peak begin anew from what is resident now. Where that is not allowed the peak is of the whole process.
-pub fn forget_peak() {
+pub fn reset_peak() {
     let _ = fs::write("/proc/self/clear_refs", "5");
 }
 

@@ -82,7 +82,7 @@ fn computed(scan: &SyntheticScan, folder: &Path) -> Result<Computed, Failure> {
         peaks.add(&scan.frame(idx), None).map_err(refused)?;
     }
     peaks.finish().map_err(refused)?;
-    memory::forget_peak();
+    memory::reset_peak();
     let before = memory::resident_bytes();
     let begun = Instant::now();
     let frames = PeaksFile::open(&path)?;

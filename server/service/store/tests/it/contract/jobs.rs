@@ -147,10 +147,10 @@ async fn ended_jobs_are_pruned_by_age_and_number_and_others_are_kept() {
             let place = |id: &str| jobs.iter().position(|job| job.id == id).unwrap();
             listed.iter().rev().map(|job| place(&job.id)).collect::<Vec<_>>()
         };
-        let forget = |before_ms, keep_newest| vec![Change::PruneEndedJobs { before_ms, keep_newest }];
-        catalogue.commit(forget(100, 100)).await.unwrap();
+        let prune = |before_ms, keep_newest| vec![Change::PruneEndedJobs { before_ms, keep_newest }];
+        catalogue.commit(prune(100, 100)).await.unwrap();
         assert_eq!(left().await, [0, 1, 2, 4], "by age");
-        catalogue.commit(forget(100, 1)).await.unwrap();
+        catalogue.commit(prune(100, 1)).await.unwrap();
         assert_eq!(left().await, [0, 1, 4], "by number");
     }
 }
