@@ -8,18 +8,17 @@ use std::time::Instant;
 
 use crate::command::{Outcome, cargo, run, say, side_by_side, succeeds, target_folder, title};
 use crate::docker_check::{docker_check, ensure_station_base};
+use crate::linted::{as_linted, document, linted};
 use crate::page::{check_page, ensure_browser, ensure_page, test_in_browser};
 use crate::steps::{debug_program, is_root};
 use crate::tools::{GENICAM, ensure_genicam, ensure_python};
-
-/// Lines of the test runner repeated at the end, where a reader looks first.
-const CLOSING_LINES: usize = 3;
+use crate::unchanged::{Executables, record};
 
 /// Slots of a processor that `.config/nextest.toml` divides among tests.
 const SLOTS_PER_PROCESSOR: usize = 4;
 
 /// All checks. Steps that need cargo's build folder run in sequence; the page, its checks, and downloads run beside
-/// them. Tests run alone, since some of them check promised times.
+/// them. Tests run without other steps beside them, since some of them check promised times.
 pub fn test() -> Outcome {
     let started = Instant::now();
     ensure_component("fmt", "rustfmt")?;
@@ -29,14 +28,9 @@ pub fn test() -> Outcome {
     let (mut not_run, mut python) = (BTreeSet::new(), None);
     let features = features(&mut not_run);
     let compile = || {
-        let lints = ["clippy", "--workspace", "--all-targets"];
-        run("clippy", cargo(&lints).args(features).args(["--", "-D", "warnings"]))?;
         let build = ["test", "--workspace", "--lib", "--bins", "--tests", "--no-run", "--quiet"];
-        run("build", cargo(&build).args(features))?;
-        run("doc tests", cargo(&["test", "--workspace", "--doc", "--quiet"]).args(features))?;
-        // There are no examples; requesting them makes cargo choose the libraries' features as for clippy.
-        let mut doc = cargo(&["doc", "--workspace", "--lib", "--bins", "--examples", "--no-deps", "--quiet"]);
-        run("documentation", doc.args(features).env("RUSTDOCFLAGS", "-D warnings"))
+        run("build and lints", linted(&build).args(features))?;
+        document(features)
     };
     let with_root = is_root();
     let beside = || {
@@ -74,29 +68,71 @@ fn features(not_run: &mut BTreeSet<String>) -> &'static [&'static str] {
     }
 }
 
-/// Runs the tests (with nextest where it is installed), adds those with missing requirements to `not_run`, and returns
-/// the runner's closing lines.
+/// Runs the tests (with nextest where it is installed: those that mostly wait beside those that compute), adds those with
+/// missing requirements to `not_run`, and returns the runner's closing lines.
 fn run_tests(
     nextest: bool,
     features: &[&str],
     python: Option<&Path>,
     not_run: &mut BTreeSet<String>,
 ) -> Outcome<Vec<String>> {
-    let mut command = if nextest {
-        let mut command = cargo(&["nextest", "run", "--workspace", "--no-fail-fast", "--color", "never"]);
+    let noted = noted_file()?;
+    let tests = |mut command: Command| {
+        command.args(features).args(["--no-fail-fast", "--color", "never"]).env("SHEAF_TEST_NOT_RUN", &noted);
+        command.envs(python.map(|python| ("SHEAF_TEST_PYTHON", python)));
+        run_and_quote(command)
+    };
+    let executables = if nextest { Executables::built(features).ok() } else { None };
+    let passed = executables.as_ref().map(Executables::passed).unwrap_or_default();
+    let closing = if nextest {
         let n_processors = std::thread::available_parallelism().map_or(1, usize::from);
-        command.arg("--test-threads").arg((SLOTS_PER_PROCESSOR * n_processors).to_string());
-        command
+        let slots = (SLOTS_PER_PROCESSOR * n_processors).to_string();
+        let changed: String = passed.iter().map(|name| format!(" - binary_id(={name})")).collect();
+        let changed = format!("all(){changed}");
+        let profile = |name| {
+            let mut arguments = vec!["nextest", "run", "--workspace", "--profile", name, "--test-threads", &slots];
+            arguments.extend(["--no-tests", "pass", "-E", &changed]);
+            arguments
+        };
+        let (mut computing, mut waiting) = (Vec::new(), Vec::new());
+        side_by_side(
+            || {
+                let mut nice = Command::new("nice");
+                nice.args(["-n", "10", "cargo"]).args(profile("computing"));
+                computing = tests(as_linted(nice))?;
+                Ok(())
+            },
+            || {
+                waiting = tests(linted(&profile("waiting")))?;
+                Ok(())
+            },
+        )?;
+        computing.extend(waiting);
+        computing
     } else {
         println!("── cargo-nextest is not installed: using cargo test");
-        cargo(&["test", "--workspace", "--lib", "--bins", "--tests", "--no-fail-fast", "--color", "never"])
+        tests(linted(&["test", "--workspace", "--lib", "--bins", "--tests"]))?
     };
-    command.args(features);
-    let noted = noted_file()?;
-    command.env("SHEAF_TEST_NOT_RUN", &noted);
-    if let Some(python) = python {
-        command.env("SHEAF_TEST_PYTHON", python);
+    let noted = std::fs::read_to_string(noted)?;
+    match &executables {
+        // What was not run for want of something has not passed.
+        Some(executables) if noted.is_empty() => executables.note_passed()?,
+        _ => Executables::forget(),
     }
+    if !passed.is_empty() {
+        let file = record();
+        not_run.insert(format!(
+            "{} test executables that passed and read nothing that changed since (to run them, delete {})",
+            passed.len(),
+            file.display()
+        ));
+    }
+    not_run.extend(noted.lines().map(str::to_owned));
+    Ok(closing)
+}
+
+/// Runs tests, prints what they print, and returns the lines that say how many passed.
+fn run_and_quote(mut command: Command) -> Outcome<Vec<String>> {
     title("tests", &command);
     // Both output streams share one pipe, so that their lines stay in order.
     let (reader, writer) = std::io::pipe()?;
@@ -106,18 +142,13 @@ fn run_tests(
     let mut closing: Vec<String> = Vec::new();
     for line in BufReader::new(reader).lines() {
         let line = line?;
-        println!("{line}");
-        if line.contains("Summary") || line.contains("test result:") || line.contains(" tests run:") {
+        say(&line);
+        if line.contains("Summary") || line.contains("test result:") {
             closing.push(line);
         }
     }
     let status = child.wait()?;
-    if !status.success() {
-        return Err(format!("tests failed: {status}").into());
-    }
-    not_run.extend(std::fs::read_to_string(noted)?.lines().map(str::to_owned));
-    let first = if nextest { closing.len().saturating_sub(CLOSING_LINES) } else { 0 };
-    Ok(closing.split_off(first))
+    if status.success() { Ok(closing) } else { Err(format!("tests failed: {status}").into()) }
 }
 
 /// The empty file in which tests without their data or their Python record their names.

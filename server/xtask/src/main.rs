@@ -4,10 +4,12 @@ mod checks;
 mod command;
 mod docker_check;
 mod dockerfile;
+mod linted;
 mod neon;
 mod page;
 mod steps;
 mod tools;
+mod unchanged;
 
 use std::path::Path;
 use std::process::ExitCode;
@@ -18,7 +20,8 @@ Developer commands:
   cargo xtask demo [ARGS…]   the same with `sheaf demo ARGS…`: the whole chain on rendered pictures, with a report
   cargo xtask page           build the browser station into web/dist, from where the program embeds it
   cargo xtask browser        the page in Chromium against the debug program
-  cargo xtask test           every check: format, lint, tests, the page in a browser, documentation, the image's program
+  cargo xtask test           every check: format, lint, tests, the page in a browser, documentation, the image's program;
+                             tests that passed and read nothing that changed since are not run again
   cargo xtask ci             the same as test
   cargo xtask campaign       labelling on scores of random scenes, held to stated rates of wrong labels;
                              a thousand serial faults for each controller; 500 faults of cameras
@@ -30,6 +33,9 @@ Developer commands:
                              Rust target where they are missing, and is therefore no part of test";
 
 fn main() -> ExitCode {
+    if let Some(exit) = linted::as_rustdoc() {
+        return exit;
+    }
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let (command, rest) = arguments.split_first().map_or(("", &[][..]), |(first, rest)| (first.as_str(), rest));
     let outcome = match command {

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 use std::process::Command;
 
 use crate::command::{Outcome, cargo, run, target_folder, workspace};
+use crate::linted::linted;
 use crate::page::{ensure_browser, ensure_page, write_schema};
 use crate::tools::{GENICAM, has_aravis};
 
@@ -40,7 +41,7 @@ pub fn test_in_browser() -> Outcome {
 /// Cargo chooses the features of all libraries by the requested packages and kinds of targets. With `--workspace` and
 /// `--examples`, of which there are none, they are those of `cargo test --workspace`, so nothing is compiled twice.
 fn build_program() -> Outcome<PathBuf> {
-    let mut build = cargo(&["build", "--quiet", "--workspace", "--bin", "sheaf", "--examples"]);
+    let mut build = linted(&["build", "--quiet", "--workspace", "--bin", "sheaf", "--examples"]);
     run("program", build.args(if has_aravis() { GENICAM } else { &[] }))?;
     Ok(debug_program())
 }
@@ -52,7 +53,7 @@ pub fn debug_program() -> PathBuf {
 
 /// Runs the labelling tests on dozens of random scenes, each against its stated rate of wrong labels, stations of all
 /// sizes from images to a measured ball, all characteristics of plans on twenty seeds, a thousand serial faults for each
-/// controller, 500 camera faults, and thirty kills of the server.
+/// controller, 500 camera faults, bits that flip in the database, and thirty kills of the server.
 pub fn campaign() -> Outcome {
     let filter = ["--", "campaign", "--ignored", "--nocapture", "--test-threads", "1"];
     run("serial faults", cargo(&["test", "--package", "sheaf-devices", "--lib"]).args(filter))?;
@@ -61,6 +62,7 @@ pub fn campaign() -> Outcome {
     cameras.args(features);
     run("camera faults", cameras.args(filter))?;
     run("characteristics of plans", cargo(&["test", "--package", "sheaf-metrology", "--lib"]).args(filter))?;
+    run("flipped bits", cargo(&["test", "--package", "sheaf-store", "--test", "it"]).args(filter))?;
     run("kills", cargo(&["test", "--package", "sheaf", "--test", "it"]).args(filter))?;
     run("stations of all sizes", cargo(&["test", "--package", "sheaf-pipeline", "--test", "it"]).args(filter))?;
     run("campaign", cargo(&["test", "--package", "sheaf-scanning", "--test", "it"]).args(filter))

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 const WINGS: [&str; 3] = ["server/core", "server/hardware", "server/service"];
 
 /// Crates outside these folders.
-const BESIDE: [&str; 3] = ["server/cli", "server/reference", "server/xtask"];
+const BESIDE: [&str; 4] = ["server/cli", "server/drawn", "server/reference", "server/xtask"];
 
 /// Top module → the top modules that it imports.
 type Imports = BTreeMap<String, BTreeSet<String>>;

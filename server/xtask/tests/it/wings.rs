@@ -7,7 +7,7 @@ use std::process::Command;
 use serde_json::Value;
 
 /// Crate, its folder, and the workspace crates that it may depend on. Every dependency points downwards.
-const ARROWS: [(&str, &str, &[&str]); 25] = [
+const ARROWS: [(&str, &str, &[&str]); 26] = [
     (
         "sheaf",
         "server/cli",
@@ -132,6 +132,7 @@ const ARROWS: [(&str, &str, &[&str]); 25] = [
         "server/core/calibration",
         &["sheaf-vision", "sheaf-optics", "sheaf-least-squares", "sheaf-statistics", "sheaf-remedy"],
     ),
+    ("sheaf-drawn", "server/drawn", &["sheaf-capture", "sheaf-vision", "sheaf-optics"]),
     ("sheaf-recording", "server/core/recording", &["sheaf-capture", "sheaf-vision", "sheaf-remedy"]),
     ("sheaf-capture", "server/core/capture", &["sheaf-vision", "sheaf-remedy"]),
     ("sheaf-vision", "server/core/vision", &["sheaf-statistics", "sheaf-remedy"]),

@@ -8,9 +8,10 @@ use std::process::Command;
 use crate::common::{SHEAF, err, out, path, sheaf, sheaf_json};
 use crate::readme::tested_blocks;
 use crate::rigs::turntable;
+use drawn::{CYLINDER_MM, VIEWS_DEG};
 
 /// Radius of the part that is drawn.
-const RADIUS_MM: f64 = turntable::CYLINDER_MM[0];
+const RADIUS_MM: f64 = CYLINDER_MM[0];
 
 fn tutorial() -> String {
     let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/how-to/measure-with-a-hobby-rig.md");
@@ -24,7 +25,7 @@ fn photographs(drawn: &Path, folder: &Path) {
     for (from, to) in [("board", "board"), ("laser", "laser"), ("scan", "part")] {
         std::fs::rename(drawn.join(from), rig.join(to)).unwrap();
     }
-    for (idx, angle_deg) in turntable::VIEWS_DEG.iter().enumerate() {
+    for (idx, angle_deg) in VIEWS_DEG.iter().enumerate() {
         let from = drawn.join(format!("stage/{idx:03}.png"));
         std::fs::rename(from, rig.join(format!("stage/{angle_deg}.png"))).unwrap();
     }
@@ -32,7 +33,7 @@ fn photographs(drawn: &Path, folder: &Path) {
     std::fs::create_dir(&day).unwrap();
     for (name, pose, laser) in [("on", 0, true), ("off", 0, false), ("other", 4, false), ("dim", 0, true)] {
         let room = if name == "dim" { 0.2 } else { 0.3 };
-        turntable::by_daylight(pose, room, laser, &day.join(format!("{name}.png")));
+        drawn::by_daylight(pose, room, laser, &day.join(format!("{name}.png")));
     }
 }
 
@@ -49,10 +50,11 @@ fn run(block: &str, folder: &Path) -> String {
 
 #[test]
 fn a_turntable_measures_true_and_its_tutorial_leads_from_photographs_to_the_same_part() {
-    let drawn = turntable::capture();
-    turntable::measures_true(drawn.path());
+    let capture = tempfile::tempdir().unwrap();
+    drawn::capture(capture.path());
+    turntable::measures_true(capture.path());
     let folder = tempfile::tempdir().unwrap();
-    photographs(drawn.path(), folder.path());
+    photographs(capture.path(), folder.path());
     let blocks = tested_blocks(&tutorial());
     let said: Vec<String> = blocks.iter().map(|(_, block)| run(block, folder.path())).collect();
     let [_, looked, by_day, _, calibrated, scanned, _] = &said[..] else { panic!("{} blocks", said.len()) };

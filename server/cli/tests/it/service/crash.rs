@@ -14,7 +14,7 @@ use rand::{Rng as _, SeedableRng as _};
 use serde_json::{Value, json};
 
 /// How often the server is killed, and how often in the campaign.
-const KILLS: u64 = 12;
+const KILLS: u64 = 8;
 const KILLS_IN_CAMPAIGN: u64 = 30;
 
 /// Promised time from start to readiness.

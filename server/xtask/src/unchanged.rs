@@ -1,0 +1,106 @@
+//! Test executables that passed and have not changed since are not run again, which are most of them after a small change.
+//!
+//! A fresh machine has no record, so continuous integration runs them all.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+use std::time::UNIX_EPOCH;
+
+use serde_json::Value;
+
+use crate::command::{Outcome, target_folder, workspace};
+use crate::linted::linted;
+use crate::steps::{data_folder, debug_program};
+
+/// What a test executable read when it last passed: name of the executable → its own state, the program's if it runs that,
+/// and the state of every file of the repository that is no Rust code, and where the reference data lie.
+#[derive(PartialEq)]
+pub struct Executables(BTreeMap<String, String>);
+
+impl Executables {
+    /// Those of this build.
+    pub fn built(features: &[&str]) -> Outcome<Self> {
+        let list = ["nextest", "list", "--workspace", "--list-type", "binaries-only", "--message-format", "json"];
+        let output = linted(&list).args(features).stderr(Stdio::null()).output()?;
+        let list: Value = serde_json::from_slice(&output.stdout)?;
+        let surroundings = surroundings()?;
+        let program = state(&debug_program());
+        let known = |(name, one): (&String, &Value)| {
+            let own = state(Path::new(one["binary-path"].as_str()?));
+            let runs_program = name == "sheaf" || name.starts_with("sheaf::");
+            let program = if runs_program { program.as_str() } else { "" };
+            Some((name.clone(), format!("{own} {program} {surroundings}")))
+        };
+        let all = list["rust-binaries"].as_object().ok_or("nextest lists no executables")?;
+        Ok(Self(all.iter().filter_map(known).collect()))
+    }
+
+    /// The names of those that passed as they are.
+    pub fn passed(&self) -> Vec<&str> {
+        let record = std::fs::read_to_string(record()).unwrap_or_default();
+        let passed: BTreeMap<&str, &str> = record.lines().filter_map(|line| line.split_once('\t')).collect();
+        let as_it_is = |(name, state): &(&String, &String)| passed.get(name.as_str()) == Some(&state.as_str());
+        self.0.iter().filter(as_it_is).map(|(name, _)| name.as_str()).collect()
+    }
+
+    /// Notes that all of them passed.
+    pub fn note_passed(&self) -> Outcome {
+        let lines: String = self.0.iter().map(|(name, state)| format!("{name}\t{state}\n")).collect();
+        Ok(std::fs::write(record(), lines)?)
+    }
+
+    /// Notes that nothing is known any more.
+    pub fn forget() {
+        let _ = std::fs::remove_file(record());
+    }
+}
+
+/// The file with the record; whoever wants all tests again deletes it.
+pub fn record() -> PathBuf {
+    target_folder().join("passed.txt")
+}
+
+/// Length and time of change of a file.
+fn state(file: &Path) -> String {
+    let changed = |file: &Path| {
+        let metadata = std::fs::metadata(file).ok()?;
+        let since = metadata.modified().ok()?.duration_since(UNIX_EPOCH).ok()?;
+        Some(format!("{}@{}", metadata.len(), since.as_nanos()))
+    };
+    changed(file).unwrap_or_else(|| "absent".to_owned())
+}
+
+/// The state of all files that tests may read while they run.
+fn surroundings() -> Outcome<String> {
+    let output = Command::new("git").args(["ls-files", "-z"]).current_dir(workspace()).output()?;
+    if !output.status.success() {
+        return Err("git cannot list the repository's files".into());
+    }
+    let files = String::from_utf8(output.stdout)?;
+    let read = files.split('\0').filter(|file| !file.is_empty() && !file.ends_with(".rs"));
+    let states: String = read.map(|file| format!("{file} {}\n", state(&workspace().join(file)))).collect();
+    Ok(format!("{:016x} {}", fnv(states.as_bytes()), data_folder().display()))
+}
+
+/// FNV-1a: enough to see that something is no longer the same.
+fn fnv(bytes: &[u8]) -> u64 {
+    bytes.iter().fold(0xcbf2_9ce4_8422_2325, |hash, byte| (hash ^ u64::from(*byte)).wrapping_mul(0x0100_0000_01b3))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_file_that_is_written_again_is_in_another_state() {
+        let file = std::env::temp_dir().join(format!("sheaf-xtask-{}", std::process::id()));
+        std::fs::write(&file, "one").unwrap();
+        let before = state(&file);
+        assert_eq!(state(&file), before);
+        std::fs::write(&file, "three").unwrap();
+        assert_ne!(state(&file), before);
+        std::fs::remove_file(&file).unwrap();
+        assert_eq!(state(&file), "absent");
+    }
+}
