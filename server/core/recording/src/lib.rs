@@ -2,7 +2,7 @@
 //!
 //! Frames are stored exactly as delivered by the camera, with stage, device settings, events, peaks and profiles;
 //! header and calibration come first, so that an interrupted file can be identified. [`RecordingWriter`] writes,
-//! [`RecordingFile`] reads the intact part, [`repair`] completes an interrupted file, and [`export`] converts it to a
+//! [`RecordingFile`] reads the intact part, [`repair()`] completes an interrupted file, and [`export()`] converts it to a
 //! capture folder. Which frames are written and when they are synced is decided by the caller.
 
 mod error;

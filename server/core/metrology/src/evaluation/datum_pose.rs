@@ -17,7 +17,7 @@ use crate::plan::document::Plan;
 /// The datum frame of a plan, and how it follows the calibration and the noise.
 pub(crate) struct DatumPose {
     pub(crate) pose: Rigid<DatumFrame, PartFrame>,
-    /// With every mode of the calibration, in the order of [`Retriangulation::variants`], to either side of `as_seen`.
+    /// With every mode of the calibration, in the order of `Retriangulation::variants`, to either side of `as_seen`.
     variants: Vec<[Option<Rigid<DatumFrame, PartFrame>>; 2]>,
     as_seen: Option<Rigid<DatumFrame, PartFrame>>,
     /// One σ of every independent share of the noise: the pose it leads to.
@@ -62,7 +62,7 @@ fn motion<T>(
 /// The datum frame of a plan on a cloud.
 ///
 /// # Errors
-/// As [`evaluate`], and what keeps the alignment from being made.
+/// As [`evaluate`](super::evaluate::evaluate), and what keeps the alignment from being made.
 pub(crate) fn datum_pose(
     plan: &Plan,
     cloud: &Cloud,

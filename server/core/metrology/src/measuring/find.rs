@@ -12,7 +12,7 @@ use crate::params::BASE_SPREAD_RATIO;
 /// Fraction of the points left out at each end when the extent of a face is measured, so that outliers do not widen it.
 const SPREAD_TAIL_SHARE: f64 = 0.02;
 
-/// Finds the features of a tool, in the order [`value`] expects.
+/// Finds the features of a tool, in the order [`value`](super::value::value) expects.
 pub(crate) fn find(
     search: &mut Search,
     request: &MeasureRequest,

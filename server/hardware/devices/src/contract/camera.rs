@@ -363,7 +363,7 @@ fn frame(camera: &mut dyn Camera, image: &mut GreyImage, profile: &CameraProfile
     panic!("no frame within {:?}", profile.frame_limit);
 }
 
-/// One call of `next_frame`, which must not exceed its timeout by more than [`CALL_LIMIT`].
+/// One call of `next_frame`, which must not exceed its timeout by more than [`crate::CALL_LIMIT`].
 fn look(
     camera: &mut dyn Camera,
     image: &mut GreyImage,

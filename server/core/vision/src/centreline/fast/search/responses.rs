@@ -54,7 +54,7 @@ impl<T: Level> Responses<T> {
         &self.response
     }
 
-    /// prefix[k] is the sum of the rows before top − half + k; rows beyond the image repeat its border.
+    /// `prefix[k]` is the sum of the rows before top − half + k; rows beyond the image repeat its border.
     #[inline(always)]
     fn sum_up(&mut self, view: &View<T>, strip: &Strip, top: usize, half: usize, n: usize) {
         let last = view.height - 1;
