@@ -246,7 +246,7 @@ async fn diff_recipe(
 ) -> Result<Json<RecipeDifferenceDto>, Problem> {
     let recipe = app.ledger.read().recipe(&id).await?;
     let to = query.to.unwrap_or(recipe.newest);
-    let from = query.from.unwrap_or((to - 1).max(1));
+    let from = query.from.unwrap_or(to.saturating_sub(1).max(1));
     let (old, new) = (stored_version(&app.ledger, &id, from).await?, stored_version(&app.ledger, &id, to).await?);
     let changes = changes_between(&old.recipe, &new.recipe).into_iter().map(PlaceChangeDto::from).collect();
     Ok(Json(RecipeDifferenceDto { from, to, changes }))
