@@ -568,6 +568,118 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/inspection-queue": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /** Returns the state of the queue of inspections. */
+        get: operations["get_inspection_queue"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/inspection-queue/hold": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Holds the queue: no further inspection starts until it is resumed, over restarts too; a running one ends. Other jobs are
+         *     not held.
+         */
+        post: operations["hold_inspections"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/inspection-queue/resume": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /** Ends the hold: waiting inspections start in their order. */
+        post: operations["resume_inspections"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/inspections": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /** Lists inspections, newest first; with `after_seq` oldest first from there on. */
+        get: operations["list_inspections"];
+        put?: never;
+        /**
+         * Inspects a part: scans it, measures it by a recipe, and judges it. With `wait_s` the answer is the inspection if it is
+         *     finished within that time; a job that fails meanwhile is answered with its problem.
+         */
+        post: operations["start_inspection"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/inspections/{id}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /** Returns an inspection. */
+        get: operations["get_inspection"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/inspections/{id}/re-evaluate": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Judges the scan of an inspection by another version of a recipe. The result is a new inspection that names this one and
+         *     lists the verdicts that changed; this one stays as it is.
+         */
+        post: operations["re_evaluate_inspection"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/jobs": {
         parameters: {
             query?: never;
@@ -649,6 +761,181 @@ export interface paths {
         };
         /** Lists measurements on all scans, newest first. */
         get: operations["list_measurements"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/recipes": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /** Lists recipes in their newest version, the one made last first. */
+        get: operations["list_recipes"];
+        put?: never;
+        /** Makes a recipe: its version 1. */
+        post: operations["create_recipe"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/recipes/import": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Imports a file: makes the recipe, or publishes its next version, for which `If-Match` is needed. A file whose content the
+         *     newest version already has changes nothing.
+         */
+        post: operations["import_recipe"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/recipes/{id}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /** Returns a recipe in its newest version, whose number is needed to change it. */
+        get: operations["get_recipe"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/recipes/{id}/archive": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /** Archives a recipe: no part can be inspected by it, and its number is free. Its versions are kept. */
+        post: operations["archive_recipe"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/recipes/{id}/diff": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /** Compares two versions of a recipe. */
+        get: operations["diff_recipe"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/recipes/{id}/restore": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /** Takes an archived recipe into use again. */
+        post: operations["restore_recipe"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/recipes/{id}/roll-back": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /** Publishes the content of an earlier version as the next one. */
+        post: operations["roll_back_recipe"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/recipes/{id}/versions": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /** Lists the versions of a recipe, newest first. */
+        get: operations["list_recipe_versions"];
+        put?: never;
+        /** Publishes the next version of a recipe. Inspections that were requested keep theirs. */
+        post: operations["publish_recipe"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/recipes/{id}/versions/{version}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /** Returns a version of a recipe. */
+        get: operations["get_recipe_version"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/recipes/{id}/versions/{version}/file": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /** Downloads a version of a recipe as a file for another station. */
+        get: operations["export_recipe"];
         put?: never;
         post?: never;
         delete?: never;
@@ -1321,6 +1608,8 @@ export interface components {
              */
             retry_after_s?: number | null;
         };
+        /** @description A value that is handed on. */
+        AttributeDto: string | number | boolean;
         /** @description The fit of a turntable's axis. */
         AxisFitDto: {
             /**
@@ -2091,6 +2380,79 @@ export interface components {
             value?: number | null;
             verdict?: components["schemas"]["VerdictDto"] | null;
         };
+        /** @description A characteristic as measured; values are in `unit`. */
+        CharacteristicResultDto: {
+            /** @description As the plan gave them. */
+            attributes: {
+                [key: string]: components["schemas"]["AttributeDto"];
+            };
+            /** @description Of an angle the turns about two axes, of a position the deviations along x, y, z. */
+            components?: number[] | null;
+            /**
+             * Format: double
+             * @description Coverage factor k.
+             */
+            coverage_factor: number;
+            /**
+             * Format: double
+             * @description Value minus nominal.
+             */
+            error?: number | null;
+            /**
+             * Format: double
+             * @description Expanded uncertainty U: `coverage_factor` times the standard uncertainty.
+             */
+            expanded_uncertainty?: number | null;
+            /** @description Why it could not be measured. */
+            failure?: string | null;
+            /** @description Findings that question the features it rests on. */
+            findings: components["schemas"]["PlanFindingDto"][];
+            /** @description Its id in the plan. */
+            id: string;
+            /**
+             * Format: double
+             * @description Smallest permitted deviation from nominal.
+             */
+            lower?: number | null;
+            /** @description What is measured: `step`, `diameter`, `position`, … */
+            measure: string;
+            /**
+             * Format: double
+             * @description Nominal value.
+             */
+            nominal?: number | null;
+            /** @description Notes, in sentences. */
+            notes: string[];
+            /** @description Why it is undecided or invalid, in words. */
+            reason?: string | null;
+            /**
+             * Format: double
+             * @description Standard uncertainty due to the noise of the points.
+             */
+            u_noise?: number | null;
+            /**
+             * Format: double
+             * @description Standard uncertainty due to effects common to the points.
+             */
+            u_systematic?: number | null;
+            /** @description Whether U contains all contributions. */
+            uncertainty_complete: boolean;
+            /** @description Names of the contributions missing from U. */
+            uncertainty_missing: string[];
+            /** @description `mm` or `°`. */
+            unit: string;
+            /**
+             * Format: double
+             * @description Largest permitted deviation from nominal.
+             */
+            upper?: number | null;
+            /**
+             * Format: double
+             * @description The actual value; absent if it could not be measured.
+             */
+            value?: number | null;
+            verdict?: components["schemas"]["VerdictDto"] | null;
+        };
         /** @description Comparison of a surface with the same surface seen one full turn later. */
         ClosureDto: {
             other_lines?: components["schemas"]["ClosureGapDto"] | null;
@@ -2153,6 +2515,18 @@ export interface components {
             matrix: number[][];
             /** @description Names of rows and columns: camera, light (local increments), stage. */
             parameters: string[];
+        };
+        /** @description Request to make a recipe. */
+        CreateRecipeDto: {
+            /**
+             * @description Its id: up to 64 of a to z, 0 to 9, `-` and `_`, beginning with a letter.
+             * @example bracket
+             */
+            id: string;
+            /** @description Why it is made. */
+            reason: string;
+            /** @description What is scanned, measured and judged. */
+            recipe: components["schemas"]["RecipeDto"];
         };
         /** @description Comparison of the light models on held-out poses. */
         CrossValidationDto: {
@@ -2370,6 +2744,36 @@ export interface components {
             body: components["schemas"]["MeasurementPlanChanged"];
             /** @enum {string} */
             kind: "measurement_plan.changed";
+        } | {
+            /** @description A version of a recipe was published, imported, or restored from an earlier one. */
+            body: components["schemas"]["RecipePublished"];
+            /** @enum {string} */
+            kind: "recipe.published";
+        } | {
+            /** @description A recipe was archived. */
+            body: components["schemas"]["Initiator"];
+            /** @enum {string} */
+            kind: "recipe.archived";
+        } | {
+            /** @description An archived recipe was taken into use again. */
+            body: components["schemas"]["Initiator"];
+            /** @enum {string} */
+            kind: "recipe.restored";
+        } | {
+            /** @description A part was inspected; the event is stored together with the inspection. */
+            body: components["schemas"]["InspectionFinished"];
+            /** @enum {string} */
+            kind: "inspection.finished";
+        } | {
+            /** @description The queue of inspections was held: no further one starts. */
+            body: components["schemas"]["InspectionsHeld"];
+            /** @enum {string} */
+            kind: "inspections.held";
+        } | {
+            /** @description The hold of the queue of inspections ended. */
+            body: components["schemas"]["Initiator"];
+            /** @enum {string} */
+            kind: "inspections.resumed";
         } | {
             /** @description A calibration session was created. */
             body: components["schemas"]["SessionVersion"];
@@ -2596,6 +3000,80 @@ export interface components {
                 [key: string]: number;
             };
         };
+        /** @description The geometry of a feature, mm. */
+        GeometryDto: {
+            /** @enum {string} */
+            kind: "plane";
+            /** @description Unit normal. */
+            normal: number[];
+            /** @description A point on it. */
+            point_mm: number[];
+        } | {
+            /** @description Its centre. */
+            centre_mm: number[];
+            /** @enum {string} */
+            kind: "sphere";
+            /**
+             * Format: double
+             * @description Its radius.
+             */
+            radius_mm: number;
+        } | {
+            /** @description Unit direction of the axis. */
+            axis: number[];
+            /** @enum {string} */
+            kind: "cylinder";
+            /** @description A point on the axis. */
+            point_mm: number[];
+            /**
+             * Format: double
+             * @description Its radius.
+             */
+            radius_mm: number;
+        } | {
+            /** @description Its centre. */
+            centre_mm: number[];
+            /** @enum {string} */
+            kind: "circle";
+            /** @description Unit normal of its plane. */
+            normal: number[];
+            /**
+             * Format: double
+             * @description Its radius.
+             */
+            radius_mm: number;
+        } | {
+            /** @description Its centre. */
+            centre_mm: number[];
+            /** @description Unit direction of its long axis. */
+            direction: number[];
+            /** @enum {string} */
+            kind: "slot";
+            /**
+             * Format: double
+             * @description Length over both ends.
+             */
+            length_mm: number;
+            /** @description Unit normal of its plane. */
+            normal: number[];
+            /**
+             * Format: double
+             * @description Width.
+             */
+            width_mm: number;
+        } | {
+            /** @description Unit direction. */
+            direction: number[];
+            /** @enum {string} */
+            kind: "line";
+            /** @description A point on it. */
+            point_mm: number[];
+        } | {
+            /** @description Where it is. */
+            at_mm: number[];
+            /** @enum {string} */
+            kind: "point";
+        };
         /** @description The process is running. */
         HealthDto: {
             /**
@@ -2607,6 +3085,16 @@ export interface components {
             trusted_proxy: boolean;
             /** @description Program version. */
             version: string;
+        };
+        /**
+         * @description Request to hold the queue of inspections.
+         * @example {
+         *       "reason": "the fixture is being changed"
+         *     }
+         */
+        HoldDto: {
+            /** @description Why. */
+            reason?: string | null;
         };
         /** @description Identity of a device, as it reports it. */
         IdentityDto: {
@@ -2652,6 +3140,168 @@ export interface components {
             /** @description SHA-256 of its content. */
             sha256: string;
         };
+        /**
+         * @description Request to inspect a part.
+         * @example {
+         *       "order": "4711",
+         *       "recipe": "bracket",
+         *       "serial": "BR-0042"
+         *     }
+         */
+        InspectDto: {
+            /** @description Handed on to other systems as they are. */
+            attributes?: {
+                [key: string]: string;
+            };
+            /** @description The order it is made for. */
+            order?: string | null;
+            recipe?: components["schemas"]["RecipeRefDto"] | null;
+            /** @description Serial number of the part. */
+            serial: string;
+        };
+        /** @description The version of a recipe that a part was inspected by. */
+        InspectedByDto: {
+            /** @description Digest of the version. */
+            digest: string;
+            /** @description URL of the version. */
+            href: string;
+            /** @description Id of the recipe. */
+            id: string;
+            /**
+             * Format: int32
+             * @description The recipe's number in that version.
+             */
+            number?: number | null;
+            /**
+             * Format: int64
+             * @description Its version.
+             */
+            version: number;
+        };
+        /** @description A part that was inspected; it never changes. */
+        InspectionDto: {
+            /** @description Why there is no datum frame. */
+            alignment_failure?: string | null;
+            /** @description Of the part. */
+            attributes: {
+                [key: string]: string;
+            };
+            /** @description The calibration of the cloud. */
+            calibration_id: string;
+            /** @description The verdicts that differ from that inspection. */
+            changed: components["schemas"]["VerdictChangeDto"][];
+            /** @description URL of its cloud. */
+            cloud_href?: string | null;
+            /**
+             * Format: int64
+             * @description Time of the verdict, ms since 1970 (UTC).
+             */
+            created_at_ms: number;
+            datum_from_part?: components["schemas"]["PoseDto"] | null;
+            /** @description The features; only in a single inspection. */
+            features?: components["schemas"]["PlanFeatureDto"][] | null;
+            /** @description The frame of all geometry: `datum`, or `part` (the frame of the scan). */
+            frame: string;
+            /** @description Its id. */
+            id: string;
+            /** @description The job that made it. */
+            job_id?: string | null;
+            /** @description The order it was made for. */
+            order?: string | null;
+            /** @description The inspection whose scan was judged anew. */
+            re_evaluated_from?: string | null;
+            /** @description What it was inspected by. */
+            recipe: components["schemas"]["InspectedByDto"];
+            /** @description The characteristics, in the order of the plan. */
+            results: components["schemas"]["CharacteristicResultDto"][];
+            /** @description URL of the scan. */
+            scan_href?: string | null;
+            /** @description The scan; absent if it was deleted. */
+            scan_id?: string | null;
+            /**
+             * Format: int64
+             * @description Position among all inspections, from 1 without gaps.
+             */
+            seq: number;
+            /** @description Serial number of the part. */
+            serial: string;
+            /** @description Whether the devices were simulated, or a recording: no verdict on a real part. */
+            simulated: boolean;
+            /** @description The verdict on the part: the worst of its characteristics; `invalid` if none is judged. Accept only `ok`. */
+            verdict: components["schemas"]["VerdictDto"];
+        };
+        /** @description A part that was inspected. */
+        InspectionFinished: {
+            /** @description The calibration of its cloud. */
+            calibration_id: string;
+            /** @description The order it was made for. */
+            order?: string | null;
+            /** @description The inspection whose scan was judged anew. */
+            re_evaluated_from?: string | null;
+            /** @description Recipe and version: `bracket@7`. */
+            recipe: string;
+            /** @description Digest of the recipe's version. */
+            recipe_digest: string;
+            /**
+             * Format: int32
+             * @description The recipe's number, if it has one.
+             */
+            recipe_number?: number | null;
+            /** @description The scan. */
+            scan_id?: string | null;
+            /**
+             * Format: int64
+             * @description Position among all inspections, from 1 without gaps.
+             */
+            seq: number;
+            /** @description Serial number of the part. */
+            serial: string;
+            /** @description Whether the devices were simulated, or a recording. */
+            simulated: boolean;
+            /** @description `ok`, `not_ok`, `undecided` or `invalid`. */
+            verdict: string;
+        };
+        /** @description Inspect a part. */
+        InspectionJobDto: {
+            /** @description Handed on to other systems as they are. */
+            attributes: {
+                [key: string]: string;
+            };
+            /** @description The order it is made for. */
+            order?: string | null;
+            /** @description The recipe. */
+            recipe_id: string;
+            /**
+             * Format: int64
+             * @description Its version, decided when the job was accepted.
+             */
+            recipe_version: number;
+            /** @description Serial number of the part. */
+            serial: string;
+        };
+        /** @description The queue of inspections. */
+        InspectionQueueDto: {
+            /** @description Whether no further inspection starts. */
+            held: boolean;
+            /** @description Who holds it. */
+            held_by?: string | null;
+            /** @description Inspections that wait. */
+            n_waiting: number;
+            /** @description Why. */
+            reason?: string | null;
+            /** @description The job of the running one. */
+            running_job_id?: string | null;
+            /**
+             * Format: int64
+             * @description Since when, ms since 1970 (UTC).
+             */
+            since_ms?: number | null;
+        };
+        /** @description A hold of the queue of inspections. */
+        InspectionsHeld: components["schemas"]["Initiator"] & {
+            /** @description Why. */
+            reason?: string | null;
+        };
         /** @description A job. */
         JobDto: {
             /**
@@ -2667,7 +3317,7 @@ export interface components {
             /** @description Its id. */
             id: string;
             input?: components["schemas"]["JobInputDto"] | null;
-            /** @description `calibration`, `scan`, `recomputation`, `verification`, `export`. */
+            /** @description `calibration`, `scan`, `recomputation`, `verification`, `export`, `inspection`, `re_evaluation`. */
             kind: string;
             /** @description Progress message for the operator. */
             message: string;
@@ -2727,6 +3377,12 @@ export interface components {
         }) | (components["schemas"]["ExportJobDto"] & {
             /** @enum {string} */
             kind: "export";
+        }) | (components["schemas"]["InspectionJobDto"] & {
+            /** @enum {string} */
+            kind: "inspection";
+        }) | (components["schemas"]["ReEvaluationJobDto"] & {
+            /** @enum {string} */
+            kind: "re_evaluation";
         });
         /** @description Result of a job. */
         JobResult: {
@@ -3081,6 +3737,68 @@ export interface components {
             next?: string | null;
         };
         /** @description A page of a list. */
+        ListDto_InspectionDto: {
+            /**
+             * @description Records in this range that are damaged in the database and cannot be shown, regardless of the filter; absent if
+             *     there are none.
+             */
+            damaged?: components["schemas"]["DamagedRecordDto"][];
+            /** @description The records, newest first. */
+            items: {
+                /** @description Why there is no datum frame. */
+                alignment_failure?: string | null;
+                /** @description Of the part. */
+                attributes: {
+                    [key: string]: string;
+                };
+                /** @description The calibration of the cloud. */
+                calibration_id: string;
+                /** @description The verdicts that differ from that inspection. */
+                changed: components["schemas"]["VerdictChangeDto"][];
+                /** @description URL of its cloud. */
+                cloud_href?: string | null;
+                /**
+                 * Format: int64
+                 * @description Time of the verdict, ms since 1970 (UTC).
+                 */
+                created_at_ms: number;
+                datum_from_part?: components["schemas"]["PoseDto"] | null;
+                /** @description The features; only in a single inspection. */
+                features?: components["schemas"]["PlanFeatureDto"][] | null;
+                /** @description The frame of all geometry: `datum`, or `part` (the frame of the scan). */
+                frame: string;
+                /** @description Its id. */
+                id: string;
+                /** @description The job that made it. */
+                job_id?: string | null;
+                /** @description The order it was made for. */
+                order?: string | null;
+                /** @description The inspection whose scan was judged anew. */
+                re_evaluated_from?: string | null;
+                /** @description What it was inspected by. */
+                recipe: components["schemas"]["InspectedByDto"];
+                /** @description The characteristics, in the order of the plan. */
+                results: components["schemas"]["CharacteristicResultDto"][];
+                /** @description URL of the scan. */
+                scan_href?: string | null;
+                /** @description The scan; absent if it was deleted. */
+                scan_id?: string | null;
+                /**
+                 * Format: int64
+                 * @description Position among all inspections, from 1 without gaps.
+                 */
+                seq: number;
+                /** @description Serial number of the part. */
+                serial: string;
+                /** @description Whether the devices were simulated, or a recording: no verdict on a real part. */
+                simulated: boolean;
+                /** @description The verdict on the part: the worst of its characteristics; `invalid` if none is judged. Accept only `ok`. */
+                verdict: components["schemas"]["VerdictDto"];
+            }[];
+            /** @description URL of the next page; absent on the last page. */
+            next?: string | null;
+        };
+        /** @description A page of a list. */
         ListDto_JobDto: {
             /**
              * @description Records in this range that are damaged in the database and cannot be shown, regardless of the filter; absent if
@@ -3102,7 +3820,7 @@ export interface components {
                 /** @description Its id. */
                 id: string;
                 input?: components["schemas"]["JobInputDto"] | null;
-                /** @description `calibration`, `scan`, `recomputation`, `verification`, `export`. */
+                /** @description `calibration`, `scan`, `recomputation`, `verification`, `export`, `inspection`, `re_evaluation`. */
                 kind: string;
                 /** @description Progress message for the operator. */
                 message: string;
@@ -3154,6 +3872,86 @@ export interface components {
                 result: components["schemas"]["MeasurementResultDto"];
                 /** @description The scan. */
                 scan_id: string;
+            }[];
+            /** @description URL of the next page; absent on the last page. */
+            next?: string | null;
+        };
+        /** @description A page of a list. */
+        ListDto_RecipeItemDto: {
+            /**
+             * @description Records in this range that are damaged in the database and cannot be shown, regardless of the filter; absent if
+             *     there are none.
+             */
+            damaged?: components["schemas"]["DamagedRecordDto"][];
+            /** @description The records, newest first. */
+            items: {
+                /** @description No longer used. */
+                archived: boolean;
+                /** @description Who published the newest version. */
+                author: string;
+                /**
+                 * Format: int64
+                 * @description When, ms since 1970 (UTC).
+                 */
+                created_at_ms: number;
+                /** @description Digest of that version. */
+                digest: string;
+                /** @description Its id. */
+                id: string;
+                /** @description What people call it. */
+                name: string;
+                /**
+                 * Format: int32
+                 * @description By which a PLC calls it.
+                 */
+                number?: number | null;
+                /** @description Why. */
+                reason: string;
+                /** @description A regular expression for whole serial numbers. */
+                serial_pattern?: string | null;
+                /**
+                 * Format: int64
+                 * @description Its newest version.
+                 */
+                version: number;
+            }[];
+            /** @description URL of the next page; absent on the last page. */
+            next?: string | null;
+        };
+        /** @description A page of a list. */
+        ListDto_RecipeVersionDto: {
+            /**
+             * @description Records in this range that are damaged in the database and cannot be shown, regardless of the filter; absent if
+             *     there are none.
+             */
+            damaged?: components["schemas"]["DamagedRecordDto"][];
+            /** @description The records, newest first. */
+            items: {
+                /** @description Who published it. */
+                author: string;
+                /**
+                 * Format: int64
+                 * @description Time of publication, ms since 1970 (UTC).
+                 */
+                created_at_ms: number;
+                /** @description SHA-256 of the canonical content (JSON without spaces, keys sorted), hexadecimal. */
+                digest: string;
+                /** @description Id of the recipe. */
+                id: string;
+                /** @description Why. */
+                reason: string;
+                /** @description What is scanned, measured and judged. */
+                recipe: components["schemas"]["RecipeDto"];
+                /**
+                 * Format: int64
+                 * @description The version whose content it has again.
+                 */
+                restored_from?: number | null;
+                /**
+                 * Format: int64
+                 * @description From 1 without gaps.
+                 */
+                version: number;
             }[];
             /** @description URL of the next page; absent on the last page. */
             next?: string | null;
@@ -3648,6 +4446,11 @@ export interface components {
             /** @default null */
             target: components["schemas"]["TargetDto"] | null;
         };
+        /** @description A recipe in its newest version. */
+        NewestRecipeDto: components["schemas"]["RecipeVersionDto"] & {
+            /** @description No longer used; no part can be inspected by it. */
+            archived: boolean;
+        };
         /** @description Depth difference of one order. */
         OrderDifferenceDto: {
             /** @description Grid, row by row; null outside the working volume. */
@@ -3725,6 +4528,24 @@ export interface components {
          * @enum {string}
          */
         PixelFormatDto: "mono8" | "mono16";
+        /** @description A place that differs. */
+        PlaceChangeDto: {
+            /**
+             * @description What is there, as JSON; absent if there is nothing.
+             * @example 0.1
+             */
+            new?: string | null;
+            /**
+             * @description What was there, as JSON; absent if there was nothing.
+             * @example 0.05
+             */
+            old?: string | null;
+            /**
+             * @description JSON pointer; features and characteristics are named by their id instead of their number.
+             * @example /plan/characteristics/height/upper
+             */
+            place: string;
+        };
         /**
          * @description Request to place a scene on the simulated stage.
          * @example {
@@ -3734,6 +4555,395 @@ export interface components {
         PlaceSceneDto: {
             /** @description The scene. */
             scene: components["schemas"]["SceneNameDto"];
+        };
+        /** @description Features, the alignment that makes a part's frame of some of them, and the characteristics judged in it. */
+        Plan: {
+            /** @description How the part lies; without it the datum frame is the frame of the scan. */
+            alignment?: components["schemas"]["PlanAlignment"] | null;
+            /** @description What is measured and judged. */
+            characteristics: components["schemas"]["PlanCharacteristic"][];
+            /** @description What is fitted to the cloud; a feature rests on features above it. */
+            features: components["schemas"]["PlanFeature"][];
+            /** @description Version of this document. */
+            format: components["schemas"]["PlanPlanFormat"];
+            /** @description What people call it. */
+            name?: string;
+            /**
+             * Format: uint64
+             * @description Seed of the random choices of the search; the same seed gives the same result.
+             * @default 1
+             */
+            seed: number;
+        };
+        /**
+         * @description Three features in the order of their rank: each fixes what those before it left free.
+         *
+         *     The first plane or line among them gives z (a plane's normal looks to the camera); the next plane, line, or second
+         *     point gives x or, as a plane, y; three points give x from the first to the second and z as the normal of all three.
+         *     The origin is where the first feature, then the second, then the third says.
+         *     A plane that is second is at y = 0, one that is third at x = 0; a line that is second runs along x.
+         */
+        PlanAlignment: {
+            /** @description The first datum. */
+            primary: string;
+            /** @description The second. */
+            secondary: string;
+            /** @description The third. */
+            tertiary: string;
+        };
+        /** @description An axis of the datum frame. */
+        PlanAxis: "x" | "y" | "z";
+        /** @description A characteristic of a part. */
+        PlanCharacteristic: {
+            /** @description Handed on to the result as they are. */
+            attributes?: {
+                [key: string]: string | number | boolean;
+            };
+            /** @description Its name within the plan, and in every result. */
+            id: string;
+            /**
+             * Format: double
+             * @description Smallest permitted deviation from nominal, in the unit of the value; no limit below if null.
+             */
+            lower?: number | null;
+            /** @description What is measured. */
+            measure: components["schemas"]["PlanMeasure"];
+            /**
+             * Format: double
+             * @description The value an angle should have, degrees.
+             */
+            nominal_deg?: number | null;
+            /**
+             * Format: double
+             * @description The value a length should have, mm. Forms and positions have 0.
+             */
+            nominal_mm?: number | null;
+            /**
+             * Format: double
+             * @description Largest permitted deviation from nominal; no limit above if null.
+             */
+            upper?: number | null;
+        };
+        /** @description A range of directions of the surface's normal, which looks to the camera. */
+        PlanFacing: {
+            /** @description The middle direction, of any length, in the frame of the region. */
+            normal: number[];
+            /**
+             * Format: double
+             * @description Largest angle from it, degrees.
+             */
+            within_deg: number;
+        };
+        /** @description A feature of a plan. */
+        PlanFeature: {
+            /** @description Its name within the plan. */
+            id: string;
+            /** @description What it is. */
+            shape: components["schemas"]["PlanFeatureShape"];
+        };
+        /** @description A feature as found. */
+        PlanFeatureDto: {
+            /** @description Why it was not found. */
+            failure?: string | null;
+            /** @description Findings that question it. */
+            findings: components["schemas"]["PlanFindingDto"][];
+            geometry?: components["schemas"]["GeometryDto"] | null;
+            /** @description Its id in the plan. */
+            id: string;
+            /** @description What it is: `plane`, `circle`, … */
+            kind: string;
+            /** @description Points on or inside it that were left out. */
+            n_left_out: number;
+            /** @description Points (of a rim: crossings) the fit rests on. */
+            n_points: number;
+            /**
+             * Format: double
+             * @description RMS of the points about it.
+             */
+            rms_mm?: number | null;
+        };
+        /** @description Shapes, and what is made of them. */
+        PlanFeatureShape: {
+            /**
+             * @description Where.
+             * @default {}
+             */
+            select: components["schemas"]["PlanSelection"];
+            /** @enum {string} */
+            type: "plane";
+        } | {
+            /**
+             * Format: double
+             * @description A hint which is meant, mm; never a bias.
+             */
+            radius_mm?: number | null;
+            /**
+             * @description Where.
+             * @default {}
+             */
+            select: components["schemas"]["PlanSelection"];
+            /** @enum {string} */
+            type: "sphere";
+        } | {
+            /**
+             * Format: double
+             * @description A hint which is meant, mm; never a bias.
+             */
+            radius_mm?: number | null;
+            /**
+             * @description Where.
+             * @default {}
+             */
+            select: components["schemas"]["PlanSelection"];
+            /** @enum {string} */
+            type: "cylinder";
+        } | {
+            /** @description The plane around (or inside) it. */
+            plane: string;
+            /**
+             * @description Where; must hold the rim and a strip of the plane along it.
+             * @default {}
+             */
+            select: components["schemas"]["PlanSelection"];
+            /** @enum {string} */
+            type: "circle";
+        } | {
+            /** @description The plane around it. */
+            plane: string;
+            /**
+             * @description Where; must hold the rim and a strip of the plane along it.
+             * @default {}
+             */
+            select: components["schemas"]["PlanSelection"];
+            /** @enum {string} */
+            type: "slot";
+        } | {
+            /** @description The plane that ends there. */
+            plane: string;
+            /**
+             * @description Where; must hold the rim and a strip of the plane along it.
+             * @default {}
+             */
+            select: components["schemas"]["PlanSelection"];
+            /** @enum {string} */
+            type: "edge";
+        } | {
+            /** @description Corners of the nominal contour, mm. */
+            contour_mm: number[][];
+            /** @description Origin of the contour's coordinates, mm, datum frame. */
+            origin_mm: number[];
+            /**
+             * @description Where: a slice about the cut.
+             * @default {}
+             */
+            select: components["schemas"]["PlanSelection"];
+            /** @enum {string} */
+            type: "section";
+            /** @description Direction of the contour's first coordinate. */
+            x: number[];
+            /** @description Direction of its second one: away from the material where the contour runs along the first. */
+            y: number[];
+        } | {
+            /** @description Of which. */
+            of: components["schemas"]["PlanLineOf"];
+            /** @enum {string} */
+            type: "line";
+        } | {
+            /** @description Of which. */
+            of: components["schemas"]["PlanPointOf"];
+            /** @enum {string} */
+            type: "point";
+        };
+        /** @description A finding that questions a feature. */
+        PlanFindingDto: {
+            /** @description The feature; absent in the list of a feature itself. */
+            feature?: string | null;
+            /** @description Its code: `model_misfit`, `off_surface`, `short_arc`. */
+            kind: string;
+            /** @description Its text. */
+            text: string;
+        };
+        /** @description What makes a line. */
+        PlanLineOf: {
+            planes: string[];
+        } | {
+            axis: string;
+        } | {
+            points: string[];
+        };
+        /** @description What is measured; `of`, `from` and the like name features. */
+        PlanMeasure: {
+            /** @description Along this axis of the datum frame, with its sign, instead. */
+            along?: components["schemas"]["PlanAxis"] | null;
+            /** @description The first feature. */
+            from: string;
+            /** @description The second. */
+            to: string;
+            /** @enum {string} */
+            type: "distance";
+        } | {
+            /** @description The plane measured from. */
+            base: string;
+            /** @description The plane measured. */
+            top: string;
+            /** @enum {string} */
+            type: "step";
+        } | {
+            /** @description As the turn about this axis of the datum frame, with its sign, instead. */
+            about?: components["schemas"]["PlanAxis"] | null;
+            /** @description The first feature. */
+            from: string;
+            /** @description The second. */
+            to: string;
+            /** @enum {string} */
+            type: "angle";
+        } | {
+            /** @description The feature. */
+            of: string;
+            /** @enum {string} */
+            type: "diameter";
+        } | {
+            /** @description The feature. */
+            of: string;
+            /** @enum {string} */
+            type: "radius";
+        } | {
+            /** @description Which coordinate. */
+            axis: components["schemas"]["PlanAxis"];
+            /** @description The feature. */
+            of: string;
+            /** @enum {string} */
+            type: "coordinate";
+        } | {
+            /** @description Where it should be, mm; null along an axis that does not count. */
+            at_mm: (number | null)[];
+            /** @description The feature. */
+            of: string;
+            /** @enum {string} */
+            type: "position";
+        } | {
+            /** @description The plane judged. */
+            of: string;
+            /** @description The datum. */
+            to: string;
+            /** @enum {string} */
+            type: "parallelism";
+        } | {
+            /** @description The plane judged. */
+            of: string;
+            /** @description The datum. */
+            to: string;
+            /** @enum {string} */
+            type: "perpendicularity";
+        } | {
+            /** @description The plane. */
+            of: string;
+            /** @enum {string} */
+            type: "flatness";
+        } | {
+            /** @description The section. */
+            of: string;
+            /** @enum {string} */
+            type: "profile";
+        } | {
+            /** @description The rim it is measured from: an edge, a line, or a cylinder (a rolled edge). */
+            from: string;
+            /** @description The reference plane. */
+            surface: string;
+            /** @description The other rim. */
+            to: string;
+            /** @enum {string} */
+            type: "gap";
+        } | {
+            /** @description Its rim at the seam, an edge, a line or a cylinder; without it the centre of its points. */
+            at?: string | null;
+            /** @description The reference plane. */
+            reference: string;
+            /** @description The plane measured. */
+            surface: string;
+            /** @enum {string} */
+            type: "flush";
+        } | {
+            /** @description The floor. */
+            floor: string;
+            /** @description The planes on both sides. */
+            shoulders: string[];
+            /** @enum {string} */
+            type: "groove_depth";
+        } | {
+            /** @description The slot. */
+            of: string;
+            /** @enum {string} */
+            type: "width";
+        } | {
+            /** @description The slot. */
+            of: string;
+            /** @enum {string} */
+            type: "length";
+        };
+        /** @description The version of the document. */
+        PlanPlanFormat: "sheaf-plan/1";
+        /** @description What makes a point. */
+        PlanPointOf: {
+            centre: string;
+        } | {
+            line_and_plane: string[];
+        } | {
+            planes: string[];
+        } | {
+            lines: string[];
+        };
+        /** @description A part of space; points outside are not looked at. Millimetres, in the frame of the points it is asked about. */
+        PlanRegion: {
+            /** @description Largest x, y, z, mm. */
+            max_mm: number[];
+            /** @description Smallest x, y, z, mm. */
+            min_mm: number[];
+            /** @enum {string} */
+            type: "box";
+        } | {
+            /** @description Its centre, mm. */
+            centre_mm: number[];
+            /**
+             * Format: double
+             * @description Its radius, mm.
+             */
+            radius_mm: number;
+            /** @enum {string} */
+            type: "sphere";
+        } | {
+            /** @description The direction of its axis, of any length. */
+            axis: number[];
+            /** @description The middle of its axis, mm. */
+            centre_mm: number[];
+            /**
+             * Format: double
+             * @description Half its length, mm.
+             */
+            half_length_mm: number;
+            /**
+             * Format: double
+             * @description Its radius, mm.
+             */
+            radius_mm: number;
+            /** @enum {string} */
+            type: "cylinder";
+        };
+        /** @description The points a feature is looked for in; all if nothing is said. */
+        PlanSelection: {
+            /** @description Only where the surface faces this way. */
+            facing?: components["schemas"]["PlanFacing"] | null;
+            /** @description Of these diffraction orders alone; of all if empty. */
+            orders?: number[];
+            /** @description Where: in the frame of the scan for features the alignment rests on, in the datum frame for all others. */
+            region?: components["schemas"]["PlanRegion"] | null;
+        };
+        /** @description A rigid motion. */
+        PoseDto: {
+            /** @description Rows of the rotation matrix. */
+            rotation: number[][];
+            /** @description Translation, mm. */
+            translation_mm: number[];
         };
         /** @description The body `application/problem+json`. */
         Problem: {
@@ -3841,6 +5051,13 @@ export interface components {
              */
             wavelength_nm: number;
         };
+        /** @description Request to publish a version of a recipe. */
+        PublishRecipeDto: {
+            /** @description Why it is changed. */
+            reason: string;
+            /** @description What is scanned, measured and judged, as a whole. */
+            recipe: components["schemas"]["RecipeDto"];
+        };
         /** @description Allowed range of a number. */
         RangeDto: {
             /**
@@ -3853,6 +5070,27 @@ export interface components {
              * @description Smallest.
              */
             min: number;
+        };
+        /**
+         * @description Request to judge the scan of an inspection by another version of a recipe.
+         * @example {
+         *       "recipe": "bracket@8"
+         *     }
+         */
+        ReEvaluateDto: {
+            recipe?: components["schemas"]["RecipeRefDto"] | null;
+        };
+        /** @description Judge the scan of an inspection by another version of a recipe. */
+        ReEvaluationJobDto: {
+            /** @description The inspection. */
+            inspection_id: string;
+            /** @description The recipe. */
+            recipe_id: string;
+            /**
+             * Format: int64
+             * @description Its version.
+             */
+            recipe_version: number;
         };
         /** @description Jobs can run. */
         ReadyDto: {
@@ -3868,6 +5106,226 @@ export interface components {
              * @example ready
              */
             status: string;
+        };
+        /** @description What differs between two versions. */
+        RecipeDifferenceDto: {
+            /** @description The places that differ. */
+            changes: components["schemas"]["PlaceChangeDto"][];
+            /**
+             * Format: int64
+             * @description The version before.
+             */
+            from: number;
+            /**
+             * Format: int64
+             * @description The version after.
+             */
+            to: number;
+        };
+        /** @description How a part is scanned, measured and judged. It holds no calibration: an inspection uses the active one. */
+        RecipeDto: {
+            /** @description Handed on to other systems as they are. */
+            attributes?: {
+                [key: string]: string;
+            };
+            /** @description What people call it. */
+            name: string;
+            /**
+             * Format: int32
+             * @description By which a PLC calls it; no two recipes in use have the same.
+             */
+            number?: number | null;
+            /** @description What is measured, and within which limits. */
+            plan: components["schemas"]["Plan"];
+            /** @description How the part is scanned. */
+            scan: components["schemas"]["RecipeScanDto"];
+            /**
+             * @description A regular expression for whole serial numbers: the recipe is chosen for parts whose number matches.
+             * @example BR-[0-9]{4}
+             */
+            serial_pattern?: string | null;
+        };
+        /** @description A version of a recipe as one file. Where it came from is for people; `id`, `digest` and `recipe` are imported. */
+        RecipeFileDto: {
+            /** @description Who published it there. */
+            author?: string;
+            /** @description SHA-256 of the canonical content; leave it out of a file that is written by hand. */
+            digest?: string | null;
+            /** @description Version of this document. */
+            format: components["schemas"]["RecipeFormatDto"];
+            /** @description Id of the recipe. */
+            id: string;
+            /** @description Why. */
+            reason?: string;
+            /** @description What is scanned, measured and judged. */
+            recipe: components["schemas"]["RecipeDto"];
+            /**
+             * Format: int64
+             * @description Its version on the station that exported it.
+             */
+            version: number;
+        };
+        /**
+         * @description Version of the document.
+         * @enum {string}
+         */
+        RecipeFormatDto: "sheaf-recipe/1";
+        /** @description A recipe in a list. */
+        RecipeItemDto: {
+            /** @description No longer used. */
+            archived: boolean;
+            /** @description Who published the newest version. */
+            author: string;
+            /**
+             * Format: int64
+             * @description When, ms since 1970 (UTC).
+             */
+            created_at_ms: number;
+            /** @description Digest of that version. */
+            digest: string;
+            /** @description Its id. */
+            id: string;
+            /** @description What people call it. */
+            name: string;
+            /**
+             * Format: int32
+             * @description By which a PLC calls it.
+             */
+            number?: number | null;
+            /** @description Why. */
+            reason: string;
+            /** @description A regular expression for whole serial numbers. */
+            serial_pattern?: string | null;
+            /**
+             * Format: int64
+             * @description Its newest version.
+             */
+            version: number;
+        };
+        /** @description A new version of a recipe. */
+        RecipePublished: {
+            /** @description Who did it. */
+            actor: string;
+            /** @description SHA-256 of its canonical content, hexadecimal. */
+            digest: string;
+            /**
+             * Format: int32
+             * @description By which a PLC calls it.
+             */
+            number?: number | null;
+            /** @description Why it was published. */
+            reason: string;
+            /**
+             * Format: int64
+             * @description The version whose content it has again.
+             */
+            restored_from?: number | null;
+            /**
+             * Format: int64
+             * @description The version.
+             */
+            version: number;
+        };
+        /**
+         * @description Names a recipe: `bracket` (its newest version), `bracket@7`, or its number.
+         * @example bracket@7
+         */
+        RecipeRefDto: number | string;
+        /**
+         * @description How a part is scanned: the fields of a scan request that are the same for every part. The calibration is the active one.
+         * @example {
+         *       "from_mm": -20,
+         *       "step_mm": 0.2,
+         *       "to_mm": 20
+         *     }
+         */
+        RecipeScanDto: {
+            background?: components["schemas"]["BackgroundDto"] | null;
+            /**
+             * Format: double
+             * @description Exposure time of the frames; default: chosen by the station.
+             */
+            exposure_us?: number | null;
+            /** @description Two to four exposure times per row instead of one (HDR), stop-and-go only. */
+            exposures_us?: number[];
+            /**
+             * Format: double
+             * @description First angle of a turntable.
+             */
+            from_deg?: number | null;
+            /**
+             * Format: double
+             * @description First position of a linear stage.
+             */
+            from_mm?: number | null;
+            /** @description Keep the frames as a capture. */
+            keep_frames?: boolean;
+            /**
+             * Format: double
+             * @description Laser power, share of full power; default: chosen by the station.
+             */
+            laser_power?: number | null;
+            mode?: components["schemas"]["ScanModeDto"] | null;
+            /** @description Record everything that the camera delivers during the scan as an MCAP file. */
+            record?: boolean;
+            /**
+             * Format: double
+             * @description Speed of a continuous scan on a turntable; the step follows from the frame rate.
+             */
+            speed_deg_s?: number | null;
+            /**
+             * Format: double
+             * @description Speed of a continuous scan; the step follows from the frame rate.
+             */
+            speed_mm_s?: number | null;
+            /**
+             * Format: double
+             * @description Angle between rows.
+             */
+            step_deg?: number | null;
+            /**
+             * Format: double
+             * @description Distance between rows.
+             */
+            step_mm?: number | null;
+            /**
+             * Format: double
+             * @description Last angle of a turntable.
+             */
+            to_deg?: number | null;
+            /**
+             * Format: double
+             * @description Last position of a linear stage.
+             */
+            to_mm?: number | null;
+        };
+        /** @description A version of a recipe; it never changes. */
+        RecipeVersionDto: {
+            /** @description Who published it. */
+            author: string;
+            /**
+             * Format: int64
+             * @description Time of publication, ms since 1970 (UTC).
+             */
+            created_at_ms: number;
+            /** @description SHA-256 of the canonical content (JSON without spaces, keys sorted), hexadecimal. */
+            digest: string;
+            /** @description Id of the recipe. */
+            id: string;
+            /** @description Why. */
+            reason: string;
+            /** @description What is scanned, measured and judged. */
+            recipe: components["schemas"]["RecipeDto"];
+            /**
+             * Format: int64
+             * @description The version whose content it has again.
+             */
+            restored_from?: number | null;
+            /**
+             * Format: int64
+             * @description From 1 without gaps.
+             */
+            version: number;
         };
         /** @description Recompute a scan from its peaks. */
         RecomputationJobDto: {
@@ -4070,6 +5528,22 @@ export interface components {
              * @description Columns.
              */
             width_px: number;
+        };
+        /**
+         * @description Request to publish the content of an earlier version again.
+         * @example {
+         *       "reason": "the new fixture was removed",
+         *       "to_version": 3
+         *     }
+         */
+        RollBackRecipeDto: {
+            /** @description Why. */
+            reason: string;
+            /**
+             * Format: int64
+             * @description The version whose content is published again.
+             */
+            to_version: number;
         };
         /** @description The axis of a turntable. */
         RotaryAxisDto: {
@@ -5366,6 +6840,13 @@ export interface components {
          * @enum {string}
          */
         TriggerDto: "free" | "software" | "hardware";
+        /** @description A verdict that differs from that of an earlier inspection. */
+        VerdictChangeDto: {
+            after?: components["schemas"]["VerdictDto"] | null;
+            before?: components["schemas"]["VerdictDto"] | null;
+            /** @description Id of the characteristic. */
+            id: string;
+        };
         /**
          * @description Verdict on a characteristic or a part; of several the worst counts: `ok` < `undecided` < `invalid` < `not_ok`.
          * @enum {string}
@@ -6902,6 +8383,280 @@ export interface operations {
             503: components["responses"]["Problem"];
         };
     };
+    get_inspection_queue: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["InspectionQueueDto"];
+                };
+            };
+            400: components["responses"]["Problem"];
+            403: components["responses"]["Problem"];
+            404: components["responses"]["Problem"];
+            408: components["responses"]["Problem"];
+            500: components["responses"]["Problem"];
+            503: components["responses"]["Problem"];
+        };
+    };
+    hold_inspections: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["HoldDto"];
+            };
+        };
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["InspectionQueueDto"];
+                };
+            };
+            400: components["responses"]["Problem"];
+            403: components["responses"]["Problem"];
+            404: components["responses"]["Problem"];
+            408: components["responses"]["Problem"];
+            409: components["responses"]["Problem"];
+            412: components["responses"]["Problem"];
+            413: components["responses"]["Problem"];
+            415: components["responses"]["Problem"];
+            422: components["responses"]["Problem"];
+            428: components["responses"]["Problem"];
+            429: components["responses"]["Problem"];
+            500: components["responses"]["Problem"];
+            503: components["responses"]["Problem"];
+            507: components["responses"]["Problem"];
+        };
+    };
+    resume_inspections: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["InspectionQueueDto"];
+                };
+            };
+            400: components["responses"]["Problem"];
+            403: components["responses"]["Problem"];
+            404: components["responses"]["Problem"];
+            408: components["responses"]["Problem"];
+            409: components["responses"]["Problem"];
+            412: components["responses"]["Problem"];
+            422: components["responses"]["Problem"];
+            428: components["responses"]["Problem"];
+            429: components["responses"]["Problem"];
+            500: components["responses"]["Problem"];
+            503: components["responses"]["Problem"];
+            507: components["responses"]["Problem"];
+        };
+    };
+    list_inspections: {
+        parameters: {
+            query?: {
+                /** @description Only of the part with this serial number. */
+                serial?: string;
+                /** @description Only for this order. */
+                order?: string;
+                /** @description Only by this recipe: `bracket`, or `bracket@7` for one version. */
+                recipe?: string;
+                /** @description Only with this verdict. */
+                verdict?: components["schemas"]["VerdictDto"];
+                /** @description Only those made at or after this, ms since 1970 (UTC). */
+                from_ms?: number;
+                /** @description Only those made before this, ms since 1970 (UTC). */
+                to_ms?: number;
+                /** @description Only those after this number, oldest first: for readers that follow without missing one. */
+                after_seq?: number;
+                /** @description Id of the last inspection of the previous page. */
+                before?: string;
+                /** @description Inspections per page, 1 to 200; default 50. */
+                limit?: number;
+            };
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ListDto_InspectionDto"];
+                };
+            };
+            400: components["responses"]["Problem"];
+            403: components["responses"]["Problem"];
+            404: components["responses"]["Problem"];
+            408: components["responses"]["Problem"];
+            500: components["responses"]["Problem"];
+            503: components["responses"]["Problem"];
+        };
+    };
+    start_inspection: {
+        parameters: {
+            query?: {
+                /** @description Seconds to wait for the result, 0 to 30; default 0. The inspection goes on when the time is over. */
+                wait_s?: number;
+            };
+            header?: {
+                /** @description Repeating a request with the same key, body and query within seven days does not repeat the action; it returns the same response */
+                "Idempotency-Key"?: string;
+            };
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["InspectDto"];
+            };
+        };
+        responses: {
+            /** @description Finished within `wait_s` */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["InspectionDto"];
+                };
+            };
+            202: {
+                headers: {
+                    /** @description Address of the job */
+                    Location?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["JobDto"];
+                };
+            };
+            400: components["responses"]["Problem"];
+            403: components["responses"]["Problem"];
+            404: components["responses"]["Problem"];
+            408: components["responses"]["Problem"];
+            409: components["responses"]["Problem"];
+            412: components["responses"]["Problem"];
+            413: components["responses"]["Problem"];
+            415: components["responses"]["Problem"];
+            422: components["responses"]["Problem"];
+            428: components["responses"]["Problem"];
+            429: components["responses"]["Problem"];
+            500: components["responses"]["Problem"];
+            503: components["responses"]["Problem"];
+            507: components["responses"]["Problem"];
+        };
+    };
+    get_inspection: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["InspectionDto"];
+                };
+            };
+            400: components["responses"]["Problem"];
+            403: components["responses"]["Problem"];
+            404: components["responses"]["Problem"];
+            408: components["responses"]["Problem"];
+            500: components["responses"]["Problem"];
+            503: components["responses"]["Problem"];
+        };
+    };
+    re_evaluate_inspection: {
+        parameters: {
+            query?: {
+                /** @description Seconds to wait for the result, 0 to 30; default 0. The inspection goes on when the time is over. */
+                wait_s?: number;
+            };
+            header?: {
+                /** @description Repeating a request with the same key, body and query within seven days does not repeat the action; it returns the same response */
+                "Idempotency-Key"?: string;
+            };
+            path: {
+                id: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["ReEvaluateDto"];
+            };
+        };
+        responses: {
+            /** @description Finished within `wait_s` */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["InspectionDto"];
+                };
+            };
+            202: {
+                headers: {
+                    /** @description Address of the job */
+                    Location?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["JobDto"];
+                };
+            };
+            400: components["responses"]["Problem"];
+            403: components["responses"]["Problem"];
+            404: components["responses"]["Problem"];
+            408: components["responses"]["Problem"];
+            409: components["responses"]["Problem"];
+            412: components["responses"]["Problem"];
+            413: components["responses"]["Problem"];
+            415: components["responses"]["Problem"];
+            422: components["responses"]["Problem"];
+            428: components["responses"]["Problem"];
+            429: components["responses"]["Problem"];
+            500: components["responses"]["Problem"];
+            503: components["responses"]["Problem"];
+            507: components["responses"]["Problem"];
+        };
+    };
     list_jobs: {
         parameters: {
             query?: {
@@ -7087,6 +8842,445 @@ export interface operations {
                 };
                 content: {
                     "application/json": components["schemas"]["ListDto_MeasurementDto"];
+                };
+            };
+            400: components["responses"]["Problem"];
+            403: components["responses"]["Problem"];
+            404: components["responses"]["Problem"];
+            408: components["responses"]["Problem"];
+            500: components["responses"]["Problem"];
+            503: components["responses"]["Problem"];
+        };
+    };
+    list_recipes: {
+        parameters: {
+            query?: {
+                /** @description Only archived ones, or only those in use. */
+                archived?: boolean;
+                /** @description Only the one with this number. */
+                number?: number;
+                /** @description Id of the last recipe of the previous page. */
+                before?: string;
+                /** @description Recipes per page, 1 to 200; default 50. */
+                limit?: number;
+            };
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ListDto_RecipeItemDto"];
+                };
+            };
+            400: components["responses"]["Problem"];
+            403: components["responses"]["Problem"];
+            404: components["responses"]["Problem"];
+            408: components["responses"]["Problem"];
+            500: components["responses"]["Problem"];
+            503: components["responses"]["Problem"];
+        };
+    };
+    create_recipe: {
+        parameters: {
+            query?: never;
+            header?: {
+                /** @description Repeating a request with the same key, body and query within seven days does not repeat the action; it returns the same response */
+                "Idempotency-Key"?: string;
+            };
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["CreateRecipeDto"];
+            };
+        };
+        responses: {
+            201: {
+                headers: {
+                    /** @description The version */
+                    ETag?: string;
+                    /** @description Its address */
+                    Location?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["RecipeVersionDto"];
+                };
+            };
+            400: components["responses"]["Problem"];
+            403: components["responses"]["Problem"];
+            404: components["responses"]["Problem"];
+            408: components["responses"]["Problem"];
+            409: components["responses"]["Problem"];
+            412: components["responses"]["Problem"];
+            413: components["responses"]["Problem"];
+            415: components["responses"]["Problem"];
+            422: components["responses"]["Problem"];
+            428: components["responses"]["Problem"];
+            429: components["responses"]["Problem"];
+            500: components["responses"]["Problem"];
+            503: components["responses"]["Problem"];
+            507: components["responses"]["Problem"];
+        };
+    };
+    import_recipe: {
+        parameters: {
+            query?: never;
+            header?: {
+                /** @description ETag of the recipe, or `*`, if there is one with this id */
+                "If-Match"?: string | null;
+                /** @description Repeating a request with the same key, body and query within seven days does not repeat the action; it returns the same response */
+                "Idempotency-Key"?: string;
+            };
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["RecipeFileDto"];
+            };
+        };
+        responses: {
+            201: {
+                headers: {
+                    /** @description The version */
+                    ETag?: string;
+                    /** @description Its address */
+                    Location?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["RecipeVersionDto"];
+                };
+            };
+            400: components["responses"]["Problem"];
+            403: components["responses"]["Problem"];
+            404: components["responses"]["Problem"];
+            408: components["responses"]["Problem"];
+            409: components["responses"]["Problem"];
+            412: components["responses"]["Problem"];
+            413: components["responses"]["Problem"];
+            415: components["responses"]["Problem"];
+            422: components["responses"]["Problem"];
+            428: components["responses"]["Problem"];
+            429: components["responses"]["Problem"];
+            500: components["responses"]["Problem"];
+            503: components["responses"]["Problem"];
+            507: components["responses"]["Problem"];
+        };
+    };
+    get_recipe: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            200: {
+                headers: {
+                    /** @description The version */
+                    ETag?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["NewestRecipeDto"];
+                };
+            };
+            400: components["responses"]["Problem"];
+            403: components["responses"]["Problem"];
+            404: components["responses"]["Problem"];
+            408: components["responses"]["Problem"];
+            500: components["responses"]["Problem"];
+            503: components["responses"]["Problem"];
+        };
+    };
+    archive_recipe: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            200: {
+                headers: {
+                    /** @description The version */
+                    ETag?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["NewestRecipeDto"];
+                };
+            };
+            400: components["responses"]["Problem"];
+            403: components["responses"]["Problem"];
+            404: components["responses"]["Problem"];
+            408: components["responses"]["Problem"];
+            409: components["responses"]["Problem"];
+            412: components["responses"]["Problem"];
+            422: components["responses"]["Problem"];
+            428: components["responses"]["Problem"];
+            429: components["responses"]["Problem"];
+            500: components["responses"]["Problem"];
+            503: components["responses"]["Problem"];
+            507: components["responses"]["Problem"];
+        };
+    };
+    diff_recipe: {
+        parameters: {
+            query?: {
+                /** @description The version before; default: the one before `to`. */
+                from?: number;
+                /** @description The version after; default: the newest. */
+                to?: number;
+            };
+            header?: never;
+            path: {
+                id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["RecipeDifferenceDto"];
+                };
+            };
+            400: components["responses"]["Problem"];
+            403: components["responses"]["Problem"];
+            404: components["responses"]["Problem"];
+            408: components["responses"]["Problem"];
+            500: components["responses"]["Problem"];
+            503: components["responses"]["Problem"];
+        };
+    };
+    restore_recipe: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            200: {
+                headers: {
+                    /** @description The version */
+                    ETag?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["NewestRecipeDto"];
+                };
+            };
+            400: components["responses"]["Problem"];
+            403: components["responses"]["Problem"];
+            404: components["responses"]["Problem"];
+            408: components["responses"]["Problem"];
+            409: components["responses"]["Problem"];
+            412: components["responses"]["Problem"];
+            422: components["responses"]["Problem"];
+            428: components["responses"]["Problem"];
+            429: components["responses"]["Problem"];
+            500: components["responses"]["Problem"];
+            503: components["responses"]["Problem"];
+            507: components["responses"]["Problem"];
+        };
+    };
+    roll_back_recipe: {
+        parameters: {
+            query?: never;
+            header: {
+                /** @description ETag of the recipe, or `*` */
+                "If-Match": string;
+                /** @description Repeating a request with the same key, body and query within seven days does not repeat the action; it returns the same response */
+                "Idempotency-Key"?: string;
+            };
+            path: {
+                id: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["RollBackRecipeDto"];
+            };
+        };
+        responses: {
+            201: {
+                headers: {
+                    /** @description The version */
+                    ETag?: string;
+                    /** @description Its address */
+                    Location?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["RecipeVersionDto"];
+                };
+            };
+            400: components["responses"]["Problem"];
+            403: components["responses"]["Problem"];
+            404: components["responses"]["Problem"];
+            408: components["responses"]["Problem"];
+            409: components["responses"]["Problem"];
+            412: components["responses"]["Problem"];
+            413: components["responses"]["Problem"];
+            415: components["responses"]["Problem"];
+            422: components["responses"]["Problem"];
+            428: components["responses"]["Problem"];
+            429: components["responses"]["Problem"];
+            500: components["responses"]["Problem"];
+            503: components["responses"]["Problem"];
+            507: components["responses"]["Problem"];
+        };
+    };
+    list_recipe_versions: {
+        parameters: {
+            query?: {
+                /** @description Id of the last record of the previous page. */
+                before?: string;
+                /** @description Records per page, 1 to 200; default 50. */
+                limit?: number;
+            };
+            header?: never;
+            path: {
+                id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ListDto_RecipeVersionDto"];
+                };
+            };
+            400: components["responses"]["Problem"];
+            403: components["responses"]["Problem"];
+            404: components["responses"]["Problem"];
+            408: components["responses"]["Problem"];
+            500: components["responses"]["Problem"];
+            503: components["responses"]["Problem"];
+        };
+    };
+    publish_recipe: {
+        parameters: {
+            query?: never;
+            header: {
+                /** @description ETag of the recipe, or `*` */
+                "If-Match": string;
+                /** @description Repeating a request with the same key, body and query within seven days does not repeat the action; it returns the same response */
+                "Idempotency-Key"?: string;
+            };
+            path: {
+                id: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["PublishRecipeDto"];
+            };
+        };
+        responses: {
+            201: {
+                headers: {
+                    /** @description The version */
+                    ETag?: string;
+                    /** @description Its address */
+                    Location?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["RecipeVersionDto"];
+                };
+            };
+            400: components["responses"]["Problem"];
+            403: components["responses"]["Problem"];
+            404: components["responses"]["Problem"];
+            408: components["responses"]["Problem"];
+            409: components["responses"]["Problem"];
+            412: components["responses"]["Problem"];
+            413: components["responses"]["Problem"];
+            415: components["responses"]["Problem"];
+            422: components["responses"]["Problem"];
+            428: components["responses"]["Problem"];
+            429: components["responses"]["Problem"];
+            500: components["responses"]["Problem"];
+            503: components["responses"]["Problem"];
+            507: components["responses"]["Problem"];
+        };
+    };
+    get_recipe_version: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                id: string;
+                version: number;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["RecipeVersionDto"];
+                };
+            };
+            400: components["responses"]["Problem"];
+            403: components["responses"]["Problem"];
+            404: components["responses"]["Problem"];
+            408: components["responses"]["Problem"];
+            500: components["responses"]["Problem"];
+            503: components["responses"]["Problem"];
+        };
+    };
+    export_recipe: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                id: string;
+                version: number;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["RecipeFileDto"];
                 };
             };
             400: components["responses"]["Problem"];

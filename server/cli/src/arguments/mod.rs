@@ -23,7 +23,7 @@ pub use bench::{
 };
 pub use calibrate::{AxisArgs, CalibrateArgs};
 pub use images::{CentrelinesArgs, CornersArgs, LineDirectionArg, TargetArgs, TargetKind, TriangulateArgs};
-pub use scan::{CompareArgs, MeasureArgs, ScanArgs};
+pub use scan::{CompareArgs, InspectArgs, MeasureArgs, ScanArgs};
 pub use service::{DoctorArgs, OpenapiArgs, ServeArgs, SettingsArgs};
 pub use simulation::{
     DemoArgs, StationArgs, Study, StudyArgs, StudyPaperArgs, TwinAction, TwinArgs, TwinCaptureArgs,
@@ -113,6 +113,9 @@ pub enum Command {
     /// Measure a point cloud: value, uncertainty and, with a tolerance, the verdict.
     #[command(after_help = EXIT_CODES)]
     Measure(MeasureArgs),
+    /// Judge a point cloud by the file of a recipe, as the service judges an inspection.
+    #[command(after_help = EXIT_CODES)]
+    Inspect(InspectArgs),
     /// Compare a point cloud with the nominal surface of its part: deviations, worst places and, with a tolerance, the
     /// verdict.
     #[command(after_help = EXIT_CODES)]

@@ -87,6 +87,22 @@ pub struct MeasureArgs {
     pub seed: u64,
 }
 
+/// `sheaf inspect`.
+#[derive(Debug, Args)]
+pub struct InspectArgs {
+    /// Point cloud written by `sheaf scan`, or downloaded from a station.
+    pub cloud: PathBuf,
+    /// The recipe: a file exported by a station.
+    #[arg(long, value_name = "RECIPE.json")]
+    pub recipe: PathBuf,
+    /// Serial number of the part, for the result.
+    #[arg(long, value_name = "SERIAL")]
+    pub serial: Option<String>,
+    /// Calibration document; default: the one stored in the cloud.
+    #[arg(short, long, value_name = "CAL.json")]
+    pub calibration: Option<PathBuf>,
+}
+
 /// `sheaf compare`.
 #[derive(Debug, Args)]
 pub struct CompareArgs {

@@ -7,6 +7,7 @@ mod compare;
 pub mod demo;
 mod doctor;
 pub mod images;
+mod inspect;
 mod measure;
 mod recording;
 mod scan;
@@ -94,6 +95,7 @@ pub fn run(command: Command, json: bool, reporter: &dyn Reporter) -> Result<Answ
         Command::Centrelines(args) => images::centrelines::run(&args, reporter),
         Command::Corners(args) => images::corners::run(&args, reporter),
         Command::Measure(args) => measure::run(&args, reporter),
+        Command::Inspect(args) => inspect::run(&args, reporter),
         Command::Compare(args) => compare::run(&args, reporter),
         Command::Recording(args) => recording::run(&args, reporter),
         Command::Bench(args) => bench::run(&args, reporter),

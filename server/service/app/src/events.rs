@@ -76,6 +76,24 @@ pub enum Event {
     /// The measurement plan was changed.
     #[serde(rename = "measurement_plan.changed")]
     MeasurementPlanChanged(MeasurementPlanChanged),
+    /// A version of a recipe was published, imported, or restored from an earlier one.
+    #[serde(rename = "recipe.published")]
+    RecipePublished(RecipePublished),
+    /// A recipe was archived.
+    #[serde(rename = "recipe.archived")]
+    RecipeArchived(Initiator),
+    /// An archived recipe was taken into use again.
+    #[serde(rename = "recipe.restored")]
+    RecipeRestored(Initiator),
+    /// A part was inspected; the event is stored together with the inspection.
+    #[serde(rename = "inspection.finished")]
+    InspectionFinished(InspectionFinished),
+    /// The queue of inspections was held: no further one starts.
+    #[serde(rename = "inspections.held")]
+    InspectionsHeld(InspectionsHeld),
+    /// The hold of the queue of inspections ended.
+    #[serde(rename = "inspections.resumed")]
+    InspectionsResumed(Initiator),
     /// A calibration session was created.
     #[serde(rename = "session.created")]
     SessionCreated(SessionVersion),
@@ -314,6 +332,60 @@ pub struct MeasurementPlanChanged {
     pub actor: String,
 }
 
+/// A new version of a recipe.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct RecipePublished {
+    /// The version.
+    pub version: i64,
+    /// SHA-256 of its canonical content, hexadecimal.
+    pub digest: String,
+    /// By which a PLC calls it.
+    pub number: Option<u32>,
+    /// Why it was published.
+    pub reason: String,
+    /// The version whose content it has again.
+    pub restored_from: Option<i64>,
+    /// Who did it.
+    pub actor: String,
+}
+
+/// A part that was inspected.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct InspectionFinished {
+    /// Position among all inspections, from 1 without gaps.
+    pub seq: i64,
+    /// Serial number of the part.
+    pub serial: String,
+    /// The order it was made for.
+    pub order: Option<String>,
+    /// Recipe and version: `bracket@7`.
+    pub recipe: String,
+    /// The recipe's number, if it has one.
+    pub recipe_number: Option<u32>,
+    /// Digest of the recipe's version.
+    pub recipe_digest: String,
+    /// `ok`, `not_ok`, `undecided` or `invalid`.
+    pub verdict: String,
+    /// The scan.
+    pub scan_id: Option<String>,
+    /// The calibration of its cloud.
+    pub calibration_id: String,
+    /// Whether the devices were simulated, or a recording.
+    pub simulated: bool,
+    /// The inspection whose scan was judged anew.
+    pub re_evaluated_from: Option<String>,
+}
+
+/// A hold of the queue of inspections.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct InspectionsHeld {
+    /// Who initiated it.
+    #[serde(flatten)]
+    pub initiator: Initiator,
+    /// Why.
+    pub reason: Option<String>,
+}
+
 /// A new version of a session.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct SessionVersion {
@@ -428,12 +500,17 @@ pub struct SimulatedFault {
 
 /// An event about `subject` with the current time, to be appended.
 pub fn event(subject: &str, event: Event) -> Change {
+    Change::AppendEvent(event_record(subject, event))
+}
+
+/// An event about `subject` with the current time.
+pub fn event_record(subject: &str, event: Event) -> EventRecord {
     let Ok(Value::Object(mut parts)) = serde_json::to_value(event) else {
         unreachable!("an event is a kind and a body of texts and numbers")
     };
     let kind = parts.remove("kind").and_then(|kind| kind.as_str().map(str::to_owned)).unwrap_or_default();
     let body = parts.remove("body").unwrap_or_default();
-    Change::AppendEvent(EventRecord { seq: 0, kind, subject: subject.to_owned(), body, at_ms: now_ms() })
+    EventRecord { seq: 0, kind, subject: subject.to_owned(), body, at_ms: now_ms() }
 }
 
 #[cfg(test)]

@@ -22,7 +22,10 @@ pub mod use_cases;
 pub use access::{idempotency, lease, principal};
 pub use config::limits;
 pub use lifetime::housekeeping;
-pub use resources::{calibrations, captures, labels, measurements, points_page, scan_run, stored_scan, watches};
+pub use resources::{
+    calibrations, captures, inspections, labels, measurements, points_page, recipes, scan_run, stored_scan,
+    watches,
+};
 
 use std::sync::Arc;
 

@@ -8,8 +8,9 @@ use serde::{Deserialize, Serialize};
 use crate::artifacts::ArtifactId;
 use crate::error::StoreError;
 use crate::records::{
-    ActivationRecord, CalibrationRecord, CaptureRecord, EventRecord, IdempotencyRecord, JobOutcome, JobRecord,
-    JobState, MeasurementRecord, RecordingRecord, ScanRecord, ScanState, SessionRecord, SettingRecord,
+    ActivationRecord, CalibrationRecord, CaptureRecord, EventRecord, IdempotencyRecord, InspectionRecord,
+    JobOutcome, JobRecord, JobState, MeasurementRecord, RecipeRecord, RecipeVersionRecord, RecordingRecord,
+    ScanRecord, ScanState, SessionRecord, SettingRecord,
 };
 
 /// Which calibration a change expects to be active.
@@ -91,6 +92,29 @@ pub enum Change {
     DeleteScan(String),
     /// A measurement was stored.
     InsertMeasurement(MeasurementRecord),
+    /// A version of a recipe is published: the first one makes the recipe; any other is refused with
+    /// [`StoreError::Changed`] unless it follows the newest.
+    PublishRecipe {
+        /// The version.
+        version: RecipeVersionRecord,
+        /// The number of the recipe from now on; refused if another recipe in use has it.
+        number: Option<i64>,
+    },
+    /// A recipe is put away, or taken into use again.
+    ArchiveRecipe {
+        /// Which.
+        id: String,
+        /// Whether it is put away.
+        archived: bool,
+    },
+    /// An inspection is stored together with the event that announces it: `seq` of the record, and `seq` in the body of
+    /// the event, are the next number of all inspections.
+    InsertInspection {
+        /// The inspection; its `seq` is ignored.
+        inspection: InspectionRecord,
+        /// What is announced; its `seq` is that of the event log.
+        event: EventRecord,
+    },
     /// A session is begun.
     InsertSession(SessionRecord),
     /// A session changes; refused with [`StoreError::Changed`] unless its version is `body.version − 1`.
@@ -191,6 +215,34 @@ pub struct MeasurementFilter {
     pub verdicts: Vec<String>,
 }
 
+/// Filter for recipes.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct RecipeFilter {
+    /// Only those in use, or only those put away.
+    pub archived: Option<bool>,
+    /// Only the one with this number.
+    pub number: Option<i64>,
+}
+
+/// Filter for inspections.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct InspectionFilter {
+    /// Only of the part with this serial number.
+    pub serial: Option<String>,
+    /// Only for this order.
+    pub order_number: Option<String>,
+    /// Only by this recipe.
+    pub recipe_id: Option<String>,
+    /// Only by this version of it.
+    pub recipe_version: Option<i64>,
+    /// Only with this verdict.
+    pub verdict: Option<String>,
+    /// Only those made at or after this.
+    pub from_ms: Option<i64>,
+    /// Only those made before this.
+    pub to_ms: Option<i64>,
+}
+
 /// A damaged row.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct DamagedRow {
@@ -280,6 +332,31 @@ pub trait Catalogue: Send + Sync {
     ) -> Result<Listed<MeasurementRecord>, StoreError>;
     /// A measurement.
     async fn measurement(&self, id: &str) -> Result<MeasurementRecord, StoreError>;
+
+    /// A recipe.
+    async fn recipe(&self, id: &str) -> Result<RecipeRecord, StoreError>;
+    /// Recipes, the one made last first.
+    async fn recipes(&self, filter: &RecipeFilter, page: &Page) -> Result<Listed<RecipeRecord>, StoreError>;
+    /// A version of a recipe.
+    async fn recipe_version(&self, id: &str, version: i64) -> Result<RecipeVersionRecord, StoreError>;
+    /// The versions of a recipe; `page.before` is a version.
+    async fn recipe_versions(&self, id: &str, page: &Page) -> Result<Listed<RecipeVersionRecord>, StoreError>;
+
+    /// An inspection.
+    async fn inspection(&self, id: &str) -> Result<InspectionRecord, StoreError>;
+    /// Inspections.
+    async fn inspections(
+        &self,
+        filter: &InspectionFilter,
+        page: &Page,
+    ) -> Result<Listed<InspectionRecord>, StoreError>;
+    /// At most `limit` inspections after `seq`, oldest first; `next` is a `seq`.
+    async fn inspections_after(
+        &self,
+        filter: &InspectionFilter,
+        seq: i64,
+        limit: u32,
+    ) -> Result<Listed<InspectionRecord>, StoreError>;
 
     /// A session.
     async fn session(&self, id: &str) -> Result<SessionRecord, StoreError>;

@@ -19,7 +19,10 @@ pub mod sqlite;
 mod store;
 
 pub use artifacts::{ArtifactId, ArtifactReader, ArtifactWriter, Artifacts};
-pub use catalogue::{Catalogue, Change, DamagedRow, ExpectedActive, Listed, MeasurementFilter, Page, ScanFilter};
+pub use catalogue::{
+    Catalogue, Change, DamagedRow, ExpectedActive, InspectionFilter, Listed, MeasurementFilter, Page,
+    RecipeFilter, ScanFilter,
+};
 pub use error::StoreError;
 pub use files::bytes::{ArtifactBytes, ByteRanges};
 pub use files::disk;
@@ -28,9 +31,9 @@ pub use files::workbench::{FinishedFile, Workbench};
 pub use health::Health;
 pub use local::LocalArtifacts;
 pub use records::{
-    ActivationRecord, CalibrationRecord, CaptureRecord, EventRecord, IdempotencyRecord, JobOutcome, JobRecord,
-    JobState, MeasurementRecord, RecordingRecord, RecordingState, ResultRef, ScanRecord, ScanState, SessionRecord,
-    SettingRecord,
+    ActivationRecord, CalibrationRecord, CaptureRecord, EventRecord, IdempotencyRecord, InspectionRecord,
+    JobOutcome, JobRecord, JobState, MeasurementRecord, RecipeRecord, RecipeVersionRecord, RecordingRecord,
+    RecordingState, ResultRef, ScanRecord, ScanState, SessionRecord, SettingRecord,
 };
 pub use sqlite::SqliteCatalogue;
 pub use store::Store;

@@ -245,6 +245,69 @@ pub struct MeasurementRecord {
     pub created_at_ms: i64,
 }
 
+/// A recipe: its newest version and what finds it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct RecipeRecord {
+    /// Given by people.
+    pub id: String,
+    /// The newest of its versions, counted from 1 without gaps.
+    pub newest: i64,
+    /// By which a PLC calls it; no two recipes that are not archived have the same.
+    pub number: Option<i64>,
+    /// No longer used.
+    pub archived: bool,
+}
+
+/// A version of a recipe; it never changes.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct RecipeVersionRecord {
+    /// The recipe.
+    pub recipe_id: String,
+    /// From 1.
+    pub version: i64,
+    /// What is scanned, measured and judged.
+    pub content: Value,
+    /// SHA-256 of the canonical content, hexadecimal.
+    pub digest: String,
+    /// Who published it.
+    pub author: String,
+    /// Why.
+    pub reason: String,
+    /// The version whose content it has again.
+    pub restored_from: Option<i64>,
+    /// When.
+    pub created_at_ms: i64,
+}
+
+/// A part that was inspected; it never changes.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct InspectionRecord {
+    /// UUID v7.
+    pub id: String,
+    /// Position among all inspections, from 1 without gaps, given by the store.
+    pub seq: i64,
+    /// Serial number of the part.
+    pub serial: String,
+    /// The order it was made for.
+    pub order_number: Option<String>,
+    /// The recipe.
+    pub recipe_id: String,
+    /// Its version.
+    pub recipe_version: i64,
+    /// `ok`, `undecided`, `invalid`, `not_ok`.
+    pub verdict: String,
+    /// The scan; `None` once it was deleted.
+    pub scan_id: Option<String>,
+    /// The inspection whose scan was judged anew.
+    pub re_evaluated_from: Option<String>,
+    /// The job that made it.
+    pub job_id: Option<String>,
+    /// Results, digest, calibration, attributes.
+    pub body: Value,
+    /// When.
+    pub created_at_ms: i64,
+}
+
 /// A calibration in the making: pictures taken step by step.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct SessionRecord {

@@ -18,7 +18,7 @@ export const jobs: Catalogue["jobs"] = {
   source: "Angefordert von",
   when: "Wann",
   took: "Dauer",
-  open: { scan: "Ergebnis öffnen", calibration: "Kalibrierung öffnen" },
+  open: { scan: "Ergebnis öffnen", calibration: "Kalibrierung öffnen", inspection: "Prüfung öffnen" },
   open_other: "Datei herunterladen",
   kinds: {
     calibration: "Kalibrierung",
@@ -26,6 +26,8 @@ export const jobs: Catalogue["jobs"] = {
     recomputation: "Neuberechnung",
     verification: "Verifizierung",
     export: "Export",
+    inspection: "Prüfung",
+    re_evaluation: "Neubewertung",
   },
   states: {
     queued: "wartet",
@@ -42,6 +44,8 @@ export const jobs: Catalogue["jobs"] = {
     recomputation: "Der Scan ist neu berechnet.",
     verification: "Das Referenzteil ist gemessen.",
     export: "Die Datei ist geschrieben.",
+    inspection: "Das Teil ist geprüft.",
+    re_evaluation: "Die Prüfung ist neu bewertet.",
   },
   ended: {
     failed: "Der Auftrag ist fehlgeschlagen.",

@@ -15,7 +15,11 @@ export const jobs = {
   source: "Requested by",
   when: "When",
   took: "Duration",
-  open: { scan: "Open the result", calibration: "Open the calibration" } as Record<string, string>,
+  open: {
+    scan: "Open the result",
+    calibration: "Open the calibration",
+    inspection: "Open the inspection",
+  } as Record<string, string>,
   open_other: "Download the file",
   kinds: {
     calibration: "Calibration",
@@ -23,6 +27,8 @@ export const jobs = {
     recomputation: "Recomputation",
     verification: "Verification",
     export: "Export",
+    inspection: "Inspection",
+    re_evaluation: "Re-evaluation",
   } as Record<string, string>,
   states: {
     queued: "waiting",

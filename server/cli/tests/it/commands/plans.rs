@@ -1,4 +1,4 @@
-//! `sheaf measure --plan` and `sheaf compare` on rendered scans: values, exit codes, refusals.
+//! `sheaf measure --plan`, `sheaf inspect` and `sheaf compare` on rendered scans: values, exit codes, refusals.
 //! Accuracy against drawn stations is held in `metrology`.
 
 use std::path::Path;
@@ -65,6 +65,43 @@ fn a_plan_that_does_not_fit_together_is_refused_with_its_place() {
     );
     let both = sheaf(&["measure", &cloud, "--plan", &file, "--tool", "step"]);
     assert_eq!(both.status.code(), Some(2), "{}", err(&both));
+}
+
+#[test]
+fn a_recipe_judges_a_cloud_as_its_plan_does() {
+    let (folder, cloud) = scan("gauge");
+    let file = path(folder.path(), "gauge.recipe.json");
+    let recipe = |limits: &Value| {
+        json!({
+            "format": "sheaf-recipe/1", "id": "gauge", "version": 7,
+            "recipe": { "name": "gauge", "scan": { "from_mm": -1, "to_mm": 1, "step_mm": 1 },
+                "plan": gauge_plan(&cloud, limits) },
+        })
+    };
+    let limits = json!({ "nominal_mm": 8.9, "lower": -1.0, "upper": 1.0 });
+    for (limits, exit, verdict) in [
+        (json!({}), 5, "invalid"),
+        (limits.clone(), 0, "ok"),
+        (json!({ "nominal_mm": 8.9, "lower": -0.001, "upper": 0.001 }), 6, "undecided"),
+    ] {
+        std::fs::write(&file, recipe(&limits).to_string()).unwrap();
+        let (result, code) = sheaf_json(&["inspect", &cloud, "--recipe", &file, "--serial", "S1"]);
+        assert_eq!(
+            (code, &result["verdict"], &result["serial"]),
+            (exit, &json!(verdict), &json!("S1")),
+            "{result:#}"
+        );
+        assert_eq!((&result["recipe"]["id"], &result["recipe"]["version"]), (&json!("gauge"), &json!(7)));
+        assert_eq!(result["characteristics"][0]["reason"].is_string(), verdict == "undecided", "{result:#}");
+        let text = out(&sheaf(&["inspect", &cloud, "--recipe", &file]));
+        assert!(text.starts_with("recipe gauge@7\n") && text.contains("(ISO 14253-1)"), "{text}");
+    }
+    let mut wrong = recipe(&limits);
+    wrong["recipe"]["scan"]["step_mm"] = json!(-1);
+    std::fs::write(&file, wrong.to_string()).unwrap();
+    let (result, code) = sheaf_json(&["inspect", &cloud, "--recipe", &file]);
+    let entry = result["problem"]["entry"].as_str();
+    assert_eq!((code, entry), (3, Some("/recipe/scan/step_mm")), "{result:#}");
 }
 
 #[test]

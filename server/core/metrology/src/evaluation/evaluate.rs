@@ -71,7 +71,7 @@ pub fn evaluate(
 }
 
 /// The verdict on the part; a characteristic with limits that has none would make it invalid.
-fn verdict_of(plan: &Plan, characteristics: &[CharacteristicResult]) -> PartVerdict {
+pub(crate) fn verdict_of(plan: &Plan, characteristics: &[CharacteristicResult]) -> PartVerdict {
     let required: Vec<CharacteristicKey<'_>> = plan
         .characteristics
         .iter()

@@ -72,6 +72,7 @@ impl Judge<'_> {
             expanded_uncertainty: u,
             verdict: verdict(error.zip(u), &limits, is_proven),
             failure: judged.is_none().then(|| self.failure(idx)),
+            invalid_because: None,
             missing,
             findings,
             notes,

@@ -8,6 +8,7 @@ pub(crate) mod fitted;
 pub(crate) mod forms;
 pub(crate) mod geometry;
 pub(crate) mod judge;
+pub(crate) mod no_verdict;
 pub(crate) mod result;
 pub(crate) mod rims;
 pub(crate) mod select;

@@ -83,6 +83,8 @@ pub struct CharacteristicResult {
     pub verdict: Option<PartVerdict>,
     /// Why it could not be measured.
     pub failure: Option<MeasureError>,
+    /// Why it is invalid whatever was measured: the scan allows no verdict.
+    pub invalid_because: Option<String>,
     /// What a reader must know, in sentences.
     pub notes: Vec<String>,
     /// As the plan gave them.

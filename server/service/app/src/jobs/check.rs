@@ -5,11 +5,13 @@ use optics::LightModelKind;
 use crate::error::{AppError, ErrorKind};
 use crate::jobs::JobParts;
 use crate::jobs::input::{CalibrateInput, ExportInput, JobInput, RecomputeInput, ScanInput, Source};
+use crate::jobs::inspect::scan_of;
 use crate::jobs::plan::{Pace, ScanRun, mode_of, plan};
 use crate::jobs::queue::params::SCAN_BYTES;
 use crate::jobs::verify;
 use crate::resources::calibrations::stored::stored_document;
 use crate::resources::measurements::check_measurements;
+use crate::resources::recipes::stored_version;
 use crate::resources::scan_run::{ScanSource, stage_kind};
 
 /// Allowed number of board poses of the virtual operator: three determine a camera, more than sixty only cost time.
@@ -31,6 +33,19 @@ pub(super) async fn check(input: &JobInput, parts: &JobParts) -> Result<u64, App
         JobInput::Recomputation(RecomputeInput { scan_id, .. })
         | JobInput::Export(ExportInput { scan_id, .. }) => {
             exists(parts.ledger.read().scan(scan_id).await, "/scan_id")?;
+            Ok(0)
+        }
+        JobInput::Inspection(input) => {
+            let version = stored_version(&parts.ledger, &input.recipe_id, input.recipe_version).await?;
+            let scan = scan_of(&version.recipe.scan, &input.part.serial);
+            // The place is one of the recipe, not of the request.
+            check_scan(&scan, parts).await.map_err(|problem| match problem.kind {
+                ErrorKind::Impossible => problem.at("/recipe"),
+                _ => problem,
+            })
+        }
+        JobInput::ReEvaluation(input) => {
+            exists(parts.ledger.read().inspection(&input.inspection_id).await, "/inspection_id")?;
             Ok(0)
         }
     }

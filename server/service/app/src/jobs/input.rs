@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::jobs::Job;
+use crate::resources::inspections::InspectedPart;
 use crate::resources::scan_run::{BackgroundInput, MeasureInput, ScanMode, ScanPurpose, ScanSource};
 
 /// Where pictures come from.
@@ -113,6 +114,29 @@ pub struct VerifyInput {
     pub scan: ScanInput,
 }
 
+/// Request to inspect a part.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct InspectInput {
+    /// The recipe.
+    pub recipe_id: String,
+    /// Its version, decided when the job was accepted.
+    pub recipe_version: i64,
+    /// The part.
+    #[serde(flatten)]
+    pub part: InspectedPart,
+}
+
+/// Request to judge the scan of an inspection by another version of a recipe.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ReEvaluateInput {
+    /// The inspection.
+    pub inspection_id: String,
+    /// The recipe.
+    pub recipe_id: String,
+    /// Its version.
+    pub recipe_version: i64,
+}
+
 /// Request to write a scan in another format.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ExportInput {
@@ -138,6 +162,10 @@ pub enum JobInput {
     Verification(VerifyInput),
     /// See [`ExportInput`].
     Export(ExportInput),
+    /// See [`InspectInput`].
+    Inspection(InspectInput),
+    /// See [`ReEvaluateInput`].
+    ReEvaluation(ReEvaluateInput),
 }
 
 impl ScanInput {
@@ -157,6 +185,8 @@ impl JobInput {
             Self::Recomputation(_) => "recomputation",
             Self::Verification(_) => "verification",
             Self::Export(_) => "export",
+            Self::Inspection(_) => "inspection",
+            Self::ReEvaluation(_) => "re_evaluation",
         }
     }
 
@@ -177,6 +207,10 @@ impl JobInput {
                 format!("{}/{}/{}", self.kind(), self.needs_station(), input.session_id.is_some())
             }
             Self::Export(input) => format!("{}/{}/{}", self.kind(), input.what, input.format),
+            Self::Inspection(InspectInput { recipe_id, recipe_version, .. })
+            | Self::ReEvaluation(ReEvaluateInput { recipe_id, recipe_version, .. }) => {
+                format!("{}/{recipe_id}@{recipe_version}", self.kind())
+            }
             Self::Recomputation(_) => self.kind().to_owned(),
         }
     }
@@ -191,7 +225,7 @@ impl JobInput {
                 rows.or(travel).filter(|size| size.is_finite()).map_or(1.0, |size| size + 1.0)
             }
             Self::Calibration(input) => input.n_poses.unwrap_or(super::calibrate::N_POSES) as f64,
-            Self::Recomputation(_) | Self::Export(_) => 1.0,
+            Self::Recomputation(_) | Self::Export(_) | Self::Inspection(_) | Self::ReEvaluation(_) => 1.0,
         }
     }
 

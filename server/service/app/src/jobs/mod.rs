@@ -10,6 +10,7 @@ mod context;
 mod end;
 pub mod export;
 pub mod input;
+pub mod inspect;
 pub mod plan;
 mod queue;
 pub mod recompute;
@@ -26,7 +27,11 @@ pub use split::{ComputeJob, Job, RecordedFrames, StationJob};
 
 pub use crate::config::limits::FREE_FLOOR_BYTES;
 pub use crate::resources::scan_run::{ScanMode, ScanSource};
-pub use input::{CalibrateInput, ExportInput, JobInput, RecomputeInput, ScanInput, Source, VerifyInput};
+pub use input::{
+    CalibrateInput, ExportInput, InspectInput, JobInput, ReEvaluateInput, RecomputeInput, ScanInput, Source,
+    VerifyInput,
+};
+pub use queue::hold::InspectionHold;
 pub use queue::lane::Waiting;
 
 use crate::events::{Event, JobEvent, event};
@@ -39,6 +44,7 @@ use crate::access::lease::{Authority, ControlDesk};
 use crate::config::AppConfig;
 use crate::error::{AppError, ErrorKind};
 use crate::evented_catalogue::EventedCatalogue;
+use crate::jobs::queue::hold::stored_hold;
 use crate::jobs::queue::params::{QUEUE_LIMIT, RETRY_AFTER_S};
 use crate::jobs::queue::run::Procedure;
 use crate::jobs::queue::runner::{End, job_event};
@@ -108,6 +114,7 @@ impl Jobs {
     /// With another procedure executing the jobs.
     async fn start_with(parts: JobParts, procedure: Procedure) -> Result<Self, StoreError> {
         let queue = Queue::new(parts, procedure);
+        *queue.hold.lock() = stored_hold(&queue.parts.ledger).await;
         scan::recover(&queue.parts.ledger, &*queue.parts.artifacts).await;
         let waiting = queue.parts.ledger.read().queue().await?;
         for row in &waiting.damaged {

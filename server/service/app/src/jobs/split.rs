@@ -3,8 +3,9 @@
 use serde::{Deserialize, Serialize};
 
 use crate::jobs::{
-    CalibrateInput, ComputeContext, Done, ExportInput, JobEnd, JobInput, RecomputeInput, ScanInput, ScanSource,
-    Source, StationContext, VerifyInput, calibrate, export, recompute, scan, verify,
+    CalibrateInput, ComputeContext, Done, ExportInput, InspectInput, JobEnd, JobInput, ReEvaluateInput,
+    RecomputeInput, ScanInput, ScanSource, Source, StationContext, VerifyInput, calibrate, export, inspect,
+    recompute, scan, verify,
 };
 
 /// A station job or a computation.
@@ -25,6 +26,8 @@ pub enum StationJob {
     Scan(ScanInput),
     /// A scan of a reference part.
     Verification(VerifyInput),
+    /// A scan, judged by a recipe.
+    Inspection(InspectInput),
 }
 
 /// A function of records and artifacts. It can be serialised for another process, and so can its outcome:
@@ -63,6 +66,8 @@ pub enum ComputeJob {
     Recomputation(RecomputeInput),
     /// See [`ExportInput`].
     Export(ExportInput),
+    /// See [`ReEvaluateInput`].
+    ReEvaluation(ReEvaluateInput),
 }
 
 /// The frames of one scan of a capture.
@@ -94,6 +99,8 @@ impl From<JobInput> for Job {
             },
             JobInput::Recomputation(input) => Self::Compute(ComputeJob::Recomputation(input)),
             JobInput::Export(input) => Self::Compute(ComputeJob::Export(input)),
+            JobInput::Inspection(input) => Self::Station(StationJob::Inspection(input)),
+            JobInput::ReEvaluation(input) => Self::Compute(ComputeJob::ReEvaluation(input)),
         }
     }
 }
@@ -114,6 +121,7 @@ impl StationJob {
             Self::Calibration(input) => calibrate::at_station(&input, ctx),
             Self::Scan(input) => scan::at_station(&input, ctx),
             Self::Verification(input) => verify::at_station(&input, ctx),
+            Self::Inspection(input) => inspect::at_station(&input, ctx),
         }
     }
 }
@@ -128,6 +136,7 @@ impl ComputeJob {
             Self::CaptureVerification { frames, input } => verify::of_capture(&input, &frames, ctx),
             Self::Recomputation(input) => recompute::run(input, ctx),
             Self::Export(input) => export::run(input, ctx),
+            Self::ReEvaluation(input) => inspect::re_evaluate(&input, ctx),
         }
     }
 }

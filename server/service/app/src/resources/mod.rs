@@ -2,9 +2,11 @@
 
 pub mod calibrations;
 pub mod captures;
+pub mod inspections;
 pub mod labels;
 pub mod measurements;
 pub mod points_page;
+pub mod recipes;
 pub mod scan_run;
 pub mod stored_scan;
 pub mod watches;

@@ -8,8 +8,10 @@ mod calibrations;
 mod captures;
 mod control;
 mod features;
+mod inspections;
 mod jobs;
 mod measurements;
+mod recipes;
 mod recordings;
 mod scans;
 mod sessions;
@@ -20,8 +22,12 @@ pub use calibrations::{Activate, activate, roll_back};
 pub use captures::{Upload, delete_capture, upload};
 pub use control::{TakeControl, release_control, renew_control, reset, stop, take_control};
 pub use features::{camera_features, set_camera_features};
+pub use inspections::{
+    InspectionQueue, hold_inspections, inspect, inspection_queue, re_evaluate, resume_inspections, wait_for_job,
+};
 pub use jobs::{cancel_job, start_job};
 pub use measurements::{change_measurement_plan, measure};
+pub use recipes::{NewVersion, archive_recipe, import_recipe, publish_recipe, roll_back_recipe};
 pub use recordings::{delete_recording, start_recording, stop_recording};
 pub use scans::delete_scan;
 pub use sessions::{

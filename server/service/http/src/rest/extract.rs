@@ -21,6 +21,8 @@ pub struct ApiJson<T> {
     pub value: T,
     /// SHA-256 of its bytes, and of the query if there is one, hexadecimal.
     pub sha256: String,
+    /// SHA-256 of its bytes alone, where the query does not change what is done.
+    pub body_sha256: String,
 }
 
 /// A query.
@@ -36,7 +38,9 @@ impl<S: Send + Sync, T: DeserializeOwned> FromRequest<S> for ApiJson<T> {
         expect_json(request.headers())?;
         let query = request.uri().query().map(str::to_owned);
         let bytes = whole_body(request.into_body(), JSON_BODY_LIMIT_BYTES, JSON_BODY_TIMEOUT).await?;
-        Ok(Self { value: parse(&bytes)?, sha256: fingerprint(hash_hex(&bytes), query.as_deref()) })
+        let body_sha256 = hash_hex(&bytes);
+        let sha256 = fingerprint(body_sha256.clone(), query.as_deref());
+        Ok(Self { value: parse(&bytes)?, sha256, body_sha256 })
     }
 }
 

@@ -37,6 +37,8 @@ use crate::wire::scan::scans::{CloudFormatDto, MeshFormatDto, ScanStateDto};
         (name = "calibration sessions", description = "Interactive calibration, image by image"),
         (name = "scans", description = "Scans with their clouds, meshes and profiles"),
         (name = "measurements", description = "Measured values with uncertainty and verdict"),
+        (name = "recipes", description = "How parts are scanned, measured and judged, in versions that never change"),
+        (name = "inspections", description = "Parts scanned and judged by a recipe"),
         (name = "jobs", description = "Long operations: queue, progress, results"),
         (name = "events", description = "The event log and the event stream")
     ),

@@ -3,9 +3,11 @@
 pub mod calibration;
 pub mod events;
 pub mod hardware;
+pub mod inspection;
 pub mod job;
 pub mod measurement;
 pub mod paging;
+pub mod recipe;
 pub mod scan;
 pub mod service;
 

@@ -104,6 +104,7 @@ fn characteristic_json(characteristic: &CharacteristicResult) -> Value {
         "findings": characteristic.findings.iter().map(found).collect::<Vec<_>>(),
         "verdict": characteristic.verdict.map(|verdict| verdict.name()),
         "failure": characteristic.failure.as_ref().map(ToString::to_string),
+        "reason": characteristic.reason(),
         "notes": characteristic.notes,
         "attributes": characteristic.attributes,
     })

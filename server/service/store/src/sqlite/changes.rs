@@ -12,7 +12,8 @@ use crate::health::Health;
 use crate::records::{ActivationRecord, EventRecord};
 use crate::sqlite::seal::{self, Table};
 use crate::sqlite::tables::{
-    calibrations, captures, events, jobs, measurements, recordings, scans, sessions, settings,
+    calibrations, captures, events, inspections, jobs, measurements, recipes, recordings, scans, sessions,
+    settings,
 };
 use crate::sqlite::{error, named};
 
@@ -111,6 +112,16 @@ async fn touched_by(to: &mut SqliteConnection, change: &Change) -> Written<Vec<T
         Change::InsertCalibration(calibration) => (seal::CALIBRATIONS, &calibration.id),
         Change::InsertScan(scan) | Change::ReplaceScan(scan) => (seal::SCANS, &scan.id),
         Change::InsertMeasurement(measurement) => (seal::MEASUREMENTS, &measurement.id),
+        Change::ArchiveRecipe { id, .. } => (seal::RECIPES, id),
+        Change::PublishRecipe { version, .. } => {
+            seal::verify(to, &seal::RECIPES, &version.recipe_id).await?;
+            let key = recipes::key_of(&version.recipe_id, version.version);
+            return Ok(still_naming(vec![
+                (seal::RECIPES, version.recipe_id.clone()),
+                (seal::RECIPE_VERSIONS, key),
+            ]));
+        }
+        Change::InsertInspection { inspection, .. } => (seal::INSPECTIONS, &inspection.id),
         Change::InsertSession(session) | Change::UpdateSession(session) => (seal::SESSIONS, &session.id),
         Change::PutSetting(setting) => (seal::SETTINGS, &setting.name),
         Change::InsertIdempotency(record) => (seal::IDEMPOTENCY, &record.key),
@@ -121,7 +132,9 @@ async fn touched_by(to: &mut SqliteConnection, change: &Change) -> Written<Vec<T
             return Ok(still_naming(naming));
         }
         Change::DeleteScan(id) => {
-            return Ok(still_naming(seal::naming(to, &seal::SCANS, "recomputed_from", id).await?));
+            let mut naming = seal::naming(to, &seal::SCANS, "recomputed_from", id).await?;
+            naming.extend(seal::naming(to, &seal::INSPECTIONS, "scan_id", id).await?);
+            return Ok(still_naming(naming));
         }
         Change::DeleteCalibration(_)
         | Change::DeleteRecording(_)
@@ -137,7 +150,7 @@ async fn touched_by(to: &mut SqliteConnection, change: &Change) -> Written<Vec<T
     Ok(vec![Touched { table, key: key.clone(), named_before }])
 }
 
-/// Rows whose reference to another record is cleared.
+/// Rows that name the same artifacts as before, or none.
 fn still_naming(rows: Vec<(Table, String)>) -> Vec<Touched> {
     rows.into_iter().map(|(table, key)| Touched { table, key, named_before: None }).collect()
 }
@@ -166,6 +179,11 @@ async fn apply(to: &mut SqliteConnection, change: Change) -> Written<Option<Even
         Change::ReplaceScan(scan) => scans::replace(to, &scan).await?,
         Change::DeleteScan(id) => scans::delete(to, &id).await?,
         Change::InsertMeasurement(measurement) => measurements::insert(to, &measurement).await?,
+        Change::PublishRecipe { version, number } => recipes::publish(to, &version, number).await?,
+        Change::ArchiveRecipe { id, archived } => recipes::archive(to, &id, archived).await?,
+        Change::InsertInspection { inspection, event } => {
+            return inspections::insert(to, inspection, event).await.map(Some);
+        }
         Change::InsertSession(session) => sessions::insert(to, &session).await?,
         Change::UpdateSession(session) => sessions::update(to, &session).await?,
         Change::DeleteSession(id) => sessions::delete(to, &id).await?,
@@ -183,10 +201,13 @@ async fn apply(to: &mut SqliteConnection, change: Change) -> Written<Option<Even
 /// The next number of a counter; a rolled-back transaction gives it back, so there are no gaps.
 pub async fn next(to: &mut SqliteConnection, sequence: &'static str) -> Written<i64> {
     seal::verify(to, &seal::SEQUENCES, sequence).await?;
-    let value = sqlx::query_scalar("UPDATE sequences SET value = value + 1 WHERE name = $1 RETURNING value")
-        .bind(sequence)
-        .fetch_one(&mut *to)
-        .await?;
+    let value = sqlx::query_scalar(
+        "INSERT INTO sequences (name, value) VALUES ($1, 1)
+         ON CONFLICT (name) DO UPDATE SET value = sequences.value + 1 RETURNING value",
+    )
+    .bind(sequence)
+    .fetch_one(&mut *to)
+    .await?;
     seal::seal(to, &seal::SEQUENCES, sequence).await?;
     Ok(value)
 }

@@ -19,6 +19,7 @@ pub static MIGRATIONS: LazyLock<Migrator> = LazyLock::new(|| {
         (2, "seals", include_str!("../../migrations/0002_seals.sql")),
         (3, "settings", include_str!("../../migrations/0003_settings.sql")),
         (4, "recordings", include_str!("../../migrations/0004_recordings.sql")),
+        (5, "recipes", include_str!("../../migrations/0005_recipes.sql")),
     ];
     let migration = |(version, name, sql): (i64, &'static str, &'static str)| {
         Migration::new(version, name.into(), MigrationType::Simple, SqlStr::from_static(sql), false)
@@ -137,6 +138,7 @@ mod tests {
     const SEALS: &str = include_str!("../../migrations/0002_seals.sql");
     const SETTINGS: &str = include_str!("../../migrations/0003_settings.sql");
     const RECORDINGS: &str = include_str!("../../migrations/0004_recordings.sql");
+    const RECIPES: &str = include_str!("../../migrations/0005_recipes.sql");
     const LATER: &str = "ALTER TABLE jobs ADD COLUMN note TEXT NOT NULL DEFAULT 'none';";
     const BROKEN: &str = "ALTER TABLE jobs ADD COLUMN note TEXT; INSERT INTO nowhere VALUES (1);";
 
@@ -152,7 +154,8 @@ mod tests {
         fs::write(migrations.join("0002_seals.sql"), SEALS).unwrap();
         fs::write(migrations.join("0003_settings.sql"), SETTINGS).unwrap();
         fs::write(migrations.join("0004_recordings.sql"), RECORDINGS).unwrap();
-        fs::write(migrations.join("0005_note.sql"), later).unwrap();
+        fs::write(migrations.join("0005_recipes.sql"), RECIPES).unwrap();
+        fs::write(migrations.join("0006_note.sql"), later).unwrap();
         Migrator::new(migrations.as_path()).await.unwrap()
     }
 
@@ -181,7 +184,7 @@ mod tests {
     async fn a_new_database_gets_the_schema_and_no_backup() {
         let folder = tempfile::tempdir().unwrap();
         let mut connection = first_version(folder.path()).await;
-        assert_eq!(schema_version(&mut connection).await.unwrap(), 4);
+        assert_eq!(schema_version(&mut connection).await.unwrap(), 5);
         migrate(&mut connection, &MIGRATIONS, folder.path()).await.unwrap();
         assert!(backups(folder.path()).is_empty());
         check(&mut connection).await.unwrap();
@@ -193,13 +196,13 @@ mod tests {
         let mut connection = first_version(folder.path()).await;
         let later = later_program(folder.path(), LATER).await;
         migrate(&mut connection, &later, folder.path()).await.unwrap();
-        assert_eq!(schema_version(&mut connection).await.unwrap(), 5);
+        assert_eq!(schema_version(&mut connection).await.unwrap(), 6);
         assert_eq!(counter(&mut connection).await, 41);
         sqlx::query("SELECT note FROM jobs").fetch_all(&mut connection).await.unwrap();
 
         let [backup] = &backups(folder.path())[..] else { panic!("one backup") };
         let mut copy = connect(backup).await;
-        assert_eq!((schema_version(&mut copy).await.unwrap(), counter(&mut copy).await), (4, 41));
+        assert_eq!((schema_version(&mut copy).await.unwrap(), counter(&mut copy).await), (5, 41));
     }
 
     #[tokio::test]
@@ -210,7 +213,7 @@ mod tests {
         migrate(&mut connection, &later, folder.path()).await.unwrap_err();
         connection.close().await.unwrap();
         let mut connection = connect(&folder.path().join("catalogue.sqlite3")).await;
-        assert_eq!((schema_version(&mut connection).await.unwrap(), counter(&mut connection).await), (4, 41));
+        assert_eq!((schema_version(&mut connection).await.unwrap(), counter(&mut connection).await), (5, 41));
         assert!(sqlx::query("SELECT note FROM jobs").fetch_all(&mut connection).await.is_err());
         migrate(&mut connection, &MIGRATIONS, folder.path()).await.unwrap();
     }
@@ -222,7 +225,7 @@ mod tests {
         let later = later_program(folder.path(), LATER).await;
         migrate(&mut connection, &later, folder.path()).await.unwrap();
         let error = migrate(&mut connection, &MIGRATIONS, folder.path()).await.unwrap_err();
-        assert!(matches!(error, StoreError::TooNew { found: 5, known: 4 }), "{error}");
+        assert!(matches!(error, StoreError::TooNew { found: 6, known: 5 }), "{error}");
     }
 
     #[tokio::test]

@@ -21,15 +21,18 @@ use sqlx::{ConnectOptions, SqliteConnection, SqlitePool};
 use tokio::sync::Mutex;
 
 use crate::artifacts::ArtifactId;
-use crate::catalogue::{Catalogue, Change, Listed, MeasurementFilter, Page, ScanFilter};
+use crate::catalogue::{
+    Catalogue, Change, InspectionFilter, Listed, MeasurementFilter, Page, RecipeFilter, ScanFilter,
+};
 use crate::error::StoreError;
 use crate::files::reserve::Reserve;
 use crate::health::Health;
 use crate::holds::Holds;
 use crate::params::{BACKUPS_FOLDER, BUSY_TIMEOUT, CATALOGUE_FILE, N_READERS, WAL_LIMIT_BYTES};
 use crate::records::{
-    ActivationRecord, CalibrationRecord, CaptureRecord, EventRecord, IdempotencyRecord, JobRecord, JobState,
-    MeasurementRecord, RecordingRecord, ScanRecord, SessionRecord, SettingRecord,
+    ActivationRecord, CalibrationRecord, CaptureRecord, EventRecord, IdempotencyRecord, InspectionRecord,
+    JobRecord, JobState, MeasurementRecord, RecipeRecord, RecipeVersionRecord, RecordingRecord, ScanRecord,
+    SessionRecord, SettingRecord,
 };
 use crate::sqlite::changes::Committed;
 
@@ -223,6 +226,43 @@ impl Catalogue for SqliteCatalogue {
 
     async fn measurement(&self, id: &str) -> Result<MeasurementRecord, StoreError> {
         tables::measurements::one(&self.readers, id).await
+    }
+
+    async fn recipe(&self, id: &str) -> Result<RecipeRecord, StoreError> {
+        tables::recipes::one(&self.readers, id).await
+    }
+
+    async fn recipes(&self, filter: &RecipeFilter, page: &Page) -> Result<Listed<RecipeRecord>, StoreError> {
+        tables::recipes::page(&self.readers, filter, page).await
+    }
+
+    async fn recipe_version(&self, id: &str, version: i64) -> Result<RecipeVersionRecord, StoreError> {
+        tables::recipes::version(&self.readers, id, version).await
+    }
+
+    async fn recipe_versions(&self, id: &str, page: &Page) -> Result<Listed<RecipeVersionRecord>, StoreError> {
+        tables::recipes::versions(&self.readers, id, page).await
+    }
+
+    async fn inspection(&self, id: &str) -> Result<InspectionRecord, StoreError> {
+        tables::inspections::one(&self.readers, id).await
+    }
+
+    async fn inspections(
+        &self,
+        filter: &InspectionFilter,
+        page: &Page,
+    ) -> Result<Listed<InspectionRecord>, StoreError> {
+        tables::inspections::page(&self.readers, filter, page).await
+    }
+
+    async fn inspections_after(
+        &self,
+        filter: &InspectionFilter,
+        seq: i64,
+        limit: u32,
+    ) -> Result<Listed<InspectionRecord>, StoreError> {
+        tables::inspections::after(&self.readers, filter, seq, limit).await
     }
 
     async fn session(&self, id: &str) -> Result<SessionRecord, StoreError> {

@@ -5,9 +5,15 @@
 use std::fmt::Debug;
 use std::path::{Path, PathBuf};
 
-use crate::common::{activate, calibration, capture, event, first, idempotency, job, measurement, scan, session};
+use crate::common::{
+    activate, calibration, capture, event, first, idempotency, inspected, inspection, job, measurement, publish,
+    scan, session,
+};
 use remedy::Remedy as _;
-use store::{Change, DamagedRow, Listed, MeasurementFilter, Page, ScanFilter, Store, StoreError};
+use store::{
+    Change, DamagedRow, InspectionFilter, Listed, MeasurementFilter, Page, RecipeFilter, ScanFilter, Store,
+    StoreError,
+};
 
 /// Distance between the bytes that are damaged one after the other: a prime, so that all places in a page have their turn.
 const STRIDE: usize = 1009;
@@ -32,7 +38,7 @@ impl std::ops::Deref for Opened {
 /// Ids of one record of every kind, and the database that holds them.
 struct Filled {
     bytes: Vec<u8>,
-    ids: [String; 5],
+    ids: [String; 6],
 }
 
 async fn filled() -> Filled {
@@ -42,7 +48,8 @@ async fn filled() -> Filled {
     let mut scan = scan("c1");
     scan.capture_id = Some(capture.id.clone());
     let measurement = measurement(&scan.id);
-    let ids = [&job.id, &capture.id, &scan.id, &measurement.id, &session.id].map(Clone::clone);
+    let inspection = inspection("S1", Some(&scan.id));
+    let ids = [&job.id, &capture.id, &scan.id, &measurement.id, &session.id, &inspection.id].map(Clone::clone);
     let changes = vec![
         Change::InsertJob(job),
         Change::InsertCapture(capture),
@@ -51,7 +58,9 @@ async fn filled() -> Filled {
         Change::InsertScan(scan),
         Change::InsertMeasurement(measurement),
         Change::InsertSession(session),
+        publish("bracket", 1, Some(12)),
         Change::AppendEvent(event("subject")),
+        inspected(&inspection),
         Change::InsertIdempotency(idempotency("once", 8)),
     ];
     store.catalogue.commit(changes).await.unwrap();
@@ -86,7 +95,7 @@ impl Filled {
 }
 
 /// Everything that can be read, each answer as text; `Err` with what the store says.
-async fn answers(store: &Store, ids: &[String; 5]) -> Vec<Result<String, StoreError>> {
+async fn answers(store: &Store, ids: &[String; 6]) -> Vec<Result<String, StoreError>> {
     fn text<T: Debug>(answer: Result<T, StoreError>) -> Result<String, StoreError> {
         answer.map(|answer| format!("{answer:?}"))
     }
@@ -108,6 +117,13 @@ async fn answers(store: &Store, ids: &[String; 5]) -> Vec<Result<String, StoreEr
         text(catalogue.measurement(&ids[3]).await),
         text(catalogue.session(&ids[4]).await),
         text(catalogue.sessions(&page).await.and_then(Listed::whole)),
+        text(catalogue.recipe("bracket").await),
+        text(catalogue.recipes(&RecipeFilter::default(), &page).await.and_then(Listed::whole)),
+        text(catalogue.recipe_version("bracket", 1).await),
+        text(catalogue.recipe_versions("bracket", &page).await.and_then(Listed::whole)),
+        text(catalogue.inspection(&ids[5]).await),
+        text(catalogue.inspections(&InspectionFilter::default(), &page).await.and_then(Listed::whole)),
+        text(catalogue.inspections_after(&InspectionFilter::default(), 0, 9).await.and_then(Listed::whole)),
         text(catalogue.events_after(0, 9).await.and_then(Listed::whole)),
         text(catalogue.last_event_seq().await),
         text(catalogue.idempotency("once").await),
@@ -157,7 +173,7 @@ async fn flip_every(stride: usize) {
 #[tokio::test]
 async fn the_damaged_record_is_named_with_what_to_do() {
     let filled = filled().await;
-    let [job, capture, scan, measurement, session] = filled.ids.each_ref().map(String::as_str);
+    let [job, capture, scan, measurement, session, _] = filled.ids.each_ref().map(String::as_str);
     let cases = [
         ("waiting", "job", job),
         ("gauge, morning", "capture", capture),

@@ -8,6 +8,7 @@ use serde_json::{Value, json};
 use crate::common::server::Server;
 use crate::common::{out, sheaf_ok, small_capture};
 use crate::http::fresh;
+use crate::http::inspections::block_recipe;
 use crate::http::recordings::recorded_live_view;
 
 #[test]
@@ -44,6 +45,8 @@ fn things_that_exist(server: &Server) -> Value {
     let sequences: Vec<&Value> = profiles.iter().map(|profile| &profile["sequence"]).take(3).collect();
     let export = json!({ "what": "cloud", "format": "csv" });
     server.result_of(&format!("/api/v1/scans/{scan_id}/exports"), &export);
+    let recipe = json!({ "id": "block", "reason": "first", "recipe": block_recipe(0.05) });
+    server.post("/api/v1/recipes", &recipe).expect(201);
     let (session_id, picture) = session_with_a_picture(server);
     let recording_id = recorded_live_view(server);
     let jobs = server.get("/api/v1/jobs").expect(200);
@@ -54,6 +57,7 @@ fn things_that_exist(server: &Server) -> Value {
         "calibration-sessions": { "id": [session_id], "artifact": [picture] },
         "jobs": { "id": job_ids },
         "recordings": { "id": [recording_id] },
+        "recipes": { "id": ["block"], "version": [1] },
         "scans": {
             "id": [scan_id],
             "measurement_id": [measured.expect(201)["id"]],
@@ -107,11 +111,15 @@ fn a_fuzzer_finds_no_server_error_and_no_undocumented_answer() {
     assert!(missed.is_empty(), "the fuzzer never met a thing behind {missed:#?}: {answers:#?}");
 }
 
+/// Inspections need a scan of the station and its own calibration: `inspections/parts.rs` reads them.
+const NOT_HERE: &str = "/api/v1/inspections/{id}";
+
 /// Every address of the document from which one thing can be read.
 fn things_to_read() -> Vec<String> {
     let document: Value = serde_json::from_str(&out(&sheaf_ok(&["openapi"]))).unwrap();
     let read = document["paths"].as_object().unwrap().iter().filter(|(_, item)| item["get"].is_object());
-    let routes: Vec<String> = read.map(|(path, _)| path.clone()).filter(|path| path.contains('{')).collect();
+    let routes = read.map(|(path, _)| path.clone()).filter(|path| path.contains('{') && path != NOT_HERE);
+    let routes: Vec<String> = routes.collect();
     assert!(routes.iter().any(|path| path.ends_with("/profiles/{sequence}")), "{routes:#?}");
     routes
 }

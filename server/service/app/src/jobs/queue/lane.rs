@@ -40,12 +40,18 @@ pub(in crate::jobs) struct Lane {
 }
 
 impl Lane {
-    /// The job to start now, if none runs and the first waiting one may start; it counts as running from here on.
-    pub fn next(&mut self, may_begin: impl Fn(&Waiting) -> bool) -> Option<(Waiting, Running)> {
-        if self.closed || self.running.is_some() || !self.waiting.front().is_some_and(may_begin) {
+    /// The job to start now, if none runs and the first waiting one that is not held back may start; it counts as running
+    /// from here on.
+    pub fn next(
+        &mut self,
+        is_free: impl Fn(&Waiting) -> bool,
+        may_begin: impl Fn(&Waiting) -> bool,
+    ) -> Option<(Waiting, Running)> {
+        if self.closed || self.running.is_some() {
             return None;
         }
-        let waiting = self.waiting.pop_front()?;
+        let place = self.waiting.iter().position(is_free).filter(|place| may_begin(&self.waiting[*place]))?;
+        let waiting = self.waiting.remove(place)?;
         let running = Running {
             id: waiting.record.id.clone(),
             cancel: CancelFlag::default(),
@@ -65,5 +71,47 @@ impl Lane {
     /// Puts back a job whose end could not be stored.
     pub fn put_back(&mut self, place: usize, waiting: Waiting) {
         self.waiting.insert(place.min(self.waiting.len()), waiting);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use station::StopEpoch;
+    use store::JobState;
+
+    use super::*;
+    use crate::jobs::{ExportInput, InspectInput, queued_record};
+    use crate::resources::inspections::InspectedPart;
+
+    fn waiting(input: JobInput) -> Waiting {
+        let record = queued_record(&input, "test").unwrap();
+        assert_eq!(record.state, JobState::Queued);
+        Waiting { record, input, authority: Authority { holder: None, epoch: StopEpoch::default() } }
+    }
+
+    #[test]
+    fn a_job_passes_those_that_are_held_and_these_keep_their_order() {
+        let part = |serial: &str| {
+            let part = InspectedPart { serial: serial.into(), order: None, attributes: Default::default() };
+            waiting(JobInput::Inspection(InspectInput { recipe_id: "r".into(), recipe_version: 1, part }))
+        };
+        let other = || {
+            waiting(JobInput::Export(ExportInput {
+                scan_id: "s".into(),
+                what: "cloud".into(),
+                format: "csv".into(),
+            }))
+        };
+        let is_free = |waiting: &Waiting| !matches!(waiting.input, JobInput::Inspection(_));
+        let mut lane = Lane { waiting: [part("1"), other(), part("2")].into(), ..Lane::default() };
+        let all: Vec<String> = lane.waiting.iter().map(|waiting| waiting.record.id.clone()).collect();
+        assert!(lane.next(is_free, |_| false).is_none(), "the one that may pass may not begin");
+        assert_eq!(lane.next(is_free, |_| true).unwrap().0.record.id, all[1]);
+        lane.running = None;
+        assert!(lane.next(is_free, |_| true).is_none());
+        for id in [&all[0], &all[2]] {
+            assert_eq!(&lane.next(|_| true, |_| true).unwrap().0.record.id, id);
+            lane.running = None;
+        }
     }
 }

@@ -2,6 +2,7 @@
 
 mod board;
 mod forecast;
+pub(in crate::jobs) mod hold;
 pub(in crate::jobs) mod lane;
 pub(in crate::jobs) mod news;
 pub(in crate::jobs) mod params;
@@ -18,6 +19,7 @@ use tokio::runtime::Handle;
 use tokio::sync::{Notify, watch};
 
 use crate::error::AppError;
+use crate::jobs::queue::hold::{InspectionHold, is_inspection};
 use crate::jobs::queue::lane::{Lane, Running, Waiting};
 use crate::jobs::queue::params::SHUT_DOWN_LIMIT;
 use crate::jobs::queue::run::Procedure;
@@ -42,6 +44,8 @@ pub(in crate::jobs) struct Queue {
     lanes: Mutex<[Lane; 2]>,
     /// Jobs whose end could not be stored: reported until the restart, which marks them interrupted.
     unsaved: Mutex<Vec<Running>>,
+    /// While there is one, no inspection starts.
+    pub hold: Mutex<Option<InspectionHold>>,
     closing: AtomicBool,
     idle: Notify,
 }
@@ -57,6 +61,7 @@ impl Queue {
             turn: tokio::sync::Mutex::default(),
             lanes: Mutex::default(),
             unsaved: Mutex::default(),
+            hold: Mutex::default(),
             closing: AtomicBool::new(false),
             idle: Notify::new(),
         })
@@ -107,7 +112,9 @@ impl Queue {
     pub fn advance(&self) {
         for lane_idx in [STATION, COMPUTATION] {
             let may_begin = |waiting: &Waiting| lane_idx != STATION || self.may_begin(waiting);
-            let Some((waiting, running)) = self.lanes()[lane_idx].next(may_begin) else { continue };
+            let is_held = self.hold.lock().is_some();
+            let passes = |waiting: &Waiting| !(is_held && is_inspection(waiting));
+            let Some((waiting, running)) = self.lanes()[lane_idx].next(passes, may_begin) else { continue };
             let queue = self.this();
             let thread = std::thread::Builder::new().name(format!("job-{}", waiting.input.kind()));
             let spawned = thread.spawn(move || {

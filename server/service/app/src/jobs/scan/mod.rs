@@ -61,4 +61,4 @@ pub fn of_capture_measured(
 }
 
 #[cfg(test)]
-mod tests;
+pub(in crate::jobs) mod tests;

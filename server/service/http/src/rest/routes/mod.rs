@@ -4,10 +4,12 @@ pub mod calibration;
 pub mod captures;
 pub mod events;
 pub mod hardware;
+pub mod inspections;
 pub mod jobs;
 pub mod measurement_plan;
 pub mod measurements;
 pub mod profiles;
+pub mod recipes;
 pub mod recordings;
 pub mod scans;
 pub mod service;
@@ -31,6 +33,8 @@ pub fn api() -> OpenApiRouter<Http> {
         .merge(profiles::routes())
         .merge(measurements::routes())
         .merge(measurement_plan::routes())
+        .merge(recipes::routes())
+        .merge(inspections::routes())
         .merge(jobs::routes())
         .merge(events::routes())
 }

@@ -1,5 +1,7 @@
 //! Job inputs on the wire.
 
+use std::collections::BTreeMap;
+
 use metrology::Tool;
 use optics::LightModelKind;
 use serde::Serialize;
@@ -9,8 +11,10 @@ use crate::wire::calibration::calibrations::{CalibrationSourceDto, K3Dto, LightM
 use crate::wire::measurement::measurements::MeasureDto;
 use crate::wire::scan::scan_runs::ScanPurposeDto;
 use crate::wire::scan::scans::{BackgroundDto, ExportWhatDto, ReferencePartDto, ScanModeDto, ScanSourceDto};
+use app::inspections::InspectedPart;
 use app::jobs::{
-    CalibrateInput, ExportInput, JobInput, RecomputeInput, ScanInput, ScanMode, ScanSource, Source, VerifyInput,
+    CalibrateInput, ExportInput, InspectInput, JobInput, ReEvaluateInput, RecomputeInput, ScanInput, ScanMode,
+    ScanSource, Source, VerifyInput,
 };
 use app::measurements::MeasureInput;
 
@@ -28,6 +32,36 @@ pub enum JobInputDto {
     Verification(VerificationJobDto),
     /// Write a scan in another format.
     Export(ExportJobDto),
+    /// Inspect a part.
+    Inspection(InspectionJobDto),
+    /// Judge the scan of an inspection by another version of a recipe.
+    ReEvaluation(ReEvaluationJobDto),
+}
+
+/// Inspect a part.
+#[derive(Debug, Serialize, ToSchema)]
+pub struct InspectionJobDto {
+    /// The recipe.
+    pub recipe_id: String,
+    /// Its version, decided when the job was accepted.
+    pub recipe_version: i64,
+    /// Serial number of the part.
+    pub serial: String,
+    /// The order it is made for.
+    pub order: Option<String>,
+    /// Handed on to other systems as they are.
+    pub attributes: BTreeMap<String, String>,
+}
+
+/// Judge the scan of an inspection by another version of a recipe.
+#[derive(Debug, Serialize, ToSchema)]
+pub struct ReEvaluationJobDto {
+    /// The inspection.
+    pub inspection_id: String,
+    /// The recipe.
+    pub recipe_id: String,
+    /// Its version.
+    pub recipe_version: i64,
 }
 
 /// Calibrate camera, light and stage.
@@ -152,6 +186,13 @@ impl TryFrom<JobInput> for JobInputDto {
             }
             JobInput::Verification(input) => Self::Verification(input.try_into()?),
             JobInput::Export(input) => Self::Export(input.try_into()?),
+            JobInput::Inspection(InspectInput { recipe_id, recipe_version, part }) => {
+                let InspectedPart { serial, order, attributes } = part;
+                Self::Inspection(InspectionJobDto { recipe_id, recipe_version, serial, order, attributes })
+            }
+            JobInput::ReEvaluation(ReEvaluateInput { inspection_id, recipe_id, recipe_version }) => {
+                Self::ReEvaluation(ReEvaluationJobDto { inspection_id, recipe_id, recipe_version })
+            }
         })
     }
 }
@@ -314,6 +355,9 @@ mod tests {
                 "leave_out_unreadable": true, "n_poses": 12, "session_id": null }),
             json!({ "kind": "recomputation", "scan_id": "s", "calibration_id": null }),
             json!({ "kind": "export", "scan_id": "s", "what": "mesh", "format": "stl" }),
+            json!({ "kind": "inspection", "recipe_id": "bracket", "recipe_version": 7, "serial": "S1", "order": "4711",
+                "attributes": { "line": "2" } }),
+            json!({ "kind": "re_evaluation", "inspection_id": "i", "recipe_id": "bracket", "recipe_version": 8 }),
         ];
         for stored in stored {
             let input: JobInput = serde_json::from_value(stored.clone()).unwrap();

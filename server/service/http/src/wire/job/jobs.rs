@@ -106,7 +106,7 @@ pub struct JobResultDto {
 pub struct JobDto {
     /// Its id.
     pub id: String,
-    /// `calibration`, `scan`, `recomputation`, `verification`, `export`.
+    /// `calibration`, `scan`, `recomputation`, `verification`, `export`, `inspection`, `re_evaluation`.
     pub kind: String,
     /// State.
     pub state: JobStateDto,

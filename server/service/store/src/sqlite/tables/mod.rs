@@ -3,8 +3,10 @@
 pub mod calibrations;
 pub mod captures;
 pub mod events;
+pub mod inspections;
 pub mod jobs;
 pub mod measurements;
+pub mod recipes;
 pub mod recordings;
 pub mod scans;
 pub mod sessions;

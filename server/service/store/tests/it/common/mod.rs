@@ -3,8 +3,8 @@
 use serde_json::json;
 use store::{
     ArtifactId, CalibrationRecord, CaptureRecord, Change, EventRecord, ExpectedActive, IdempotencyRecord,
-    JobRecord, JobState, MeasurementRecord, Page, RecordingRecord, RecordingState, ScanRecord, ScanState,
-    SessionRecord,
+    InspectionRecord, JobRecord, JobState, MeasurementRecord, Page, RecipeVersionRecord, RecordingRecord,
+    RecordingState, ScanRecord, ScanState, SessionRecord,
 };
 
 pub fn new_id() -> String {
@@ -132,4 +132,44 @@ pub fn activate(id: Option<&str>, expected: Option<Option<&str>>) -> Change {
         actor: "engineer".into(),
         at_ms: 7,
     }
+}
+
+pub fn recipe_version(id: &str, version: i64) -> RecipeVersionRecord {
+    RecipeVersionRecord {
+        recipe_id: id.into(),
+        version,
+        content: json!({ "name": "bracket", "step_mm": 0.25 * version as f64 }),
+        digest: "0".repeat(64),
+        author: "chief".into(),
+        reason: format!("change {version}"),
+        restored_from: None,
+        created_at_ms: 9,
+    }
+}
+
+pub fn publish(id: &str, version: i64, number: Option<i64>) -> Change {
+    Change::PublishRecipe { version: recipe_version(id, version), number }
+}
+
+pub fn inspection(serial: &str, scan_id: Option<&str>) -> InspectionRecord {
+    InspectionRecord {
+        id: new_id(),
+        seq: 0,
+        serial: serial.into(),
+        order_number: Some("4711".into()),
+        recipe_id: "bracket".into(),
+        recipe_version: 2,
+        verdict: "ok".into(),
+        scan_id: scan_id.map(str::to_owned),
+        re_evaluated_from: None,
+        job_id: Some(new_id()),
+        body: json!({ "results": [{ "id": "h", "value": 9.02 }] }),
+        created_at_ms: 10,
+    }
+}
+
+/// Stores an inspection, announced by an event.
+pub fn inspected(inspection: &InspectionRecord) -> Change {
+    let event = EventRecord { kind: "inspection.finished".into(), ..event(&inspection.id) };
+    Change::InsertInspection { inspection: inspection.clone(), event }
 }

@@ -5,8 +5,10 @@
 mod artifacts;
 mod calibrations;
 mod events;
+mod inspections;
 mod jobs;
 mod lists;
+mod recipes;
 mod recordings;
 mod scans;
 mod transactions;

@@ -48,6 +48,15 @@ pub struct BackgroundDto {
     pub above_levels: Option<f64>,
 }
 
+impl From<ScanModeDto> for ScanMode {
+    fn from(dto: ScanModeDto) -> Self {
+        match dto {
+            ScanModeDto::StopAndGo => Self::StopAndGo,
+            ScanModeDto::Continuous => Self::Continuous,
+        }
+    }
+}
+
 impl From<BackgroundDto> for BackgroundInput {
     fn from(dto: BackgroundDto) -> Self {
         let BackgroundDto { every_rows, above_levels } = dto;
@@ -203,10 +212,7 @@ impl From<StartScanDto> for ScanInput {
             to_deg: dto.to_deg,
             step_deg: dto.step_deg,
             speed_deg_s: dto.speed_deg_s,
-            mode: dto.mode.map(|mode| match mode {
-                ScanModeDto::StopAndGo => ScanMode::StopAndGo,
-                ScanModeDto::Continuous => ScanMode::Continuous,
-            }),
+            mode: dto.mode.map(ScanMode::from),
             exposure_us: dto.exposure_us,
             exposures_us: dto.exposures_us,
             laser_power: dto.laser_power,

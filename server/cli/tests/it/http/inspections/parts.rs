@@ -1,0 +1,233 @@
+//! Parts on the simulated station, inspected over the API: a changed one is rejected, nothing is lost, held or doubled by
+//! accident. That values lie within their uncertainty is the matter of `metrology`.
+
+use std::time::Instant;
+
+use serde_json::{Value, json};
+
+use super::block_recipe;
+use crate::common::server::{Answer, Server};
+use crate::http::fresh;
+
+/// What a part is made wrong by, mm; the recipe permits half of it.
+const DEFECT_MM: f64 = 0.06;
+
+/// Puts a block of this height on the stage.
+fn place_block(server: &Server, height_mm: f64) {
+    let corner = |idx: usize| {
+        let side = |bit: usize, low: f64, high: f64| if idx >> bit & 1 == 1 { high } else { low };
+        [side(0, -10.0, 10.0), side(1, -8.0, 8.0), side(2, 0.0, height_mm)]
+    };
+    let faces = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+    let mut text = "solid block\n".to_owned();
+    for [a, b, c, d] in faces {
+        for triangle in [[a, b, c], [a, c, d]] {
+            let vertices: String =
+                triangle.map(corner).iter().map(|[x, y, z]| format!("vertex {x} {y} {z}\n")).collect();
+            text += &format!("facet normal 0 0 0\nouter loop\n{vertices}endloop\nendfacet\n");
+        }
+    }
+    text += "endsolid block\n";
+    let headers = [("content-type", "model/stl")];
+    server.send("PUT", "/api/v1/simulation/scene/part", &headers, text.as_bytes()).expect(200);
+}
+
+fn inspect(server: &Server, query: &str, key: Option<&str>, body: &Value) -> Answer {
+    let mut headers = vec![("content-type", "application/json")];
+    headers.extend(key.map(|key| ("idempotency-key", key)));
+    server.send("POST", &format!("/api/v1/inspections{query}"), &headers, body.to_string().as_bytes())
+}
+
+/// Inspects a part and waits for the end; returns the inspection.
+fn inspected(server: &Server, body: &Value) -> Value {
+    let accepted = inspect(server, "", None, body);
+    accepted.expect(202);
+    let job = server.wait_for_job(accepted.header("location").unwrap());
+    assert_eq!((&job["state"], &job["result"]["kind"]), (&json!("succeeded"), &json!("inspection")), "{job:#}");
+    server.get(job["result"]["href"].as_str().unwrap()).expect(200)
+}
+
+fn serials(server: &Server, query: &str) -> Vec<String> {
+    let (mut next, mut serials) = (Some(format!("/api/v1/inspections{query}")), Vec::new());
+    while let Some(page) = next {
+        let list = server.get(&page).expect(200);
+        let items = list["items"].as_array().unwrap().iter();
+        serials.extend(items.map(|item| item["serial"].as_str().unwrap().to_owned()));
+        next = list["next"].as_str().map(str::to_owned);
+    }
+    serials
+}
+
+#[test]
+fn parts_are_inspected_by_a_recipe_and_a_changed_one_is_rejected() {
+    let (folder, server) = fresh();
+    let calibration = json!({ "source": { "kind": "station" }, "n_poses": 8 });
+    let calibration_id = server.result_of("/api/v1/calibrations", &calibration);
+    server.put("/api/v1/calibrations/active", &json!({ "calibration_id": calibration_id })).expect(200);
+    let mut recipe = block_recipe(DEFECT_MM / 2.0);
+    (recipe["number"], recipe["serial_pattern"]) = (json!(12), json!("BL-[0-9]+"));
+    let first = json!({ "id": "block", "reason": "first", "recipe": recipe });
+    let version = server.post("/api/v1/recipes", &first).expect(201);
+
+    refusals(&server);
+
+    // By id, by number, by the rule; the middle one is lower than it should be.
+    place_block(&server, 8.9);
+    let part = json!({ "recipe": "block", "serial": "BL-1", "order": "4711", "attributes": { "shift": "early" } });
+    let good = inspected(&server, &part);
+    assert_eq!(
+        (&good["verdict"], &good["seq"], &good["order"]),
+        (&json!("ok"), &json!(1), &json!("4711")),
+        "{good:#}"
+    );
+    assert_eq!((&good["recipe"]["version"], &good["recipe"]["digest"]), (&json!(1), &version["digest"]));
+    assert_eq!((&good["calibration_id"], &good["simulated"]), (&json!(calibration_id), &json!(true)));
+    let height = &good["results"][0];
+    assert_eq!(
+        (&height["nominal"], &height["upper"], &height["coverage_factor"]),
+        (&json!(8.9), &json!(0.03), &json!(2.0))
+    );
+    assert_eq!(height["attributes"], json!({ "K2001": "1", "line": 4 }));
+    assert_eq!(good["features"].as_array().unwrap().len(), 2);
+    server.get(good["scan_href"].as_str().unwrap()).expect(200);
+    assert_eq!(server.get(good["cloud_href"].as_str().unwrap()).status, 200);
+    print_overhead(&server, &good);
+
+    place_block(&server, 8.9 - DEFECT_MM);
+    let bad = inspected(&server, &json!({ "recipe": 12, "serial": "BL-2" }));
+    let height = &bad["results"][0];
+    assert_eq!((&bad["verdict"], &height["reason"]), (&json!("not_ok"), &Value::Null), "{bad:#}");
+    println!("defect of {DEFECT_MM} mm: error {} mm, U {} mm", height["error"], height["expanded_uncertainty"]);
+    place_block(&server, 8.9);
+    let by_rule = inspected(&server, &json!({ "serial": "BL-3" }));
+    assert_eq!(
+        (&by_rule["verdict"], &by_rule["recipe"]["id"], &by_rule["seq"]),
+        (&json!("ok"), &json!("block"), &json!(3))
+    );
+
+    lists(&server);
+    re_evaluated(&server, &bad, &recipe);
+    held(&server);
+    restarted(&folder.path().join("data"), server);
+}
+
+/// From the last frame to the stored verdict, by the station's own figures; no bound on a busy machine in a debug build.
+fn print_overhead(server: &Server, inspection: &Value) {
+    let job = server.get(&format!("/api/v1/jobs/{}", inspection["job_id"].as_str().unwrap())).expect(200);
+    let report = server.get(inspection["scan_href"].as_str().unwrap()).expect(200)["report"].clone();
+    let at = |name: &str| job[name].as_f64().unwrap() / 1e3;
+    let timing = &report["timing"];
+    let overhead_s = at("ended_at_ms") - at("started_at_ms") - timing["acquisition_s"].as_f64().unwrap();
+    println!(
+        "{} points: {overhead_s:.2} s beside the acquisition, of it {:.2} s for the cloud and {:.2} s to measure",
+        report["n_points"],
+        timing["evaluation_s"].as_f64().unwrap(),
+        timing["measuring_s"].as_f64().unwrap(),
+    );
+}
+
+fn refusals(server: &Server) {
+    let refused = |body: Value, status: u16, place: &str| {
+        let problem = inspect(server, "", None, &body).expect(status);
+        assert_eq!(problem["pointer"], place, "{problem}");
+        assert!(problem["remedy"].is_string(), "{problem}");
+    };
+    refused(json!({ "recipe": "lid", "serial": "S" }), 422, "/recipe");
+    refused(json!({ "recipe": "block@9", "serial": "S" }), 422, "/recipe");
+    refused(json!({ "recipe": 13, "serial": "S" }), 422, "/recipe");
+    refused(json!({ "recipe": "@", "serial": "S" }), 422, "/recipe");
+    refused(json!({ "serial": "no rule is about it" }), 422, "/recipe");
+    refused(json!({ "recipe": "block", "serial": "" }), 422, "/serial");
+    let too_long = inspect(server, "?wait_s=31", None, &json!({ "recipe": "block", "serial": "S" })).expect(400);
+    assert_eq!(too_long["pointer"], "query/wait_s");
+    assert_eq!(serials(server, ""), [""; 0]);
+}
+
+fn lists(server: &Server) {
+    assert_eq!(serials(server, "?limit=2"), ["BL-3", "BL-2", "BL-1"]);
+    assert_eq!(serials(server, "?after_seq=0&limit=2"), ["BL-1", "BL-2", "BL-3"]);
+    assert_eq!(serials(server, "?after_seq=2"), ["BL-3"]);
+    assert_eq!(serials(server, "?verdict=not_ok"), ["BL-2"]);
+    assert_eq!(serials(server, "?serial=BL-1&recipe=block%401&order=4711"), ["BL-1"]);
+    assert_eq!(serials(server, "?recipe=block@2"), [""; 0]);
+    assert_eq!(serials(server, "?to_ms=1"), [""; 0]);
+    server.get("/api/v1/inspections?after_seq=1&before=x").expect(400);
+    let list = server.get("/api/v1/inspections?limit=1").expect(200);
+    assert!(list["items"][0]["results"].is_array() && list["items"][0]["features"].is_null(), "{list}");
+    // The event of each was stored with it, in the order of the numbers.
+    let events = server.get("/api/v1/events?limit=200").expect(200);
+    let finished =
+        events["items"].as_array().unwrap().iter().filter(|event| event["kind"] == "inspection.finished");
+    let finished: Vec<_> =
+        finished.map(|event| (event["body"]["seq"].clone(), event["body"]["verdict"].clone())).collect();
+    assert_eq!(finished, [(json!(1), json!("ok")), (json!(2), json!("not_ok")), (json!(3), json!("ok"))]);
+}
+
+/// By a wider version the rejected part is good; its first verdict stays.
+fn re_evaluated(server: &Server, bad: &Value, recipe: &Value) {
+    let mut wider = recipe.clone();
+    wider["plan"]["characteristics"][0]["lower"] = json!(-0.2);
+    let body = json!({ "reason": "agreed with the customer", "recipe": wider }).to_string();
+    let headers = [("content-type", "application/json"), ("if-match", "\"1\"")];
+    server.send("POST", "/api/v1/recipes/block/versions", &headers, body.as_bytes()).expect(201);
+    let href = format!("/api/v1/inspections/{}", bad["id"].as_str().unwrap());
+    let accepted = server.post(&format!("{href}/re-evaluate"), &json!({}));
+    accepted.expect(202);
+    let job = server.wait_for_job(accepted.header("location").unwrap());
+    let anew = server.get(job["result"]["href"].as_str().unwrap()).expect(200);
+    assert_eq!(
+        (&anew["verdict"], &anew["recipe"]["version"], &anew["seq"]),
+        (&json!("ok"), &json!(2), &json!(4)),
+        "{anew:#}"
+    );
+    assert_eq!((&anew["re_evaluated_from"], &anew["scan_id"]), (&bad["id"], &bad["scan_id"]));
+    assert_eq!(anew["changed"], json!([{ "id": "height", "before": "not_ok", "after": "ok" }]));
+    assert_eq!(anew["results"][0]["value"], bad["results"][0]["value"], "the same scan, the same value");
+    assert_eq!(&server.get(&href).expect(200), bad, "the first stays as it was");
+}
+
+/// While it is held an inspection waits, other jobs do not; its key gives the same job and later its result.
+fn held(server: &Server) {
+    let held = server.post("/api/v1/inspection-queue/hold", &json!({ "reason": "fixture" })).expect(200);
+    assert_eq!((&held["held"], &held["reason"]), (&json!(true), &json!("fixture")));
+    let part = json!({ "recipe": "block@1", "serial": "BL-5" });
+    let begun = Instant::now();
+    let waiting = inspect(server, "?wait_s=1", Some("part-5"), &part).expect(202);
+    assert_eq!(waiting["state"], "queued");
+    assert!(begun.elapsed().as_secs_f64() >= 1.0);
+    assert_eq!(server.get("/api/v1/inspection-queue").expect(200)["n_waiting"], 1);
+    let scan = json!({ "source": { "kind": "station" }, "from_mm": -1.0, "to_mm": 1.0, "step_mm": 1.0 });
+    server.result_of("/api/v1/scans", &scan);
+    assert_eq!(inspect(server, "", Some("part-5"), &part).expect(202)["id"], waiting["id"]);
+    inspect(server, "", Some("part-5"), &json!({ "recipe": "block@1", "serial": "BL-6" })).expect(422);
+
+    assert_eq!(server.post("/api/v1/inspection-queue/resume", &json!(null)).expect(200)["held"], false);
+    let job = server.wait_for_job(&format!("/api/v1/jobs/{}", waiting["id"].as_str().unwrap()));
+    assert_eq!(job["state"], "succeeded", "{job:#}");
+    // The key with a wait is the same request: the answer is its result, and no part is inspected twice.
+    let done = inspect(server, "?wait_s=30", Some("part-5"), &part).expect(200);
+    assert_eq!((&done["id"], &done["verdict"]), (&job["result"]["id"], &json!("ok")));
+    assert_eq!(serials(server, "?serial=BL-5"), ["BL-5"]);
+}
+
+/// Killed in the middle of an inspection: no verdict, its scan is partial, the numbers go on where they were, and a hold is
+/// still one.
+fn restarted(data: &std::path::Path, server: Server) {
+    let accepted = inspect(&server, "", None, &json!({ "recipe": "block@1", "serial": "BL-7" }));
+    accepted.expect(202);
+    let location = accepted.header("location").unwrap().to_owned();
+    while !server.get(&location).expect(200)["message"].as_str().unwrap().starts_with("row") {
+        std::thread::sleep(std::time::Duration::from_millis(20));
+    }
+    server.post("/api/v1/inspection-queue/hold", &json!({})).expect(200);
+    server.kill();
+    let server = Server::start(data, &[]);
+    let job = server.get(&location).expect(200);
+    assert_eq!(job["state"], "interrupted", "{job:#}");
+    assert_eq!(serials(&server, "?serial=BL-7"), [""; 0]);
+    assert_eq!(server.get("/api/v1/inspection-queue").expect(200)["held"], true);
+    server.post("/api/v1/inspection-queue/resume", &json!(null)).expect(200);
+    place_block(&server, 8.9);
+    let again = inspected(&server, &json!({ "recipe": "block@1", "serial": "BL-7" }));
+    assert_eq!((&again["verdict"], &again["seq"]), (&json!("ok"), &json!(6)), "{again:#}");
+}

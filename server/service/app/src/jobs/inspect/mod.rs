@@ -1,0 +1,90 @@
+//! Inspection of a part: scan, measure by the plan of the recipe, judge; and the same scan judged anew.
+
+mod re_evaluate;
+#[cfg(test)]
+mod tests;
+
+use std::time::Instant;
+
+use metrology::PlanResult;
+use serde_json::json;
+use store::{ResultRef, ScanRecord};
+
+use crate::jobs::plan::TIMING;
+use crate::jobs::scan::at_station_measured;
+use crate::jobs::{ComputeContext, Done, InspectInput, JobEnd, ScanInput, StationContext};
+use crate::progress::Phase;
+use crate::resources::calibrations::stored::stored_document;
+use crate::resources::inspections::{inspection_changes, judged, new_inspection};
+use crate::resources::recipes::{RecipeScan, RecipeVersion, stored_version};
+use crate::resources::scan_run::{ScanPurpose, ScanSource};
+use crate::resources::stored_scan::stored_cloud;
+
+pub use re_evaluate::run as re_evaluate;
+pub(crate) use re_evaluate::without_scan;
+
+/// The record kind of inspections.
+const INSPECTION: &str = "inspection";
+
+/// Scans and judges a part. A job cancelled between scan and verdict keeps its scan.
+pub fn at_station(input: &InspectInput, ctx: &StationContext) -> Result<Done, JobEnd> {
+    let version = ctx.wait(stored_version(&ctx.ledger, &input.recipe_id, input.recipe_version))?;
+    let mut measured = at_station_measured(&scan_of(&version.recipe.scan, &input.part.serial), ctx)?;
+    if ctx.cancel.is_cancelled() {
+        return Err(JobEnd::CancelledAfter(Box::new(measured.done())));
+    }
+    let began = Instant::now();
+    let scan = &measured.made.record;
+    let result = result_on(&version, scan, ctx)?;
+    let simulated = ctx.station.status().simulated.is_some();
+    let (record, body) = new_inspection(&input.part, &version, scan, &result, (&ctx.id, simulated));
+    let timing = &mut measured.made.record.report[TIMING];
+    timing["measuring_s"] = json!(began.elapsed().as_secs_f64());
+    timing["n_measured"] = json!(version.recipe.plan.characteristics.len());
+    let message = message(&version, &result);
+    let id = record.id.clone();
+    let mut done = measured.done_with(ResultRef { kind: INSPECTION.to_owned(), id }, Some(message));
+    done.changes.push(inspection_changes(record, &body));
+    Ok(done)
+}
+
+/// Measures the plan of a recipe on the stored cloud of a scan.
+fn result_on(version: &RecipeVersion, scan: &ScanRecord, ctx: &ComputeContext) -> Result<PlanResult, JobEnd> {
+    let plan = &version.recipe.plan;
+    ctx.report(1.0, Phase::Measuring.counted(0, plan.characteristics.len()), "measuring");
+    let document = ctx.wait(stored_document(&ctx.ledger, &*ctx.artifacts, Some(&scan.calibration_id)))?;
+    let cloud = ctx.wait(stored_cloud(&*ctx.artifacts, scan))?;
+    Ok(judged(plan, scan, &cloud, &document.calibration())?)
+}
+
+fn message(version: &RecipeVersion, result: &PlanResult) -> String {
+    format!("{} by {}", result.verdict.label(), version.name())
+}
+
+/// The scan of a part by a recipe, with the active calibration.
+pub(crate) fn scan_of(scan: &RecipeScan, name: &str) -> ScanInput {
+    let scan = scan.clone();
+    ScanInput {
+        source: ScanSource::Station,
+        name: Some(name.to_owned()),
+        from_mm: scan.from_mm,
+        to_mm: scan.to_mm,
+        step_mm: scan.step_mm,
+        speed_mm_s: scan.speed_mm_s,
+        from_deg: scan.from_deg,
+        to_deg: scan.to_deg,
+        step_deg: scan.step_deg,
+        speed_deg_s: scan.speed_deg_s,
+        mode: scan.mode,
+        exposure_us: scan.exposure_us,
+        exposures_us: scan.exposures_us,
+        laser_power: scan.laser_power,
+        keep_frames: scan.keep_frames,
+        background: scan.background,
+        record: scan.record,
+        calibration_id: None,
+        resume_scan_id: None,
+        measure: Vec::new(),
+        purpose: ScanPurpose::Production,
+    }
+}

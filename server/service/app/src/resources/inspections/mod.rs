@@ -1,0 +1,47 @@
+//! Inspections: a part, scanned and judged by a version of a recipe.
+
+mod finished;
+mod judged;
+
+pub use finished::{VerdictChange, changed_verdicts, inspection_changes, new_inspection};
+pub use judged::judged;
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+
+/// Which part is inspected.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct InspectedPart {
+    /// Its serial number.
+    pub serial: String,
+    /// The order it is made for.
+    #[serde(default)]
+    pub order: Option<String>,
+    /// Handed on to other systems as they are.
+    #[serde(default)]
+    pub attributes: BTreeMap<String, String>,
+}
+
+/// The document of an inspection, as stored.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct InspectionBody {
+    /// Digest of the recipe's version.
+    pub recipe_digest: String,
+    /// The recipe's number, if it has one.
+    #[serde(default)]
+    pub recipe_number: Option<u32>,
+    /// The calibration of the cloud.
+    pub calibration_id: String,
+    /// Whether the devices were simulated, or a recording.
+    pub simulated: bool,
+    /// Of the part.
+    #[serde(default)]
+    pub attributes: BTreeMap<String, String>,
+    /// What was measured, as `sheaf measure --plan --json` prints it.
+    pub result: Value,
+    /// Compared with the inspection that was judged anew.
+    #[serde(default)]
+    pub changed: Vec<VerdictChange>,
+}

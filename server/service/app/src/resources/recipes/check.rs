@@ -1,0 +1,166 @@
+//! Whether a recipe is one: every part of it, with the place of what is wrong.
+
+use remedy::Remedy as _;
+use serde_json::Value;
+
+use crate::error::{AppError, ErrorKind};
+use crate::resources::labels::label;
+use crate::resources::recipes::serial_rule::SerialRule;
+use crate::resources::recipes::{Recipe, RecipeScan};
+
+/// Longest id of a recipe: it appears in file names and topics.
+const LONGEST_ID: usize = 64;
+
+/// Largest number of attributes of a recipe or an inspection.
+const ATTRIBUTES_LIMIT: usize = 50;
+
+/// Longest value of an attribute.
+const LONGEST_ATTRIBUTE: usize = 1_000;
+
+/// Exposure times of an HDR scan.
+const N_EXPOSURES: std::ops::RangeInclusive<usize> = 2..=4;
+
+pub(crate) fn refused(place: impl Into<String>, detail: impl Into<String>, remedy: &str) -> AppError {
+    AppError::new(ErrorKind::Impossible, detail).at(place).remedy(remedy)
+}
+
+/// Checks the id of a new recipe; it begins with a letter, so that it is never taken for a number.
+pub(crate) fn check_id(id: &str) -> Result<(), AppError> {
+    let is_word = |byte: u8| byte.is_ascii_lowercase() || byte.is_ascii_digit() || b"-_".contains(&byte);
+    let begins = id.bytes().next().is_some_and(|byte| byte.is_ascii_lowercase());
+    if begins && id.len() <= LONGEST_ID && id.bytes().all(is_word) {
+        return Ok(());
+    }
+    let remedy = "use up to 64 of a to z, 0 to 9, - and _, beginning with a letter";
+    Err(refused("/id", "this is no id of a recipe", remedy))
+}
+
+/// Checks what is handed on to other systems.
+pub(crate) fn check_attributes<'a>(
+    attributes: impl ExactSizeIterator<Item = (&'a String, &'a String)>,
+    place: &str,
+) -> Result<(), AppError> {
+    if attributes.len() > ATTRIBUTES_LIMIT {
+        let detail = format!("{} attributes are too many", attributes.len());
+        return Err(refused(place, detail, "give at most 50"));
+    }
+    for (name, value) in attributes {
+        label(name, place)?;
+        if value.chars().count() > LONGEST_ATTRIBUTE {
+            return Err(refused(format!("{place}/{name}"), "the value is too long", "give at most 1000 letters"));
+        }
+    }
+    Ok(())
+}
+
+impl Recipe {
+    /// Checks every part of it; places begin with `/recipe`.
+    ///
+    /// # Errors
+    /// The first part that is wrong, with its place and remedy.
+    pub fn check(&self) -> Result<(), AppError> {
+        label(&self.name, "/recipe/name")?;
+        if self.number == Some(0) {
+            return Err(refused("/recipe/number", "0 stands for no recipe", "give a number from 1"));
+        }
+        if let Some(pattern) = &self.serial_pattern {
+            SerialRule::new(pattern)?;
+        }
+        self.scan.check()?;
+        self.plan.check().map_err(|error| {
+            let problem = AppError::new(ErrorKind::Impossible, error.detail.clone());
+            problem.at(format!("/recipe/plan{}", error.pointer)).remedy(error.remedy().unwrap_or_default())
+        })?;
+        if self.plan.characteristics.is_empty() {
+            let detail = "the plan measures nothing";
+            return Err(refused("/recipe/plan/characteristics", detail, "add a characteristic"));
+        }
+        for (idx, characteristic) in self.plan.characteristics.iter().enumerate() {
+            let is_plain = |value: &Value| value.is_string() || value.is_number() || value.is_boolean();
+            if let Some((name, _)) = characteristic.attributes.iter().find(|(_, value)| !is_plain(value)) {
+                let place = format!("/recipe/plan/characteristics/{idx}/attributes/{name}");
+                return Err(refused(place, "an attribute is a text, a number, true or false", "give one of them"));
+            }
+        }
+        check_attributes(self.attributes.iter(), "/recipe/attributes")
+    }
+}
+
+impl RecipeScan {
+    /// Checks all that does not depend on a station; the rest is checked when an inspection is requested.
+    fn check(&self) -> Result<(), AppError> {
+        let place = |field: &str| format!("/recipe/scan/{field}");
+        let any = [
+            ("from_mm", self.from_mm),
+            ("to_mm", self.to_mm),
+            ("from_deg", self.from_deg),
+            ("to_deg", self.to_deg),
+        ];
+        let above_zero = [
+            ("step_mm", self.step_mm),
+            ("speed_mm_s", self.speed_mm_s),
+            ("step_deg", self.step_deg),
+            ("speed_deg_s", self.speed_deg_s),
+            ("exposure_us", self.exposure_us),
+            ("laser_power", self.laser_power),
+        ];
+        for (field, value) in any.iter().chain(&above_zero).filter_map(|(field, value)| Some((field, (*value)?))) {
+            if !value.is_finite() {
+                return Err(refused(place(field), format!("{field} is {value}"), "give a number"));
+            }
+        }
+        for (field, value) in above_zero.iter().filter_map(|(field, value)| Some((field, (*value)?))) {
+            if value <= 0.0 {
+                return Err(refused(place(field), format!("{field} is {value}"), "give a number above 0"));
+            }
+        }
+        if self.laser_power.is_some_and(|power| power > 1.0) {
+            return Err(refused(place("laser_power"), "full power is 1", "give a number up to 1"));
+        }
+        self.check_range()?;
+        self.check_exposures()?;
+        let background = self.background.unwrap_or_default();
+        if background.every_rows == Some(0) {
+            return Err(refused(place("background/every_rows"), "every_rows is 0", "give a number from 1"));
+        }
+        if background.above_levels.is_some_and(|levels| !(0.0..=255.0).contains(&levels)) {
+            return Err(refused(
+                place("background/above_levels"),
+                "levels range from 0 to 255",
+                "give one of them",
+            ));
+        }
+        Ok(())
+    }
+
+    fn check_range(&self) -> Result<(), AppError> {
+        let linear = [self.from_mm, self.to_mm, self.step_mm, self.speed_mm_s];
+        let rotary = [self.from_deg, self.to_deg, self.step_deg, self.speed_deg_s];
+        let is_given = |range: &[Option<f64>; 4]| range.iter().any(Option::is_some);
+        if is_given(&linear) && is_given(&rotary) {
+            let detail = "a range is in millimetres or in degrees";
+            return Err(refused("/recipe/scan", detail, "give the fields of one kind of stage"));
+        }
+        let [from, to, step, speed] = if is_given(&rotary) { rotary } else { linear };
+        if from.is_none() || to.is_none() || step.or(speed).is_none() {
+            let detail = "the range of the scan is incomplete";
+            return Err(refused("/recipe/scan", detail, "give from, to, and a step or a speed"));
+        }
+        Ok(())
+    }
+
+    fn check_exposures(&self) -> Result<(), AppError> {
+        if self.exposures_us.is_empty() {
+            return Ok(());
+        }
+        let place = "/recipe/scan/exposures_us";
+        if self.exposure_us.is_some() {
+            return Err(refused(place, "exposure_us and exposures_us exclude each other", "give one of them"));
+        }
+        let are_good = self.exposures_us.iter().all(|us| us.is_finite() && *us > 0.0);
+        if !N_EXPOSURES.contains(&self.exposures_us.len()) || !are_good {
+            return Err(refused(place, "these are no exposure times of an HDR scan", "give two to four above 0"));
+        }
+        Ok(())
+    }
+}

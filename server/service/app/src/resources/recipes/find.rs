@@ -1,0 +1,121 @@
+//! Which recipe is meant: by id, version, number, or a rule on the serial number.
+
+use store::{Page, RecipeFilter, RecipeRecord};
+
+use crate::error::{AppError, ErrorKind};
+use crate::evented_catalogue::EventedCatalogue;
+use crate::resources::recipes::RecipeVersion;
+use crate::resources::recipes::check::refused;
+use crate::resources::recipes::serial_rule::SerialRule;
+
+/// What names a recipe.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum RecipeRef {
+    /// `bracket`: its newest version; `bracket@7`: this one.
+    Id {
+        /// The recipe.
+        id: String,
+        /// The version; `None`: the newest.
+        version: Option<i64>,
+    },
+    /// By which a PLC calls it.
+    Number(i64),
+}
+
+impl RecipeRef {
+    /// Of `bracket`, `bracket@7` or `12`.
+    pub fn parse(text: &str) -> Option<Self> {
+        if let Ok(number) = text.parse() {
+            return Some(Self::Number(number));
+        }
+        match text.split_once('@') {
+            Some((id, version)) => Some(Self::Id { id: id.to_owned(), version: Some(version.parse().ok()?) }),
+            None => Some(Self::Id { id: text.to_owned(), version: None }),
+        }
+    }
+}
+
+/// A version of a recipe.
+///
+/// # Errors
+/// It does not exist, or is damaged.
+pub async fn stored_version(ledger: &EventedCatalogue, id: &str, version: i64) -> Result<RecipeVersion, AppError> {
+    RecipeVersion::of(ledger.read().recipe_version(id, version).await?)
+}
+
+/// The newest version of a recipe.
+///
+/// # Errors
+/// It does not exist, or is damaged.
+pub async fn newest_version(
+    ledger: &EventedCatalogue,
+    id: &str,
+) -> Result<(RecipeRecord, RecipeVersion), AppError> {
+    let recipe = ledger.read().recipe(id).await?;
+    let version = stored_version(ledger, id, recipe.newest).await?;
+    Ok((recipe, version))
+}
+
+/// The version to inspect a part by: the one that is named, else that of the recipe whose rule the serial number matches.
+///
+/// # Errors
+/// None, more than one, or one that is archived.
+pub async fn found(
+    ledger: &EventedCatalogue,
+    named: Option<&RecipeRef>,
+    serial: &str,
+) -> Result<RecipeVersion, AppError> {
+    match named {
+        None => by_rule(ledger, serial).await,
+        Some(RecipeRef::Number(number)) => {
+            let filter = RecipeFilter { archived: Some(false), number: Some(*number) };
+            let recipe = ledger.read().recipes(&filter, &Page { before: None, limit: 1 }).await?.whole()?.pop();
+            let recipe = recipe.ok_or_else(|| {
+                let detail = format!("no recipe in use has the number {number}");
+                refused("/recipe", detail, "give the number or the id of a recipe")
+            })?;
+            stored_version(ledger, &recipe.id, recipe.newest).await
+        }
+        Some(RecipeRef::Id { id, version }) => {
+            let recipe = existing(ledger.read().recipe(id).await)?;
+            if recipe.archived {
+                let detail = format!("recipe {id} is archived");
+                return Err(AppError::new(ErrorKind::Conflict, detail).at("/recipe").remedy("restore it first"));
+            }
+            existing(ledger.read().recipe_version(id, version.unwrap_or(recipe.newest)).await)
+                .and_then(RecipeVersion::of)
+        }
+    }
+}
+
+/// The request itself is valid, hence 422 and not 404.
+fn existing<T>(read: Result<T, store::StoreError>) -> Result<T, AppError> {
+    match read {
+        Err(error @ store::StoreError::NotFound { .. }) => {
+            Err(refused("/recipe", error.to_string(), "give the id of a recipe, or id@version"))
+        }
+        read => read.map_err(AppError::from),
+    }
+}
+
+async fn by_rule(ledger: &EventedCatalogue, serial: &str) -> Result<RecipeVersion, AppError> {
+    let in_use = RecipeFilter { archived: Some(false), number: None };
+    let all = Page { before: None, limit: u32::MAX };
+    let mut matching = Vec::new();
+    for recipe in ledger.read().recipes(&in_use, &all).await?.whole()? {
+        let version = stored_version(ledger, &recipe.id, recipe.newest).await?;
+        let Some(pattern) = &version.recipe.serial_pattern else { continue };
+        if SerialRule::new(pattern)?.matches(serial) {
+            matching.push(version);
+        }
+    }
+    if matching.len() > 1 {
+        let ids: Vec<&str> = matching.iter().map(|version| version.id.as_str()).collect();
+        let detail = format!("the rules of several recipes match this serial number: {}", ids.join(", "));
+        return Err(refused("/recipe", detail, "name the recipe, or make the rules exclude each other"));
+    }
+    matching.pop().ok_or_else(|| {
+        let detail = "no recipe is named, and no rule of a recipe matches this serial number";
+        refused("/recipe", detail, "name the recipe, or give it a serial_pattern")
+    })
+}

@@ -1,0 +1,18 @@
+//! Recipes: how a part is scanned, what is measured on it and within which limits; in versions that never change.
+
+mod changes;
+pub(crate) mod check;
+mod file;
+mod find;
+mod recipe;
+mod serial_rule;
+mod version;
+
+pub use changes::{PlaceChange, changes_between};
+pub use file::{RecipeFile, RecipeFileError, RecipeFormat};
+pub use find::{RecipeRef, found, newest_version, stored_version};
+pub use recipe::{Recipe, RecipeScan};
+pub use version::RecipeVersion;
+
+#[cfg(test)]
+pub(crate) mod tests;

@@ -1,0 +1,131 @@
+//! Inspections: requested, judged anew, held.
+
+use std::time::Duration;
+
+use store::{Change, JobRecord, JobState};
+
+use crate::App;
+use crate::access::principal::Principal;
+use crate::control::{Request, admit};
+use crate::error::AppError;
+use crate::jobs::inspect::without_scan;
+use crate::jobs::{InspectInput, InspectionHold, JobInput, JobView, ReEvaluateInput};
+use crate::resources::inspections::InspectedPart;
+use crate::resources::labels::label;
+use crate::resources::recipes::check::check_attributes;
+use crate::resources::recipes::{RecipeRef, found};
+use crate::use_cases::jobs::start_job;
+
+/// Requests the inspection of a part, together with what `and` returns; without a recipe the rules on serial numbers choose
+/// one.
+///
+/// # Errors
+/// No recipe is found, the part cannot be named so, or as [`start_job`].
+pub async fn inspect(
+    app: &App,
+    by: &Principal,
+    recipe: Option<RecipeRef>,
+    part: InspectedPart,
+    and: impl FnOnce(&JobRecord) -> Vec<Change>,
+) -> Result<JobRecord, AppError> {
+    label(&part.serial, "/serial")?;
+    if let Some(order) = &part.order {
+        label(order, "/order")?;
+    }
+    check_attributes(part.attributes.iter(), "/attributes")?;
+    let version = found(&app.ledger, recipe.as_ref(), &part.serial).await?;
+    let input = InspectInput { recipe_id: version.id, recipe_version: version.version, part };
+    start_job(app, by, JobInput::Inspection(input), and).await
+}
+
+/// Requests that the scan of an inspection be judged by another version of a recipe, together with what `and` returns;
+/// without one by the newest version of its own.
+///
+/// # Errors
+/// The inspection or the recipe does not exist, its scan was deleted, or as [`start_job`].
+pub async fn re_evaluate(
+    app: &App,
+    by: &Principal,
+    id: &str,
+    recipe: Option<RecipeRef>,
+    and: impl FnOnce(&JobRecord) -> Vec<Change>,
+) -> Result<JobRecord, AppError> {
+    let earlier = app.ledger.read().inspection(id).await?;
+    if earlier.scan_id.is_none() {
+        return Err(without_scan(&earlier));
+    }
+    let recipe = recipe.unwrap_or(RecipeRef::Id { id: earlier.recipe_id, version: None });
+    let version = found(&app.ledger, Some(&recipe), &earlier.serial).await?;
+    let input =
+        ReEvaluateInput { inspection_id: earlier.id, recipe_id: version.id, recipe_version: version.version };
+    start_job(app, by, JobInput::ReEvaluation(input), and).await
+}
+
+/// Waits for the end of a job, no longer than `limit`; returns it as it is then.
+///
+/// # Errors
+/// The job does not exist.
+pub async fn wait_for_job(app: &App, id: &str, limit: Duration) -> Result<JobView, AppError> {
+    let mut news = app.jobs.watch_progress();
+    let ended = async {
+        loop {
+            news.borrow_and_update();
+            let view = app.jobs.view(id).await?;
+            if view.record.state.is_terminal() || news.changed().await.is_err() {
+                return Ok::<_, AppError>(view);
+            }
+        }
+    };
+    match tokio::time::timeout(limit, ended).await {
+        Ok(view) => view,
+        Err(_) => app.jobs.view(id).await,
+    }
+}
+
+/// Holds the queue: no further inspection starts; a running one ends.
+///
+/// # Errors
+/// Someone else is in control, or the store cannot be written.
+pub async fn hold_inspections(app: &App, by: &Principal, reason: Option<String>) -> Result<(), AppError> {
+    if let Some(reason) = &reason {
+        label(reason, "/reason")?;
+    }
+    admit(app, by, Request::CancelJob)?;
+    app.jobs.hold_inspections(by, reason).await
+}
+
+/// Ends a hold: waiting inspections start.
+///
+/// # Errors
+/// As [`hold_inspections`].
+pub async fn resume_inspections(app: &App, by: &Principal) -> Result<(), AppError> {
+    admit(app, by, Request::CancelJob)?;
+    app.jobs.resume_inspections(by).await
+}
+
+/// The queue of inspections.
+#[derive(Debug, Clone, PartialEq)]
+pub struct InspectionQueue {
+    /// The hold, if there is one.
+    pub hold: Option<InspectionHold>,
+    /// Inspections that wait.
+    pub n_waiting: usize,
+    /// The running one.
+    pub running_job_id: Option<String>,
+}
+
+/// The state of the queue of inspections.
+///
+/// # Errors
+/// The store cannot be read.
+pub async fn inspection_queue(app: &App) -> Result<InspectionQueue, AppError> {
+    let all = store::Page { before: None, limit: u32::MAX };
+    let is_one = |view: &JobView| view.record.kind == "inspection";
+    let running = app.jobs.list(Some(JobState::Running), &all).await?.records;
+    let waiting = app.jobs.list(Some(JobState::Queued), &all).await?.records;
+    Ok(InspectionQueue {
+        hold: app.jobs.inspection_hold(),
+        n_waiting: waiting.iter().filter(|view| is_one(view) && view.record.state == JobState::Queued).count(),
+        running_job_id: running.into_iter().find(is_one).map(|view| view.record.id),
+    })
+}

@@ -1,0 +1,142 @@
+//! Recipes: published, rolled back, put away, imported.
+
+use station::wall_clock::now_ms;
+use store::{Change, StoreError};
+
+use crate::App;
+use crate::access::principal::Principal;
+use crate::error::{AppError, ErrorKind};
+use crate::events::{Event, RecipePublished, event};
+use crate::resources::labels::label;
+use crate::resources::recipes::check::check_id;
+use crate::resources::recipes::{Recipe, RecipeFile, RecipeVersion, newest_version, stored_version};
+
+/// A version to publish.
+#[derive(Debug, Clone, PartialEq)]
+pub struct NewVersion {
+    /// The recipe.
+    pub id: String,
+    /// The newest version so far; 0: there is none.
+    pub after: i64,
+    /// Why.
+    pub reason: String,
+    /// What is scanned, measured and judged.
+    pub recipe: Recipe,
+}
+
+/// Publishes a version of a recipe, together with what `and` returns.
+///
+/// # Errors
+/// The recipe is not one, its number is taken, another version was published meanwhile, or the recipe is archived.
+pub async fn publish_recipe(
+    app: &App,
+    by: &Principal,
+    new: NewVersion,
+    and: impl FnOnce(&RecipeVersion) -> Vec<Change>,
+) -> Result<RecipeVersion, AppError> {
+    store_version(app, by, new, None, and).await
+}
+
+/// Publishes a version with the content of an earlier one.
+///
+/// # Errors
+/// As [`publish_recipe`], or there is no such version.
+pub async fn roll_back_recipe(
+    app: &App,
+    by: &Principal,
+    (id, after): (&str, i64),
+    (to_version, reason): (i64, String),
+    and: impl FnOnce(&RecipeVersion) -> Vec<Change>,
+) -> Result<RecipeVersion, AppError> {
+    let earlier = stored_version(&app.ledger, id, to_version).await.map_err(|problem| match problem.kind {
+        ErrorKind::NotFound => AppError { kind: ErrorKind::Impossible, ..problem }
+            .at("/to_version")
+            .remedy("give one of its versions"),
+        _ => problem,
+    })?;
+    let new = NewVersion { id: id.to_owned(), after, reason, recipe: earlier.recipe };
+    store_version(app, by, new, Some(to_version), and).await
+}
+
+/// Imports a file: makes the recipe, or its next version. `after` is the newest version known; 0: none. A file whose content
+/// the newest version has is imported already.
+///
+/// # Errors
+/// As [`publish_recipe`].
+pub async fn import_recipe(
+    app: &App,
+    by: &Principal,
+    file: RecipeFile,
+    after: i64,
+    and: impl FnOnce(&RecipeVersion) -> Vec<Change>,
+) -> Result<RecipeVersion, AppError> {
+    file.check()?;
+    if after > 0 {
+        let (_, newest) = newest_version(&app.ledger, &file.id).await?;
+        if newest.digest == file.recipe.digest() {
+            app.ledger.commit(and(&newest)).await?;
+            return Ok(newest);
+        }
+    }
+    let reason = format!("imported: version {} {}", file.version, file.reason);
+    let reason: String = reason.trim().chars().take(100).collect();
+    publish_recipe(app, by, NewVersion { id: file.id, after, reason, recipe: file.recipe }, and).await
+}
+
+async fn store_version(
+    app: &App,
+    by: &Principal,
+    new: NewVersion,
+    restored_from: Option<i64>,
+    and: impl FnOnce(&RecipeVersion) -> Vec<Change>,
+) -> Result<RecipeVersion, AppError> {
+    let NewVersion { id, after, reason, recipe } = new;
+    check_id(&id)?;
+    label(&reason, "/reason")?;
+    recipe.check()?;
+    let version = RecipeVersion {
+        id,
+        version: after + 1,
+        digest: recipe.digest(),
+        author: by.actor.clone(),
+        reason,
+        restored_from,
+        created_at_ms: now_ms(),
+        recipe,
+    };
+    let published = RecipePublished {
+        version: version.version,
+        digest: version.digest.clone(),
+        number: version.recipe.number,
+        reason: version.reason.clone(),
+        restored_from,
+        actor: version.author.clone(),
+    };
+    let number = version.recipe.number.map(i64::from);
+    let mut changes = and(&version);
+    changes.push(Change::PublishRecipe { version: version.to_record(), number });
+    changes.push(event(&version.id, Event::RecipePublished(published)));
+    app.ledger.commit(changes).await.map_err(|error| match error {
+        StoreError::Exists { kind: "recipe", .. } => {
+            AppError::from(error).remedy("publish a version of it, or use another id")
+        }
+        StoreError::Refused { kind: "recipe", .. } => AppError::from(error),
+        StoreError::Changed { .. } => AppError::from(error).remedy("read it again, then repeat the change"),
+        other => other.into(),
+    })?;
+    Ok(version)
+}
+
+/// Puts a recipe away, or takes it into use again.
+///
+/// # Errors
+/// It does not exist, or another recipe in use has its number.
+pub async fn archive_recipe(app: &App, by: &Principal, id: &str, archived: bool) -> Result<(), AppError> {
+    let done = match archived {
+        true => Event::RecipeArchived(by.initiator()),
+        false => Event::RecipeRestored(by.initiator()),
+    };
+    let change = Change::ArchiveRecipe { id: id.to_owned(), archived };
+    app.ledger.commit(vec![change, event(id, done)]).await?;
+    Ok(())
+}

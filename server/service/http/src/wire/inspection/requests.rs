@@ -1,0 +1,117 @@
+//! Requests about inspections.
+
+use std::collections::BTreeMap;
+
+use app::inspections::InspectedPart;
+use app::recipes::RecipeRef;
+use serde::Deserialize;
+use utoipa::{IntoParams, ToSchema};
+
+use crate::problem::{Problem, ProblemKind};
+use crate::wire::measurement::measurements::VerdictDto;
+
+/// Names a recipe: `bracket` (its newest version), `bracket@7`, or its number.
+#[derive(Debug, Clone, Deserialize, ToSchema)]
+#[serde(untagged)]
+#[schema(example = "bracket@7")]
+pub enum RecipeRefDto {
+    /// Its number.
+    Number(u32),
+    /// Its id, alone or with a version.
+    Id(String),
+}
+
+impl TryFrom<RecipeRefDto> for RecipeRef {
+    type Error = Problem;
+
+    fn try_from(dto: RecipeRefDto) -> Result<Self, Problem> {
+        match dto {
+            RecipeRefDto::Number(number) => Ok(Self::Number(number.into())),
+            RecipeRefDto::Id(text) => Self::parse(&text).ok_or_else(|| {
+                Problem::new(ProblemKind::Impossible, "this names no recipe")
+                    .at("/recipe")
+                    .remedy("give an id, id@version, or the number of a recipe")
+            }),
+        }
+    }
+}
+
+/// Request to inspect a part.
+#[derive(Debug, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+#[schema(example = json!({ "recipe": "bracket", "serial": "BR-0042", "order": "4711" }))]
+pub struct InspectDto {
+    /// The recipe; without one, that whose rule the serial number matches.
+    pub recipe: Option<RecipeRefDto>,
+    /// Serial number of the part.
+    #[schema(max_length = 100)]
+    pub serial: String,
+    /// The order it is made for.
+    #[schema(max_length = 100)]
+    pub order: Option<String>,
+    /// Handed on to other systems as they are.
+    #[serde(default)]
+    pub attributes: BTreeMap<String, String>,
+}
+
+impl InspectDto {
+    /// The part.
+    pub fn part(self) -> InspectedPart {
+        InspectedPart { serial: self.serial, order: self.order, attributes: self.attributes }
+    }
+}
+
+/// Request to judge the scan of an inspection by another version of a recipe.
+#[derive(Debug, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+#[schema(example = json!({ "recipe": "bracket@8" }))]
+pub struct ReEvaluateDto {
+    /// The recipe; default: the newest version of the one it was made by.
+    pub recipe: Option<RecipeRefDto>,
+}
+
+/// Request to hold the queue of inspections.
+#[derive(Debug, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+#[schema(example = json!({ "reason": "the fixture is being changed" }))]
+pub struct HoldDto {
+    /// Why.
+    #[schema(max_length = 100)]
+    pub reason: Option<String>,
+}
+
+/// Whether the answer waits for the result.
+#[derive(Debug, Deserialize, IntoParams)]
+#[serde(deny_unknown_fields)]
+#[into_params(parameter_in = Query)]
+pub struct WaitQuery {
+    /// Seconds to wait for the result, 0 to 30; default 0. The inspection goes on when the time is over.
+    #[param(minimum = 0, maximum = 30)]
+    pub wait_s: Option<u32>,
+}
+
+/// Selects inspections.
+#[derive(Debug, Deserialize, IntoParams)]
+#[serde(deny_unknown_fields)]
+#[into_params(parameter_in = Query)]
+pub struct InspectionsQuery {
+    /// Only of the part with this serial number.
+    pub serial: Option<String>,
+    /// Only for this order.
+    pub order: Option<String>,
+    /// Only by this recipe: `bracket`, or `bracket@7` for one version.
+    pub recipe: Option<String>,
+    /// Only with this verdict.
+    pub verdict: Option<VerdictDto>,
+    /// Only those made at or after this, ms since 1970 (UTC).
+    pub from_ms: Option<i64>,
+    /// Only those made before this, ms since 1970 (UTC).
+    pub to_ms: Option<i64>,
+    /// Only those after this number, oldest first: for readers that follow without missing one.
+    pub after_seq: Option<i64>,
+    /// Id of the last inspection of the previous page.
+    pub before: Option<String>,
+    /// Inspections per page, 1 to 200; default 50.
+    #[param(minimum = 1, maximum = 200)]
+    pub limit: Option<u32>,
+}

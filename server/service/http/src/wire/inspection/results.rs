@@ -1,0 +1,240 @@
+//! The result of a plan on the wire: read from the stored record, which has the form that `sheaf measure --plan --json`
+//! prints.
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+use serde_json::{Value, json};
+use utoipa::openapi::{RefOr, Schema};
+use utoipa::{PartialSchema, ToSchema};
+
+use crate::wire::measurement::measurements::VerdictDto;
+
+/// What a plan found on a part.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct PlanResultDto {
+    /// The frame of all geometry: `datum`, or `part` (the frame of the scan) if there is no datum frame.
+    pub frame: String,
+    /// The datum frame, if there is one.
+    pub datum_from_part: Option<PoseDto>,
+    /// Why there is no datum frame.
+    pub alignment_failure: Option<String>,
+    /// The features, in the order of the plan.
+    pub features: Vec<PlanFeatureDto>,
+    /// The characteristics, in the order of the plan.
+    pub characteristics: Vec<CharacteristicResultDto>,
+}
+
+/// A rigid motion.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct PoseDto {
+    /// Rows of the rotation matrix.
+    #[schema(min_items = 3, max_items = 3)]
+    pub rotation: [[f64; 3]; 3],
+    /// Translation, mm.
+    #[schema(min_items = 3, max_items = 3)]
+    pub translation_mm: [f64; 3],
+}
+
+/// A characteristic as measured; values are in `unit`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct CharacteristicResultDto {
+    /// Its id in the plan.
+    pub id: String,
+    /// What is measured: `step`, `diameter`, `position`, …
+    pub measure: String,
+    /// `mm` or `°`.
+    pub unit: String,
+    /// The actual value; absent if it could not be measured.
+    pub value: Option<f64>,
+    /// Of an angle the turns about two axes, of a position the deviations along x, y, z.
+    #[schema(min_items = 3, max_items = 3)]
+    pub components: Option<[f64; 3]>,
+    /// Nominal value.
+    pub nominal: Option<f64>,
+    /// Smallest permitted deviation from nominal.
+    pub lower: Option<f64>,
+    /// Largest permitted deviation from nominal.
+    pub upper: Option<f64>,
+    /// Value minus nominal.
+    pub error: Option<f64>,
+    /// Standard uncertainty due to the noise of the points.
+    pub u_noise: Option<f64>,
+    /// Standard uncertainty due to effects common to the points.
+    pub u_systematic: Option<f64>,
+    /// Expanded uncertainty U: `coverage_factor` times the standard uncertainty.
+    pub expanded_uncertainty: Option<f64>,
+    /// Coverage factor k.
+    pub coverage_factor: f64,
+    /// Whether U contains all contributions.
+    pub uncertainty_complete: bool,
+    /// Names of the contributions missing from U.
+    pub uncertainty_missing: Vec<String>,
+    /// Findings that question the features it rests on.
+    pub findings: Vec<PlanFindingDto>,
+    /// The verdict by ISO 14253-1; absent without limits.
+    pub verdict: Option<VerdictDto>,
+    /// Why it is undecided or invalid, in words.
+    #[serde(default)]
+    pub reason: Option<String>,
+    /// Why it could not be measured.
+    pub failure: Option<String>,
+    /// Notes, in sentences.
+    pub notes: Vec<String>,
+    /// As the plan gave them.
+    pub attributes: BTreeMap<String, AttributeDto>,
+}
+
+/// A value that is handed on: a text, a number, true or false, as recipes are checked for.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(transparent)]
+pub struct AttributeDto(pub Value);
+
+impl PartialSchema for AttributeDto {
+    fn schema() -> RefOr<Schema> {
+        let plain =
+            json!({ "type": ["string", "number", "boolean"], "description": "A value that is handed on." });
+        serde_json::from_value(plain).expect("this is a schema")
+    }
+}
+
+impl ToSchema for AttributeDto {}
+
+/// A finding that questions a feature.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct PlanFindingDto {
+    /// The feature; absent in the list of a feature itself.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub feature: Option<String>,
+    /// Its code: `model_misfit`, `off_surface`, `short_arc`.
+    pub kind: String,
+    /// Its text.
+    pub text: String,
+}
+
+/// A feature as found.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct PlanFeatureDto {
+    /// Its id in the plan.
+    pub id: String,
+    /// What it is: `plane`, `circle`, …
+    pub kind: String,
+    /// Its geometry; absent for a section, and if it was not found.
+    pub geometry: Option<GeometryDto>,
+    /// Points (of a rim: crossings) the fit rests on.
+    pub n_points: usize,
+    /// Points on or inside it that were left out.
+    pub n_left_out: usize,
+    /// RMS of the points about it.
+    pub rms_mm: Option<f64>,
+    /// Findings that question it.
+    pub findings: Vec<PlanFindingDto>,
+    /// Why it was not found.
+    pub failure: Option<String>,
+}
+
+/// The geometry of a feature, mm.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(tag = "kind", rename_all = "snake_case")]
+pub enum GeometryDto {
+    /// A plane.
+    Plane {
+        /// A point on it.
+        point_mm: [f64; 3],
+        /// Unit normal.
+        normal: [f64; 3],
+    },
+    /// A sphere.
+    Sphere {
+        /// Its centre.
+        centre_mm: [f64; 3],
+        /// Its radius.
+        radius_mm: f64,
+    },
+    /// A cylinder.
+    Cylinder {
+        /// A point on the axis.
+        point_mm: [f64; 3],
+        /// Unit direction of the axis.
+        axis: [f64; 3],
+        /// Its radius.
+        radius_mm: f64,
+    },
+    /// A circle.
+    Circle {
+        /// Its centre.
+        centre_mm: [f64; 3],
+        /// Unit normal of its plane.
+        normal: [f64; 3],
+        /// Its radius.
+        radius_mm: f64,
+    },
+    /// A slot.
+    Slot {
+        /// Its centre.
+        centre_mm: [f64; 3],
+        /// Unit normal of its plane.
+        normal: [f64; 3],
+        /// Unit direction of its long axis.
+        direction: [f64; 3],
+        /// Length over both ends.
+        length_mm: f64,
+        /// Width.
+        width_mm: f64,
+    },
+    /// A line.
+    Line {
+        /// A point on it.
+        point_mm: [f64; 3],
+        /// Unit direction.
+        direction: [f64; 3],
+    },
+    /// A point.
+    Point {
+        /// Where it is.
+        at_mm: [f64; 3],
+    },
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_stored_result_is_returned_in_full() {
+        let geometries = [
+            json!({ "kind": "plane", "point_mm": [0.0, 1.0, 9.0], "normal": [0.0, 0.0, -1.0] }),
+            json!({ "kind": "sphere", "centre_mm": [0.0, 1.0, 9.0], "radius_mm": 18.9 }),
+            json!({ "kind": "cylinder", "point_mm": [0.0, 1.0, 9.0], "axis": [1.0, 0.0, 0.0], "radius_mm": 2.0 }),
+            json!({ "kind": "circle", "centre_mm": [0.0, 1.0, 9.0], "normal": [0.0, 0.0, -1.0], "radius_mm": 5.0 }),
+            json!({ "kind": "slot", "centre_mm": [0.0, 1.0, 9.0], "normal": [0.0, 0.0, -1.0],
+                "direction": [1.0, 0.0, 0.0], "length_mm": 9.0, "width_mm": 3.0 }),
+            json!({ "kind": "line", "point_mm": [0.0, 1.0, 9.0], "direction": [1.0, 0.0, 0.0] }),
+            json!({ "kind": "point", "at_mm": [0.0, 1.0, 9.0] }),
+            Value::Null,
+        ];
+        let features: Vec<Value> = geometries
+            .into_iter()
+            .map(|geometry| {
+                json!({ "id": "f", "kind": "plane", "geometry": geometry, "n_points": 9, "n_left_out": 1,
+                    "rms_mm": 0.02, "findings": [{ "kind": "short_arc", "text": "short" }], "failure": null })
+            })
+            .collect();
+        let characteristic = json!({
+            "id": "h", "measure": "step", "unit": "mm", "value": 8.9, "components": [0.1, 0.2, 0.3], "nominal": 8.9,
+            "lower": -0.05, "upper": null, "error": 0.0, "u_noise": 0.001, "u_systematic": 0.002,
+            "expanded_uncertainty": 0.004, "coverage_factor": 2.0, "uncertainty_complete": false,
+            "uncertainty_missing": ["calibration"],
+            "findings": [{ "feature": "f", "kind": "short_arc", "text": "short" }], "verdict": "undecided",
+            "reason": "U is incomplete", "failure": null, "notes": ["a note"],
+            "attributes": { "K2001": "4", "line": 4, "share": 0.5, "critical": true },
+        });
+        let pose = json!({ "rotation": [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
+            "translation_mm": [1.0, 2.0, 3.0] });
+        let stored = json!({ "frame": "datum", "datum_from_part": pose, "alignment_failure": null,
+            "features": features, "characteristics": [characteristic] });
+        let parsed: PlanResultDto = serde_json::from_value(stored.clone()).unwrap();
+        assert_eq!(serde_json::to_value(parsed).unwrap(), stored);
+    }
+}

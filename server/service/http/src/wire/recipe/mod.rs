@@ -1,0 +1,6 @@
+//! Recipes on the wire.
+
+pub mod plan_document;
+pub mod recipes;
+pub mod requests;
+pub mod scan;

@@ -1,0 +1,220 @@
+//! Recipes, their versions and their differences, on the wire.
+
+use std::collections::BTreeMap;
+
+use app::recipes::{PlaceChange, Recipe, RecipeFile, RecipeFormat, RecipeVersion};
+use serde::{Deserialize, Serialize};
+use store::RecipeRecord;
+use utoipa::ToSchema;
+
+use crate::wire::recipe::plan_document::PlanDto;
+use crate::wire::recipe::scan::RecipeScanDto;
+
+/// How a part is scanned, measured and judged. It holds no calibration: an inspection uses the active one.
+#[derive(Debug, Clone, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct RecipeDto {
+    /// What people call it.
+    #[schema(max_length = 100)]
+    pub name: String,
+    /// By which a PLC calls it; no two recipes in use have the same.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schema(minimum = 1)]
+    pub number: Option<u32>,
+    /// A regular expression for whole serial numbers: the recipe is chosen for parts whose number matches.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schema(example = "BR-[0-9]{4}")]
+    pub serial_pattern: Option<String>,
+    /// How the part is scanned.
+    pub scan: RecipeScanDto,
+    /// What is measured, and within which limits.
+    pub plan: PlanDto,
+    /// Handed on to other systems as they are.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    #[schema(required = false)]
+    pub attributes: BTreeMap<String, String>,
+}
+
+/// A version of a recipe; it never changes.
+#[derive(Debug, Serialize, ToSchema)]
+pub struct RecipeVersionDto {
+    /// Id of the recipe.
+    pub id: String,
+    /// From 1 without gaps.
+    pub version: i64,
+    /// SHA-256 of the canonical content (JSON without spaces, keys sorted), hexadecimal.
+    pub digest: String,
+    /// Who published it.
+    pub author: String,
+    /// Why.
+    pub reason: String,
+    /// The version whose content it has again.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub restored_from: Option<i64>,
+    /// Time of publication, ms since 1970 (UTC).
+    pub created_at_ms: i64,
+    /// What is scanned, measured and judged.
+    pub recipe: RecipeDto,
+}
+
+/// A recipe in its newest version.
+#[derive(Debug, Serialize, ToSchema)]
+pub struct NewestRecipeDto {
+    /// No longer used; no part can be inspected by it.
+    pub archived: bool,
+    /// The version.
+    #[serde(flatten)]
+    pub newest: RecipeVersionDto,
+}
+
+/// A recipe in a list.
+#[derive(Debug, Serialize, ToSchema)]
+pub struct RecipeItemDto {
+    /// Its id.
+    pub id: String,
+    /// Its newest version.
+    pub version: i64,
+    /// Digest of that version.
+    pub digest: String,
+    /// What people call it.
+    pub name: String,
+    /// By which a PLC calls it.
+    pub number: Option<u32>,
+    /// A regular expression for whole serial numbers.
+    pub serial_pattern: Option<String>,
+    /// No longer used.
+    pub archived: bool,
+    /// Who published the newest version.
+    pub author: String,
+    /// Why.
+    pub reason: String,
+    /// When, ms since 1970 (UTC).
+    pub created_at_ms: i64,
+}
+
+/// Version of the document.
+#[derive(Debug, Clone, Copy, Serialize, Deserialize, ToSchema)]
+pub enum RecipeFormatDto {
+    /// The first.
+    #[serde(rename = "sheaf-recipe/1")]
+    V1,
+}
+
+/// A version of a recipe as one file. Where it came from is for people; `id`, `digest` and `recipe` are imported.
+#[derive(Debug, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct RecipeFileDto {
+    /// Version of this document.
+    pub format: RecipeFormatDto,
+    /// Id of the recipe.
+    pub id: String,
+    /// Its version on the station that exported it.
+    pub version: i64,
+    /// SHA-256 of the canonical content; leave it out of a file that is written by hand.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub digest: Option<String>,
+    /// Who published it there.
+    #[serde(default)]
+    pub author: String,
+    /// Why.
+    #[serde(default)]
+    pub reason: String,
+    /// What is scanned, measured and judged.
+    pub recipe: RecipeDto,
+}
+
+/// What differs between two versions.
+#[derive(Debug, Serialize, ToSchema)]
+pub struct RecipeDifferenceDto {
+    /// The version before.
+    pub from: i64,
+    /// The version after.
+    pub to: i64,
+    /// The places that differ.
+    pub changes: Vec<PlaceChangeDto>,
+}
+
+/// A place that differs.
+#[derive(Debug, Serialize, ToSchema)]
+pub struct PlaceChangeDto {
+    /// JSON pointer; features and characteristics are named by their id instead of their number.
+    #[schema(example = "/plan/characteristics/height/upper")]
+    pub place: String,
+    /// What was there, as JSON; absent if there was nothing.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schema(example = "0.05")]
+    pub old: Option<String>,
+    /// What is there, as JSON; absent if there is nothing.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schema(example = "0.1")]
+    pub new: Option<String>,
+}
+
+/// URL of a recipe.
+pub fn recipe_href(id: &str) -> String {
+    format!("/api/v1/recipes/{id}")
+}
+
+/// URL of a version of a recipe.
+pub fn version_href(id: &str, version: i64) -> String {
+    format!("{}/versions/{version}", recipe_href(id))
+}
+
+impl From<RecipeDto> for Recipe {
+    fn from(dto: RecipeDto) -> Self {
+        let RecipeDto { name, number, serial_pattern, scan, plan, attributes } = dto;
+        Self { name, number, serial_pattern, scan: scan.into(), plan: plan.0, attributes }
+    }
+}
+
+impl From<Recipe> for RecipeDto {
+    fn from(recipe: Recipe) -> Self {
+        let Recipe { name, number, serial_pattern, scan, plan, attributes } = recipe;
+        Self { name, number, serial_pattern, scan: scan.into(), plan: PlanDto(plan), attributes }
+    }
+}
+
+impl From<RecipeVersion> for RecipeVersionDto {
+    fn from(version: RecipeVersion) -> Self {
+        let RecipeVersion { id, version, digest, author, reason, restored_from, created_at_ms, recipe } = version;
+        Self { id, version, digest, author, reason, restored_from, created_at_ms, recipe: recipe.into() }
+    }
+}
+
+impl From<(RecipeRecord, RecipeVersion)> for RecipeItemDto {
+    fn from((record, newest): (RecipeRecord, RecipeVersion)) -> Self {
+        Self {
+            id: newest.id,
+            version: newest.version,
+            digest: newest.digest,
+            name: newest.recipe.name,
+            number: newest.recipe.number,
+            serial_pattern: newest.recipe.serial_pattern,
+            archived: record.archived,
+            author: newest.author,
+            reason: newest.reason,
+            created_at_ms: newest.created_at_ms,
+        }
+    }
+}
+
+impl From<RecipeFileDto> for RecipeFile {
+    fn from(dto: RecipeFileDto) -> Self {
+        let RecipeFileDto { format: RecipeFormatDto::V1, id, version, digest, author, reason, recipe } = dto;
+        Self { format: RecipeFormat::V1, id, version, digest, author, reason, recipe: recipe.into() }
+    }
+}
+
+impl From<RecipeFile> for RecipeFileDto {
+    fn from(file: RecipeFile) -> Self {
+        let RecipeFile { format: RecipeFormat::V1, id, version, digest, author, reason, recipe } = file;
+        Self { format: RecipeFormatDto::V1, id, version, digest, author, reason, recipe: recipe.into() }
+    }
+}
+
+impl From<PlaceChange> for PlaceChangeDto {
+    fn from(change: PlaceChange) -> Self {
+        let PlaceChange { place, old, new } = change;
+        Self { place, old, new }
+    }
+}
