@@ -13,6 +13,8 @@ export const FAULTS: readonly SimulatedFault[] = [
   { name: "wrong_frame_size", device: "camera" },
   { name: "wrong_pixel_format", device: "camera" },
   { name: "camera_hang", device: "camera" },
+  { name: "worn_sensor", device: "camera", value: { unit: "", ordinary: 6, min: 0, max: 50 } },
+  { name: "lens_covered", device: "camera" },
   { name: "stage_stall", device: "stage", value: { unit: "mm", ordinary: 5, min: -1e4, max: 1e4 } },
   { name: "lost_steps", device: "stage", value: { unit: "mm", ordinary: 0.5, min: -1e4, max: 1e4 } },
   { name: "stage_silent", device: "stage" },

@@ -119,6 +119,10 @@ impl Station {
         stamped.position_mm = info.recorded_position_mm.or(position_mm);
         stamped.lost_before = lost.total();
         stamped.exposure_us = info.exposure_us;
+        if let (Some(dark), Some(camera)) = (&self.dark_frame, &mut self.camera) {
+            let identity = camera.device().identity();
+            dark.correct(&mut stamped.image, &identity, &camera.settings());
+        }
         stamped.laser_on = self.laser.as_ref().is_some_and(|laser| laser.was_on_at(captured_at));
         if let Some(camera) = &mut self.camera {
             camera.pool().lend(&frame);

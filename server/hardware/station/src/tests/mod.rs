@@ -5,6 +5,7 @@ pub mod bench;
 mod blocked;
 mod by_hand;
 mod camera_campaign;
+mod dark_frames;
 mod defects;
 mod job_calls;
 mod latch;

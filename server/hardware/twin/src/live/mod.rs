@@ -16,6 +16,7 @@ mod options;
 mod params;
 mod sensor_thread;
 mod stage;
+mod wear;
 mod world;
 
 pub use camera::TwinCamera;

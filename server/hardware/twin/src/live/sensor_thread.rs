@@ -10,6 +10,7 @@ use vision::{GreyImage, Pixels};
 use crate::live::fault::TwinFault;
 use crate::live::options::Timing;
 use crate::live::params::{BOARD_EXPOSURE_US, LASER_EXPOSURE_US, READ_OUT, RING_FRAMES};
+use crate::live::wear::wear;
 use crate::live::world::{SharedWorld, View};
 use crate::model::random::derived_seed;
 use crate::params::BOARD_WHITE_LEVEL;
@@ -107,6 +108,7 @@ impl Run {
             settings.exposure_us.to_bits(),
             settings.gain_db.to_bits(),
             view.stray_levels.to_bits(),
+            u64::from(view.covered),
         ];
         let key = shown.into_iter().fold(LIVE_STREAM, derived_seed);
         self.still = if self.still.0 == key { (key, self.still.1 + 1) } else { (key, 0) };
@@ -275,6 +277,9 @@ impl Sensor {
     fn render(&self, exposure: &Pending, buffers: &mut ExposureBuffers, image: &mut GreyImage) {
         if let Some((view, picture)) = &exposure.seen {
             view.renderer.expose(&light_of(view, &exposure.settings, *picture), buffers, image);
+            if view.worn_levels > 0.0 {
+                wear(image, view.renderer.model().seed, view.worn_levels);
+            }
         }
     }
 
@@ -318,6 +323,18 @@ impl Sensor {
 /// The light of a view: the lamp if the laser is off, else the laser, with the additions of room and dirt, without the
 /// lamp. In a room with ambient light there is no lamp: the ambient light is independent of the laser.
 fn light_of<'v>(view: &'v View, settings: &CameraSettings, picture: u64) -> Exposure<'v> {
+    if view.covered {
+        return Exposure {
+            scene: &view.scene,
+            position: view.position_mm,
+            ordinary_level: 0.0,
+            ordinary_share: 0.0,
+            laser_share: 0.0,
+            gain: 1.0,
+            bits: if settings.pixel_format == PixelFormat::Mono16 { 16 } else { 8 },
+            picture,
+        };
+    }
     let dark = view.laser_power <= 0.0;
     let ambient = view.renderer.model().shape.ambient_levels;
     let by_lamp = dark && ambient <= 0.0;

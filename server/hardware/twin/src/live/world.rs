@@ -39,6 +39,10 @@ pub(super) struct View {
     pub position_mm: f64,
     pub laser_power: f64,
     pub stray_levels: f64,
+    /// Size of the sensor's fixed pattern, grey levels of 255; 0 for a sound one.
+    pub worn_levels: f64,
+    /// Whether the lens is covered.
+    pub covered: bool,
 }
 
 /// Shared access to the world.
@@ -87,12 +91,16 @@ impl World {
     pub(super) fn view(&self, at: Instant) -> View {
         let dirt =
             self.fault(|fault| if let TwinFault::DirtyGrating { share } = *fault { Some(share) } else { None });
+        let worn =
+            self.fault(|fault| if let TwinFault::WornSensor { levels } = *fault { Some(levels) } else { None });
         View {
             renderer: self.renderer.clone(),
             scene: self.scene.clone(),
             position_mm: self.true_position_mm(at),
             laser_power: self.laser.light(at),
             stray_levels: dirt.unwrap_or(0.0) * STRAY_LEVELS,
+            worn_levels: worn.unwrap_or(0.0),
+            covered: self.has(TwinFault::LensCovered),
         }
     }
 

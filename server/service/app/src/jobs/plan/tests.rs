@@ -69,6 +69,7 @@ fn status() -> StationStatus {
             pixel_format: PixelFormat::Mono8,
             roi: Roi { left_px: 0, top_px: 0, width_px: 1280, height_px: 1024 },
         },
+        dark_use: station::DarkUse::NoDarkFrame,
         frame_rate_hz: 0.0,
         stage: device(stage),
         position_mm: Some(0.0),

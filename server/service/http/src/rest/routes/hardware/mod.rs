@@ -2,6 +2,7 @@
 
 pub mod control;
 pub mod devices;
+pub mod dark_frame;
 pub mod features;
 pub mod simulation;
 pub mod station;
