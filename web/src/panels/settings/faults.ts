@@ -14,6 +14,7 @@ export const FAULTS: readonly SimulatedFault[] = [
   { name: "wrong_pixel_format", device: "camera" },
   { name: "camera_hang", device: "camera" },
   { name: "worn_sensor", device: "camera", value: { unit: "", ordinary: 6, min: 0, max: 50 } },
+  { name: "belt_stops", device: "stage" },
   { name: "lens_covered", device: "camera" },
   { name: "stage_stall", device: "stage", value: { unit: "mm", ordinary: 5, min: -1e4, max: 1e4 } },
   { name: "lost_steps", device: "stage", value: { unit: "mm", ordinary: 0.5, min: -1e4, max: 1e4 } },

@@ -39,6 +39,7 @@ export const settings = {
     wavelength_drift: "Wellenlängendrift",
     dirty_grating: "Gitter verschmutzt",
     worn_sensor: "Sensor gealtert: heiße Pixel, festes Muster",
+    belt_stops: "Förderband steht",
     lens_covered: "Objektiv abgedeckt",
   } as Record<string, string>,
   fault_values: {

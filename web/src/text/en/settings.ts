@@ -39,6 +39,7 @@ export const settings = {
     wavelength_drift: "Wavelength drift",
     dirty_grating: "Dirty grating",
     worn_sensor: "Worn sensor: hot pixels, fixed pattern",
+    belt_stops: "Belt stands still",
     lens_covered: "Lens covered",
   } as Record<string, string>,
   fault_values: {

@@ -122,10 +122,8 @@ fn defects(dark: Option<&figures::Dark>) -> Check {
         return Check::said(NAME, Outcome::NotRun, "the image is not dark with the laser off")
             .remedy("cover the lens to have them checked");
     };
-    let figure = format!(
-        "{} hot pixels, fixed pattern σ {:.2} % of full scale",
-        dark.n_hot_pixels, dark.pattern_percent
-    );
+    let figure =
+        format!("{} hot pixels, fixed pattern σ {:.2} % of full scale", dark.n_hot_pixels, dark.pattern_percent);
     let few = dark.hot_share <= HOT_SHARE && dark.pattern_percent <= PATTERN_PERCENT;
     Check::held(NAME, few, (dark.n_hot_pixels as f64, "pixels"), figure)
         .limit(format!("≤ {} % hot, pattern ≤ {PATTERN_PERCENT} %", 100.0 * HOT_SHARE))

@@ -171,7 +171,8 @@ fn a_dark_frame_is_taken_behind_the_cap_kept_over_a_restart_and_removed() {
     server.get(DARK).expect(404);
     let control = take_control(&server);
     let headers = [("content-type", "application/json"), ("sheaf-control", control.as_str())];
-    let take = |server: &Server, headers: &[(&str, &str)]| server.send("POST", DARK, headers, b"{\"n_frames\": 8}");
+    let take =
+        |server: &Server, headers: &[(&str, &str)]| server.send("POST", DARK, headers, b"{\"n_frames\": 8}");
     let lit = take(&server, &headers).expect(422);
     assert!(lit["remedy"].as_str().unwrap().contains("cover the lens"), "{lit}");
     assert_eq!(take(&server, &headers[..1]).expect(409)["type"], "urn:sheaf:problem:control-required");

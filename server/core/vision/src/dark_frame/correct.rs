@@ -47,7 +47,9 @@ impl DarkFrame {
         let height = levels.len() / width;
         for (u, v) in self.hot_pixels() {
             let within = (left..left + width).contains(&u) && (top..top + height).contains(&v);
-            if within && let Some(level) = self.replacement(levels, (width, height), (left, top), (u, v), direction) {
+            if within
+                && let Some(level) = self.replacement(levels, (width, height), (left, top), (u, v), direction)
+            {
                 levels[(v - top) * width + u - left] = level;
             }
         }

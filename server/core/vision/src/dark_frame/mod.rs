@@ -10,7 +10,7 @@ mod correct;
 #[cfg(test)]
 mod tests;
 
-pub use average::{DarkFrames, DarkFrameError};
+pub use average::{DarkFrameError, DarkFrames};
 
 use crate::LineDirection;
 
@@ -91,8 +91,13 @@ impl DarkFrame {
         let hot: Vec<u32> = hot.iter().map(|bytes| u32::from_le_bytes(*bytes)).collect();
         let ascending = hot.windows(2).all(|pair| pair[0] < pair[1]);
         let within = hot.last().is_none_or(|last| (*last as usize) < n_pixels);
-        (rest.is_empty() && ascending && within && matches!(figures.bit_depth, 8 | 16))
-            .then_some(Self { width, height, figures, pattern, hot })
+        (rest.is_empty() && ascending && within && matches!(figures.bit_depth, 8 | 16)).then_some(Self {
+            width,
+            height,
+            figures,
+            pattern,
+            hot,
+        })
     }
 
     fn is_hot(&self, u: usize, v: usize) -> bool {
@@ -107,8 +112,7 @@ fn neighbours(direction: LineDirection) -> [[(isize, isize); 2]; 4] {
         LineDirection::Rows => ((1, 0), (0, 1)),
         LineDirection::Columns => ((0, 1), (1, 0)),
     };
-    let pair = |(u, v): (isize, isize), distance: isize| {
-        [(-distance * u, -distance * v), (distance * u, distance * v)]
-    };
+    let pair =
+        |(u, v): (isize, isize), distance: isize| [(-distance * u, -distance * v), (distance * u, distance * v)];
     [pair(along, 1), pair(along, 2), pair(across, 1), pair(across, 2)]
 }

@@ -161,7 +161,7 @@ fn frames_that_show_a_scene_are_no_dark_frame() {
         frames.finish().map(drop)
     };
     assert_eq!(seen(|_, _| 0.0), Ok(()));
-    assert!(matches!(seen(|u, _| if u < 100.0 { 5.0 } else { 0.0 }), Err(DarkFrameError::Lit { .. })));
+    assert!(matches!(seen(|u, _| if u < 100.0 { 12.0 } else { 0.0 }), Err(DarkFrameError::Lit { .. })));
     assert!(matches!(seen(|_, _| 60.0), Err(DarkFrameError::Lit { .. })));
 }
 

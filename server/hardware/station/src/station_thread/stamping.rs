@@ -124,6 +124,10 @@ impl Station {
             dark.correct(&mut stamped.image, &identity, &camera.settings());
         }
         stamped.laser_on = self.laser.as_ref().is_some_and(|laser| laser.was_on_at(captured_at));
+        let laser_on = stamped.laser_on;
+        if let Some(position_mm) = self.belt_position_mm(laser_on, lost.total()) {
+            Arc::get_mut(&mut frame).expect(UNSHARED).position_mm = Some(position_mm);
+        }
         if let Some(camera) = &mut self.camera {
             camera.pool().lend(&frame);
         }

@@ -292,6 +292,7 @@ fn no_stage() -> StageCapabilities {
         homing: Homing::Required,
         resolution_mm: 0.0,
         follows_frames: false,
+        frame_pitch_mm: None,
     }
 }
 

@@ -1,6 +1,7 @@
 //! Tests of the station with the simulated devices, driven as by jobs and people.
 
 mod account;
+pub mod belt;
 pub mod bench;
 mod blocked;
 mod by_hand;

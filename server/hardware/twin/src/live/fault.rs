@@ -57,6 +57,8 @@ pub enum TwinFault {
         /// Size of the pattern, grey levels of 255.
         levels: f64,
     },
+    /// The belt that triggers the camera stands still.
+    BeltStops,
     /// The lens is covered by its cap.
     LensCovered,
 }
@@ -95,7 +97,7 @@ impl Remedy for FaultNameError {
 
 impl TwinFault {
     /// One of each kind, with a typical value.
-    pub const EXAMPLES: [Self; 16] = [
+    pub const EXAMPLES: [Self; 17] = [
         Self::LostFrames { every: 10 },
         Self::CameraUnplugged,
         Self::WrongFrameSize,
@@ -111,6 +113,7 @@ impl TwinFault {
         Self::WavelengthDrift { relative: 1e-3 },
         Self::DirtyGrating { share: 0.3 },
         Self::WornSensor { levels: 6.0 },
+        Self::BeltStops,
         Self::LensCovered,
     ];
 
@@ -132,6 +135,7 @@ impl TwinFault {
             Self::WavelengthDrift { .. } => "wavelength_drift",
             Self::DirtyGrating { .. } => "dirty_grating",
             Self::WornSensor { .. } => "worn_sensor",
+            Self::BeltStops => "belt_stops",
             Self::LensCovered => "lens_covered",
         }
     }

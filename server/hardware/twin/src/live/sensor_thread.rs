@@ -9,7 +9,7 @@ use vision::{GreyImage, Pixels};
 
 use crate::live::fault::TwinFault;
 use crate::live::options::Timing;
-use crate::live::params::{BOARD_EXPOSURE_US, LASER_EXPOSURE_US, READ_OUT, RING_FRAMES};
+use crate::live::params::{BELT_START_MM, BOARD_EXPOSURE_US, LASER_EXPOSURE_US, READ_OUT, RING_FRAMES};
 use crate::live::wear::wear;
 use crate::live::world::{SharedWorld, View};
 use crate::model::random::derived_seed;
@@ -125,7 +125,7 @@ impl SensorState {
 
     /// Whether an exposure of this run is not a frame yet, or is due but not started by the thread.
     pub(super) fn is_computing(&self, now: Instant) -> bool {
-        let free = self.settings.trigger == Trigger::Free;
+        let free = self.settings.trigger != Trigger::Software;
         let behind = |run: &Run| !run.pending.is_empty() || (free && run.due <= now);
         self.run.as_ref().is_some_and(|run| self.rendering || behind(run))
     }
@@ -206,7 +206,12 @@ impl Sensor {
     }
 
     fn look(&self, run: &mut Run, exposure: &mut Pending) {
-        let view = self.world.lock().view(exposure.at);
+        let world = self.world.lock();
+        let mut view = world.view(exposure.at);
+        if let Some(pitch_mm) = world.belt_pitch_mm.filter(|_| exposure.settings.trigger == Trigger::Hardware) {
+            view.position_mm = BELT_START_MM + exposure.frame_id as f64 * pitch_mm;
+        }
+        drop(world);
         let picture = run.picture_of(&view, &exposure.settings);
         exposure.seen = Some((view, picture));
     }
@@ -244,7 +249,13 @@ impl Sensor {
             run.pending.clear();
             return Err(LONGEST_SLEEP);
         }
-        if settings.trigger == Trigger::Free && run.pending.is_empty() {
+        if settings.trigger == Trigger::Hardware && self.world.lock().has(TwinFault::BeltStops) {
+            // Nothing is due, so that nothing is being computed either.
+            run.due = now + 2 * LONGEST_SLEEP;
+            return Err(LONGEST_SLEEP / 4);
+        }
+        // A belt triggers at the same rate.
+        if settings.trigger != Trigger::Software && run.pending.is_empty() {
             if now < run.due {
                 return Err(run.due - now);
             }

@@ -29,6 +29,8 @@ pub(super) struct World {
     pub stage: StageWorld,
     pub laser: LaserWorld,
     pub faults: Vec<TwinFault>,
+    /// Distance between the triggers of a belt, if one carries the part.
+    pub belt_pitch_mm: Option<f64>,
 }
 
 /// The sensor's view at the middle of an exposure.
@@ -59,6 +61,7 @@ impl SharedWorld {
             stage: StageWorld::new(options, now),
             laser: LaserWorld::new(now),
             faults: Vec::new(),
+            belt_pitch_mm: None,
         })))
     }
 

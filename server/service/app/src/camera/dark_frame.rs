@@ -71,7 +71,9 @@ impl DarkFrameStore {
         let path = data.join(FILE);
         let kept = match std::fs::read(&path) {
             Ok(bytes) => opened(&bytes, direction).or_else(|| {
-                tracing::error!("the dark frame is damaged on the disk: frames are not corrected until it is retaken");
+                tracing::error!(
+                    "the dark frame is damaged on the disk: frames are not corrected until it is retaken"
+                );
                 None
             }),
             Err(cause) if cause.kind() == std::io::ErrorKind::NotFound => None,
@@ -99,10 +101,8 @@ impl DarkFrameStore {
         let before = kept.as_ref().map(|kept| kept.dark.clone());
         let (station, direction, path) = (self.station.clone(), self.direction, self.path.clone());
         let taken = tokio::task::spawn_blocking(move || {
-            let taken = KeptDarkFrame {
-                dark: Arc::new(taken(&station, n_frames, direction)?),
-                taken_at_ms: now_ms(),
-            };
+            let taken =
+                KeptDarkFrame { dark: Arc::new(taken(&station, n_frames, direction)?), taken_at_ms: now_ms() };
             write_durably(&path, &sealed(&taken)?).map_err(disk_problem)?;
             Ok(taken)
         })

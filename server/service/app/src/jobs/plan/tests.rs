@@ -55,6 +55,7 @@ fn status() -> StationStatus {
         homing: devices::Homing::Required,
         resolution_mm: 1e-6,
         follows_frames: false,
+        frame_pitch_mm: None,
     };
     StationStatus {
         state: MachineState::Operational(OperationalState::Ready),

@@ -26,6 +26,7 @@ pub fn first_status() -> StationStatus {
         homing: Homing::Absent,
         resolution_mm: 0.0,
         follows_frames: false,
+        frame_pitch_mm: None,
     };
     StationStatus {
         state: MachineState::Preoperational,
