@@ -55,19 +55,18 @@ fn software() -> CameraRequest {
     CameraRequest { exposure_us: Some(700.0), trigger: Some(Trigger::Software), ..CameraRequest::default() }
 }
 
-/// Points of `found` far from every point of `sound` in their column, and the root mean square of the others' distances in
-/// their common standard deviation.
+/// Points of `found` far from every point of `sound` (an end of a line may be seen a few columns further in one frame than
+/// in another), and the root mean square distance of those in the same column in their common standard deviation.
 fn compared(found: &[CentrelinePoint], sound: &[CentrelinePoint]) -> (usize, f64) {
+    const COLUMNS: f64 = 5.0;
     let (mut n_false, mut squares, mut n) = (0, 0.0, 0.0);
     for point in found {
-        let in_column = sound.iter().filter(|other| other.u_px.round() == point.u_px.round());
-        let nearest = in_column.min_by(|a, b| (a.v_px - point.v_px).abs().total_cmp(&(b.v_px - point.v_px).abs()));
-        match nearest.filter(|other| (other.v_px - point.v_px).abs() < 1.0) {
-            None => n_false += 1,
-            Some(other) => {
-                squares += ((other.v_px - point.v_px) / other.sigma_px.hypot(point.sigma_px)).powi(2);
-                n += 1.0;
-            }
+        let off = |other: &&CentrelinePoint| ((other.u_px - point.u_px).abs(), (other.v_px - point.v_px).abs());
+        let near = |other: &&CentrelinePoint| off(other).0 <= COLUMNS && off(other).1 < 2.0;
+        n_false += usize::from(!sound.iter().any(|other| near(&other)));
+        if let Some(other) = sound.iter().find(|other| off(other).0 < 0.5 && off(other).1 < 1.0) {
+            squares += ((other.v_px - point.v_px) / other.sigma_px.hypot(point.sigma_px)).powi(2);
+            n += 1.0;
         }
     }
     (n_false, f64::sqrt(squares / n))
