@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use devices::always_on::AlwaysOnDriver;
+use devices::conveyor::{ConveyorDriver, ConveyorSettings};
 use devices::grbl::{GrblDriver, GrblSettings};
 use devices::marlin::{MarlinDriver, MarlinSettings};
 use devices::replay::{ReplayDriver, ReplaySettings};
@@ -34,6 +35,8 @@ pub struct StationSettings {
     pub zaber: ZaberSettings,
     /// `[station.marlin]`.
     pub marlin: MarlinSettings,
+    /// `[station.conveyor]`.
+    pub conveyor: ConveyorSettings,
     /// `[station.genicam]`.
     pub genicam: GenicamSettings,
     /// `[station.v4l2]`.
@@ -43,7 +46,7 @@ pub struct StationSettings {
 /// Who makes a device.
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 pub struct DeviceSettings {
-    /// driver kind: twin, replay, genicam, v4l2 (camera), grbl, marlin, zaber (stage) or none (laser that is always on); a laser of kind genicam is on an output line of that camera
+    /// driver kind: twin, replay, genicam, v4l2 (camera), grbl, marlin, zaber, conveyor (stage) or none (laser that is always on); a laser of kind genicam is on an output line of that camera
     pub kind: String,
 }
 
@@ -100,6 +103,7 @@ fn drivers(settings: &StationSettings) -> (Arc<TwinDriver>, Vec<Arc<dyn Driver>>
         Arc::new(GrblDriver(settings.grbl.clone())),
         Arc::new(ZaberDriver(settings.zaber.clone())),
         Arc::new(MarlinDriver(settings.marlin.clone())),
+        Arc::new(ConveyorDriver(settings.conveyor.clone())),
         Arc::new(AlwaysOnDriver),
         Arc::new(GenicamDriver(settings.genicam.clone())),
         Arc::new(V4l2Driver(settings.v4l2.clone())),
@@ -172,6 +176,7 @@ mod tests {
             grbl: GrblSettings { port: "/dev/ttyACM0".to_owned(), ..GrblSettings::default() },
             zaber: ZaberSettings { port: "/dev/ttyUSB0".to_owned(), ..ZaberSettings::default() },
             marlin: MarlinSettings { port: "/dev/ttyUSB1".to_owned(), ..MarlinSettings::default() },
+            conveyor: ConveyorSettings::default(),
             genicam: GenicamSettings { serial: "1".to_owned(), ..GenicamSettings::default() },
             v4l2: V4l2Settings { device: "/dev/video0".to_owned(), ..V4l2Settings::default() },
         }
@@ -180,7 +185,7 @@ mod tests {
     #[test]
     fn every_combination_is_taken_but_those_that_lack_their_other_half() {
         for camera in ["twin", "replay", "genicam", "v4l2"] {
-            for stage in ["twin", "replay", "grbl", "zaber", "marlin"] {
+            for stage in ["twin", "replay", "grbl", "zaber", "marlin", "conveyor"] {
                 for laser in ["twin", "replay", "grbl", "marlin", "none", "genicam"] {
                     let made = station_devices(&settings(camera, stage, laser));
                     let apart =

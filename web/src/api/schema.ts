@@ -407,6 +407,28 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/devices/camera/dark-frame": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /** Returns the camera's dark frame and how it is used now. 404 if none was taken. */
+        get: operations["get_dark_frame"];
+        put?: never;
+        /**
+         * Takes a dark frame at the current camera settings: cover the lens first. The laser is off meanwhile. From then on all
+         *     frames of this camera are corrected by it, also after a restart.
+         */
+        post: operations["take_dark_frame"];
+        /** Removes the dark frame: frames are no longer corrected. */
+        delete: operations["remove_dark_frame"];
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/devices/camera/features": {
         parameters: {
             query?: never;
@@ -1988,12 +2010,19 @@ export interface components {
             /** @description The accepted settings. */
             settings: components["schemas"]["StoredCameraSettings"];
         };
+        /** @description A dark frame of the camera. */
+        CameraDarkFrameTaken: components["schemas"]["Initiator"] & {
+            /** @description Hot pixels. */
+            n_hot_pixels: number;
+        };
         /** @description The camera. */
         CameraDto: {
             /** @description Capabilities. */
             capabilities: components["schemas"]["CameraCapabilitiesDto"];
             /** @description Whether the device is connected. */
             connected: boolean;
+            /** @description How frames are corrected for what the sensor shows without light. */
+            dark_frame: components["schemas"]["DarkUseDto"];
             /** @description Vendor, model and serial number. */
             identity: components["schemas"]["IdentityDto"];
             /**
@@ -2551,6 +2580,75 @@ export interface components {
             /** @description What to do about it. */
             remedy: string;
         };
+        /** @description The camera's dark frame: mean of frames without light. Levels are grey levels of its bit depth. */
+        DarkFrameDto: {
+            /**
+             * Format: int32
+             * @description Bits per pixel: 8 or 16.
+             */
+            bit_depth: number;
+            /** @description Model of the camera. */
+            camera_model: string;
+            /** @description Serial number of the camera; empty if unknown. */
+            camera_serial: string;
+            /**
+             * Format: double
+             * @description Exposure time. At longer exposures there may be more hot pixels.
+             */
+            exposure_us: number;
+            /**
+             * Format: double
+             * @description Gain.
+             */
+            gain_db: number;
+            /** @description Rows. */
+            height_px: number;
+            /**
+             * Format: double
+             * @description A pixel is hot if it exceeds its row and column by more than this …
+             */
+            hot_above: number;
+            /**
+             * Format: double
+             * @description … or if its standard deviation from frame to frame exceeds this.
+             */
+            hot_noise_above: number;
+            /** @description Column and row of the first thousand hot pixels. */
+            hot_pixels: number[][];
+            /**
+             * Format: double
+             * @description Level common to all pixels. It is not subtracted.
+             */
+            level: number;
+            /** @description Frames averaged. */
+            n_frames: number;
+            /** @description Number of hot pixels. */
+            n_hot_pixels: number;
+            /**
+             * Format: double
+             * @description Standard deviation of a pixel from frame to frame.
+             */
+            noise: number;
+            /**
+             * Format: double
+             * @description Standard deviation of the fixed pattern, which is subtracted.
+             */
+            pattern: number;
+            /**
+             * Format: int64
+             * @description When it was taken.
+             */
+            taken_at_ms: number;
+            /** @description Whether frames at the current settings are corrected by it. */
+            used: components["schemas"]["DarkUseDto"];
+            /** @description Columns. */
+            width_px: number;
+        };
+        /**
+         * @description How frames are corrected for what the sensor shows without light.
+         * @enum {string}
+         */
+        DarkUseDto: "no_dark_frame" | "other_camera" | "other_format" | "hot_pixels" | "whole";
         /** @description Statistics of depth differences over many pixels. */
         DepthDifferenceDto: {
             /**
@@ -2859,6 +2957,16 @@ export interface components {
             body: components["schemas"]["CameraFeaturesSet"];
             /** @enum {string} */
             kind: "camera.features_set";
+        } | {
+            /** @description The camera's dark frame was taken. */
+            body: components["schemas"]["CameraDarkFrameTaken"];
+            /** @enum {string} */
+            kind: "camera.dark_frame_taken";
+        } | {
+            /** @description The camera's dark frame was removed. */
+            body: components["schemas"]["Initiator"];
+            /** @enum {string} */
+            kind: "camera.dark_frame_removed";
         } | {
             /** @description A simulated fault was activated. */
             body: components["schemas"]["SimulatedFault"];
@@ -5843,6 +5951,8 @@ export interface components {
             /** @default null */
             closure: components["schemas"]["ClosureDto"] | null;
             /** @default null */
+            dark_frame: components["schemas"]["DarkUseDto"] | null;
+            /** @default null */
             envelope: components["schemas"]["EnvelopeDto"] | null;
             /** @default null */
             exposures: components["schemas"]["ExposuresDto"] | null;
@@ -6365,6 +6475,12 @@ export interface components {
              *     whose encoder triggers the camera: continuous scans then take the frames as they arrive, one resolution apart.
              */
             follows_frames: boolean;
+            /**
+             * Format: double
+             * @description Travel of a conveyor from one trigger of its encoder to the next; absent for a stage that is commanded. Moves, jogs
+             *     and homing of a conveyor are refused, and Stop does not stop it.
+             */
+            frame_pitch_mm?: number | null;
             /** @description Whether it is homed. */
             homed: boolean;
             /** @description Vendor, model and serial number. */
@@ -6774,6 +6890,14 @@ export interface components {
             holder: string;
             /** @description Take control from the current holder; logged as an event. */
             take_over?: boolean;
+        };
+        /** @description Request to take a dark frame. */
+        TakeDarkFrameDto: {
+            /**
+             * @description Frames to average; 32 if absent.
+             * @default null
+             */
+            n_frames: number | null;
         };
         /** @description The calibration board. Without `kind` it is a chessboard. */
         TargetDto: {
@@ -7962,6 +8086,104 @@ export interface operations {
                 content: {
                     "application/json": components["schemas"]["CameraSettingsDto"];
                 };
+            };
+            400: components["responses"]["Problem"];
+            403: components["responses"]["Problem"];
+            404: components["responses"]["Problem"];
+            408: components["responses"]["Problem"];
+            409: components["responses"]["Problem"];
+            412: components["responses"]["Problem"];
+            422: components["responses"]["Problem"];
+            428: components["responses"]["Problem"];
+            429: components["responses"]["Problem"];
+            500: components["responses"]["Problem"];
+            503: components["responses"]["Problem"];
+            507: components["responses"]["Problem"];
+        };
+    };
+    get_dark_frame: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["DarkFrameDto"];
+                };
+            };
+            400: components["responses"]["Problem"];
+            403: components["responses"]["Problem"];
+            404: components["responses"]["Problem"];
+            408: components["responses"]["Problem"];
+            500: components["responses"]["Problem"];
+            503: components["responses"]["Problem"];
+        };
+    };
+    take_dark_frame: {
+        parameters: {
+            query?: never;
+            header: {
+                /** @description Id of the control lease */
+                "Sheaf-Control": string;
+            };
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["TakeDarkFrameDto"];
+            };
+        };
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["DarkFrameDto"];
+                };
+            };
+            400: components["responses"]["Problem"];
+            403: components["responses"]["Problem"];
+            404: components["responses"]["Problem"];
+            408: components["responses"]["Problem"];
+            409: components["responses"]["Problem"];
+            412: components["responses"]["Problem"];
+            413: components["responses"]["Problem"];
+            415: components["responses"]["Problem"];
+            422: components["responses"]["Problem"];
+            428: components["responses"]["Problem"];
+            429: components["responses"]["Problem"];
+            500: components["responses"]["Problem"];
+            503: components["responses"]["Problem"];
+            507: components["responses"]["Problem"];
+        };
+    };
+    remove_dark_frame: {
+        parameters: {
+            query?: never;
+            header: {
+                /** @description Id of the control lease */
+                "Sheaf-Control": string;
+            };
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description removed */
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
             };
             400: components["responses"]["Problem"];
             403: components["responses"]["Problem"];

@@ -9,6 +9,15 @@ pub enum Pixels {
     Sixteen(Vec<u16>),
 }
 
+/// Grey levels of an image that are being changed.
+#[derive(Debug)]
+pub enum LevelsMut<'a> {
+    /// 0–255.
+    Eight(&'a mut [u8]),
+    /// 0–65535.
+    Sixteen(&'a mut [u16]),
+}
+
 /// Longest side of an image: row indices are computed in 16 bits, and no camera has more pixels.
 pub const MAX_SIDE_PX: usize = 1 << 14;
 
@@ -135,6 +144,14 @@ impl GreyImage {
     /// The grey levels, row-major.
     pub fn pixels(&self) -> &Pixels {
         &self.pixels
+    }
+
+    /// The grey levels, row-major, for changing them in place.
+    pub fn levels_mut(&mut self) -> LevelsMut<'_> {
+        match &mut self.pixels {
+            Pixels::Eight(levels) => LevelsMut::Eight(levels),
+            Pixels::Sixteen(levels) => LevelsMut::Sixteen(levels),
+        }
     }
 
     /// Bits per pixel: 8 or 16.

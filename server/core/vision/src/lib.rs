@@ -6,6 +6,7 @@
 pub mod centreline;
 pub mod colour;
 pub mod corners;
+pub mod dark_frame;
 pub mod image;
 pub mod laser_channel;
 pub mod params;
@@ -20,6 +21,7 @@ pub use corners::{
     BoardCorners, CharucoError, CharucoParams, CircleParams, Corner, CornerError, CornerParams, find_charuco,
     find_circles, find_corners,
 };
-pub use image::{GreyImage, ImageError, Pixels};
+pub use dark_frame::{Correction, DarkFigures, DarkFrame, DarkFrameError, DarkFrames};
+pub use image::{GreyImage, ImageError, LevelsMut, Pixels};
 pub use laser_channel::{ChannelView, laser_channel};
 pub use room::{RoomChange, room_change};

@@ -19,7 +19,7 @@ mod simulators;
 pub mod time;
 mod traits;
 
-pub use drivers::{always_on, grbl, marlin, replay, threaded, zaber};
+pub use drivers::{always_on, conveyor, grbl, marlin, replay, threaded, zaber};
 pub use lines::serial_line;
 pub use simulators::{grbl_simulator, marlin_simulator, simulator, zaber_simulator};
 pub use traits::{camera, driver, features, identity, laser, stage};

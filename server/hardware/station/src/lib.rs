@@ -15,6 +15,7 @@ pub use station_thread::{handle, lease};
 pub mod params;
 
 pub use parts::devices::StationDevices;
+pub use shared::dark_frame::{CameraDarkFrame, CameraName, DarkUse};
 pub use shared::frame::{SharedFrame, StampedFrame};
 pub use shared::refusal::StationRefusal;
 pub use shared::status::{

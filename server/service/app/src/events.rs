@@ -145,6 +145,12 @@ pub enum Event {
     /// Camera features were set by name.
     #[serde(rename = "camera.features_set")]
     CameraFeaturesSet(CameraFeaturesSet),
+    /// The camera's dark frame was taken.
+    #[serde(rename = "camera.dark_frame_taken")]
+    CameraDarkFrameTaken(CameraDarkFrameTaken),
+    /// The camera's dark frame was removed.
+    #[serde(rename = "camera.dark_frame_removed")]
+    CameraDarkFrameRemoved(Initiator),
     /// A simulated fault was activated.
     #[serde(rename = "simulation.fault_enabled")]
     SimulationFaultOn(SimulatedFault),
@@ -470,6 +476,16 @@ pub struct CameraConfigured {
     pub initiator: Initiator,
     /// The accepted settings.
     pub settings: StoredCameraSettings,
+}
+
+/// A dark frame of the camera.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct CameraDarkFrameTaken {
+    /// Who initiated it.
+    #[serde(flatten)]
+    pub initiator: Initiator,
+    /// Hot pixels.
+    pub n_hot_pixels: usize,
 }
 
 /// Camera features set by name.

@@ -37,6 +37,7 @@ use tokio_util::task::TaskTracker;
 
 use crate::access::idempotency::KeysInFlight;
 use crate::access::lease::ControlDesk;
+use crate::camera::dark_frame::DarkFrameStore;
 use crate::config::AppConfig;
 use crate::evented_catalogue::EventedCatalogue;
 use crate::jobs::Jobs;
@@ -62,6 +63,8 @@ pub struct App {
     pub captures: Captures,
     /// The active calibration and comparisons.
     pub calibrations: Calibrations,
+    /// The camera's dark frame.
+    pub dark_frames: DarkFrameStore,
     /// Calibration sessions.
     pub sessions: Sessions,
     /// The hardware.

@@ -38,6 +38,9 @@ export const settings = {
     laser_unplugged: "Laser abgesteckt",
     wavelength_drift: "Wellenlängendrift",
     dirty_grating: "Gitter verschmutzt",
+    worn_sensor: "Sensor gealtert: heiße Pixel, festes Muster",
+    belt_stops: "Förderband steht",
+    lens_covered: "Objektiv abgedeckt",
   } as Record<string, string>,
   fault_values: {
     lost_frames: "jedes n-te",
@@ -45,5 +48,6 @@ export const settings = {
     lost_steps: "um",
     wavelength_drift: "relativ",
     dirty_grating: "Anteil",
+    worn_sensor: "Graustufen",
   } as Record<string, string>,
 };

@@ -38,6 +38,9 @@ export const settings = {
     laser_unplugged: "Laser unplugged",
     wavelength_drift: "Wavelength drift",
     dirty_grating: "Dirty grating",
+    worn_sensor: "Worn sensor: hot pixels, fixed pattern",
+    belt_stops: "Belt stands still",
+    lens_covered: "Lens covered",
   } as Record<string, string>,
   fault_values: {
     lost_frames: "every n-th",
@@ -45,5 +48,6 @@ export const settings = {
     lost_steps: "by",
     wavelength_drift: "relative",
     dirty_grating: "share",
+    worn_sensor: "grey levels",
   } as Record<string, string>,
 };

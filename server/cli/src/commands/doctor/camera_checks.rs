@@ -4,12 +4,12 @@ use std::time::Instant;
 
 use station::{LiveRequest, Manual, SharedFrame, StationRefusal};
 
-use super::check::Check;
+use super::check::{Check, Outcome};
 use super::examination::Examination;
 use super::figures;
 use super::limits::{
     AMBIENT_PERCENT, DARK_FRAMES, DARK_NOISE_PERCENT, FEWEST_FRAMES, FRAME_WAIT, FREE_RUN_FRAMES, FREE_RUN_TIME,
-    JITTER_US, RATE_REACHED,
+    HOT_SHARE, JITTER_US, PATTERN_PERCENT, RATE_REACHED,
 };
 
 /// Result of a free run.
@@ -115,9 +115,27 @@ fn drops(run: &FreeRun) -> Check {
     )
 }
 
+/// Hot pixels and fixed pattern, as a dark frame shows them.
+fn defects(dark: Option<&figures::Dark>) -> Check {
+    const NAME: &str = "sensor defects";
+    let Some(dark) = dark else {
+        return Check::said(NAME, Outcome::NotRun, "the image is not dark with the laser off")
+            .remedy("cover the lens to have them checked");
+    };
+    let figure =
+        format!("{} hot pixels, fixed pattern σ {:.2} % of full scale", dark.n_hot_pixels, dark.pattern_percent);
+    let few = dark.hot_share <= HOT_SHARE && dark.pattern_percent <= PATTERN_PERCENT;
+    Check::held(NAME, few, (dark.n_hot_pixels as f64, "pixels"), figure)
+        .limit(format!("≤ {} % hot, pattern ≤ {PATTERN_PERCENT} %", 100.0 * HOT_SHARE))
+        .remedy("take a dark frame with the lens covered: the server then corrects every frame by it")
+}
+
 fn darkness(run: &FreeRun) -> Vec<Check> {
     let pictures: Vec<&vision::GreyImage> = run.dark.iter().map(|frame| &frame.image).collect();
     let Some((level, noise)) = figures::dark(&pictures) else { return Vec::new() };
+    let dark = figures::dark_frame(&pictures);
+    // Hot pixels are no noise of the others.
+    let noise = dark.as_ref().map_or(noise, |dark| dark.noise_percent);
     vec![
         Check::held(
             "dark noise",
@@ -135,5 +153,6 @@ fn darkness(run: &FreeRun) -> Vec<Check> {
         )
         .limit(format!("≤ {AMBIENT_PERCENT} %"))
         .remedy("shield the station from ambient light, or shorten the exposure"),
+        defects(dark.as_ref()),
     ]
 }

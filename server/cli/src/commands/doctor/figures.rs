@@ -2,7 +2,7 @@
 
 use calibration::BoardGeometry;
 use nalgebra::Vector2;
-use vision::{BoardCorners, GreyImage};
+use vision::{BoardCorners, DarkFrames, GreyImage};
 
 /// Rate and steadiness of a free run.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -60,6 +60,33 @@ pub fn dark(pictures: &[&GreyImage]) -> Option<(f64, f64)> {
     let n_pixels = (first.width() * first.height()) as f64;
     let percent = 100.0 / f64::from(first.full_scale());
     Some((level / n_pixels * percent, (variance / n_pixels).max(0.0).sqrt() * percent))
+}
+
+/// What a dark frame of some pictures says about the sensor, percent of full scale.
+#[derive(Debug, Clone, Copy)]
+pub struct Dark {
+    /// Noise of a pixel that is not hot.
+    pub noise_percent: f64,
+    /// Standard deviation of the fixed pattern.
+    pub pattern_percent: f64,
+    pub n_hot_pixels: usize,
+    /// Hot pixels, share of all.
+    pub hot_share: f64,
+}
+
+/// The dark frame of pictures; `None` if they are too few or show light.
+pub fn dark_frame(pictures: &[&GreyImage]) -> Option<Dark> {
+    let mut frames = DarkFrames::default();
+    pictures.iter().try_for_each(|picture| frames.add(picture)).ok()?;
+    let dark = frames.finish().ok()?;
+    let (figures, n_hot_pixels) = (dark.figures(), dark.hot_pixels().len());
+    let percent = 100.0 / f64::from(pictures.first()?.full_scale());
+    Some(Dark {
+        noise_percent: figures.noise * percent,
+        pattern_percent: figures.pattern * percent,
+        n_hot_pixels,
+        hot_share: n_hot_pixels as f64 / (dark.width() * dark.height()) as f64,
+    })
 }
 
 /// A scene with the laser on and off at one exposure.

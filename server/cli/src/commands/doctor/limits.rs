@@ -24,6 +24,13 @@ pub const JITTER_US: f64 = 1000.0;
 /// Dark frames whose noise is looked at: the noise is known to a few percent from pixels in their thousands.
 pub const DARK_FRAMES: usize = 8;
 
+/// Largest share of hot pixels that goes without a dark frame: sensors are sold with fewer.
+pub const HOT_SHARE: f64 = 1e-4;
+
+/// Largest standard deviation of the fixed pattern that goes without a dark frame, percent of full scale: one level of 255,
+/// below the noise of most cameras.
+pub const PATTERN_PERCENT: f64 = 0.4;
+
 /// Largest noise of a pixel in the dark, percent of full scale: lines are found down to five times that.
 pub const DARK_NOISE_PERCENT: f64 = 2.0;
 

@@ -163,3 +163,32 @@ fn camera_settings_outlive_the_server_with_what_nobody_set_as_it_is() {
     let server = Server::start(&data, &[]);
     assert_eq!(server.get(SETTINGS).expect(200), set);
 }
+
+#[test]
+fn a_dark_frame_is_taken_behind_the_cap_kept_over_a_restart_and_removed() {
+    const DARK: &str = "/api/v1/devices/camera/dark-frame";
+    let (folder, server) = fresh();
+    server.get(DARK).expect(404);
+    let control = take_control(&server);
+    let headers = [("content-type", "application/json"), ("sheaf-control", control.as_str())];
+    let take =
+        |server: &Server, headers: &[(&str, &str)]| server.send("POST", DARK, headers, b"{\"n_frames\": 8}");
+    let lit = take(&server, &headers).expect(422);
+    assert!(lit["remedy"].as_str().unwrap().contains("cover the lens"), "{lit}");
+    assert_eq!(take(&server, &headers[..1]).expect(409)["type"], "urn:sheaf:problem:control-required");
+    for (name, value) in [("worn_sensor", json!(6.0)), ("lens_covered", json!(null))] {
+        server.put("/api/v1/simulation/faults", &json!({ "name": name, "value": value })).expect(200);
+    }
+    let taken = take(&server, &headers).expect(200);
+    assert_eq!((&taken["used"], &taken["n_frames"]), (&json!("whole"), &json!(8)));
+    assert!(taken["n_hot_pixels"].as_u64().unwrap() > 100 && taken["pattern"].as_f64().unwrap() > 1.0, "{taken}");
+    assert_eq!(server.get("/api/v1/devices/camera").expect(200)["dark_frame"], "whole");
+    assert!(server.terminate().success());
+
+    let server = Server::start(&folder.path().join("data"), &[]);
+    assert_eq!(server.get(DARK).expect(200)["hot_pixels"], taken["hot_pixels"]);
+    let control = take_control(&server);
+    server.send("DELETE", DARK, &[("sheaf-control", control.as_str())], &[]).expect(204);
+    server.get(DARK).expect(404);
+    assert_eq!(server.get("/api/v1/devices/camera").expect(200)["dark_frame"], "no_dark_frame");
+}

@@ -37,7 +37,7 @@ fn a_script_gets_every_check_as_json_and_an_exit_code() {
     let output = ended(doctor(&["--yes", "--json"]));
     let answer: Value = serde_json::from_slice(&output.stdout).unwrap();
     let checks = answer["checks"].as_array().unwrap();
-    assert_eq!(checks.len(), 17, "{answer:#}");
+    assert_eq!(checks.len(), 18, "{answer:#}");
     for check in checks {
         let outcome = check["outcome"].as_str().unwrap();
         assert!(["ok", "not_ok", "not_run"].contains(&outcome), "{check}");

@@ -72,14 +72,26 @@ fn egg_carton(model: &StationModel) -> Scene {
 
 /// The watches' results for a scan of `scene` by `model`, whose stage travels `1 + scale` times the stated distance.
 fn watched(calibration: &Calibration, model: &StationModel, scene: &Scene, scale: f64, noise: u64) -> WatchReport {
+    watched_over(calibration, model, scene, (N_FRAMES, STEP_MM), scale, noise)
+}
+
+/// The same with so many frames and their distance.
+fn watched_over(
+    calibration: &Calibration,
+    model: &StationModel,
+    scene: &Scene,
+    (n_frames, step_mm): (usize, f64),
+    scale: f64,
+    noise: u64,
+) -> WatchReport {
     let renderer = Renderer::new(model);
     let frame = |idx: usize| {
-        let said_mm = (idx as f64 - 0.5 * N_FRAMES as f64) * STEP_MM;
+        let said_mm = (idx as f64 - 0.5 * n_frames as f64) * step_mm;
         let image = renderer.laser_image(scene, said_mm * (1.0 + scale), noise * 1000 + idx as u64);
         let centrelines = find_centrelines(&image, &CentrelineParams::default());
         ScanFrame { centrelines, position: StagePosition::LinearMm(said_mm) }
     };
-    let frames: Vec<ScanFrame> = (0..N_FRAMES).into_par_iter().map(frame).collect();
+    let frames: Vec<ScanFrame> = (0..n_frames).into_par_iter().map(frame).collect();
     let frames = &frames[..];
     let evaluation = evaluate_scan(&frames, calibration, &ScanParams::default()).unwrap();
     watch_scan(&evaluation, calibration).unwrap().unwrap()
@@ -200,35 +212,76 @@ fn clean_scans_raise_no_warning() {
     }
 }
 
+/// Stations of the campaign, their scans that make the reference powers, and those that are judged.
+const STATIONS: u64 = 20;
+const REFERENCE_SCANS: u64 = 5;
+const JUDGED_SCANS: u64 = 10;
+
+/// Scans with a false alarm of a watch, at most, share of those in which it is not blind.
+const FALSE_ALARM_RATE: f64 = 0.01;
+
+/// How often a watch was asked, could not see, and warned.
+#[derive(Debug, Default)]
+struct Asked {
+    n_seeing: usize,
+    n_blind: usize,
+    n_warnings: usize,
+}
+
+/// A clean scan of a small station, of hills or of an egg carton: a quarter of the pixels and half the frames of the other
+/// tests, over the same travel.
+fn fast_clean(model: &StationModel, calibration: &Calibration, scan: u64) -> WatchReport {
+    let part = 0x100 + scan;
+    let scene = if scan.is_multiple_of(2) { egg_carton(model) } else { SceneKind::Freeform.placed(model, part) };
+    watched_over(calibration, model, &scene, (N_FRAMES / 2, 2.0 * STEP_MM), 0.0, scan)
+}
+
 #[test]
-#[ignore = "minutes; seeds from FIRST_SEED to LAST_SEED, 200 unless said"]
+#[ignore = "minutes; 200 scans of 20 stations, or of N_STATIONS"]
 fn a_campaign_of_clean_scans() {
-    let number =
-        |name: &str, default: u64| std::env::var(name).ok().and_then(|text| text.parse().ok()).unwrap_or(default);
-    let (mut n_false, mut n_scans) = (0, 0);
+    let n_stations = std::env::var("N_STATIONS").ok().and_then(|text| text.parse().ok()).unwrap_or(STATIONS);
+    let mut asked = [Watch::LostSteps, Watch::Wavelength, Watch::OrderPowers, Watch::StageScale]
+        .map(|watch| (watch, Asked::default()));
     let (mut of_wavelength, mut of_scale) = (Vec::new(), Vec::new());
-    for seed in number("FIRST_SEED", 100)..=number("LAST_SEED", 299) {
-        let report = clean(seed);
-        let warnings = false_warnings(&report);
-        n_scans += 1;
-        n_false += usize::from(!warnings.is_empty());
-        let drift = report.drift.as_ref();
-        of_wavelength.extend(drift.and_then(|drift| drift.wavelength).map(|of| of.value / of.sigma));
-        of_scale.extend(drift.and_then(|drift| drift.stage_scale).map(|of| of.value / of.sigma));
-        eprintln!(
-            "{seed}: {warnings:?} λ {:.2} σ, scale {:.2} σ, loss from {:?} mm",
-            of_wavelength.last().unwrap_or(&f64::NAN),
-            of_scale.last().unwrap_or(&f64::NAN),
-            report.smallest_loss_mm
-        );
+    for seed in 100..100 + n_stations {
+        let shape = StationShape { width_px: 320, height_px: 256, line_sigma_px: 1.0, ..StationShape::default() };
+        let model = StationModel::seeded(seed, &shape).unwrap();
+        let calibration = drawn(&model, 0x500 + seed);
+        let powers = (0..REFERENCE_SCANS).filter_map(|scan| fast_clean(&model, &calibration, 50 + scan).powers);
+        let reference = PowerReference::of(&powers.collect::<Vec<_>>());
+        for scan in 0..JUDGED_SCANS {
+            let report = fast_clean(&model, &calibration, seed * 100 + scan);
+            let drift = report.drift.as_ref();
+            of_wavelength.extend(drift.and_then(|drift| drift.wavelength).map(|of| of.value / of.sigma));
+            of_scale.extend(drift.and_then(|drift| drift.stage_scale).map(|of| of.value / of.sigma));
+            for verdict in verdicts(&report, MEDIAN_SIGMA_MM, reference.as_ref()) {
+                let Some((_, count)) = asked.iter_mut().find(|(watch, _)| *watch == verdict.watch) else {
+                    continue;
+                };
+                match verdict.state {
+                    WatchState::Blind => count.n_blind += 1,
+                    _ => count.n_seeing += 1,
+                }
+                if is_warning(&verdict) {
+                    count.n_warnings += 1;
+                    eprintln!("station {seed}, scan {scan}: {verdict:?}");
+                }
+            }
+        }
+        eprintln!("station {seed}: {asked:?}");
     }
     let rms = |of: &[f64]| (of.iter().map(|v| v * v).sum::<f64>() / of.len() as f64).sqrt();
     eprintln!(
-        "of {n_scans} clean scans {n_false} with a warning; whitened RMS of λ {:.2} over {}, of scale {:.2} over {}",
+        "{} clean scans: {asked:?}; whitened RMS of λ {:.2} over {}, of scale {:.2} over {}",
+        n_stations * JUDGED_SCANS,
         rms(&of_wavelength),
         of_wavelength.len(),
         rms(&of_scale),
         of_scale.len()
     );
-    assert_eq!(n_false, 0);
+    for (watch, count) in asked {
+        let most = FALSE_ALARM_RATE * count.n_seeing as f64;
+        assert!(count.n_warnings as f64 <= most, "{watch:?}: {} of {}", count.n_warnings, count.n_seeing);
+        assert!(count.n_seeing > count.n_blind, "{watch:?} is blind in {} scans", count.n_blind);
+    }
 }

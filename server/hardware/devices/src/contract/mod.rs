@@ -12,7 +12,7 @@ mod stopwatch;
 
 pub use camera::{CameraProfile, camera, camera_faults};
 pub use laser::{LaserProfile, laser, laser_faults};
-pub use stage::{StageProfile, stage, stage_faults};
+pub use stage::{StageProfile, stage, stage_faults, uncommanded_stage};
 pub use stopwatch::Stopwatch;
 
 /// Unplugs a device's cable, and plugs it in again.

@@ -62,6 +62,40 @@ pub fn stage(open: Open, profile: &StageProfile) {
     stage_faults(open, profile);
 }
 
+/// Runs the rules of a stage that nobody commands: it refuses every motion by name, its position is that of the exposures,
+/// and Stop is no failure.
+pub fn uncommanded_stage(open: Open) {
+    it_is_at_rest_when_opened(open());
+    every_motion_is_refused_by_name(open());
+    its_position_is_that_of_the_exposures(open());
+    let mut stage = open();
+    short("stop", || stage.stop()).expect("stop");
+    stage.stop_handle().stop_now();
+    short("clear_fault", || stage.clear_fault()).expect("no fault");
+    short("reconnect", || stage.reconnect()).expect("nothing to reconnect");
+}
+
+fn every_motion_is_refused_by_name(mut stage: Box<dyn Stage>) {
+    let refusals = [
+        ("start_home", short("start_home", || stage.start_home())),
+        ("start_move", short("start_move", || stage.start_move(1.0, 1.0)).map(drop)),
+        ("start_jog", short("start_jog", || stage.start_jog(1.0, 1.0)).map(drop)),
+        ("hold", short("hold", || stage.hold())),
+        ("resume", short("resume", || stage.resume())),
+    ];
+    for (name, refusal) in refusals {
+        assert!(matches!(refusal, Err(StageError::NotCommanded { .. })), "{name}: {refusal:?}");
+    }
+}
+
+fn its_position_is_that_of_the_exposures(mut stage: Box<dyn Stage>) {
+    let pitch_mm = stage.capabilities().frame_pitch_mm.expect("a stage that nobody commands has a pitch");
+    stage.begin_count();
+    assert_eq!(stage.count_exposures(1), Some(0.0), "the first exposure is at 0");
+    assert_eq!(stage.count_exposures(4), Some(4.0 * pitch_mm), "lost exposures count");
+    assert_eq!(look(&mut *stage).position_mm, Some(4.0 * pitch_mm));
+}
+
 /// Runs the rules about an unplugged cable, if the profile has one.
 pub fn stage_faults(open: Open, profile: &StageProfile) {
     if let Some(cable) = &profile.cable {

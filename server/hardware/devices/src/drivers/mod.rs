@@ -2,6 +2,7 @@
 
 pub mod always_on;
 pub mod controller;
+pub mod conveyor;
 pub mod grbl;
 pub mod laser_checks;
 pub mod marlin;

@@ -56,6 +56,12 @@ pub enum LaserError {
     /// The controller that it shares with the stage has a fault.
     #[error("the laser reports a fault: {0}")]
     Controller(StageError),
+    /// Its controller is still being reset or has not confirmed the last switching-off: it can be switched on soon.
+    #[error("the laser cannot be switched on yet: {reason}")]
+    NotYet {
+        /// What it waits for.
+        reason: &'static str,
+    },
     /// A power that is not a fraction of full power.
     #[error("a laser cannot be set to power {value}")]
     BadPower {
@@ -74,6 +80,7 @@ impl Remedy for LaserError {
     fn remedy(&self) -> Option<Cow<'_, str>> {
         Some(Cow::Borrowed(match self {
             Self::InterlockOpen => "close doors and covers",
+            Self::NotYet { .. } => "try again in a moment",
             Self::BadPower { .. } => "give a number above 0 and at most 1",
             Self::Gone { .. } => "check cable and power, then reconnect",
             Self::Controller(error) => return error.remedy(),

@@ -55,6 +55,9 @@ pub struct StageCapabilities {
     /// Whether it is not commanded, and its position is that of the last delivered frame: the stage of a recording, or
     /// a conveyor whose encoder triggers the camera. A sweep needs no run-up, and its frames are those that arrive.
     pub follows_frames: bool,
+    /// Travel from one exposure to the next of a belt whose encoder triggers the camera; it accepts no motion command, and
+    /// its position is counted by [`Stage::count_exposures`].
+    pub frame_pitch_mm: Option<f64>,
 }
 
 /// A move as the controller accepted it.
@@ -104,6 +107,12 @@ pub enum StageError {
         name: &'static str,
         /// Its value.
         value: f64,
+    },
+    /// It is a belt that belongs to the plant.
+    #[error("the belt is not controlled here: it cannot be {command} from here")]
+    NotCommanded {
+        /// The refused command, as a participle.
+        command: &'static str,
     },
     /// It is already moving or homing, and accepts one motion at a time.
     #[error("the stage is moving")]
@@ -193,6 +202,7 @@ impl Remedy for StageError {
             Self::NotHomed => "home it first",
             Self::BadNumber { name: "speed_mm_s", .. } => "give a finite number above 0",
             Self::BadNumber { .. } => "give a finite number",
+            Self::NotCommanded { .. } => "start the belt at its own controls, and scan in the mode continuous",
             Self::Moving => "wait for its end or stop it first",
             Self::Stalled { .. } => "check for an obstacle, then home it",
             Self::Alarm { .. } => "remove the cause, clear the alarm and home",
@@ -235,6 +245,15 @@ pub trait Stage: Send {
     /// A fault is reported here once it is detected, and again by every call until [`Stage::clear_fault`] or
     /// [`Stage::reconnect`].
     fn poll(&mut self) -> Result<StageState, StageError>;
+
+    /// For a stage with a [`StageCapabilities::frame_pitch_mm`]: so many further exposures were triggered, lost ones included.
+    /// Returns the position at the last one.
+    fn count_exposures(&mut self, _n_exposures: u64) -> Option<f64> {
+        None
+    }
+
+    /// For such a stage: the next exposure is the first of a scan.
+    fn begin_count(&mut self) {}
 
     /// Holds a move; [`Stage::resume`] continues it.
     fn hold(&mut self) -> Result<(), StageError>;

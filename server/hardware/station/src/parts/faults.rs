@@ -39,6 +39,7 @@ fn camera_kind(error: &CameraError) -> Option<&'static str> {
 fn stage_kind(error: &StageError) -> Option<&'static str> {
     match error {
         StageError::NotHomed
+        | StageError::NotCommanded { .. }
         | StageError::OutOfTravel { .. }
         | StageError::BadNumber { .. }
         | StageError::Moving => None,
@@ -58,7 +59,7 @@ fn laser_kind(error: &LaserError) -> Option<&'static str> {
         LaserError::InterlockOpen => Some("interlock_open"),
         LaserError::Fault { .. } | LaserError::Controller(_) => Some("fault"),
         LaserError::Gone { .. } => Some("gone"),
-        LaserError::BadPower { .. } => None,
+        LaserError::BadPower { .. } | LaserError::NotYet { .. } => None,
     }
 }
 

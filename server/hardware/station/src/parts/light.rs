@@ -23,6 +23,8 @@ pub struct Light {
     needed_until: Instant,
     polled_at: Option<Instant>,
     changed_at: Instant,
+    /// Until when switching it on is tried again: its controller was not ready for it.
+    retried_until: Option<Instant>,
 }
 
 impl Light {
@@ -39,6 +41,7 @@ impl Light {
             needed_until: now,
             polled_at: None,
             changed_at: now,
+            retried_until: None,
         }
     }
 
@@ -99,7 +102,16 @@ impl Light {
         if !(power > 0.0 && power <= 1.0) {
             return Err(LaserError::BadPower { value: power });
         }
-        let state = self.device.switch_on(power, LIGHT_LEASE)?;
+        let state = match self.device.switch_on(power, LIGHT_LEASE) {
+            Err(LaserError::NotYet { .. }) => {
+                self.wanted = power;
+                self.retried_until.get_or_insert(now + LIGHT_UP_LIMIT);
+                self.needed_until = self.needed_until.max(now + LIGHT_UP_LIMIT + LIGHT_IDLE);
+                return Ok(());
+            }
+            switched => switched?,
+        };
+        self.retried_until = None;
         self.wanted = power;
         (self.lit_at, self.renewed_at, self.polled_at) = (Some(now), now, None);
         // Long enough to find out whether it turns on at all.
@@ -130,6 +142,9 @@ impl Light {
     /// # Errors
     /// The error of the laser, or light that went off unexpectedly.
     pub fn tend(&mut self, now: Instant) -> Result<(), LaserError> {
+        if let Some(until) = self.retried_until {
+            return self.try_again(until, now);
+        }
         if self.lit_at.is_some() && now > self.needed_until {
             self.suspend()?;
         }
@@ -153,9 +168,21 @@ impl Light {
         Ok(())
     }
 
+    fn try_again(&mut self, until: Instant, now: Instant) -> Result<(), LaserError> {
+        if now > until {
+            self.retried_until = None;
+            return Err(fault_of_light(DID_NOT_TURN_ON));
+        }
+        if self.polled_at.is_none_or(|at| now.saturating_duration_since(at) >= POLL_CHANGING) {
+            self.polled_at = Some(now);
+            return self.want(self.wanted, now);
+        }
+        Ok(())
+    }
+
     /// Turns the laser off until the requester's next exposure.
     pub fn suspend(&mut self) -> Result<(), LaserError> {
-        (self.lit_at, self.polled_at) = (None, None);
+        (self.lit_at, self.polled_at, self.retried_until) = (None, None, None);
         self.device.switch_off()
     }
 
@@ -179,11 +206,18 @@ impl Light {
         }
         let late = now.saturating_duration_since(lit_at) > LIGHT_UP_LIMIT;
         let went_out = was_on.then_some(("the laser went off unexpectedly", "check laser and cable"));
-        match went_out.or(late.then_some(("the laser did not turn on", "check laser, key switch and cable"))) {
-            Some((reason, remedy)) => Err(LaserError::Fault { reason: reason.to_owned(), remedy }),
+        match went_out.or(late.then_some(DID_NOT_TURN_ON)) {
+            Some(fault) => Err(fault_of_light(fault)),
             None => Ok(()),
         }
     }
+}
+
+/// What happened, and the remedy.
+const DID_NOT_TURN_ON: (&str, &str) = ("the laser did not turn on", "check laser, key switch and cable");
+
+fn fault_of_light((reason, remedy): (&'static str, &'static str)) -> LaserError {
+    LaserError::Fault { reason: reason.to_owned(), remedy }
 }
 
 #[cfg(test)]
@@ -224,5 +258,72 @@ mod tests {
         light.expect_frame(Instant::now() + Duration::from_secs(1));
         light.tend(Instant::now()).unwrap();
         assert!(!light.is_on(), "a frame in transfer does not turn it on");
+    }
+
+    /// A laser whose controller is not ready for a while.
+    struct BusyLaser {
+        laser: twin::TwinLaser,
+        n_refusals: usize,
+    }
+
+    impl Laser for BusyLaser {
+        fn identity(&self) -> devices::DeviceIdentity {
+            self.laser.identity()
+        }
+        fn capabilities(&self) -> devices::LaserCapabilities {
+            self.laser.capabilities()
+        }
+        fn switch_on(&mut self, power: f64, lease: Duration) -> Result<LaserState, LaserError> {
+            match self.n_refusals.checked_sub(1) {
+                Some(left) => {
+                    self.n_refusals = left;
+                    Err(LaserError::NotYet { reason: "it is being reset" })
+                }
+                None => self.laser.switch_on(power, lease),
+            }
+        }
+        fn renew(&mut self, lease: Duration) -> Result<LaserState, LaserError> {
+            self.laser.renew(lease)
+        }
+        fn switch_off(&mut self) -> Result<(), LaserError> {
+            self.laser.switch_off()
+        }
+        fn stop_handle(&self) -> Option<std::sync::Arc<dyn devices::StopHandle>> {
+            self.laser.stop_handle()
+        }
+        fn poll(&mut self) -> Result<LaserState, LaserError> {
+            self.laser.poll()
+        }
+        fn reconnect(&mut self) -> Result<(), LaserError> {
+            self.laser.reconnect()
+        }
+    }
+
+    fn busy(n_refusals: usize) -> Light {
+        Light::new(Box::new(BusyLaser { laser: small_twin(twin::TwinOptions::default()).laser(), n_refusals }))
+    }
+
+    #[test]
+    fn light_that_its_controller_is_not_ready_for_is_switched_on_as_soon_as_it_is() {
+        let (mut light, now) = (busy(3), Instant::now());
+        light.want(0.5, now).unwrap();
+        for n in 1..=3 {
+            assert!(!light.is_on(), "refused {n} times");
+            light.tend(now + n * POLL_CHANGING).unwrap();
+        }
+        assert!(light.is_on() && light.is_as_requested());
+    }
+
+    #[test]
+    fn a_controller_that_is_never_ready_is_a_fault_and_a_cancelled_request_is_not_tried_again() {
+        let (mut light, now) = (busy(usize::MAX), Instant::now());
+        light.want(0.5, now).unwrap();
+        light.tend(now + LIGHT_UP_LIMIT).unwrap();
+        assert!(light.tend(now + LIGHT_UP_LIMIT + Duration::from_millis(1)).is_err());
+        let mut light = busy(1);
+        light.want(0.5, now).unwrap();
+        light.off().unwrap();
+        light.tend(now + POLL_CHANGING).unwrap();
+        assert!(!light.is_on() && !light.is_wanted());
     }
 }

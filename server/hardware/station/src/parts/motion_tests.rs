@@ -36,6 +36,7 @@ impl Stage for Fake {
             homing: Homing::Required,
             resolution_mm: 0.01,
             follows_frames: false,
+            frame_pitch_mm: None,
         }
     }
 

@@ -1,6 +1,7 @@
 //! Types that the station shares with the service: leases, frames, status and the stop line.
 
 pub mod cancel;
+pub mod dark_frame;
 pub mod frame;
 pub(crate) mod pool;
 pub mod recycling;

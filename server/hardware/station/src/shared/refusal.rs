@@ -71,6 +71,12 @@ pub enum StationRefusal {
         /// Time waited.
         waited_ms: u64,
     },
+    /// A belt gave no trigger during a scan.
+    #[error("the belt stands still: no trigger within {waited_ms} ms")]
+    BeltStandsStill {
+        /// Time waited.
+        waited_ms: u64,
+    },
     /// The station thread has ended.
     #[error("the station is shutting down")]
     ShuttingDown,
@@ -90,6 +96,7 @@ impl Remedy for StationRefusal {
             Self::Camera(error) => return error.remedy(),
             Self::Stage(error) => return error.remedy(),
             Self::Laser(error) => return error.remedy(),
+            Self::BeltStandsStill { .. } => "start the belt and check the encoder's line, then scan again",
             Self::NoFrame { .. } => "check the camera and its trigger",
             Self::Cancelled | Self::ShuttingDown => return None,
         }))

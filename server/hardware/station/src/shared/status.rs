@@ -3,6 +3,7 @@
 use std::collections::VecDeque;
 use std::sync::atomic::{AtomicU64, Ordering};
 
+use crate::shared::dark_frame::DarkUse;
 use devices::{CameraCapabilities, CameraSettings, DeviceIdentity, LaserCapabilities, StageCapabilities};
 
 /// The states of OPC 40100-1 (machine vision).
@@ -138,6 +139,8 @@ pub struct StationStatus {
     pub camera: DeviceStatus<CameraCapabilities>,
     /// Its settings.
     pub camera_settings: CameraSettings,
+    /// How its frames are corrected for what its sensor shows without light.
+    pub dark_use: DarkUse,
     /// Frames per second over the last second.
     pub frame_rate_hz: f64,
     /// The stage.

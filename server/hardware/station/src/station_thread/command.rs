@@ -1,11 +1,13 @@
 //! The commands of the station thread.
 
+use std::sync::Arc;
 use std::sync::mpsc::sync_channel;
 
 use devices::{AcceptedMove, CameraRequest, CameraSettings};
 use tokio::sync::oneshot;
 
 use crate::shared::cancel::CancelFlag;
+use crate::shared::dark_frame::CameraDarkFrame;
 use crate::shared::frame::{FrameStream, SharedFrame};
 use crate::shared::refusal::StationRefusal;
 use crate::shared::status::Fault;
@@ -52,6 +54,8 @@ pub enum Command {
     CloseTap(Reply<()>),
     /// See [`crate::StationHandle::calibration_changed`].
     CalibrationChanged(bool),
+    /// See [`crate::StationHandle::set_dark_frame`].
+    DarkFrame(Option<Arc<CameraDarkFrame>>),
     /// See [`crate::StationHandle::lease`]; answered with the number of the lease.
     Lease(Purpose, Reply<u64>),
     /// A call of the job with that lease.

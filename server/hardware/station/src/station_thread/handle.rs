@@ -13,6 +13,7 @@ use twin::{TwinControl, TwinDriver};
 
 use crate::params::{COMMANDS, LIVE_LIGHT_UNWATCHED, LIVE_UNWATCHED, START_WAIT, STOP_PATIENCE};
 use crate::parts::devices::StationDevices;
+use crate::shared::dark_frame::CameraDarkFrame;
 use crate::shared::frame::SharedFrame;
 use crate::shared::refusal::StationRefusal;
 use crate::shared::status::{Fault, MachineState, StationStatus};
@@ -295,6 +296,12 @@ impl StationHandle {
     pub fn calibration_changed(&self, active: bool) {
         // A thread that has ended does not need it.
         let _ = self.shared.commands.send(Command::CalibrationChanged(active));
+    }
+
+    /// Corrects the frames exposed after this by a dark frame, or not. Every receiver gets them corrected.
+    pub fn set_dark_frame(&self, dark: Option<Arc<CameraDarkFrame>>) {
+        // A thread that has ended has no frames.
+        let _ = self.shared.commands.send(Command::DarkFrame(dark));
     }
 
     /// Takes the station for a job. Ends a running live view; refused while another job has it or it is in error.

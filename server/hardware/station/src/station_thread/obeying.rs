@@ -29,6 +29,7 @@ impl Station {
                 self.answer(reply, Ok(()));
             }
             Command::CalibrationChanged(active) => self.calibrated = active,
+            Command::DarkFrame(dark) => self.dark_frame = dark,
             Command::Lease(purpose, reply) => self.give_lease(purpose, reply),
             Command::Job(lease, call) => self.execute_job(lease, call),
             Command::Release(lease, reply) => {

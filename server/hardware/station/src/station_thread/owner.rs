@@ -11,6 +11,7 @@ use crate::parts::light::Light;
 use crate::parts::machine::{self, Event};
 use crate::parts::motion::Motion;
 use crate::parts::tap::Tap;
+use crate::shared::dark_frame::CameraDarkFrame;
 use crate::shared::refusal::StationRefusal;
 use crate::shared::status::{DropCounts, Fault, MachineState, StateHistory};
 use crate::station_thread::command::{Answer, Command, Reply};
@@ -66,6 +67,8 @@ pub struct Station {
     pub(crate) resetting: Option<Resetting>,
     pub(crate) camera_before_fault: Option<devices::CameraSettings>,
     pub(crate) calibrated: bool,
+    /// Corrects the camera's frames.
+    pub(crate) dark_frame: Option<Arc<CameraDarkFrame>>,
     pub(crate) stamping: Stamping,
     pub(crate) drops: Arc<DropCounts>,
     pub(crate) answers: Vec<Box<dyn FnOnce() + Send>>,
@@ -101,6 +104,7 @@ impl Station {
             resetting: None,
             camera_before_fault: None,
             calibrated: false,
+            dark_frame: None,
             stamping: Stamping::default(),
             drops: Arc::default(),
             answers: Vec::new(),

@@ -30,6 +30,8 @@ pub struct Run {
     /// Until it runs: the caller waiting for the stream, and the stream.
     handed_over: Option<(Reply<FrameStream>, FrameStream)>,
     previous: Option<Seen>,
+    /// Of a belt: whether the first frame with light was triggered, from which its position counts.
+    counting: bool,
 }
 
 #[derive(Clone, Copy, PartialEq)]
@@ -50,6 +52,7 @@ enum Phase {
 struct Seen {
     at: Instant,
     within: bool,
+    position_mm: Option<f64>,
 }
 
 impl Run {
@@ -60,7 +63,18 @@ impl Run {
         let stream = FrameStream { frames: receiver, dropped: dropped.clone(), ended: why };
         let handed_over = Some((reply, stream));
         let phase = Phase::Approach(false);
-        Self { sweep, cancel, phase, run_up_mm, frames, ended, dropped, handed_over, previous: None }
+        Self {
+            sweep,
+            cancel,
+            phase,
+            run_up_mm,
+            frames,
+            ended,
+            dropped,
+            handed_over,
+            previous: None,
+            counting: false,
+        }
     }
 
     /// Whether frames are being recorded.
@@ -137,6 +151,9 @@ impl Station {
         if !(sweep.speed_mm_s > 0.0 && sweep.speed_mm_s.is_finite()) {
             return bad("speed_mm_s", sweep.speed_mm_s);
         }
+        if stage.device().capabilities().frame_pitch_mm.is_some() && sweep.from_mm > sweep.to_mm {
+            return Err(StageError::NotCommanded { command: "reversed" }.into());
+        }
         if sweep.from_mm == sweep.to_mm {
             return bad("to_mm", sweep.to_mm);
         }
@@ -165,6 +182,10 @@ impl Station {
         }
         let (phase, start_mm, rate_hz) = (run.phase, run.start_mm(), run.sweep.frame_rate_hz);
         match phase {
+            Phase::Approach(false) if self.is_belt() => {
+                let lit = self.light_for_exposure(Instant::now());
+                self.enter(Phase::Waiting, lit);
+            }
             Phase::Approach(false) if self.stage_rests() => {
                 let full_mm_s = self.stage.as_mut().map(|stage| stage.device().capabilities().max_speed_mm_s);
                 let result = self.start_way(start_mm, full_mm_s.unwrap_or_default());
@@ -175,6 +196,7 @@ impl Station {
                 self.enter(Phase::Starting, result);
                 self.start_sweep();
             }
+            Phase::Running if self.is_belt() => self.watch_belt(),
             // Light without frames while the stage moves: the run is lost in any case.
             Phase::Running if self.frames_are_overdue() => self.no_frame_came(),
             Phase::Braking if self.stage_rests() => {
@@ -210,6 +232,9 @@ impl Station {
     }
 
     fn record_running(&mut self, frame: &SharedFrame, lost: Lost) {
+        if self.is_belt() && !self.run.as_ref().is_some_and(|run| run.counting) {
+            return;
+        }
         let Some(mut run) = self.run.take() else { return };
         let previous = run.previous;
         let within = match frame.position_mm {
@@ -219,7 +244,7 @@ impl Station {
         };
         let lost_within = self.lost_within(&run, frame, lost.total());
         run.count(lost, lost_within);
-        run.previous = Some(Seen { at: frame.captured_at, within });
+        run.previous = Some(Seen { at: frame.captured_at, within, position_mm: frame.position_mm });
         let mut wanted = true;
         if within {
             match run.frames.try_send(frame.clone()) {
@@ -248,8 +273,13 @@ impl Station {
         let (Some(previous), Some(stage)) = (run.previous, &self.stage) else { return 0 };
         let between = frame.captured_at.saturating_duration_since(previous.at);
         let is_within = |k: &u64| {
-            let at = previous.at + between.mul_f64(*k as f64 / (lost + 1) as f64);
-            stage.position_at_mm(at).is_none_or(|position_mm| run.holds(position_mm))
+            let share = *k as f64 / (lost + 1) as f64;
+            let position_mm = match (previous.position_mm, frame.position_mm) {
+                // A belt's triggers are evenly spaced, whatever its speed.
+                (Some(before_mm), Some(now_mm)) if run.counting => Some(before_mm + share * (now_mm - before_mm)),
+                _ => stage.position_at_mm(previous.at + between.mul_f64(share)),
+            };
+            position_mm.is_none_or(|position_mm| run.holds(position_mm))
         };
         (1..=lost).filter(is_within).count() as u64
     }
@@ -269,6 +299,41 @@ impl Station {
         }
     }
 
+    /// Whether the stage is a belt that triggers the camera.
+    fn is_belt(&mut self) -> bool {
+        self.stage.as_mut().is_some_and(|stage| stage.device().capabilities().frame_pitch_mm.is_some())
+    }
+
+    /// Ends a run over a belt that stands still; before its first trigger it is waited for, with the laser off.
+    fn watch_belt(&mut self) {
+        let now = Instant::now();
+        let counting = self.run.as_ref().is_some_and(|run| run.counting);
+        let due = self.camera.as_ref().and_then(|camera| camera.frame_due(now));
+        if !counting || due.is_none_or(|due| now <= due + LIGHT_IDLE) {
+            return;
+        }
+        let waited_ms = self.camera.as_ref().map_or(0, |camera| camera.silent_for().as_millis() as u64);
+        self.end_work(|_| StationRefusal::BeltStandsStill { waited_ms });
+        self.rest_after_run();
+    }
+
+    /// Position of a belt at a frame that comes after `lost` lost ones; `None` for another stage. It counts from the first
+    /// frame of a run that has light.
+    pub(crate) fn belt_position_mm(&mut self, lit: bool, lost: u64) -> Option<f64> {
+        if !self.is_belt() {
+            return None;
+        }
+        let stage = self.stage.as_mut()?.device();
+        match self.run.as_mut().filter(|run| run.is_running()) {
+            Some(run) if !run.counting && lit => {
+                run.counting = true;
+                stage.begin_count();
+                stage.count_exposures(1)
+            }
+            _ => stage.count_exposures(1 + lost),
+        }
+    }
+
     /// Whether the light must be turned off because frames are overdue. A recording has neither light nor inertia.
     fn frames_are_overdue(&mut self) -> bool {
         let now = Instant::now();
@@ -282,21 +347,21 @@ impl Station {
     }
 
     fn move_for_run(&mut self, target_mm: f64, speed_mm_s: f64) -> Result<(), StationRefusal> {
+        if self.is_belt() {
+            return Ok(());
+        }
         let stage = self.stage.as_mut().ok_or(StationRefusal::Absent { device: "stage" })?;
         stage.start_move(target_mm, speed_mm_s)?;
         Ok(())
     }
 
     fn expose_freely(&mut self, frame_rate_hz: f64) -> Result<(), StationRefusal> {
+        let trigger = if self.is_belt() { Trigger::Hardware } else { Trigger::Free };
         let camera = self.camera.as_mut().ok_or(StationRefusal::Absent { device: "camera" })?;
         camera.stop()?;
         let rated = camera.device().capabilities().frame_rate_hz.is_some();
-        let frame_rate_hz = rated.then_some(frame_rate_hz);
-        camera.configure(&CameraRequest {
-            trigger: Some(Trigger::Free),
-            frame_rate_hz,
-            ..CameraRequest::default()
-        })?;
+        let frame_rate_hz = (rated && trigger == Trigger::Free).then_some(frame_rate_hz);
+        camera.configure(&CameraRequest { trigger: Some(trigger), frame_rate_hz, ..CameraRequest::default() })?;
         camera.start()?;
         self.discard_waiting_frames();
         Ok(())

@@ -16,6 +16,7 @@ use tokio::sync::watch;
 use crate::params::STATUS_PERIOD;
 use crate::parts::light::Light;
 use crate::parts::motion::Motion;
+use crate::shared::dark_frame::DarkUse;
 use crate::shared::frame::SharedFrame;
 use crate::shared::status::{
     DeviceStatus, LaserLight, MachineState, OperationalState, StateHistory, StationStatus,
@@ -55,13 +56,14 @@ pub(crate) struct Highlights<'a> {
     light: LaserLight,
     interlock_closed: Option<bool>,
     settings: Option<CameraSettings>,
+    corrected: bool,
 }
 
 impl Highlights<'_> {
     fn kept(self) -> Highlights<'static> {
-        let Self { changes, activity, faults, moving, homed, light, interlock_closed, settings } = self;
+        let Self { changes, activity, faults, moving, homed, light, interlock_closed, settings, corrected } = self;
         let activity = Cow::Owned(activity.into_owned());
-        Highlights { changes, activity, faults, moving, homed, light, interlock_closed, settings }
+        Highlights { changes, activity, faults, moving, homed, light, interlock_closed, settings, corrected }
     }
 }
 
@@ -115,6 +117,7 @@ impl Station {
             light: self.laser_light(),
             interlock_closed: self.interlock_closed(),
             settings: self.camera.as_ref().map(|camera| camera.settings()),
+            corrected: self.dark_frame.is_some(),
         }
     }
 
@@ -126,6 +129,7 @@ impl Station {
             simulated: self.publisher.simulated,
             camera: self.camera_status(),
             camera_settings: self.camera.as_ref().map_or(no_settings(), |camera| camera.settings()),
+            dark_use: self.dark_use(),
             frame_rate_hz: self.stamping.rate_hz(now),
             stage: self.stage_status(),
             position_mm: self.stage.as_ref().and_then(Motion::position_mm),
@@ -141,6 +145,12 @@ impl Station {
             frames_arrived: self.stamping.arrived(),
             frames_dropped: self.drops.by_reason(),
         }
+    }
+
+    fn dark_use(&mut self) -> DarkUse {
+        let (Some(dark), Some(camera)) = (&self.dark_frame, &mut self.camera) else { return DarkUse::NoDarkFrame };
+        let identity = camera.device().identity();
+        dark.use_for(&identity, &camera.settings())
     }
 
     fn laser_light(&self) -> LaserLight {
@@ -227,6 +237,7 @@ pub fn first_status(simulated: Option<&'static str>, state: MachineState) -> Sta
         simulated,
         camera: DeviceStatus { connected: false, identity: unknown_identity(), capabilities: no_camera() },
         camera_settings: no_settings(),
+        dark_use: DarkUse::NoDarkFrame,
         frame_rate_hz: 0.0,
         stage: DeviceStatus { connected: false, identity: unknown_identity(), capabilities: no_stage() },
         position_mm: None,
@@ -281,6 +292,7 @@ fn no_stage() -> StageCapabilities {
         homing: Homing::Required,
         resolution_mm: 0.0,
         follows_frames: false,
+        frame_pitch_mm: None,
     }
 }
 

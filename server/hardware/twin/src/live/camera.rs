@@ -67,6 +67,11 @@ impl TwinCamera {
         Err(CameraError::Gone { reason: "its cable was unplugged".to_owned() })
     }
 
+    fn triggers(&self) -> Vec<Trigger> {
+        let belt = self.world.lock().belt_pitch_mm.map(|_| Trigger::Hardware);
+        [Trigger::Free, Trigger::Software].into_iter().chain(belt).collect()
+    }
+
     fn accepted(&self, wanted: &CameraRequest, now: &CameraSettings) -> Result<CameraSettings, CameraError> {
         let mut accepted = *now;
         for (setting, value, range, slot) in [
@@ -79,8 +84,12 @@ impl TwinCamera {
             }
         }
         if let Some(trigger) = wanted.trigger {
-            if trigger == Trigger::Hardware {
-                return Err(unsupported("trigger", "hardware", "it can run free or be triggered by software"));
+            if trigger == Trigger::Hardware && self.world.lock().belt_pitch_mm.is_none() {
+                return Err(unsupported(
+                    "trigger",
+                    "hardware",
+                    "only a belt triggers it; it can run free or be triggered by software",
+                ));
             }
             accepted.trigger = trigger;
         }
@@ -134,7 +143,7 @@ impl Camera for TwinCamera {
             exposure_us: Some(EXPOSURE_US),
             gain_db: Some(GAIN_DB),
             frame_rate_hz: Some(FRAME_RATE_HZ),
-            triggers: vec![Trigger::Free, Trigger::Software],
+            triggers: self.triggers(),
             pixel_formats: vec![PixelFormat::Mono8, PixelFormat::Mono16],
             roi: true,
         }

@@ -4,6 +4,8 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use crate::live::fault::TwinFault;
+#[cfg(doc)]
+use crate::live::params::BELT_START_MM;
 use crate::live::world::{FIRST_PART_STREAM, SharedWorld};
 use crate::model::station::StationModel;
 use crate::part::mesh::Solid;
@@ -94,6 +96,12 @@ impl TwinControl {
     /// Makes the carriage follow `position_mm`, for a station whose stage is not the twin's own.
     pub fn follow_stage(&self, position_mm: impl Fn(Instant) -> f64 + Send + Sync + 'static) {
         self.world.lock().stage.follows = Some(Arc::new(position_mm));
+    }
+
+    /// Puts a belt under the camera whose encoder triggers it every `pitch_mm`, at the camera's frame rate. With each
+    /// acquisition the scene passes again, from [`BELT_START_MM`] on.
+    pub fn run_belt(&self, pitch_mm: f64) {
+        self.world.lock().belt_pitch_mm = Some(pitch_mm);
     }
 
     /// Makes the laser follow `power`, a fraction of full power, for a station whose laser is not the twin's own.

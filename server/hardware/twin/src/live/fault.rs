@@ -52,6 +52,15 @@ pub enum TwinFault {
         /// 0 is clean, 1 entirely dirty.
         share: f64,
     },
+    /// The sensor has hot pixels and a fixed pattern of its rows.
+    WornSensor {
+        /// Size of the pattern, grey levels of 255.
+        levels: f64,
+    },
+    /// The belt that triggers the camera stands still.
+    BeltStops,
+    /// The lens is covered by its cap.
+    LensCovered,
 }
 
 /// Why a text is not a fault name.
@@ -88,7 +97,7 @@ impl Remedy for FaultNameError {
 
 impl TwinFault {
     /// One of each kind, with a typical value.
-    pub const EXAMPLES: [Self; 14] = [
+    pub const EXAMPLES: [Self; 17] = [
         Self::LostFrames { every: 10 },
         Self::CameraUnplugged,
         Self::WrongFrameSize,
@@ -103,6 +112,9 @@ impl TwinFault {
         Self::LaserUnplugged,
         Self::WavelengthDrift { relative: 1e-3 },
         Self::DirtyGrating { share: 0.3 },
+        Self::WornSensor { levels: 6.0 },
+        Self::BeltStops,
+        Self::LensCovered,
     ];
 
     /// Name.
@@ -122,10 +134,13 @@ impl TwinFault {
             Self::LaserUnplugged => "laser_unplugged",
             Self::WavelengthDrift { .. } => "wavelength_drift",
             Self::DirtyGrating { .. } => "dirty_grating",
+            Self::WornSensor { .. } => "worn_sensor",
+            Self::BeltStops => "belt_stops",
+            Self::LensCovered => "lens_covered",
         }
     }
 
-    /// Value, if the fault has one: frames, mm, a relative change, a fraction.
+    /// Value, if the fault has one: frames, mm, a relative change, a fraction, grey levels.
     pub fn value(&self) -> Option<f64> {
         match *self {
             Self::LostFrames { every } => Some(every as f64),
@@ -133,6 +148,7 @@ impl TwinFault {
             Self::LostSteps { lost_mm } => Some(lost_mm),
             Self::WavelengthDrift { relative } => Some(relative),
             Self::DirtyGrating { share } => Some(share),
+            Self::WornSensor { levels } => Some(levels),
             _ => None,
         }
     }
@@ -159,6 +175,9 @@ impl TwinFault {
             }
             Self::DirtyGrating { .. } => {
                 (Self::DirtyGrating { share: value }, (0.0..=1.0).contains(&value), "a share of 0 to 1")
+            }
+            Self::WornSensor { .. } => {
+                (Self::WornSensor { levels: value }, (0.0..=50.0).contains(&value), "0 to 50 grey levels")
             }
             other => (other, false, "no value"),
         };

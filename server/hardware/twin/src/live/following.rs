@@ -30,6 +30,10 @@ pub(super) struct Mirror(Arc<Mutex<LastReadings>>);
 impl Mirror {
     /// Makes the world of `control` follow another driver's stage.
     pub(super) fn stage(&self, stage: Box<dyn Stage>, control: &TwinControl) -> Box<dyn Stage> {
+        if let Some(pitch_mm) = stage.capabilities().frame_pitch_mm {
+            control.run_belt(pitch_mm);
+            return stage;
+        }
         let mirror = self.clone();
         control.follow_stage(move |at| mirror.position_mm(at));
         Box::new(MirroredStage { stage, mirror: self.clone() })

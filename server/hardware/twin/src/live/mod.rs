@@ -16,6 +16,7 @@ mod options;
 mod params;
 mod sensor_thread;
 mod stage;
+mod wear;
 mod world;
 
 pub use camera::TwinCamera;
@@ -23,7 +24,7 @@ pub use control::TwinControl;
 pub use fault::{FaultNameError, TwinFault};
 pub use laser::TwinLaser;
 pub use options::{Timing, TwinOptions};
-pub use params::{BOARD_EXPOSURE_US, LASER_EXPOSURE_US};
+pub use params::{BELT_START_MM, BOARD_EXPOSURE_US, LASER_EXPOSURE_US};
 pub use stage::TwinStage;
 
 use devices::{Laser, Stage};

@@ -71,3 +71,6 @@ pub(super) const LASER_POWER: ValueRange = ValueRange { min: 0.01, max: 1.0 };
 /// Grey levels (of 255, on white, at full power and [`LASER_EXPOSURE_US`]) of the light scattered over the scene by an
 /// entirely dirty grating.
 pub(super) const STRAY_LEVELS: f64 = 40.0;
+
+/// Position of a belt at the first trigger of an acquisition, mm.
+pub const BELT_START_MM: f64 = -20.0;

@@ -9,7 +9,8 @@ use vision::{GreyImage, Pixels};
 
 use crate::live::fault::TwinFault;
 use crate::live::options::Timing;
-use crate::live::params::{BOARD_EXPOSURE_US, LASER_EXPOSURE_US, READ_OUT, RING_FRAMES};
+use crate::live::params::{BELT_START_MM, BOARD_EXPOSURE_US, LASER_EXPOSURE_US, READ_OUT, RING_FRAMES};
+use crate::live::wear::wear;
 use crate::live::world::{SharedWorld, View};
 use crate::model::random::derived_seed;
 use crate::params::BOARD_WHITE_LEVEL;
@@ -107,6 +108,7 @@ impl Run {
             settings.exposure_us.to_bits(),
             settings.gain_db.to_bits(),
             view.stray_levels.to_bits(),
+            u64::from(view.covered),
         ];
         let key = shown.into_iter().fold(LIVE_STREAM, derived_seed);
         self.still = if self.still.0 == key { (key, self.still.1 + 1) } else { (key, 0) };
@@ -123,7 +125,7 @@ impl SensorState {
 
     /// Whether an exposure of this run is not a frame yet, or is due but not started by the thread.
     pub(super) fn is_computing(&self, now: Instant) -> bool {
-        let free = self.settings.trigger == Trigger::Free;
+        let free = self.settings.trigger != Trigger::Software;
         let behind = |run: &Run| !run.pending.is_empty() || (free && run.due <= now);
         self.run.as_ref().is_some_and(|run| self.rendering || behind(run))
     }
@@ -204,7 +206,12 @@ impl Sensor {
     }
 
     fn look(&self, run: &mut Run, exposure: &mut Pending) {
-        let view = self.world.lock().view(exposure.at);
+        let world = self.world.lock();
+        let mut view = world.view(exposure.at);
+        if let Some(pitch_mm) = world.belt_pitch_mm.filter(|_| exposure.settings.trigger == Trigger::Hardware) {
+            view.position_mm = BELT_START_MM + exposure.frame_id as f64 * pitch_mm;
+        }
+        drop(world);
         let picture = run.picture_of(&view, &exposure.settings);
         exposure.seen = Some((view, picture));
     }
@@ -242,7 +249,13 @@ impl Sensor {
             run.pending.clear();
             return Err(LONGEST_SLEEP);
         }
-        if settings.trigger == Trigger::Free && run.pending.is_empty() {
+        if settings.trigger == Trigger::Hardware && self.world.lock().has(TwinFault::BeltStops) {
+            // Nothing is due, so that nothing is being computed either.
+            run.due = now + 2 * LONGEST_SLEEP;
+            return Err(LONGEST_SLEEP / 4);
+        }
+        // A belt triggers at the same rate.
+        if settings.trigger != Trigger::Software && run.pending.is_empty() {
             if now < run.due {
                 return Err(run.due - now);
             }
@@ -275,6 +288,9 @@ impl Sensor {
     fn render(&self, exposure: &Pending, buffers: &mut ExposureBuffers, image: &mut GreyImage) {
         if let Some((view, picture)) = &exposure.seen {
             view.renderer.expose(&light_of(view, &exposure.settings, *picture), buffers, image);
+            if view.worn_levels > 0.0 {
+                wear(image, view.renderer.model().seed, view.worn_levels);
+            }
         }
     }
 
@@ -318,6 +334,18 @@ impl Sensor {
 /// The light of a view: the lamp if the laser is off, else the laser, with the additions of room and dirt, without the
 /// lamp. In a room with ambient light there is no lamp: the ambient light is independent of the laser.
 fn light_of<'v>(view: &'v View, settings: &CameraSettings, picture: u64) -> Exposure<'v> {
+    if view.covered {
+        return Exposure {
+            scene: &view.scene,
+            position: view.position_mm,
+            ordinary_level: 0.0,
+            ordinary_share: 0.0,
+            laser_share: 0.0,
+            gain: 1.0,
+            bits: if settings.pixel_format == PixelFormat::Mono16 { 16 } else { 8 },
+            picture,
+        };
+    }
     let dark = view.laser_power <= 0.0;
     let ambient = view.renderer.model().shape.ambient_levels;
     let by_lamp = dark && ambient <= 0.0;

@@ -289,6 +289,7 @@ impl Stage for TwinStage {
             homing: stage.homing,
             resolution_mm: RESOLUTION_MM,
             follows_frames: false,
+            frame_pitch_mm: None,
         }
     }
 

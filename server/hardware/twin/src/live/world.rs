@@ -29,6 +29,8 @@ pub(super) struct World {
     pub stage: StageWorld,
     pub laser: LaserWorld,
     pub faults: Vec<TwinFault>,
+    /// Distance between the triggers of a belt, if one carries the part.
+    pub belt_pitch_mm: Option<f64>,
 }
 
 /// The sensor's view at the middle of an exposure.
@@ -39,6 +41,10 @@ pub(super) struct View {
     pub position_mm: f64,
     pub laser_power: f64,
     pub stray_levels: f64,
+    /// Size of the sensor's fixed pattern, grey levels of 255; 0 for a sound one.
+    pub worn_levels: f64,
+    /// Whether the lens is covered.
+    pub covered: bool,
 }
 
 /// Shared access to the world.
@@ -55,6 +61,7 @@ impl SharedWorld {
             stage: StageWorld::new(options, now),
             laser: LaserWorld::new(now),
             faults: Vec::new(),
+            belt_pitch_mm: None,
         })))
     }
 
@@ -87,12 +94,16 @@ impl World {
     pub(super) fn view(&self, at: Instant) -> View {
         let dirt =
             self.fault(|fault| if let TwinFault::DirtyGrating { share } = *fault { Some(share) } else { None });
+        let worn =
+            self.fault(|fault| if let TwinFault::WornSensor { levels } = *fault { Some(levels) } else { None });
         View {
             renderer: self.renderer.clone(),
             scene: self.scene.clone(),
             position_mm: self.true_position_mm(at),
             laser_power: self.laser.light(at),
             stray_levels: dirt.unwrap_or(0.0) * STRAY_LEVELS,
+            worn_levels: worn.unwrap_or(0.0),
+            covered: self.has(TwinFault::LensCovered),
         }
     }
 

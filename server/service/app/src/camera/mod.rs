@@ -1,4 +1,5 @@
-//! The camera between jobs: user settings kept across restarts, and auto-exposure from the live view.
+//! The camera between jobs: user settings and dark frame kept across restarts, and auto-exposure from the live view.
 
 pub mod auto_exposure;
+pub mod dark_frame;
 pub mod memory;

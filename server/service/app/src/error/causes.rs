@@ -98,9 +98,12 @@ impl From<StationRefusal> for AppError {
             StationRefusal::TooManyCommands => ErrorKind::TooMany,
             StationRefusal::Halted => ErrorKind::Halted,
             StationRefusal::NoLiveView => ErrorKind::Conflict,
-            StationRefusal::Stage(StageError::NotHomed | StageError::Moving) => ErrorKind::Conflict,
+            StationRefusal::BeltStandsStill { .. }
+            | StationRefusal::Stage(StageError::NotHomed | StageError::Moving) => ErrorKind::Conflict,
             StationRefusal::SpeedOutOfRange { .. }
-            | StationRefusal::Stage(StageError::OutOfTravel { .. } | StageError::BadNumber { .. })
+            | StationRefusal::Stage(
+                StageError::OutOfTravel { .. } | StageError::BadNumber { .. } | StageError::NotCommanded { .. },
+            )
             | StationRefusal::Camera(CameraError::Unsupported { .. })
             | StationRefusal::Laser(LaserError::BadPower { .. }) => ErrorKind::Impossible,
             StationRefusal::InError { .. }

@@ -17,6 +17,7 @@ use tokio_util::task::TaskTracker;
 use crate::App;
 use crate::access::idempotency::KeysInFlight;
 use crate::access::lease::ControlDesk;
+use crate::camera::dark_frame::DarkFrameStore;
 use crate::config::AppConfig;
 use crate::config::limits::{CONTROL_WATCH, DRAIN_TIMEOUT};
 use crate::control::was_halted;
@@ -57,6 +58,7 @@ impl App {
         let station = StationHandle::start(&config.station, was_halted(&ledger).await);
         crate::camera::memory::restore(&ledger, &station).await;
         tokio::spawn(crate::camera::memory::follow(ledger.clone(), station.clone()));
+        let dark_frames = DarkFrameStore::open(&config.data, &station, config.projector.direction());
         let calibrations = Calibrations::new(ledger.clone(), artifacts.clone(), live.clone(), station.clone());
         if let Err(error) = calibrations.load_active().await {
             // Scans are refused with the same message; captures, downloads and new calibrations work.
@@ -96,6 +98,7 @@ impl App {
             artifacts,
             captures,
             calibrations,
+            dark_frames,
             sessions,
             station,
             jobs,

@@ -33,6 +33,20 @@ pub struct LocalDisk;
 
 impl Disk for LocalDisk {}
 
+/// Writes a small file atomically: after a power loss it is either new or old.
+///
+/// # Errors
+/// If it cannot be written.
+pub fn write_durably(path: &Path, bytes: &[u8]) -> io::Result<()> {
+    let folder = path.parent().unwrap_or(Path::new("."));
+    let beside = path.with_extension("tmp");
+    let mut file = File::create(&beside)?;
+    file.write_all(bytes)?;
+    file.sync_all()?;
+    LocalDisk.rename(&beside, path)?;
+    LocalDisk.sync_folder(folder)
+}
+
 /// Whether an operation failed because the disk is full.
 pub(crate) fn is_full(error: &io::Error) -> bool {
     matches!(error.kind(), io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded)

@@ -121,7 +121,7 @@ fn of<'c>(checks: &'c [Check], name: &str) -> &'c Check {
 }
 
 /// Every check, in the order of the table.
-const ALL: [&str; 17] = [
+const ALL: [&str; 18] = [
     "camera",
     "stage",
     "laser",
@@ -131,6 +131,7 @@ const ALL: [&str; 17] = [
     "frames lost",
     "dark noise",
     "ambient light",
+    "sensor defects",
     "laser lines",
     "line width",
     "line saturation",
@@ -205,6 +206,22 @@ fn high_gain_makes_noise() {
     (bench.wanted.exposure_us, bench.wanted.gain_db) = (Some(40.0), Some(24.0));
     let (red, checks) = red_with(&bench);
     assert!(red.contains(&"dark noise"), "{}", check::table(&checks));
+}
+
+#[test]
+fn defects_of_the_sensor_are_counted_behind_a_covered_lens() {
+    let bench = bench(Unsound::default());
+    let at_rest = || {
+        let checks = bench.examine();
+        of(&checks, "sensor defects").clone()
+    };
+    bench.control.set_fault(TwinFault::LensCovered);
+    let sound = at_rest();
+    assert!(sound.outcome == Outcome::Ok && sound.value == Some(0.0), "{sound:?}");
+    bench.control.set_fault(TwinFault::WornSensor { levels: 6.0 });
+    let worn = at_rest();
+    // One pixel in two thousand of 320 × 256, some of them drawn twice.
+    assert!(worn.outcome == Outcome::NotOk && (37.0..=40.0).contains(&worn.value.unwrap()), "{worn:?}");
 }
 
 #[test]
@@ -342,6 +359,6 @@ fn without_consent_motion_and_laser_stay_off() {
     let checks = examine(&examination, || false).unwrap_or_else(|Cancelled| panic!("nobody cancelled"));
     assert_eq!(of(&checks, "laser and motion").outcome, Outcome::NotRun);
     let at_rest: Vec<&str> = checks.iter().map(|check| check.name).collect();
-    assert_eq!(at_rest[..9], ALL[..9]);
-    assert_eq!(at_rest.len(), 10);
+    assert_eq!(at_rest[..10], ALL[..10]);
+    assert_eq!(at_rest.len(), 11);
 }

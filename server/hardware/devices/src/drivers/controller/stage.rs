@@ -87,6 +87,7 @@ impl<D: StageDialogue> Stage for ControllerStage<D> {
             homing: Homing::Required,
             resolution_mm: 0.0,
             follows_frames: false,
+            frame_pitch_mm: None,
         })
     }
 

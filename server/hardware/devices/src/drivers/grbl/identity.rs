@@ -109,6 +109,7 @@ impl Description {
                 homing,
                 resolution_mm: 1.0 / steps_per_mm,
                 follows_frames: false,
+                frame_pitch_mm: None,
             },
             full_power: self.number(30, place)?,
             answers_while_homing,

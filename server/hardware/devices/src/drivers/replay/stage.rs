@@ -77,6 +77,7 @@ impl Stage for ReplayStage {
             homing: Homing::Absent,
             resolution_mm: self.resolution_mm(),
             follows_frames: true,
+            frame_pitch_mm: None,
         }
     }
 

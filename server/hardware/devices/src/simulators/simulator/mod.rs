@@ -177,6 +177,12 @@ struct Machine<F: Firmware> {
     fault: Option<LineFault>,
 }
 
+impl<F: Firmware> Drop for Machine<F> {
+    fn drop(&mut self) {
+        self.disconnect();
+    }
+}
+
 impl<F: Firmware> Machine<F> {
     fn run(&mut self, requests: &Receiver<(Request<F>, Sender<()>)>) {
         loop {
@@ -211,7 +217,7 @@ impl<F: Firmware> Machine<F> {
             }
             Request::Unplug => {
                 self.firmware.power_off(now);
-                self.terminal = None;
+                self.disconnect();
             }
             Request::Replug(config) => {
                 self.firmware.power_off(now);
@@ -224,6 +230,15 @@ impl<F: Firmware> Machine<F> {
             }
             Request::End => {}
         }
+    }
+
+    /// Takes the link away before the terminal ends: its number is then free, and the next terminal of any process gets it.
+    fn disconnect(&mut self) {
+        if self.place.is_symlink() {
+            // A link that stays leads nowhere, or to a stranger; the driver then names what it finds.
+            let _ = std::fs::remove_file(&self.place);
+        }
+        self.terminal = None;
     }
 
     /// Waits briefly for bytes and processes them.
@@ -251,5 +266,36 @@ impl<F: Firmware> Machine<F> {
         if !sent.is_empty() {
             terminal.write(&sent);
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::lines::serial_line::{PortLine, SerialLine as _, SerialLineError};
+    use crate::marlin_simulator::{MarlinFirmware, SimulatorConfig};
+
+    fn simulator(place: &Path) -> Simulator<MarlinFirmware> {
+        Simulator::start(SimulatorConfig::default(), place, None).unwrap()
+    }
+
+    #[test]
+    fn the_place_of_an_unplugged_controller_never_leads_to_another_ones_terminal() {
+        let folder = tempfile::tempdir().unwrap();
+        let places = ["one", "other"].map(|name| folder.path().join(name));
+        let one = simulator(&places[0]);
+        one.unplug();
+        // It gets the number of the terminal that was just closed, unless another process was faster.
+        let other = simulator(&places[1]);
+        let mut owner = PortLine::new(other.place().to_str().unwrap(), 115_200);
+        owner.reopen().unwrap();
+        let mut line = PortLine::new(one.place().to_str().unwrap(), 115_200);
+        let refused = line.reopen();
+        let Err(SerialLineError::Unopened { cause, .. }) = &refused else { panic!("{refused:?}") };
+        assert!(!cause.to_string().contains("lock"), "it found the terminal of another: {cause}");
+        one.replug();
+        line.reopen().unwrap();
+        drop(one);
+        assert!(!places[0].is_symlink());
     }
 }

@@ -38,6 +38,8 @@ pub enum Reaction {
     NamedEither(&'static str, [&'static str; 2]),
     /// Nothing until the device is used; then the same.
     NamedAtUse(&'static str, &'static str),
+    /// The scan ends with a refusal and the light goes off; there is no fault.
+    EndsScan,
     /// The fault does not concern the station's activity; it continues.
     GoesOn,
 }
@@ -85,7 +87,7 @@ pub fn check(rig: &Rig<'_>, scenario: Scenario, reaction: Reaction) {
     let (device, kinds): (&str, &[&str]) = match &reaction {
         Reaction::Named(device, kind) | Reaction::NamedAtUse(device, kind) => (device, std::slice::from_ref(kind)),
         Reaction::NamedEither(device, kinds) => (device, kinds),
-        Reaction::GoesOn => ("", &[]),
+        Reaction::GoesOn | Reaction::EndsScan => ("", &[]),
     };
     match reaction {
         Reaction::Named(..) | Reaction::NamedEither(..) => {
@@ -104,6 +106,15 @@ pub fn check(rig: &Rig<'_>, scenario: Scenario, reaction: Reaction) {
             let in_use = use_device(rig.bench, device);
             expect_named(rig, device, kinds, used);
             in_use.join().unwrap();
+        }
+        Reaction::EndsScan => {
+            let refusal = activity.job.expect("a scan").join().unwrap();
+            assert!(matches!(refusal, Some(StationRefusal::BeltStandsStill { .. })), "got {refusal:?}");
+            wait_until("dark", || !(rig.light)());
+            let status = rig.bench.station.status();
+            assert_eq!(status.faults, []);
+            assert!(matches!(status.state, MachineState::Operational(_)), "{:?}", status.state);
+            return (rig.cure)();
         }
         Reaction::GoesOn => {
             std::thread::sleep(QUIET);

@@ -5,6 +5,7 @@
 
 mod cell;
 mod controllers;
+mod conveyor;
 mod document;
 pub mod genicam;
 mod grbl;

@@ -73,6 +73,9 @@ pub fn camera(calibration: &Calibration, status: &StationStatus) -> Result<(), A
 pub fn rows(input: &ScanInput, status: &StationStatus) -> Result<Rows, AppError> {
     let asked = AskedRange::checked(input, stage_kind(status))?;
     let names = fields_of(asked.stage);
+    if status.stage.capabilities.frame_pitch_mm.is_some() {
+        belt(input, &asked)?;
+    }
     let ends = [(names.from, asked.from), (names.to, asked.to)];
     if let Some((field, _)) = ends.iter().find(|(_, end)| end.is_none()) {
         let remedy = "give the first and last stage position";
@@ -108,6 +111,36 @@ pub fn rows(input: &ScanInput, status: &StationStatus) -> Result<Rows, AppError>
     Ok(rows)
 }
 
+/// A belt is not commanded, and does not come back.
+fn belt(input: &ScanInput, asked: &AskedRange) -> Result<(), AppError> {
+    let not_ours = "the belt is not controlled here";
+    if mode_of(input) != ScanMode::Continuous {
+        return Err(refused(
+            "mode",
+            format!("{not_ours}: it does not stop for rows"),
+            "choose the mode continuous",
+        ));
+    }
+    if input.resume_scan_id.is_some() {
+        return Err(refused("resume_scan_id", format!("{not_ours}: the part has passed"), "scan the part again"));
+    }
+    if input.background.is_some() {
+        let detail = format!("{not_ours}: it does not stop for a laser-off image");
+        return Err(refused("background", detail, "omit it, and shield the station from ambient light"));
+    }
+    if let (Some(from), Some(to)) = (asked.from, asked.to)
+        && from > to
+    {
+        let names = fields_of(asked.stage);
+        return Err(refused(
+            names.to,
+            format!("{not_ours}: its position only increases"),
+            "exchange the two ends",
+        ));
+    }
+    Ok(())
+}
+
 fn default_step(stage: StageKind) -> f64 {
     match stage {
         StageKind::Linear => DEFAULT_STEP_MM,
@@ -123,8 +156,7 @@ fn sweep(rows: &mut Rows, asked: &AskedRange, status: &StationStatus) -> Result<
         let recorded = stage.resolution_mm;
         if asked.step.is_some_and(|step| (step / recorded - 1.0).abs() > 1.0 - RESOLUTION_SHARE) {
             let recorded = range.amount(recorded);
-            let detail =
-                format!("the recorded frames are {recorded} apart, which a continuous scan cannot change");
+            let detail = format!("the frames are {recorded} apart, which a continuous scan cannot change");
             return Err(refused(names.step, detail, "omit it, or scan stop-and-go"));
         }
         range.step = recorded;

@@ -55,6 +55,7 @@ fn status() -> StationStatus {
         homing: devices::Homing::Required,
         resolution_mm: 1e-6,
         follows_frames: false,
+        frame_pitch_mm: None,
     };
     StationStatus {
         state: MachineState::Operational(OperationalState::Ready),
@@ -69,6 +70,7 @@ fn status() -> StationStatus {
             pixel_format: PixelFormat::Mono8,
             roi: Roi { left_px: 0, top_px: 0, width_px: 1280, height_px: 1024 },
         },
+        dark_use: station::DarkUse::NoDarkFrame,
         frame_rate_hz: 0.0,
         stage: device(stage),
         position_mm: Some(0.0),

@@ -74,6 +74,7 @@ pub fn run(input: &ScanInput, ctx: &StationContext) -> Result<MadeScan, JobEnd> 
         ctx.live.end_scan(&work.note.scan_id);
         if work.note.replaces { work.clear_but_pictures() } else { work.clear() }
     })?;
+    let dark_use = ctx.station.status().dark_use;
     let mut timing = Timing::default();
     let (n_before, began) = (positions.len(), Instant::now());
     let log = BackgroundLog::new(planned.keep_frames.then(|| (work.backgrounds(), work.pictures())))?;
@@ -103,6 +104,7 @@ pub fn run(input: &ScanInput, ctx: &StationContext) -> Result<MadeScan, JobEnd> 
         if !planned.exposures_us.is_empty() {
             made.record.report["exposures"] = fusion_json(&planned.exposures_us, &fusion);
         }
+        made.record.report["dark_frame"] = json!(dark_use.name());
         if let Some(background) = background {
             made.record.report[BACKGROUND] = background;
         }

@@ -2,12 +2,11 @@
 //!
 //! One file in the data directory, replaced atomically; a checksum detects corruption.
 
-use std::io::Write as _;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
-use store::disk::{Disk, LocalDisk};
+use store::disk::write_durably;
 use tokio::sync::Mutex;
 use twin::TwinDriver;
 
@@ -208,19 +207,10 @@ fn opened(bytes: &[u8]) -> Result<KeptPlan, AppError> {
     Ok(sealed.kept)
 }
 
-/// Writes atomically: after a power loss the file is either new or old.
-fn write_durably(path: &Path, bytes: &[u8]) -> std::io::Result<()> {
-    let folder = path.parent().unwrap_or(Path::new("."));
-    let beside = path.with_extension("json.tmp");
-    let mut file = std::fs::File::create(&beside)?;
-    file.write_all(bytes)?;
-    file.sync_all()?;
-    LocalDisk.rename(&beside, path)?;
-    LocalDisk.sync_folder(folder)
-}
-
 #[cfg(test)]
 mod tests {
+    use std::path::Path;
+
     use super::*;
 
     fn plans(folder: &Path) -> MeasurementPlans {

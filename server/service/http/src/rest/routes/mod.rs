@@ -23,6 +23,7 @@ pub fn api() -> OpenApiRouter<Http> {
         .merge(hardware::station::routes())
         .merge(hardware::control::routes())
         .merge(hardware::devices::routes())
+        .merge(hardware::dark_frame::routes())
         .merge(hardware::features::routes())
         .merge(hardware::simulation::routes())
         .merge(captures::routes())

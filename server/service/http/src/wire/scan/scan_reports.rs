@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
+use crate::wire::hardware::dark_frame::DarkUseDto;
 use crate::wire::scan::watches::WatchVerdictDto;
 
 /// Report of a scan. A stopped scan has only rows and losses.
@@ -32,6 +33,9 @@ pub struct ScanReportDto {
     /// Ambient light subtraction; absent if it was not requested.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub background: Option<BackgroundReportDto>,
+    /// How the frames were corrected by the camera's dark frame; absent for a scan of a capture.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub dark_frame: Option<DarkUseDto>,
     /// Depth range.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub envelope: Option<EnvelopeDto>,

@@ -26,6 +26,7 @@ pub fn first_status() -> StationStatus {
         homing: Homing::Absent,
         resolution_mm: 0.0,
         follows_frames: false,
+        frame_pitch_mm: None,
     };
     StationStatus {
         state: MachineState::Preoperational,
@@ -41,6 +42,7 @@ pub fn first_status() -> StationStatus {
             pixel_format: PixelFormat::Mono8,
             roi: Roi { left_px: 0, top_px: 0, width_px: 64, height_px: 32 },
         },
+        dark_use: station::DarkUse::NoDarkFrame,
         frame_rate_hz: 0.0,
         stage: absent(stage),
         position_mm: None,

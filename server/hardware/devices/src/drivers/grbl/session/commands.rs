@@ -188,7 +188,10 @@ impl LaserDialogue for Session {
             let reason = "its controller is locked until the stage is homed".to_owned();
             return Err(LaserError::Fault { reason, remedy: "home it" });
         }
-        if self.activity != Activity::Rest || self.reset_awaited() || self.dark_by.is_some() {
+        if self.activity == Activity::Rest && (self.reset_awaited() || self.dark_by.is_some()) {
+            return Err(LaserError::NotYet { reason: "its controller is being reset, or has not confirmed M5" });
+        }
+        if self.activity != Activity::Rest {
             let reason =
                 "the stage is moving or being stopped, and the controller would wait for its end".to_owned();
             return Err(LaserError::Fault { reason, remedy: "wait for the stage to stand still" });

@@ -138,7 +138,10 @@ impl LaserDialogue for Session {
 
     fn switch_on(&mut self, power: f64, lease: Duration, now: Instant) -> Result<u64, LaserError> {
         self.laser_sound()?;
-        if self.activity != Activity::Rest || self.dark_by.is_some() {
+        if self.activity == Activity::Rest && self.dark_by.is_some() {
+            return Err(LaserError::NotYet { reason: "its controller has not confirmed M5" });
+        }
+        if self.activity != Activity::Rest {
             let reason =
                 "the stage is moving or being stopped, and the controller would wait for its end".to_owned();
             return Err(LaserError::Fault { reason, remedy: "wait until the stage rests" });

@@ -234,6 +234,7 @@ impl Description {
                 homing: Homing::Required,
                 resolution_mm: 1.0 / config.steps_per_mm,
                 follows_frames: false,
+                frame_pitch_mm: None,
             },
         })
     }

@@ -193,6 +193,7 @@ impl Session {
                 homing: Homing::Required,
                 resolution_mm: 1.0 / steps_per_mm,
                 follows_frames: false,
+                frame_pitch_mm: None,
             },
             serial,
             steps_per_mm,

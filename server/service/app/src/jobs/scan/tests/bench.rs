@@ -10,8 +10,8 @@ use nalgebra::DMatrix;
 use optics::stage::AngleError;
 use optics::{Calibration, DepthRangeMm, LightSurfaces, RotaryAxis, Stage};
 use serde_json::json;
-use station::StationHandle;
 use station::cancel::CancelFlag;
+use station::{StationDevices, StationHandle};
 use store::{CalibrationRecord, Change, ScanRecord, Store};
 use tempfile::TempDir;
 use tokio::runtime::Runtime;
@@ -66,12 +66,17 @@ impl Bench {
 
     /// The same with another station configuration.
     pub fn of(shape: &StationShape) -> Self {
+        Self::with(shape, StationDevices::over)
+    }
+
+    /// The same with other devices around its simulated world.
+    pub fn with(shape: &StationShape, devices: impl FnOnce(TwinStation) -> StationDevices) -> Self {
         let runtime = tokio::runtime::Builder::new_multi_thread().worker_threads(2).enable_all().build().unwrap();
         let folder = tempfile::tempdir().unwrap();
         let model = StationModel::seeded(7, shape).unwrap();
         let twin = TwinStation::new(model.clone(), TwinOptions::of(shape.stage));
         let operator = twin.control();
-        let station = StationHandle::over_twin(twin);
+        let station = StationHandle::start(&devices(twin), false);
         let store = runtime.block_on(Store::open(&folder.path().join("data"))).unwrap();
         let ledger = runtime.block_on(EventedCatalogue::open(store.catalogue.clone())).unwrap();
         let document = true_document(&model, "true0000");

@@ -10,7 +10,7 @@ use crate::jobs::{JobEnd, ScanInput, ScanMode};
 use crate::resources::measurements::MeasureInput;
 use crate::resources::measurements::parts::{Part, part};
 
-fn sphere(nominal_mm: f64) -> MeasureInput {
+pub fn sphere(nominal_mm: f64) -> MeasureInput {
     MeasureInput {
         tool: "sphere".into(),
         name: None,
@@ -27,7 +27,7 @@ fn ball(measure: Vec<MeasureInput>) -> ScanInput {
 }
 
 impl Bench {
-    fn part(&self, id: &str) -> Part {
+    pub fn part(&self, id: &str) -> Part {
         self.runtime.block_on(part(&self.ledger, self.record(id))).unwrap().0
     }
 }

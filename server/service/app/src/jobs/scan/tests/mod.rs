@@ -2,6 +2,7 @@
 //! or changed. Not tested: the accuracy of the result (`server/cli/tests/http`).
 
 mod ambient;
+mod belt;
 pub(in crate::jobs) mod bench;
 mod from_capture;
 mod from_station;

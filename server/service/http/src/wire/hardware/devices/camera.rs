@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 use station::StationStatus;
 use utoipa::ToSchema;
 
+use crate::wire::hardware::dark_frame::DarkUseDto;
 use crate::wire::hardware::devices::{IdentityDto, RangeDto};
 
 /// Trigger mode of the camera.
@@ -114,6 +115,8 @@ pub struct CameraDto {
     pub capabilities: CameraCapabilitiesDto,
     /// Current settings.
     pub settings: CameraSettingsDto,
+    /// How frames are corrected for what the sensor shows without light.
+    pub dark_frame: DarkUseDto,
     /// Frame rate over the last second.
     pub measured_rate_hz: f64,
 }
@@ -210,6 +213,7 @@ impl From<&StationStatus> for CameraDto {
                 roi: can.roi,
             },
             settings: (&status.camera_settings).into(),
+            dark_frame: status.dark_use.into(),
             measured_rate_hz: status.frame_rate_hz,
         }
     }

@@ -33,6 +33,9 @@ pub struct StageDto {
     /// Whether it cannot be commanded and its position is that of the latest frame, as for a recording, or a conveyor
     /// whose encoder triggers the camera: continuous scans then take the frames as they arrive, one resolution apart.
     pub follows_frames: bool,
+    /// Travel of a conveyor from one trigger of its encoder to the next; absent for a stage that is commanded. Moves, jogs
+    /// and homing of a conveyor are refused, and Stop does not stop it.
+    pub frame_pitch_mm: Option<f64>,
     /// Whether it must be homed before it can move.
     pub needs_homing: bool,
     /// Whether it is homed.
@@ -164,6 +167,7 @@ impl From<&StationStatus> for StageDto {
                 StageKind::Rotary => StageKindDto::Rotary,
             },
             follows_frames: can.follows_frames,
+            frame_pitch_mm: can.frame_pitch_mm,
             needs_homing: can.homing == Homing::Required,
             homed: status.homed,
             position_mm,
