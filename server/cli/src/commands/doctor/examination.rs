@@ -64,7 +64,7 @@ impl Examination<'_> {
     }
 
     /// Checks with laser and motion.
-    pub fn shining_and_moving(&self) -> Result<Vec<Check>, Cancelled> {
+    pub fn emitting_and_moving(&self) -> Result<Vec<Check>, Cancelled> {
         self.step("turning the laser on and off")?;
         let mut checks = self.outcome("light", self.light())?;
         self.step("moving the stage")?;

@@ -77,7 +77,7 @@ fn examine(
     {
         checks.push(not_run("a device does not respond", "fix this first"));
     } else if may_use_laser_and_motion() {
-        checks.extend(examination.shining_and_moving()?);
+        checks.extend(examination.emitting_and_moving()?);
     } else {
         checks.push(not_run("not agreed to", "answer y, or give --yes"));
     }

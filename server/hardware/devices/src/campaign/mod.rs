@@ -46,8 +46,8 @@ enum When {
     Ready,
     Moving,
     Homing,
-    Shining,
-    ShiningAndMoving,
+    Emitting,
+    EmittingAndMoving,
 }
 
 /// The station's side of a line with a disturbance.
@@ -258,7 +258,7 @@ impl Rig {
     }
 
     fn bring_to(&mut self, when: When, tally: &mut Tally) {
-        if matches!(when, When::Shining | When::ShiningAndMoving)
+        if matches!(when, When::Emitting | When::EmittingAndMoving)
             && let Some(laser) = &mut self.laser
         {
             let is_on = laser.switch_on(0.5, Duration::from_secs(1)).is_ok();
@@ -269,9 +269,9 @@ impl Rig {
             });
         }
         match when {
-            When::Moving | When::ShiningAndMoving => drop(self.stage.start_move(3.5, 3.0)),
+            When::Moving | When::EmittingAndMoving => drop(self.stage.start_move(3.5, 3.0)),
             When::Homing => drop(self.stage.start_home()),
-            When::Ready | When::Shining => {}
+            When::Ready | When::Emitting => {}
         }
     }
 
@@ -292,7 +292,7 @@ impl Rig {
 
     /// Injects one fault and checks the recovery.
     fn suffer(&mut self, what: FaultKind, when: When, dice: &mut Xorshift, tally: &mut Tally) {
-        let was_on = matches!(when, When::Shining | When::ShiningAndMoving) && self.laser.is_some();
+        let was_on = matches!(when, When::Emitting | When::EmittingAndMoving) && self.laser.is_some();
         self.bring_to(when, tally);
         time::sleep(Duration::from_millis(dice.roll(150) as u64));
         let struck = Stopwatch::start();
@@ -338,7 +338,7 @@ fn run(open: fn() -> Rig, n: usize, seed: u64) -> Tally {
     let mut rig = open();
     for _ in 0..n {
         let what = ALL[dice.roll(ALL.len())];
-        let states = [When::Ready, When::Moving, When::Homing, When::Shining, When::ShiningAndMoving];
+        let states = [When::Ready, When::Moving, When::Homing, When::Emitting, When::EmittingAndMoving];
         let when = states[dice.roll(if rig.laser.is_some() { 5 } else { 3 })];
         let before = tally.failures.len();
         if !rig.make_ready(&mut tally) {

@@ -33,10 +33,10 @@ type Open<'a> = &'a mut dyn FnMut() -> Box<dyn Laser>;
 /// Runs every rule of a laser, each on a newly opened device.
 pub fn laser(open: Open, profile: &LaserProfile) {
     it_is_dark_when_opened(open(), profile);
-    it_shines_as_accepted(open(), profile);
+    it_emits_as_accepted(open(), profile);
     impossible_powers_are_refused(open(), profile);
     it_goes_dark_when_the_lease_ends(open(), profile);
-    renewing_keeps_it_shining(open(), profile);
+    renewing_keeps_it_on(open(), profile);
     renewing_does_not_switch_on(open(), profile);
     no_lease_is_longer_than_the_limit(open(), profile);
     switching_off_works_in_every_state(open(), profile);
@@ -58,7 +58,7 @@ fn it_is_dark_when_opened(mut laser: Box<dyn Laser>, profile: &LaserProfile) {
     witness_sees(profile, false, "it is on when opened");
 }
 
-fn it_shines_as_accepted(mut laser: Box<dyn Laser>, profile: &LaserProfile) {
+fn it_emits_as_accepted(mut laser: Box<dyn Laser>, profile: &LaserProfile) {
     let power = some_power(&*laser);
     let accepted = short("switch_on", || laser.switch_on(power, LONG_LEASE)).expect("off, working and in range");
     assert!(accepted.emitting, "switched on, but it reports off");
@@ -90,13 +90,13 @@ fn it_goes_dark_when_the_lease_ends(mut laser: Box<dyn Laser>, profile: &LaserPr
     });
 }
 
-fn renewing_keeps_it_shining(mut laser: Box<dyn Laser>, profile: &LaserProfile) {
+fn renewing_keeps_it_on(mut laser: Box<dyn Laser>, profile: &LaserProfile) {
     let power = some_power(&*laser);
     let lease = 4 * SHORT_LEASE;
     laser.switch_on(power, lease).expect("sound");
     let begin = crate::time::now();
     while crate::time::since(begin) < 2 * lease {
-        let state = short("renew", || laser.renew(lease)).expect("shining");
+        let state = short("renew", || laser.renew(lease)).expect("emitting");
         assert!(state.emitting, "it went off although its lease was renewed");
         crate::time::sleep(lease / 8);
     }
@@ -131,7 +131,7 @@ fn switching_off_works_in_every_state(mut laser: Box<dyn Laser>, profile: &Laser
     short("switch_off", || laser.switch_off()).expect("off while off");
     let power = some_power(&*laser);
     laser.switch_on(power, LONG_LEASE).expect("sound");
-    short("switch_off", || laser.switch_off()).expect("off while shining");
+    short("switch_off", || laser.switch_off()).expect("off while emitting");
     short("switch_off", || laser.switch_off()).expect("off twice");
     wait_for(profile.reaction_limit + SCHEDULING_SLACK, "switched off shows in `poll`", || {
         (!laser.poll().expect("sound").emitting).then_some(())

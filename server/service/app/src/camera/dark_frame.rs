@@ -1,5 +1,5 @@
 //! The camera's dark frame: taken with the laser off and the lens covered, kept in one file of the data directory, and
-//! handed to the station, which corrects every frame by it (ADR 31).
+//! handed to the station, which corrects every frame by it (ADR 32).
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;

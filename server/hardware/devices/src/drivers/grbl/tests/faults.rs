@@ -23,8 +23,8 @@ enum When {
     Ready,
     Moving,
     Homing,
-    Shining,
-    ShiningAndMoving,
+    Emitting,
+    EmittingAndMoving,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -60,29 +60,29 @@ macro_rules! one_dialect {
 cells! { Grbl: grbl, GrblHal: grbl_hal, FluidNc: fluid_nc => {
     silence_when_ready: Silence, Ready => StageError::NoReply { .. },
     silence_while_moving: Silence, Moving => StageError::NoReply { .. },
-    silence_while_shining: Silence, Shining => StageError::NoReply { .. },
-    silence_while_shining_and_moving: Silence, ShiningAndMoving => StageError::NoReply { .. },
+    silence_while_emitting: Silence, Emitting => StageError::NoReply { .. },
+    silence_while_emitting_and_moving: Silence, EmittingAndMoving => StageError::NoReply { .. },
     garbage_when_ready: Garbage, Ready => StageError::Garbage { .. } | StageError::NoReply { .. },
     garbage_while_moving: Garbage, Moving => StageError::Garbage { .. } | StageError::NoReply { .. },
-    garbage_while_shining: Garbage, Shining => StageError::Garbage { .. } | StageError::NoReply { .. },
-    garbage_while_shining_and_moving: Garbage, ShiningAndMoving => StageError::Garbage { .. } | StageError::NoReply { .. },
+    garbage_while_emitting: Garbage, Emitting => StageError::Garbage { .. } | StageError::NoReply { .. },
+    garbage_while_emitting_and_moving: Garbage, EmittingAndMoving => StageError::Garbage { .. } | StageError::NoReply { .. },
     an_alarm_when_ready: HardLimit, Ready => StageError::Alarm { code: 1, .. },
     an_alarm_while_moving: HardLimit, Moving => StageError::Alarm { code: 1, .. },
     an_alarm_while_homing: HardLimit, Homing => StageError::Alarm { code: 1, .. },
-    an_alarm_while_shining: HardLimit, Shining => StageError::Alarm { code: 1, .. },
-    an_alarm_while_shining_and_moving: HardLimit, ShiningAndMoving => StageError::Alarm { code: 1, .. },
+    an_alarm_while_emitting: HardLimit, Emitting => StageError::Alarm { code: 1, .. },
+    an_alarm_while_emitting_and_moving: HardLimit, EmittingAndMoving => StageError::Alarm { code: 1, .. },
     a_pulled_cable_when_ready: Unplugged, Ready => StageError::Gone { .. },
     a_pulled_cable_while_moving: Unplugged, Moving => StageError::Gone { .. },
     a_pulled_cable_while_homing: Unplugged, Homing => StageError::Gone { .. },
-    a_pulled_cable_while_shining: Unplugged, Shining => StageError::Gone { .. },
-    a_pulled_cable_while_shining_and_moving: Unplugged, ShiningAndMoving => StageError::Gone { .. },
+    a_pulled_cable_while_emitting: Unplugged, Emitting => StageError::Gone { .. },
+    a_pulled_cable_while_emitting_and_moving: Unplugged, EmittingAndMoving => StageError::Gone { .. },
     a_restart_when_ready: Restart, Ready => StageError::Restarted,
     a_restart_while_moving: Restart, Moving => StageError::Restarted,
     a_restart_while_homing: Restart, Homing => StageError::Restarted,
-    a_restart_while_shining: Restart, Shining => StageError::Restarted,
-    a_restart_while_shining_and_moving: Restart, ShiningAndMoving => StageError::Restarted,
+    a_restart_while_emitting: Restart, Emitting => StageError::Restarted,
+    a_restart_while_emitting_and_moving: Restart, EmittingAndMoving => StageError::Restarted,
     a_stall_while_moving: Stall, Moving => StageError::Stalled { .. },
-    a_stall_while_shining_and_moving: Stall, ShiningAndMoving => StageError::Stalled { .. },
+    a_stall_while_emitting_and_moving: Stall, EmittingAndMoving => StageError::Stalled { .. },
     another_device_when_ready: AnotherDevice, Ready => StageError::Gone { .. } | StageError::WrongDevice { .. },
     another_device_while_moving: AnotherDevice, Moving => StageError::Gone { .. } | StageError::WrongDevice { .. },
 }}
@@ -103,7 +103,7 @@ fn cell(dialect: Dialect, what: FaultKind, when: When, expected: impl Fn(&StageE
     let begin = crate::time::now();
     trigger_event(&bench, dialect, what);
     wait_until(NAMED_LIMIT + SLACK, "the fault is reported", || {
-        if matches!(when, When::Shining | When::ShiningAndMoving) {
+        if matches!(when, When::Emitting | When::EmittingAndMoving) {
             laser.renew(Duration::from_secs(1)).ok();
         }
         stage.poll().is_err()
@@ -124,15 +124,15 @@ fn bring_to(bench: &Bench, stage: &mut GrblStage, laser: &mut GrblLaser, when: W
     home(stage);
     stage.start_move(-4.0, 100.0).unwrap();
     rest(stage);
-    if matches!(when, When::Shining | When::ShiningAndMoving) {
+    if matches!(when, When::Emitting | When::EmittingAndMoving) {
         laser.switch_on(0.5, Duration::from_secs(1)).unwrap();
         wait_until(SLACK, "it is on", || bench.light());
     }
     match when {
         // Slow enough to last longer than any fault takes to be reported: 8 mm at 4 mm/s.
-        When::Moving | When::ShiningAndMoving => drop(stage.start_move(4.0, 4.0).unwrap()),
+        When::Moving | When::EmittingAndMoving => drop(stage.start_move(4.0, 4.0).unwrap()),
         When::Homing => stage.start_home().unwrap(),
-        When::Ready | When::Shining => return,
+        When::Ready | When::Emitting => return,
     }
     wait_until(SLACK, "it moves", || bench.simulator.witness().moving());
 }

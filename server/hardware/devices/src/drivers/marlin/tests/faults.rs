@@ -23,8 +23,8 @@ enum When {
     Ready,
     Moving,
     Homing,
-    Shining,
-    ShiningAndMoving,
+    Emitting,
+    EmittingAndMoving,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -52,30 +52,30 @@ cells! {
     silence_when_ready: Silence, Ready => StageError::NoReply { .. },
     silence_while_moving: Silence, Moving => StageError::NoReply { .. },
     silence_while_homing: Silence, Homing => StageError::NoReply { .. },
-    silence_while_shining: Silence, Shining => StageError::NoReply { .. },
-    silence_while_shining_and_moving: Silence, ShiningAndMoving => StageError::NoReply { .. },
+    silence_while_emitting: Silence, Emitting => StageError::NoReply { .. },
+    silence_while_emitting_and_moving: Silence, EmittingAndMoving => StageError::NoReply { .. },
     garbage_when_ready: Garbage, Ready => StageError::Garbage { .. } | StageError::NoReply { .. },
     garbage_while_moving: Garbage, Moving => StageError::Garbage { .. } | StageError::NoReply { .. },
     garbage_while_homing: Garbage, Homing => StageError::Garbage { .. } | StageError::NoReply { .. },
-    garbage_while_shining: Garbage, Shining => StageError::Garbage { .. } | StageError::NoReply { .. },
-    garbage_while_shining_and_moving: Garbage, ShiningAndMoving => StageError::Garbage { .. } | StageError::NoReply { .. },
+    garbage_while_emitting: Garbage, Emitting => StageError::Garbage { .. } | StageError::NoReply { .. },
+    garbage_while_emitting_and_moving: Garbage, EmittingAndMoving => StageError::Garbage { .. } | StageError::NoReply { .. },
     an_endstop_while_moving: Endstop, Moving => StageError::Warned { .. },
-    an_endstop_while_shining_and_moving: Endstop, ShiningAndMoving => StageError::Warned { .. },
+    an_endstop_while_emitting_and_moving: Endstop, EmittingAndMoving => StageError::Warned { .. },
     a_kill_when_ready: Kill, Ready => StageError::Gone { .. },
     a_kill_while_moving: Kill, Moving => StageError::Gone { .. },
     a_kill_while_homing: Kill, Homing => StageError::Gone { .. },
-    a_kill_while_shining: Kill, Shining => StageError::Gone { .. },
+    a_kill_while_emitting: Kill, Emitting => StageError::Gone { .. },
     a_stall_while_moving: Stuck, Moving => StageError::Stalled { .. },
-    a_stall_while_shining_and_moving: Stuck, ShiningAndMoving => StageError::Stalled { .. },
+    a_stall_while_emitting_and_moving: Stuck, EmittingAndMoving => StageError::Stalled { .. },
     a_pulled_cable_when_ready: Unplugged, Ready => StageError::Gone { .. },
     a_pulled_cable_while_moving: Unplugged, Moving => StageError::Gone { .. },
     a_pulled_cable_while_homing: Unplugged, Homing => StageError::Gone { .. },
-    a_pulled_cable_while_shining: Unplugged, Shining => StageError::Gone { .. },
+    a_pulled_cable_while_emitting: Unplugged, Emitting => StageError::Gone { .. },
     a_restart_when_ready: Restart, Ready => StageError::Restarted,
     a_restart_while_moving: Restart, Moving => StageError::Restarted,
     a_restart_while_homing: Restart, Homing => StageError::Restarted,
-    a_restart_while_shining: Restart, Shining => StageError::Restarted,
-    a_restart_while_shining_and_moving: Restart, ShiningAndMoving => StageError::Restarted,
+    a_restart_while_emitting: Restart, Emitting => StageError::Restarted,
+    a_restart_while_emitting_and_moving: Restart, EmittingAndMoving => StageError::Restarted,
     another_device_when_ready: AnotherDevice, Ready => StageError::Gone { .. } | StageError::WrongDevice { .. },
     another_device_while_moving: AnotherDevice, Moving => StageError::Gone { .. } | StageError::WrongDevice { .. },
 }
@@ -87,7 +87,7 @@ fn cell(what: FaultKind, when: When, expected: impl Fn(&StageError) -> bool) {
     trigger_event(&bench, what);
     let limit = if when == When::Homing { HOMING_NAMED_LIMIT } else { NAMED_LIMIT };
     wait_until(limit + SLACK, "the fault is reported", || {
-        if matches!(when, When::Shining | When::ShiningAndMoving) {
+        if matches!(when, When::Emitting | When::EmittingAndMoving) {
             laser.renew(Duration::from_secs(1)).ok();
         }
         stage.poll().is_err()
@@ -110,15 +110,15 @@ fn bring_to(bench: &Bench, stage: &mut MarlinStage, laser: &mut MarlinLaser, whe
     home(stage);
     stage.start_move(4.0, 100.0).unwrap();
     rest(stage);
-    if matches!(when, When::Shining | When::ShiningAndMoving) {
+    if matches!(when, When::Emitting | When::EmittingAndMoving) {
         laser.switch_on(0.5, Duration::from_secs(1)).unwrap();
         wait_until(SLACK, "it is on", || bench.light());
     }
     match when {
         // Slow enough to last longer than any fault takes to be reported.
-        When::Moving | When::ShiningAndMoving => drop(stage.start_move(-4.0, 3.0).unwrap()),
+        When::Moving | When::EmittingAndMoving => drop(stage.start_move(-4.0, 3.0).unwrap()),
         When::Homing => stage.start_home().unwrap(),
-        When::Ready | When::Shining => return,
+        When::Ready | When::Emitting => return,
     }
     wait_until(SLACK, "it moves", || bench.moving());
 }
