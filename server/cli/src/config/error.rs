@@ -107,6 +107,14 @@ pub enum ConfigError {
         /// What to write there instead.
         lines: String,
     },
+    /// A kind of projector that stations do not scan with.
+    #[error("projector.kind is {found} ({origin}), but a station scans with a laser behind a grating")]
+    OtherProjector {
+        /// The value.
+        found: String,
+        /// Its origin.
+        origin: Origin,
+    },
     /// The data folder inside its own file.
     #[error("\"data\" cannot be set in the data folder's own file ({origin})")]
     DataInside {
@@ -131,6 +139,12 @@ impl Remedy for ConfigError {
                 format!("set {key} to {kind}, or the other one to {found}").into()
             }
             Self::OldKind { lines, .. } => format!("write\n{lines}").into(),
+            Self::OtherProjector { .. } => {
+                "lasers without a grating, and lines that cross, are calibrated and scanned \
+                from captures: record the pictures, write the projector's kind in capture.json, then use \
+                `sheaf calibrate` and `sheaf scan`; here leave projector.kind out"
+                    .into()
+            }
             Self::DataInside { .. } => "use --data or SHEAF_DATA".into(),
         })
     }
@@ -151,6 +165,14 @@ impl ConfigError {
                 Self::Missing { key, kind, origin, name: setting.name, expected }
             }
             NoStation::Apart { kind, .. } => Self::Apart { key, found: found.to_owned(), origin, kind },
+        }
+    }
+
+    /// Refuses `projector.kind`, an entry of captures: a station's sessions and scans are those of a grating.
+    pub fn refuse_projector_kind(key: &str, kind: &str, origin: &Origin) -> Result<(), Self> {
+        match key {
+            "projector.kind" => Err(Self::OtherProjector { found: format!("\"{kind}\""), origin: origin.clone() }),
+            _ => Ok(()),
         }
     }
 

@@ -73,6 +73,7 @@ impl<'a> Layer<'a> {
 
     fn add_text(&mut self, key: &str, text: &str, origin: Origin) -> Result<(), ConfigError> {
         ConfigError::refuse_old_kind(key, text, &origin)?;
+        ConfigError::refuse_projector_kind(key, text, &origin)?;
         let setting = self.setting(key, &origin)?;
         let value = setting.read(text).ok_or_else(|| bad_value(setting, &format!("\"{text}\""), &origin))?;
         self.put(key, value, &origin);
@@ -128,6 +129,7 @@ impl<'a> Layer<'a> {
                 toml => {
                     let origin = at(name.span());
                     ConfigError::refuse_old_kind(&key, toml.as_str().unwrap_or_default(), &origin)?;
+                    ConfigError::refuse_projector_kind(&key, toml.as_str().unwrap_or_default(), &origin)?;
                     let setting = self.setting(&key, &origin)?;
                     let found = || toml.as_str().map_or(toml.type_str().to_owned(), |text| format!("\"{text}\""));
                     let value = kind_of(toml, at).filter(|value| setting.admits(value));

@@ -81,6 +81,17 @@ fn what_is_wrong_is_named_with_its_place_and_its_remedy() {
 }
 
 #[test]
+fn a_projector_without_a_grating_is_refused_by_name_with_the_way_that_works() {
+    for kind in ["cross", "planes"] {
+        let remedy = ["projector.kind", kind, "laser behind a grating", "capture.json", "sheaf calibrate"];
+        let in_file = with_file(&format!("[projector]\nkind = \"{kind}\""), &[], &[]);
+        refused(in_file, &[&remedy[..], &["line 2"]].concat());
+        refused(with_file("", &[], &[&format!("projector.kind={kind}")]), &remedy);
+        refused(with_file("", &[("SHEAF_PROJECTOR__KIND", kind)], &[]), &remedy);
+    }
+}
+
+#[test]
 fn the_kind_of_the_whole_station_is_refused_with_the_lines_to_write() {
     let in_file = with_file("[station]\nkind = \"grbl\"", &[], &[]);
     let lines =

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use capture::{Capture, ChannelBasis, LaserChannel};
+use capture::{Capture, ChannelBasis, LaserChannel, lossy_warning};
 use rayon::prelude::*;
 use serde_json::{Value, json};
 use vision::{Centrelines, ChannelView};
@@ -18,10 +18,6 @@ use report::picture::{encode_png, overlay_by_segment};
 
 /// What is added to an image's name for the picture of its lines beside its table, so that no photograph is written over.
 const BESIDE_TABLE: &str = "-lines.png";
-
-/// What a picture is warned of whose compression lost something.
-const LOSSY: &str = "is a JPEG: its compression moves lines by 0.05 to 0.4 px, which sigma_px states only in part; \
-    faint ripples are left out (--min-contrast); record PNG, TIFF or BMP to measure";
 
 /// Finds the lines of every image. What an image shows besides, or does not show, is said in words.
 pub fn run(args: &CentrelinesArgs, reporter: &dyn Reporter) -> Result<Answer, Failure> {
@@ -61,7 +57,7 @@ pub fn run(args: &CentrelinesArgs, reporter: &dyn Reporter) -> Result<Answer, Fa
     let place = |paths: &Option<Vec<PathBuf>>, idx: usize| paths.as_ref().map(|paths| paths[idx].clone());
     let mut text = format!("{laser}\n");
     let mut entries: Vec<Value> = Vec::new();
-    let (mut failures, mut n_points, mut has_light, mut n_lossy) = (Vec::new(), 0, false, 0);
+    let (mut failures, mut n_points, mut has_light, mut qualities) = (Vec::new(), 0, false, Vec::new());
     for (idx, (image, result)) in images.iter().zip(found).enumerate() {
         match result {
             Ok(result) => {
@@ -79,10 +75,7 @@ pub fn run(args: &CentrelinesArgs, reporter: &dyn Reporter) -> Result<Answer, Fa
                     reporter.warn(&format!("{}: {finding}", image.display()));
                     has_light |= matches!(finding, Finding::LightWithoutLine(_));
                 }
-                n_lossy += usize::from(result.is_lossy);
-                if result.is_lossy && n_lossy == 1 {
-                    reporter.warn(&format!("{} {LOSSY}", image.display()));
-                }
+                qualities.extend(result.jpeg_quality);
                 n_points += result.n_points;
                 entries.push(result.json(image, csv, picture));
             }
@@ -91,6 +84,9 @@ pub fn run(args: &CentrelinesArgs, reporter: &dyn Reporter) -> Result<Answer, Fa
                 failures.push(failure);
             }
         }
+    }
+    if let Some(warning) = lossy_warning(&qualities) {
+        reporter.warn(&format!("{warning}; faint ripples are left out (--min-contrast)"));
     }
     let mut answer = with_failures(text, json!({ "channel": channel_json(&laser) }), entries, &failures);
     if answer.exit == Exit::Done && n_points == 0 && has_light {
@@ -174,7 +170,7 @@ struct ImageResult {
     n_points: usize,
     n_segments: usize,
     findings: Vec<Finding>,
-    is_lossy: bool,
+    jpeg_quality: Option<u8>,
 }
 
 impl ImageResult {
@@ -184,7 +180,7 @@ impl ImageResult {
             n_points: segments.iter().map(|segment| segment.points.len()).sum(),
             n_segments: segments.len(),
             findings: found.findings.clone(),
-            is_lossy: found.is_lossy,
+            jpeg_quality: found.jpeg_quality,
         }
     }
 
@@ -195,7 +191,8 @@ impl ImageResult {
             .map(|finding| json!({ "kind": finding.kind(), "text": finding.to_string() }))
             .collect();
         json!({ "image": image, "csv": csv, "picture": picture, "n_points": self.n_points,
-            "n_segments": self.n_segments, "findings": findings, "lossy": self.is_lossy })
+            "n_segments": self.n_segments, "findings": findings, "lossy": self.jpeg_quality.is_some(),
+            "jpeg_quality": self.jpeg_quality })
     }
 }
 

@@ -4,7 +4,7 @@
 //! rows and along columns. What this does not show: lines that are far from rows and columns.
 
 use crate::common::{copy_of_small, edit_manifest, err, sheaf};
-use crate::rigs::lasers::{capture_of, check_lines};
+use crate::rigs::lasers::{capture_of, check_lines, switched_of};
 use capture::{CrossProjector, Projector};
 use nalgebra::Vector3;
 use optics::Stage;
@@ -34,6 +34,13 @@ fn a_cross_is_calibrated_and_scans() {
     crate::commands::schemas::follows("capture", &folder.path().join("0/capture.json"));
     let points = read_cloud(folder.path().join("gauge.ply").as_path()).unwrap().points;
     assert!(points.iter().all(|point| u32::from(point.order == 1) == point.frame % 2), "frames of the other line");
+}
+
+#[test]
+fn a_cross_whose_lines_are_lit_one_by_one_is_calibrated_and_scans() {
+    let folder = switched_of(&DIRECTIONS.map(station), Projector::Cross(CrossProjector { switched: true }));
+    check_lines(&folder, &DIRECTIONS, 2, &station(LineDirection::Rows));
+    crate::commands::schemas::follows("capture", &folder.path().join("0/capture.json"));
 }
 
 #[test]

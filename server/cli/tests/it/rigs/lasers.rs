@@ -93,9 +93,16 @@ fn added(a: &GreyImage, b: &GreyImage) -> GreyImage {
 
 /// The same with lasers that are lit one by one: each has pictures of its own.
 fn switched(turns_rad: &[f64]) -> TempDir {
+    let models: Vec<StationModel> = turns_rad.iter().copied().map(station).collect();
+    let planes = PlanesProjector { lines: models.len(), line_direction: None, switched: true };
+    switched_of(&models, Projector::Planes(planes))
+}
+
+/// A capture in which the light of each station has pictures of its own.
+pub(super) fn switched_of(models: &[StationModel], projector: Projector) -> TempDir {
     let folder = tempfile::tempdir().unwrap();
-    for (line, &turn_rad) in turns_rad.iter().enumerate() {
-        recorded(&station(turn_rad), &folder.path().join(line.to_string()));
+    for (line, model) in models.iter().enumerate() {
+        recorded(model, &folder.path().join(line.to_string()));
     }
     let first = folder.path().join("0");
     let mut made = capture::Capture::open(&first).unwrap();
@@ -107,7 +114,7 @@ fn switched(turns_rad: &[f64]) -> TempDir {
             name
         }
     };
-    let lines = turns_rad.len();
+    let lines = models.len();
     for pose in &mut made.manifest.poses {
         let laser = pose.laser.take().unwrap();
         pose.lasers = (0..lines).map(|line| of_line(&laser, line)).collect();
@@ -122,7 +129,7 @@ fn switched(turns_rad: &[f64]) -> TempDir {
         };
         scan.frames = scan.frames.iter().flat_map(of_frame).collect();
     }
-    made.manifest.projector = Projector::Planes(PlanesProjector { lines, line_direction: None, switched: true });
+    made.manifest.projector = projector;
     write_manifest(&first, &made.manifest).unwrap();
     folder
 }

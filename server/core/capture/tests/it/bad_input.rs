@@ -36,6 +36,27 @@ fn check_text(from: &str, to: &str, expected: &[&str]) {
 }
 
 #[test]
+fn jpeg_images_are_warned_of_with_their_qualities() {
+    let mut manifest = valid_manifest();
+    manifest["poses"][0]["laser"] = json!("laser/000.jpg");
+    manifest["scans"][0]["frames"][0]["image"] = json!("scan/000.jpg");
+    let folder = folder_with(&manifest);
+    for (name, quality) in [("laser/000.jpg", 60), ("scan/000.jpg", 95)] {
+        let mut bytes = Vec::new();
+        let pixels: Vec<u8> = (0..WIDTH_PX * HEIGHT_PX).map(|k| (k * 37 % 251) as u8).collect();
+        image::codecs::jpeg::JpegEncoder::new_with_quality(&mut bytes, quality)
+            .encode(&pixels, WIDTH_PX as u32, HEIGHT_PX as u32, image::ExtendedColorType::L8)
+            .unwrap();
+        std::fs::write(folder.path().join(name), bytes).unwrap();
+    }
+    let warnings = Capture::open(folder.path()).unwrap().warnings;
+    let [warning] = &warnings[..] else { panic!("{warnings:?}") };
+    for words in ["capture.json", "2 images are JPEG of quality 60 to 95", "PNG, TIFF or BMP"] {
+        assert!(warning.contains(words), "no {words:?} in {warning}");
+    }
+}
+
+#[test]
 fn a_valid_capture_opens_without_warnings() {
     let folder = folder_with(&valid_manifest());
     let capture = Capture::open(folder.path()).unwrap();
@@ -256,7 +277,7 @@ fn every_format_is_read_by_its_content() {
     ] {
         red.save_with_format(&path, format).unwrap();
         let photograph = read_photograph(&path).unwrap();
-        assert_eq!(photograph.is_lossy, is_lossy, "{format:?}");
+        assert_eq!(photograph.jpeg_quality.is_some(), is_lossy, "{format:?}");
         assert!((photograph.picture.channel(Channel::Red).at(3, 3) - 200.0).abs() <= tolerance, "{format:?}");
         // Luma.
         assert!((read_grey_image(&path).unwrap().at(3, 3) - 69.0).abs() <= tolerance, "{format:?}");

@@ -21,8 +21,8 @@ pub struct FoundLines {
     pub lines: Centrelines,
     /// Findings about the picture.
     pub findings: Vec<Finding>,
-    /// Whether the file's compression is lossy.
-    pub is_lossy: bool,
+    /// Quality of a JPEG's compression; `None` if nothing is lost.
+    pub jpeg_quality: Option<u8>,
 }
 
 /// Reads a laser picture and finds its lines.
@@ -38,7 +38,7 @@ pub fn lines_of(path: &Path, background: Option<&Background>, search: &LineSearc
     if n_glints > 0 {
         findings.push(Finding::Glints { n: n_glints });
     }
-    search.keep_wanted(&mut lines, image.full_scale(), photograph.is_lossy);
+    search.keep_wanted(&mut lines, image.full_scale(), photograph.jpeg_quality.is_some());
     if lines.segments.is_empty() {
         findings.insert(0, Finding::NoLine);
     }
@@ -46,8 +46,8 @@ pub fn lines_of(path: &Path, background: Option<&Background>, search: &LineSearc
         let n_points = lines.segments.iter().map(|segment| segment.points.len()).sum();
         findings.extend(pair_findings(&photograph.picture, background.picture(), n_points, search));
     }
-    let (photograph, is_lossy) = (photograph.picture.channel(Channel::Luma), photograph.is_lossy);
-    Ok(FoundLines { photograph, image, lines, findings, is_lossy })
+    let (photograph, jpeg_quality) = (photograph.picture.channel(Channel::Luma), photograph.jpeg_quality);
+    Ok(FoundLines { photograph, image, lines, findings, jpeg_quality })
 }
 
 /// The channel in which pictures of one camera and laser show it: as requested, or selected from some of them.

@@ -195,7 +195,13 @@ impl Rig {
                 segments.push(Segment { points });
             }
         }
-        Centrelines { segments, direction: LineDirection::Rows, correlation_px: 1.0, lit_line: None }
+        Centrelines {
+            segments,
+            direction: LineDirection::Rows,
+            correlation_px: 1.0,
+            lit_line: None,
+            n_touching: 0,
+        }
     }
 }
 

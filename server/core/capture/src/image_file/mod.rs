@@ -1,5 +1,7 @@
 //! Image files: grey or colour in, grey out, with limits on the size of a file.
 
+mod jpeg;
+
 use std::borrow::Cow;
 use std::fs::File;
 use std::io::{BufReader, BufWriter, Read};
@@ -112,6 +114,8 @@ pub struct ImageHeader {
     pub bits: u32,
     /// Whether the file has red, green and blue; they may be equal everywhere.
     pub is_colour: bool,
+    /// Quality of a JPEG's compression, 1–100; `None` if nothing is lost.
+    pub jpeg_quality: Option<u8>,
 }
 
 /// A picture as stored in its file.
@@ -119,8 +123,8 @@ pub struct ImageHeader {
 pub struct Photograph {
     /// Grey or colour.
     pub picture: Picture,
-    /// Whether the file's compression is lossy: JPEG.
-    pub is_lossy: bool,
+    /// Quality of a JPEG's compression, 1–100; `None` if nothing is lost.
+    pub jpeg_quality: Option<u8>,
 }
 
 /// Reads any photograph: PNG, TIFF, BMP or JPEG, 8 or 16 bit, grey or colour; transparency is ignored.
@@ -130,7 +134,7 @@ pub struct Photograph {
 pub fn read_photograph(path: &Path) -> Result<Photograph, ImageFileError> {
     let (format, decoder) = open(path)?;
     let picture = picture_from_decoder(path, decoder)?;
-    Ok(Photograph { picture, is_lossy: format == ImageFormat::Jpeg })
+    Ok(Photograph { picture, jpeg_quality: jpeg_quality(path, format)? })
 }
 
 /// Reads any photograph as grey levels; colour is converted to luma ([`Channel::Luma`]).
@@ -143,7 +147,7 @@ pub fn read_grey_image(path: &Path) -> Result<GreyImage, ImageFileError> {
 
 /// Reads the header of an image of a capture: exactly 8 or 16 bits.
 pub(crate) fn read_header(path: &Path) -> Result<ImageHeader, ImageFileError> {
-    let (_, decoder) = open(path)?;
+    let (format, decoder) = open(path)?;
     let (width_px, height_px) = decoder.dimensions();
     let kind = decoder.original_color_type();
     let bits = match kind {
@@ -160,6 +164,7 @@ pub(crate) fn read_header(path: &Path) -> Result<ImageHeader, ImageFileError> {
         height_px: height_px as usize,
         bits: bits.ok_or_else(refused)?,
         is_colour: decoder.color_type().has_color(),
+        jpeg_quality: jpeg_quality(path, format)?,
     })
 }
 
@@ -197,6 +202,16 @@ pub fn sha256_of(path: &Path) -> Result<String, ImageFileError> {
         }
         hasher.update(&chunk[..n_bytes]);
     }
+}
+
+/// Quality of a JPEG file; one without a readable table counts as the worst.
+fn jpeg_quality(path: &Path, format: ImageFormat) -> Result<Option<u8>, ImageFileError> {
+    if format != ImageFormat::Jpeg {
+        return Ok(None);
+    }
+    let mut file = BufReader::new(File::open(path).map_err(|cause| inaccessible(path, cause))?);
+    let quality = jpeg::quality_of(&mut file).map_err(|cause| inaccessible(path, cause))?;
+    Ok(Some(quality.unwrap_or(1)))
 }
 
 /// Opens a file, detects its format from its content, and checks its size.
