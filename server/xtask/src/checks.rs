@@ -8,7 +8,7 @@ use std::time::Instant;
 
 use crate::command::{Outcome, cargo, run, say, side_by_side, succeeds, target_folder, title};
 use crate::docker_check::{docker_check, ensure_station_base};
-use crate::linted::{as_linted, document, linted};
+use crate::linted::{as_linted, document, linted, stand_in};
 use crate::page::{check_page, ensure_browser, ensure_page, test_in_browser};
 use crate::steps::{debug_program, is_root};
 use crate::tools::{GENICAM, ensure_genicam, ensure_python};
@@ -27,10 +27,11 @@ pub fn test() -> Outcome {
     let nextest = succeeds(Command::new("cargo").args(["nextest", "--version"]));
     let (mut not_run, mut python) = (BTreeSet::new(), None);
     let features = features(&mut not_run);
+    let stand_in = stand_in()?;
     let compile = || {
         let build = ["test", "--workspace", "--lib", "--bins", "--tests", "--no-run", "--quiet"];
         run("build and lints", linted(&build).args(features))?;
-        document(features)
+        document(features, &stand_in)
     };
     let with_root = is_root();
     let beside = || {
