@@ -13,6 +13,7 @@ const PANELS: Record<PageName, () => Promise<{ default: Panel }>> = {
   live: () => import("../panels/live"),
   scan: () => import("../panels/scan"),
   result: () => import("../panels/result"),
+  inspections: () => import("../panels/inspections"),
   jobs: () => import("../panels/jobs"),
   results: () => import("../panels/results"),
   calibration: () => import("../panels/calibration"),

@@ -1,12 +1,13 @@
 import { useEffect, useRef } from "preact/hooks";
-import { href, PAGES, route } from "../state/browser/route";
+import { href, PAGES, PARENTS, route } from "../state/browser/route";
 import { digitOf, letter_shortcuts, PAGE_LETTERS } from "../state/browser/shortcuts";
 import { text } from "../text";
 import { preload } from "./page";
 
-/** The way to all pages. A result belongs to the results. */
+/** The way to all pages. */
 export function Rail() {
-  const current = route.value.page === "result" ? "results" : route.value.page;
+  const { page: shown } = route.value;
+  const current = shown in PARENTS ? PARENTS[shown as keyof typeof PARENTS] : shown;
   const rail = useRef<HTMLElement>(null);
   // On a phone the rail scrolls sideways.
   useEffect(() => {

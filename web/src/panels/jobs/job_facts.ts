@@ -14,6 +14,7 @@ export function madeAt(job: Job): string | undefined {
   if (!made) return undefined;
   if (made.kind === "scan") return href("result", made.id);
   if (made.kind === "calibration") return href("calibration", undefined, { show: made.id });
+  if (made.kind === "inspection") return href("inspections", made.id);
   return made.href;
 }
 

@@ -6,6 +6,7 @@ import { useApp } from "../../app";
 import { CommandButton } from "../../parts/command_button";
 import { Show, useLoaded } from "../../parts/loading";
 import { ProblemCard } from "../../parts/problem";
+import { VerdictWord } from "../../parts/verdict";
 import type { CloudViewer } from "../../scene/view/viewer";
 import { goTo, href, route } from "../../state/browser/route";
 import { language, text } from "../../text";
@@ -17,7 +18,6 @@ import { Printed, ReportCard } from "./report";
 import { findScan, ResultState } from "./result_state";
 import type { Scan } from "./scan_record";
 import { SectionCard } from "./section_card";
-import { VerdictWord } from "./verdict";
 import "./result.css";
 
 export default function Result() {

@@ -7,6 +7,7 @@ import { CommandButton } from "../../parts/command_button";
 import { DamagedRecords } from "../../parts/dialogs/damaged";
 import { useForm } from "../../parts/fields/form";
 import { NumberField } from "../../parts/fields/number_field";
+import { VerdictWord } from "../../parts/verdict";
 import { TOOLS, type Tool } from "../../state/choices";
 import { language, text } from "../../text";
 import { orderName } from "../../theme";
@@ -14,7 +15,6 @@ import { count, decimal, length } from "../../units";
 import type { ResultState } from "./result_state";
 import { featureOf } from "./result_state";
 import type { Measurement } from "./scan_record";
-import { VerdictWord } from "./verdict";
 
 /** Radius of the sphere on the simulated stage, mm. */
 const SIMULATED_SPHERE_MM = 18.9;

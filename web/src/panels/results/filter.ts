@@ -34,7 +34,7 @@ export function filtered(parts: readonly ScannedPart[], filter: ResultFilter): r
 }
 
 /** Midnight at which a day, or the one `later` days after it, begins; ms since 1970. */
-function dayStart(day: string, later: number): number | undefined {
+export function dayStart(day: string, later: number): number | undefined {
   const [year, month, date] = day.split("-").map(Number);
   if (!year || !month || !date) return undefined;
   return new Date(year, month - 1, date + later).getTime();

@@ -6,6 +6,7 @@ import { useApp } from "../../app";
 import { CommandButton } from "../../parts/command_button";
 import { DamagedRecords } from "../../parts/dialogs/damaged";
 import { ProblemCard } from "../../parts/problem";
+import { ResultViews } from "../../parts/result_views";
 import { href } from "../../state/browser/route";
 import { text } from "../../text";
 import { askedOf, filtered, NO_FILTER } from "./filter";
@@ -28,7 +29,10 @@ export default function Results() {
   const shown = useMemo(() => (parts ? filtered(parts, filter.value) : []), [parts, filter.value]);
   return (
     <div class="stack results">
-      <h1>{words.title}</h1>
+      <div class="row">
+        <h1 class="grow">{words.title}</h1>
+        <ResultViews current="results" />
+      </div>
       {problem && <ProblemCard problem={problem} />}
       <DamagedRecords rows={state.damaged.value} />
       {!parts && !problem && <p class="muted">{text.value.frame.loading}</p>}

@@ -18,6 +18,7 @@ export function hasEnded(job: Job): boolean {
 
 /** What a person called the thing that the job makes. */
 export function nameOf(job: Job): string | undefined {
+  if (job.input?.kind === "inspection") return job.input.serial;
   return (job.input?.kind === "scan" && job.input.name) || undefined;
 }
 

@@ -145,4 +145,5 @@ export const pages = {
   settings: "Einstellungen",
   help: "Hilfe",
   result: "Ergebnis",
+  inspections: "Prüfungen",
 };

@@ -112,4 +112,5 @@ export const pages = {
   settings: "Settings",
   help: "Help",
   result: "Result",
+  inspections: "Inspections",
 };

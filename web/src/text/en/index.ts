@@ -3,6 +3,7 @@ import { damaged } from "./damaged";
 import { frame, pages, parts } from "./frame";
 import { health } from "./health";
 import { help } from "./help";
+import { inspections } from "./inspections";
 import { jobs } from "./jobs";
 import { live } from "./live";
 import { drop_reasons, light_models, measured_as, outcomes, scene_on_stage, scenes, tools } from "./measuring";
@@ -30,6 +31,7 @@ export const en = {
   damaged,
   health,
   help,
+  inspections,
   jobs,
   live,
   operate,

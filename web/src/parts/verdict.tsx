@@ -1,8 +1,8 @@
 /** A verdict as words, never as a colour alone: OK is grey, what is not is red with a sign. */
 
-import { SIGN } from "../../state/records/outcome";
-import type { Verdict } from "../../state/records/scanned";
-import { text } from "../../text";
+import { SIGN } from "../state/records/outcome";
+import type { Verdict } from "../state/records/scanned";
+import { text } from "../text";
 
 export function VerdictWord({ verdict, big }: { verdict: Verdict | undefined; big?: boolean }) {
   if (!verdict) return <span class="muted">–</span>;

@@ -1,0 +1,32 @@
+/** The filter of the list, as it stands in the page's address. */
+
+import type { InspectionsQuery } from "../../state/records/inspections";
+import { VERDICTS } from "../../state/records/outcome";
+import { dayStart } from "../results/filter";
+
+export const FILTERS = ["serial", "recipe", "verdict", "from", "to"] as const;
+
+/** Text as typed; days as `YYYY-MM-DD` of this browser's time zone, both included. Empty: no limit. */
+export type InspectionFilter = Record<(typeof FILTERS)[number], string>;
+
+export function filterOf(query: URLSearchParams): InspectionFilter {
+  return Object.fromEntries(FILTERS.map((name) => [name, query.get(name)?.trim() ?? ""])) as InspectionFilter;
+}
+
+/** What stands in the address: only what limits. */
+export function queryOf(filter: InspectionFilter): Record<string, string> {
+  return Object.fromEntries(Object.entries(filter).filter(([, value]) => value !== ""));
+}
+
+/** What the server is asked for. */
+export function askedOf({ serial, recipe, verdict, from, to }: InspectionFilter): InspectionsQuery {
+  const known = VERDICTS.find((one) => one === verdict);
+  const [from_ms, to_ms] = [dayStart(from, 0), dayStart(to, 1)];
+  return {
+    ...(serial && { serial }),
+    ...(recipe && { recipe }),
+    ...(known && { verdict: known }),
+    ...(from_ms !== undefined && { from_ms }),
+    ...(to_ms !== undefined && { to_ms }),
+  };
+}

@@ -1,0 +1,61 @@
+/** Inspections as lists, tables and bars need them. All verdicts and reasons are the server's. */
+
+import { type Api, data, type Schemas } from "../../api/client";
+import { VERDICTS } from "./outcome";
+import type { RecordsPage } from "./paged";
+import type { Verdict } from "./scanned";
+
+export type Inspection = Schemas["InspectionDto"];
+export type CharacteristicResult = Schemas["CharacteristicResultDto"];
+
+/** What the server finds; everything by default. */
+export interface InspectionsQuery {
+  serial?: string;
+  recipe?: string;
+  verdict?: Verdict;
+  from_ms?: number;
+  to_ms?: number;
+}
+
+/** The newest inspections, or those before one. */
+export async function readInspections(
+  api: Api,
+  limit: number,
+  asked: InspectionsQuery = {},
+  before?: string,
+): Promise<RecordsPage<Inspection>> {
+  const query = { limit, ...asked, ...(before !== undefined && { before }) };
+  const { items, damaged = [], next } = await data(api.GET("/api/v1/inspections", { params: { query } }));
+  return { items, damaged, next: next ? items.at(-1)?.id : undefined };
+}
+
+/** Recipe and version in one word, as the API takes it. */
+export function versionName({ id, version }: { id: string; version: number }): string {
+  return `${id}@${version}`;
+}
+
+/** The permitted range of a characteristic; limits are deviations from nominal. */
+export function limitsOf({ nominal, lower, upper }: CharacteristicResult) {
+  const at = (limit: number | null | undefined) => (limit == null ? undefined : (nominal ?? 0) + limit);
+  return { lower: at(lower), upper: at(upper) };
+}
+
+/**
+ * How far a value lies from the middle of its limits, in half widths: 1 is on a limit. With a single limit: value over
+ * limit, both as deviations. Undefined without value or limits.
+ */
+export function utilisation(result: CharacteristicResult): number | undefined {
+  const { lower, upper, value } = result;
+  if (value == null) return undefined;
+  const deviation = value - (result.nominal ?? 0);
+  if (lower != null && upper != null) return Math.abs(2 * deviation - lower - upper) / (upper - lower);
+  const limit = upper ?? lower;
+  return limit ? deviation / limit : undefined;
+}
+
+/** The worst verdict first, then what comes closest to its limits or exceeds them most; those without limits last. */
+export function worstFirst(results: readonly CharacteristicResult[]): readonly CharacteristicResult[] {
+  const rank = ({ verdict }: CharacteristicResult) => (verdict ? VERDICTS.indexOf(verdict) : -1);
+  const used = (result: CharacteristicResult) => utilisation(result) ?? Number.NEGATIVE_INFINITY;
+  return [...results].sort((a, b) => rank(b) - rank(a) || (used(b) > used(a) ? 1 : used(b) < used(a) ? -1 : 0));
+}
