@@ -3620,7 +3620,7 @@ export interface components {
             n_pieces: number;
             /** @description Number of points. */
             n_points: number;
-            /** @description Reason: `touching`, `too short`, `no hit`, `outside depth range`, `doubtful order`, `contradicted`. */
+            /** @description Reason: `too short`, `no hit`, `outside depth range`, `doubtful order`, `contradicted`. */
             reason: string;
         };
         /** @description The fit of the light sheets. */

@@ -58,18 +58,6 @@ pub const DOUBLE_SMOOTH_WIDTHS: f32 = 0.12;
 pub const DOUBLE_DIP: f32 = 0.03;
 /// The same in standard deviations, for both tops.
 pub const DOUBLE_SIGMAS: f32 = 4.5;
-/// Widths, relative to the typical line's, of light that may be two typical lines less than a valley apart: narrower is
-/// one, wider shows a valley.
-pub const PAIR_WIDTHS: std::ops::Range<f32> = 1.25..2.4;
-/// Rows on either side over which its shape is compared, in its widths.
-pub const PAIR_REACH_WIDTHS: f32 = 1.0;
-/// Largest misfit (sum of squares) of two typical lines, relative to that of one line of any width, for which light is
-/// two: two speckled lines have 0.14 at most, a single one 4 at least.
-pub const PAIR_MISFIT: f32 = 0.3;
-/// Largest ratio of the heights of the two.
-pub const PAIR_HEIGHTS: f32 = 2.0;
-/// Excess of the square of the typical width over that of the lines, px²: it is read from means of three rows.
-pub const TYPICAL_EXCESS_PX2: f32 = 3.7;
 /// Rows lit by a line, in its widths: a Gaussian profile does not exceed the noise over more.
 pub const LEVEL_LIT_WIDTHS: f32 = 3.0;
 /// Rows of the level that cells and their margins add to that.
@@ -168,8 +156,6 @@ pub const STEGER_CUT_SIGMAS: f32 = 3.0;
 pub const STEGER_MAX_STEPS: usize = 6;
 /// Offset from a pixel's centre within which derivatives there give the ridge to 0.01 px; beyond, the window is moved.
 pub const RIDGE_TRUSTED_PX: f32 = 1.5;
-/// The same beside another line, whose light bends the slope.
-pub const RIDGE_TRUSTED_BESIDE_PX: f32 = 0.75;
 /// Crossings nearer than this, in line widths, to the first or last row are left out: part of the line's
 /// profile is outside the image, and what remains is off-centre.
 pub const BORDER_WIDTHS: f32 = 1.0;
@@ -182,21 +168,14 @@ pub const CLEARANCE_MIN_WIDTHS: f32 = 1.7;
 /// typical one ends there.
 pub const CLEARANCE_MATTERS_WIDTHS: f32 = 6.0;
 /// Near another line the kernel is that of a line with a width of this fraction of the distance: the neighbour is then
-/// five standard deviations away.
-pub const CLEARANCE_KERNEL_WIDTH: f32 = 0.3;
+/// four standard deviations away.
+pub const CLEARANCE_KERNEL_WIDTH: f32 = 0.37;
 /// Largest difference of the two flanks, in contrasts, that is taken as a gradient of ambient light; beyond, something
 /// else begins there and the kernel avoids it.
 pub const FLANK_STEP_EVEN: f32 = 0.2;
 /// Difference of the two flanks, in contrasts, beyond which another line or a bright edge touches this one and
 /// no centre is accepted.
 pub const FLANK_STEP_MAX: f32 = 0.6;
-/// Distance from its centre, in line widths, at which a line's light no longer matters: 0.4 % of its height.
-pub const NEIGHBOUR_LIGHT_WIDTHS: f32 = 1.4;
-/// Another line farther away than this, in line widths, moves no centre: the kernel shrinks with the distance, and ends
-/// before it.
-pub const PULL_MATTERS_WIDTHS: f32 = 4.5;
-/// Where another line is closer than this, in line widths, and no centre was found, that line is the reason.
-pub const TOUCHING_WIDTHS: f32 = 2.5;
 /// Half-height of the centroid window in line widths.
 pub const CENTROID_HALF_HEIGHT_WIDTHS: f32 = 1.2;
 

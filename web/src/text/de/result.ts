@@ -58,7 +58,6 @@ export const result = {
   reasons: {
     "too short": "Linien zu kurz",
     "doubtful order": "Ordnung mehrdeutig",
-    touching: "Linien berühren sich",
     contradicted: "Von anderen Bildern widerlegt",
   } as Record<string, string>,
   between: (a: string, b: string) => `Ordnungen ${a} und ${b}`,

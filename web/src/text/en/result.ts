@@ -58,7 +58,6 @@ export const result = {
   reasons: {
     "too short": "Lines too short",
     "doubtful order": "Ambiguous order",
-    touching: "Lines touch",
     contradicted: "Contradicted by other frames",
   } as Record<string, string>,
   between: (a: string, b: string) => `Orders ${a} and ${b}`,

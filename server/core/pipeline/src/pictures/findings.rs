@@ -13,9 +13,6 @@ const LIKELIER: usize = 3;
 /// Fewest points that support another interpretation: fewer are noise.
 const SUSPICIOUS_POINTS: usize = 100;
 
-/// Fewest points of touching lines that are a finding: fewer are where lines end or cross.
-const TOUCHING_POINTS: usize = 32;
-
 /// A finding about a picture.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Finding {
@@ -23,11 +20,6 @@ pub enum Finding {
     NoLine,
     /// Strong light that yields no point.
     LightWithoutLine(StrongLight),
-    /// Lines that touch were left out.
-    TouchingLines {
-        /// Number of their crossings.
-        n: usize,
-    },
     /// Glints were left out.
     Glints {
         /// Their number.
@@ -63,7 +55,6 @@ impl Finding {
         match self {
             Self::NoLine => "no_line",
             Self::LightWithoutLine(_) => "light_without_line",
-            Self::TouchingLines { .. } => "touching_lines",
             Self::Glints { .. } => "glints",
             Self::OtherDirection { .. } => "other_direction",
             Self::SwappedPair { .. } => "swapped_pair",
@@ -78,11 +69,6 @@ impl fmt::Display for Finding {
         match self {
             Self::NoLine => f.write_str("shows no laser line"),
             Self::LightWithoutLine(light) => light.fmt(f),
-            Self::TouchingLines { n } => write!(
-                f,
-                "{n} points of lines that touch are left out: less than some two line widths apart neither centre is \
-                 known; focus, or set the lines farther apart"
-            ),
             Self::Glints { n } => {
                 write!(f, "{n} short clipped pieces are brighter than the lines: glints, left out")
             }
@@ -114,9 +100,6 @@ pub(crate) fn findings_of(image: &GreyImage, lines: &Centrelines, search: &LineS
     let mut findings: Vec<Finding> = other_direction(image, lines, search).into_iter().collect();
     let found = strong_light(image, lines, search.directions.each()[0], search.region);
     findings.extend(found.into_iter().map(Finding::LightWithoutLine));
-    if lines.n_touching >= TOUCHING_POINTS {
-        findings.push(Finding::TouchingLines { n: lines.n_touching });
-    }
     findings
 }
 

@@ -97,7 +97,6 @@ impl LineSearch {
                 keep_points(&mut found, |point| runs_along(point, direction));
             }
             (all.direction, all.correlation_px) = (direction, found.correlation_px);
-            all.n_touching += found.n_touching;
             all.segments.append(&mut found.segments);
         }
         all
@@ -122,7 +121,7 @@ impl LineSearch {
         n_before - lines.segments.len()
     }
 
-    /// Keeps the requested lines of an image; `is_lossy`: they are from a JPEG.
+    /// Keeps the requested lines of an image; `is_lossy`: see [`capture::Photograph`].
     pub(crate) fn keep_wanted(&self, lines: &mut Centrelines, full_scale: f32, is_lossy: bool) {
         let lossy = if is_lossy { LOSSY_MIN_CONTRAST * full_scale } else { 0.0 };
         let min_contrast = self.min_contrast.unwrap_or(lossy);

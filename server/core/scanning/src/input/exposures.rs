@@ -81,9 +81,7 @@ pub fn fuse_exposures(exposures: &[Exposed]) -> (Centrelines, FusionCounts) {
     }
     let correlation_px = exposures.iter().map(|exposed| exposed.centrelines.correlation_px).fold(0.0, f64::max);
     let lit_line = exposures.first().and_then(|exposed| exposed.centrelines.lit_line);
-    // What touches in one exposure touches in all.
-    let n_touching = exposures.iter().map(|exposed| exposed.centrelines.n_touching).max().unwrap_or(0);
-    (Centrelines { segments: chains.segments(), direction, correlation_px, lit_line, n_touching }, counts)
+    (Centrelines { segments: chains.segments(), direction, correlation_px, lit_line }, counts)
 }
 
 fn all_points(exposures: &[Exposed], direction: LineDirection) -> Vec<ExposurePoint> {

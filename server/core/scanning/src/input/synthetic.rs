@@ -56,13 +56,7 @@ impl SyntheticScan {
         let position = StagePosition::LinearMm((idx as f64 - 0.5 * self.n_frames as f64) * STEP_MM);
         let direction = LineDirection::Rows;
         ScanFrame {
-            centrelines: Centrelines {
-                segments,
-                direction,
-                correlation_px: CORRELATION_PX,
-                lit_line: None,
-                n_touching: 0,
-            },
+            centrelines: Centrelines { segments, direction, correlation_px: CORRELATION_PX, lit_line: None },
             position,
         }
     }

@@ -3,8 +3,6 @@
 /// Why points were left out.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum DropReason {
-    /// Two lines touch, and neither has a centre.
-    Touching,
     /// The piece of line is too short to be labelled.
     TooShort,
     /// The camera ray misses the order's light sheet.
@@ -19,13 +17,12 @@ pub enum DropReason {
 
 impl DropReason {
     /// All reasons.
-    pub const ALL: [Self; 6] =
-        [Self::Touching, Self::TooShort, Self::NoHit, Self::OutsideDepth, Self::Doubtful, Self::Contradicted];
+    pub const ALL: [Self; 5] =
+        [Self::TooShort, Self::NoHit, Self::OutsideDepth, Self::Doubtful, Self::Contradicted];
 
     /// Its name in reports.
     pub fn name(self) -> &'static str {
         match self {
-            Self::Touching => "touching",
             Self::TooShort => "too short",
             Self::NoHit => "no hit",
             Self::OutsideDepth => "outside depth range",

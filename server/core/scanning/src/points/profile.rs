@@ -130,7 +130,6 @@ impl Profile {
         let labelled: usize = labels.pieces[first..end].iter().map(|piece| piece.n_points()).sum();
         let all: usize = lines.segments.iter().map(|segment| segment.points.len()).sum();
         self.dropped.add_points(DropReason::TooShort, all - labelled);
-        self.dropped.add_points(DropReason::Touching, lines.n_touching);
         let along = |point: &ProfilePoint| labels.along_across(point.order, &point.seen).0;
         self.points.sort_by(|a, b| a.order.cmp(&b.order).then(along(a).total_cmp(&along(b))));
     }

@@ -103,8 +103,6 @@ pub struct Centrelines {
     /// Distance along the line, in scan columns (rows), over which neighbouring points share their noise:
     /// the mean of `n` neighbouring points has variance sigma² · min(1, correlation_px / n).
     pub correlation_px: f64,
-    /// Crossings left out because another line touches: light that is two lines less than some two widths apart.
-    pub n_touching: usize,
     /// Number of the line, where lines are switched on one by one and only this one was on. Not set by the extraction.
     pub lit_line: Option<i8>,
 }

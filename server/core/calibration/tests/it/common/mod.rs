@@ -195,13 +195,7 @@ impl Rig {
                 segments.push(Segment { points });
             }
         }
-        Centrelines {
-            segments,
-            direction: LineDirection::Rows,
-            correlation_px: 1.0,
-            lit_line: None,
-            n_touching: 0,
-        }
+        Centrelines { segments, direction: LineDirection::Rows, correlation_px: 1.0, lit_line: None }
     }
 }
 

@@ -191,10 +191,8 @@ pub(super) fn read_frame(
             .collect::<Result<Vec<_>, _>>()?;
         segments.push(Segment { points });
     }
-    let n_touching = if cursor.bytes.is_empty() { 0 } else { cursor.u64()? };
     cursor.end()?;
-    let n_touching = usize::try_from(n_touching).unwrap_or(usize::MAX);
-    let centrelines = Centrelines { segments, direction, correlation_px, lit_line, n_touching };
+    let centrelines = Centrelines { segments, direction, correlation_px, lit_line };
     let frame = ScanFrame { centrelines, position: header.stage.position(position) };
     Ok((frame, (time_ns != NO_TIME).then_some(time_ns)))
 }

@@ -34,7 +34,6 @@ fn frame(idx: u32, n_points: u32) -> ScanFrame {
             direction: HEADER.line_direction,
             correlation_px: 3.3,
             lit_line: None,
-            n_touching: idx as usize * 7,
         },
         position: StagePosition::LinearMm(f64::from(idx) * 0.1 - 20.0),
     }

@@ -170,7 +170,7 @@ fn pack_record(
 }
 
 fn write_frame(body: &mut Vec<u8>, centrelines: &Centrelines, position: f64, captured_at_ns: Option<u64>) {
-    let Centrelines { segments, correlation_px, lit_line, direction, n_touching } = centrelines;
+    let Centrelines { segments, correlation_px, lit_line, direction } = centrelines;
     body.extend(position.to_le_bytes());
     body.extend(captured_at_ns.unwrap_or(NO_TIME).to_le_bytes());
     body.extend(correlation_px.to_le_bytes());
@@ -185,10 +185,6 @@ fn write_frame(body: &mut Vec<u8>, centrelines: &Centrelines, position: f64, cap
         for point in &segment.points {
             body.extend_from_slice(&point_bytes(point));
         }
-    }
-    // Absent where it is zero, as in files of earlier versions.
-    if *n_touching > 0 {
-        body.extend(u64::try_from(*n_touching).unwrap_or(u64::MAX).to_le_bytes());
     }
 }
 

@@ -165,7 +165,7 @@ pub fn station(n_orders: i8, turned: bool) -> Calibration {
 
 /// Centrelines from segments.
 pub fn centrelines(segments: Vec<Segment>, direction: LineDirection) -> Centrelines {
-    Centrelines { segments, direction, correlation_px: 2.0, lit_line: None, n_touching: 0 }
+    Centrelines { segments, direction, correlation_px: 2.0, lit_line: None }
 }
 
 /// Prints, per piece-sized run of points, what was lost or wrong; for debugging a failure.

@@ -31,7 +31,6 @@ use crate::params::NOISE_TILE_PX;
 use across::block::Image;
 use across::crossings::Measurer;
 use across::pieces::{Crossings, Piece, PieceOf};
-use across::pull::MeasuredTraces;
 use search::candidates::Search;
 use search::cells::Cells;
 use search::noise::{BoxNoise, PixelNoise};
@@ -71,11 +70,6 @@ pub struct Memory<T: Level> {
     near: Vec<usize>,
     measurer: Measurer<T>,
     crossings: Crossings,
-    /// The first crossing of every trace, and how far neighbours moved some.
-    starts: Vec<usize>,
-    shifts: Vec<(usize, f64)>,
-    /// Crossings without a centre because another line is too close.
-    n_touching: usize,
     pieces: Vec<Piece>,
     differences: Differences,
     averager: Averager,
@@ -210,22 +204,16 @@ impl<T: Level> Memory<T> {
         let image = Image::new(view, self.pixel_noise.map(), Boxes::for_width(self.width_px), self.width_px);
         self.crossings.clear();
         self.pieces.clear();
-        self.starts.clear();
         for trace in self.linker.traces_mut() {
-            self.starts.push(self.measurer.measure(&image, trace, &mut self.crossings));
-        }
-        let traces =
-            MeasuredTraces { traces: self.linker.traces_mut(), starts: &self.starts, width_px: self.width_px };
-        self.n_touching = traces.release(self.search.crowded(), &mut self.crossings, &mut self.shifts);
-        for (trace, &start) in traces.traces.iter().zip(&self.starts) {
-            self.crossings.cut(trace.first_u, start..start + trace.len(), &mut self.pieces);
+            let start = self.measurer.measure(&image, trace, &mut self.crossings);
+            self.crossings.cut(trace.first_u, start, &mut self.pieces);
         }
     }
 
     /// Averages along the lines.
     #[inline(always)]
     fn describe(&mut self, found: &mut Centrelines) {
-        let Self { crossings, pieces, differences, averager, gains, spare, width_px, n_touching, .. } = self;
+        let Self { crossings, pieces, differences, averager, gains, spare, width_px, .. } = self;
         let lines = pieces.iter().map(|piece| PieceOf { crossings, piece });
         let scatter = Scatter::measure(lines, 0.0, differences);
         averager.prepare(*width_px, &scatter);
@@ -243,7 +231,6 @@ impl<T: Level> Memory<T> {
         // A fit that preserves the mean preserves the noise at long wavelengths: variance × correlation length is
         // constant.
         let gain = median(gains).map_or(1.0, f64::from);
-        found.n_touching = *n_touching;
         found.correlation_px = (gain * scatter.correlation_px()).max(1.0);
     }
 }

@@ -4,7 +4,6 @@ use std::ops::Range;
 
 use super::super::Centrelines;
 use super::super::fast::Strip;
-use super::doubles::Parts;
 use super::marks::{Line, Mark, Place, Spot, kept, stitched, without};
 use crate::params::{
     LEVEL_BAND, LEVEL_CLAIMED_SHARE, LEVEL_FIRST_BAND, LEVEL_LEAST_LENGTH_WIDTHS, LEVEL_LEAST_LIGHT, LEVEL_LIT_PX,
@@ -104,35 +103,23 @@ impl Columns {
     }
 
     /// `lines`, found so far, merged with those of a coarser level; every crossing once, from the level in whose band
-    /// its width lies. `split`: the parts of a coarse line that are one line, and those that are two; the crossings of
-    /// the latter are left out and added to `n_touching`.
+    /// its width lies. `single`: the parts of a coarse line that are one line.
     pub fn merged(
         &self,
         lines: Vec<Line>,
         coarse: Vec<Line>,
         base_px: f32,
-        split: impl Fn(Line) -> Parts,
-        n_touching: &mut usize,
+        single: impl Fn(Line) -> Vec<Line>,
     ) -> Vec<Line> {
         let mut gone = Vec::new();
         let mut added = Vec::new();
         let is_own =
             |mark: &Mark| mark.spot().fit(base_px) > LEVEL_NARROWEST && mark.point.width_px <= LEVEL_WIDEST_PX;
-        let near = |mark: &Mark| -> Vec<&Spot> {
-            let spot = mark.spot();
-            self.spots[mark.point.u_px as usize].iter().filter(|other| other.is_near(&spot)).collect()
-        };
-        let mut single = Vec::new();
-        for mut parts in coarse.into_iter().flat_map(|line| kept(line, is_own)).map(split) {
-            single.append(&mut parts.single);
-            for mark in parts.double.iter().flatten() {
-                *n_touching += 2;
-                // What finer levels found between the two goes as well.
-                let between = near(mark).into_iter().filter(|other| other.fit(base_px) > LEVEL_SURE);
-                gone.extend(between.map(|other| other.place));
-            }
-        }
-        for line in single {
+        for line in coarse.into_iter().flat_map(|line| kept(line, is_own)).flat_map(single) {
+            let near = |mark: &Mark| -> Vec<&Spot> {
+                let spot = mark.spot();
+                self.spots[mark.point.u_px as usize].iter().filter(|other| other.is_near(&spot)).collect()
+            };
             let others: Vec<Vec<&Spot>> = line.iter().map(near).collect();
             let is_claimed = |others: &Vec<&Spot>| others.iter().any(|other| other.fit(base_px) <= LEVEL_SURE);
             let claimed: Vec<bool> = others.iter().map(is_claimed).collect();

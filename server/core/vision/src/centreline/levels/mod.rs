@@ -8,16 +8,14 @@ mod bins;
 mod columns;
 mod doubles;
 mod marks;
-mod pairs;
 
 use super::fast::{self, Memory};
 use super::view::{Level, View};
 use super::{Centrelines, LineDirection, Segment};
 use bins::{binned, unbin};
 use columns::Columns;
-use doubles::{Parts, split_doubles};
+use doubles::without_doubles;
 use marks::{Line, as_lines, without};
-use pairs::may_hold_pairs;
 
 /// Searches for wide lines; its memory is reused from image to image.
 #[derive(Default)]
@@ -37,16 +35,10 @@ impl Levels {
         self.columns.take_found(found, view.width);
         let second_looks = self.columns.second_looks(found);
         let mut is_light_left = self.columns.leave_light(memory.strips(), 1, base_px);
-        let may_be_pairs = may_hold_pairs(found, base_px);
-        if !is_light_left && second_looks.is_empty() && !may_be_pairs {
+        if !is_light_left && second_looks.is_empty() {
             return;
         }
         let mut lines = without(as_lines(found, 1.0), &second_looks);
-        if may_be_pairs {
-            let parts: Vec<Parts> = lines.into_iter().map(|line| split_doubles(line, view, base_px)).collect();
-            found.n_touching += 2 * parts.iter().flat_map(|parts| &parts.double).map(Vec::len).sum::<usize>();
-            lines = parts.into_iter().flat_map(|parts| parts.single).collect();
-        }
         let mut correlation = Correlation::default();
         correlation.add(found.correlation_px, &lines);
         let mut shift = 1;
@@ -62,8 +54,7 @@ impl Levels {
             let coarse = as_lines(&self.coarse, rows as f32);
             correlation.add(self.coarse.correlation_px, &coarse);
             self.columns.take(&lines, view.width);
-            let doubled = |line| split_doubles(line, view, base_px);
-            lines = self.columns.merged(lines, coarse, base_px, doubled, &mut found.n_touching);
+            lines = self.columns.merged(lines, coarse, base_px, |line| without_doubles(line, view));
             self.columns.take(&lines, view.width);
             is_light_left = self.columns.leave_light(self.memory.strips(), rows, base_px);
             shift += 1;

@@ -58,7 +58,7 @@ pub struct ScanReportDto {
 /// Points rejected from the cloud.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct LeftOutDto {
-    /// Reason: `touching`, `too short`, `no hit`, `outside depth range`, `doubtful order`, `contradicted`.
+    /// Reason: `too short`, `no hit`, `outside depth range`, `doubtful order`, `contradicted`.
     pub reason: String,
     /// Number of points.
     pub n_points: usize,

@@ -4,7 +4,6 @@ pub mod block;
 pub mod clearance;
 pub mod crossings;
 pub mod pieces;
-pub mod pull;
 pub mod ridge;
 pub mod surroundings;
 pub mod taps;

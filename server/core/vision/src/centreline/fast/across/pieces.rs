@@ -8,25 +8,10 @@ use crate::centreline::lines::crossing::{Crossing, Line};
 use crate::centreline::lines::ends::without_faded_ends;
 use crate::centreline::lines::scatter::{LANES as SAMPLE_LANES, ThirdDifferences};
 use crate::centreline::lines::taps::WIDTH_PER_SIGMA;
-use crate::params::{HEIGHT_EXCESS, HEIGHT_LEAST_PX, MIN_SEGMENT_COLUMNS, WIDTH_NEIGHBOURS};
+use crate::params::{MIN_SEGMENT_COLUMNS, WIDTH_NEIGHBOURS};
 
 /// Full width at half height of a Gaussian over its area by its height: 2 √(2 ln 2) / √(2π).
 pub const WIDTH_PER_AREA: f32 = 0.939_437;
-
-/// Full width at half height as in the image, from one measured as area over height. That height is the mean of three
-/// rows, which is less than the height of a narrow line: for a Gaussian profile of standard deviation s, anywhere within
-/// its pixel,
-///
-/// measured = 3 · 0.939 / erf(1.5 / (√2 s)),
-///
-/// which this function inverts to 3 % from 1.5 px on.
-#[inline(always)]
-pub fn stated_width(measured_px: f32) -> f32 {
-    let square = (measured_px * measured_px).max(HEIGHT_LEAST_PX * HEIGHT_LEAST_PX);
-    let per_square = 1.0 / square;
-    let excess = HEIGHT_EXCESS[0] + per_square * (HEIGHT_EXCESS[1] + per_square * HEIGHT_EXCESS[2]);
-    (square - excess).sqrt()
-}
 
 /// Measured steps of all traces, one after the other; `found` is false where no centre was found.
 #[derive(Default)]
@@ -225,11 +210,10 @@ impl Crossings {
         }
     }
 
-    /// Splits the trace with these crossings where the line is missing, and trims its blurred ends.
+    /// Splits the trace that begins at `start` where the line is missing, and trims its blurred ends.
     #[inline(always)]
-    pub fn cut(&self, first_u: usize, of_trace: Range<usize>, pieces: &mut Vec<Piece>) {
-        let start = of_trace.start;
-        let mut rest = of_trace;
+    pub fn cut(&self, first_u: usize, start: usize, pieces: &mut Vec<Piece>) {
+        let mut rest = start..self.n;
         while !rest.is_empty() {
             let of_rest = &self.found[rest.clone()];
             let n_missing = of_rest.iter().take_while(|&&found| !found).count();

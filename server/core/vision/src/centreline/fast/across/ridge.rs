@@ -9,9 +9,7 @@ use crate::centreline::fast::lanes::Numbers;
 use crate::centreline::lines::candidates::Boxes;
 use crate::centreline::lines::taps::WIDTH_PER_SIGMA;
 use crate::centreline::view::Level;
-use crate::params::{
-    BORDER_WIDTHS, CLEARANCE_MIN_WIDTHS, LINK_GATE_MIN_PX, RIDGE_TRUSTED_BESIDE_PX, RIDGE_TRUSTED_PX,
-};
+use crate::params::{BORDER_WIDTHS, CLEARANCE_MIN_WIDTHS, LINK_GATE_MIN_PX, RIDGE_TRUSTED_PX};
 
 /// Largest shift of a window in one step, rows.
 const MOVE_MAX_PX: f32 = 4.0;
@@ -72,8 +70,7 @@ pub fn ridge<T: Level>(
         // A line off the anchor leaks into the nearer flank.
         let leaked = if seen.is_even[i] { leak * seen.area[i] } else { 0.0 };
         let guess = -slope / if bright { (second + leaked).min(0.5 * second) } else { -1.0 };
-        let trusted_px = if seen.is_lit[i] { RIDGE_TRUSTED_BESIDE_PX } else { RIDGE_TRUSTED_PX };
-        let near = guess.abs() <= trusted_px;
+        let near = guess.abs() <= RIDGE_TRUSTED_PX;
         // For a Gaussian line R′ / R″ = t / (1 − t²/S²), S² the variance of line and kernel together.
         let offset = 2.0 * guess / (1.0 + (1.0 + 4.0 * guess * guess * per_spread).sqrt());
         let found = v + offset;
@@ -99,7 +96,7 @@ fn leak(boxes: Boxes, line_sigma_px: f32) -> f32 {
 
 /// e^−y for non-negative y, to a relative error of 2e-4; library versions differ in the last bit.
 #[inline(always)]
-pub fn decay(y: f32) -> f32 {
+fn decay(y: f32) -> f32 {
     let halvings = (y * std::f32::consts::LOG2_E).min(126.0);
     let whole = halvings as u32;
     let x = (halvings - whole as f32) * std::f32::consts::LN_2;

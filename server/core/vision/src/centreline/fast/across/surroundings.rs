@@ -6,15 +6,13 @@ use super::window::{LANES, Window};
 use crate::centreline::fast::lanes::Numbers;
 use crate::centreline::lines::candidates::Boxes;
 use crate::centreline::view::{Level, Sum};
-use crate::params::{CLEARANCE_MIN_WIDTHS, FLANK_STEP_EVEN, FLANK_STEP_MAX, NEIGHBOUR_LIGHT_WIDTHS, WIDTH_MIN_PX};
+use crate::params::{CLEARANCE_MIN_WIDTHS, FLANK_STEP_EVEN, FLANK_STEP_MAX, WIDTH_MIN_PX};
 
 /// Measurements of a window before the ridge is located.
 pub struct Surroundings {
     pub background: Lanes,
     pub background_slope: Lanes,
     pub is_even: [bool; LANES],
-    /// Whether another line lights a flank.
-    pub is_lit: [bool; LANES],
     pub clearance_px: Lanes,
     pub plausible: [bool; LANES],
     pub height: Lanes,
@@ -38,7 +36,6 @@ pub fn surroundings<T: Level>(image: &Image<T>, block: &Block, window: &Window<T
         background: [0.0; LANES],
         background_slope: [0.0; LANES],
         is_even: [false; LANES],
-        is_lit: [false; LANES],
         clearance_px: [0.0; LANES],
         plausible: [false; LANES],
         height: [0.0; LANES],
@@ -52,22 +49,18 @@ pub fn surroundings<T: Level>(image: &Image<T>, block: &Block, window: &Window<T
     let per_distance = 1.0 / (2.0 * flank as f32);
     let v = block.places.v;
     let (first, last) = (flank as u32, (image.view.height - flank) as u32);
-    let lit_px = flank as f32 + half as f32 + NEIGHBOUR_LIGHT_WIDTHS * image.width_px;
     for i in 0..LANES {
-        let clearance_px = block.clearance_px[i];
-        // A flank that a neighbouring line lights says nothing about ambient light.
-        let is_lit = clearance_px < lit_px;
         let (above, below) = (above[i] * per_row, below[i] * per_row);
         let above = if v[i] < first { below } else { above };
         let below = if v[i] >= last { above } else { below };
         let difference = below - above;
         let even = difference.abs() < FLANK_STEP_EVEN * block.contrast[i];
-        let background = if is_lit { above.min(below) } else { 0.5 * (above + below) };
-        seen.plausible[i] = is_lit | (difference.abs() <= FLANK_STEP_MAX * block.contrast[i]);
-        seen.is_lit[i] = is_lit;
-        seen.is_even[i] = even & !is_lit;
-        seen.background_slope[i] = if even & !is_lit { difference * per_distance } else { 0.0 };
-        seen.clearance_px[i] = if even | is_lit { clearance_px } else { clearance_px.min(flank as f32) };
+        let background = 0.5 * (above + below);
+        seen.plausible[i] = difference.abs() <= FLANK_STEP_MAX * block.contrast[i];
+        seen.is_even[i] = even;
+        seen.background_slope[i] = if even { difference * per_distance } else { 0.0 };
+        let clearance_px = block.clearance_px[i];
+        seen.clearance_px[i] = if even { clearance_px } else { clearance_px.min(flank as f32) };
         seen.background[i] = background;
         seen.height[i] = top[i] * (1.0 / 3.0) - background;
         seen.area[i] = light[i] - n_light * background;

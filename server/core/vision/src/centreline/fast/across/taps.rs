@@ -33,17 +33,6 @@ impl Taps {
         Self { sigma_px, reach, weights, first_squared }
     }
 
-    /// The scale of this variance, px².
-    #[inline(always)]
-    pub fn of_variance(variance_px2: f32) -> &'static Self {
-        let off = |taps: &Self| (taps.sigma_px * taps.sigma_px - variance_px2).abs();
-        let mut best = &SCALES[0];
-        for taps in SCALES.iter() {
-            best = if off(taps) < off(best) { taps } else { best };
-        }
-        best
-    }
-
     /// Σ of the squared weights of the first derivative times the squared light of a Gaussian line of this width and of
     /// height one: the factor with which speckle enters its slope. Sums are approximated by integrals.
     #[inline(always)]

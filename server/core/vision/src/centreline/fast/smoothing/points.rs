@@ -4,9 +4,9 @@ use std::ops::Range;
 
 use super::means::{Mean, Shape};
 use crate::centreline::CentrelinePoint;
-use crate::centreline::fast::across::pieces::{Crossings, stated_width};
+use crate::centreline::fast::across::pieces::Crossings;
 use crate::centreline::fast::lanes::LANES;
-use crate::params::SKEW_SHRINKAGE;
+use crate::params::{HEIGHT_EXCESS, HEIGHT_LEAST_PX, SKEW_SHRINKAGE};
 
 type Lanes = [f32; LANES];
 
@@ -57,13 +57,22 @@ impl Described {
     }
 }
 
-/// The widths of a block, see [`stated_width`].
+/// Full widths at half height as in the image, from those measured as area over height. That height is the mean of
+/// three rows, which is less than the height of a narrow line: for a Gaussian profile of standard deviation s, anywhere
+/// within its pixel,
+///
+/// measured = 3 · 0.939 / erf(1.5 / (√2 s)),
+///
+/// which this function inverts to 3 % from 1.5 px on.
 #[inline(always)]
 fn stated_widths(measured_px: &[f32]) -> Lanes {
     let mut stated = [0.0; LANES];
     stated[..measured_px.len()].copy_from_slice(measured_px);
     for width_px in &mut stated {
-        *width_px = stated_width(*width_px);
+        let square = (*width_px * *width_px).max(HEIGHT_LEAST_PX * HEIGHT_LEAST_PX);
+        let per_square = 1.0 / square;
+        let excess = HEIGHT_EXCESS[0] + per_square * (HEIGHT_EXCESS[1] + per_square * HEIGHT_EXCESS[2]);
+        *width_px = (square - excess).sqrt();
     }
     stated
 }
