@@ -119,13 +119,6 @@ pub(super) const DETECTION_MIN_SIDE_PX: usize = 24;
 /// Neighbourhood (board squares) over which the corners' scatter about the smooth board is compared with their sigmas.
 pub(super) const DISAGREEMENT_REACH: f64 = 2.0;
 
-/// Slope of an edge against the pixel grid at which a quarter of the variance of a sampling step is left in its place:
-/// measured on the rendered stations (0.5 to 1° off the grid a tenth to a fifth, from 2° on nothing).
-pub(super) const STEP_SLOPE: f64 = 0.015;
-
-/// Weight, in differences of edges along the grid, from which such a step is estimated.
-pub(super) const STEP_MIN_WEIGHT: f64 = 3.0;
-
 /// Differences needed for a local estimate of the corners' scatter: with fewer the noise model is more reliable.
 pub(super) const DISAGREEMENT_MIN_SAMPLES: usize = 12;
 

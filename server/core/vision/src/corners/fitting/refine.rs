@@ -16,8 +16,7 @@ use super::sums::CornerState;
 use super::warp::{BoardWarp, LocalShape};
 use super::window::{Reach, window_around};
 use crate::corners::params::{
-    DISAGREEMENT_MIN_SAMPLES, DISAGREEMENT_REACH, NOISE_SAMPLE_STEP, QUANTISATION_VARIANCE, STEP_MIN_WEIGHT,
-    STEP_SLOPE,
+    DISAGREEMENT_MIN_SAMPLES, DISAGREEMENT_REACH, NOISE_SAMPLE_STEP, QUANTISATION_VARIANCE,
 };
 
 /// Refits all corners; `indices`: their (column, row), row by row.
@@ -40,7 +39,6 @@ pub fn refine(image: &GreyImage, first: &[CornerFit], indices: &[[usize; 2]], re
         start.and_then(|start| fit_corner(window, start, Some(&noise))).unwrap_or(first[k])
     };
     let mut fits: Vec<CornerFit> = all.map(refit).collect();
-    add_steps(&mut fits, indices);
     add_disagreement(&mut fits, indices);
     fits
 }
@@ -96,7 +94,11 @@ fn median_of(values: impl Iterator<Item = f32>) -> f64 {
 /// weights 1, −4, 6, −4, 1 their variance is 70 σ². Boards with fewer than five corners in both directions have none.
 fn add_disagreement(fits: &mut [CornerFit], indices: &[[usize; 2]]) {
     let Some(warp) = BoardWarp::fit(&indexed(fits, indices)) else { return };
-    let deviations = deviations(&warp, fits, indices);
+    let deviation = |(index, fit): (&[usize; 2], &CornerFit)| {
+        let smooth = warp.at(place(*index));
+        [fit.position_px[0] - smooth[0], fit.position_px[1] - smooth[1]]
+    };
+    let deviations: Vec<[f64; 2]> = indices.iter().zip(fits.iter()).map(deviation).collect();
     let stencils = stencils(indices);
     for (index, fit) in indices.iter().zip(fits.iter_mut()) {
         let index = place(*index);
@@ -107,57 +109,6 @@ fn add_disagreement(fits: &mut [CornerFit], indices: &[[usize; 2]]) {
             fit.sigma_px = fit.sigma_px.max(variance.sqrt());
         }
     }
-}
-
-/// Adds to each sigma what a picture rendered from few samples a pixel hides: an edge that runs along the pixel grid is
-/// known to a step of its samples only, and no residual near it shows by how much it is off.
-///
-/// Of an edge with slope m against the grid the step is averaged over the window: of its variance (1 + m²/m₀²)⁻² is
-/// left. The board's variance is the one that best explains, by these shares, how far its corners scatter beyond their
-/// noise (fourth differences, see [`add_disagreement`]); a camera's pixels average the light, and it vanishes.
-fn add_steps(fits: &mut [CornerFit], indices: &[[usize; 2]]) {
-    let Some(warp) = BoardWarp::fit(&indexed(fits, indices)) else { return };
-    let shares: Vec<[f64; 2]> = indices.iter().map(|&index| step_shares(&warp, place(index))).collect();
-    let deviations = deviations(&warp, fits, indices);
-    let (mut excess, mut weight) = (0.0, 0.0);
-    for stencil in stencils(indices) {
-        let seen = stencil.variances(&deviations);
-        let noise = stencil.mean(|n| [fits[n].sigma_px.powi(2); 2]);
-        let share = stencil.mean(|n| shares[n]);
-        for axis in 0..2 {
-            excess += (seen[axis] - noise[axis]) * share[axis];
-            weight += share[axis] * share[axis];
-        }
-    }
-    if weight < STEP_MIN_WEIGHT {
-        return;
-    }
-    let variance = (excess / weight).max(0.0);
-    for (fit, [u, v]) in fits.iter_mut().zip(shares) {
-        fit.sigma_px = (fit.sigma_px.powi(2) + variance * u.max(v)).sqrt();
-    }
-}
-
-/// Share of a step's variance in a corner's column and row, from the slopes of the board's edges there.
-fn step_shares(warp: &BoardWarp, [column, row]: [f64; 2]) -> [f64; 2] {
-    let along = |by: [f64; 2]| {
-        let [a, b] = [-0.5, 0.5].map(|step| warp.at([column + step * by[0], row + step * by[1]]));
-        [b[0] - a[0], b[1] - a[1]]
-    };
-    let share = |slope: f64| (1.0 + (slope / STEP_SLOPE).powi(2)).powi(-2);
-    let edges = [along([1.0, 0.0]), along([0.0, 1.0])];
-    let of_axis =
-        |axis: usize| edges.map(|edge| share(edge[axis] / edge[1 - axis])).into_iter().fold(0.0, f64::max);
-    [of_axis(0), of_axis(1)]
-}
-
-/// Deviations of the corners from the smooth board, px.
-fn deviations(warp: &BoardWarp, fits: &[CornerFit], indices: &[[usize; 2]]) -> Vec<[f64; 2]> {
-    let deviation = |(index, fit): (&[usize; 2], &CornerFit)| {
-        let smooth = warp.at(place(*index));
-        [fit.position_px[0] - smooth[0], fit.position_px[1] - smooth[1]]
-    };
-    indices.iter().zip(fits).map(deviation).collect()
 }
 
 /// Weights of the fourth difference, and its variance for unit variance.
@@ -178,18 +129,6 @@ impl Stencil {
                 self.corners.iter().zip(FOURTH_DIFFERENCE).map(|(&n, w)| w * deviations[n][axis]).sum();
             difference * difference / FOURTH_DIFFERENCE_VARIANCE
         })
-    }
-}
-
-impl Stencil {
-    /// The mean of its corners' values, with the weights of the variance of a fourth difference.
-    fn mean(&self, of: impl Fn(usize) -> [f64; 2]) -> [f64; 2] {
-        let mut mean = [0.0; 2];
-        for (&n, weight) in self.corners.iter().zip(FOURTH_DIFFERENCE) {
-            let value = of(n);
-            (0..2).for_each(|axis| mean[axis] += weight * weight / FOURTH_DIFFERENCE_VARIANCE * value[axis]);
-        }
-        mean
     }
 }
 
