@@ -14,9 +14,9 @@ use store::disk::write_durably;
 use tokio::sync::Mutex;
 use vision::{DarkFigures, DarkFrame, DarkFrames, LineDirection};
 
+use crate::error::disk_problem;
 use crate::error::{AppError, ErrorKind};
 use crate::hash_hex;
-use crate::resources::stored_scan::disk_problem;
 
 /// The file in the data directory: a line of JSON, then pattern and hot pixels.
 const FILE: &str = "dark-frame";

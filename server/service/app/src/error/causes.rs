@@ -1,5 +1,8 @@
 //! Errors of the service's parts as [`AppError`]: their kind is decided here, their remedy comes with them.
 
+use std::error::Error;
+use std::io;
+
 use calibration::DifferenceError;
 use capture::{CaptureError, TargetError};
 use remedy::Remedy;
@@ -140,6 +143,23 @@ fn without_folders(text: &str) -> String {
         }
     };
     text.split(' ').map(name).collect::<Vec<_>>().join(" ")
+}
+
+/// A file could not be written.
+pub fn disk_problem(error: impl Error + 'static) -> AppError {
+    let mut causes = Vec::new();
+    let mut full = false;
+    let mut next: Option<&(dyn Error + 'static)> = Some(&error);
+    while let Some(cause) = next {
+        full |= cause.downcast_ref::<io::Error>().is_some_and(|io| io.kind() == io::ErrorKind::StorageFull);
+        causes.push(cause.to_string());
+        next = cause.source();
+    }
+    let (kind, remedy) = match full {
+        true => (ErrorKind::StorageFull, "delete captures or scans that are no longer needed"),
+        false => (ErrorKind::Internal, "check the disk of the data directory"),
+    };
+    AppError::new(kind, "a file of the scan could not be written").because(causes.join(": ")).remedy(remedy)
 }
 
 #[cfg(test)]

@@ -3,6 +3,8 @@
 
 mod causes;
 
+pub use causes::disk_problem;
+
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 

@@ -8,7 +8,7 @@ use station::StationRefusal;
 use store::{Change, ResultRef, StoreError};
 
 use crate::error::AppError;
-use crate::resources::stored_scan::disk_problem;
+use crate::error::disk_problem;
 
 /// A completed job.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

@@ -11,10 +11,11 @@ use scanning::files::{ContentError, convert_cloud, read_cloud_from, write_mesh_t
 use scanning::{CloudFormat, Mesh, MeshFormat, MeshParams, mesh_from_cloud};
 use store::{ArtifactBytes, ArtifactId, Artifacts, FinishedFile, ResultRef, ScanRecord, StoreError};
 
+use crate::error::disk_problem;
 use crate::error::{AppError, ErrorKind};
 use crate::jobs::{ComputeContext, Done, ExportInput, JobEnd};
 use crate::progress::Phase;
-use crate::resources::stored_scan::{disk_problem, stored_cloud_bytes, without_cloud};
+use crate::resources::stored_scan::{stored_cloud_bytes, without_cloud};
 
 /// Folder of the workbench with the index of exports; may be deleted at any time. No record refers to these artifacts:
 /// each sweep asks [`remembered_of`].

@@ -28,6 +28,7 @@ use tokio::task::JoinHandle;
 
 use crate::config::AppConfig;
 use crate::config::limits::FREE_FLOOR_BYTES;
+use crate::error::disk_problem;
 use crate::error::{AppError, ErrorKind};
 use crate::evented_catalogue::EventedCatalogue;
 use crate::events::{Event, RecordingStarted, event};
@@ -35,7 +36,7 @@ use crate::recordings::figures::{Ended, RecordingFigures};
 use crate::recordings::notes::{Clock, Notes};
 use crate::recordings::params::{BEGIN_BYTES, END_WAIT};
 use crate::recordings::writing::{Counted, Progress, Writing};
-use crate::resources::stored_scan::{disk_problem, new_id};
+use crate::resources::stored_scan::new_id;
 
 /// What is recorded.
 #[derive(Debug, Clone, PartialEq, Eq)]

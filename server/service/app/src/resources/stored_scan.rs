@@ -1,7 +1,6 @@
-//! Reading stored scans, and errors when writing them.
+//! Reading stored scans.
 
-use std::error::Error;
-use std::io::{self, BufReader};
+use std::io::BufReader;
 
 use optics::StagePosition;
 use scanning::files::peaks::{PeaksFile, read_one_frame, read_positions};
@@ -9,7 +8,7 @@ use scanning::files::read_cloud_from;
 use scanning::{Cloud, CloudFormat, ScanFrame};
 use store::{ArtifactBytes, ArtifactId, Artifacts, ScanRecord};
 
-use crate::error::{AppError, ErrorKind};
+use crate::error::AppError;
 use crate::resources::scan_run::ScanRun;
 
 /// The id of a new record.
@@ -110,21 +109,4 @@ pub fn without_cloud(scan: &ScanRecord) -> AppError {
 
 fn damaged(scan_id: &str, what: &str, error: &dyn Error) -> AppError {
     AppError::damaged(&format!("the {what} of scan {scan_id}"), error.to_string())
-}
-
-/// A file could not be written.
-pub fn disk_problem(error: impl Error + 'static) -> AppError {
-    let mut causes = Vec::new();
-    let mut full = false;
-    let mut next: Option<&(dyn Error + 'static)> = Some(&error);
-    while let Some(cause) = next {
-        full |= cause.downcast_ref::<io::Error>().is_some_and(|io| io.kind() == io::ErrorKind::StorageFull);
-        causes.push(cause.to_string());
-        next = cause.source();
-    }
-    let (kind, remedy) = match full {
-        true => (ErrorKind::StorageFull, "delete captures or scans that are no longer needed"),
-        false => (ErrorKind::Internal, "check the disk of the data directory"),
-    };
-    AppError::new(kind, "a file of the scan could not be written").because(causes.join(": ")).remedy(remedy)
 }

@@ -25,10 +25,11 @@ use store::{Artifacts, Change, FinishedFile, Listed, Page, SessionRecord, StoreE
 
 use crate::access::principal::Principal;
 use crate::config::AppConfig;
+use crate::error::disk_problem;
 use crate::error::{AppError, ErrorKind};
 use crate::evented_catalogue::EventedCatalogue;
 use crate::resources::scan_run::stage_kind;
-use crate::resources::stored_scan::{disk_problem, new_id};
+use crate::resources::stored_scan::new_id;
 use crate::sessions::photographer::{Exposures, Photographer};
 use crate::sessions::stored::to_stored;
 use crate::sessions::virtual_operator::VirtualOperator;

@@ -10,10 +10,10 @@ mod station;
 use crate::events::{Event, event};
 use std::path::Path;
 
+use crate::error::disk_problem;
 use crate::jobs::{CalibrateInput, ComputeContext, Done, JobEnd, StationContext};
 use crate::progress::Phase;
 use crate::resources::captures::{CaptureOrigin, without_folder};
-use crate::resources::stored_scan::disk_problem;
 use pipeline::open_capture;
 
 use product::calibrated;

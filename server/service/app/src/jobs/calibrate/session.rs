@@ -8,11 +8,11 @@ use capture::{
 use store::{ArtifactId, StoreError};
 
 use crate::error::AppError;
+use crate::error::disk_problem;
 use crate::jobs::calibrate::station::{make_folders, write_capture};
 use crate::jobs::{CalibrateInput, ComputeContext, JobEnd, JobInput, Source};
 use crate::progress::Phase;
 use crate::resources::captures::{capture_place, capture_stage};
-use crate::resources::stored_scan::disk_problem;
 use crate::sessions::{Picture, Session, SessionBody, Sessions};
 
 /// Writes the usable images of the session as the capture folder `folder`.

@@ -8,13 +8,13 @@ use capture::{
 use station::StampedFrame;
 
 use crate::config::AppConfig;
+use crate::error::disk_problem;
 use crate::error::{AppError, ErrorKind};
 use crate::jobs::calibrate::N_POSES;
 use crate::jobs::{CalibrateInput, JobEnd, StationContext};
 use crate::progress::{Phase, Step};
 use crate::resources::captures::{capture_place, capture_stage, without_folder};
 use crate::resources::scan_run::stage_kind;
-use crate::resources::stored_scan::disk_problem;
 use crate::sessions::photographer::{Exposures, Photographer};
 use crate::sessions::virtual_operator::VirtualOperator;
 

@@ -5,13 +5,14 @@ use optics::StageKind;
 use scanning::Frames as _;
 use store::{FinishedFile, ScanState};
 
+use crate::error::disk_problem;
 use crate::error::{AppError, ErrorKind};
 use crate::jobs::plan::{AskedRange, Pace, ScanRun};
 use crate::jobs::scan::{Evaluating, MadeScan, ScanStory, evaluated_share, made_scan};
 use crate::jobs::{ComputeContext, JobEnd, RecordedFrames, ScanInput, ScanMode};
 use crate::progress::Phase;
 use crate::resources::calibrations::stored::stored_document;
-use crate::resources::stored_scan::{disk_problem, new_id, stored_peaks};
+use crate::resources::stored_scan::{new_id, stored_peaks};
 use pipeline::{open_capture, write_capture_peaks};
 
 /// Share of the job for reading the images.

@@ -18,12 +18,12 @@ use station::wall_clock::now_ms;
 use store::{ArtifactId, Change, FinishedFile, ScanRecord, ScanState};
 
 use crate::error::AppError;
+use crate::error::disk_problem;
 use crate::jobs::plan::TIMING;
 use crate::jobs::scan::counted::CountedFrames;
 use crate::jobs::scan::watched::Watched;
 use crate::jobs::{ComputeContext, JobEnd};
 use crate::progress::Phase;
-use crate::resources::stored_scan::disk_problem;
 use crate::resources::watches::why_invalid;
 use pipeline::{check_camera, evaluated_scan, write_scan_cloud};
 use report::tables::scan_json;

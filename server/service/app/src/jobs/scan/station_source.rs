@@ -11,6 +11,7 @@ use scanning::{Frames as _, FusionCounts, label_frame};
 use serde_json::{Value, json};
 use store::{ArtifactId, RecordingRecord, ScanState};
 
+use crate::error::disk_problem;
 use crate::error::{AppError, ErrorKind};
 use crate::jobs::plan::{Pace, ScanPlan, ScanRun, TIMING, mode_of, plan};
 use crate::jobs::scan::pictures::take_in;
@@ -29,7 +30,7 @@ use crate::recordings::RecordingOf;
 use crate::recordings::figures::Ended;
 use crate::resources::calibrations::stored::stored_document;
 use crate::resources::measurements::parts::planned_measurements;
-use crate::resources::stored_scan::{disk_problem, new_id, stored_peaks};
+use crate::resources::stored_scan::{new_id, stored_peaks};
 
 /// Key of the ambient light subtraction in a scan report.
 const BACKGROUND: &str = "background";

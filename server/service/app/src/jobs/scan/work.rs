@@ -12,11 +12,11 @@ use serde_json::{Value, json};
 use station::wall_clock::now_ms;
 use store::{ArtifactId, Artifacts, FinishedFile, ScanRecord, ScanState, StoreError};
 
+use crate::error::disk_problem;
 use crate::error::{AppError, ErrorKind};
 use crate::evented_catalogue::EventedCatalogue;
 use crate::jobs::scan::taking::writing::NewPeaks;
 use crate::jobs::scan::{pictures, scan_changes};
-use crate::resources::stored_scan::disk_problem;
 
 const FOLDER: &str = "work";
 const NOTE: &str = "scan.json";

@@ -11,10 +11,10 @@ use tokio::sync::Mutex;
 use twin::TwinDriver;
 
 use crate::config::AppConfig;
+use crate::error::disk_problem;
 use crate::error::{AppError, ErrorKind};
 use crate::hash_hex;
 use crate::resources::measurements::MeasureInput;
-use crate::resources::stored_scan::disk_problem;
 
 /// The file in the data directory.
 const FILE: &str = "measurement-plan.json";

@@ -11,8 +11,8 @@ use station::SharedFrame;
 use vision::{GreyImage, Picture, room_change};
 
 use crate::error::AppError;
+use crate::error::disk_problem;
 use crate::jobs::scan::pictures::{background_folder_in, background_path};
-use crate::resources::stored_scan::disk_problem;
 
 /// Share of pixels brighter than the ambient level.
 const BRIGHTER_SHARE: f64 = 0.05;

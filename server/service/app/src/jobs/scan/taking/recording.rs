@@ -22,6 +22,7 @@ use station::SharedFrame;
 use station::recycling::Recycling;
 use vision::{CentrelineExtractor, CentrelineParams, Centrelines, GreyImage};
 
+use crate::error::disk_problem;
 use crate::error::{AppError, ErrorKind};
 use crate::jobs::scan::pictures::picture_path;
 use crate::jobs::scan::taking::backgrounds::{Background, BackgroundLog};
@@ -29,7 +30,6 @@ use crate::jobs::scan::taking::writing::{FreeRecords, Kept, QUEUE_RECORDS, Recor
 use crate::jobs::scan::watched::LiveWatch;
 use crate::jobs::{JobEnd, StationContext};
 use crate::recordings::notes::Notes;
-use crate::resources::stored_scan::disk_problem;
 
 /// Frames waiting for a thread, and results waiting to be shown: each holds a buffer of the station, which has sixteen in
 /// addition to those of its own recorder.

@@ -9,8 +9,8 @@ use std::time::Instant;
 use scanning::files::peaks::PeaksWriter;
 
 use crate::error::AppError;
+use crate::error::disk_problem;
 use crate::jobs::scan::timing::Timing;
-use crate::resources::stored_scan::disk_problem;
 
 /// Records waiting for the disk: write-back can stall a writer for up to 0.2 s, commonly 0.1 s; at 500 frames/s the
 /// queue covers 0.125 s. A full queue blocks the stages before it.
