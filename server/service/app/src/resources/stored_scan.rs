@@ -1,5 +1,6 @@
 //! Reading stored scans.
 
+use std::error::Error;
 use std::io::BufReader;
 
 use optics::StagePosition;
@@ -8,7 +9,7 @@ use scanning::files::read_cloud_from;
 use scanning::{Cloud, CloudFormat, ScanFrame};
 use store::{ArtifactBytes, ArtifactId, Artifacts, ScanRecord};
 
-use crate::error::AppError;
+use crate::error::{AppError, ErrorKind};
 use crate::resources::scan_run::ScanRun;
 
 /// The id of a new record.
