@@ -1,11 +1,10 @@
 import { defineConfig } from "vitest/config";
 
-// The real program and a real browser. Two files at a time: each waits for the other half of the time.
+// The real program and a real browser: one file after the other, so that each has the machine to itself.
 export default defineConfig({
   test: {
     include: ["browser/**/*.test.ts"],
-    maxWorkers: 2,
-    minWorkers: 1,
+    fileParallelism: false,
     testTimeout: 180_000,
     hookTimeout: 120_000,
   },
