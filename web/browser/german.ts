@@ -42,12 +42,14 @@ export const AT_WORK: Job = {
 
 /** A job of every kind that succeeded, and one of every other end. */
 export const ENDED: readonly Job[] = [
-  ...["calibration", "scan", "recomputation", "verification", "export"].map((kind) => ({
-    kind,
-    state: "succeeded" as const,
-    message: "it is done and the cloud is there",
-    result: { kind: "capture", id: "x", href: "/api/v1/captures/x" },
-  })),
+  ...["calibration", "scan", "recomputation", "verification", "export", "inspection", "re_evaluation"].map(
+    (kind) => ({
+      kind,
+      state: "succeeded" as const,
+      message: "it is done and the cloud is there",
+      result: { kind: "capture", id: "x", href: "/api/v1/captures/x" },
+    }),
+  ),
   { kind: "scan", state: "cancelled" as const, message: "the station was stopped by Anna" },
   { kind: "scan", state: "interrupted" as const, message: "interrupted: the server ended while it ran" },
   {
