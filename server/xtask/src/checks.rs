@@ -118,7 +118,7 @@ fn run_tests(
     match &executables {
         // What was not run for want of something has not passed.
         Some(executables) if noted.is_empty() => executables.note_passed()?,
-        _ => Executables::forget(),
+        _ => Executables::delete_record(),
     }
     if !passed.is_empty() {
         let file = record();

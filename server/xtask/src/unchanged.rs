@@ -44,19 +44,19 @@ impl Executables {
         self.0.iter().filter(as_it_is).map(|(name, _)| name.as_str()).collect()
     }
 
-    /// Notes that all of them passed.
+    /// Records that all of them passed.
     pub fn note_passed(&self) -> Outcome {
         let lines: String = self.0.iter().map(|(name, state)| format!("{name}\t{state}\n")).collect();
         Ok(std::fs::write(record(), lines)?)
     }
 
-    /// Notes that nothing is known any more.
-    pub fn forget() {
+    /// Deletes the record, so that all tests are run the next time.
+    pub fn delete_record() {
         let _ = std::fs::remove_file(record());
     }
 }
 
-/// The file with the record; whoever wants all tests again deletes it.
+/// The file with the record; deleting it by hand makes all tests run again.
 pub fn record() -> PathBuf {
     target_folder().join("passed.txt")
 }
