@@ -171,12 +171,16 @@ mod stations {
         let camera = rig.server.get("/api/v1/devices/camera").expect(200);
         let fastest_hz = camera["capabilities"]["frame_rate_hz"]["max"].as_f64().unwrap();
         // So slow that the recording begins before the first frame.
-        rig.set_camera(&json!({ "roi": roi, "frame_rate_hz": 1.0, "exposure_us": 500.0 }));
+        rig.set_camera(&json!({ "roi": roi, "frame_rate_hz": 1.0 }));
         let (link_before, before, href) = loop {
+            rig.set_camera(&json!({ "exposure_us": 500.0 }));
             let (link, station) = (rig.link(), rig.station());
             rig.live(true);
             let begun = rig.send("POST", "/api/v1/recordings", &[], &json!({ "name": "full rate" }));
             let href = format!("/api/v1/recordings/{}", begun["id"].as_str().unwrap());
+            // Counts are published every 100 ms; with changed settings at once, so also those of before the recording.
+            rig.set_camera(&json!({ "exposure_us": 400.0 }));
+            rig.wait_for("the new settings", |_| rig.server.get(SETTINGS).expect(200)["exposure_us"] == 400.0);
             if arrived(&rig.station()) == arrived(&station) {
                 break (link, station, href);
             }
