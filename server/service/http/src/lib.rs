@@ -11,6 +11,7 @@ mod page;
 mod problem;
 mod rest;
 mod router;
+mod typed_json;
 mod wire;
 mod ws;
 

@@ -13,6 +13,7 @@ use crate::limits::{JSON_BODY_LIMIT_BYTES, JSON_BODY_TIMEOUT};
 use crate::problem::{Problem, ProblemKind};
 use crate::rest::around::objects_only::objects_only;
 use crate::rest::idempotency::fingerprint;
+use crate::typed_json::{PathError, typed};
 use app::hash_hex;
 
 /// A JSON body with its hash.
@@ -81,18 +82,14 @@ pub async fn whole_body(body: Body, limit_bytes: usize, timeout: Duration) -> Re
 
 /// Parses JSON; errors name the place.
 fn parse<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, Problem> {
-    let mut json = serde_json::Deserializer::from_slice(bytes);
-    let value = serde_path_to_error::deserialize(&mut json).map_err(|error| invalid_field(&error))?;
-    json.end().map_err(|error| not_json(&error))?;
     let plain = serde_json::from_slice(bytes).map_err(|error| not_json(&error))?;
+    // From the bytes, since the plain value has lost the keys that are given twice.
+    let value = typed(&mut serde_json::Deserializer::from_slice(bytes)).map_err(|error| invalid_field(&error))?;
     objects_only::<T>(plain).map_err(|error| invalid_field(&error))?;
     Ok(value)
 }
 
-fn invalid_field(error: &serde_path_to_error::Error<serde_json::Error>) -> Problem {
-    if !error.inner().is_data() {
-        return not_json(error.inner());
-    }
+fn invalid_field(error: &PathError) -> Problem {
     let text = error.inner().to_string();
     let what = text.split(" at line ").next().unwrap_or_default();
     Problem::new(ProblemKind::Impossible, what)

@@ -15,9 +15,11 @@ use serde::de::DeserializeOwned;
 use serde_json::Value;
 use store::DamagedRow;
 
+use crate::typed_json::typed;
+
 /// Parses the JSON of a stored record. JSON that this version cannot read counts as a damaged record; it is not guessed.
 fn figures<T: DeserializeOwned>(kind: &'static str, id: &str, stored: Value) -> Result<T, DamagedRow> {
-    serde_json::from_value(stored).map_err(|cause| {
+    typed(stored).map_err(|cause| {
         tracing::warn!(kind, id, %cause, "the stored JSON of a record cannot be read");
         DamagedRow { kind, id: id.to_owned() }
     })

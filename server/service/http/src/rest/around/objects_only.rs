@@ -6,12 +6,14 @@ use serde::de::{DeserializeOwned, Deserializer, Error as _, Expected, IntoDeseri
 use serde::forward_to_deserialize_any;
 use serde_json::{Error, Value};
 
+use crate::typed_json::{PathError, typed};
+
 /// The expectation text of serde's derived code for an internally tagged enum, which also accepts an array.
 const TAGGED: &str = "internally tagged enum";
 
 /// Refuses a body that has an array where `T` has an object.
-pub fn objects_only<T: DeserializeOwned>(body: Value) -> Result<(), serde_path_to_error::Error<Error>> {
-    serde_path_to_error::deserialize::<_, T>(Strict(body)).map(drop)
+pub fn objects_only<T: DeserializeOwned>(body: Value) -> Result<(), PathError> {
+    typed::<T>(Strict(body)).map(drop)
 }
 
 /// A JSON value that is read as a struct only if it is an object.
