@@ -314,3 +314,21 @@ test("in the dark theme, in German, and ended: all controls remain reachable", a
   await expectAccessible(page);
   expect(seen.complaints).toEqual([]);
 });
+
+test("a dark frame is taken with the lens covered, says how it is used, and is removed", async () => {
+  const { page } = seen;
+  const card = page.locator("[data-dark-frame]");
+  expect(await card.textContent()).toContain("None taken.");
+  await card.getByRole("button", { name: "Take dark frame" }).click();
+  const dialog = page.getByRole("dialog");
+  expect(await dialog.textContent()).toContain("Cover the lens.");
+  await dialog.getByRole("button", { name: "Lens is covered: take it" }).click();
+  await card.locator("[data-used=whole]").waitFor();
+  const taken = await server.call<{ n_frames: number }>("GET", "/api/v1/devices/camera/dark-frame");
+  expect(taken.n_frames).toBe(32);
+  await picture(page, "live-dark-frame");
+  await expectAccessible(page);
+  await card.getByRole("button", { name: "Remove" }).click();
+  await page.getByText("None taken.").waitFor();
+  expect(seen.complaints).toEqual([]);
+});

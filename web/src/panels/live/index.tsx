@@ -3,6 +3,7 @@
 import { useSignal } from "@preact/signals";
 import { useEffect, useRef } from "preact/hooks";
 import { useApp } from "../../app";
+import { DarkFrameCard } from "../../parts/dark_frame_card";
 import { activityOf } from "../../parts/job/job_text";
 import type { PlotWords } from "../../scene/plot/profile_plot";
 import { href } from "../../state/browser/route";
@@ -80,6 +81,7 @@ export default function Live() {
           <LightCard />
           <CameraCard view={view.value} histogram={histogram} />
           <StageCard />
+          <DarkFrameCard />
           <RecordingsCard />
         </aside>
       </div>

@@ -1,6 +1,7 @@
 import type { Catalogue } from "../en";
 import { calibration } from "./calibration";
 import { damaged } from "./damaged";
+import { dark_frame } from "./dark_frame";
 import { frame, pages, parts } from "./frame";
 import { health } from "./health";
 import { help } from "./help";
@@ -30,6 +31,7 @@ export const de: Catalogue = {
   drop_reasons,
   calibration,
   damaged,
+  dark_frame,
   health,
   help,
   inspections,

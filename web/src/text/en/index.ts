@@ -1,5 +1,6 @@
 import { calibration } from "./calibration";
 import { damaged } from "./damaged";
+import { dark_frame } from "./dark_frame";
 import { frame, pages, parts } from "./frame";
 import { health } from "./health";
 import { help } from "./help";
@@ -29,6 +30,7 @@ export const en = {
   drop_reasons,
   calibration,
   damaged,
+  dark_frame,
   health,
   help,
   inspections,

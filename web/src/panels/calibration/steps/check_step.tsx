@@ -5,6 +5,7 @@ import { useMemo } from "preact/hooks";
 import { data, idempotencyKey } from "../../../api/client";
 import { useApp } from "../../../app";
 import { CommandButton } from "../../../parts/command_button";
+import { DarkFrameCard } from "../../../parts/dark_frame_card";
 import { useForm } from "../../../parts/fields/form";
 import { NumberField } from "../../../parts/fields/number_field";
 import { Show, useLoaded } from "../../../parts/loading";
@@ -72,6 +73,7 @@ export function StationCheck({ session }: StepProperties) {
             <dd>{projector.line_direction === "columns" ? words.columns : words.rows}</dd>
           </dl>
         </section>
+        <DarkFrameCard />
       </div>
       <div>
         <button type="button" class="primary" onClick={() => goToStep(session.id, "camera")}>
@@ -101,10 +103,13 @@ export function BeginSession() {
       <p>
         {words.check_lead} {words.active_untouched}
       </p>
-      <section class="card">
-        <h2>{text.value.frame.station}</h2>
-        <StationFacts />
-      </section>
+      <div class="cards two">
+        <section class="card">
+          <h2>{text.value.frame.station}</h2>
+          <StationFacts />
+        </section>
+        <DarkFrameCard />
+      </div>
       <Show of={state}>{(defaults) => <BeginForm defaults={defaults} />}</Show>
     </div>
   );

@@ -3,6 +3,7 @@
 import type { RefObject } from "preact";
 import { useEffect, useMemo } from "preact/hooks";
 import { useApp } from "../../../app";
+import { useBlocked } from "../../../parts/blocked";
 import { CommandButton } from "../../../parts/command_button";
 import { useForm } from "../../../parts/fields/form";
 import { NumberField } from "../../../parts/fields/number_field";
@@ -10,7 +11,6 @@ import { ProblemCard } from "../../../parts/problem";
 import { language, text } from "../../../text";
 import { count, decimal } from "../../../units";
 import type { LiveView } from "../live_view";
-import { useBlocked } from "./blocked";
 import { CameraSettings } from "./camera_settings";
 
 interface Properties {

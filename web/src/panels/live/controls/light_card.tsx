@@ -4,13 +4,13 @@ import { useSignal } from "@preact/signals";
 import { useMemo } from "preact/hooks";
 import { data } from "../../../api/client";
 import { useApp } from "../../../app";
+import { useBlocked } from "../../../parts/blocked";
 import { CommandButton } from "../../../parts/command_button";
 import { ProblemCard } from "../../../parts/problem";
 import { Command } from "../../../state/station/command";
 import { language, text } from "../../../text";
 import { decimal } from "../../../units";
 import { laser_power, useLiveCommands } from "../live_commands";
-import { useBlocked } from "./blocked";
 
 export function LightCard() {
   const { station } = useApp();

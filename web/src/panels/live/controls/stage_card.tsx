@@ -4,6 +4,7 @@ import { useSignal } from "@preact/signals";
 import { useEffect, useMemo } from "preact/hooks";
 import { data, type Problem, problemOf } from "../../../api/client";
 import { useApp } from "../../../app";
+import { useBlocked } from "../../../parts/blocked";
 import { CommandButton } from "../../../parts/command_button";
 import { useForm } from "../../../parts/fields/form";
 import { NumberField } from "../../../parts/fields/number_field";
@@ -11,7 +12,6 @@ import { ProblemCard } from "../../../parts/problem";
 import { Command } from "../../../state/station/command";
 import { language, text } from "../../../text";
 import { decimal } from "../../../units";
-import { useBlocked } from "./blocked";
 import { Jog } from "./jog";
 
 /** Speeds offered for jogging, mm/s or °/s. */

@@ -1,9 +1,9 @@
 /** Over the empty picture: why there is none, and the button that starts it. */
 
 import { useApp } from "../../../app";
+import { useBlocked } from "../../../parts/blocked";
 import { CommandButton } from "../../../parts/command_button";
 import { text } from "../../../text";
-import { useBlocked } from "../controls/blocked";
 import { useLiveCommands } from "../live_commands";
 import type { LiveView } from "../live_view";
 

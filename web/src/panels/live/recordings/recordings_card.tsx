@@ -4,6 +4,7 @@ import { useSignal } from "@preact/signals";
 import { useEffect, useMemo } from "preact/hooks";
 import { data, idempotencyKey } from "../../../api/client";
 import { useApp } from "../../../app";
+import { useBlocked } from "../../../parts/blocked";
 import { CommandButton } from "../../../parts/command_button";
 import { Dialog } from "../../../parts/dialogs/dialog";
 import { ProblemCard } from "../../../parts/problem";
@@ -11,7 +12,6 @@ import { Resource } from "../../../state/resource";
 import { Command } from "../../../state/station/command";
 import { language, text } from "../../../text";
 import { bytes, count, duration, moment } from "../../../units";
-import { useBlocked } from "../controls/blocked";
 import { lossesOf, nothingFreed, type Recording } from "./recording_facts";
 
 /** Recordings that are listed; the API has all of them. */
