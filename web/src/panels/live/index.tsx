@@ -3,8 +3,8 @@
 import { useSignal } from "@preact/signals";
 import { useEffect, useRef } from "preact/hooks";
 import { useApp } from "../../app";
-import { DarkFrameCard } from "../../parts/dark_frame_card";
 import { activityOf } from "../../parts/job/job_text";
+import { DarkFrameCard } from "../../parts/station/dark_frame_card";
 import type { PlotWords } from "../../scene/plot/profile_plot";
 import { href } from "../../state/browser/route";
 import { letter_shortcuts } from "../../state/browser/shortcuts";

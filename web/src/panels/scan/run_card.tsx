@@ -2,11 +2,11 @@
 
 import type { Job } from "../../api/client";
 import { CommandButton } from "../../parts/command_button";
-import { useHalted } from "../../parts/halted";
 import { problemOfJob } from "../../parts/job/job_problem";
 import { JobProgress } from "../../parts/job/job_progress";
 import { JobText } from "../../parts/job/job_text";
 import { ProblemCard } from "../../parts/problem";
+import { useHalted } from "../../parts/station/halted";
 import { href } from "../../state/browser/route";
 import { hasEnded } from "../../state/records/jobs";
 import { language, text } from "../../text";

@@ -3,11 +3,11 @@
 import type { RefObject } from "preact";
 import { useEffect, useMemo } from "preact/hooks";
 import { useApp } from "../../../app";
-import { useBlocked } from "../../../parts/blocked";
 import { CommandButton } from "../../../parts/command_button";
 import { useForm } from "../../../parts/fields/form";
 import { NumberField } from "../../../parts/fields/number_field";
 import { ProblemCard } from "../../../parts/problem";
+import { useBlocked } from "../../../parts/station/blocked";
 import { language, text } from "../../../text";
 import { count, decimal } from "../../../units";
 import type { LiveView } from "../live_view";

@@ -1,8 +1,8 @@
 /** Over the empty picture: why there is none, and the button that starts it. */
 
 import { useApp } from "../../../app";
-import { useBlocked } from "../../../parts/blocked";
 import { CommandButton } from "../../../parts/command_button";
+import { useBlocked } from "../../../parts/station/blocked";
 import { text } from "../../../text";
 import { useLiveCommands } from "../live_commands";
 import type { LiveView } from "../live_view";

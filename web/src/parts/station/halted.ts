@@ -1,7 +1,7 @@
 /** After Stop, motion and laser commands are refused until the holder of control resets the station. */
 
-import { useApp } from "../app";
-import { text } from "../text";
+import { useApp } from "../../app";
+import { text } from "../../text";
 
 /** Why nothing can be started, or `undefined` if the station is not stopped. */
 export function useHalted(): string | undefined {

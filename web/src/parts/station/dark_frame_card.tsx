@@ -2,16 +2,16 @@
 
 import { useSignal } from "@preact/signals";
 import { useMemo } from "preact/hooks";
-import { data, Refusal, type Schemas } from "../api/client";
-import { useApp } from "../app";
-import { Command } from "../state/station/command";
-import { language, text } from "../text";
-import { count, decimal, moment } from "../units";
+import { data, Refusal, type Schemas } from "../../api/client";
+import { useApp } from "../../app";
+import { Command } from "../../state/station/command";
+import { language, text } from "../../text";
+import { count, decimal, moment } from "../../units";
+import { CommandButton } from "../command_button";
+import { Dialog } from "../dialogs/dialog";
+import { useFollowed } from "../followed";
+import { Show } from "../loading";
 import { useBlocked } from "./blocked";
-import { CommandButton } from "./command_button";
-import { Dialog } from "./dialogs/dialog";
-import { useFollowed } from "./followed";
-import { Show } from "./loading";
 
 type DarkFrame = Schemas["DarkFrameDto"];
 

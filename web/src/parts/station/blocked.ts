@@ -1,7 +1,7 @@
 /** Why a person cannot command the station now. */
 
-import { useApp } from "../app";
-import { text } from "../text";
+import { useApp } from "../../app";
+import { text } from "../../text";
 
 /** The reason, or `undefined` if nothing is in the way. */
 export function useBlocked(): string | undefined {
