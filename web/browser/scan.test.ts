@@ -149,7 +149,12 @@ async function reported(page: Page): Promise<void> {
   const report = JSON.parse(readFileSync(await (await saved).path(), "utf8"));
   expect(report).toMatchObject({ format: "sheaf-result/1", scan: { id: scan_id } });
   expect(report.measurements[0]).toMatchObject({ request: { tool: "sphere" }, result: { unit: "mm" } });
+  // Chromium refuses to make a PDF while the page's own print dialog is open: the call is noted instead.
+  await page.evaluate(() => {
+    window.print = () => document.documentElement.setAttribute("data-print-called", "");
+  });
   await card.getByRole("button", { name: "Print or save as PDF" }).click();
+  await page.locator("html[data-print-called]").waitFor();
   await page.locator(".print-only img").waitFor({ state: "attached" });
   await page.emulateMedia({ media: "print" });
   await page.locator(".print-only img").waitFor();
