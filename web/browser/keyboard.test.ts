@@ -118,6 +118,9 @@ test(
 test(
   "the rows of a scan that was ended early are shown as its result",
   async () => {
+    // The page of the test before has closed; its control ends with it, at the latest after the lease.
+    const control = async () => (await fetch(`${server.url}/api/v1/station/control`)).status;
+    await until("control is free", async () => (await control()) === 404);
     // More rows than are taken before the person ends it.
     const asked = { source: { kind: "station" }, from_mm: -20, to_mm: 20, step_mm: 0.05, name: "Ended early" };
     const { id } = await server.call<Job>("POST", "/api/v1/scans", asked);
