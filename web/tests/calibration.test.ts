@@ -44,7 +44,7 @@ function sessionOf(boards: Board[], n_views = 0): Session {
   const covered = new Set(boards.flatMap((board) => board.cells ?? []));
   const uncovered_cells = Array.from({ length: 48 }, (_, cell) => cell).filter((cell) => !covered.has(cell));
   const stage_views = Array.from({ length: n_views }, (_, idx) => ({ id: `view ${idx}`, position_mm: idx }));
-  const met = { have: 1, want: 1, met: boards.filter(({ readable = true }) => readable).length >= 8 };
+  const met = { actual: 1, required: 1, met: boards.filter(({ readable = true }) => readable).length >= 8 };
   const needs = {
     boards: met,
     cells: met,
@@ -52,8 +52,8 @@ function sessionOf(boards: Board[], n_views = 0): Session {
     tilted_deg: 15,
     distance_mm: met,
     camera_met: met.met,
-    lit_boards: met,
-    stage_views: { have: n_views, want: 3, met: n_views >= 3 },
+    laser_boards: met,
+    stage_views: { actual: n_views, required: 3, met: n_views >= 3 },
   };
   return {
     id: "s",

@@ -69,17 +69,17 @@ fn features(not_run: &mut BTreeSet<String>) -> &'static [&'static str] {
     }
 }
 
-/// Runs the tests (with nextest where it is installed: those that mostly wait beside those that compute), adds those with
-/// missing requirements to `not_run`, and returns the runner's closing lines.
+/// Runs the tests (with nextest where it is installed: those that mostly wait beside those that compute), adds those
+/// with missing requirements to `not_run`, and returns the runner's closing lines.
 fn run_tests(
     nextest: bool,
     features: &[&str],
     python: Option<&Path>,
     not_run: &mut BTreeSet<String>,
 ) -> Outcome<Vec<String>> {
-    let noted = noted_file()?;
+    let recorded = record_file()?;
     let tests = |mut command: Command| {
-        command.args(features).args(["--no-fail-fast", "--color", "never"]).env("SHEAF_TEST_NOT_RUN", &noted);
+        command.args(features).args(["--no-fail-fast", "--color", "never"]).env("SHEAF_TEST_NOT_RUN", &recorded);
         command.envs(python.map(|python| ("SHEAF_TEST_PYTHON", python)));
         run_and_quote(command)
     };
@@ -114,10 +114,10 @@ fn run_tests(
         println!("── cargo-nextest is not installed: using cargo test");
         tests(linted(&["test", "--workspace", "--lib", "--bins", "--tests"]))?
     };
-    let noted = std::fs::read_to_string(noted)?;
+    let recorded = std::fs::read_to_string(recorded)?;
     match &executables {
         // What was not run for want of something has not passed.
-        Some(executables) if noted.is_empty() => executables.note_passed()?,
+        Some(executables) if recorded.is_empty() => executables.record_passed()?,
         _ => Executables::delete_record(),
     }
     if !passed.is_empty() {
@@ -128,7 +128,7 @@ fn run_tests(
             file.display()
         ));
     }
-    not_run.extend(noted.lines().map(str::to_owned));
+    not_run.extend(recorded.lines().map(str::to_owned));
     Ok(closing)
 }
 
@@ -153,7 +153,7 @@ fn run_and_quote(mut command: Command) -> Outcome<Vec<String>> {
 }
 
 /// The empty file in which tests without their data or their Python record their names.
-fn noted_file() -> Outcome<PathBuf> {
+fn record_file() -> Outcome<PathBuf> {
     let file = target_folder().join("not-run.txt");
     std::fs::create_dir_all(target_folder())?;
     std::fs::write(&file, "")?;

@@ -26,7 +26,7 @@ const PORT: u16 = 8080;
 
 /// Longest time from the program's start to its readiness: five seconds are promised, the rest allows for a busy
 /// machine.
-const READY_WITHIN: Duration = Duration::from_secs(30);
+const READY_LIMIT: Duration = Duration::from_secs(30);
 
 /// Replays the Dockerfile. With `binary` the stages before the last are skipped and that program is used instead.
 pub fn docker_check(binary: Option<&Path>) -> Outcome {
@@ -96,7 +96,7 @@ fn replay_page(stage: &Stage) -> Outcome<PathBuf> {
             Instruction::Run(line) => {
                 run("RUN", Command::new("/bin/sh").args(["-c", line]).current_dir(&folder))?;
             }
-            other => return Err(format!("the page stage must not hold {other:?}").into()),
+            other => return Err(format!("the page stage must not contain {other:?}").into()),
         }
     }
     Ok(root)
@@ -138,7 +138,7 @@ fn replay_build(stage: &Stage, page_root: &Path) -> Outcome<PathBuf> {
                 );
                 run("RUN", &mut mounts.around(Command::new("chroot").arg(&root).args(["/bin/sh", "-c", &line])))?;
             }
-            other => return Err(format!("the build stage must not hold {other:?}").into()),
+            other => return Err(format!("the build stage must not contain {other:?}").into()),
         }
     }
     Ok(output.join("release/sheaf"))
@@ -177,7 +177,7 @@ fn replay_station(stage: &Stage, root: &Path, built: &Path) -> Outcome<Program> 
                 program.words.extend(words.iter().cloned())
             }
             Instruction::HealthCheck(_) | Instruction::Note => {}
-            other => return Err(format!("the station stage must not hold {other:?}").into()),
+            other => return Err(format!("the station stage must not contain {other:?}").into()),
         }
     }
     Ok(program)
@@ -207,7 +207,7 @@ impl Drop for Started {
 
 fn wait_until_ready(mut server: Started) -> Outcome {
     let begun = Instant::now();
-    while begun.elapsed() < READY_WITHIN {
+    while begun.elapsed() < READY_LIMIT {
         if let Some(status) = server.0.try_wait()? {
             return Err(format!("the station ended unexpectedly: {status}").into());
         }
@@ -223,7 +223,7 @@ fn wait_until_ready(mut server: Started) -> Outcome {
         }
         std::thread::sleep(Duration::from_millis(100));
     }
-    Err(format!("the station was not ready within {} s", READY_WITHIN.as_secs()).into())
+    Err(format!("the station was not ready within {} s", READY_LIMIT.as_secs()).into())
 }
 
 fn ready() -> std::io::Result<bool> {

@@ -49,7 +49,7 @@ pub fn parse(text: &str) -> Result<Vec<Stage>, String> {
         let rest = rest.trim();
         if word == "FROM" {
             let (base, name) =
-                rest.split_once(" AS ").ok_or_else(|| format!("`{line}` gives the stage no name"))?;
+                rest.split_once(" AS ").ok_or_else(|| format!("`{line}` does not name the stage"))?;
             stages.push(Stage { base: base.to_owned(), name: name.to_owned(), instructions: Vec::new() });
             continue;
         }

@@ -1,8 +1,8 @@
 //! Compiling, lints and documentation in one pass.
 //!
-//! `cargo clippy` and `cargo doc` each read metadata of all dependencies that only `cargo check` makes, so every library would be
-//! compiled twice, which is a third of a cold run. Clippy is a compiler, though: as the workspace's wrapper it builds what it
-//! reads. And `cargo test --doc` calls rustdoc with the libraries that were built.
+//! `cargo clippy` and `cargo doc` each read metadata of all dependencies that only `cargo check` makes, so every
+//! library would be compiled twice, which is a third of a cold run. Clippy is a compiler, though: as the workspace's
+//! wrapper it builds what it reads. And `cargo test --doc` calls rustdoc with the libraries that were built.
 
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
@@ -87,7 +87,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_only_tests_understand_is_left_out() {
+    fn test_only_arguments_are_removed() {
         let line =
             "--crate-name optics --test src/lib.rs --test-run-directory /here --extern a=b --test-args=--quiet";
         let arguments: Vec<OsString> = line.split(' ').map(OsString::from).collect();

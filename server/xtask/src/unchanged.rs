@@ -1,4 +1,5 @@
-//! Test executables that passed and have not changed since are not run again, which are most of them after a small change.
+//! Test executables that passed and have not changed since are not run again, which are most of them after a small
+//! change.
 //!
 //! A fresh machine has no record, so continuous integration runs them all.
 
@@ -13,8 +14,8 @@ use crate::command::{Outcome, target_folder, workspace};
 use crate::linted::linted;
 use crate::steps::{data_folder, debug_program};
 
-/// What a test executable read when it last passed: name of the executable → its own state, the program's if it runs that,
-/// and the state of every file of the repository that is no Rust code, and where the reference data lie.
+/// What a test executable read when it last passed: name of the executable → its own state, the program's if it runs
+/// that, and the state of every file of the repository that is no Rust code, and where the reference data lie.
 #[derive(PartialEq)]
 pub struct Executables(BTreeMap<String, String>);
 
@@ -24,13 +25,13 @@ impl Executables {
         let list = ["nextest", "list", "--workspace", "--list-type", "binaries-only", "--message-format", "json"];
         let output = linted(&list).args(features).stderr(Stdio::null()).output()?;
         let list: Value = serde_json::from_slice(&output.stdout)?;
-        let surroundings = surroundings()?;
+        let environment = environment()?;
         let program = state(&debug_program());
         let known = |(name, one): (&String, &Value)| {
             let own = state(Path::new(one["binary-path"].as_str()?));
             let runs_program = name == "sheaf" || name.starts_with("sheaf::");
             let program = if runs_program { program.as_str() } else { "" };
-            Some((name.clone(), format!("{own} {program} {surroundings}")))
+            Some((name.clone(), format!("{own} {program} {environment}")))
         };
         let all = list["rust-binaries"].as_object().ok_or("nextest lists no executables")?;
         Ok(Self(all.iter().filter_map(known).collect()))
@@ -40,12 +41,12 @@ impl Executables {
     pub fn passed(&self) -> Vec<&str> {
         let record = std::fs::read_to_string(record()).unwrap_or_default();
         let passed: BTreeMap<&str, &str> = record.lines().filter_map(|line| line.split_once('\t')).collect();
-        let as_it_is = |(name, state): &(&String, &String)| passed.get(name.as_str()) == Some(&state.as_str());
-        self.0.iter().filter(as_it_is).map(|(name, _)| name.as_str()).collect()
+        let is_unchanged = |(name, state): &(&String, &String)| passed.get(name.as_str()) == Some(&state.as_str());
+        self.0.iter().filter(is_unchanged).map(|(name, _)| name.as_str()).collect()
     }
 
     /// Records that all of them passed.
-    pub fn note_passed(&self) -> Outcome {
+    pub fn record_passed(&self) -> Outcome {
         let lines: String = self.0.iter().map(|(name, state)| format!("{name}\t{state}\n")).collect();
         Ok(std::fs::write(record(), lines)?)
     }
@@ -72,7 +73,7 @@ fn state(file: &Path) -> String {
 }
 
 /// The state of all files that tests may read while they run.
-fn surroundings() -> Outcome<String> {
+fn environment() -> Outcome<String> {
     let output = Command::new("git").args(["ls-files", "-z"]).current_dir(workspace()).output()?;
     if !output.status.success() {
         return Err("git cannot list the repository's files".into());

@@ -1,22 +1,22 @@
-/** The typed client of the REST interface: every answer is data or a `Refusal` with cause and remedy. */
+/** The typed client of the REST API: every response is data or a `Refusal` with cause and remedy. */
 
 import createClient, { type Client, type Middleware } from "openapi-fetch";
-import type { StopAnswer } from "../stream/connection";
 import type { components, paths } from "./schema";
+import { fieldOf, textOf } from "./unknown";
 
 export type Schemas = components["schemas"];
 export type Problem = Schemas["Problem"];
 export type Station = Schemas["StationDto"];
 export type Job = Schemas["JobDto"];
 
-/** What the server, or the way to it, refused. */
+/** An error response of the server, or a failed request. */
 export class Refusal extends Error {
   constructor(readonly problem: Problem) {
     super(problem.detail);
   }
 }
 
-/** A stranger's mistake or a broken cable as a problem, so that pages show all refusals alike. */
+/** Any error as a problem, so that pages show all of them alike. */
 export function problemOf(cause: unknown): Problem {
   if (cause instanceof Refusal) return cause.problem;
   const unreachable = cause instanceof TypeError;
@@ -42,24 +42,40 @@ export async function data<T>(asked: Promise<Answer<T>>): Promise<T> {
   throw refusalOf(error, response);
 }
 
+/** Whether a body is problem details (RFC 9457). */
+function isProblem(body: unknown): body is Problem {
+  return textOf(body, "title") !== undefined && textOf(body, "detail") !== undefined;
+}
+
 function refusalOf(error: unknown, response: Response): Refusal {
-  if (typeof error === "object" && error !== null && "detail" in error) return new Refusal(error as Problem);
+  if (isProblem(error)) return new Refusal(error);
   const detail = `the server answered ${response.status} without a reason`;
   return new Refusal({ type: "about:blank", title: response.statusText, status: response.status, detail });
 }
 
-/** Bytes by their address, as `Refusal` where the server does not give them. */
+/** Downloads a URL; throws a `Refusal` on an error response. */
 export async function bytes(href: string, init?: RequestInit): Promise<Response> {
   const response = await fetch(href, init);
   if (!response.ok) throw refusalOf(await response.json().catch(() => undefined), response);
   return response;
 }
 
+/** What is known of a Stop; a response that is no result has neither. */
+export interface StopResult {
+  acknowledged?: boolean | undefined;
+  state?: string | undefined;
+}
+
 /** Requests Stop, with `keepalive` so that it survives the page. The caller sets the time limit. */
-export async function postStop(actor: string, signal: AbortSignal): Promise<Partial<StopAnswer>> {
+export async function postStop(actor: string, signal: AbortSignal): Promise<StopResult> {
   const headers = { "Sheaf-Actor": headerText(actor) };
   const answer = await fetch("/api/v1/station/stop", { method: "POST", keepalive: true, headers, signal });
-  return (await answer.json()) as Partial<StopAnswer>;
+  const body: unknown = await answer.json();
+  const acknowledged = fieldOf(body, "acknowledged");
+  return {
+    acknowledged: typeof acknowledged === "boolean" ? acknowledged : undefined,
+    state: textOf(body, "state"),
+  };
 }
 
 export type Api = Client<paths>;

@@ -597,7 +597,7 @@ export interface paths {
             path?: never;
             cookie?: never;
         };
-        /** Returns the state of the queue of inspections. */
+        /** Returns the state of the inspection queue. */
         get: operations["get_inspection_queue"];
         put?: never;
         post?: never;
@@ -617,8 +617,8 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Holds the queue: no further inspection starts until it is resumed, over restarts too; a running one ends. Other jobs are
-         *     not held.
+         * Holds the inspection queue: no further inspection starts until it is resumed, across restarts too; a running one completes. Other jobs are
+         *     not affected.
          */
         post: operations["hold_inspections"];
         delete?: never;
@@ -636,7 +636,7 @@ export interface paths {
         };
         get?: never;
         put?: never;
-        /** Ends the hold: waiting inspections start in their order. */
+        /** Resumes the inspection queue: waiting inspections start in order. */
         post: operations["resume_inspections"];
         delete?: never;
         options?: never;
@@ -651,12 +651,12 @@ export interface paths {
             path?: never;
             cookie?: never;
         };
-        /** Lists inspections, newest first; with `after_seq` oldest first from there on. */
+        /** Lists inspections, newest first; with `after_seq`, oldest first after that number. */
         get: operations["list_inspections"];
         put?: never;
         /**
-         * Inspects a part: scans it, measures it by a recipe, and judges it. With `wait_s` the answer is the inspection if it is
-         *     finished within that time; a job that fails meanwhile is answered with its problem.
+         * Inspects a part: scans it, measures it according to a recipe, and decides its verdict. With `wait_s` the response is the inspection if it is
+         *     finished within that time, or the problem if the job fails.
          */
         post: operations["start_inspection"];
         delete?: never;
@@ -692,8 +692,8 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Judges the scan of an inspection by another version of a recipe. The result is a new inspection that names this one and
-         *     lists the verdicts that changed; this one stays as it is.
+         * Re-evaluates the scan of an inspection with another version of a recipe. The result is a new inspection that refers to this one and
+         *     lists the verdicts that changed; this one is not changed.
          */
         post: operations["re_evaluate_inspection"];
         delete?: never;
@@ -798,10 +798,10 @@ export interface paths {
             path?: never;
             cookie?: never;
         };
-        /** Lists recipes in their newest version, the one made last first. */
+        /** Lists recipes with their newest version, most recently created first. */
         get: operations["list_recipes"];
         put?: never;
-        /** Makes a recipe: its version 1. */
+        /** Creates a recipe with version 1. */
         post: operations["create_recipe"];
         delete?: never;
         options?: never;
@@ -819,8 +819,8 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Imports a file: makes the recipe, or publishes its next version, for which `If-Match` is needed. A file whose content the
-         *     newest version already has changes nothing.
+         * Imports a file: creates the recipe, or publishes its next version, which requires `If-Match`. If the newest version already has
+         *     the same content, nothing is changed.
          */
         post: operations["import_recipe"];
         delete?: never;
@@ -836,7 +836,7 @@ export interface paths {
             path?: never;
             cookie?: never;
         };
-        /** Returns a recipe in its newest version, whose number is needed to change it. */
+        /** Returns a recipe with its newest version; the `ETag` is needed to change it. */
         get: operations["get_recipe"];
         put?: never;
         post?: never;
@@ -855,7 +855,7 @@ export interface paths {
         };
         get?: never;
         put?: never;
-        /** Archives a recipe: no part can be inspected by it, and its number is free. Its versions are kept. */
+        /** Archives a recipe: it can no longer be used for inspections, and its number becomes free. Its versions are kept. */
         post: operations["archive_recipe"];
         delete?: never;
         options?: never;
@@ -889,7 +889,7 @@ export interface paths {
         };
         get?: never;
         put?: never;
-        /** Takes an archived recipe into use again. */
+        /** Restores an archived recipe. */
         post: operations["restore_recipe"];
         delete?: never;
         options?: never;
@@ -924,7 +924,7 @@ export interface paths {
         /** Lists the versions of a recipe, newest first. */
         get: operations["list_recipe_versions"];
         put?: never;
-        /** Publishes the next version of a recipe. Inspections that were requested keep theirs. */
+        /** Publishes the next version of a recipe. Inspections already requested keep their version. */
         post: operations["publish_recipe"];
         delete?: never;
         options?: never;
@@ -1630,7 +1630,7 @@ export interface components {
              */
             retry_after_s?: number | null;
         };
-        /** @description A value that is handed on. */
+        /** @description Value of an attribute. */
         AttributeDto: string | number | boolean;
         /** @description The fit of a turntable's axis. */
         AxisFitDto: {
@@ -1708,7 +1708,7 @@ export interface components {
             /** @description Frames processed without subtraction: the room was dark enough, or had changed. */
             n_frames_without: number;
             /** @description Number of laser-off images. */
-            n_pictures: number;
+            n_images: number;
         };
         /** @description The board as detected in one frame. Nothing is stored. */
         BoardDetectionDto: {
@@ -2409,13 +2409,13 @@ export interface components {
             value?: number | null;
             verdict?: components["schemas"]["VerdictDto"] | null;
         };
-        /** @description A characteristic as measured; values are in `unit`. */
+        /** @description A measured characteristic; values are in `unit`. */
         CharacteristicResultDto: {
-            /** @description As the plan gave them. */
+            /** @description Attributes from the plan, unchanged. */
             attributes: {
                 [key: string]: components["schemas"]["AttributeDto"];
             };
-            /** @description Of an angle the turns about two axes, of a position the deviations along x, y, z. */
+            /** @description For an angle: rotations about two axes; for a position: deviations along x, y, z. */
             components?: number[] | null;
             /**
              * Format: double
@@ -2434,7 +2434,7 @@ export interface components {
             expanded_uncertainty?: number | null;
             /** @description Why it could not be measured. */
             failure?: string | null;
-            /** @description Findings that question the features it rests on. */
+            /** @description Findings that question the features used. */
             findings: components["schemas"]["PlanFindingDto"][];
             /** @description Its id in the plan. */
             id: string;
@@ -2452,7 +2452,7 @@ export interface components {
             nominal?: number | null;
             /** @description Notes, in sentences. */
             notes: string[];
-            /** @description Why it is undecided or invalid, in words. */
+            /** @description Why it is undecided or invalid, in a sentence. */
             reason?: string | null;
             /**
              * Format: double
@@ -2545,16 +2545,16 @@ export interface components {
             /** @description Names of rows and columns: camera, light (local increments), stage. */
             parameters: string[];
         };
-        /** @description Request to make a recipe. */
+        /** @description Request to create a recipe. */
         CreateRecipeDto: {
             /**
-             * @description Its id: up to 64 of a to z, 0 to 9, `-` and `_`, beginning with a letter.
+             * @description Its id: up to 64 of a to z, 0 to 9, `-` and `_`, starting with a letter.
              * @example bracket
              */
             id: string;
-            /** @description Why it is made. */
+            /** @description Reason for creating it. */
             reason: string;
-            /** @description What is scanned, measured and judged. */
+            /** @description The content. */
             recipe: components["schemas"]["RecipeDto"];
         };
         /** @description Comparison of the light models on held-out poses. */
@@ -2853,7 +2853,7 @@ export interface components {
             /** @enum {string} */
             kind: "recipe.archived";
         } | {
-            /** @description An archived recipe was taken into use again. */
+            /** @description An archived recipe was restored. */
             body: components["schemas"]["Initiator"];
             /** @enum {string} */
             kind: "recipe.restored";
@@ -2863,12 +2863,12 @@ export interface components {
             /** @enum {string} */
             kind: "inspection.finished";
         } | {
-            /** @description The queue of inspections was held: no further one starts. */
+            /** @description The inspection queue was held: no further inspection starts. */
             body: components["schemas"]["InspectionsHeld"];
             /** @enum {string} */
             kind: "inspections.held";
         } | {
-            /** @description The hold of the queue of inspections ended. */
+            /** @description The inspection queue was resumed. */
             body: components["schemas"]["Initiator"];
             /** @enum {string} */
             kind: "inspections.resumed";
@@ -3177,7 +3177,7 @@ export interface components {
             /** @description A point on it. */
             point_mm: number[];
         } | {
-            /** @description Where it is. */
+            /** @description Its position. */
             at_mm: number[];
             /** @enum {string} */
             kind: "point";
@@ -3257,7 +3257,7 @@ export interface components {
          *     }
          */
         InspectDto: {
-            /** @description Handed on to other systems as they are. */
+            /** @description Passed on unchanged to other systems. */
             attributes?: {
                 [key: string]: string;
             };
@@ -3267,7 +3267,7 @@ export interface components {
             /** @description Serial number of the part. */
             serial: string;
         };
-        /** @description The version of a recipe that a part was inspected by. */
+        /** @description The version of a recipe used for an inspection. */
         InspectedByDto: {
             /** @description Digest of the version. */
             digest: string;
@@ -3286,11 +3286,11 @@ export interface components {
              */
             version: number;
         };
-        /** @description A part that was inspected; it never changes. */
+        /** @description An inspection of a part; it never changes. */
         InspectionDto: {
             /** @description Why there is no datum frame. */
             alignment_failure?: string | null;
-            /** @description Of the part. */
+            /** @description Attributes of the part. */
             attributes: {
                 [key: string]: string;
             };
@@ -3316,9 +3316,9 @@ export interface components {
             job_id?: string | null;
             /** @description The order it was made for. */
             order?: string | null;
-            /** @description The inspection whose scan was judged anew. */
+            /** @description The inspection that this one re-evaluates. */
             re_evaluated_from?: string | null;
-            /** @description What it was inspected by. */
+            /** @description The recipe used. */
             recipe: components["schemas"]["InspectedByDto"];
             /** @description The characteristics, in the order of the plan. */
             results: components["schemas"]["CharacteristicResultDto"][];
@@ -3335,7 +3335,7 @@ export interface components {
             serial: string;
             /** @description Whether the devices were simulated, or a recording: no verdict on a real part. */
             simulated: boolean;
-            /** @description The verdict on the part: the worst of its characteristics; `invalid` if none is judged. Accept only `ok`. */
+            /** @description The verdict on the part: the worst of its characteristics; `invalid` if none has a verdict. Accept only `ok`. */
             verdict: components["schemas"]["VerdictDto"];
         };
         /** @description A part that was inspected. */
@@ -3344,7 +3344,7 @@ export interface components {
             calibration_id: string;
             /** @description The order it was made for. */
             order?: string | null;
-            /** @description The inspection whose scan was judged anew. */
+            /** @description The inspection that this one re-evaluates. */
             re_evaluated_from?: string | null;
             /** @description Recipe and version: `bracket@7`. */
             recipe: string;
@@ -3371,7 +3371,7 @@ export interface components {
         };
         /** @description Inspect a part. */
         InspectionJobDto: {
-            /** @description Handed on to other systems as they are. */
+            /** @description Passed on unchanged to other systems. */
             attributes: {
                 [key: string]: string;
             };
@@ -3381,23 +3381,23 @@ export interface components {
             recipe_id: string;
             /**
              * Format: int64
-             * @description Its version, decided when the job was accepted.
+             * @description Its version, fixed when the job was accepted.
              */
             recipe_version: number;
             /** @description Serial number of the part. */
             serial: string;
         };
-        /** @description The queue of inspections. */
+        /** @description The inspection queue. */
         InspectionQueueDto: {
-            /** @description Whether no further inspection starts. */
+            /** @description Whether the queue is held: no further inspection starts. */
             held: boolean;
-            /** @description Who holds it. */
+            /** @description Who held it. */
             held_by?: string | null;
-            /** @description Inspections that wait. */
+            /** @description Number of waiting inspections. */
             n_waiting: number;
             /** @description Why. */
             reason?: string | null;
-            /** @description The job of the running one. */
+            /** @description The job of the running inspection. */
             running_job_id?: string | null;
             /**
              * Format: int64
@@ -3405,7 +3405,7 @@ export interface components {
              */
             since_ms?: number | null;
         };
-        /** @description A hold of the queue of inspections. */
+        /** @description A hold of the inspection queue. */
         InspectionsHeld: components["schemas"]["Initiator"] & {
             /** @description Why. */
             reason?: string | null;
@@ -3458,7 +3458,7 @@ export interface components {
             actor?: string | null;
             /** @description Id of the job. */
             id: string;
-            /** @description `calibration`, `scan`, `recomputation`, `verification`, `export`. */
+            /** @description `calibration`, `scan`, `recomputation`, `verification`, `export`, `inspection`, `re_evaluation`. */
             kind: string;
             /** @description Final message for the operator. */
             message?: string | null;
@@ -3855,7 +3855,7 @@ export interface components {
             items: {
                 /** @description Why there is no datum frame. */
                 alignment_failure?: string | null;
-                /** @description Of the part. */
+                /** @description Attributes of the part. */
                 attributes: {
                     [key: string]: string;
                 };
@@ -3881,9 +3881,9 @@ export interface components {
                 job_id?: string | null;
                 /** @description The order it was made for. */
                 order?: string | null;
-                /** @description The inspection whose scan was judged anew. */
+                /** @description The inspection that this one re-evaluates. */
                 re_evaluated_from?: string | null;
-                /** @description What it was inspected by. */
+                /** @description The recipe used. */
                 recipe: components["schemas"]["InspectedByDto"];
                 /** @description The characteristics, in the order of the plan. */
                 results: components["schemas"]["CharacteristicResultDto"][];
@@ -3900,7 +3900,7 @@ export interface components {
                 serial: string;
                 /** @description Whether the devices were simulated, or a recording: no verdict on a real part. */
                 simulated: boolean;
-                /** @description The verdict on the part: the worst of its characteristics; `invalid` if none is judged. Accept only `ok`. */
+                /** @description The verdict on the part: the worst of its characteristics; `invalid` if none has a verdict. Accept only `ok`. */
                 verdict: components["schemas"]["VerdictDto"];
             }[];
             /** @description URL of the next page; absent on the last page. */
@@ -3993,7 +3993,7 @@ export interface components {
             damaged?: components["schemas"]["DamagedRecordDto"][];
             /** @description The records, newest first. */
             items: {
-                /** @description No longer used. */
+                /** @description Archived. */
                 archived: boolean;
                 /** @description Who published the newest version. */
                 author: string;
@@ -4006,16 +4006,16 @@ export interface components {
                 digest: string;
                 /** @description Its id. */
                 id: string;
-                /** @description What people call it. */
+                /** @description Display name. */
                 name: string;
                 /**
                  * Format: int32
-                 * @description By which a PLC calls it.
+                 * @description Number by which a PLC selects it.
                  */
                 number?: number | null;
                 /** @description Why. */
                 reason: string;
-                /** @description A regular expression for whole serial numbers. */
+                /** @description A regular expression that must match the whole serial number. */
                 serial_pattern?: string | null;
                 /**
                  * Format: int64
@@ -4048,11 +4048,11 @@ export interface components {
                 id: string;
                 /** @description Why. */
                 reason: string;
-                /** @description What is scanned, measured and judged. */
+                /** @description The content. */
                 recipe: components["schemas"]["RecipeDto"];
                 /**
                  * Format: int64
-                 * @description The version whose content it has again.
+                 * @description The earlier version that it restores.
                  */
                 restored_from?: number | null;
                 /**
@@ -4202,7 +4202,7 @@ export interface components {
                 created_at_ms: number;
                 /** @description UUID v7. */
                 id: string;
-                /** @description What its steps have, and what a good calibration needs. */
+                /** @description Requirements of a good calibration and how far they are met. */
                 needs: components["schemas"]["SessionNeedsDto"];
                 /**
                  * Format: int64
@@ -4554,9 +4554,9 @@ export interface components {
             /** @default null */
             target: components["schemas"]["TargetDto"] | null;
         };
-        /** @description A recipe in its newest version. */
+        /** @description A recipe with its newest version. */
         NewestRecipeDto: components["schemas"]["RecipeVersionDto"] & {
-            /** @description No longer used; no part can be inspected by it. */
+            /** @description Archived: no part can be inspected with it. */
             archived: boolean;
         };
         /** @description Depth difference of one order. */
@@ -4636,15 +4636,15 @@ export interface components {
          * @enum {string}
          */
         PixelFormatDto: "mono8" | "mono16";
-        /** @description A place that differs. */
+        /** @description A change. */
         PlaceChangeDto: {
             /**
-             * @description What is there, as JSON; absent if there is nothing.
+             * @description New value, as JSON; absent if removed.
              * @example 0.1
              */
             new?: string | null;
             /**
-             * @description What was there, as JSON; absent if there was nothing.
+             * @description Old value, as JSON; absent if added.
              * @example 0.05
              */
             old?: string | null;
@@ -4749,7 +4749,7 @@ export interface components {
             /** @description What it is. */
             shape: components["schemas"]["PlanFeatureShape"];
         };
-        /** @description A feature as found. */
+        /** @description A fitted feature. */
         PlanFeatureDto: {
             /** @description Why it was not found. */
             failure?: string | null;
@@ -4758,15 +4758,15 @@ export interface components {
             geometry?: components["schemas"]["GeometryDto"] | null;
             /** @description Its id in the plan. */
             id: string;
-            /** @description What it is: `plane`, `circle`, … */
+            /** @description Its kind: `plane`, `circle`, … */
             kind: string;
-            /** @description Points on or inside it that were left out. */
+            /** @description Points on or inside it that were not used. */
             n_left_out: number;
-            /** @description Points (of a rim: crossings) the fit rests on. */
+            /** @description Number of points used in the fit (for a rim: edge crossings). */
             n_points: number;
             /**
              * Format: double
-             * @description RMS of the points about it.
+             * @description RMS distance of the points from it.
              */
             rms_mm?: number | null;
         };
@@ -5161,9 +5161,9 @@ export interface components {
         };
         /** @description Request to publish a version of a recipe. */
         PublishRecipeDto: {
-            /** @description Why it is changed. */
+            /** @description Reason for the change. */
             reason: string;
-            /** @description What is scanned, measured and judged, as a whole. */
+            /** @description The complete content. */
             recipe: components["schemas"]["RecipeDto"];
         };
         /** @description Allowed range of a number. */
@@ -5180,7 +5180,7 @@ export interface components {
             min: number;
         };
         /**
-         * @description Request to judge the scan of an inspection by another version of a recipe.
+         * @description Request to re-evaluate the scan of an inspection with another version of a recipe.
          * @example {
          *       "recipe": "bracket@8"
          *     }
@@ -5188,7 +5188,7 @@ export interface components {
         ReEvaluateDto: {
             recipe?: components["schemas"]["RecipeRefDto"] | null;
         };
-        /** @description Judge the scan of an inspection by another version of a recipe. */
+        /** @description Re-evaluate the scan of an inspection with another version of a recipe. */
         ReEvaluationJobDto: {
             /** @description The inspection. */
             inspection_id: string;
@@ -5215,49 +5215,49 @@ export interface components {
              */
             status: string;
         };
-        /** @description What differs between two versions. */
+        /** @description Differences between two versions. */
         RecipeDifferenceDto: {
-            /** @description The places that differ. */
+            /** @description The changes. */
             changes: components["schemas"]["PlaceChangeDto"][];
             /**
              * Format: int64
-             * @description The version before.
+             * @description The earlier version.
              */
             from: number;
             /**
              * Format: int64
-             * @description The version after.
+             * @description The later version.
              */
             to: number;
         };
-        /** @description How a part is scanned, measured and judged. It holds no calibration: an inspection uses the active one. */
+        /** @description How a part is scanned and measured, and its limits. It contains no calibration: an inspection uses the active one. */
         RecipeDto: {
-            /** @description Handed on to other systems as they are. */
+            /** @description Passed on unchanged to other systems. */
             attributes?: {
                 [key: string]: string;
             };
-            /** @description What people call it. */
+            /** @description Display name. */
             name: string;
             /**
              * Format: int32
-             * @description By which a PLC calls it; no two recipes in use have the same.
+             * @description Number by which a PLC selects it; unique among recipes in use.
              */
             number?: number | null;
             /** @description What is measured, and within which limits. */
             plan: components["schemas"]["Plan"];
             /** @description How the part is scanned. */
-            scan: components["schemas"]["RecipeScanDto"];
+            scan: components["schemas"]["ScanSettingsDto"];
             /**
-             * @description A regular expression for whole serial numbers: the recipe is chosen for parts whose number matches.
+             * @description A regular expression that must match the whole serial number: the recipe is selected for parts that match.
              * @example BR-[0-9]{4}
              */
             serial_pattern?: string | null;
         };
-        /** @description A version of a recipe as one file. Where it came from is for people; `id`, `digest` and `recipe` are imported. */
+        /** @description A version of a recipe as one file. Only `id`, `digest` and `recipe` are imported; the other fields are informative. */
         RecipeFileDto: {
             /** @description Who published it there. */
             author?: string;
-            /** @description SHA-256 of the canonical content; leave it out of a file that is written by hand. */
+            /** @description SHA-256 of the canonical content; omit it in a file written by hand. */
             digest?: string | null;
             /** @description Version of this document. */
             format: components["schemas"]["RecipeFormatDto"];
@@ -5265,7 +5265,7 @@ export interface components {
             id: string;
             /** @description Why. */
             reason?: string;
-            /** @description What is scanned, measured and judged. */
+            /** @description The content. */
             recipe: components["schemas"]["RecipeDto"];
             /**
              * Format: int64
@@ -5280,7 +5280,7 @@ export interface components {
         RecipeFormatDto: "sheaf-recipe/1";
         /** @description A recipe in a list. */
         RecipeItemDto: {
-            /** @description No longer used. */
+            /** @description Archived. */
             archived: boolean;
             /** @description Who published the newest version. */
             author: string;
@@ -5293,16 +5293,16 @@ export interface components {
             digest: string;
             /** @description Its id. */
             id: string;
-            /** @description What people call it. */
+            /** @description Display name. */
             name: string;
             /**
              * Format: int32
-             * @description By which a PLC calls it.
+             * @description Number by which a PLC selects it.
              */
             number?: number | null;
             /** @description Why. */
             reason: string;
-            /** @description A regular expression for whole serial numbers. */
+            /** @description A regular expression that must match the whole serial number. */
             serial_pattern?: string | null;
             /**
              * Format: int64
@@ -5318,14 +5318,14 @@ export interface components {
             digest: string;
             /**
              * Format: int32
-             * @description By which a PLC calls it.
+             * @description Number by which a PLC selects it.
              */
             number?: number | null;
             /** @description Why it was published. */
             reason: string;
             /**
              * Format: int64
-             * @description The version whose content it has again.
+             * @description The earlier version that it restores.
              */
             restored_from?: number | null;
             /**
@@ -5335,78 +5335,10 @@ export interface components {
             version: number;
         };
         /**
-         * @description Names a recipe: `bracket` (its newest version), `bracket@7`, or its number.
+         * @description Reference to a recipe: `bracket` (its newest version), `bracket@7`, or its number.
          * @example bracket@7
          */
         RecipeRefDto: number | string;
-        /**
-         * @description How a part is scanned: the fields of a scan request that are the same for every part. The calibration is the active one.
-         * @example {
-         *       "from_mm": -20,
-         *       "step_mm": 0.2,
-         *       "to_mm": 20
-         *     }
-         */
-        RecipeScanDto: {
-            background?: components["schemas"]["BackgroundDto"] | null;
-            /**
-             * Format: double
-             * @description Exposure time of the frames; default: chosen by the station.
-             */
-            exposure_us?: number | null;
-            /** @description Two to four exposure times per row instead of one (HDR), stop-and-go only. */
-            exposures_us?: number[];
-            /**
-             * Format: double
-             * @description First angle of a turntable.
-             */
-            from_deg?: number | null;
-            /**
-             * Format: double
-             * @description First position of a linear stage.
-             */
-            from_mm?: number | null;
-            /** @description Keep the frames as a capture. */
-            keep_frames?: boolean;
-            /**
-             * Format: double
-             * @description Laser power, share of full power; default: chosen by the station.
-             */
-            laser_power?: number | null;
-            mode?: components["schemas"]["ScanModeDto"] | null;
-            /** @description Record everything that the camera delivers during the scan as an MCAP file. */
-            record?: boolean;
-            /**
-             * Format: double
-             * @description Speed of a continuous scan on a turntable; the step follows from the frame rate.
-             */
-            speed_deg_s?: number | null;
-            /**
-             * Format: double
-             * @description Speed of a continuous scan; the step follows from the frame rate.
-             */
-            speed_mm_s?: number | null;
-            /**
-             * Format: double
-             * @description Angle between rows.
-             */
-            step_deg?: number | null;
-            /**
-             * Format: double
-             * @description Distance between rows.
-             */
-            step_mm?: number | null;
-            /**
-             * Format: double
-             * @description Last angle of a turntable.
-             */
-            to_deg?: number | null;
-            /**
-             * Format: double
-             * @description Last position of a linear stage.
-             */
-            to_mm?: number | null;
-        };
         /** @description A version of a recipe; it never changes. */
         RecipeVersionDto: {
             /** @description Who published it. */
@@ -5422,11 +5354,11 @@ export interface components {
             id: string;
             /** @description Why. */
             reason: string;
-            /** @description What is scanned, measured and judged. */
+            /** @description The content. */
             recipe: components["schemas"]["RecipeDto"];
             /**
              * Format: int64
-             * @description The version whose content it has again.
+             * @description The earlier version that it restores.
              */
             restored_from?: number | null;
             /**
@@ -5594,14 +5526,14 @@ export interface components {
              * Format: double
              * @description Current value.
              */
-            have: number;
+            actual: number;
             /** @description Whether the requirement is met. */
             met: boolean;
             /**
              * Format: double
              * @description Required value.
              */
-            want: number;
+            required: number;
         };
         /** @description Residuals of a calibration over the image. */
         ResidualsDto: {
@@ -5738,11 +5670,15 @@ export interface components {
             calibration_id?: string | null;
             /**
              * Format: double
-             * @description Exposure time of the frames.
+             * @description Exposure time of the frames; default: chosen by the station.
              */
             exposure_us?: number | null;
-            /** @description Two to four exposure times per row instead of one (HDR). */
-            exposures_us: number[];
+            /**
+             * @description Two to four exposure times per row instead of one (HDR), stop-and-go only: dark areas of a part are taken from the
+             *     long exposures, bright areas from the short ones. Each at least 1.5 times the next shorter one; four to eight times is
+             *     usual.
+             */
+            exposures_us?: number[];
             /**
              * Format: double
              * @description First angle of a turntable.
@@ -5754,21 +5690,24 @@ export interface components {
              */
             from_mm?: number | null;
             /** @description Keep the frames as a capture. */
-            keep_frames: boolean;
+            keep_frames?: boolean;
             /**
              * Format: double
-             * @description Laser power, share of full power.
+             * @description Laser power, share of full power; default: chosen by the station.
              */
             laser_power?: number | null;
             /** @description What is measured in the same job. */
             measure: components["schemas"]["MeasureDto"][];
             mode?: components["schemas"]["ScanModeDto"] | null;
-            /** @description Its name. */
+            /** @description Name of the scan. */
             name?: string | null;
             /** @description Purpose of the scan. */
             purpose: components["schemas"]["ScanPurposeDto"];
-            /** @description Record everything that the camera delivers during the scan as an MCAP file. */
-            record: boolean;
+            /**
+             * @description Record everything that the camera delivers during the scan as an MCAP file (`GET /recordings`). A full disk ends the
+             *     recording, not the scan.
+             */
+            record?: boolean;
             /** @description The partial scan to resume. */
             resume_scan_id?: string | null;
             /** @description Source of the frames. */
@@ -5795,7 +5734,7 @@ export interface components {
             step_mm?: number | null;
             /**
              * Format: double
-             * @description Last angle of a turntable.
+             * @description Last angle of a turntable; more than a full turn shows the closure.
              */
             to_deg?: number | null;
             /**
@@ -6147,6 +6086,81 @@ export interface components {
              */
             unambiguous_depth_mm?: number[] | null;
         };
+        /**
+         * @description How a part is scanned: the fields of a scan request that are the same for every part. The calibration is the active one.
+         * @example {
+         *       "from_mm": -20,
+         *       "step_mm": 0.2,
+         *       "to_mm": 20
+         *     }
+         */
+        ScanSettingsDto: {
+            background?: components["schemas"]["BackgroundDto"] | null;
+            /**
+             * Format: double
+             * @description Exposure time of the frames; default: chosen by the station.
+             */
+            exposure_us?: number | null;
+            /**
+             * @description Two to four exposure times per row instead of one (HDR), stop-and-go only: dark areas of a part are taken from the
+             *     long exposures, bright areas from the short ones. Each at least 1.5 times the next shorter one; four to eight times is
+             *     usual.
+             */
+            exposures_us?: number[];
+            /**
+             * Format: double
+             * @description First angle of a turntable.
+             */
+            from_deg?: number | null;
+            /**
+             * Format: double
+             * @description First position of a linear stage.
+             */
+            from_mm?: number | null;
+            /** @description Keep the frames as a capture. */
+            keep_frames?: boolean;
+            /**
+             * Format: double
+             * @description Laser power, share of full power; default: chosen by the station.
+             */
+            laser_power?: number | null;
+            mode?: components["schemas"]["ScanModeDto"] | null;
+            /**
+             * @description Record everything that the camera delivers during the scan as an MCAP file (`GET /recordings`). A full disk ends the
+             *     recording, not the scan.
+             */
+            record?: boolean;
+            /**
+             * Format: double
+             * @description Speed of a continuous scan on a turntable; the step follows from the frame rate.
+             */
+            speed_deg_s?: number | null;
+            /**
+             * Format: double
+             * @description Speed of a continuous scan on a linear stage; the step follows from the frame rate.
+             */
+            speed_mm_s?: number | null;
+            /**
+             * Format: double
+             * @description Angle between rows.
+             */
+            step_deg?: number | null;
+            /**
+             * Format: double
+             * @description Distance between rows.
+             */
+            step_mm?: number | null;
+            /**
+             * Format: double
+             * @description Last angle of a turntable; more than a full turn shows the closure.
+             */
+            to_deg?: number | null;
+            /**
+             * Format: double
+             * @description Last position of a linear stage.
+             */
+            to_mm?: number | null;
+        };
         /** @description Source of the frames of a scan. */
         ScanSourceDto: {
             /** @enum {string} */
@@ -6282,7 +6296,7 @@ export interface components {
             created_at_ms: number;
             /** @description UUID v7. */
             id: string;
-            /** @description What its steps have, and what a good calibration needs. */
+            /** @description Requirements of a good calibration and how far they are met. */
             needs: components["schemas"]["SessionNeedsDto"];
             /**
              * Format: int64
@@ -6290,7 +6304,7 @@ export interface components {
              */
             version: number;
         };
-        /** @description What the steps of a session have and need. */
+        /** @description The requirements of the steps of a session. */
         SessionNeedsDto: {
             /** @description Boards with detected corners. */
             boards: components["schemas"]["RequirementDto"];
@@ -6301,7 +6315,7 @@ export interface components {
             /** @description Spread of the board distances, mm. */
             distance_mm: components["schemas"]["RequirementDto"];
             /** @description Boards with detected laser lines. */
-            lit_boards: components["schemas"]["RequirementDto"];
+            laser_boards: components["schemas"]["RequirementDto"];
             /** @description Stage positions with a detected board. */
             stage_views: components["schemas"]["RequirementDto"];
             /** @description Boards tilted by `tilted_deg` or more. */
@@ -6682,7 +6696,7 @@ export interface components {
             /** @description What is measured in the same job; the verdict does not depend on a connected client. */
             measure?: components["schemas"]["MeasureDto"][];
             mode?: components["schemas"]["ScanModeDto"] | null;
-            /** @description Its name. */
+            /** @description Name of the scan. */
             name?: string | null;
             /**
              * @description Record everything that the camera delivers during the scan as an MCAP file (`GET /recordings`). A full disk ends the
@@ -7049,6 +7063,11 @@ export interface components {
             verdicts: components["schemas"]["WatchVerdictDto"][];
         };
         /**
+         * @description Why a watch has its state, as a code that clients translate.
+         * @enum {string}
+         */
+        WatchReasonDto: "steps_lost" | "no_steps_lost" | "loss_undetectable" | "little_overlap" | "no_wavelength" | "wavelength_stable" | "wavelength_corrected" | "wavelength_or_tilt" | "no_slopes" | "scale_stable" | "scale_wrong" | "little_unsaturated_overlap" | "reference_incomplete" | "powers_stable" | "grating_rotated" | "grating_dirty" | "power_loss";
+        /**
          * @description State of a watch.
          * @enum {string}
          */
@@ -7067,6 +7086,7 @@ export interface components {
             position_mm?: number | null;
             /** @description The result in a sentence, with the remedy. */
             reason: string;
+            reason_code?: components["schemas"]["WatchReasonDto"] | null;
             /**
              * Format: double
              * @description Standard deviation of the value; if no lost steps were detected, the smallest detectable loss, mm.
@@ -7091,6 +7111,8 @@ export interface components {
             position_mm?: number | null;
             /** @description The warning in a sentence. */
             reason: string;
+            /** @description The warning as a code, as in `WatchReasonDto`; absent in events of version 0.1. */
+            reason_code?: string | null;
             /**
              * Format: double
              * @description Standard deviation of the value.
@@ -7260,7 +7282,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description Forgotten */
+            /** @description Deleted */
             204: {
                 headers: {
                     [name: string]: unknown;
@@ -7991,7 +8013,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description Forgotten */
+            /** @description Deleted */
             204: {
                 headers: {
                     [name: string]: unknown;
@@ -8701,19 +8723,19 @@ export interface operations {
     list_inspections: {
         parameters: {
             query?: {
-                /** @description Only of the part with this serial number. */
+                /** @description Only inspections of the part with this serial number. */
                 serial?: string;
-                /** @description Only for this order. */
+                /** @description Only inspections for this order. */
                 order?: string;
-                /** @description Only by this recipe: `bracket`, or `bracket@7` for one version. */
+                /** @description Only inspections with this recipe: `bracket`, or `bracket@7` for one version. */
                 recipe?: string;
-                /** @description Only with this verdict. */
+                /** @description Only inspections with this verdict. */
                 verdict?: components["schemas"]["VerdictDto"];
-                /** @description Only those made at or after this, ms since 1970 (UTC). */
+                /** @description Only inspections at or after this time, ms since 1970 (UTC). */
                 from_ms?: number;
-                /** @description Only those made before this, ms since 1970 (UTC). */
+                /** @description Only inspections before this time, ms since 1970 (UTC). */
                 to_ms?: number;
-                /** @description Only those after this number, oldest first: for readers that follow without missing one. */
+                /** @description Only inspections after this number, oldest first: for clients that must not miss any. */
                 after_seq?: number;
                 /** @description Id of the last inspection of the previous page. */
                 before?: string;
@@ -8745,7 +8767,7 @@ export interface operations {
     start_inspection: {
         parameters: {
             query?: {
-                /** @description Seconds to wait for the result, 0 to 30; default 0. The inspection goes on when the time is over. */
+                /** @description Seconds to wait for the result, 0 to 30; default 0. The inspection continues after a timeout. */
                 wait_s?: number;
             };
             header?: {
@@ -8826,7 +8848,7 @@ export interface operations {
     re_evaluate_inspection: {
         parameters: {
             query?: {
-                /** @description Seconds to wait for the result, 0 to 30; default 0. The inspection goes on when the time is over. */
+                /** @description Seconds to wait for the result, 0 to 30; default 0. The inspection continues after a timeout. */
                 wait_s?: number;
             };
             header?: {
@@ -9079,7 +9101,7 @@ export interface operations {
             query?: {
                 /** @description Only archived ones, or only those in use. */
                 archived?: boolean;
-                /** @description Only the one with this number. */
+                /** @description Only the recipe with this number. */
                 number?: number;
                 /** @description Id of the last recipe of the previous page. */
                 before?: string;
@@ -9265,9 +9287,9 @@ export interface operations {
     diff_recipe: {
         parameters: {
             query?: {
-                /** @description The version before; default: the one before `to`. */
+                /** @description The earlier version; default: the one before `to`. */
                 from?: number;
-                /** @description The version after; default: the newest. */
+                /** @description The later version; default: the newest. */
                 to?: number;
             };
             header?: never;
@@ -9623,7 +9645,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description Forgotten */
+            /** @description Deleted */
             204: {
                 headers: {
                     [name: string]: unknown;
@@ -9874,7 +9896,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description Forgotten */
+            /** @description Deleted */
             204: {
                 headers: {
                     [name: string]: unknown;
@@ -10297,7 +10319,7 @@ export interface operations {
             };
         };
         responses: {
-            /** @description The board is there */
+            /** @description Placed */
             204: {
                 headers: {
                     [name: string]: unknown;

@@ -7,33 +7,40 @@
 
 import { signal } from "@preact/signals";
 import { type BinaryMessage, decode } from "./protocol";
-import type { ClientText, DropCount, ServerText, StreamName, Subscription } from "./text_messages";
+import {
+  type ClientText,
+  type DropCount,
+  isServerText,
+  type ServerText,
+  type StreamName,
+  type Subscription,
+} from "./text_messages";
 
 /** Ping interval; the reply also gives the age of frames. */
 const PING_EVERY_MS = 500;
 
-/** First pause before connecting again; it doubles up to `LONGEST_PAUSE_MS`. */
+/** First pause before reconnecting; it doubles up to `LONGEST_PAUSE_MS`. */
 const FIRST_PAUSE_MS = 250;
 const LONGEST_PAUSE_MS = 2000;
 
 /** Retry interval of a hidden page: many open tabs must not overload a restarted server. */
 const HIDDEN_PAUSE_MS = 30_000;
 
-/** Pauses differ by up to this share, so that pages which lost the same server do not come back all at once. */
+/** Jitter of the pauses, so that pages that lost the same server do not reconnect all at once. */
 const PAUSE_SPREAD = 0.3;
 
-/** An attempt to connect that has neither succeeded nor failed after so long is given up for a new one. */
+/** Timeout of a connection attempt. */
 const CONNECT_WITHIN_MS = 10_000;
 
-/** A connection on which a ping stays unanswered for so long is given up, as the server does with us. */
+/** A connection is closed if a ping is not answered within this time; the server does the same. */
 const SILENCE_MS = 5000;
 
-/** Who gets these streams is a viewer, for whom live light may be on: a page that nobody sees is none. */
+/** Subscribing to these streams counts as viewing, which keeps the live laser on: a hidden page unsubscribes. */
 const SEEN_STREAMS: readonly StreamName[] = ["image", "profile"];
 
 type Listener = (message: BinaryMessage | ServerText) => void;
 
-/** What a `stop` was answered. */
+/** The response to a `stop`. */
 export type StopAnswer = Omit<Extract<ServerText, { op: "stopped" }>, "op" | "id">;
 
 interface Subscriber {
@@ -96,7 +103,7 @@ export class StreamConnection {
     return () => this.reconnected.delete(callback);
   }
 
-  /** How old something captured at `captured_ms` of the station's clock is now; undefined while unknown. */
+  /** Age of something captured at `captured_ms` of the station's clock; undefined while the clock offset is unknown. */
   ageOf(captured_ms: number): number | undefined {
     if (this.clock_offset_ms === undefined) return undefined;
     return performance.now() + this.clock_offset_ms - captured_ms;
@@ -108,12 +115,12 @@ export class StreamConnection {
     return () => this.stopped.delete(callback);
   }
 
-  /** Asks for Stop over the open connection; without one nothing is sent. */
+  /** Requests Stop over the open connection; without one nothing is sent. */
   stop(actor: string): void {
     if (this.socket?.readyState === WebSocket.OPEN) this.send({ op: "stop", actor });
   }
 
-  /** Whether a person sees the page: without, pictures and profiles are not asked for. */
+  /** Whether the page is visible; a hidden page subscribes to neither images nor profiles. */
   setVisible(visible: boolean): void {
     if (visible === this.visible) return;
     this.visible = visible;
@@ -172,7 +179,8 @@ export class StreamConnection {
     this.last_message_at_ms = performance.now();
     this.unanswered_since_ms = undefined;
     if (typeof message === "string") {
-      this.receiveText(JSON.parse(message) as ServerText);
+      const text: unknown = JSON.parse(message);
+      if (isServerText(text)) this.receiveText(text);
       return;
     }
     const decoded = decode(message);
@@ -248,7 +256,7 @@ export class StreamConnection {
     else this.send({ op: "unsubscribe", streams: [stream] });
   }
 
-  /** What all subscriptions of a stream come to; nothing where nobody would see it. */
+  /** All subscriptions of a stream as one; undefined if there is none, or the page is hidden. */
   private merged(stream: StreamName): Subscription | undefined {
     if (!this.visible && SEEN_STREAMS.includes(stream)) return undefined;
     const wanted = [...this.subscribers]

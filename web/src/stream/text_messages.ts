@@ -1,10 +1,11 @@
 /** The text messages of `sheaf.v1`. */
 
 import type { Job, Station } from "../api/client";
+import { fieldOf } from "../api/unknown";
 
 export type StreamName = "image" | "profile" | "points" | "state" | "jobs" | "events";
 
-/** The demand of a part of the page on a stream. */
+/** Subscription of a part of the page to a stream. */
 export interface Subscription {
   stream: StreamName;
   max_rate_hz?: number;
@@ -18,7 +19,7 @@ export type ClientText =
   | { op: "ping"; id: number }
   | { op: "stop"; id?: number; actor?: string };
 
-/** How many messages of a stream this page did not get, and why. */
+/** Messages of a stream that were not sent to this page, by reason. */
 export interface DropCount {
   stream: StreamName;
   offered: number;
@@ -38,3 +39,21 @@ export type ServerText =
   | { op: "scan"; scan_id: string; running: boolean; n_blocks: number; next_block: number }
   | { op: "dropped"; streams: DropCount[] }
   | { op: "stopped"; id?: number; acknowledged: boolean; state: string; detail: string | null };
+
+/** Whether a parsed message is one of this protocol: its `op` is known. The rest is the server's contract (`openapi/stream.md`). */
+export function isServerText(message: unknown): message is ServerText {
+  return OPS.has(fieldOf(message, "op"));
+}
+
+const OPS: ReadonlySet<unknown> = new Set<ServerText["op"]>([
+  "hello",
+  "subscribed",
+  "pong",
+  "error",
+  "state",
+  "job",
+  "event",
+  "scan",
+  "dropped",
+  "stopped",
+]);

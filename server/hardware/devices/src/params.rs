@@ -14,7 +14,7 @@ pub const REPLAY_MAX_SPEED_MM_S: f64 = 1000.0;
 /// Resolution of a replayed stage is rounded to nanometres, so that sums of steps end where they should.
 pub const REPLAY_RESOLUTION_DIGITS_PER_MM: f64 = 1e6;
 
-/// Most memory for preloaded pictures, bytes: 1,600 frames of 1280×1024, half of a small computer.
+/// Most memory for preloaded images, bytes: 1,600 frames of 1280×1024, half of a small computer.
 pub const PRELOAD_LIMIT_BYTES: usize = 2 << 30;
 
 /// Lateness of a replayed frame from which the schedule restarts at the present; less is caught up.
@@ -38,11 +38,11 @@ pub const GRBL_SILENCE: Duration = Duration::from_millis(650);
 pub const ANSWER_WAIT: Duration = Duration::from_millis(15);
 
 /// Time after which an unacknowledged `M5` is followed by a soft reset, which reliably turns the laser off.
-pub const GRBL_DARK_LIMIT: Duration = Duration::from_millis(200);
+pub const GRBL_LASER_OFF_LIMIT: Duration = Duration::from_millis(200);
 
 /// Longest braking with the laser on before a soft reset cuts it short, at the cost of the position: the laser must be
 /// off in 0.5 s.
-pub const GRBL_LIT_BRAKING: Duration = Duration::from_millis(300);
+pub const GRBL_LASER_ON_BRAKING: Duration = Duration::from_millis(300);
 
 /// Longest wait for an acknowledgement while reports come: `M3`, `M5`, `G4` and settings wait for motions, and a
 /// spindle may take time to spin up. Silence is detected by queries, not by this.
@@ -156,7 +156,7 @@ pub const MARLIN_STOP_SLACK: Duration = Duration::from_millis(400);
 pub const MARLIN_QUICK_STOP: Duration = Duration::from_millis(1500);
 
 /// Time after which an unacknowledged `M5` at rest is followed by `M112`, which turns the laser off permanently.
-pub const MARLIN_DARK_LIMIT: Duration = Duration::from_millis(250);
+pub const MARLIN_LASER_OFF_LIMIT: Duration = Duration::from_millis(250);
 
 /// Keep-alive interval of a laser that is on at rest, below the firmware's safety timeout (1 s by default).
 pub const MARLIN_LIGHT_KEEPALIVE: Duration = Duration::from_millis(400);

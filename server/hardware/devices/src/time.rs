@@ -5,7 +5,7 @@
 //! takes only its computing time, its order does not depend on the load of the computer, and it tests the product with
 //! its own timeouts. It does not test scheduling latency: a few tests stay in real time.
 //!
-//! Under a simulated clock a thread must wait through this module alone: one that blocks otherwise stops the clock for
+//! Under a simulated clock a thread must wait only through this module: one that blocks otherwise stops the clock for
 //! all.
 
 use parking_lot::{Condvar, Mutex, MutexGuard};
@@ -17,10 +17,10 @@ use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 /// Under a simulated clock, polling interval of a waiting thread.
-const LOOK: Duration = Duration::from_millis(1);
+const POLL_INTERVAL: Duration = Duration::from_millis(1);
 
 /// Under a simulated clock: how long a thread lets the others run if its condition is already met.
-const TURN: Duration = Duration::from_micros(1);
+const YIELD_TIME: Duration = Duration::from_micros(1);
 
 thread_local! {
     static CLOCK: RefCell<Option<Arc<Simulation>>> = const { RefCell::new(None) };
@@ -109,7 +109,7 @@ impl<T> Thread<T> {
     /// Its panic payload.
     pub fn join(self) -> std::thread::Result<T> {
         while is_simulated() && !self.is_finished() {
-            sleep(LOOK);
+            sleep(POLL_INTERVAL);
         }
         self.thread.join()
     }
@@ -154,7 +154,7 @@ pub fn since(at: Instant) -> Duration {
 /// Sleeps for this duration.
 pub fn sleep(duration: Duration) {
     match clock() {
-        Some(clock) => clock.wait(|state| state.now + duration.max(TURN), true),
+        Some(clock) => clock.wait(|state| state.now + duration.max(YIELD_TIME), true),
         None => std::thread::sleep(duration),
     }
 }
@@ -187,16 +187,16 @@ pub fn spawn<T: Send + 'static>(
     Ok(Thread { thread, has_left })
 }
 
-/// Polls every millisecond until `seen` returns a value, for `limit` at most.
-pub fn look_for<T>(limit: Duration, mut seen: impl FnMut() -> Option<T>) -> Option<T> {
+/// Polls every millisecond until `condition` returns a value, for `limit` at most.
+pub fn poll_for<T>(limit: Duration, mut condition: impl FnMut() -> Option<T>) -> Option<T> {
     let until = now() + limit;
     loop {
-        let found = seen();
+        let found = condition();
         let left = until.saturating_duration_since(now());
         if found.is_some() || left.is_zero() {
             return found;
         }
-        sleep(LOOK.min(left));
+        sleep(POLL_INTERVAL.min(left));
     }
 }
 
@@ -236,7 +236,7 @@ mod tests {
             std::thread::sleep(Duration::from_millis(20));
             assert_eq!(now(), before);
             assert!(thread.join().is_err());
-            assert!(since(before) <= 2 * LOOK);
+            assert!(since(before) <= 2 * POLL_INTERVAL);
         });
     }
 }

@@ -24,7 +24,8 @@ use crate::running::Running;
 use crate::settings::GenicamSettings;
 use crate::shared::Shared;
 
-/// Interval of probes to a silent or idle camera: with three lost answers it is reported gone within a second.
+/// Interval of probes of a silent or idle camera: after three missing responses it is reported as disconnected within a
+/// second.
 const PROBE_PERIOD: Duration = Duration::from_millis(300);
 
 /// How long a lost camera is searched for after a reconnection was requested.
@@ -46,9 +47,9 @@ pub struct GenicamCamera {
     settings: CameraSettings,
     running: Option<Running>,
     last_id: Option<u64>,
-    gone: Option<String>,
-    /// Set when the lost camera is closed.
-    closed: Arc<AtomicBool>,
+    disconnected: Option<String>,
+    /// Set when the disconnected camera is closed.
+    is_closed: Arc<AtomicBool>,
     reconnecting: Option<Receiver<OpenedCamera>>,
     probed_at: Instant,
     temperature_at: Option<Instant>,
@@ -69,7 +70,7 @@ impl GenicamCamera {
                 remedy: "restart the camera".to_owned(),
             }
         })?;
-        let link = link_of(&opened);
+        let link = initial_link(&opened);
         let shared = Shared { opened: Mutex::new(Some(opened)), link: Mutex::new(link), ..Shared::default() };
         Ok(Self {
             config: config.clone(),
@@ -79,8 +80,8 @@ impl GenicamCamera {
             settings,
             running: None,
             last_id: None,
-            gone: None,
-            closed: Arc::new(AtomicBool::new(true)),
+            disconnected: None,
+            is_closed: Arc::new(AtomicBool::new(true)),
             reconnecting: None,
             probed_at: Instant::now(),
             temperature_at: None,
@@ -100,11 +101,11 @@ impl GenicamCamera {
                 Err(TryRecvError::Disconnected) => self.reconnecting = None,
             }
         }
-        self.gone.clone().map_or(Ok(()), |reason| Err(CameraError::Gone { reason }))
+        self.disconnected.clone().map_or(Ok(()), |reason| Err(CameraError::Gone { reason }))
     }
 
     fn install(&mut self, opened: OpenedCamera) {
-        let mut link = link_of(&opened);
+        let mut link = initial_link(&opened);
         {
             let before = self.shared.link.lock();
             link.frames_complete = before.frames_complete;
@@ -116,18 +117,18 @@ impl GenicamCamera {
         }
         *self.shared.link.lock() = link;
         *self.shared.opened.lock() = Some(opened);
-        (self.gone, self.reconnecting, self.last_id) = (None, None, None);
+        (self.disconnected, self.reconnecting, self.last_id) = (None, None, None);
         self.probed_at = Instant::now();
     }
 
-    /// Calls a function with the open camera; if the camera does not answer, the error is that it is gone.
+    /// Calls a function with the open camera; if the camera does not respond, the error is [`CameraError::Gone`].
     fn with_opened<T>(
         &mut self,
         setting: &'static str,
-        act: impl FnOnce(&OpenedCamera) -> Result<T, AravisError>,
+        call: impl FnOnce(&OpenedCamera) -> Result<T, AravisError>,
     ) -> Result<T, CameraError> {
         self.check()?;
-        let outcome = self.shared.opened.lock().as_ref().map(act);
+        let outcome = self.shared.opened.lock().as_ref().map(call);
         match outcome {
             Some(Ok(value)) => Ok(value),
             Some(Err(error)) => {
@@ -145,48 +146,50 @@ impl GenicamCamera {
             let Some(opened) = opened.as_ref() else { return Ok(()) };
             (opened.device.is_gige(), opened.listed.address.clone())
         };
-        let trouble = if is_gige {
+        let problem = if is_gige {
             match gvcp::control(&address) {
                 Some(Control::Held(_)) => None,
-                Some(Control::Free) => Some("it has forgotten this program: it restarted, or its link was cut"),
-                None => Some("it no longer answers"),
+                Some(Control::Free) => {
+                    Some("it is no longer controlled by this program: it restarted, or its link was interrupted")
+                }
+                None => Some("it no longer responds"),
             }
         } else {
             let answers = self.shared.opened.lock().as_ref().is_some_and(|opened| opened.device.answers());
-            (!answers).then_some("it no longer answers")
+            (!answers).then_some("it no longer responds")
         };
         self.probed_at = Instant::now();
-        trouble.map_or(Ok(()), |trouble| Err(self.lose(format!("{trouble} ({address})"))))
+        problem.map_or(Ok(()), |problem| Err(self.mark_disconnected(format!("{problem} ({address})"))))
     }
 
-    /// Drops a lost camera; closing it takes seconds, and is not waited for.
-    fn lose(&mut self, reason: String) -> CameraError {
+    /// Drops a disconnected camera; closing it takes seconds and is done on another thread.
+    fn mark_disconnected(&mut self, reason: String) -> CameraError {
         self.close();
-        self.gone = Some(reason.clone());
+        self.disconnected = Some(reason.clone());
         CameraError::Gone { reason }
     }
 
     fn close(&mut self) {
         let (running, opened) = (self.running.take(), self.shared.opened.lock().take());
-        self.closed = Arc::new(AtomicBool::new(false));
-        let closed = self.closed.clone();
+        self.is_closed = Arc::new(AtomicBool::new(false));
+        let is_closed = self.is_closed.clone();
         let close = move || {
             drop(running);
             drop(opened);
-            closed.store(true, Ordering::Release);
+            is_closed.store(true, Ordering::Release);
         };
         // If the thread cannot be created, the closure and the camera are dropped here; a reconnection waits until it
         // is closed.
         if thread::Builder::new().name("genicam-close".to_owned()).spawn(close).is_err() {
-            self.closed.store(true, Ordering::Release);
+            self.is_closed.store(true, Ordering::Release);
         }
     }
 
     /// Probes a camera that has been silent for longer than normal.
-    fn watch(&mut self) -> Result<(), CameraError> {
-        let normal = self.running.as_ref().map_or(Duration::ZERO, Running::normal_silence);
+    fn probe_if_silent(&mut self) -> Result<(), CameraError> {
+        let normal_silence = self.running.as_ref().map_or(Duration::ZERO, Running::normal_silence);
         let received_at = self.running.as_ref().map_or(self.probed_at, |running| running.received_at);
-        let silent = received_at.elapsed() > normal.max(PROBE_PERIOD);
+        let silent = received_at.elapsed() > normal_silence.max(PROBE_PERIOD);
         if silent && self.probed_at.elapsed() > PROBE_PERIOD { self.probe() } else { Ok(()) }
     }
 
@@ -195,7 +198,7 @@ impl GenicamCamera {
             return;
         }
         self.temperature_at = Some(Instant::now());
-        // A reader of features has the camera now: the next time is soon enough.
+        // While a reader of features uses the camera, the temperature is read at the next opportunity.
         let Some(opened) = self.shared.opened.try_lock() else { return };
         let device = opened.as_ref().map(|opened| &opened.device);
         let read = |device: &crate::aravis::Device| device.number(device.first(&names::TEMPERATURE)?).ok();
@@ -212,21 +215,21 @@ impl GenicamCamera {
 }
 
 /// Initial state of the link.
-fn link_of(opened: &OpenedCamera) -> CameraLink {
+fn initial_link(opened: &OpenedCamera) -> CameraLink {
     CameraLink {
         address: opened.listed.address.clone(),
         packet_size_bytes: Some(opened.packet_size_bytes).filter(|&bytes| bytes > 0),
-        pixels_from: opened.source_format().map_or_else(|error| error.to_string(), |format| format.words()),
+        pixels_from: opened.source_format().map_or_else(|error| error.to_string(), |format| format.description()),
         ..CameraLink::default()
     }
 }
 
-/// A request of all settings.
-fn everything(settings: &CameraSettings, able: &CameraCapabilities) -> CameraRequest {
+/// A request for all settings.
+fn full_request(settings: &CameraSettings, capabilities: &CameraCapabilities) -> CameraRequest {
     CameraRequest {
-        exposure_us: able.exposure_us.map(|_| settings.exposure_us),
-        gain_db: able.gain_db.map(|_| settings.gain_db),
-        frame_rate_hz: able.frame_rate_hz.map(|_| settings.frame_rate_hz),
+        exposure_us: capabilities.exposure_us.map(|_| settings.exposure_us),
+        gain_db: capabilities.gain_db.map(|_| settings.gain_db),
+        frame_rate_hz: capabilities.frame_rate_hz.map(|_| settings.frame_rate_hz),
         trigger: Some(settings.trigger),
         pixel_format: Some(settings.pixel_format),
         roi: Some(settings.roi),
@@ -250,38 +253,38 @@ impl Camera for GenicamCamera {
         Some(Arc::new(Details(self.shared.clone())))
     }
 
-    fn configure(&mut self, wanted: &CameraRequest) -> Result<CameraSettings, CameraError> {
-        self.capabilities.expected(&self.settings, wanted)?;
+    fn configure(&mut self, request: &CameraRequest) -> Result<CameraSettings, CameraError> {
+        self.capabilities.expected(&self.settings, request)?;
         let now = self.settings;
-        let rebuilt = wanted.trigger.is_some_and(|trigger| trigger != now.trigger)
-            || wanted.roi.is_some_and(|roi| roi != now.roi)
-            || wanted.pixel_format.is_some_and(|format| format != now.pixel_format);
-        let restarted = rebuilt && self.running.is_some();
-        if restarted {
+        let needs_restart = request.trigger.is_some_and(|trigger| trigger != now.trigger)
+            || request.roi.is_some_and(|roi| roi != now.roi)
+            || request.pixel_format.is_some_and(|format| format != now.pixel_format);
+        let is_restarted = needs_restart && self.running.is_some();
+        if is_restarted {
             self.stop_running()?;
         }
         let (sensor_px, config) = (self.capabilities.sensor_px, self.config.clone());
-        let trigger = wanted.trigger.unwrap_or(now.trigger);
+        let trigger = request.trigger.unwrap_or(now.trigger);
         // Unchanged settings are skipped: each takes one or several round trips to the camera.
         let changed = CameraRequest {
-            trigger: wanted.trigger.filter(|trigger| *trigger != now.trigger),
-            roi: wanted.roi.filter(|roi| *roi != now.roi),
-            pixel_format: wanted.pixel_format.filter(|format| *format != now.pixel_format),
-            ..*wanted
+            trigger: request.trigger.filter(|trigger| *trigger != now.trigger),
+            roi: request.roi.filter(|roi| *roi != now.roi),
+            pixel_format: request.pixel_format.filter(|format| *format != now.pixel_format),
+            ..*request
         };
         let outcome = self.with_opened("setting", |opened| {
             opened.set(&changed, sensor_px, &config)?;
-            let words = opened.source_format()?.words();
-            Ok((opened.settings(trigger)?, words))
+            let pixels_from = opened.source_format()?.description();
+            Ok((opened.settings(trigger)?, pixels_from))
         });
-        if let Ok((settings, words)) = &outcome {
+        if let Ok((settings, pixels_from)) = &outcome {
             self.settings = *settings;
-            self.shared.link.lock().pixels_from = words.clone();
+            self.shared.link.lock().pixels_from = pixels_from.clone();
             if let Some(running) = &mut self.running {
                 running.set(*settings);
             }
         }
-        if restarted {
+        if is_restarted {
             self.start()?;
         }
         outcome.map(|(settings, _)| settings)
@@ -310,7 +313,7 @@ impl Camera for GenicamCamera {
         let sent_at = Instant::now();
         self.with_opened("trigger", |opened| opened.device.execute("TriggerSoftware"))?;
         if let Some(running) = &mut self.running {
-            running.triggered(sent_at);
+            running.note_trigger(sent_at);
         }
         Ok(())
     }
@@ -319,54 +322,54 @@ impl Camera for GenicamCamera {
         self.check()?;
         self.read_temperature();
         let Some(running) = &mut self.running else {
-            self.watch()?;
+            self.probe_if_silent()?;
             thread::sleep(timeout);
             return Ok(None);
         };
         // The counters are stored after the wait, during which readers must not be blocked.
         let mut link = self.shared.link.lock().clone();
-        let taken = running.next_frame(image, timeout, &mut link);
+        let received = running.next_frame(image, timeout, &mut link);
         {
-            let mut shown = self.shared.link.lock();
-            link.temperature_c = shown.temperature_c;
-            *shown = link;
+            let mut link_now = self.shared.link.lock();
+            link.temperature_c = link_now.temperature_c;
+            *link_now = link;
         }
-        if let Ok(None) = taken {
-            self.watch()?;
+        if let Ok(None) = received {
+            self.probe_if_silent()?;
         }
-        taken
+        received
     }
 
     fn stop(&mut self) -> Result<(), CameraError> {
-        if self.gone.is_some() {
+        if self.disconnected.is_some() {
             return Ok(());
         }
         self.stop_running()
     }
 
-    /// Closes the camera and searches for it until it answers; restores its settings and every feature set by name.
+    /// Closes the camera and searches for it until it responds; restores its settings and every feature set by name.
     fn reconnect(&mut self) -> Result<(), CameraError> {
         if self.reconnecting.is_some() {
             return Ok(());
         }
         let known = self.shared.opened.lock().as_ref().map(|opened| opened.listed.clone());
         self.close();
-        self.gone = Some("it is being reconnected".to_owned());
+        self.disconnected = Some("it is being reconnected".to_owned());
         let (sender, receiver) = sync_channel(1);
-        let (config, closed, shared) = (self.config.clone(), self.closed.clone(), self.shared.clone());
-        let wanted = everything(&self.settings, &self.capabilities);
+        let (config, is_closed, shared) = (self.config.clone(), self.is_closed.clone(), self.shared.clone());
+        let request = full_request(&self.settings, &self.capabilities);
         let sensor_px = self.capabilities.sensor_px;
-        let reach = move || {
+        let reopen = move || {
             let until = Instant::now() + RECONNECT_LIMIT;
             while Instant::now() < until {
-                if closed.load(Ordering::Acquire)
+                if is_closed.load(Ordering::Acquire)
                     && let Ok(opened) = OpenedCamera::open(&config, known.as_ref())
                 {
                     for (name, value) in shared.set_by_name.lock().iter() {
-                        // One that is refused now is shown with its current value.
+                        // A feature that is refused now keeps its current value, which is displayed.
                         let _ = opened.device.set_feature(name, value);
                     }
-                    if opened.set(&wanted, sensor_px, &config).is_ok() {
+                    if opened.set(&request, sensor_px, &config).is_ok() {
                         let _ = sender.try_send(opened);
                         return;
                     }
@@ -374,15 +377,17 @@ impl Camera for GenicamCamera {
                 thread::sleep(RECONNECT_PAUSE);
             }
         };
-        let thread = thread::Builder::new().name("genicam-open".to_owned()).spawn(reach);
-        thread.map_err(|error| CameraError::Gone { reason: format!("no thread to reach it: {error}") })?;
+        let thread = thread::Builder::new().name("genicam-open".to_owned()).spawn(reopen);
+        thread.map_err(|error| CameraError::Gone {
+            reason: format!("its reconnection thread could not be created: {error}"),
+        })?;
         self.reconnecting = Some(receiver);
         Ok(())
     }
 }
 
 impl Drop for GenicamCamera {
-    /// Closes it before the program may end, so that it is not left in use; one that does not answer is abandoned.
+    /// Closes it before the program may end, so that it is not left in use; one that does not respond is abandoned.
     fn drop(&mut self) {
         if self.probe().is_ok() {
             drop(self.running.take());

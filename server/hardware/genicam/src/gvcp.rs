@@ -17,15 +17,15 @@ const PRIVILEGE: u32 = 0x0A00;
 const CONTROLLER_ADDRESS: u32 = 0x0A14;
 
 /// Timeout of one answer; cameras answer within a few milliseconds.
-const ANSWER: Duration = Duration::from_millis(120);
+const RESPONSE_TIMEOUT: Duration = Duration::from_millis(120);
 
 /// Queries before a camera counts as silent: a datagram may be lost.
-const TRIES: u16 = 3;
+const ATTEMPTS: u16 = 3;
 
 /// Who controls a camera.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Control {
-    /// Nobody.
+    /// No program.
     Free,
     /// A program at this address, if the camera reports it.
     Held(Option<Ipv4Addr>),
@@ -44,21 +44,21 @@ pub fn control(address: &str) -> Option<Control> {
         Err(_refused) => Some(Control::Held(None)),
         Ok(bits) if bits & 0b11 == 0 => Some(Control::Free),
         Ok(_) => {
-            let holder = read(&socket, CONTROLLER_ADDRESS, 100).and_then(Result::ok);
-            Some(Control::Held(holder.filter(|&bits| bits != 0).map(Ipv4Addr::from)))
+            let controller = read(&socket, CONTROLLER_ADDRESS, 100).and_then(Result::ok);
+            Some(Control::Held(controller.filter(|&bits| bits != 0).map(Ipv4Addr::from)))
         }
     }
 }
 
 /// Reads a register; the inner error is the status of the acknowledgement.
 fn read(socket: &UdpSocket, register: u32, first_id: u16) -> Option<Result<u32, u16>> {
-    for id in first_id..first_id + TRIES {
-        let mut question = [0x42, 0x01, 0x00, 0x80, 0x00, 0x04, 0, 0, 0, 0, 0, 0];
-        question[6..8].copy_from_slice(&id.to_be_bytes());
-        question[8..].copy_from_slice(&register.to_be_bytes());
+    for id in first_id..first_id + ATTEMPTS {
+        let mut request = [0x42, 0x01, 0x00, 0x80, 0x00, 0x04, 0, 0, 0, 0, 0, 0];
+        request[6..8].copy_from_slice(&id.to_be_bytes());
+        request[8..].copy_from_slice(&register.to_be_bytes());
         // If nothing listens, the next call returns an error; it may listen again at the next attempt.
-        let _ = socket.send(&question);
-        let deadline = Instant::now() + ANSWER;
+        let _ = socket.send(&request);
+        let deadline = Instant::now() + RESPONSE_TIMEOUT;
         while let Some(left) = deadline.checked_duration_since(Instant::now()).filter(|left| !left.is_zero()) {
             socket.set_read_timeout(Some(left)).ok()?;
             let mut answer = [0; 64];
@@ -101,7 +101,7 @@ mod tests {
     fn answers_to_other_requests_and_errors_are_distinguished() {
         let answer = [0, 0, 0, 0x81, 0, 4, 0, 7, 0, 0, 0, 2];
         assert_eq!(value_of(&answer, 7..=7), Some(Ok(2)));
-        assert_eq!(value_of(&answer, 8..=9), None, "another question's");
+        assert_eq!(value_of(&answer, 8..=9), None, "another request's");
         assert_eq!(value_of(&answer[..11], 7..=7), None, "cut short");
         let refused = [0x80, 0x06, 0, 0x81, 0, 0, 0, 7];
         assert_eq!(value_of(&refused, 7..=7), Some(Err(0x8006)));

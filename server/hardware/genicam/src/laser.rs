@@ -12,7 +12,7 @@ use std::time::{Duration, Instant};
 use devices::{DeviceIdentity, LASER_LEASE_LIMIT, Laser, LaserCapabilities, LaserError, LaserState, StopHandle};
 use parking_lot::{Condvar, Mutex, MutexGuard};
 
-use crate::opened::laser_line::{USER_OUTPUT, is_shown, show};
+use crate::opened::laser_line::{USER_OUTPUT, is_set, set_line};
 use crate::settings::GenicamSettings;
 use crate::shared::Shared;
 
@@ -20,9 +20,9 @@ use crate::shared::Shared;
 const ANSWER_WAIT: Duration = Duration::from_millis(15);
 
 /// Interval at which the line is read back.
-const LOOK: Duration = Duration::from_millis(200);
+const POLL_INTERVAL: Duration = Duration::from_millis(200);
 
-/// See the module. Dropping it turns it off.
+/// A laser on an output line of the camera (see the module). Dropping it turns the laser off.
 pub struct GenicamLaser {
     identity: DeviceIdentity,
     line: Arc<Line>,
@@ -31,31 +31,31 @@ pub struct GenicamLaser {
 struct Line {
     settings: GenicamSettings,
     shared: Arc<Shared>,
-    desk: Mutex<Desk>,
+    state: Mutex<LineState>,
     changed: Condvar,
 }
 
 #[derive(Default)]
-struct Desk {
-    lit_until: Option<Instant>,
-    /// The state last accepted by the camera; `None` if unknown.
-    shows: Option<bool>,
+struct LineState {
+    on_until: Option<Instant>,
+    /// The state last confirmed by the camera; `None` if unknown.
+    confirmed: Option<bool>,
     /// Why the camera did not accept it; persists until a reconnection.
     fault: Option<String>,
     is_closed: bool,
     has_ended: bool,
 }
 
-impl Desk {
-    fn is_wanted(&self, now: Instant) -> bool {
-        self.fault.is_none() && !self.is_closed && self.lit_until.is_some_and(|until| now < until)
+impl LineState {
+    fn is_requested(&self, now: Instant) -> bool {
+        self.fault.is_none() && !self.is_closed && self.on_until.is_some_and(|until| now < until)
     }
 
     fn state(&self) -> Result<LaserState, LaserError> {
         if let Some(reason) = &self.fault {
             return Err(LaserError::Gone { reason: reason.clone() });
         }
-        let emitting = self.is_wanted(Instant::now()) || self.shows == Some(true);
+        let emitting = self.is_requested(Instant::now()) || self.confirmed == Some(true);
         Ok(LaserState { emitting, power: if emitting { 1.0 } else { 0.0 }, interlock_closed: None })
     }
 }
@@ -65,72 +65,76 @@ impl GenicamLaser {
     pub(crate) fn over(settings: &GenicamSettings, shared: Arc<Shared>, camera: &DeviceIdentity) -> Self {
         let model = format!("{} of {}", settings.laser_line, camera.model);
         let identity = DeviceIdentity { model, ..camera.clone() };
-        let line = Line { settings: settings.clone(), shared, desk: Mutex::default(), changed: Condvar::new() };
+        let line = Line { settings: settings.clone(), shared, state: Mutex::default(), changed: Condvar::new() };
         let line = Arc::new(line);
         let on_thread = line.clone();
         let spawned = thread::Builder::new().name("genicam-laser".to_owned()).spawn(move || on_thread.run());
         if let Err(error) = spawned {
-            line.desk().fault = Some(format!("no thread for it: {error}"));
+            line.locked().fault = Some(format!("its thread could not be created: {error}"));
         }
         Self { identity, line }
     }
 }
 
 impl Line {
-    fn desk(&self) -> MutexGuard<'_, Desk> {
-        self.desk.lock()
+    fn locked(&self) -> MutexGuard<'_, LineState> {
+        self.state.lock()
     }
 
-    /// Changes the requested state, and waits for the camera as long as a call may.
-    fn want(&self, change: impl FnOnce(&mut Desk)) -> Result<LaserState, LaserError> {
-        let mut desk = self.desk();
-        change(&mut desk);
+    /// Changes the requested state, and waits for the camera for at most [`ANSWER_WAIT`].
+    fn request(&self, change: impl FnOnce(&mut LineState)) -> Result<LaserState, LaserError> {
+        let mut state = self.locked();
+        change(&mut state);
         self.changed.notify_all();
-        let is_due = |desk: &mut Desk| desk.fault.is_none() && desk.shows != Some(desk.is_wanted(Instant::now()));
-        self.changed.wait_while_for(&mut desk, is_due, ANSWER_WAIT);
-        desk.state()
+        let is_pending = |state: &mut LineState| {
+            state.fault.is_none() && state.confirmed != Some(state.is_requested(Instant::now()))
+        };
+        self.changed.wait_while_for(&mut state, is_pending, ANSWER_WAIT);
+        state.state()
     }
 
     /// The thread: sets the line as requested, until the laser is closed and off.
     fn run(&self) {
-        let mut desk = self.desk();
+        let mut state = self.locked();
         loop {
-            let wanted = desk.is_wanted(Instant::now());
-            drop(desk);
-            let shown = self.show(wanted);
-            desk = self.desk();
-            match shown {
-                Ok(()) => desk.shows = Some(wanted),
+            let requested = state.is_requested(Instant::now());
+            drop(state);
+            let outcome = self.set_line(requested);
+            state = self.locked();
+            match outcome {
+                Ok(()) => state.confirmed = Some(requested),
                 Err(reason) => {
-                    (desk.shows, desk.lit_until) = (None, None);
-                    desk.fault.get_or_insert(reason);
+                    (state.confirmed, state.on_until) = (None, None);
+                    state.fault.get_or_insert(reason);
                 }
             }
             self.changed.notify_all();
-            if desk.is_closed {
-                desk.has_ended = true;
+            if state.is_closed {
+                state.has_ended = true;
                 self.changed.notify_all();
                 return;
             }
-            let until_end = desk.lit_until.map_or(LOOK, |until| until.saturating_duration_since(Instant::now()));
-            let is_as_wanted = |desk: &mut Desk| !desk.is_closed && wanted == desk.is_wanted(Instant::now());
-            self.changed.wait_while_for(&mut desk, is_as_wanted, until_end.min(LOOK));
+            let time_left =
+                state.on_until.map_or(POLL_INTERVAL, |until| until.saturating_duration_since(Instant::now()));
+            let is_unchanged =
+                |state: &mut LineState| !state.is_closed && requested == state.is_requested(Instant::now());
+            self.changed.wait_while_for(&mut state, is_unchanged, time_left.min(POLL_INTERVAL));
         }
     }
 
-    fn show(&self, lit: bool) -> Result<(), String> {
+    fn set_line(&self, on: bool) -> Result<(), String> {
         let opened = self.shared.opened.lock();
-        let device = &opened.as_ref().ok_or("its camera is gone")?.device;
-        if is_shown(device, &self.settings, lit) {
+        let device = &opened.as_ref().ok_or("its camera is disconnected")?.device;
+        if is_set(device, &self.settings, on) {
             return Ok(());
         }
-        show(device, &self.settings, lit).map_err(|error| error.to_string())
+        set_line(device, &self.settings, on).map_err(|error| error.to_string())
     }
 }
 
 impl StopHandle for Line {
     fn stop_now(&self) {
-        self.desk().lit_until = None;
+        self.locked().on_until = None;
         self.changed.notify_all();
     }
 }
@@ -156,20 +160,20 @@ impl Laser for GenicamLaser {
             return Err(LaserError::BadPower { value: power });
         }
         let until = Instant::now() + lease.min(LASER_LEASE_LIMIT);
-        self.line.want(|desk| desk.lit_until = Some(until))
+        self.line.request(|state| state.on_until = Some(until))
     }
 
     fn renew(&mut self, lease: Duration) -> Result<LaserState, LaserError> {
         let now = Instant::now();
-        let mut desk = self.line.desk();
-        if desk.is_wanted(now) {
-            desk.lit_until = Some(now + lease.min(LASER_LEASE_LIMIT));
+        let mut state = self.line.locked();
+        if state.is_requested(now) {
+            state.on_until = Some(now + lease.min(LASER_LEASE_LIMIT));
         }
-        desk.state()
+        state.state()
     }
 
     fn switch_off(&mut self) -> Result<(), LaserError> {
-        self.line.want(|desk| desk.lit_until = None).map(drop)
+        self.line.request(|state| state.on_until = None).map(drop)
     }
 
     fn stop_handle(&self) -> Option<Arc<dyn StopHandle>> {
@@ -177,14 +181,14 @@ impl Laser for GenicamLaser {
     }
 
     fn poll(&mut self) -> Result<LaserState, LaserError> {
-        self.line.desk().state()
+        self.line.locked().state()
     }
 
     /// The camera's own reconnection restores the line; here its fault is acknowledged, and detected again if it
     /// persists.
     fn reconnect(&mut self) -> Result<(), LaserError> {
-        let mut desk = self.line.desk();
-        (desk.fault, desk.lit_until, desk.shows) = (None, None, None);
+        let mut state = self.line.locked();
+        (state.fault, state.on_until, state.confirmed) = (None, None, None);
         self.line.changed.notify_all();
         Ok(())
     }
@@ -192,10 +196,10 @@ impl Laser for GenicamLaser {
 
 impl Drop for GenicamLaser {
     fn drop(&mut self) {
-        let mut desk = self.line.desk();
-        desk.is_closed = true;
+        let mut state = self.line.locked();
+        state.is_closed = true;
         self.line.changed.notify_all();
-        // Longer than a call may take: this is the last opportunity.
-        self.line.changed.wait_while_for(&mut desk, |desk| !desk.has_ended, 20 * ANSWER_WAIT);
+        // Longer than a call may take, because the laser cannot be turned off later.
+        self.line.changed.wait_while_for(&mut state, |state| !state.has_ended, 20 * ANSWER_WAIT);
     }
 }

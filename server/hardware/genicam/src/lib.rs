@@ -32,7 +32,7 @@ mod pixels;
 #[cfg_attr(not(feature = "aravis"), allow(dead_code))]
 mod stamps;
 
-pub mod witness;
+pub mod fake_camera;
 
 #[cfg(feature = "aravis")]
 pub use camera::GenicamCamera;

@@ -18,5 +18,5 @@ pub const TRIGGER_DELAY: [&str; 2] = ["TriggerDelay", "TriggerDelayAbs"];
 pub const TEMPERATURE: [&str; 2] = ["DeviceTemperature", "TemperatureAbs"];
 /// Version of the camera's firmware.
 pub const FIRMWARE: [&str; 2] = ["DeviceFirmwareVersion", "DeviceVersion"];
-/// Automatic functions, all turned off: pictures change only on request.
-pub const AUTOMATICS: [&str; 4] = ["ExposureAuto", "GainAuto", "BlackLevelAuto", "BalanceWhiteAuto"];
+/// Automatic functions, all turned off, so that images change only on request.
+pub const AUTOMATIC_FUNCTIONS: [&str; 4] = ["ExposureAuto", "GainAuto", "BlackLevelAuto", "BalanceWhiteAuto"];

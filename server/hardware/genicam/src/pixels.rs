@@ -88,13 +88,13 @@ const FORMATS: [SourceFormat; 36] = {
     ]
 };
 
-/// The bytes are not a picture.
+/// The bytes are not an image of the stated size.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct NoPicture;
+pub struct InvalidImage;
 
 impl SourceFormat {
     /// The format with that code, if it is supported.
-    pub fn of_code(code: u32) -> Option<Self> {
+    pub fn from_code(code: u32) -> Option<Self> {
         FORMATS.into_iter().find(|format| format.code == code)
     }
 
@@ -102,14 +102,14 @@ impl SourceFormat {
     ///
     /// `preferred` is used if it is offered and has the depth; otherwise monochrome before Bayer, more bits before
     /// fewer.
-    pub fn choose<'o>(offered: &'o [String], deep: bool, preferred: &str) -> Option<(Self, &'o str)> {
-        let serves = |format: &SourceFormat| (format.packing != Packing::Eight) == deep;
+    pub fn choose<'o>(offered: &'o [String], is_deep: bool, preferred: &str) -> Option<(Self, &'o str)> {
+        let has_depth = |format: &SourceFormat| (format.packing != Packing::Eight) == is_deep;
         let offered_name = |format: SourceFormat| {
             offered.iter().find(|name| *name == format.name).map(|name| (format, name.as_str()))
         };
-        let mut known = FORMATS.into_iter().filter(serves).filter_map(offered_name);
-        let wished = known.clone().find(|(format, _)| format.name == preferred);
-        wished.or_else(|| known.next())
+        let mut known = FORMATS.into_iter().filter(has_depth).filter_map(offered_name);
+        let preferred_format = known.clone().find(|(format, _)| format.name == preferred);
+        preferred_format.or_else(|| known.next())
     }
 
     /// Whether its pixels have more than 8 bits.
@@ -118,7 +118,7 @@ impl SourceFormat {
     }
 
     /// Description of the format and its conversion.
-    pub fn words(&self) -> String {
+    pub fn description(&self) -> String {
         match self.green {
             Green::All => self.name.to_owned(),
             Green::Even | Green::Odd => format!("{}: green, interpolated", self.name),
@@ -129,27 +129,27 @@ impl SourceFormat {
     /// `padding_bytes`.
     ///
     /// # Errors
-    /// [`NoPicture`] if there are fewer bytes than pixels need, or no pixels.
+    /// [`InvalidImage`] if there are fewer bytes than pixels need, or no pixels.
     pub fn unpack(
         &self,
         bytes: &[u8],
         (width, height): (usize, usize),
         padding_bytes: usize,
         image: &mut GreyImage,
-    ) -> Result<(), NoPicture> {
+    ) -> Result<(), InvalidImage> {
         // Without padding, rows follow each other within a byte.
         let (n_rows, row_px) = if padding_bytes == 0 { (1, width * height) } else { (height, width) };
         let row_bytes = self.bytes_of(row_px) + padding_bytes;
         if width == 0 || height == 0 || bytes.len() + padding_bytes < n_rows * row_bytes {
-            return Err(NoPicture);
+            return Err(InvalidImage);
         }
         let rows = |row: usize| &bytes[row * row_bytes..][..row_bytes - padding_bytes];
         if self.packing == Packing::Eight {
-            let pixels = image.eight_mut(width, height).map_err(|_| NoPicture)?;
+            let pixels = image.eight_mut(width, height).map_err(|_| InvalidImage)?;
             pixels.chunks_exact_mut(row_px).enumerate().for_each(|(row, out)| out.copy_from_slice(rows(row)));
             self.interpolate(pixels, width, |sum, n| (sum / n) as u8);
         } else {
-            let pixels = image.sixteen_mut(width, height).map_err(|_| NoPicture)?;
+            let pixels = image.sixteen_mut(width, height).map_err(|_| InvalidImage)?;
             pixels.chunks_exact_mut(row_px).enumerate().for_each(|(row, out)| self.unpack_row(rows(row), out));
             self.interpolate(pixels, width, |sum, n| (sum / n) as u16);
         }
@@ -252,7 +252,7 @@ mod tests {
 
     /// Pixels 0xABC and 0x123 as the naming convention draws them.
     #[test]
-    fn twelve_bits_of_every_packing_come_to_the_top_of_sixteen() {
+    fn twelve_bit_pixels_of_every_packing_fill_the_most_significant_bits() {
         let expected = [0xABC0, 0x1230];
         for (name, bytes) in [
             ("Mono12", vec![0xBC, 0x0A, 0x23, 0x01]),
@@ -265,7 +265,7 @@ mod tests {
 
     /// Pixels 0x3A5, 0x012, 0x1FF and 0x200.
     #[test]
-    fn ten_bits_of_every_packing_come_to_the_top_of_sixteen() {
+    fn ten_bit_pixels_of_every_packing_fill_the_most_significant_bits() {
         let expected = [0x3A5_u16, 0x012, 0x1FF, 0x200].map(|pixel| pixel << 6);
         for (name, bytes) in [
             ("Mono10", vec![0xA5, 0x03, 0x12, 0x00, 0xFF, 0x01, 0x00, 0x02]),
@@ -277,13 +277,13 @@ mod tests {
     }
 
     #[test]
-    fn bytes_after_rows_are_no_pixels() {
+    fn row_padding_is_ignored() {
         assert_eq!(sixteen("Mono8", &[1, 2, 99, 3, 4], (2, 2), 1), [1, 2, 3, 4]);
         assert_eq!(sixteen("Mono16", &[0, 1, 9, 9, 0, 2, 9, 9], (1, 2), 2), [256, 512]);
     }
 
     #[test]
-    fn of_a_bayer_sensor_green_alone_counts() {
+    fn only_green_pixels_of_a_bayer_sensor_are_used() {
         for (name, first_is_green) in
             [("BayerGR8", true), ("BayerGB8", true), ("BayerRG8", false), ("BayerBG8", false)]
         {
@@ -296,7 +296,7 @@ mod tests {
             for (x, y) in (1..4).flat_map(|x| (1..3).map(move |y| (x, y))) {
                 assert_eq!(got[y * 5 + x], u16::from(level(x, y)), "{name} {x} {y}");
             }
-            assert!(got.iter().all(|&pixel| pixel < 255), "{name}: red or blue came through");
+            assert!(got.iter().all(|&pixel| pixel < 255), "{name}: a red or blue pixel was used");
         }
     }
 
@@ -308,18 +308,18 @@ mod tests {
             assert_eq!(format.unpack(&vec![0; enough], (4, 3), 0, &mut image), Ok(()), "{}", format.name);
             assert_eq!(
                 format.unpack(&vec![0; enough - 1], (4, 3), 0, &mut image),
-                Err(NoPicture),
+                Err(InvalidImage),
                 "{}",
                 format.name
             );
         }
-        assert_eq!(FORMATS[0].unpack(&[], (0, 3), 0, &mut image), Err(NoPicture));
+        assert_eq!(FORMATS[0].unpack(&[], (0, 3), 0, &mut image), Err(InvalidImage));
     }
 
     #[test]
     fn the_best_format_offered_is_chosen_unless_another_is_preferred() {
         let offered = ["BayerRG8", "Mono10", "Mono12p", "Mono8"].map(str::to_owned);
-        let chosen = |deep, preferred| SourceFormat::choose(&offered, deep, preferred).map(|(_, name)| name);
+        let chosen = |is_deep, preferred| SourceFormat::choose(&offered, is_deep, preferred).map(|(_, name)| name);
         assert_eq!(chosen(false, ""), Some("Mono8"));
         assert_eq!(chosen(true, ""), Some("Mono12p"));
         assert_eq!(chosen(true, "Mono10"), Some("Mono10"));
@@ -328,11 +328,11 @@ mod tests {
     }
 
     #[test]
-    fn every_number_states_its_bits_per_pixel() {
+    fn every_pfnc_code_contains_its_bits_per_pixel() {
         for format in FORMATS {
             let bits = (format.code >> 16) & 0xFF;
             assert_eq!(format.bytes_of(8), bits as usize, "{}", format.name);
-            assert_eq!(SourceFormat::of_code(format.code), Some(format));
+            assert_eq!(SourceFormat::from_code(format.code), Some(format));
         }
     }
 }

@@ -22,12 +22,13 @@ const SOCKET_FRAMES: usize = 4;
 const TRIGGER_ANSWER: Duration = Duration::from_millis(600);
 
 /// Longest latency of a packet in this computer that is accepted; a wall clock that was set appears as more.
-const LONGEST_WAY: Duration = Duration::from_secs(1);
+const MAX_LATENCY: Duration = Duration::from_secs(1);
 
-/// Longest wait for one frame, even if the caller would wait longer: a driver that is away for longer counts as hung.
-const LONGEST_WAIT: Duration = Duration::from_millis(500);
+/// Longest wait for one frame, even if the caller would wait longer: a driver that is blocked for longer counts as
+/// hung.
+const MAX_WAIT: Duration = Duration::from_millis(500);
 
-/// First ids beyond this belong to a camera that continues the count of the previous acquisition.
+/// A first id above this belongs to a camera that continues the count of the previous acquisition.
 const SMALL_ID: u64 = 256;
 
 /// A running acquisition.
@@ -41,7 +42,7 @@ pub struct Running {
     /// The last id of the previous acquisition.
     last_id_before: Option<u64>,
     last_id: Option<u64>,
-    /// The camera's id of a first frame.
+    /// Id that the camera gives the first frame of an acquisition.
     first_id: u64,
     /// Frames lost since the last delivered one, and how many of them arrived incomplete.
     lost: u64,
@@ -102,8 +103,8 @@ impl Running {
         self.settings = settings;
     }
 
-    /// Notes that a software trigger was sent.
-    pub fn triggered(&mut self, now: Instant) {
+    /// Records that a software trigger was sent.
+    pub fn note_trigger(&mut self, now: Instant) {
         if self.last_id.is_none() {
             self.triggers.push_back(now);
         }
@@ -125,21 +126,21 @@ impl Running {
         timeout: Duration,
         link: &mut CameraLink,
     ) -> Result<Option<FrameInfo>, CameraError> {
-        let deadline = Instant::now() + timeout.min(LONGEST_WAIT);
+        let deadline = Instant::now() + timeout.min(MAX_WAIT);
         loop {
             let left = deadline.saturating_duration_since(Instant::now());
             let Some(buffer) = self.stream.pop(left) else { return Ok(None) };
             self.received_at = Instant::now();
-            let taken = self.take(&buffer, image, link);
+            let received = self.use_buffer(&buffer, image, link);
             self.stream.push(buffer);
             self.count_packets(link);
-            if let Some(info) = taken? {
+            if let Some(info) = received? {
                 return Ok(Some(info));
             }
         }
     }
 
-    fn take(
+    fn use_buffer(
         &mut self,
         buffer: &Buffer,
         image: &mut GreyImage,
@@ -183,18 +184,18 @@ impl Running {
 
     fn unpack(&self, buffer: &Buffer, image: &mut GreyImage) -> Result<(), CameraError> {
         let roi = self.settings.roi;
-        let wrong = |got_width_px, got_height_px| CameraError::WrongFrame {
+        let wrong_frame = |got_width_px, got_height_px| CameraError::WrongFrame {
             width_px: roi.width_px,
             height_px: roi.height_px,
             got_width_px,
             got_height_px,
         };
-        let sent = buffer.image().ok_or_else(|| wrong(0, 0))?;
+        let sent = buffer.image().ok_or_else(|| wrong_frame(0, 0))?;
         let size = (sent.width_px, sent.height_px);
         if size != (roi.width_px, roi.height_px) {
-            return Err(wrong(sent.width_px, sent.height_px));
+            return Err(wrong_frame(sent.width_px, sent.height_px));
         }
-        let format = match SourceFormat::of_code(sent.format) {
+        let format = match SourceFormat::from_code(sent.format) {
             Some(format) if format.is_deep() == self.format.is_deep() => format,
             other => {
                 return Err(CameraError::Unsupported {
@@ -205,19 +206,19 @@ impl Running {
             }
         };
         let unpacked = format.unpack(sent.bytes, size, sent.padding_bytes, image);
-        unpacked.map_err(|_| wrong(sent.width_px, sent.height_px))
+        unpacked.map_err(|_| wrong_frame(sent.width_px, sent.height_px))
     }
 
     /// Frames lost before the first received one, as far as its id and the triggers show.
     fn lost_before_first(&self, id: u64) -> u64 {
         if self.settings.trigger == Trigger::Software {
             let limit = exposure(&self.settings) + TRIGGER_ANSWER;
-            let in_vain = self.triggers.iter().take_while(|sent| sent.elapsed() > limit).count();
-            return in_vain.min(self.triggers.len().saturating_sub(1)) as u64;
+            let unanswered = self.triggers.iter().take_while(|sent| sent.elapsed() > limit).count();
+            return unanswered.min(self.triggers.len().saturating_sub(1)) as u64;
         }
         // A camera that has restarted its count began with its first id.
-        let began_again = self.last_id_before.is_some_and(|last| id <= last) && id <= SMALL_ID;
-        if began_again { id.saturating_sub(self.first_id) } else { 0 }
+        let count_restarted = self.last_id_before.is_some_and(|last| id <= last) && id <= SMALL_ID;
+        if count_restarted { id.saturating_sub(self.first_id) } else { 0 }
     }
 
     /// The camera's time stamp, and the middle of the exposure by this computer's clock.
@@ -257,6 +258,6 @@ fn exposure(settings: &CameraSettings) -> Duration {
 fn received_at(wall_ns: u64) -> Instant {
     let (now, wall_now) = (Instant::now(), SystemTime::now());
     let since = wall_now.duration_since(UNIX_EPOCH + Duration::from_nanos(wall_ns));
-    let way = since.ok().filter(|way| *way < LONGEST_WAY).unwrap_or_default();
-    now.checked_sub(way).unwrap_or(now)
+    let latency = since.ok().filter(|latency| *latency < MAX_LATENCY).unwrap_or_default();
+    now.checked_sub(latency).unwrap_or(now)
 }

@@ -25,19 +25,19 @@ pub struct GenicamSettings {
     pub trigger_delay_us: f64,
     /// output line that switches the laser, by its GenICam name, for station.laser.kind = "genicam"
     pub laser_line: String,
-    /// what that line shows while the laser is on: ExposureActive, or an output set by hand such as UserOutput1
+    /// source of that line while the laser is on: ExposureActive, or a user output such as UserOutput1
     pub laser_source: String,
     /// whether the laser is on while the line is low
     pub laser_inverted: bool,
-    /// what the camera's time stamps mark
+    /// event marked by the camera's time stamps
     #[schemars(with = "String", extend("enum" = ["exposure_start", "exposure_end"]))]
     pub timestamp: Timestamp,
     /// size of GigE packets, bytes; 0: the largest that arrives
     #[schemars(range(min = 0, max = 16_000))]
     pub packet_size_bytes: u32,
-    /// ask for packets that did not arrive
+    /// request a resend of missing packets
     pub packet_resend: bool,
-    /// buffers that the camera's frames go through
+    /// number of frame buffers
     #[schemars(range(min = 4, max = 256))]
     pub buffers: usize,
 }
@@ -73,12 +73,12 @@ pub enum Timestamp {
     /// The exposure begins.
     #[default]
     ExposureStart,
-    /// The exposure ends, or the picture is read out.
+    /// The exposure ends, or the image is read out.
     ExposureEnd,
 }
 
 impl Default for GenicamSettings {
-    /// Everything negotiated; the camera must be given.
+    /// Format and packet size are negotiated with the camera; its serial number must be configured.
     fn default() -> Self {
         Self {
             serial: String::new(),

@@ -9,7 +9,7 @@ use crate::opened::OpenedCamera;
 /// State shared by the camera and the readers of its features.
 #[derive(Default)]
 pub struct Shared {
-    /// `None` while it is gone.
+    /// `None` while the camera is disconnected.
     pub opened: Mutex<Option<OpenedCamera>>,
     pub link: Mutex<CameraLink>,
     /// Features set by name, in their order; set again after a reconnection.

@@ -15,13 +15,13 @@ pub use station_thread::{handle, lease};
 pub mod params;
 
 pub use parts::devices::StationDevices;
-pub use shared::dark_frame::{CameraDarkFrame, CameraName, DarkUse};
+pub use shared::dark_frame::{CameraDarkFrame, CameraName, DarkFrameUse};
 pub use shared::frame::{SharedFrame, StampedFrame};
 pub use shared::refusal::StationRefusal;
 pub use shared::status::{
     DeviceStatus, Fault, LaserLight, Lost, MachineState, OperationalState, StateHistory, StationStatus,
 };
-pub use shared::stop_line::StopEpoch;
+pub use shared::stop_latch::StopEpoch;
 pub use shared::tap::{FrameTap, TappedFrame};
 pub use station_thread::handle::{LiveRequest, Manual, Purpose, StationHandle, Sweep};
 pub use station_thread::lease::StationLease;

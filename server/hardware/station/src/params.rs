@@ -3,21 +3,21 @@
 use std::time::Duration;
 
 /// Longest wait for a frame or a command while the thread may be needed; a Stop is noticed within this time.
-pub const TURN: Duration = Duration::from_millis(4);
+pub const CYCLE_TIME: Duration = Duration::from_millis(4);
 
 /// Time within which the station thread must handle a Stop before the guard stops the devices directly. Longer than a
-/// turn in which every call takes its longest permitted time, and much shorter than the 200 ms within which light and
+/// cycle in which every call takes its longest permitted time, and much shorter than the 200 ms within which light and
 /// motion must end.
-pub const STOP_PATIENCE: Duration = Duration::from_millis(60);
+pub const STOP_GUARD_DELAY: Duration = Duration::from_millis(60);
 
 /// Longest wait of an idle thread; a Stop or a command wakes it.
-pub const IDLE_TURN: Duration = Duration::from_millis(50);
+pub const IDLE_CYCLE_TIME: Duration = Duration::from_millis(50);
 
 /// Capacity of the command channel. Only people and one job send commands; more than this is a defect of the caller.
-pub const COMMANDS: usize = 32;
+pub const COMMAND_CAPACITY: usize = 32;
 
-/// Commands handled per turn before frames and devices are serviced again; a Stop is checked before each.
-pub const COMMANDS_PER_TURN: usize = 8;
+/// Commands handled per cycle before frames and devices are serviced again; a Stop is checked before each.
+pub const COMMANDS_PER_CYCLE: usize = 8;
 
 /// Frames by which a job's recorder may lag: two seconds at 30 Hz.
 pub const RECORDER_FRAMES: usize = 64;
@@ -37,13 +37,13 @@ pub const POLL_MOVING: Duration = Duration::from_millis(5);
 pub const POLL_IDLE: Duration = Duration::from_millis(100);
 
 /// Interval between readings of the laser while it is on.
-pub const POLL_SHINING: Duration = Duration::from_millis(50);
+pub const POLL_LASER_ON: Duration = Duration::from_millis(50);
 
 /// Interval between probes of a camera that does not expose: an unplugged camera must be reported within two seconds.
 pub const PROBE_CAMERA: Duration = Duration::from_millis(250);
 
 /// Interval between readings of the laser until it reports the requested state.
-pub const POLL_CHANGING: Duration = Duration::from_millis(5);
+pub const POLL_LASER_SWITCHING: Duration = Duration::from_millis(5);
 
 /// Position readings kept for interpolation; 64 readings span 0.3 s at the fastest rate, 1.3 s at 50 Hz.
 pub const TRACK_READINGS: usize = 64;
@@ -56,7 +56,7 @@ pub const CAMERA_SILENCE: Duration = Duration::from_millis(1500);
 
 /// Longest wait for a frame that a simulated camera is still rendering: on a busy computer it is late without being
 /// faulty. Does not apply to cameras that do not render.
-pub const RENDERING_PATIENCE: Duration = Duration::from_secs(15);
+pub const RENDERING_LIMIT: Duration = Duration::from_secs(15);
 
 /// Frame periods of silence that count as a fault for slow cameras.
 pub const SILENT_PERIODS: f64 = 3.0;
@@ -92,13 +92,14 @@ pub const RUN_UP_TIME: Duration = Duration::from_millis(100);
 /// Factor on the ramp length, so that the speed is constant when the range begins.
 pub const RUN_UP_MARGIN: f64 = 1.25;
 
-/// Lease requested from the laser; without a living thread the laser turns off within this time (promised: one second).
+/// Lease requested from the laser; without a running thread the laser turns off within this time (promised: one
+/// second).
 pub const LIGHT_LEASE: Duration = Duration::from_millis(600);
 
 /// Interval between renewals: two may fail before the lease expires.
 pub const LIGHT_RENEWAL: Duration = Duration::from_millis(150);
 
-/// The laser is turned off this long after the last due frame (promised: half a second; the rest is the thread's turn
+/// The laser is turned off this long after the last due frame (promised: half a second; the rest is the thread's cycle
 /// and the cable).
 pub const LIGHT_IDLE: Duration = Duration::from_millis(350);
 

@@ -35,13 +35,13 @@ fn main() {
     }
     scenes.push(("board", Scene::Board(board_poses(&model, 1).remove(0))));
     let wanted: Vec<String> = std::env::args().skip(1).collect();
-    let asked_for =
+    let requested =
         |idx: usize, name: &str| wanted.get(idx).is_none_or(|wanted| name.starts_with(wanted.as_str()));
     println!("1280×1024, one thread; ms of computing per frame (and of waiting)\n");
-    println!("{:<22} {:>16} {:>22} {:>18}", "scene", "laser", "lamp, stage moves", "lamp, at rest");
-    for (name, scene) in scenes.iter().filter(|(name, _)| asked_for(0, name)) {
+    println!("{:<22} {:>16} {:>22} {:>18}", "scene", "laser", "ambient, stage moves", "ambient, at rest");
+    for (name, scene) in scenes.iter().filter(|(name, _)| requested(0, name)) {
         let column = |light: &str, laser: bool, step_mm: f64| {
-            if asked_for(1, light) { measured(&renderer, scene, laser, step_mm) } else { "-".to_owned() }
+            if requested(1, light) { measured(&renderer, scene, laser, step_mm) } else { "-".to_owned() }
         };
         let (laser, moving) = (column("laser", true, 0.4), column("moving", false, 0.4));
         println!("{name:<22} {laser:>16} {moving:>22} {:>18}", column("still", false, 0.0));
@@ -51,16 +51,16 @@ fn main() {
 fn measured(renderer: &Renderer, scene: &Scene, laser: bool, step_mm: f64) -> String {
     let mut buffers = ExposureBuffers::default();
     let mut image = GreyImage::new(1, 1, Pixels::Eight(vec![0])).expect("one pixel is an image");
-    let mut take = |picture: u32| {
+    let mut take = |image_number: u32| {
         let exposure = Exposure {
             scene,
-            position: -8.0 + step_mm * f64::from(picture),
-            ordinary_level: if laser { 0.0 } else { twin::params::BOARD_WHITE_LEVEL },
-            ordinary_share: 1.0,
-            laser_share: if laser { 1.0 } else { 0.0 },
+            position: -8.0 + step_mm * f64::from(image_number),
+            ambient_level: if laser { 0.0 } else { twin::params::BOARD_WHITE_LEVEL },
+            ambient_exposure: 1.0,
+            laser_exposure: if laser { 1.0 } else { 0.0 },
             gain: 1.0,
             bits: 8,
-            picture: u64::from(picture),
+            image_number: u64::from(image_number),
         };
         renderer.expose(&exposure, &mut buffers, &mut image);
     };

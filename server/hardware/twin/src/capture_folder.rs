@@ -159,7 +159,7 @@ impl ScanRequest {
 /// Illumination of an image.
 #[derive(Clone, Copy)]
 enum Light {
-    Ordinary,
+    Ambient,
     Laser,
 }
 
@@ -286,7 +286,7 @@ fn scan_entry(scan: &ScanRequest, stage: StageKind) -> Scan {
 fn shots(request: &CaptureRequest, manifest: &Manifest) -> Vec<Shot> {
     let mut shots = Vec::new();
     for (scene_idx, pose) in manifest.poses.iter().enumerate() {
-        shots.push(Shot { path: pose.board.clone(), scene_idx, position: 0.0, light: Light::Ordinary });
+        shots.push(Shot { path: pose.board.clone(), scene_idx, position: 0.0, light: Light::Ambient });
         if let Some(laser) = &pose.laser {
             shots.push(Shot { path: laser.clone(), scene_idx, position: 0.0, light: Light::Laser });
         }
@@ -294,7 +294,7 @@ fn shots(request: &CaptureRequest, manifest: &Manifest) -> Vec<Shot> {
     let mut scene_idx = request.n_poses;
     for view in &manifest.stage_views {
         let (path, position) = (view.board.clone(), view.place().value());
-        shots.push(Shot { path, scene_idx, position, light: Light::Ordinary });
+        shots.push(Shot { path, scene_idx, position, light: Light::Ambient });
     }
     scene_idx += usize::from(!manifest.stage_views.is_empty());
     for (scene_idx, scan) in (scene_idx..).zip(&manifest.scans) {
@@ -317,11 +317,11 @@ fn write_images(
 ) -> Result<(), TwinCaptureError> {
     let total = shots.len();
     let done = Mutex::new(0);
-    shots.par_iter().enumerate().try_for_each(|(picture, shot)| {
+    shots.par_iter().enumerate().try_for_each(|(image_number, shot)| {
         let scene = &scenes[shot.scene_idx];
         let image = match shot.light {
-            Light::Ordinary => renderer.board_image(scene, shot.position, picture as u64),
-            Light::Laser => renderer.laser_image(scene, shot.position, picture as u64),
+            Light::Ambient => renderer.board_image(scene, shot.position, image_number as u64),
+            Light::Laser => renderer.laser_image(scene, shot.position, image_number as u64),
         };
         write_png(&folder.join(&shot.path), &image).map_err(|cause| TwinCaptureError::Image { cause })?;
         let mut done = done.lock();

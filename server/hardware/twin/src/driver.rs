@@ -25,10 +25,10 @@ use crate::part::stl::read_stl;
 /// `[station.twin]`: the simulated world.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct TwinSettings {
-    /// seed that all its randomness comes from
+    /// seed of all random numbers
     #[schemars(range(max = i64::MAX))]
     pub seed: u64,
-    /// what is on the stage: plate, gauge, sphere, freeform, or an STL file
+    /// scene on the stage: plate, gauge, sphere, freeform, or an STL file
     pub scene: String,
     /// height of the gauge
     #[schemars(range(min = 0.1, max = 100.0))]
@@ -41,9 +41,9 @@ pub struct TwinSettings {
     /// grey levels (of 255) that ambient light adds to white while the laser is on
     #[schemars(range(max = 255.0))]
     pub ambient_levels: f64,
-    /// ramps, settling and homing take their time
+    /// simulate the duration of ramps, settling and homing
     pub realistic_timing: bool,
-    /// frames per second of the view
+    /// frames per second of the live view
     #[schemars(range(min = 0.1, max = 1000.0))]
     pub frame_rate_hz: f64,
 }
@@ -68,7 +68,7 @@ impl Default for TwinSettings {
 pub struct TwinDriver {
     settings: TwinSettings,
     /// The simulated world, or why it cannot be created from the settings.
-    world: OnceLock<Result<TwinStation, NoWorld>>,
+    world: OnceLock<Result<TwinStation, WorldError>>,
 }
 
 impl TwinDriver {
@@ -107,8 +107,10 @@ impl TwinDriver {
 
     fn world(&self) -> Result<&TwinStation, OpenError> {
         let made = self.world.get_or_init(|| world(&self.settings));
-        made.as_ref()
-            .map_err(|NoWorld { what, remedy }| OpenError::Settings { what: what.clone(), remedy: remedy.clone() })
+        made.as_ref().map_err(|WorldError { what, remedy }| OpenError::Settings {
+            what: what.clone(),
+            remedy: remedy.clone(),
+        })
     }
 }
 
@@ -157,22 +159,22 @@ enum OnStage {
 }
 
 /// Why no world can be created from the settings, and the remedy.
-struct NoWorld {
+struct WorldError {
     what: String,
     remedy: String,
 }
 
-impl NoWorld {
+impl WorldError {
     fn new(what: String, remedy: &str) -> Self {
         Self { what, remedy: remedy.to_owned() }
     }
 }
 
-fn world(settings: &TwinSettings) -> Result<TwinStation, NoWorld> {
+fn world(settings: &TwinSettings) -> Result<TwinStation, WorldError> {
     let stage = if settings.rotary { StageKind::Rotary } else { StageKind::Linear };
     let shape = StationShape { stage, ambient_levels: settings.ambient_levels, ..StationShape::default() };
     let model = StationModel::seeded(settings.seed, &shape)
-        .map_err(|error| NoWorld::new(with_causes(&error), "choose another station.twin.seed"))?;
+        .map_err(|error| WorldError::new(with_causes(&error), "choose another station.twin.seed"))?;
     let timing = if settings.realistic_timing { Timing::Realistic } else { Timing::Instant };
     let (scene, solid) = match on_stage(settings)? {
         OnStage::Part(kind) => (kind, None),
@@ -185,7 +187,7 @@ fn world(settings: &TwinSettings) -> Result<TwinStation, NoWorld> {
     Ok(station)
 }
 
-fn on_stage(settings: &TwinSettings) -> Result<OnStage, NoWorld> {
+fn on_stage(settings: &TwinSettings) -> Result<OnStage, WorldError> {
     Ok(OnStage::Part(match settings.scene.as_str() {
         "plate" => SceneKind::Plate,
         "gauge" => SceneKind::Gauge { height_mm: settings.gauge_height_mm },
@@ -193,7 +195,7 @@ fn on_stage(settings: &TwinSettings) -> Result<OnStage, NoWorld> {
         "freeform" => SceneKind::Freeform,
         file if file.to_ascii_lowercase().ends_with(".stl") => return solid(file).map(OnStage::Solid),
         other => {
-            return Err(NoWorld::new(
+            return Err(WorldError::new(
                 format!("there is no scene `{other}`"),
                 "set station.twin.scene to plate, gauge, sphere, freeform or an STL file",
             ));
@@ -201,12 +203,12 @@ fn on_stage(settings: &TwinSettings) -> Result<OnStage, NoWorld> {
     }))
 }
 
-fn solid(file: &str) -> Result<Arc<Solid>, NoWorld> {
+fn solid(file: &str) -> Result<Arc<Solid>, WorldError> {
     let usual = "set station.twin.scene to an STL file in mm";
     let bytes =
-        std::fs::read(file).map_err(|error| NoWorld::new(format!("cannot read {file}: {error}"), usual))?;
+        std::fs::read(file).map_err(|error| WorldError::new(format!("cannot read {file}: {error}"), usual))?;
     let solid = read_stl(&bytes).map_err(|error| {
-        NoWorld::new(format!("{file}: {}", with_causes(&error)), &error.remedy().unwrap_or(usual.into()))
+        WorldError::new(format!("{file}: {}", with_causes(&error)), &error.remedy().unwrap_or(usual.into()))
     })?;
     Ok(Arc::new(solid))
 }

@@ -20,7 +20,7 @@ pub const SHEET_REACH_SIGMAS: f64 = 4.0;
 
 /// Fraction of the standoff up to which out-of-focus light is evaluated at its full width: parts and boards lie within
 /// a fifth of it.
-pub const FOLLOWED_DEPTH_SHARE: f64 = 0.2;
+pub const EVALUATED_DEPTH_FRACTION: f64 = 0.2;
 
 /// Spacing of the nodes of the precomputed ray and sheet maps, pixels; cubic interpolation between them is exact to
 /// 1e-4 px for fields up to ±170 mm at 400 mm (test `interpolated_sheets_match_exact_ones`).
@@ -82,7 +82,7 @@ pub const LOOK_DOWN_RAD: f64 = 0.3;
 
 /// Depth of a turntable's top below the middle of the working volume, as a fraction of half the field's width: parts of
 /// twice that height are centred in the image.
-pub const TABLE_BELOW_SHARE: f64 = 0.25;
+pub const TABLE_BELOW_FRACTION: f64 = 0.25;
 
 /// Default height of the gauge block, mm: that of the paper.
 pub const GAUGE_HEIGHT_MM: f64 = 8.9;

@@ -98,7 +98,7 @@ impl Renderer {
         }
         let ray = self.model().grating.ray(phi_rad, order)?;
         let hit = scene.hit(&ray.origin_mm, &ray.direction)?;
-        let point = ray.origin_mm + ray.direction * hit.reach;
+        let point = ray.origin_mm + ray.direction * hit.ray_length;
         let pixel = self.model().camera.project(&point)?;
         scene.reaches(&Vector3::zeros(), &point).then_some(TruthPoint {
             order,

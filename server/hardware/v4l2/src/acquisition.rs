@@ -6,7 +6,7 @@ use devices::{CameraError, CameraSettings, FrameInfo};
 use vision::GreyImage;
 
 use crate::device::{Filled, Format, Stamped};
-use crate::pixels::{NoPicture, SourceFormat};
+use crate::pixels::{InvalidImage, SourceFormat};
 
 /// Frame counts since the acquisition started, and the state for the next frame.
 pub struct Acquisition {
@@ -45,16 +45,16 @@ impl Acquisition {
     ) -> Result<Option<FrameInfo>, CameraError> {
         let Some(place) = self.count(filled.sequence) else { return Ok(None) };
         let unpacked = match filled.is_damaged {
-            true => Err(NoPicture::Incomplete),
+            true => Err(InvalidImage::Incomplete),
             false => self.source.unpack(filled.bytes, &self.format, image),
         };
         match unpacked {
             Ok(()) => {}
-            Err(NoPicture::Incomplete) => {
+            Err(InvalidImage::Incomplete) => {
                 self.damaged += 1;
                 return Ok(None);
             }
-            Err(NoPicture::WrongSize(got_width_px, got_height_px)) => {
+            Err(InvalidImage::WrongSize(got_width_px, got_height_px)) => {
                 return Err(CameraError::WrongFrame {
                     width_px: self.format.width_px,
                     height_px: self.format.height_px,
@@ -97,7 +97,7 @@ impl Acquisition {
     /// The middle of the exposure.
     fn exposed_at(&mut self, filled: &Filled, received_at: Instant) -> Instant {
         let half = Duration::from_secs_f64((self.settings.exposure_us * 0.5e-6).clamp(0.0, 30.0));
-        let before = |moment: Instant| moment.checked_sub(half).unwrap_or(moment);
+        let before = |at: Instant| at.checked_sub(half).unwrap_or(at);
         let middle = match (filled.stamped_at, filled.stamped) {
             (Some(at), Stamped::ExposureStart) => at + half,
             (Some(at), Stamped::FrameEnd) => before(at),

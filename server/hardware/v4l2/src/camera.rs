@@ -24,8 +24,8 @@ const RECONNECT_LIMIT: Duration = Duration::from_secs(30);
 /// Pause between two attempts to open it again.
 const RECONNECT_PAUSE: Duration = Duration::from_millis(100);
 
-/// Longest wait for one frame, whatever the caller's timeout: a driver that blocks longer counts as hanging.
-const LONGEST_WAIT: Duration = Duration::from_millis(500);
+/// Longest wait for one frame, irrespective of the caller's timeout: a driver that blocks longer counts as hanging.
+const MAX_WAIT: Duration = Duration::from_millis(500);
 
 /// Opens the device file.
 pub type Open = Box<dyn FnMut() -> io::Result<Box<dyn VideoDevice>> + Send>;
@@ -81,7 +81,7 @@ impl V4l2Camera {
 
     /// The camera, if it is connected; attempts to reopen one that is searched for.
     fn opened(&mut self) -> Result<&mut OpenedCamera, CameraError> {
-        self.seek();
+        self.try_reconnect();
         match &mut self.link {
             Link::Open(opened) => Ok(opened),
             Link::Gone { reason } => Err(CameraError::Gone { reason: reason.clone() }),
@@ -89,7 +89,7 @@ impl V4l2Camera {
         }
     }
 
-    fn seek(&mut self) {
+    fn try_reconnect(&mut self) {
         let Link::Searching { until, tried_at } = &mut self.link else { return };
         if tried_at.is_some_and(|at| at.elapsed() < RECONNECT_PAUSE) {
             return;
@@ -110,10 +110,10 @@ impl V4l2Camera {
         if opened.capabilities() != self.capabilities {
             return None;
         }
-        let able = &self.capabilities;
+        let capabilities = &self.capabilities;
         let wanted = CameraRequest {
-            exposure_us: able.exposure_us.map(|_| self.settings.exposure_us),
-            frame_rate_hz: able.frame_rate_hz.map(|_| self.settings.frame_rate_hz),
+            exposure_us: capabilities.exposure_us.map(|_| self.settings.exposure_us),
+            frame_rate_hz: capabilities.frame_rate_hz.map(|_| self.settings.frame_rate_hz),
             pixel_format: Some(self.settings.pixel_format),
             ..CameraRequest::default()
         };
@@ -122,7 +122,7 @@ impl V4l2Camera {
         Some(opened)
     }
 
-    /// Closes the camera if the error means that it is gone.
+    /// Closes the camera if the error means that it was unplugged.
     fn fail(&mut self, setting: &'static str, error: io::Error) -> CameraError {
         let failure = refused(setting, error);
         if let CameraError::Gone { reason } = &failure {
@@ -195,11 +195,11 @@ impl Camera for V4l2Camera {
         if is_running {
             return Ok(());
         }
-        let manual = controls::turn_automatics_off(&mut *opened.device);
+        let manual = controls::turn_off_automatic_functions(&mut *opened.device);
         let acquisition = Acquisition::new(opened.format, opened.source, settings);
         let started = match manual {
             Ok(()) => opened.device.start(n_buffers).map_err(|error| ("acquisition", error)),
-            Err(NotManual::Stays(what)) => Err((what, io::Error::other("it stays on"))),
+            Err(NotManual::StaysAutomatic(what)) => Err((what, io::Error::other("it cannot be turned off"))),
             Err(NotManual::Refused(what, error)) => Err((what, error)),
         };
         started.map_err(|(setting, error)| self.fail(setting, error))?;
@@ -213,7 +213,7 @@ impl Camera for V4l2Camera {
 
     fn next_frame(&mut self, image: &mut GreyImage, timeout: Duration) -> Result<Option<FrameInfo>, CameraError> {
         self.opened()?;
-        let deadline = Instant::now() + timeout.min(LONGEST_WAIT);
+        let deadline = Instant::now() + timeout.min(MAX_WAIT);
         let (Link::Open(opened), Some(acquisition)) = (&mut self.link, &mut self.acquisition) else {
             self.probe()?;
             thread::sleep(timeout);

@@ -23,7 +23,7 @@ const EXPOSURE_MANUAL: i32 = 1;
 
 /// Automatic functions, with the value that turns them off, in the order in which they are set: some cameras accept the
 /// later ones only after the earlier.
-const AUTOMATICS: [(&str, ControlId, i32); 8] = [
+const AUTOMATIC_FUNCTIONS: [(&str, ControlId, i32); 8] = [
     ("automatic exposure", EXPOSURE_AUTO, EXPOSURE_MANUAL),
     // V4L2_CID_EXPOSURE_AUTO_PRIORITY: a longer exposure may lower the frame rate.
     ("dynamic frame rate", ControlId(0x009A_0903), 0),
@@ -37,7 +37,7 @@ const AUTOMATICS: [(&str, ControlId, i32); 8] = [
     ("power line frequency filter", ControlId(0x0098_0918), 0),
     // V4L2_CID_FOCUS_AUTO: it moves the lens, and with it the calibration.
     ("automatic focus", ControlId(0x009A_090C), 0),
-    // V4L2_CID_IMAGE_STABILIZATION: it moves the picture.
+    // V4L2_CID_IMAGE_STABILIZATION: it moves the image.
     ("image stabilisation", ControlId(0x009A_0916), 0),
 ];
 
@@ -45,14 +45,14 @@ const AUTOMATICS: [(&str, ControlId, i32); 8] = [
 #[derive(Debug)]
 pub enum NotManual {
     /// This function stays automatic.
-    Stays(&'static str),
+    StaysAutomatic(&'static str),
     /// The kernel refused.
     Refused(&'static str, io::Error),
 }
 
 /// Turns off all automatic functions of the camera, and reads back that they are off.
-pub fn turn_automatics_off(device: &mut dyn VideoDevice) -> Result<(), NotManual> {
-    for (name, id, off) in AUTOMATICS {
+pub fn turn_off_automatic_functions(device: &mut dyn VideoDevice) -> Result<(), NotManual> {
+    for (name, id, off) in AUTOMATIC_FUNCTIONS {
         let refused = |error| NotManual::Refused(name, error);
         let Some(control) = device.control(id).map_err(refused)? else { continue };
         if control.value == off {
@@ -60,7 +60,7 @@ pub fn turn_automatics_off(device: &mut dyn VideoDevice) -> Result<(), NotManual
         }
         device.set_control(id, off).map_err(refused)?;
         if device.control(id).map_err(refused)?.is_none_or(|control| control.value != off) {
-            return Err(NotManual::Stays(name));
+            return Err(NotManual::StaysAutomatic(name));
         }
     }
     Ok(())
@@ -92,7 +92,7 @@ pub fn set_gain(device: &mut dyn VideoDevice, gain: i32) -> Result<(), NotManual
     let wanted = nearest(control, f64::from(gain));
     device.set_control(GAIN, wanted).map_err(refused)?;
     let is_set = device.control(GAIN).map_err(refused)?.is_some_and(|control| control.value == wanted);
-    if is_set { Ok(()) } else { Err(NotManual::Stays("gain")) }
+    if is_set { Ok(()) } else { Err(NotManual::StaysAutomatic("gain")) }
 }
 
 /// The value nearest to `wanted` on the control's steps and in its range.
@@ -116,8 +116,8 @@ pub fn ids() -> Vec<(&'static str, ControlId)> {
         "V4L2_CID_FOCUS_AUTO",
         "V4L2_CID_IMAGE_STABILIZATION",
     ];
-    let by_hand = [("V4L2_CID_EXPOSURE_ABSOLUTE", EXPOSURE), ("V4L2_CID_GAIN", GAIN)];
-    automatics.into_iter().zip(AUTOMATICS.map(|(_, id, _)| id)).chain(by_hand).collect()
+    let manual = [("V4L2_CID_EXPOSURE_ABSOLUTE", EXPOSURE), ("V4L2_CID_GAIN", GAIN)];
+    automatics.into_iter().zip(AUTOMATIC_FUNCTIONS.map(|(_, id, _)| id)).chain(manual).collect()
 }
 
 #[cfg(test)]
@@ -125,7 +125,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_value_is_moved_into_its_range_and_onto_its_steps() {
+    fn a_value_is_clamped_to_its_range_and_rounded_to_its_step() {
         let control = Control { min: 3, max: 20, step: 5, value: 3 };
         for (wanted, set) in [(-7.0, 3), (3.0, 3), (5.4, 3), (5.6, 8), (14.0, 13), (1e9, 18)] {
             assert_eq!(nearest(control, wanted), set, "{wanted}");

@@ -82,7 +82,7 @@ pub struct Control {
     pub value: i32,
 }
 
-/// The moment that is marked by a frame's time stamp.
+/// The event marked by a frame's time stamp.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Stamped {
     /// Start of the exposure.
@@ -100,7 +100,7 @@ pub struct Filled<'b> {
     pub sequence: u32,
     /// Time stamp by this computer's monotonic clock; `None` if the driver uses another clock.
     pub stamped_at: Option<Instant>,
-    /// The moment marked by the time stamp.
+    /// The event marked by the time stamp.
     pub stamped: Stamped,
     /// Marked by the driver as damaged.
     pub is_damaged: bool,
@@ -142,10 +142,10 @@ pub trait VideoDevice: Send {
     /// Queues `n_buffers` buffers, or as many as the driver accepts, and starts streaming.
     fn start(&mut self, n_buffers: u32) -> io::Result<()>;
 
-    /// Waits at most `timeout` for a filled buffer, passes it to `see`, and queues it again.
+    /// Waits at most `timeout` for a filled buffer, passes it to `use_frame`, and queues it again.
     ///
     /// Returns `false` if none arrived in that time.
-    fn take(&mut self, timeout: Duration, see: &mut dyn FnMut(&Filled)) -> io::Result<bool>;
+    fn take(&mut self, timeout: Duration, use_frame: &mut dyn FnMut(&Filled)) -> io::Result<bool>;
 
     /// Stops streaming and releases the buffers. Works in every state.
     fn stop(&mut self) -> io::Result<()>;

@@ -9,9 +9,9 @@ use devices::driver::Found;
 ///
 /// A USB camera has two device files; the second carries no images and is left out.
 pub fn cameras(root: &Path) -> Vec<Found> {
-    let listed = entries(&root.join("sys/class/video4linux"));
+    let nodes = entries(&root.join("sys/class/video4linux"));
     let is_first = |entry: &PathBuf| text(&entry.join("index")).is_none_or(|index| index == "0");
-    listed.into_iter().filter(is_first).filter_map(|entry| found(root, &entry)).collect()
+    nodes.into_iter().filter(is_first).filter_map(|entry| found(root, &entry)).collect()
 }
 
 fn found(root: &Path, entry: &Path) -> Option<Found> {
@@ -76,7 +76,7 @@ mod tests {
     }
 
     #[test]
-    fn a_usb_camera_is_listed_once_by_the_name_that_stays() {
+    fn a_usb_camera_is_listed_once_by_its_stable_name() {
         let root = computer();
         let found = cameras(root.path());
         assert_eq!(found.len(), 2, "{found:?}");

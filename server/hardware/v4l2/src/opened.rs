@@ -13,10 +13,10 @@ use crate::pixels::SourceFormat;
 use crate::settings::V4l2Settings;
 
 /// `ENODEV`: the camera was unplugged.
-pub const UNPLUGGED: i32 = 19;
+pub const ENODEV: i32 = 19;
 
 /// `EBUSY`: another program streams from it.
-const BUSY: i32 = 16;
+const EBUSY: i32 = 16;
 
 /// A camera under this program's control: stopped, all automatic functions off.
 pub struct OpenedCamera {
@@ -38,43 +38,43 @@ impl OpenedCamera {
     /// [`OpenError::Absent`] if another program uses it, [`OpenError::Settings`] if it is not a camera, supports no
     /// known format, or stays automatic.
     pub fn prepare(mut device: Box<dyn VideoDevice>, settings: &V4l2Settings) -> Result<Self, OpenError> {
-        let trouble = CameraErrors(&settings.device);
-        let card = device.card().map_err(|error| trouble.kernel("does not answer as a video device", error))?;
+        let errors = CameraErrors(&settings.device);
+        let card = device.card().map_err(|error| errors.kernel("does not respond as a video device", error))?;
         if !card.streams {
-            return Err(trouble.settings("delivers no pictures", "choose a device that `sheaf devices` lists"));
+            return Err(errors.settings("delivers no images", "choose a device that `sheaf devices` lists"));
         }
-        let failed = |error| trouble.kernel("does not report its capabilities", error);
+        let failed = |error| errors.kernel("does not report its capabilities", error);
         let offered = device.formats().map_err(failed)?;
-        let in_depth = |deep, preferred| SourceFormat::choose(&offered, deep, preferred);
+        let in_depth = |is_deep, preferred| SourceFormat::choose(&offered, is_deep, preferred);
         let (eight, sixteen) = (in_depth(false, &settings.format_8), in_depth(true, &settings.format_16));
         let Some(source) = eight.or(sixteen) else {
             let names: Vec<String> = offered.iter().map(ToString::to_string).collect();
             let what = format!("offers no supported format: {}", names.join(", "));
-            return Err(trouble.settings(&what, "take a camera with GREY, YUYV, MJPG, Y16, Y12 or Y10"));
+            return Err(errors.settings(&what, "use a camera with GREY, YUYV, MJPG, Y16, Y12 or Y10"));
         };
         let size = match (settings.width_px, settings.height_px) {
             (0, _) | (_, 0) => {
                 let sizes = device.sizes(source.code).map_err(failed)?;
                 let largest = sizes.into_iter().max_by_key(|(width, height)| width * height);
                 largest.ok_or_else(|| {
-                    trouble.settings("does not report its image sizes", "set width_px and height_px")
+                    errors.settings("does not report its image sizes", "set width_px and height_px")
                 })?
             }
             size => size,
         };
         let wanted = Format { pixels: source.code, width_px: size.0, height_px: size.1, row_bytes: 0 };
-        let format = device.set_format(&wanted).map_err(|error| trouble.kernel("cannot be set", error))?;
+        let format = device.set_format(&wanted).map_err(|error| errors.kernel("cannot be set", error))?;
         if !is_same(&format, &wanted) {
             let what = format!(
                 "sends {} with {}×{} pixels instead of {} with {}×{}",
                 format.pixels, format.width_px, format.height_px, source.code, size.0, size.1
             );
             return Err(
-                trouble.settings(&what, "set station.v4l2 to a supported format: `v4l2-ctl --list-formats-ext`")
+                errors.settings(&what, "set station.v4l2 to a supported format: `v4l2-ctl --list-formats-ext`")
             );
         }
-        controls::turn_automatics_off(&mut *device).map_err(|error| trouble.not_manual(error))?;
-        controls::set_gain(&mut *device, settings.gain).map_err(|error| trouble.not_manual(error))?;
+        controls::turn_off_automatic_functions(&mut *device).map_err(|error| errors.not_manual(error))?;
+        controls::set_gain(&mut *device, settings.gain).map_err(|error| errors.not_manual(error))?;
         let exposure_us = controls::exposure_range(&*device).map_err(failed)?;
         let intervals = device.intervals(&format).map_err(failed)?;
         let is_offered = |source: &SourceFormat| {
@@ -145,12 +145,12 @@ impl OpenedCamera {
         }
     }
 
-    fn set_depth(&mut self, deep: bool, settings: &V4l2Settings) -> io::Result<()> {
-        if self.source.is_deep() == deep {
+    fn set_depth(&mut self, is_deep: bool, settings: &V4l2Settings) -> io::Result<()> {
+        if self.source.is_deep() == is_deep {
             return Ok(());
         }
-        let preferred = if deep { &settings.format_16 } else { &settings.format_8 };
-        let chosen = SourceFormat::choose(&self.device.formats()?, deep, preferred);
+        let preferred = if is_deep { &settings.format_16 } else { &settings.format_8 };
+        let chosen = SourceFormat::choose(&self.device.formats()?, is_deep, preferred);
         let source = chosen.ok_or(io::ErrorKind::Unsupported)?;
         // A new format resets the frame interval; the previous one is set again.
         let interval = self.device.interval()?;
@@ -217,15 +217,15 @@ impl CameraErrors<'_> {
 
     fn kernel(&self, what: &str, error: io::Error) -> OpenError {
         match error.raw_os_error() {
-            Some(BUSY) => self.absent("is in use by another program", "close that program"),
-            Some(UNPLUGGED) => self.absent("was unplugged", "plug it in, then reset"),
+            Some(EBUSY) => self.absent("is in use by another program", "close that program"),
+            Some(ENODEV) => self.absent("was unplugged", "plug it in, then reset"),
             _ => self.settings(&format!("{what}: {error}"), "choose a device that `sheaf devices` lists"),
         }
     }
 
     fn not_manual(&self, error: NotManual) -> OpenError {
         match error {
-            NotManual::Stays(what) => self.settings(
+            NotManual::StaysAutomatic(what) => self.settings(
                 &format!("does not allow its {what} to be set"),
                 "use a camera that can be set manually",
             ),
@@ -236,23 +236,21 @@ impl CameraErrors<'_> {
 
 /// Why a device file cannot be opened.
 pub fn not_opened(device: &str, error: &io::Error) -> OpenError {
-    let trouble = CameraErrors(device);
+    let errors = CameraErrors(device);
     match error.kind() {
-        io::ErrorKind::NotFound => trouble.absent("is not there", "check its cable, then reset"),
-        io::ErrorKind::PermissionDenied => trouble.settings(
+        io::ErrorKind::NotFound => errors.absent("was not found", "check its cable, then reset"),
+        io::ErrorKind::PermissionDenied => errors.settings(
             "may not be opened by this program's user",
             "add that user to the group `video`, then restart",
         ),
-        _ if error.raw_os_error() == Some(UNPLUGGED) => {
-            trouble.absent("is not there", "check its cable, then reset")
-        }
-        _ => trouble.settings(&format!("cannot be opened: {error}"), "choose a device that `sheaf devices` lists"),
+        _ if error.raw_os_error() == Some(ENODEV) => errors.absent("was not found", "check its cable, then reset"),
+        _ => errors.settings(&format!("cannot be opened: {error}"), "choose a device that `sheaf devices` lists"),
     }
 }
 
 /// Converts a kernel error to a camera error.
 pub fn refused(setting: &'static str, error: io::Error) -> CameraError {
-    if error.raw_os_error() == Some(UNPLUGGED) {
+    if error.raw_os_error() == Some(ENODEV) {
         return CameraError::Gone { reason: "it was unplugged".to_owned() };
     }
     CameraError::Unsupported { setting, value: "the requested value".to_owned(), expected: error.to_string() }

@@ -48,7 +48,7 @@ const FORMATS: [SourceFormat; 6] = [
 
 /// Why bytes are not a valid image.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum NoPicture {
+pub enum InvalidImage {
     /// Bytes are missing or damaged.
     Incomplete,
     /// An image of another size: columns and rows.
@@ -58,11 +58,11 @@ pub enum NoPicture {
 impl SourceFormat {
     /// Of the formats a camera offers, the best with 8 bits, or with more; `preferred` is used if it is offered with
     /// that depth.
-    pub fn choose(offered: &[FourCc], deep: bool, preferred: &str) -> Option<Self> {
-        let serves = |format: &SourceFormat| format.is_deep() == deep && offered.contains(&format.code);
-        let mut known = FORMATS.into_iter().filter(serves);
-        let wished = known.clone().find(|format| format.code.to_string() == preferred);
-        wished.or_else(|| known.next())
+    pub fn choose(offered: &[FourCc], is_deep: bool, preferred: &str) -> Option<Self> {
+        let is_suitable = |format: &SourceFormat| format.is_deep() == is_deep && offered.contains(&format.code);
+        let mut known = FORMATS.into_iter().filter(is_suitable);
+        let preferred_format = known.clone().find(|format| format.code.to_string() == preferred);
+        preferred_format.or_else(|| known.next())
     }
 
     /// Whether its pixels have more than 8 bits.
@@ -73,25 +73,25 @@ impl SourceFormat {
     /// Writes the image into `image`, whose memory is reused.
     ///
     /// # Errors
-    /// [`NoPicture`]; the content of `image` is then undefined.
-    pub fn unpack(&self, bytes: &[u8], format: &Format, image: &mut GreyImage) -> Result<(), NoPicture> {
+    /// [`InvalidImage`]; the content of `image` is then undefined.
+    pub fn unpack(&self, bytes: &[u8], format: &Format, image: &mut GreyImage) -> Result<(), InvalidImage> {
         let (width, height) = (format.width_px, format.height_px);
         match self.packing {
             Packing::Eight => {
                 let rows = Rows::of(bytes, format, width)?;
-                let pixels = image.eight_mut(width, height).map_err(|_| NoPicture::Incomplete)?;
+                let pixels = image.eight_mut(width, height).map_err(|_| InvalidImage::Incomplete)?;
                 pixels.chunks_exact_mut(width).zip(rows).for_each(|(out, row)| out.copy_from_slice(row));
             }
             Packing::LumaFirst => {
                 let rows = Rows::of(bytes, format, 2 * width)?;
-                let pixels = image.eight_mut(width, height).map_err(|_| NoPicture::Incomplete)?;
+                let pixels = image.eight_mut(width, height).map_err(|_| InvalidImage::Incomplete)?;
                 for (out, row) in pixels.chunks_exact_mut(width).zip(rows) {
                     out.iter_mut().zip(row.chunks_exact(2)).for_each(|(out, pair)| *out = pair[0]);
                 }
             }
             Packing::Sixteen(bits) => {
                 let rows = Rows::of(bytes, format, 2 * width)?;
-                let pixels = image.sixteen_mut(width, height).map_err(|_| NoPicture::Incomplete)?;
+                let pixels = image.sixteen_mut(width, height).map_err(|_| InvalidImage::Incomplete)?;
                 for (out, row) in pixels.chunks_exact_mut(width).zip(rows) {
                     let sent = row.chunks_exact(2).map(|pair| u16::from_le_bytes([pair[0], pair[1]]));
                     out.iter_mut().zip(sent).for_each(|(out, pixel)| *out = pixel << (16 - bits));
@@ -107,12 +107,16 @@ impl SourceFormat {
 struct Rows;
 
 impl Rows {
-    fn of<'b>(bytes: &'b [u8], format: &Format, used: usize) -> Result<impl Iterator<Item = &'b [u8]>, NoPicture> {
+    fn of<'b>(
+        bytes: &'b [u8],
+        format: &Format,
+        used: usize,
+    ) -> Result<impl Iterator<Item = &'b [u8]>, InvalidImage> {
         let step = format.row_bytes.max(used);
         // The last row may end with its pixels.
         let needed = step * format.height_px.saturating_sub(1) + used;
         if used == 0 || format.height_px == 0 || bytes.len() < needed {
-            return Err(NoPicture::Incomplete);
+            return Err(InvalidImage::Incomplete);
         }
         Ok(bytes.chunks(step).map(move |row| &row[..used]))
     }
@@ -121,34 +125,34 @@ impl Rows {
 /// Decodes only the luma. A truncated image is an error: a tolerant decoder would fill it with invented content.
 ///
 /// Bytes lost in its middle are not detectable: the kernel marks such frames if it knows of them.
-fn decode_jpeg(bytes: &[u8], size: (usize, usize), image: &mut GreyImage) -> Result<(), NoPicture> {
+fn decode_jpeg(bytes: &[u8], size: (usize, usize), image: &mut GreyImage) -> Result<(), InvalidImage> {
     let bytes = with_tables(trimmed(bytes)?)?;
     let options = DecoderOptions::default().set_strict_mode(true).jpeg_set_out_colorspace(ColorSpace::Luma);
     let mut decoder = JpegDecoder::new_with_options(ZCursor::new(&bytes[..]), options);
-    decoder.decode_headers().map_err(|_| NoPicture::Incomplete)?;
-    let got = decoder.dimensions().ok_or(NoPicture::Incomplete)?;
+    decoder.decode_headers().map_err(|_| InvalidImage::Incomplete)?;
+    let got = decoder.dimensions().ok_or(InvalidImage::Incomplete)?;
     if got != size {
-        return Err(NoPicture::WrongSize(got.0, got.1));
+        return Err(InvalidImage::WrongSize(got.0, got.1));
     }
-    let pixels = image.eight_mut(size.0, size.1).map_err(|_| NoPicture::Incomplete)?;
-    decoder.decode_into(pixels).map_err(|_| NoPicture::Incomplete)
+    let pixels = image.eight_mut(size.0, size.1).map_err(|_| InvalidImage::Incomplete)?;
+    decoder.decode_into(pixels).map_err(|_| InvalidImage::Incomplete)
 }
 
 /// The image up to its end marker; cameras pad with zeros behind it.
-fn trimmed(bytes: &[u8]) -> Result<&[u8], NoPicture> {
+fn trimmed(bytes: &[u8]) -> Result<&[u8], InvalidImage> {
     const END: [u8; 2] = [0xFF, 0xD9];
-    let last = bytes.iter().rposition(|&byte| byte != 0).ok_or(NoPicture::Incomplete)?;
+    let last = bytes.iter().rposition(|&byte| byte != 0).ok_or(InvalidImage::Incomplete)?;
     let used = &bytes[..=last];
-    if used.ends_with(&END) { Ok(used) } else { Err(NoPicture::Incomplete) }
+    if used.ends_with(&END) { Ok(used) } else { Err(InvalidImage::Incomplete) }
 }
 
 /// The image with the standard's Huffman tables before its scan, if it has none.
-fn with_tables(jpeg: &[u8]) -> Result<Cow<'_, [u8]>, NoPicture> {
+fn with_tables(jpeg: &[u8]) -> Result<Cow<'_, [u8]>, InvalidImage> {
     const SCAN: u8 = 0xDA;
     const TABLES: u8 = 0xC4;
     let mut at = 2;
     loop {
-        let Some(&[0xFF, marker, high, low]) = jpeg.get(at..at + 4) else { return Err(NoPicture::Incomplete) };
+        let Some(&[0xFF, marker, high, low]) = jpeg.get(at..at + 4) else { return Err(InvalidImage::Incomplete) };
         match marker {
             TABLES => return Ok(Cow::Borrowed(jpeg)),
             SCAN => return Ok(Cow::Owned([&jpeg[..at], &huffman::STANDARD_TABLES, &jpeg[at..]].concat())),

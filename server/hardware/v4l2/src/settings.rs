@@ -12,19 +12,19 @@ pub struct V4l2Settings {
     pub format_8: String,
     /// pixel format for more bits: Y16, Y12 or Y10; empty: the first of these it has
     pub format_16: String,
-    /// columns of the picture; 0: the largest picture
+    /// columns of the image; 0: those of the largest image
     pub width_px: usize,
-    /// rows of the picture; 0: the largest picture
+    /// rows of the image; 0: those of the largest image
     pub height_px: usize,
-    /// gain in the camera's own unit, moved into its range
+    /// gain in the camera's own unit, clamped to its range
     pub gain: i32,
-    /// buffers that the camera's frames go through
+    /// number of frame buffers
     #[schemars(range(min = 2, max = 32))]
     pub buffers: u32,
 }
 
 impl Default for V4l2Settings {
-    /// Best format, largest image, lowest gain; the camera must be named.
+    /// Best format, largest image, lowest gain; the device file must be configured.
     fn default() -> Self {
         Self {
             device: String::new(),

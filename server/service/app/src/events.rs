@@ -82,16 +82,16 @@ pub enum Event {
     /// A recipe was archived.
     #[serde(rename = "recipe.archived")]
     RecipeArchived(Initiator),
-    /// An archived recipe was taken into use again.
+    /// An archived recipe was restored.
     #[serde(rename = "recipe.restored")]
     RecipeRestored(Initiator),
     /// A part was inspected; the event is stored together with the inspection.
     #[serde(rename = "inspection.finished")]
     InspectionFinished(InspectionFinished),
-    /// The queue of inspections was held: no further one starts.
+    /// The inspection queue was held: no further inspection starts.
     #[serde(rename = "inspections.held")]
     InspectionsHeld(InspectionsHeld),
-    /// The hold of the queue of inspections ended.
+    /// The inspection queue was resumed.
     #[serde(rename = "inspections.resumed")]
     InspectionsResumed(Initiator),
     /// A calibration session was created.
@@ -169,7 +169,7 @@ pub struct EmptyBody {}
 pub struct JobEvent {
     /// Id of the job.
     pub id: String,
-    /// `calibration`, `scan`, `recomputation`, `verification`, `export`.
+    /// `calibration`, `scan`, `recomputation`, `verification`, `export`, `inspection`, `re_evaluation`.
     pub kind: String,
     /// `queued`, `running`, `succeeded`, `failed`, `cancelled`, `interrupted`.
     pub state: String,
@@ -293,6 +293,9 @@ pub struct WatchWarned {
     pub sigma: Option<f64>,
     /// Stage position at which it starts.
     pub position_mm: Option<f64>,
+    /// The warning as a code, as in `WatchReasonDto`; absent in events of version 0.1.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub reason_code: Option<String>,
     /// The warning in a sentence.
     pub reason: String,
 }
@@ -345,11 +348,11 @@ pub struct RecipePublished {
     pub version: i64,
     /// SHA-256 of its canonical content, hexadecimal.
     pub digest: String,
-    /// By which a PLC calls it.
+    /// Number by which a PLC selects it.
     pub number: Option<u32>,
     /// Why it was published.
     pub reason: String,
-    /// The version whose content it has again.
+    /// The earlier version that it restores.
     pub restored_from: Option<i64>,
     /// Who did it.
     pub actor: String,
@@ -378,11 +381,11 @@ pub struct InspectionFinished {
     pub calibration_id: String,
     /// Whether the devices were simulated, or a recording.
     pub simulated: bool,
-    /// The inspection whose scan was judged anew.
+    /// The inspection that this one re-evaluates.
     pub re_evaluated_from: Option<String>,
 }
 
-/// A hold of the queue of inspections.
+/// A hold of the inspection queue.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct InspectionsHeld {
     /// Who initiated it.

@@ -56,8 +56,8 @@ impl LiveBus {
     }
 
     /// Registers a demand of at most `rate_hz` per second, valid until the returned value is dropped.
-    pub fn subscribe(&self, sight: StreamKind, rate_hz: f64) -> Demand {
-        Demand::new(&self.demands, sight, rate_hz)
+    pub fn subscribe(&self, kind: StreamKind, rate_hz: f64) -> Demand {
+        Demand::new(&self.demands, kind, rate_hz)
     }
 
     /// Follows the demands.

@@ -25,8 +25,8 @@ pub struct Demands {
 
 impl Demands {
     /// The highest demanded rate of this kind; `None` without demand.
-    pub fn rate_hz(&self, sight: StreamKind) -> Option<f64> {
-        self.by_number.values().filter(|(wanted, _)| *wanted == sight).map(|(_, rate)| *rate).reduce(f64::max)
+    pub fn rate_hz(&self, kind: StreamKind) -> Option<f64> {
+        self.by_number.values().filter(|(wanted, _)| *wanted == kind).map(|(_, rate)| *rate).reduce(f64::max)
     }
 
     /// The highest demanded rate of any kind.
@@ -43,12 +43,12 @@ pub struct Demand {
 
 impl Demand {
     /// Adds a demand to `all`.
-    pub(super) fn new(all: &watch::Sender<Demands>, sight: StreamKind, rate_hz: f64) -> Self {
+    pub(super) fn new(all: &watch::Sender<Demands>, kind: StreamKind, rate_hz: f64) -> Self {
         let mut number = 0;
         all.send_modify(|demands| {
             number = demands.next;
             demands.next += 1;
-            demands.by_number.insert(number, (sight, rate_hz));
+            demands.by_number.insert(number, (kind, rate_hz));
         });
         Self { number, all: all.clone() }
     }

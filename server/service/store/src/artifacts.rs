@@ -13,7 +13,7 @@ use crate::files::workbench::{FinishedFile, Workbench};
 #[serde(try_from = "String", into = "String")]
 pub struct ArtifactId(String);
 
-/// Text that is not an artifact id.
+/// Invalid artifact id.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("an artifact id has 64 lower-case hexadecimal digits, got \"{0}\"")]
 pub struct NotAnArtifactId(String);
@@ -49,12 +49,12 @@ impl ArtifactId {
 pub struct ArtifactReader {
     /// Number of bytes.
     pub size_bytes: u64,
-    /// Checks the hash while it is read; the read that would give the last bytes fails if it is wrong, with
+    /// Verifies the hash while reading; if it does not match, the read that would return the last bytes fails with
     /// [`StoreError::Damaged`] inside the error.
     pub bytes: Box<dyn AsyncRead + Send + Unpin>,
 }
 
-/// An artifact being written; dropping it leaves nothing.
+/// An artifact being written; dropping it discards the bytes.
 #[async_trait]
 pub trait ArtifactWriter: Send {
     /// Adds bytes.
@@ -63,23 +63,23 @@ pub trait ArtifactWriter: Send {
     async fn finish(self: Box<Self>) -> Result<ArtifactId, StoreError>;
 }
 
-/// Where artifacts are kept.
+/// Storage of artifacts.
 #[async_trait]
 pub trait Artifacts: Send + Sync {
     /// Begins a new artifact.
     async fn create(&self) -> Result<Box<dyn ArtifactWriter>, StoreError>;
     /// Opens an artifact for reading.
     async fn open(&self, id: &ArtifactId) -> Result<ArtifactReader, StoreError>;
-    /// The bytes of an artifact at any place. Its hash is not checked: for formats whose parts carry their own checksums.
+    /// Random access to the bytes of an artifact. Its hash is not verified: for formats whose parts carry their own checksums.
     async fn bytes(&self, id: &ArtifactId) -> Result<ArtifactBytes, StoreError>;
     /// Reads an artifact once to its end.
     ///
     /// # Errors
-    /// [`StoreError::Damaged`] if its bytes are not those it is named by, [`StoreError::NotFound`] if it is not there.
+    /// [`StoreError::Damaged`] if its bytes do not match its id, [`StoreError::NotFound`] if it does not exist.
     async fn check(&self, id: &ArtifactId) -> Result<(), StoreError>;
     /// All bytes of an artifact, checked.
     async fn read(&self, id: &ArtifactId) -> Result<Vec<u8>, StoreError>;
-    /// Stores bytes that are in memory.
+    /// Stores bytes from memory.
     async fn put(&self, bytes: &[u8]) -> Result<ArtifactId, StoreError>;
     /// Moves a file of the workbench into the store, durably.
     async fn adopt(&self, file: FinishedFile) -> Result<ArtifactId, StoreError>;
@@ -88,7 +88,7 @@ pub trait Artifacts: Send + Sync {
     /// Holds an existing artifact until a record refers to it, as if it had just been stored.
     ///
     /// # Errors
-    /// [`StoreError::NotFound`] if it is not there.
+    /// [`StoreError::NotFound`] if it does not exist.
     async fn hold(&self, id: &ArtifactId) -> Result<(), StoreError>;
     /// Releases a stored or held artifact that is referenced by something other than a record, which the sweeps consider.
     fn release(&self, id: &ArtifactId);

@@ -22,28 +22,28 @@ pub enum ExpectedActive {
     Is(Option<String>),
 }
 
-/// One change; a list of them is one transaction. Its serialised form hands changes from one process to another of the
-/// same program; it is stored nowhere.
+/// One change; a list of them is one transaction. The serialised form is for passing changes between processes of the
+/// same version; it is not stored.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub enum Change {
     /// A job is accepted.
     InsertJob(JobRecord),
-    /// A queued job begins.
+    /// A queued job starts.
     StartJob {
         /// Which.
         id: String,
         /// When.
         at_ms: i64,
     },
-    /// Where a running job is, for the reader of a restarted server.
+    /// Progress of a running job.
     CheckpointJob {
         /// Which.
         id: String,
         /// 0–1.
         progress: f64,
-        /// In the operator's words.
+        /// Message for the operator.
         message: String,
-        /// From where it can go on; `None`: as before.
+        /// Checkpoint from which it can be resumed; `None`: unchanged.
         checkpoint: Option<serde_json::Value>,
     },
     /// A job that is not terminal ends.
@@ -52,20 +52,20 @@ pub enum Change {
         id: String,
         /// How.
         outcome: JobOutcome,
-        /// Its last words to the operator.
+        /// Final message for the operator.
         message: String,
         /// When.
         at_ms: i64,
     },
-    /// A capture arrived.
+    /// A capture is stored.
     InsertCapture(CaptureRecord),
-    /// A capture is deleted; its archive goes when nothing else names it.
+    /// A capture is deleted; its archive is deleted once nothing else refers to it.
     DeleteCapture(String),
-    /// A recording begins.
+    /// A recording starts.
     InsertRecording(RecordingRecord),
-    /// A recording is further than it was: ended, finished, or mended after a crash.
+    /// A recording is updated: ended, finished, or repaired after a crash.
     UpdateRecording(RecordingRecord),
-    /// A recording is forgotten; its file goes when nothing else names it.
+    /// A recording is deleted; its file is deleted once nothing else refers to it.
     DeleteRecording(String),
     /// A calibration was computed; the same content twice is stored once.
     InsertCalibration(CalibrationRecord),
@@ -92,7 +92,7 @@ pub enum Change {
     DeleteScan(String),
     /// A measurement was stored.
     InsertMeasurement(MeasurementRecord),
-    /// A version of a recipe is published: the first one makes the recipe; any other is refused with
+    /// A version of a recipe is published: the first one creates the recipe; any other is refused with
     /// [`StoreError::Changed`] unless it follows the newest.
     PublishRecipe {
         /// The version.
@@ -100,11 +100,11 @@ pub enum Change {
         /// The number of the recipe from now on; refused if another recipe in use has it.
         number: Option<i64>,
     },
-    /// A recipe is put away, or taken into use again.
+    /// A recipe is archived or restored.
     ArchiveRecipe {
         /// Which.
         id: String,
-        /// Whether it is put away.
+        /// Whether it is archived.
         archived: bool,
     },
     /// An inspection is stored together with the event that announces it: `seq` of the record, and `seq` in the body of
@@ -115,17 +115,17 @@ pub enum Change {
         /// What is announced; its `seq` is that of the event log.
         event: EventRecord,
     },
-    /// A session is begun.
+    /// A session is created.
     InsertSession(SessionRecord),
     /// A session changes; refused with [`StoreError::Changed`] unless its version is `body.version − 1`.
     UpdateSession(SessionRecord),
-    /// A session is over.
+    /// A session is deleted.
     DeleteSession(String),
-    /// Stores a value under a name; it replaces the one before.
+    /// Stores a value under a name; it replaces the previous one.
     PutSetting(SettingRecord),
     /// Appends an event; `seq` is assigned by the store.
     AppendEvent(EventRecord),
-    /// A request was answered; refused with [`StoreError::Exists`] if the key is there.
+    /// A request with an idempotency key is stored; refused with [`StoreError::Exists`] if the key exists.
     InsertIdempotency(IdempotencyRecord),
     /// Jobs that have ended are deleted, if they ended before this, or are not among the newest.
     PruneEndedJobs {
@@ -134,11 +134,11 @@ pub enum Change {
         /// Number of jobs kept.
         keep_newest: u32,
     },
-    /// The request with this key was answered; `None`: it was refused, and may come again.
+    /// Stores the response to the request with this key; `None`: it was refused and may be repeated.
     AnswerIdempotency {
         /// Which.
         key: String,
-        /// Status, `Location` and body of the answer.
+        /// Status, `Location` and body of the response.
         answer: Option<serde_json::Value>,
     },
     /// Keys older than this are deleted.
@@ -209,16 +209,16 @@ pub struct ScanFilter {
 pub struct MeasurementFilter {
     /// Only those on this scan.
     pub scan_id: Option<String>,
-    /// Only those whose request asked for this `tool`.
+    /// Only those requested with this `tool`.
     pub tool: Option<String>,
-    /// Only those whose result has one of these as its `verdict`; none: whatever it is.
+    /// Only those with one of these verdicts; empty: all.
     pub verdicts: Vec<String>,
 }
 
 /// Filter for recipes.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct RecipeFilter {
-    /// Only those in use, or only those put away.
+    /// Only those in use, or only those archived.
     pub archived: Option<bool>,
     /// Only the one with this number.
     pub number: Option<i64>,
@@ -248,18 +248,18 @@ pub struct InspectionFilter {
 pub struct DamagedRow {
     /// Which collection.
     pub kind: &'static str,
-    /// Its key, as it is found.
+    /// Its key as stored.
     pub id: String,
 }
 
 /// A page of a list: intact records, and the damaged rows between them.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Listed<T> {
-    /// At most as many as the page may have.
+    /// The intact records, at most `limit`.
     pub records: Vec<T>,
-    /// Rows that were met on the way. A filter cannot be asked of what is damaged: they are named whatever they were.
+    /// Damaged rows in the range. A filter cannot be applied to them: they are all reported.
     pub damaged: Vec<DamagedRow>,
-    /// Where the next page begins; `None` on the last one.
+    /// Start of the next page; `None` on the last one.
     pub next: Option<String>,
 }
 
@@ -291,7 +291,7 @@ impl From<DamagedRow> for StoreError {
 /// Typed reads and atomic changes. Lists are newest first and report unreadable rows.
 #[async_trait]
 pub trait Catalogue: Send + Sync {
-    /// Makes all `changes` or none; when it returns, they are on the disk. Returns the events as they were stored.
+    /// Applies all `changes` or none; they are durable when it returns. Returns the events as stored.
     async fn commit(&self, changes: Vec<Change>) -> Result<Vec<EventRecord>, StoreError>;
 
     /// A job.
@@ -335,7 +335,7 @@ pub trait Catalogue: Send + Sync {
 
     /// A recipe.
     async fn recipe(&self, id: &str) -> Result<RecipeRecord, StoreError>;
-    /// Recipes, the one made last first.
+    /// Recipes, newest first.
     async fn recipes(&self, filter: &RecipeFilter, page: &Page) -> Result<Listed<RecipeRecord>, StoreError>;
     /// A version of a recipe.
     async fn recipe_version(&self, id: &str, version: i64) -> Result<RecipeVersionRecord, StoreError>;
@@ -371,9 +371,9 @@ pub trait Catalogue: Send + Sync {
     /// Sequence of the newest event, pruned ones included; 0 if there never was one.
     async fn last_event_seq(&self) -> Result<i64, StoreError>;
 
-    /// The answer to a request with that key, if there was one.
+    /// The request with this idempotency key, if any.
     async fn idempotency(&self, key: &str) -> Result<Option<IdempotencyRecord>, StoreError>;
 
-    /// All artifacts that any record names, also within its documents.
+    /// All artifacts that any record refers to, also within documents.
     async fn artifacts_named(&self) -> Result<HashSet<ArtifactId>, StoreError>;
 }

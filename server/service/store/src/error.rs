@@ -16,7 +16,7 @@ pub enum StoreError {
         id: String,
     },
     /// A record with this id already exists.
-    #[error("{kind} {id} exists already")]
+    #[error("{kind} {id} already exists")]
     Exists {
         /// Which collection.
         kind: &'static str,
@@ -43,7 +43,7 @@ pub enum StoreError {
         /// What to do instead, if possible.
         remedy: Option<&'static str>,
     },
-    /// No room.
+    /// The disk is full.
     #[error("the disk is full")]
     Full,
     /// A write failed earlier; the store refuses further writes because they could not be guaranteed.
@@ -52,18 +52,18 @@ pub enum StoreError {
         /// What failed.
         reason: String,
     },
-    /// The bytes of an artifact are not those it is named by.
+    /// The bytes of an artifact do not match its id.
     #[error("artifact {id} is damaged")]
     Damaged {
         /// Which.
         id: String,
     },
-    /// A row of the database is not what was written.
+    /// The checksum of a database row does not match.
     #[error("{kind} {id} is damaged in the database")]
     DamagedRecord {
         /// Which collection.
         kind: &'static str,
-        /// Its key, as it is found.
+        /// Its key as stored.
         id: String,
     },
     /// The data directory was written by a newer program.
@@ -79,12 +79,12 @@ pub enum StoreError {
     NotItsCatalogue {
         /// Which file.
         catalogue: String,
-        /// What is wrong with it, in words that continue the sentence.
+        /// What is wrong with it; continues the sentence.
         why: &'static str,
         /// What to do, with the newest backup.
         remedy: String,
     },
-    /// Another process has the data directory.
+    /// The data directory is in use by another process.
     #[error("the data directory {folder} is in use by another process")]
     InUse {
         /// Which.
@@ -144,7 +144,7 @@ impl Remedy for StoreError {
 }
 
 impl StoreError {
-    /// The same of a check of the whole database: what it finds wrong is not to be tried again.
+    /// The same for a check of the whole database; its findings are not retried.
     pub(crate) fn broken(self) -> Self {
         match self {
             Self::Database { what, cause } => Self::Broken { what, cause },

@@ -4,7 +4,7 @@ use tokio::sync::watch;
 
 use crate::error::StoreError;
 
-/// A latch: once a write failed, its reason stands until the process ends. A failed fsync is never tried again,
+/// A latch: after a failed write, its reason stands until the process ends. A failed fsync is never retried,
 /// because the kernel may have dropped the pages and report success the second time.
 #[derive(Debug)]
 pub struct Health {
@@ -42,7 +42,7 @@ impl Health {
         StoreError::ReadOnly { reason }
     }
 
-    /// Sees the reason as soon as there is one.
+    /// A receiver that gets the reason of the first failed write.
     pub fn watch(&self) -> watch::Receiver<Option<String>> {
         self.failure.subscribe()
     }

@@ -1,7 +1,7 @@
 //! Holds: artifacts that no record refers to yet and that sweeps must not delete.
 //!
-//! Who stores an artifact holds it until a record names it. While a sweep is under way nothing is let go: a record that
-//! is committed after the sweep has read the catalogue still protects what it names.
+//! A stored artifact is held until a record refers to it. During a sweep no hold is released: a record that
+//! is committed after the sweep has read the catalogue still protects what it refers to.
 
 use parking_lot::{Mutex, MutexGuard};
 use std::collections::HashMap;
@@ -23,24 +23,24 @@ struct Table {
 
 #[derive(Debug)]
 struct Hold {
-    /// Each of them is for a record that is still to come.
+    /// Each hold is for a record not committed yet.
     n_holders: u32,
     newest: Instant,
 }
 
-/// A sweep is under way; what was released meanwhile is let go when this is dropped.
+/// A sweep is running; holds released meanwhile end when this is dropped.
 #[derive(Debug)]
 pub struct Sweeping<'a>(&'a Holds);
 
 impl Holds {
-    /// Protects an artifact until it is released once more than before.
+    /// Protects an artifact; holds are counted, and each needs its own release.
     pub fn hold(&self, id: &ArtifactId) {
         let mut table = self.table();
         let hold = table.held.entry(id.clone()).or_insert(Hold { n_holders: 0, newest: Instant::now() });
         (hold.n_holders, hold.newest) = (hold.n_holders + 1, Instant::now());
     }
 
-    /// A record names these now; those that are not held are none of its business.
+    /// Releases one hold of each artifact, now that a record refers to it; those not held are ignored.
     pub fn release(&self, ids: impl IntoIterator<Item = ArtifactId>) {
         let mut table = self.table();
         if table.sweeping {
@@ -52,7 +52,7 @@ impl Holds {
         }
     }
 
-    /// Begins a sweep; one at a time. What was held for longer than anything takes to be named is let go.
+    /// Starts a sweep; one at a time. Expired holds are released.
     pub fn begin_sweep(&self) -> Sweeping<'_> {
         let mut table = self.table();
         table.held.retain(|_, hold| hold.newest.elapsed() < HOLD_LIMIT);
@@ -60,7 +60,7 @@ impl Holds {
         Sweeping(self)
     }
 
-    /// Does something to an artifact that nobody holds, and lets nobody hold it meanwhile.
+    /// Runs a function on an artifact unless it is held; it cannot be held meanwhile.
     pub fn unless_held<T>(&self, id: &ArtifactId, act: impl FnOnce() -> T) -> Option<T> {
         let table = self.table();
         (!table.held.contains_key(id)).then(act)
@@ -97,7 +97,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn two_holders_release_twice_and_nothing_is_let_go_during_a_sweep() {
+    fn two_holds_need_two_releases_and_none_ends_during_a_sweep() {
         let holds = Holds::default();
         let id = ArtifactId::parse(&"a".repeat(64)).unwrap();
         let is_free = || holds.unless_held(&id, || ()).is_some();

@@ -1,9 +1,9 @@
-//! Whether the catalogue is the one of the artifacts beside it.
+//! Checks that the catalogue belongs to the artifacts beside it.
 //!
-//! A catalogue that was emptied, lost or taken from another station names none of them; the first sweep would delete
-//! them all. So catalogue and artifacts carry the same station id, and without one they must know each other. The
-//! artifacts also carry how far the catalogue's events had come: a catalogue that is behind was restored from a copy, and
-//! what it does not name yet is set aside, not deleted.
+//! A catalogue that was emptied, lost or copied from another station refers to none of them; the first sweep would delete
+//! them all. So catalogue and artifacts carry the same station id; without one, the catalogue must refer to some of them. The
+//! artifacts also carry the last known event number of the catalogue: a catalogue with a smaller one was restored from a copy, and
+//! unreferenced artifacts are set aside, not deleted.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -23,10 +23,10 @@ use crate::sqlite::SqliteCatalogue;
 /// The setting that holds the station's id.
 const STATION: &str = "station_id";
 
-/// The setting that counts the copies made of the catalogue: a copy has not counted itself.
+/// The setting that counts the copies made of the catalogue; a copy does not include itself.
 const COPIES: &str = "catalogue_copies";
 
-/// How far a catalogue has come: copies made of it, newest event.
+/// Progress of a catalogue: copies made of it, newest event.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 struct Progress {
     n_copies: i64,
@@ -44,8 +44,8 @@ impl Progress {
     }
 }
 
-/// Refuses to open a catalogue that is not there or has no byte while something of a station is. Asked before the
-/// database is touched: SQLite deletes the write-ahead log of an empty one.
+/// Refuses a missing or empty catalogue beside the artifacts of a station. Checked before the
+/// database is opened: SQLite deletes the write-ahead log of an empty one.
 pub fn check_before_opening(folder: &Path, artifacts: &LocalArtifacts) -> Result<(), StoreError> {
     let why = match fs::metadata(folder.join(CATALOGUE_FILE)) {
         Ok(file) if file.len() > 0 => return Ok(()),
@@ -56,7 +56,7 @@ pub fn check_before_opening(folder: &Path, artifacts: &LocalArtifacts) -> Result
     if is_new { Ok(()) } else { Err(refusal(folder, why)) }
 }
 
-/// Refuses a catalogue that is of another station than the artifacts; gives both the same id if they have none.
+/// Refuses a catalogue of another station than the artifacts; assigns both the same id if they have none.
 pub async fn check(
     folder: &Path,
     catalogue: &SqliteCatalogue,
@@ -92,7 +92,7 @@ pub async fn check(
     }
 }
 
-/// Notes how far the catalogue has come, so that an older one is known when it is put back.
+/// Stores the progress of the catalogue, so that a restored older one is recognised.
 pub async fn note_progress(folder: &Path, catalogue: &dyn Catalogue) -> Result<(), StoreError> {
     let progress = Progress::of(catalogue).await?;
     match id_of_artifacts(folder) {
@@ -101,14 +101,14 @@ pub async fn note_progress(folder: &Path, catalogue: &dyn Catalogue) -> Result<(
     }
 }
 
-/// Counts a copy that was just made, so that it is behind from now on.
+/// Counts a copy that was just made, so that the copy is recognised as older.
 pub async fn count_copy(folder: &Path, catalogue: &dyn Catalogue) -> Result<(), StoreError> {
     let value = Value::from(Progress::of(catalogue).await?.n_copies + 1);
     catalogue.commit(vec![setting(COPIES, value)]).await?;
     note_progress(folder, catalogue).await
 }
 
-/// Moves what a restored catalogue does not name out of the way of the first sweep.
+/// Sets aside artifacts that a restored catalogue does not refer to, before the first sweep.
 async fn set_aside(
     folder: &Path,
     catalogue: &SqliteCatalogue,
@@ -116,7 +116,7 @@ async fn set_aside(
 ) -> Result<(), StoreError> {
     let named = match catalogue.artifacts_named().await {
         Ok(named) => named,
-        // While a record is damaged nothing is swept.
+        // Nothing is swept while a record is damaged.
         Err(StoreError::DamagedRecord { .. }) => return Ok(()),
         Err(error) => return Err(error),
     };
@@ -138,8 +138,8 @@ fn now_ms() -> i64 {
     since.map_or(0, |since| i64::try_from(since.as_millis()).unwrap_or(i64::MAX))
 }
 
-/// Whether any of the artifacts that the catalogue names is there. While a record is damaged nothing is swept, and the
-/// catalogue is taken for what it seems to be.
+/// Whether any of the artifacts that the catalogue refers to exists. While a record is damaged nothing is swept, and the
+/// catalogue is accepted.
 async fn names_any(catalogue: &SqliteCatalogue, artifacts: &LocalArtifacts) -> Result<bool, StoreError> {
     match catalogue.artifacts_named().await {
         Ok(named) => Ok(named.iter().any(|id: &ArtifactId| artifacts.has(id))),
@@ -152,7 +152,7 @@ fn station_file(folder: &Path) -> PathBuf {
     folder.join(ARTIFACTS_FOLDER).join(STATION_FILE)
 }
 
-/// The station's id, and how far its catalogue had come when that was noted last.
+/// The station's id, and the last stored progress of its catalogue.
 fn id_of_artifacts(folder: &Path) -> Option<(String, Progress)> {
     let text = fs::read_to_string(station_file(folder)).ok()?;
     let mut words = text.split_whitespace();
@@ -187,7 +187,7 @@ fn refusal(folder: &Path, why: &'static str) -> StoreError {
         ),
         None => format!(
             "nothing was changed, and {BACKUPS_FOLDER} holds no copy: bring {} back from a backup of your own, or \
-             begin anew in another folder with --data",
+start over in another folder with --data",
             catalogue.display()
         ),
     };

@@ -1,9 +1,9 @@
 //! Persistent storage of a station: a catalogue of records and the artifacts they refer to.
 //!
-//! A change that was answered with `Ok` survives a crash at any later moment, a change that was not is either there
-//! as a whole or not at all (`promises.md` 1). Artifacts are named by the SHA-256 of their bytes, which every reader
-//! checks. Two traits, [`Catalogue`] and [`Artifacts`], are the seam for other databases and object stores:
-//! neither hands out a file or a path. Files in the making lie on the [`Workbench`] of this machine.
+//! A change for which `Ok` was returned survives a crash at any later moment; any other change is applied
+//! completely or not at all (`promises.md` 1). Artifacts are named by the SHA-256 of their bytes, which every reader
+//! verifies. The traits [`Catalogue`] and [`Artifacts`] are the extension point for other databases and object stores:
+//! neither exposes a file or a path. Unfinished files are kept locally, in the [`Workbench`].
 
 pub mod artifacts;
 pub mod catalogue;

@@ -9,19 +9,19 @@ use serde_json::Value;
 
 use crate::artifacts::ArtifactId;
 
-/// Where a job is in its life.
+/// State of a job.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum JobState {
     /// Accepted and waiting.
     Queued,
-    /// At work.
+    /// Running.
     Running,
     /// Done, with a result.
     Succeeded,
-    /// Ended with a problem.
+    /// Failed with a problem.
     Failed,
-    /// Ended by a person.
+    /// Cancelled by a user.
     Cancelled,
     /// The process crashed while it ran.
     Interrupted,
@@ -34,7 +34,7 @@ impl JobState {
     }
 }
 
-/// What a job made: `kind` is the collection (`calibration`, `scan`, …).
+/// Result of a job: `kind` is the collection (`calibration`, `scan`, …).
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct ResultRef {
     /// What it is.
@@ -50,25 +50,25 @@ pub struct JobRecord {
     pub id: String,
     /// `calibration`, `scan`, `verification`, `export`, …
     pub kind: String,
-    /// Where it is in its life.
+    /// Its state.
     pub state: JobState,
-    /// What was asked for: the job's own input.
+    /// The input, as JSON.
     pub input: Value,
-    /// Who asked: `rest`, `station page`, a job's id.
+    /// Who requested it: `rest`, `station page`, a job id.
     pub source: String,
     /// 0–1, as last stored.
     pub progress: f64,
-    /// In the operator's words.
+    /// Message for the operator.
     pub message: String,
-    /// What it made.
+    /// The result.
     pub result: Option<ResultRef>,
     /// Why it failed: an RFC 9457 problem.
     pub problem: Option<Value>,
-    /// From where an interrupted job can go on; the job's own business.
+    /// Checkpoint from which an interrupted job can be resumed; its form depends on the kind of job.
     pub checkpoint: Option<Value>,
     /// When it was accepted.
     pub created_at_ms: i64,
-    /// When it began.
+    /// When it started.
     pub started_at_ms: Option<i64>,
     /// When it ended.
     pub ended_at_ms: Option<i64>,
@@ -81,9 +81,9 @@ pub enum JobOutcome {
     Succeeded(ResultRef),
     /// With a problem.
     Failed(Value),
-    /// By a person.
+    /// Cancelled by a user.
     Cancelled,
-    /// With its process.
+    /// Interrupted by the end of its process.
     Interrupted,
 }
 
@@ -104,27 +104,27 @@ pub struct CaptureRecord {
     pub size_bytes: u64,
     /// Counts and names from the manifest.
     pub summary: Value,
-    /// When it came.
+    /// When it was stored.
     pub created_at_ms: i64,
 }
 
-/// Where a recording is in its life.
+/// State of a recording.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum RecordingState {
-    /// Frames are added.
+    /// Frames are being written.
     Recording,
-    /// It has ended and is made a file of the store.
+    /// Ended; the file is being moved into the store.
     Finishing,
-    /// It ended as it should, whatever ended it.
+    /// Ended properly, for whatever reason.
     Complete,
-    /// The process died while it ran; what could be read is there.
+    /// The process crashed during the recording; the readable part was kept.
     Interrupted,
-    /// Nothing of it can be read.
+    /// Nothing in it is readable.
     Failed,
 }
 
-/// What camera and stage delivered, as one MCAP file.
+/// Frames and stage positions, as one MCAP file.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct RecordingRecord {
     /// UUID v7.
@@ -133,11 +133,11 @@ pub struct RecordingRecord {
     pub name: String,
     /// `live`, `scan`.
     pub origin: String,
-    /// Where it is in its life.
+    /// Its state.
     pub state: RecordingState,
-    /// The scan it is of, there or not.
+    /// The recorded scan; it may have been deleted.
     pub scan_id: Option<String>,
-    /// The calibration in it, there or not.
+    /// The calibration in the file; its record may have been deleted.
     pub calibration_id: Option<String>,
     /// The file, once it is finished.
     pub file: Option<ArtifactId>,
@@ -145,7 +145,7 @@ pub struct RecordingRecord {
     pub size_bytes: u64,
     /// Frames, losses by reason, and how it ended.
     pub summary: Value,
-    /// When it began.
+    /// When it started.
     pub started_at_ms: i64,
 }
 
@@ -156,26 +156,26 @@ pub struct CalibrationRecord {
     pub id: String,
     /// The document `sheaf-calibration/1`.
     pub document: ArtifactId,
-    /// Residuals, tables and pictures as an HTML page.
+    /// Residuals, tables and images as an HTML page.
     pub report: Option<ArtifactId>,
-    /// The pictures it was made from.
+    /// The images it was computed from.
     pub capture_id: Option<String>,
-    /// The job that made it.
+    /// The job that created it.
     pub job_id: Option<String>,
     /// Summary for lists.
     pub summary: Value,
-    /// When it was made.
+    /// When it was created.
     pub created_at_ms: i64,
 }
 
-/// An entry of the log of activations; the last one says what is active.
+/// An entry of the activation log; the last one is in effect.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ActivationRecord {
     /// Position in the log.
     pub seq: i64,
-    /// What is active from here on; `None`: nothing.
+    /// The calibration activated by it; `None`: none.
     pub calibration_id: Option<String>,
-    /// What was before.
+    /// The previously active calibration.
     pub previous_id: Option<String>,
     /// `activate` or `roll_back`.
     pub act: String,
@@ -189,11 +189,11 @@ pub struct ActivationRecord {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum ScanState {
-    /// Every planned frame is in it.
+    /// All planned frames were captured.
     Complete,
-    /// It was stopped or interrupted; it can be resumed.
+    /// Stopped or interrupted; it can be resumed.
     Partial,
-    /// Frames were lost: no verdict possible.
+    /// Frames were lost: no verdict is possible.
     Invalid,
 }
 
@@ -208,11 +208,11 @@ pub struct ScanRecord {
     pub state: ScanState,
     /// Which calibration the cloud was computed with.
     pub calibration_id: String,
-    /// The plan it was made by: range, step or speed, exposure, mode.
+    /// How it was made: source, range, step or speed, exposure, mode.
     pub plan: Value,
     /// Peaks of every frame (`sheaf-peaks/2`).
     pub peaks: ArtifactId,
-    /// The frames, if they were asked for or the scan was made from a capture.
+    /// The frames, if they were kept or the scan was computed from a capture.
     pub capture_id: Option<String>,
     /// The cloud as binary PLY; `None` if no point could be computed.
     pub cloud: Option<ArtifactId>,
@@ -222,11 +222,11 @@ pub struct ScanRecord {
     pub report: Value,
     /// The scan it was recomputed from.
     pub recomputed_from: Option<String>,
-    /// The job that made it.
+    /// The job that created it.
     pub job_id: Option<String>,
     /// Version of the software that computed it.
     pub software_version: String,
-    /// When it was made.
+    /// When it was created.
     pub created_at_ms: i64,
 }
 
@@ -237,7 +237,7 @@ pub struct MeasurementRecord {
     pub id: String,
     /// The scan.
     pub scan_id: String,
-    /// What was asked.
+    /// The request.
     pub request: Value,
     /// Value, uncertainty, verdict.
     pub result: Value,
@@ -245,16 +245,16 @@ pub struct MeasurementRecord {
     pub created_at_ms: i64,
 }
 
-/// A recipe: its newest version and what finds it.
+/// A recipe: its newest version and the fields it is found by.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct RecipeRecord {
-    /// Given by people.
+    /// Chosen by the user.
     pub id: String,
     /// The newest of its versions, counted from 1 without gaps.
     pub newest: i64,
-    /// By which a PLC calls it; no two recipes that are not archived have the same.
+    /// Number by which a PLC selects it; unique among recipes that are not archived.
     pub number: Option<i64>,
-    /// No longer used.
+    /// Archived.
     pub archived: bool,
 }
 
@@ -284,7 +284,7 @@ pub struct RecipeVersionRecord {
 pub struct InspectionRecord {
     /// UUID v7.
     pub id: String,
-    /// Position among all inspections, from 1 without gaps, given by the store.
+    /// Position among all inspections, from 1 without gaps, assigned by the store.
     pub seq: i64,
     /// Serial number of the part.
     pub serial: String,
@@ -296,11 +296,11 @@ pub struct InspectionRecord {
     pub recipe_version: i64,
     /// `ok`, `undecided`, `invalid`, `not_ok`.
     pub verdict: String,
-    /// The scan; `None` once it was deleted.
+    /// The scan; `None` after it was deleted.
     pub scan_id: Option<String>,
-    /// The inspection whose scan was judged anew.
+    /// The inspection that this one re-evaluates.
     pub re_evaluated_from: Option<String>,
-    /// The job that made it.
+    /// The job that created it.
     pub job_id: Option<String>,
     /// Results, digest, calibration, attributes.
     pub body: Value,
@@ -308,18 +308,18 @@ pub struct InspectionRecord {
     pub created_at_ms: i64,
 }
 
-/// A calibration in the making: pictures taken step by step.
+/// A calibration session: images captured step by step.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct SessionRecord {
     /// UUID v7.
     pub id: String,
     /// Grows with every change; the ETag of the resource.
     pub version: i64,
-    /// Target, pictures (each with its artifact and what was found in it), step.
+    /// Target, images (each with its artifact and detected features), step.
     pub body: Value,
-    /// When it was begun.
+    /// When it was created.
     pub created_at_ms: i64,
-    /// When it was changed last.
+    /// When it was last changed.
     pub changed_at_ms: i64,
 }
 
@@ -330,20 +330,20 @@ pub struct SettingRecord {
     pub name: String,
     /// The value.
     pub value: Value,
-    /// When it was put there.
+    /// When it was stored.
     pub changed_at_ms: i64,
 }
 
 /// An event; readers see a sequence without gaps.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct EventRecord {
-    /// Position in the log, given by the store.
+    /// Position in the log, assigned by the store.
     pub seq: i64,
     /// `job.succeeded`, `calibration.activated`, `station.state`, …
     pub kind: String,
-    /// The id it is about.
+    /// Id of the resource concerned.
     pub subject: String,
-    /// What the reader gets.
+    /// The body.
     pub body: Value,
     /// When.
     pub at_ms: i64,
@@ -354,9 +354,9 @@ pub struct EventRecord {
 pub struct IdempotencyRecord {
     /// The client's key, with method and path in front.
     pub key: String,
-    /// SHA-256 of the body it came with.
+    /// SHA-256 of the request body.
     pub body_sha256: String,
-    /// Status, `Location` and body of the answer; null while it is not known.
+    /// Status, `Location` and body of the response; null until it is known.
     pub answer: Value,
     /// When.
     pub created_at_ms: i64,

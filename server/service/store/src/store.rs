@@ -26,7 +26,7 @@ use crate::sqlite::SqliteCatalogue;
 pub struct Store {
     /// The records.
     pub catalogue: Arc<dyn Catalogue>,
-    /// The files they name.
+    /// The files they refer to.
     pub artifacts: Arc<dyn Artifacts>,
     folder: PathBuf,
     health: Arc<Health>,
@@ -40,10 +40,10 @@ pub struct Store {
 }
 
 impl Store {
-    /// Opens the data directory `folder`, made or migrated if need be.
+    /// Opens the data directory `folder`, created or migrated if necessary.
     ///
     /// # Errors
-    /// [`StoreError::InUse`], [`StoreError::TooNew`], or what the disk or the database says.
+    /// [`StoreError::InUse`], [`StoreError::TooNew`], or an error of the disk or the database.
     pub async fn open(folder: &Path) -> Result<Self, StoreError> {
         Self::open_on(folder, Arc::new(LocalDisk)).await
     }
@@ -60,7 +60,7 @@ impl Store {
         let reserve = Reserve::new(folder);
         let open = || SqliteCatalogue::open(folder, health.clone(), holds.clone(), reserve.clone());
         let sqlite = match open().await {
-            // Even opening needs some room; on a full disk the reserve makes it.
+            // Even opening needs some disk space; on a full disk the reserve is released.
             Err(StoreError::Full) => {
                 reserve.release()?;
                 open().await?
@@ -89,7 +89,7 @@ impl Store {
         self.health.is_read_only()
     }
 
-    /// Sees why the store became read-only as soon as it does.
+    /// A receiver that gets the reason when the store becomes read-only.
     pub fn watch_failure(&self) -> watch::Receiver<Option<String>> {
         self.health.watch()
     }
@@ -104,11 +104,11 @@ impl Store {
         Ok(disk.blocks_available() * disk.fragment_size())
     }
 
-    /// Ends what a dead process left running: each such job is interrupted, with an event. Called before anybody
-    /// can see the jobs; queued ones stay queued. Returns the events.
+    /// Marks jobs left running by a crashed process as interrupted, with an event each. Called before any client
+    /// can read the jobs; queued ones stay queued. Returns the events.
     ///
     /// # Errors
-    /// What [`Catalogue::commit`] says.
+    /// As [`Catalogue::commit`].
     pub async fn recover(&self, now_ms: i64) -> Result<Vec<EventRecord>, StoreError> {
         let page = Page { before: None, limit: u32::MAX };
         let running = self.catalogue.jobs(Some(JobState::Running), &page).await?;
@@ -119,25 +119,25 @@ impl Store {
         self.catalogue.commit(changes).await
     }
 
-    /// Deletes artifacts that no record names, then fills the reserve again if there is room. Returns how many bytes
-    /// became free. `also_named` returns, from what records name, what is named elsewhere: by caches, which let go of the
+    /// Deletes artifacts that no record refers to, then restores the reserve if there is space. Returns how many bytes
+    /// were freed. `also_named` returns, given those that records refer to, the artifacts referenced elsewhere: by caches, which drop the
     /// rest.
     ///
-    /// What is stored, read or committed meanwhile is not touched. While a record is damaged nothing is deleted.
+    /// Artifacts stored, read or committed meanwhile are kept. While a record is damaged nothing is deleted.
     ///
     /// # Errors
-    /// What the catalogue or the disk says.
+    /// An error of the catalogue or the disk.
     pub async fn sweep_unreferenced(
         &self,
         also_named: impl FnOnce(&HashSet<ArtifactId>) -> HashSet<ArtifactId>,
     ) -> Result<u64, StoreError> {
         let _turn = self.sweeping.lock().await;
         let swept = {
-            // Before the catalogue is read: what it names later is held until the end.
+            // Before the catalogue is read: references added later are held until the end.
             let _sweep = self.holds.begin_sweep();
             if let Err(error) = identity::note_progress(&self.folder, &*self.catalogue).await {
-                // On a full disk it is the deletions that matter.
-                tracing::warn!(%error, "how far the catalogue has come is not noted");
+                // On a full disk the deletions matter more.
+                tracing::warn!(%error, "the progress of the catalogue could not be stored");
             }
             let mut named = self.catalogue.artifacts_named().await?;
             named.extend(also_named(&named));
@@ -151,7 +151,7 @@ impl Store {
     /// nearly full; the newest copies stay, and those made before migrations.
     ///
     /// # Errors
-    /// What the database or the disk says.
+    /// An error of the database or the disk.
     pub async fn back_up(&self) -> Result<(), StoreError> {
         let age = identity::newest_backup(&self.folder).and_then(|file| fs::metadata(file).ok()?.modified().ok());
         let is_young = age.is_some_and(|at| at.elapsed().is_ok_and(|age| age < BACKUP_PERIOD));
@@ -160,7 +160,7 @@ impl Store {
         }
         let backups = self.folder.join(BACKUPS_FOLDER);
         let draft = backups.join("copy.part");
-        // What a dead process left of one.
+        // An incomplete copy left by a crashed process.
         let _ = fs::remove_file(&draft);
         let copied = SqliteCatalogue::copy_file(&self.folder, &draft).await;
         copied.inspect_err(|_| drop(fs::remove_file(&draft)))?;
@@ -183,25 +183,25 @@ impl Store {
     /// Copies the catalogue, as it is now, to the new file `target`.
     ///
     /// # Errors
-    /// [`StoreError::Full`], [`StoreError::Database`] if the file is there already.
+    /// [`StoreError::Full`], [`StoreError::Database`] if the file exists.
     pub async fn copy_catalogue(&self, target: &Path) -> Result<(), StoreError> {
         self.sqlite.copy_to(target).await
     }
 
-    /// Makes the reserve again if there is room for it.
+    /// Restores the reserve if there is space for it.
     fn fill_reserve(&self) {
         if !self.is_read_only() {
             self.reserve.fill(self.free_bytes().unwrap_or(0));
         }
     }
 
-    /// Closes the catalogue's readers; the rest closes when the last one who holds it lets go.
+    /// Closes the catalogue's readers; the rest closes when the last clone is dropped.
     pub async fn close(self) {
         self.sqlite.close().await;
     }
 }
 
-/// Begins the name of a daily copy; a number follows that sorts by age.
+/// Prefix of the name of a daily copy; a number follows that sorts by age.
 const DAILY: &str = "catalogue-daily-";
 
 fn prune_backups(folder: &Path) -> io::Result<()> {

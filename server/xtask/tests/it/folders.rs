@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 /// Greatest number of entries in a folder.
-const MOST_THINGS: usize = 15;
+const MAX_ENTRIES: usize = 15;
 
 /// Folders that may contain more, each with its reason.
 const EXCEPTIONS: [(&str, &str); 3] = [
@@ -19,26 +19,26 @@ fn root() -> PathBuf {
 /// Every folder below `folder`, including itself, with its number of entries; hidden ones do not count.
 fn folders(folder: &Path) -> Vec<(PathBuf, usize)> {
     let paths = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
-    let things: Vec<PathBuf> =
+    let entries: Vec<PathBuf> =
         paths.filter(|path| !path.file_name().unwrap().to_string_lossy().starts_with('.')).collect();
-    let mut found = vec![(folder.to_owned(), things.len())];
-    found.extend(things.iter().filter(|path| path.is_dir()).flat_map(|path| folders(path)));
+    let mut found = vec![(folder.to_owned(), entries.len())];
+    found.extend(entries.iter().filter(|path| path.is_dir()).flat_map(|path| folders(path)));
     found
 }
 
-/// The folders of sources and documents with more than [`MOST_THINGS`] entries, relative to `root`.
+/// The folders of sources and documents with more than [`MAX_ENTRIES`] entries, relative to `root`.
 fn too_full(root: &Path) -> Vec<(String, usize)> {
     let all = ["server", "web/src"].into_iter().flat_map(|part| folders(&root.join(part)));
     let mut full: Vec<(String, usize)> = all
-        .filter(|(_, n_things)| *n_things > MOST_THINGS)
-        .map(|(path, n_things)| (path.strip_prefix(root).unwrap().to_string_lossy().into_owned(), n_things))
+        .filter(|(_, n_entries)| *n_entries > MAX_ENTRIES)
+        .map(|(path, n_entries)| (path.strip_prefix(root).unwrap().to_string_lossy().into_owned(), n_entries))
         .collect();
     full.sort();
     full
 }
 
 #[test]
-fn no_folder_holds_more_than_about_a_dozen_things() {
+fn no_folder_has_too_many_entries() {
     let mut full = too_full(&root());
     full.retain(|(folder, _)| EXCEPTIONS.iter().all(|(exception, _)| exception != folder));
     assert_eq!(full, [], "group them by topic, or add an exception with its reason");

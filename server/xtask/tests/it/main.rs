@@ -2,6 +2,6 @@
 
 #![allow(clippy::unwrap_used)]
 
-mod circles;
+mod cycles;
 mod folders;
 mod wings;

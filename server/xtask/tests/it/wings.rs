@@ -1,5 +1,5 @@
 //! Dependencies between the crates: which crate may depend on which, and which may use the network, the database and
-//! the serial port. Whatever is missing from the table is forbidden.
+//! the serial port. Dependencies missing from the table are forbidden.
 
 use std::collections::BTreeMap;
 use std::process::Command;
@@ -7,7 +7,7 @@ use std::process::Command;
 use serde_json::Value;
 
 /// Crate, its folder, and the workspace crates that it may depend on. Every dependency points downwards.
-const ARROWS: [(&str, &str, &[&str]); 26] = [
+const DEPENDENCIES: [(&str, &str, &[&str]); 26] = [
     (
         "sheaf",
         "server/cli",
@@ -146,7 +146,7 @@ const ARROWS: [(&str, &str, &[&str]); 26] = [
 ];
 
 /// Library, and the only crates that may depend on it.
-const KEEPERS: [(&str, &[&str]); 8] = [
+const EXCLUSIVE_LIBRARIES: [(&str, &[&str]); 8] = [
     ("axum", &["sheaf-http"]),
     ("hyper", &["sheaf-http"]),
     ("utoipa-axum", &["sheaf-http"]),
@@ -192,28 +192,28 @@ fn workspace() -> BTreeMap<String, Crate> {
 fn every_arrow_between_crates_is_in_the_table_and_runs_down() {
     let crates = workspace();
     for (name, one) in &crates {
-        let row = ARROWS.iter().find(|(known, ..)| known == name);
+        let row = DEPENDENCIES.iter().find(|(known, ..)| known == name);
         let (_, folder, allowed) = row.unwrap_or_else(|| panic!("{name} is not in the table of the wings"));
         assert_eq!(one.folder, *folder, "{name} is in another folder");
         for import in one.dependencies.keys().filter(|import| crates.contains_key(*import)) {
             assert!(allowed.contains(&import.as_str()), "{name} imports {import}, which the table does not allow");
         }
     }
-    for (idx, (name, _, allowed)) in ARROWS.iter().enumerate() {
+    for (idx, (name, _, allowed)) in DEPENDENCIES.iter().enumerate() {
         assert!(crates.contains_key(*name), "the crate {name} no longer exists");
         for import in *allowed {
-            let below = ARROWS[idx + 1..].iter().any(|(lower, ..)| lower == import);
+            let below = DEPENDENCIES[idx + 1..].iter().any(|(lower, ..)| lower == import);
             assert!(below, "the arrow from {name} to {import} does not run down the table");
         }
     }
 }
 
 #[test]
-fn the_network_the_database_and_the_serial_port_have_their_keepers() {
+fn only_the_listed_crates_use_network_database_and_serial_port() {
     for (name, one) in &workspace() {
-        for (library, keepers) in KEEPERS {
+        for (library, users) in EXCLUSIVE_LIBRARIES {
             let knows = one.dependencies.contains_key(library);
-            assert!(!knows || keepers.contains(&name.as_str()), "{name} must not depend on {library}");
+            assert!(!knows || users.contains(&name.as_str()), "{name} must not depend on {library}");
         }
         let opens = one.dependencies.get("tokio").is_some_and(|features| features.iter().any(|one| one == "net"));
         assert!(!opens || NETWORK.contains(&name.as_str()), "{name} must not open sockets");

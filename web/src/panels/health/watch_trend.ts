@@ -26,13 +26,13 @@ export function latestOf(history: History, watch: Watch): Verdict | undefined {
   return history.readings.at(-1)?.verdicts.find((verdict) => verdict.watch === watch);
 }
 
-/** Oldest first; scans of which the watch saw nothing are left out. */
+/** Oldest first, without scans that gave no value. */
 export function trendOf(history: History, watch: Watch): readonly TrendValue[] {
   return history.readings.flatMap(({ verdicts }) => {
     const verdict = verdicts.find((one) => one.watch === watch);
     if (verdict?.value == null) return [];
     const bad = watchTone(verdict.state) !== "calm";
-    // Of steps that were not lost, σ is what would have been noticed.
+    // Without lost steps, σ is the smallest detectable loss, not an uncertainty.
     const u = watch === "lost_steps" && !bad ? 0 : 2 * (verdict.sigma ?? 0);
     return [{ value: verdict.value, u, bad }];
   });

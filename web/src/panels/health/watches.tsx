@@ -1,4 +1,4 @@
-/** What the orders say of the station, watch by watch, with the trend over the last scans. */
+/** Drift monitoring: the state of every watch, with its trend over the last scans. */
 
 import { data, type Schemas } from "../../api/client";
 import { useApp } from "../../app";
@@ -8,7 +8,7 @@ import { language, text } from "../../text";
 import { HealthCard } from "./card";
 import type { Tone } from "./tone";
 import { TrendLine } from "./trend_line";
-import { figure, latestOf, trendOf, WATCHES, type Watch, watchTone } from "./watch_trend";
+import { figure, latestOf, trendOf, type Verdict, WATCHES, type Watch, watchTone } from "./watch_trend";
 
 export function WatchesCard() {
   const { api } = useApp();
@@ -27,7 +27,7 @@ export function WatchesCard() {
       title={words.watches}
       tone={tone}
       headline={words.watches_say[tone]}
-      advice={newest.verdicts.find((verdict) => watchTone(verdict.state) === tone)?.reason}
+      advice={reasonOf(newest.verdicts.find((verdict) => watchTone(verdict.state) === tone))}
     >
       <p class="muted">
         {words.watches_of(history.readings.length)} <a href={href("result", newest.scan_id)}>{newest.scan_name}</a>
@@ -52,6 +52,12 @@ export function WatchesCard() {
   );
 }
 
+/** The reason in the language of the page; the server's sentence where there is no translation. */
+function reasonOf(verdict: Verdict | undefined): string | undefined {
+  const code = verdict?.reason_code;
+  return (code && text.value.health.watch_reasons[code]) ?? verdict?.reason;
+}
+
 function WatchRow({ watch, history }: { watch: Watch; history: Schemas["WatchHistoryDto"] }) {
   const words = text.value.health;
   const verdict = latestOf(history, watch);
@@ -61,7 +67,7 @@ function WatchRow({ watch, history }: { watch: Watch; history: Schemas["WatchHis
     <tr>
       <td>{words.watch_names[watch]}</td>
       <td class="number">{figure(verdict, language.value)}</td>
-      <td title={verdict.reason}>
+      <td title={reasonOf(verdict)}>
         {watchTone(verdict.state) !== "calm" && <strong>! </strong>}
         {words.watch_states[verdict.state]}
       </td>

@@ -2,6 +2,7 @@
 
 import { type Signal, signal } from "@preact/signals";
 import { type Api, bytes, data, idempotencyKey, type Problem, problemOf } from "../../api/client";
+import { textOf } from "../../api/unknown";
 import type { App } from "../../app";
 import { succeeded } from "../../parts/job/job_problem";
 import { BlockFeed } from "../../scene/cloud/block_feed";
@@ -80,7 +81,7 @@ export class ResultState {
     void this.load();
     return this.app.events.follow((news) => {
       const ours = ({ kind, body }: StationEvent) =>
-        kind.startsWith("measurement.") && (body as { scan_id?: string } | null)?.scan_id === this.scan.id;
+        kind.startsWith("measurement.") && textOf(body, "scan_id") === this.scan.id;
       if (news.length === 0 || news.some(ours)) void this.load();
     });
   }

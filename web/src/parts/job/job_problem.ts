@@ -1,12 +1,11 @@
-/** How a job ended, as a result or as a refusal that says why. */
+/** The outcome of a job: its result, or the problem it ended with. */
 
 import { type Job, type Problem, Refusal } from "../../api/client";
 import { text } from "../../text";
 
 /** Why a job ended without a result. */
 export function problemOfJob(job: Job): Problem {
-  const problem = job.problem;
-  if (typeof problem === "object" && problem !== null && "detail" in problem) return problem as Problem;
+  if (job.problem) return job.problem;
   return {
     type: "urn:sheaf:problem:job",
     title: text.value.jobs.states[job.state],

@@ -44,7 +44,7 @@ export class EventLog {
     this.stream.onReconnect(() => this.notify([]));
   }
 
-  /** Calls back with new events, and with none when the link came back; the returned function ends it. */
+  /** Calls back with new events, and with none after a reconnect; the returned function ends it. */
   follow(listener: Listener): () => void {
     this.listeners.add(listener);
     return () => this.listeners.delete(listener);
@@ -79,7 +79,7 @@ export class EventLog {
       if (known === this.newest_seq || this.newest_seq === 0) return;
       const after = known ?? Math.max(0, this.newest_seq - EVENTS_AT_ONCE);
       const news = await this.read(after, 200).catch(() => undefined);
-      // Unreachable: the next word of the stream asks again.
+      // Unreachable: the next message of the stream triggers another attempt.
       if (!news || news.length === 0) return;
       this.list.value = joined(this.list.peek(), news);
       this.notify(news);
@@ -88,8 +88,9 @@ export class EventLog {
 
   private async read(after: number, limit: number): Promise<StationEvent[]> {
     const answer = await data(this.api.GET("/api/v1/events", { params: { query: { after, limit } } }));
-    // The same URL also serves an event stream, depending on the Accept header.
-    const { items, damaged } = answer as Schemas["EventListDto"];
+    // The same URL also serves an event stream, depending on the Accept header; this request accepts JSON.
+    if (typeof answer === "string") throw new Error("the server sent an event stream instead of a list");
+    const { items, damaged } = answer;
     this.damaged.value = joinDamaged(this.damaged.peek(), damaged);
     return items;
   }

@@ -1,7 +1,8 @@
-/** Stop: asked for by every way at once, again and again, until the station is known to have stopped. */
+/** Stop: requested over HTTP and WebSocket at once, repeatedly, until the station is known to have stopped. */
 
 import { effect, signal } from "@preact/signals";
-import type { StopAnswer, StreamConnection } from "../../stream/connection";
+import type { StopResult } from "../../api/client";
+import type { StreamConnection } from "../../stream/connection";
 import type { StationState } from "./station";
 
 /** Time between two attempts; none waits for the one before. */
@@ -19,8 +20,8 @@ const MOST_UNDER_WAY = 20;
 /** Result of the last Stop. `unacknowledged`: received by the server, not confirmed by the devices. */
 export type StopOutcome = "none" | "stopping" | "unanswered" | "unacknowledged";
 
-/** Asks for Stop by HTTP. */
-export type PostStop = (abort: AbortSignal) => Promise<Partial<StopAnswer>>;
+/** Requests Stop over HTTP. */
+export type PostStop = (abort: AbortSignal) => Promise<StopResult>;
 
 export class Stop {
   readonly outcome = signal<StopOutcome>("none");
@@ -34,7 +35,7 @@ export class Stop {
     private readonly actor: () => string,
   ) {}
 
-  /** Stops; nothing of the page stands between the finger and the first attempt. */
+  /** Requests Stop; the first attempt is sent synchronously. */
   press(): void {
     this.attempt();
     if (this.outcome.peek() === "none") this.persist();
@@ -57,7 +58,7 @@ export class Stop {
     if (this.under_way.size > MOST_UNDER_WAY && oldest) this.abandon(oldest);
   }
 
-  /** Attempts again until it is known what became of it. */
+  /** Repeats the request until its outcome is known. */
   private persist(): void {
     this.outcome.value = "stopping";
     const repeat = setInterval(() => this.attempt(), REPEAT_EVERY_MS);
@@ -73,13 +74,13 @@ export class Stop {
     ];
   }
 
-  private answered({ acknowledged, state }: Partial<StopAnswer>): void {
+  private answered({ acknowledged, state }: StopResult): void {
     if (this.outcome.peek() === "none") return;
     if (acknowledged === false) this.outcome.value = "unacknowledged";
     else if (acknowledged || state === "Halted") this.end();
   }
 
-  /** What the station itself says from now on. */
+  /** Ends the attempts when the station reports that it has stopped. */
   private followState(): () => void {
     const before = this.station.status.peek();
     let halted = false;
@@ -93,7 +94,7 @@ export class Stop {
     });
   }
 
-  /** A Stop that still waits in the browser must not arrive after a reset. */
+  /** Cancels pending requests, so that none of them arrives after a reset. */
   private end(): void {
     for (const end of this.endings.splice(0)) end();
     for (const abort of this.under_way) this.abandon(abort);

@@ -1,3 +1,5 @@
+import type { Schemas } from "../../api/client";
+
 export const health = {
   title: "Diagnose",
   caution: "Achtung",
@@ -92,6 +94,29 @@ export const health = {
     warning: "Warnung",
     invalid: "Scan ungültig",
   } as Record<string, string>,
+  watch_reasons: {
+    steps_lost: "Der Tisch hat Schritte verloren: referenzieren, Last und Geschwindigkeit prüfen.",
+    no_steps_lost: "Keine Schrittverluste.",
+    loss_undetectable:
+      "Schrittverluste nicht erkennbar: Dafür müssen zwei Ordnungen vorher und nachher wechselnde Neigungen sehen.",
+    little_overlap: "Kaum eine Stelle wurde von zwei Ordnungen gesehen.",
+    no_wavelength: "Das Lichtmodell dieser Kalibrierung enthält keine Wellenlänge.",
+    wavelength_stable: "Keine signifikante Änderung von λ/d.",
+    wavelength_corrected:
+      "λ/d hat sich seit der Kalibrierung geändert; der Scan ist korrigiert. Laser warmlaufen lassen oder neu kalibrieren.",
+    wavelength_or_tilt:
+      "λ/d hat sich geändert oder der Tisch ist verkippt; nicht korrigiert. Zur Unterscheidung eine bekannte Stufe messen.",
+    no_slopes:
+      "Das Teil hat keine wechselnden Neigungen entlang des Verfahrwegs: eine Kugel oder eine wellige Fläche scannen.",
+    scale_stable: "Kein signifikanter Maßstabsfehler des Tisches.",
+    scale_wrong: "Der Maßstab des Tisches stimmt nicht: Schritte pro mm prüfen oder neu kalibrieren.",
+    little_unsaturated_overlap: "Kaum eine Stelle wurde von zwei Ordnungen ohne Sättigung gesehen.",
+    reference_incomplete: "Die Referenzleistungen werden in den ersten Scans nach einer Kalibrierung bestimmt.",
+    powers_stable: "Keine signifikante Änderung der Leistungen.",
+    grating_rotated: "Die Ordnungen einer Seite haben gegenüber der anderen gewonnen: Das Gitter ist verdreht.",
+    grating_dirty: "Beide Seiten haben sich gleich geändert: Das Gitter ist verschmutzt, bitte reinigen.",
+    power_loss: "Alle Ordnungen sind schwächer: Der Laser altert, oder die Teile sind dunkler.",
+  } satisfies Record<Schemas["WatchReasonDto"], string>,
   events: "Ereignisse",
   no_events: "Noch keine Ereignisse.",
   older_events: "Ältere Ereignisse",

@@ -1,3 +1,5 @@
+import type { Schemas } from "../../api/client";
+
 export const health = {
   title: "Health",
   caution: "Caution",
@@ -91,6 +93,8 @@ export const health = {
     warning: "warning",
     invalid: "scan invalid",
   } as Record<string, string>,
+  /** Other languages translate the server's sentence by its code; English shows the sentence. */
+  watch_reasons: {} as Partial<Record<Schemas["WatchReasonDto"], string>>,
   events: "Events",
   no_events: "No events yet.",
   older_events: "Older events",

@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 
 use crate::common::controller::grbl_station;
 use crate::common::server::{Server, zip_of};
-use devices::grbl_simulator::{Entry, WitnessEvent};
+use devices::grbl_simulator::{Entry, LogEvent};
 use rand::{Rng as _, SeedableRng as _};
 use serde_json::{Value, json};
 
@@ -116,7 +116,7 @@ fn after_a_kill_in_motion_the_controller_is_dark_and_at_rest_and_nothing_begins_
     let (simulator, config) = grbl_station(folder.path());
     let data = folder.path().join("data");
     let arguments = ["--config", config.to_str().unwrap()];
-    let witness = simulator.witness();
+    let event_log = simulator.event_log();
     let mut lit = 0;
     for kill in 0..KILLS_IN_MOTION {
         let server = Server::start(&data, &arguments);
@@ -129,23 +129,23 @@ fn after_a_kill_in_motion_the_controller_is_dark_and_at_rest_and_nothing_begins_
         };
         if kill % 2 == 0 {
             command("PUT", "/api/v1/station/live", json!({ "running": true, "laser_power": 0.5 }));
-            wait_until("light", || witness.light());
+            wait_until("light", || event_log.light());
             lit += 1;
         } else {
             command("POST", "/api/v1/devices/stage/home", json!({}));
             wait_until("homing's end", || server.get("/api/v1/devices/stage").expect(200)["homed"] == true);
             command("POST", "/api/v1/devices/stage/move", json!({ "target_mm": -40, "speed_mm_s": 2 }));
-            wait_until("motion", || witness.moving());
+            wait_until("motion", || event_log.moving());
         }
         server.kill();
         let server = Server::start(&data, &arguments);
-        wait_until("dark and rest", || !witness.light() && !witness.moving());
-        let mark = witness.mark();
+        wait_until("laser off and at rest", || !event_log.light() && !event_log.moving());
+        let mark = event_log.mark();
         assert_eq!(server.get("/ready").status, 200);
         // Long enough for anything that would start on its own: the station asks the controller five times a second.
         std::thread::sleep(Duration::from_secs(1));
-        let began = |entry: &Entry| matches!(entry.what, WitnessEvent::LightOn(_) | WitnessEvent::MotionBegan(_));
-        assert!(!witness.since(mark).iter().any(began), "{:?}", witness.since(mark));
+        let began = |entry: &Entry| matches!(entry.what, LogEvent::LightOn(_) | LogEvent::MotionBegan(_));
+        assert!(!event_log.since(mark).iter().any(began), "{:?}", event_log.since(mark));
     }
     assert!((2..KILLS_IN_MOTION).contains(&lit));
 }

@@ -1,4 +1,5 @@
-//! A station with a GigE Vision camera that others wrote, and a simulated stage and laser: found, live, scanned, unplugged.
+//! A station with a GigE Vision camera that others wrote, and a simulated stage and laser: found, live, scanned,
+//! unplugged.
 //!
 //! Not shown here: a scan that finds lines, since that camera paints a ramp and sees no light.
 
@@ -12,7 +13,7 @@ fn a_station_with_a_gige_camera() {
 mod stations {
     use std::time::{Duration, Instant};
 
-    use genicam::witness::{FakeCamera, FakeOptions, PROGRAM};
+    use genicam::fake_camera::{FakeCamera, FakeOptions, PROGRAM};
     use serde_json::{Value, json};
     use tempfile::TempDir;
 

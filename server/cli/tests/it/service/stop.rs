@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 
 use crate::common::controller::grbl_station;
 use crate::common::server::Server;
-use devices::grbl_simulator::{GrblSimulator, WitnessEvent};
+use devices::grbl_simulator::{GrblSimulator, LogEvent};
 use serde_json::{Value, json};
 
 /// How often Stop is asked for.
@@ -51,15 +51,15 @@ fn stop_200_times() -> (Duration, Duration) {
         assert!(reset.status < 300, "round {round}: {}", String::from_utf8_lossy(&reset.body));
         busy += usize::from(commander.begin_something(round));
         std::thread::sleep(Duration::from_millis(((round * 7) % 40) as u64));
-        let witness = simulator.witness();
-        let mark = witness.mark();
+        let event_log = simulator.event_log();
+        let mark = event_log.mark();
         let asked_at = Instant::now();
         assert_eq!(server.post("/api/v1/station/stop", &json!({})).status, 200);
         delays.push(first_stop_byte(&simulator, mark) - asked_at);
         wait_for_rest(&simulator);
-        let mark = witness.mark();
-        let lit = |entry: &devices::grbl_simulator::Entry| matches!(entry.what, WitnessEvent::LightOn(_));
-        assert!(!witness.since(mark).iter().any(lit), "light after Stop");
+        let mark = event_log.mark();
+        let lit = |entry: &devices::grbl_simulator::Entry| matches!(entry.what, LogEvent::LightOn(_));
+        assert!(!event_log.since(mark).iter().any(lit), "light after Stop");
     }
     drop(load);
     delays.sort();
@@ -76,20 +76,20 @@ fn stop_200_times() -> (Duration, Duration) {
 fn a_server_asked_to_end_darkens_and_stops_before_it_is_gone() {
     let folder = tempfile::tempdir().unwrap();
     let (simulator, config) = grbl_station(folder.path());
-    let witness = simulator.witness();
+    let event_log = simulator.event_log();
     for round in 0..2 {
         let server = Server::start(&folder.path().join("data"), &["--config", config.to_str().unwrap()]);
         let commander = Commander::take(&server);
         // Light in the first round; homing, then motion in the second.
         assert!(commander.begin_something(round), "round {round}");
-        wait_for("light or motion", || witness.light() || witness.moving());
-        let mark = witness.mark();
+        wait_for("light or motion", || event_log.light() || event_log.moving());
+        let mark = event_log.mark();
         assert!(server.terminate().success());
-        assert!(!witness.light() && !witness.moving(), "the server is gone, light or motion is not");
+        assert!(!event_log.light() && !event_log.moving(), "the server has ended, but laser or motion has not");
         let ended = |entry: &devices::grbl_simulator::Entry| {
-            matches!(entry.what, WitnessEvent::LightOff | WitnessEvent::MotionEnded(_))
+            matches!(entry.what, LogEvent::LightOff | LogEvent::MotionEnded(_))
         };
-        assert!(witness.since(mark).iter().any(ended), "round {round}: {:?}", witness.since(mark));
+        assert!(event_log.since(mark).iter().any(ended), "round {round}: {:?}", event_log.since(mark));
     }
 }
 
@@ -97,7 +97,7 @@ fn a_server_asked_to_end_darkens_and_stops_before_it_is_gone() {
 fn first_stop_byte(simulator: &GrblSimulator, mark: usize) -> Instant {
     let begun = Instant::now();
     while begun.elapsed() < Duration::from_secs(5) {
-        let byte = STOP_BYTES.iter().filter_map(|&byte| simulator.witness().byte_since(mark, byte)).min();
+        let byte = STOP_BYTES.iter().filter_map(|&byte| simulator.event_log().byte_since(mark, byte)).min();
         if let Some(at) = byte {
             return at;
         }
@@ -108,7 +108,7 @@ fn first_stop_byte(simulator: &GrblSimulator, mark: usize) -> Instant {
 
 #[track_caller]
 fn wait_for_rest(simulator: &GrblSimulator) {
-    wait_for("dark and rest", || !simulator.witness().light() && !simulator.witness().moving());
+    wait_for("laser off and at rest", || !simulator.event_log().light() && !simulator.event_log().moving());
 }
 
 #[track_caller]

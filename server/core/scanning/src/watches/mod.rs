@@ -13,7 +13,7 @@ mod verdicts;
 pub use drift::{Drift, Estimate, with_wavelength_changed};
 pub use lost_steps::{LostSteps, LostStepsWatch};
 pub use order_powers::OrderPowers;
-pub use verdicts::{PowerReference, Watch, WatchState, WatchVerdict, verdicts};
+pub use verdicts::{PowerReference, Watch, WatchReason, WatchState, WatchVerdict, verdicts};
 
 use optics::Calibration;
 

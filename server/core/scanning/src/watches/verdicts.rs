@@ -34,6 +34,91 @@ pub enum WatchState {
     Invalid,
 }
 
+/// Why a watch has its state, as a code.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum WatchReason {
+    /// The stage lost steps.
+    StepsLost,
+    /// No steps were lost.
+    NoStepsLost,
+    /// Lost steps cannot be detected: no changing slopes seen by two orders.
+    LossUndetectable,
+    /// Too few places were seen by two orders.
+    LittleOverlap,
+    /// The light model has no wavelength.
+    NoWavelength,
+    /// No significant change of the wavelength.
+    WavelengthStable,
+    /// The wavelength changed; the scan is corrected.
+    WavelengthCorrected,
+    /// The wavelength changed, or the stage is tilted; not corrected.
+    WavelengthOrTilt,
+    /// The part has no changing slopes along the travel.
+    NoSlopes,
+    /// No significant error of the stage scale.
+    ScaleStable,
+    /// The scale of the stage is wrong.
+    ScaleWrong,
+    /// Too few places were seen by two orders without saturation.
+    LittleUnsaturatedOverlap,
+    /// The reference powers are still being measured.
+    ReferenceIncomplete,
+    /// No significant change of the order powers.
+    PowersStable,
+    /// Positive and negative orders changed in opposite directions: the grating rotated.
+    GratingRotated,
+    /// Positive and negative orders changed equally: the grating is dirty.
+    GratingDirty,
+    /// All orders lost power: the laser ages, or the parts are darker.
+    PowerLoss,
+}
+
+impl WatchReason {
+    /// All of them.
+    pub const ALL: [Self; 17] = [
+        Self::StepsLost,
+        Self::NoStepsLost,
+        Self::LossUndetectable,
+        Self::LittleOverlap,
+        Self::NoWavelength,
+        Self::WavelengthStable,
+        Self::WavelengthCorrected,
+        Self::WavelengthOrTilt,
+        Self::NoSlopes,
+        Self::ScaleStable,
+        Self::ScaleWrong,
+        Self::LittleUnsaturatedOverlap,
+        Self::ReferenceIncomplete,
+        Self::PowersStable,
+        Self::GratingRotated,
+        Self::GratingDirty,
+        Self::PowerLoss,
+    ];
+
+    /// The code in records, events and the API.
+    pub fn code(self) -> &'static str {
+        match self {
+            Self::StepsLost => "steps_lost",
+            Self::NoStepsLost => "no_steps_lost",
+            Self::LossUndetectable => "loss_undetectable",
+            Self::LittleOverlap => "little_overlap",
+            Self::NoWavelength => "no_wavelength",
+            Self::WavelengthStable => "wavelength_stable",
+            Self::WavelengthCorrected => "wavelength_corrected",
+            Self::WavelengthOrTilt => "wavelength_or_tilt",
+            Self::NoSlopes => "no_slopes",
+            Self::ScaleStable => "scale_stable",
+            Self::ScaleWrong => "scale_wrong",
+            Self::LittleUnsaturatedOverlap => "little_unsaturated_overlap",
+            Self::ReferenceIncomplete => "reference_incomplete",
+            Self::PowersStable => "powers_stable",
+            Self::GratingRotated => "grating_rotated",
+            Self::GratingDirty => "grating_dirty",
+            Self::PowerLoss => "power_loss",
+        }
+    }
+}
+
 /// Verdict of one watch on a scan.
 #[derive(Debug, Clone, PartialEq)]
 pub struct WatchVerdict {
@@ -47,7 +132,9 @@ pub struct WatchVerdict {
     pub error_mm: Option<f64>,
     /// The stage position at which it begins.
     pub position_mm: Option<f64>,
-    /// Explanation for the operator.
+    /// Why, as a code.
+    pub reason_code: WatchReason,
+    /// Why, as a sentence for the operator.
     pub reason: String,
 }
 
@@ -108,8 +195,9 @@ pub fn verdicts(
     ]
 }
 
-fn verdict(watch: Watch, state: WatchState, reason: impl Into<String>) -> WatchVerdict {
-    WatchVerdict { watch, state, estimate: None, error_mm: None, position_mm: None, reason: reason.into() }
+fn verdict(watch: Watch, state: WatchState, reason_code: WatchReason, reason: impl Into<String>) -> WatchVerdict {
+    let reason = reason.into();
+    WatchVerdict { watch, state, estimate: None, error_mm: None, position_mm: None, reason_code, reason }
 }
 
 /// Whether an error is a warning, or invalidates the scan.
@@ -129,13 +217,19 @@ fn of_lost_steps(report: &WatchReport, stated_mm: f64) -> WatchVerdict {
             estimate: Some(Estimate { value: lag_mm, sigma: sigma_mm }),
             error_mm: Some(lag_mm.abs()),
             position_mm: Some(position_mm),
-            ..verdict(Watch::LostSteps, worth_of(lag_mm.abs(), sigma_mm, stated_mm), reason)
+            ..verdict(
+                Watch::LostSteps,
+                worth_of(lag_mm.abs(), sigma_mm, stated_mm),
+                WatchReason::StepsLost,
+                reason,
+            )
         };
     }
     match report.smallest_loss_mm {
         None => verdict(
             Watch::LostSteps,
             WatchState::Blind,
+            WatchReason::LossUndetectable,
             "no loss could be detected: this needs changing slopes, observed by two orders before and after",
         ),
         Some(smallest_mm) => WatchVerdict {
@@ -143,6 +237,7 @@ fn of_lost_steps(report: &WatchReport, stated_mm: f64) -> WatchVerdict {
             ..verdict(
                 Watch::LostSteps,
                 WatchState::Quiet,
+                WatchReason::NoStepsLost,
                 format!(
                     "no steps lost; {:.0} µm would be detected where two orders observe the same places",
                     smallest_mm * 1e3
@@ -155,17 +250,27 @@ fn of_lost_steps(report: &WatchReport, stated_mm: f64) -> WatchVerdict {
 fn of_wavelength(drift: Option<&Drift>, stated_mm: f64) -> WatchVerdict {
     let watch = Watch::Wavelength;
     let Some(drift) = drift else {
-        return verdict(watch, WatchState::Blind, "hardly any place was observed by two orders");
+        return verdict(
+            watch,
+            WatchState::Blind,
+            WatchReason::LittleOverlap,
+            "hardly any place was observed by two orders",
+        );
     };
     let Some(wavelength) = drift.wavelength else {
-        return verdict(watch, WatchState::Blind, "the light model of this calibration has no wavelength");
+        return verdict(
+            watch,
+            WatchState::Blind,
+            WatchReason::NoWavelength,
+            "the light model of this calibration has no wavelength",
+        );
     };
     let by_mm = drift.depth_mm_by_wavelength;
     let (error_mm, sigma_mm) = ((wavelength.value * by_mm).abs(), wavelength.sigma * by_mm);
     let figure = format!("λ/d {:+.1} ± {:.1} ·10⁻⁴", wavelength.value * 1e4, wavelength.sigma * 1e4);
     let is_clear = wavelength.is_beyond(WARN_SIGMAS) && error_mm >= WARN_SHARE * stated_mm;
     if !is_clear && drift.correction().is_none() {
-        let quiet = verdict(watch, WatchState::Quiet, figure);
+        let quiet = verdict(watch, WatchState::Quiet, WatchReason::WavelengthStable, figure);
         return WatchVerdict { estimate: Some(wavelength), error_mm: Some(error_mm), ..quiet };
     }
     let remedy = "let the laser reach its temperature, or calibrate again";
@@ -176,7 +281,7 @@ fn of_wavelength(drift: Option<&Drift>, stated_mm: f64) -> WatchVerdict {
             corrected.value * 1e4,
             corrected.sigma * 1e4
         );
-        let warning = verdict(watch, worth_of(left_mm, 0.0, stated_mm), reason);
+        let warning = verdict(watch, worth_of(left_mm, 0.0, stated_mm), WatchReason::WavelengthCorrected, reason);
         return WatchVerdict { estimate: Some(corrected), error_mm: Some(left_mm), ..warning };
     }
     let reason = format!(
@@ -184,8 +289,8 @@ fn of_wavelength(drift: Option<&Drift>, stated_mm: f64) -> WatchVerdict {
         error_mm * 1e3,
         drift.tilt_alike_rad.unwrap_or(0.0) * 1e3
     );
-    let state = worth_of(error_mm, sigma_mm, stated_mm);
-    WatchVerdict { estimate: Some(wavelength), error_mm: Some(error_mm), ..verdict(watch, state, reason) }
+    let verdict = verdict(watch, worth_of(error_mm, sigma_mm, stated_mm), WatchReason::WavelengthOrTilt, reason);
+    WatchVerdict { estimate: Some(wavelength), error_mm: Some(error_mm), ..verdict }
 }
 
 fn of_scale(drift: Option<&Drift>, length_mm: f64, stated_mm: f64) -> WatchVerdict {
@@ -194,6 +299,7 @@ fn of_scale(drift: Option<&Drift>, length_mm: f64, stated_mm: f64) -> WatchVerdi
         return verdict(
             watch,
             WatchState::Blind,
+            WatchReason::NoSlopes,
             "the part has no changing slopes along the travel: scan a ball or a wavy surface",
         );
     };
@@ -201,15 +307,16 @@ fn of_scale(drift: Option<&Drift>, length_mm: f64, stated_mm: f64) -> WatchVerdi
     let figure =
         format!("excess travel {:+.1} ± {:.1} ·10⁻⁴ of the stated distance", scale.value * 1e4, scale.sigma * 1e4);
     let is_clear = scale.is_beyond(WARN_SIGMAS) && error_mm >= WARN_SHARE * stated_mm;
-    let (state, reason) = if is_clear {
+    let (state, code, reason) = if is_clear {
         (
             worth_of(error_mm, sigma_mm, stated_mm),
+            WatchReason::ScaleWrong,
             format!("{figure}, {:.0} µm over this part; check steps per mm, or calibrate again", error_mm * 1e3),
         )
     } else {
-        (WatchState::Quiet, figure)
+        (WatchState::Quiet, WatchReason::ScaleStable, figure)
     };
-    WatchVerdict { estimate: Some(scale), error_mm: Some(error_mm), ..verdict(watch, state, reason) }
+    WatchVerdict { estimate: Some(scale), error_mm: Some(error_mm), ..verdict(watch, state, code, reason) }
 }
 
 /// Change of the powers since the reference.
@@ -248,6 +355,7 @@ fn of_powers(powers: Option<&OrderPowers>, reference: Option<&PowerReference>) -
         return verdict(
             watch,
             WatchState::Blind,
+            WatchReason::LittleUnsaturatedOverlap,
             "hardly any place was observed by two orders without saturation",
         );
     };
@@ -255,6 +363,7 @@ fn of_powers(powers: Option<&OrderPowers>, reference: Option<&PowerReference>) -
         return verdict(
             watch,
             WatchState::Blind,
+            WatchReason::ReferenceIncomplete,
             format!("the first {REFERENCE_SCANS} scans after a calibration define the normal powers"),
         );
     };
@@ -263,9 +372,10 @@ fn of_powers(powers: Option<&OrderPowers>, reference: Option<&PowerReference>) -
     let percent = |change: Estimate| format!("{:+.0} %", change.value.exp_m1() * 100.0);
     let beyond = |change: &Estimate| change.is_beyond(WARN_SIGMAS);
     let (even, odd) = (clearest(&change.even), clearest(&change.odd));
-    let (state, estimate, reason) = match (odd.filter(beyond), even.filter(beyond)) {
+    let (state, code, estimate, reason) = match (odd.filter(beyond), even.filter(beyond)) {
         (Some(odd), even) if even.is_none_or(|even| odd.sigmas() >= even.sigmas()) => (
             WatchState::Warning,
+            WatchReason::GratingRotated,
             odd,
             format!(
                 "the orders on one side have gained over those on the other ({}): the grating has rotated",
@@ -274,6 +384,7 @@ fn of_powers(powers: Option<&OrderPowers>, reference: Option<&PowerReference>) -
         ),
         (_, Some(even)) => (
             WatchState::Warning,
+            WatchReason::GratingDirty,
             even,
             format!(
                 "the orders on both sides have changed equally relative to order {} ({}): the grating is dirty, clean it",
@@ -283,6 +394,7 @@ fn of_powers(powers: Option<&OrderPowers>, reference: Option<&PowerReference>) -
         ),
         _ if change.total.value < 0.0 && beyond(&change.total) => (
             WatchState::Warning,
+            WatchReason::PowerLoss,
             change.total,
             format!(
                 "all orders have {} of the light of the first scans: the laser ages, or the parts are darker",
@@ -291,8 +403,9 @@ fn of_powers(powers: Option<&OrderPowers>, reference: Option<&PowerReference>) -
         ),
         _ => {
             let largest = clearest(&[even, odd].into_iter().flatten().collect::<Vec<_>>()).unwrap_or(change.total);
-            (WatchState::Quiet, largest, format!("largest change {} since the first scans", percent(largest)))
+            let reason = format!("largest change {} since the first scans", percent(largest));
+            (WatchState::Quiet, WatchReason::PowersStable, largest, reason)
         }
     };
-    WatchVerdict { estimate: Some(estimate), ..verdict(watch, state, reason) }
+    WatchVerdict { estimate: Some(estimate), ..verdict(watch, state, code, reason) }
 }

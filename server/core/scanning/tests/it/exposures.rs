@@ -24,12 +24,12 @@ fn lines_of(renderer: &Renderer, scene: &Scene, laser_share: f64, picture: u64) 
         let exposure = Exposure {
             scene,
             position: 0.0,
-            ordinary_level: 0.0,
-            ordinary_share: 0.0,
-            laser_share: (laser_share * reflectance) as f32,
+            ambient_level: 0.0,
+            ambient_exposure: 0.0,
+            laser_exposure: (laser_share * reflectance) as f32,
             gain: 1.0,
             bits: 8,
-            picture,
+            image_number: picture,
         };
         let mut image = GreyImage::new(1, 1, Pixels::Eight(vec![0])).unwrap();
         renderer.expose(&exposure, &mut ExposureBuffers::default(), &mut image);

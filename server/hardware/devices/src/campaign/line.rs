@@ -28,10 +28,10 @@ pub enum Noise {
 /// The disturbance of a line, and its effects so far.
 struct Disturbance {
     noise: Noise,
-    dice: Xorshift,
+    rng: Xorshift,
     /// When it took effect: for a continuing disturbance the first time; for single bits and writes, each of which is a
     /// fault, the last time.
-    harmed_at: Option<Instant>,
+    effective_at: Option<Instant>,
 }
 
 /// Sets the disturbance of a line.
@@ -40,18 +40,18 @@ pub struct LineControl(Arc<Mutex<Disturbance>>);
 
 impl LineControl {
     pub fn new() -> Self {
-        let dice = Xorshift(0x2545_f491_4f6c_dd1d);
-        Self(Arc::new(Mutex::new(Disturbance { noise: Noise::None, dice, harmed_at: None })))
+        let rng = Xorshift(0x2545_f491_4f6c_dd1d);
+        Self(Arc::new(Mutex::new(Disturbance { noise: Noise::None, rng, effective_at: None })))
     }
 
     pub fn set(&self, noise: Noise) {
         let mut line = self.lock();
-        (line.noise, line.harmed_at) = (noise, None);
+        (line.noise, line.effective_at) = (noise, None);
     }
 
     /// When the disturbance took effect: before that it was not detectable.
-    pub fn harmed_at(&self) -> Option<Instant> {
-        self.lock().harmed_at
+    pub fn effective_at(&self) -> Option<Instant> {
+        self.lock().effective_at
     }
 
     fn lock(&self) -> MutexGuard<'_, Disturbance> {
@@ -61,9 +61,9 @@ impl LineControl {
 
 impl Disturbance {
     /// Records that data were disturbed.
-    fn harms(&mut self) {
-        let goes_on = !matches!(self.noise, Noise::Flips(_) | Noise::LostWrites(_));
-        self.harmed_at = self.harmed_at.filter(|_| goes_on).or_else(|| Some(time::now()));
+    fn mark_effective(&mut self) {
+        let is_continuous = !matches!(self.noise, Noise::Flips(_) | Noise::LostWrites(_));
+        self.effective_at = self.effective_at.filter(|_| is_continuous).or_else(|| Some(time::now()));
     }
 
     /// Counts down the events for which the disturbance lasts.
@@ -87,8 +87,8 @@ impl NoisyLine {
 }
 
 impl SerialLine for NoisyLine {
-    fn place(&self) -> String {
-        self.port.place()
+    fn port_name(&self) -> String {
+        self.port.port_name()
     }
 
     fn reopen(&mut self) -> Result<(), SerialLineError> {
@@ -105,17 +105,17 @@ impl SerialLine for NoisyLine {
         if n == 0 || matches!(line.noise, Noise::None | Noise::LostWrites(_)) {
             return Ok(n);
         }
-        line.harms();
+        line.mark_effective();
         Ok(match &mut line.noise {
             Noise::None | Noise::LostWrites(_) => n,
             Noise::Silence => 0,
             Noise::Halves => n.div_ceil(2),
             Noise::Garbage => {
-                buffer[..n].iter_mut().for_each(|byte| *byte = line.dice.roll(256) as u8);
+                buffer[..n].iter_mut().for_each(|byte| *byte = line.rng.roll(256) as u8);
                 n
             }
             Noise::Flips(left) => {
-                buffer[line.dice.roll(n)] ^= 1 << line.dice.roll(7);
+                buffer[line.rng.roll(n)] ^= 1 << line.rng.roll(7);
                 *left -= 1;
                 let left = *left;
                 line.ends_after(left);
@@ -142,7 +142,7 @@ impl SerialWriter for NoisyWriter {
                 Noise::LostWrites(left) => {
                     *left -= 1;
                     let left = *left;
-                    line.harms();
+                    line.mark_effective();
                     line.ends_after(left);
                     bytes.len() / 2
                 }

@@ -2,8 +2,7 @@
 //!
 //! Counted are hangs (a call that blocks its caller, a stage that neither comes to rest nor reports a fault, one that
 //! does not recover), wrong positions accepted, and lasers left on; each must be 0. The long version is ignored and run
-//! by
-//! `cargo xtask campaign`. Not covered: faults that neither end of a line detects, and real firmware.
+//! by `cargo xtask campaign`. Not covered: faults that neither end of a line detects, and real firmware.
 
 mod line;
 mod rigs;
@@ -50,12 +49,12 @@ enum When {
     EmittingAndMoving,
 }
 
-/// The station's side of a line with a disturbance.
+/// Stage and laser on a line with a disturbance.
 #[allow(clippy::type_complexity)]
 struct Rig {
     stage: Box<dyn crate::Stage>,
     laser: Option<Box<dyn crate::Laser>>,
-    witness: crate::simulators::simulator::Witness,
+    event_log: crate::simulators::simulator::EventLog,
     line: LineControl,
     /// Requests to the firmware: restart, alarm, another device, end of file, repair.
     act: Box<dyn Fn(Act)>,
@@ -66,9 +65,9 @@ struct Rig {
     /// Tolerance of the time of a reading in motion.
     reading_slack: Duration,
     /// Time limit for reporting a fault that occurs during homing.
-    named_while_homing: Duration,
+    homing_report_limit: Duration,
     /// Readings in motion that are checked once the motion of the axis is known: position, time.
-    unjudged: Vec<(f64, Instant)>,
+    unchecked: Vec<(f64, Instant)>,
     _folder: tempfile::TempDir,
 }
 
@@ -86,10 +85,10 @@ enum Act {
 const HANG: Duration = Duration::from_secs(12);
 
 /// Laser off after a fault was reported, or after `switch_off` (`promises.md` 3), plus the latency of a loaded machine.
-const DARK_LIMIT: Duration = Duration::from_millis(500 + 700);
+const LASER_OFF_LIMIT: Duration = Duration::from_millis(500 + 700);
 
 /// Serial faults are reported within this time (`promises.md`), counted from their effect.
-const NAMED_LIMIT: Duration = Duration::from_secs(1);
+const REPORT_LIMIT: Duration = Duration::from_secs(1);
 
 /// Number of attempts to make a station ready, as a person would.
 const N_ATTEMPTS: usize = 4;
@@ -100,7 +99,7 @@ const CALL_HANG: Duration = Duration::from_secs(5);
 #[derive(Debug, Default)]
 struct Tally {
     n_faults: usize,
-    n_named: BTreeMap<FaultKind, usize>,
+    n_reported: BTreeMap<FaultKind, usize>,
     longest: BTreeMap<FaultKind, Duration>,
     failures: Vec<String>,
 }
@@ -127,29 +126,29 @@ impl Rig {
         if let Ok(state) = &state {
             self.check_position(state, tally);
         }
-        let (judged, unjudged) = std::mem::take(&mut self.unjudged)
+        let (checked, unchecked) = std::mem::take(&mut self.unchecked)
             .into_iter()
             .partition(|(_, at)| time::since(*at) > self.reading_slack);
-        self.unjudged = unjudged;
-        let judged: Vec<_> = judged;
-        judged.into_iter().for_each(|(position_mm, at)| self.check_on_the_way(position_mm, at, tally));
+        self.unchecked = unchecked;
+        let checked: Vec<_> = checked;
+        checked.into_iter().for_each(|(position_mm, at)| self.check_position_in_motion(position_mm, at, tally));
         state
     }
 
-    /// A position at rest must be where the motion ended according to the witness; one in motion must be on the path.
+    /// A position at rest must be where the motion ended according to the event log; one in motion must be on the path.
     fn check_position(&mut self, state: &crate::StageState, tally: &mut Tally) {
-        use crate::simulators::simulator::WitnessEvent::{MotionBegan, MotionEnded};
+        use crate::simulators::simulator::LogEvent::{MotionBegan, MotionEnded};
         let Some(position_mm) = state.position_mm else { return };
         // The switch is 6 mm from the stage's zero; homing backs off from it to 5 mm.
         if position_mm.abs() > 6.0 + self.tolerance_mm {
-            tally.failures.push(format!("wrong position: {position_mm} mm is beyond everything it was sent to"));
+            tally.failures.push(format!("wrong position: {position_mm} mm is outside all commanded positions"));
         }
-        if state.moving || self.witness.moving() {
-            self.unjudged.push((position_mm, state.measured_at));
+        if state.moving || self.event_log.moving() {
+            self.unchecked.push((position_mm, state.measured_at));
             return;
         }
         let last = self
-            .witness
+            .event_log
             .entries()
             .into_iter()
             .rev()
@@ -166,9 +165,9 @@ impl Rig {
     }
 
     /// A position in motion must be one that the axis had at about that time.
-    fn check_on_the_way(&self, position_mm: f64, at: Instant, tally: &mut Tally) {
+    fn check_position_in_motion(&self, position_mm: f64, at: Instant, tally: &mut Tally) {
         let (from, to) = (at - self.reading_slack, at + self.reading_slack);
-        let Some((low_mm, high_mm)) = self.witness.positions_between(from, to) else { return };
+        let Some((low_mm, high_mm)) = self.event_log.positions_between(from, to) else { return };
         let (one_mm, other_mm) = ((self.stage_from_machine)(low_mm), (self.stage_from_machine)(high_mm));
         let (low_mm, high_mm) = (one_mm.min(other_mm), one_mm.max(other_mm));
         if position_mm < low_mm - self.tolerance_mm || position_mm > high_mm + self.tolerance_mm {
@@ -178,15 +177,15 @@ impl Rig {
         }
     }
 
-    /// Waits until `seen`; otherwise it is a hang.
+    /// Waits until `condition` holds; otherwise it is a hang.
     fn wait(
         &mut self,
         what: &str,
         tally: &mut Tally,
-        mut seen: impl FnMut(&mut Self, &mut Tally) -> bool,
+        mut condition: impl FnMut(&mut Self, &mut Tally) -> bool,
     ) -> bool {
         let watch = Stopwatch::start();
-        while !seen(self, tally) {
+        while !condition(self, tally) {
             if watch.own_time() > HANG {
                 tally.failures.push(format!("hang: {what}"));
                 return false;
@@ -198,9 +197,9 @@ impl Rig {
 
     /// The last bytes received by the firmware.
     fn received(&self) -> String {
-        let entries = self.witness.entries();
+        let entries = self.event_log.entries();
         let bytes = entries.iter().rev().filter_map(|entry| match entry.what {
-            crate::simulators::simulator::WitnessEvent::Byte(byte) => Some(char::from(byte)),
+            crate::simulators::simulator::LogEvent::Byte(byte) => Some(char::from(byte)),
             _ => None,
         });
         bytes.take(80).collect::<Vec<_>>().into_iter().rev().collect()
@@ -220,7 +219,7 @@ impl Rig {
     /// Makes the stage ready, homed and at -3 mm. Data left in the line by a fault may cause a fault at first.
     fn make_ready(&mut self, tally: &mut Tally) -> bool {
         let is_ready = |rig: &mut Self, tally: &mut Tally| {
-            rig.comes_back(tally)
+            rig.reconnects(tally)
                 && rig.rests("it is not at rest after the reconnection", tally)
                 && rig.stage.start_home().is_ok()
                 && rig.rests("homing does not end", tally)
@@ -230,14 +229,14 @@ impl Rig {
         (0..N_ATTEMPTS).any(|_| is_ready(self, tally))
     }
 
-    fn comes_back(&mut self, tally: &mut Tally) -> bool {
+    fn reconnects(&mut self, tally: &mut Tally) -> bool {
         self.line.set(Noise::None);
         (self.act)(Act::Repair);
-        let mut asked_at: Option<Instant> = None;
+        let mut requested_at: Option<Instant> = None;
         self.wait("it is not reconnected", tally, |rig, tally| {
             let Err(fault) = rig.poll(tally) else { return true };
-            if asked_at.is_none_or(|at| time::since(at) > Duration::from_millis(1500)) {
-                asked_at = Some(time::now());
+            if requested_at.is_none_or(|at| time::since(at) > Duration::from_millis(1500)) {
+                requested_at = Some(time::now());
                 if rig.stage.clear_fault().is_err() {
                     // As a person who follows the remedy.
                     if fault.to_string().contains("reset button")
@@ -262,10 +261,10 @@ impl Rig {
             && let Some(laser) = &mut self.laser
         {
             let is_on = laser.switch_on(0.5, Duration::from_secs(1)).is_ok();
-            // A lease that ends before the light was seen is not a hang.
+            // A lease that ends before the laser was reported on is not a hang.
             self.wait("the laser does not turn on", tally, |rig, _| {
                 let ended = rig.laser.as_mut().is_none_or(|laser| !laser.poll().is_ok_and(|state| state.emitting));
-                !is_on || rig.witness.light() || ended
+                !is_on || rig.event_log.light() || ended
             });
         }
         match when {
@@ -275,8 +274,8 @@ impl Rig {
         }
     }
 
-    fn strike(&mut self, what: FaultKind, dice: &mut Xorshift) {
-        let some = 1 + dice.roll(6);
+    fn inject(&mut self, what: FaultKind, rng: &mut Xorshift) {
+        let some = 1 + rng.roll(6);
         match what {
             FaultKind::Garbage => self.line.set(Noise::Garbage),
             FaultKind::FlippedBit => self.line.set(Noise::Flips(some)),
@@ -291,27 +290,27 @@ impl Rig {
     }
 
     /// Injects one fault and checks the recovery.
-    fn suffer(&mut self, what: FaultKind, when: When, dice: &mut Xorshift, tally: &mut Tally) {
+    fn run_fault(&mut self, what: FaultKind, when: When, rng: &mut Xorshift, tally: &mut Tally) {
         let was_on = matches!(when, When::Emitting | When::EmittingAndMoving) && self.laser.is_some();
         self.bring_to(when, tally);
-        time::sleep(Duration::from_millis(dice.roll(150) as u64));
-        let struck = Stopwatch::start();
-        self.strike(what, dice);
+        time::sleep(Duration::from_millis(rng.roll(150) as u64));
+        let injected = Stopwatch::start();
+        self.inject(what, rng);
         tally.n_faults += 1;
-        let struck_at = time::now();
-        let limit = if when == When::Homing { self.named_while_homing } else { NAMED_LIMIT };
+        let injected_at = time::now();
+        let limit = if when == When::Homing { self.homing_report_limit } else { REPORT_LIMIT };
         // Until it is reported, or, if it has no effect, for longer than the limit.
-        let mut named = None;
-        while named.is_none() && struck.own_time() < NAMED_LIMIT + Duration::from_millis(800) {
+        let mut reported = None;
+        while reported.is_none() && injected.own_time() < REPORT_LIMIT + Duration::from_millis(800) {
             if was_on && let Some(laser) = &mut self.laser {
                 laser.renew(Duration::from_secs(1)).ok();
             }
-            named = self.poll(tally).err();
+            reported = self.poll(tally).err();
             time::sleep(Duration::from_millis(3));
         }
-        if let Some(fault) = &named {
-            let took = time::since(self.line.harmed_at().unwrap_or(struck_at));
-            *tally.n_named.entry(what).or_default() += 1;
+        if let Some(fault) = &reported {
+            let took = time::since(self.line.effective_at().unwrap_or(injected_at));
+            *tally.n_reported.entry(what).or_default() += 1;
             let longest = tally.longest.entry(what).or_default();
             *longest = (*longest).max(took);
             if took > limit {
@@ -321,10 +320,12 @@ impl Rig {
             laser.switch_off().ok();
         }
         let watch = Stopwatch::start();
-        while self.witness.light() {
-            if watch.own_time() > DARK_LIMIT {
+        while self.event_log.light() {
+            if watch.own_time() > LASER_OFF_LIMIT {
                 let received = self.received();
-                tally.failures.push(format!("light left on, reported as {named:?}, received last: {received:?}"));
+                tally
+                    .failures
+                    .push(format!("laser left on, reported as {reported:?}, received last: {received:?}"));
                 break;
             }
             time::sleep(Duration::from_millis(2));
@@ -334,19 +335,19 @@ impl Rig {
 
 /// `n` faults on one rig; returns the tally.
 fn run(open: fn() -> Rig, n: usize, seed: u64) -> Tally {
-    let (mut tally, mut dice) = (Tally::default(), Xorshift(seed));
+    let (mut tally, mut rng) = (Tally::default(), Xorshift(seed));
     let mut rig = open();
     for _ in 0..n {
-        let what = ALL[dice.roll(ALL.len())];
+        let what = ALL[rng.roll(ALL.len())];
         let states = [When::Ready, When::Moving, When::Homing, When::Emitting, When::EmittingAndMoving];
-        let when = states[dice.roll(if rig.laser.is_some() { 5 } else { 3 })];
+        let when = states[rng.roll(if rig.laser.is_some() { 5 } else { 3 })];
         let before = tally.failures.len();
         if !rig.make_ready(&mut tally) {
             tally.failures.push("hang: it does not become ready again".to_owned());
             rig = open();
             continue;
         }
-        rig.suffer(what, when, &mut dice, &mut tally);
+        rig.run_fault(what, when, &mut rng, &mut tally);
         for failure in &mut tally.failures[before..] {
             failure.push_str(&format!(" ({what:?} while {when:?})"));
         }
@@ -375,7 +376,7 @@ fn campaign(name: &str, open: fn() -> Rig, n_faults: usize, n_rigs: usize) {
         let one = rig.join().expect("a rig panics for a fault of the campaign only");
         all.n_faults += one.n_faults;
         all.failures.extend(one.failures);
-        one.n_named.into_iter().for_each(|(what, n)| *all.n_named.entry(what).or_default() += n);
+        one.n_reported.into_iter().for_each(|(what, n)| *all.n_reported.entry(what).or_default() += n);
         for (what, longest) in one.longest {
             let before = all.longest.entry(what).or_default();
             *before = (*before).max(longest);
@@ -383,14 +384,14 @@ fn campaign(name: &str, open: fn() -> Rig, n_faults: usize, n_rigs: usize) {
     }
     let count = |word: &str| all.failures.iter().filter(|failure| failure.starts_with(word)).count();
     println!(
-        "{name}: {} faults; {} reported late, {} hangs, {} wrong positions accepted, {} lights left on",
+        "{name}: {} faults; {} reported late, {} hangs, {} wrong positions accepted, laser left on {} times",
         all.n_faults,
         count("late"),
         count("hang"),
         count("wrong position"),
-        count("light")
+        count("laser")
     );
-    for (what, n) in &all.n_named {
+    for (what, n) in &all.n_reported {
         println!("  {what:?}: {n} reported, the last after {:?}", all.longest[what]);
     }
     assert!(all.failures.is_empty(), "{name}: {:#?}", all.failures);

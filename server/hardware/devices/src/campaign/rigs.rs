@@ -6,7 +6,7 @@ use std::time::Duration;
 use tempfile::TempDir;
 
 use super::line::{LineControl, NoisyLine};
-use super::{Act, NAMED_LIMIT, Rig};
+use super::{Act, REPORT_LIMIT, Rig};
 use crate::drivers::{grbl, marlin, zaber};
 use crate::simulators::grbl_simulator::{self, GrblSimulator};
 use crate::simulators::marlin_simulator::{self, MarlinSimulator};
@@ -15,22 +15,22 @@ use crate::simulators::zaber_simulator::{self, ZaberSimulator};
 /// GRBL 1.1h; the stage's zero is 6 mm before the switch.
 pub fn grbl() -> Rig {
     let folder = TempDir::new().unwrap();
-    let place = folder.path().join("controller");
+    let port_name = folder.path().join("controller");
     let kind = grbl_simulator::SimulatorConfig { homing_mm_s: 60.0, ..Default::default() };
-    let simulator = Arc::new(GrblSimulator::start(kind.clone(), &place, None).unwrap());
+    let simulator = Arc::new(GrblSimulator::start(kind.clone(), &port_name, None).unwrap());
     let config = grbl::GrblConfig {
         zero_at_machine_mm: -6.0,
         expected_name: Some("simulated stage".to_owned()),
-        ..grbl::GrblConfig::new(place.to_str().unwrap(), 400.0, (-4.0, 4.0))
+        ..grbl::GrblConfig::new(port_name.to_str().unwrap(), 400.0, (-4.0, 4.0))
     };
     let line = LineControl::new();
     let (stage, laser) = grbl::open_line(&config, Box::new(NoisyLine::new(&config.port, &line))).unwrap();
-    let (witness, acting) = (simulator.witness().clone(), simulator);
+    let (event_log, acting) = (simulator.event_log().clone(), simulator);
     let is_away = std::cell::Cell::new(false);
     Rig {
         stage: Box::new(stage),
         laser: Some(Box::new(laser)),
-        witness,
+        event_log,
         line,
         act: Box::new(move |act| match act {
             Act::Restart => acting.restart(),
@@ -54,8 +54,8 @@ pub fn grbl() -> Rig {
         stage_from_machine: |machine_mm| machine_mm + 6.0,
         tolerance_mm: 0.01,
         reading_slack: Duration::from_millis(10),
-        named_while_homing: NAMED_LIMIT,
-        unjudged: Vec::new(),
+        homing_report_limit: REPORT_LIMIT,
+        unchecked: Vec::new(),
         _folder: folder,
     }
 }
@@ -63,22 +63,22 @@ pub fn grbl() -> Rig {
 /// A Zaber device; the stage's zero is 6 mm from its home.
 pub fn zaber() -> Rig {
     let folder = TempDir::new().unwrap();
-    let place = folder.path().join("device");
+    let port_name = folder.path().join("device");
     let kind = zaber_simulator::SimulatorConfig { homing_mm_s: 60.0, ..Default::default() };
-    let simulator = Arc::new(ZaberSimulator::start(kind.clone(), &place, None).unwrap());
+    let simulator = Arc::new(ZaberSimulator::start(kind.clone(), &port_name, None).unwrap());
     let config = zaber::ZaberConfig {
         zero_at_device_mm: 6.0,
         expected_serial: Some(kind.serial),
-        ..zaber::ZaberConfig::new(place.to_str().unwrap(), kind.travel_per_turn_mm, (-4.0, 4.0))
+        ..zaber::ZaberConfig::new(port_name.to_str().unwrap(), kind.travel_per_turn_mm, (-4.0, 4.0))
     };
     let line = LineControl::new();
     let stage = zaber::open_line(&config, Box::new(NoisyLine::new(&config.port, &line))).unwrap();
-    let (witness, acting) = (simulator.witness().clone(), simulator);
+    let (event_log, acting) = (simulator.event_log().clone(), simulator);
     let is_away = std::cell::Cell::new(false);
     Rig {
         stage: Box::new(stage),
         laser: None,
-        witness,
+        event_log,
         line,
         act: Box::new(move |act| match act {
             Act::Restart => acting.restart(),
@@ -102,8 +102,8 @@ pub fn zaber() -> Rig {
         stage_from_machine: |machine_mm| machine_mm - 6.0,
         tolerance_mm: 0.002,
         reading_slack: Duration::from_millis(40),
-        named_while_homing: NAMED_LIMIT,
-        unjudged: Vec::new(),
+        homing_report_limit: REPORT_LIMIT,
+        unchecked: Vec::new(),
         _folder: folder,
     }
 }
@@ -111,22 +111,22 @@ pub fn zaber() -> Rig {
 /// A Marlin controller built without the laser's safety timeout; the stage's zero is 6 mm from its switch.
 pub fn marlin() -> Rig {
     let folder = TempDir::new().unwrap();
-    let place = folder.path().join("controller");
+    let port_name = folder.path().join("controller");
     let kind = marlin_simulator::SimulatorConfig { homing_mm_s: 60.0, laser_timeout_ms: 0, ..Default::default() };
-    let simulator = Arc::new(MarlinSimulator::start(kind.clone(), &place, None).unwrap());
+    let simulator = Arc::new(MarlinSimulator::start(kind.clone(), &port_name, None).unwrap());
     let config = marlin::MarlinConfig {
         zero_at_machine_mm: 6.0,
         expected_name: Some("Simulated stage".to_owned()),
-        ..marlin::MarlinConfig::new(place.to_str().unwrap(), kind.steps_per_mm, (-4.0, 4.0))
+        ..marlin::MarlinConfig::new(port_name.to_str().unwrap(), kind.steps_per_mm, (-4.0, 4.0))
     };
     let line = LineControl::new();
     let (stage, laser) = marlin::open_line(&config, Box::new(NoisyLine::new(&config.port, &line))).unwrap();
-    let (witness, acting) = (simulator.witness().clone(), simulator);
+    let (event_log, acting) = (simulator.event_log().clone(), simulator);
     let is_away = std::cell::Cell::new(false);
     Rig {
         stage: Box::new(stage),
         laser: Some(Box::new(laser)),
-        witness,
+        event_log,
         line,
         act: Box::new(move |act| match act {
             Act::Restart => acting.trigger_event(marlin_simulator::Event::ResetButton),
@@ -152,8 +152,8 @@ pub fn marlin() -> Rig {
         // It reports the last commanded position, which is ahead of the motor.
         reading_slack: Duration::from_millis(500),
         // The firmware sends a message once per second while homing (`M113 S1`).
-        named_while_homing: Duration::from_millis(1700),
-        unjudged: Vec::new(),
+        homing_report_limit: Duration::from_millis(1700),
+        unchecked: Vec::new(),
         _folder: folder,
     }
 }

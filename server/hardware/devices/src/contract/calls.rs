@@ -9,7 +9,7 @@ use crate::CALL_LIMIT;
 pub const SCHEDULING_SLACK: Duration = Duration::from_millis(80);
 
 /// Polling interval while waiting for a state; a station polls at this rate or slower.
-const LOOK_PERIOD: Duration = Duration::from_millis(2);
+const POLL_PERIOD: Duration = Duration::from_millis(2);
 
 /// Calls `act`, which must return within [`CALL_LIMIT`].
 pub fn short<T>(name: &str, act: impl FnOnce() -> T) -> T {
@@ -21,18 +21,18 @@ pub fn within<T>(limit: Duration, name: &str, act: impl FnOnce() -> T) -> T {
     let watch = Stopwatch::start();
     let result = act();
     let took = watch.own_time();
-    assert!(took <= limit + SCHEDULING_SLACK, "`{name}` kept its caller for {took:?}; a call may take {limit:?}");
+    assert!(took <= limit + SCHEDULING_SLACK, "`{name}` blocked its caller for {took:?}; the limit is {limit:?}");
     result
 }
 
-/// Polls until `seen` returns a value; panics with `what` after `limit`.
-pub fn wait_for<T>(limit: Duration, what: &str, mut seen: impl FnMut() -> Option<T>) -> T {
+/// Polls until `condition` returns a value; panics with `what` after `limit`.
+pub fn wait_for<T>(limit: Duration, what: &str, mut condition: impl FnMut() -> Option<T>) -> T {
     let watch = Stopwatch::start();
     loop {
-        if let Some(value) = seen() {
+        if let Some(value) = condition() {
             return value;
         }
         assert!(watch.own_time() < limit, "{what}: not within {limit:?}");
-        crate::time::sleep(LOOK_PERIOD);
+        crate::time::sleep(POLL_PERIOD);
     }
 }

@@ -32,33 +32,33 @@ type Open<'a> = &'a mut dyn FnMut() -> Box<dyn Camera>;
 
 /// Runs every rule of a camera, each on a newly opened device.
 pub fn camera(open: Open, profile: &CameraProfile) {
-    settings_are_what_was_accepted(open());
-    numbers_are_moved_into_their_range(open());
-    what_it_cannot_do_is_refused_by_name(open());
-    nonsense_numbers_are_refused(open());
-    nothing_comes_without_acquisition(open());
+    settings_are_those_accepted(open());
+    numbers_are_clamped_to_their_range(open());
+    unsupported_settings_are_refused_by_name(open());
+    invalid_numbers_are_refused(open());
+    no_frame_arrives_without_acquisition(open());
     frames_come_in_order(open(), profile);
-    frames_are_as_agreed(open(), profile);
-    starting_twice_is_starting_once(open(), profile);
+    frames_have_the_accepted_size_and_format(open(), profile);
+    a_second_start_has_no_effect(open(), profile);
     a_new_start_counts_from_zero(open(), profile);
-    memory_is_used_again(open(), profile);
-    waiting_ends_in_time(open(), profile);
+    the_given_buffer_is_reused(open(), profile);
+    waiting_for_a_frame_ends_in_time(open(), profile);
     stop_works_in_every_state(open(), profile);
     one_software_trigger_is_one_frame(open(), profile);
     software_triggers_need_their_mode(open());
-    a_region_is_read_alone(open(), profile);
-    reconnecting_a_sound_camera_stops_it(open(), profile);
+    a_region_of_interest_is_read(open(), profile);
+    reconnecting_a_working_camera_stops_it(open(), profile);
     camera_faults(open, profile);
 }
 
 /// Runs the rules about an unplugged cable, if the profile has one.
 pub fn camera_faults(open: Open, profile: &CameraProfile) {
     if let Some(cable) = &profile.cable {
-        an_unplugged_camera_is_gone_until_it_is_reconnected(open(), profile, cable);
+        an_unplugged_camera_reports_the_loss_until_it_is_reconnected(open(), profile, cable);
     }
 }
 
-fn settings_are_what_was_accepted(mut camera: Box<dyn Camera>) {
+fn settings_are_those_accepted(mut camera: Box<dyn Camera>) {
     let before = short("settings", || camera.settings());
     let unchanged =
         short("configure", || camera.configure(&CameraRequest::default())).expect("nothing was requested");
@@ -77,20 +77,20 @@ fn settings_are_what_was_accepted(mut camera: Box<dyn Camera>) {
     }
 }
 
-fn numbers_are_moved_into_their_range(mut camera: Box<dyn Camera>) {
-    let able = camera.capabilities();
-    if let Some(range) = able.exposure_us {
+fn numbers_are_clamped_to_their_range(mut camera: Box<dyn Camera>) {
+    let capabilities = camera.capabilities();
+    if let Some(range) = capabilities.exposure_us {
         let accepted =
             set(&mut *camera, CameraRequest { exposure_us: Some(range.max * 10.0), ..Default::default() });
         assert_eq!(accepted.exposure_us, range.max, "an exposure beyond the range was not moved to its end");
         let accepted = set(&mut *camera, CameraRequest { exposure_us: Some(0.0), ..Default::default() });
         assert_eq!(accepted.exposure_us, range.min, "an exposure below the range was not moved to its start");
     }
-    if let Some(range) = able.gain_db {
+    if let Some(range) = capabilities.gain_db {
         let accepted = set(&mut *camera, CameraRequest { gain_db: Some(range.max + 100.0), ..Default::default() });
         assert_eq!(accepted.gain_db, range.max, "a gain beyond the range was not moved to its end");
     }
-    if let Some(range) = able.frame_rate_hz {
+    if let Some(range) = capabilities.frame_rate_hz {
         let accepted = set(&mut *camera, CameraRequest { frame_rate_hz: Some(1e9), ..Default::default() });
         assert!(
             accepted.frame_rate_hz <= range.max,
@@ -100,29 +100,29 @@ fn numbers_are_moved_into_their_range(mut camera: Box<dyn Camera>) {
     }
 }
 
-fn what_it_cannot_do_is_refused_by_name(mut camera: Box<dyn Camera>) {
-    let able = camera.capabilities();
+fn unsupported_settings_are_refused_by_name(mut camera: Box<dyn Camera>) {
+    let capabilities = camera.capabilities();
     let mut impossible = Vec::new();
-    if able.exposure_us.is_none() {
+    if capabilities.exposure_us.is_none() {
         impossible.push(CameraRequest { exposure_us: Some(100.0), ..Default::default() });
     }
-    if able.gain_db.is_none() {
+    if capabilities.gain_db.is_none() {
         impossible.push(CameraRequest { gain_db: Some(1.0), ..Default::default() });
     }
-    if able.frame_rate_hz.is_none() {
+    if capabilities.frame_rate_hz.is_none() {
         impossible.push(CameraRequest { frame_rate_hz: Some(10.0), ..Default::default() });
     }
     for trigger in [Trigger::Free, Trigger::Software, Trigger::Hardware] {
-        if !able.triggers.contains(&trigger) {
+        if !capabilities.triggers.contains(&trigger) {
             impossible.push(CameraRequest { trigger: Some(trigger), ..Default::default() });
         }
     }
     for format in [PixelFormat::Mono8, PixelFormat::Mono16] {
-        if !able.pixel_formats.contains(&format) {
+        if !capabilities.pixel_formats.contains(&format) {
             impossible.push(CameraRequest { pixel_format: Some(format), ..Default::default() });
         }
     }
-    if !able.roi {
+    if !capabilities.roi {
         let roi = Roi { left_px: 1, top_px: 1, width_px: 2, height_px: 2 };
         impossible.push(CameraRequest { roi: Some(roi), ..Default::default() });
     }
@@ -131,7 +131,7 @@ fn what_it_cannot_do_is_refused_by_name(mut camera: Box<dyn Camera>) {
     }
 }
 
-fn nonsense_numbers_are_refused(mut camera: Box<dyn Camera>) {
+fn invalid_numbers_are_refused(mut camera: Box<dyn Camera>) {
     for nonsense in [f64::NAN, f64::INFINITY] {
         refuses(&mut *camera, CameraRequest { exposure_us: Some(nonsense), ..Default::default() });
         refuses(&mut *camera, CameraRequest { gain_db: Some(nonsense), ..Default::default() });
@@ -146,8 +146,9 @@ fn refuses(camera: &mut dyn Camera, request: CameraRequest) {
     assert_eq!(camera.settings(), before, "the refused {request:?} changed settings");
 }
 
-fn nothing_comes_without_acquisition(mut camera: Box<dyn Camera>) {
-    let got = look(&mut *camera, &mut blank(), Duration::from_millis(20)).expect("not started is not a fault");
+fn no_frame_arrives_without_acquisition(mut camera: Box<dyn Camera>) {
+    let got =
+        poll_frame(&mut *camera, &mut blank(), Duration::from_millis(20)).expect("not started is not a fault");
     assert_eq!(got, None, "a frame came before `start`");
 }
 
@@ -174,7 +175,7 @@ fn frames_come_in_order(mut camera: Box<dyn Camera>, profile: &CameraProfile) {
     }
 }
 
-fn frames_are_as_agreed(mut camera: Box<dyn Camera>, profile: &CameraProfile) {
+fn frames_have_the_accepted_size_and_format(mut camera: Box<dyn Camera>, profile: &CameraProfile) {
     let formats = camera.capabilities().pixel_formats;
     for format in formats {
         let set = set(&mut *camera, CameraRequest { pixel_format: Some(format), ..Default::default() });
@@ -182,14 +183,15 @@ fn frames_are_as_agreed(mut camera: Box<dyn Camera>, profile: &CameraProfile) {
         run_free(&mut *camera, profile);
         let mut image = blank();
         frame(&mut *camera, &mut image, profile);
-        let agreed = (set.roi.width_px, set.roi.height_px, if format == PixelFormat::Mono8 { 8 } else { 16 });
+        let accepted_format =
+            (set.roi.width_px, set.roi.height_px, if format == PixelFormat::Mono8 { 8 } else { 16 });
         let got = (image.width(), image.height(), image.bit_depth());
-        assert_eq!(got, agreed, "columns, rows and bits of a frame are not those agreed");
+        assert_eq!(got, accepted_format, "columns, rows and bits of a frame are not those accepted_format");
         camera.stop().expect("stop");
     }
 }
 
-fn starting_twice_is_starting_once(mut camera: Box<dyn Camera>, profile: &CameraProfile) {
+fn a_second_start_has_no_effect(mut camera: Box<dyn Camera>, profile: &CameraProfile) {
     run_free(&mut *camera, profile);
     let mut image = blank();
     let first = frame(&mut *camera, &mut image, profile);
@@ -210,22 +212,22 @@ fn a_new_start_counts_from_zero(mut camera: Box<dyn Camera>, profile: &CameraPro
     assert_eq!(first.frame_id, first.lost_before, "frames of the acquisition before came after a new start");
 }
 
-fn memory_is_used_again(mut camera: Box<dyn Camera>, profile: &CameraProfile) {
+fn the_given_buffer_is_reused(mut camera: Box<dyn Camera>, profile: &CameraProfile) {
     run_free(&mut *camera, profile);
     let mut image = blank();
     frame(&mut *camera, &mut image, profile);
-    let place = address(&image);
+    let buffer = address(&image);
     for _ in 0..N_FRAMES {
         frame(&mut *camera, &mut image, profile);
-        assert_eq!(address(&image), place, "a frame was put into new memory instead of the given buffer");
+        assert_eq!(address(&image), buffer, "a frame was put into new memory instead of the given buffer");
     }
 }
 
-fn waiting_ends_in_time(mut camera: Box<dyn Camera>, profile: &CameraProfile) {
+fn waiting_for_a_frame_ends_in_time(mut camera: Box<dyn Camera>, profile: &CameraProfile) {
     run_free(&mut *camera, profile);
     let mut image = blank();
     for timeout in [Duration::ZERO, Duration::from_millis(1), profile.frame_limit] {
-        look(&mut *camera, &mut image, timeout).expect("running");
+        poll_frame(&mut *camera, &mut image, timeout).expect("running");
     }
 }
 
@@ -236,7 +238,7 @@ fn stop_works_in_every_state(mut camera: Box<dyn Camera>, profile: &CameraProfil
     frame(&mut *camera, &mut image, profile);
     short("stop", || camera.stop()).expect("stop while running");
     short("stop", || camera.stop()).expect("stop twice");
-    let got = look(&mut *camera, &mut image, Duration::from_millis(20)).expect("stopped is not a fault");
+    let got = poll_frame(&mut *camera, &mut image, Duration::from_millis(20)).expect("stopped is not a fault");
     assert_eq!(got, None, "a frame came after `stop`");
 }
 
@@ -252,18 +254,18 @@ fn one_software_trigger_is_one_frame(mut camera: Box<dyn Camera>, profile: &Came
         let info = frame(&mut *camera, &mut image, profile);
         assert_eq!(info.frame_id, expected_id, "a trigger gave another frame than its own");
     }
-    let more = look(&mut *camera, &mut image, Duration::from_millis(50)).expect("running");
+    let more = poll_frame(&mut *camera, &mut image, Duration::from_millis(50)).expect("running");
     assert_eq!(more, None, "a frame came without a trigger");
 }
 
 fn software_triggers_need_their_mode(mut camera: Box<dyn Camera>) {
-    let able = camera.capabilities();
-    if able.triggers.contains(&Trigger::Software) {
+    let capabilities = camera.capabilities();
+    if capabilities.triggers.contains(&Trigger::Software) {
         set(&mut *camera, CameraRequest { trigger: Some(Trigger::Software), ..Default::default() });
         let early = camera.trigger();
         assert!(matches!(early, Err(CameraError::NotTriggerable { .. })), "triggered before start: {early:?}");
     }
-    if able.triggers.contains(&Trigger::Free) {
+    if capabilities.triggers.contains(&Trigger::Free) {
         set(&mut *camera, CameraRequest { trigger: Some(Trigger::Free), ..Default::default() });
         camera.start().expect("start");
         let free = camera.trigger();
@@ -271,12 +273,12 @@ fn software_triggers_need_their_mode(mut camera: Box<dyn Camera>) {
     }
 }
 
-fn a_region_is_read_alone(mut camera: Box<dyn Camera>, profile: &CameraProfile) {
-    let able = camera.capabilities();
-    if !able.roi {
+fn a_region_of_interest_is_read(mut camera: Box<dyn Camera>, profile: &CameraProfile) {
+    let capabilities = camera.capabilities();
+    if !capabilities.roi {
         return;
     }
-    let (columns, rows) = able.sensor_px;
+    let (columns, rows) = capabilities.sensor_px;
     let wanted = Roi { left_px: columns / 4, top_px: rows / 4, width_px: columns / 2, height_px: rows / 2 };
     let roi = set(&mut *camera, CameraRequest { roi: Some(wanted), ..Default::default() }).roi;
     assert!(
@@ -293,18 +295,18 @@ fn a_region_is_read_alone(mut camera: Box<dyn Camera>, profile: &CameraProfile) 
     );
 }
 
-fn reconnecting_a_sound_camera_stops_it(mut camera: Box<dyn Camera>, profile: &CameraProfile) {
+fn reconnecting_a_working_camera_stops_it(mut camera: Box<dyn Camera>, profile: &CameraProfile) {
     run_free(&mut *camera, profile);
     let set = camera.settings();
     let mut image = blank();
     frame(&mut *camera, &mut image, profile);
     camera.reconnect().expect("nothing prevents it");
     let got = back(&mut *camera, &mut image);
-    assert_eq!(got, None, "it came back active");
-    assert_eq!(camera.settings(), set, "it came back with other settings");
+    assert_eq!(got, None, "the camera is active after the reconnection");
+    assert_eq!(camera.settings(), set, "the settings differ after the reconnection");
 }
 
-fn an_unplugged_camera_is_gone_until_it_is_reconnected(
+fn an_unplugged_camera_reports_the_loss_until_it_is_reconnected(
     mut camera: Box<dyn Camera>,
     profile: &CameraProfile,
     cable: &Cable,
@@ -315,23 +317,25 @@ fn an_unplugged_camera_is_gone_until_it_is_reconnected(
     frame(&mut *camera, &mut image, profile);
     (cable.unplug)();
     wait_for(GONE_LIMIT, "the unplugged cable is detected", || {
-        matches!(look(&mut *camera, &mut image, Duration::from_millis(20)), Err(CameraError::Gone { .. }))
+        matches!(poll_frame(&mut *camera, &mut image, Duration::from_millis(20)), Err(CameraError::Gone { .. }))
             .then_some(())
     });
-    let again = look(&mut *camera, &mut image, Duration::from_millis(20));
+    let again = poll_frame(&mut *camera, &mut image, Duration::from_millis(20));
     assert!(matches!(again, Err(CameraError::Gone { .. })), "the loss is reported once, then {again:?}");
     short("stop", || camera.stop()).ok();
     (cable.replug)();
     short("reconnect", || camera.reconnect()).ok();
-    assert_eq!(back(&mut *camera, &mut image), None, "it came back active");
-    assert_eq!(camera.settings(), set, "it came back with other settings");
+    assert_eq!(back(&mut *camera, &mut image), None, "the camera is active after the reconnection");
+    assert_eq!(camera.settings(), set, "the settings differ after the reconnection");
     camera.start().expect("start after a reconnection");
     frame(&mut *camera, &mut image, profile);
 }
 
 /// Waits until a reconnected camera reports no fault; returns the frame it delivers then, if any.
 fn back(camera: &mut dyn Camera, image: &mut GreyImage) -> Option<FrameInfo> {
-    wait_for(RECONNECT_LIMIT, "the camera is reconnected", || look(camera, image, Duration::from_millis(20)).ok())
+    wait_for(RECONNECT_LIMIT, "the camera is reconnected", || {
+        poll_frame(camera, image, Duration::from_millis(20)).ok()
+    })
 }
 
 fn set(camera: &mut dyn Camera, request: CameraRequest) -> crate::CameraSettings {
@@ -356,7 +360,7 @@ fn run_free(camera: &mut dyn Camera, profile: &CameraProfile) {
 fn frame(camera: &mut dyn Camera, image: &mut GreyImage, profile: &CameraProfile) -> FrameInfo {
     let watch = Stopwatch::start();
     while watch.own_time() <= profile.frame_limit + SCHEDULING_SLACK {
-        if let Some(info) = look(camera, image, profile.frame_limit).expect("running") {
+        if let Some(info) = poll_frame(camera, image, profile.frame_limit).expect("running") {
             return info;
         }
     }
@@ -364,7 +368,7 @@ fn frame(camera: &mut dyn Camera, image: &mut GreyImage, profile: &CameraProfile
 }
 
 /// One call of `next_frame`, which must not exceed its timeout by more than [`crate::CALL_LIMIT`].
-fn look(
+fn poll_frame(
     camera: &mut dyn Camera,
     image: &mut GreyImage,
     timeout: Duration,

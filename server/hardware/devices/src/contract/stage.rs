@@ -32,7 +32,7 @@ const GONE_LIMIT: Duration = Duration::from_secs(1);
 const RECONNECT_LIMIT: Duration = Duration::from_secs(5);
 
 /// Number of polls that verify that a stage is at rest.
-const N_LOOKS: usize = 10;
+const N_POLLS: usize = 10;
 
 type Open<'a> = &'a mut dyn FnMut() -> Box<dyn Stage>;
 
@@ -41,29 +41,29 @@ pub fn stage(open: Open, profile: &StageProfile) {
     it_is_at_rest_when_opened(open());
     nothing_moves_before_homing(open(), profile);
     homing_gives_a_position(open(), profile);
-    a_move_ends_where_it_was_accepted(open(), profile);
-    a_speed_too_fast_is_the_fastest(open(), profile);
+    a_move_ends_at_the_accepted_target(open(), profile);
+    a_speed_above_the_maximum_is_limited_to_it(open(), profile);
     targets_outside_the_travel_are_refused(open(), profile);
-    numbers_that_make_no_move_are_refused(open(), profile);
-    a_jog_goes_its_distance(open(), profile);
-    a_jog_is_held_within_the_travel(open(), profile);
+    invalid_numbers_are_refused(open(), profile);
+    a_jog_covers_its_distance(open(), profile);
+    a_jog_is_limited_to_the_travel(open(), profile);
     stop_works_at_rest(open(), profile);
-    clearing_no_fault_changes_nothing(open(), profile);
-    reconnecting_a_sound_stage_leaves_it_at_rest(open(), profile);
+    clearing_without_a_fault_changes_nothing(open(), profile);
+    reconnecting_a_working_stage_leaves_it_at_rest(open(), profile);
     if !profile.instant {
-        a_move_is_seen_under_way(open(), profile);
+        a_move_is_reported_in_motion(open(), profile);
         a_second_move_is_refused(open(), profile);
         stop_ends_a_move_for_good(open(), profile);
         stop_ends_a_jog_for_good(open(), profile);
         stop_ends_homing(open(), profile);
-        a_held_move_goes_on_when_resumed(open(), profile);
+        a_held_move_continues_when_resumed(open(), profile);
         stop_ends_a_held_move(open(), profile);
     }
     stage_faults(open, profile);
 }
 
-/// Runs the rules of a stage that nobody commands: it refuses every motion by name, its position is that of the exposures,
-/// and Stop is no failure.
+/// Runs the rules of a stage that cannot be commanded: it refuses every motion by name, its position is that of the
+/// exposures, and a stop succeeds.
 pub fn uncommanded_stage(open: Open) {
     it_is_at_rest_when_opened(open());
     every_motion_is_refused_by_name(open());
@@ -89,25 +89,25 @@ fn every_motion_is_refused_by_name(mut stage: Box<dyn Stage>) {
 }
 
 fn its_position_is_that_of_the_exposures(mut stage: Box<dyn Stage>) {
-    let pitch_mm = stage.capabilities().frame_pitch_mm.expect("a stage that nobody commands has a pitch");
+    let pitch_mm = stage.capabilities().frame_pitch_mm.expect("a stage that cannot be commanded has a pitch");
     stage.begin_count();
     assert_eq!(stage.count_exposures(1), Some(0.0), "the first exposure is at 0");
     assert_eq!(stage.count_exposures(4), Some(4.0 * pitch_mm), "lost exposures count");
-    assert_eq!(look(&mut *stage).position_mm, Some(4.0 * pitch_mm));
+    assert_eq!(poll_stage(&mut *stage).position_mm, Some(4.0 * pitch_mm));
 }
 
 /// Runs the rules about an unplugged cable, if the profile has one.
 pub fn stage_faults(open: Open, profile: &StageProfile) {
     if let Some(cable) = &profile.cable {
-        an_unplugged_stage_is_gone_until_it_is_reconnected(open(), profile, cable, false);
+        an_unplugged_stage_reports_the_loss_until_it_is_reconnected(open(), profile, cable, false);
         if !profile.instant {
-            an_unplugged_stage_is_gone_until_it_is_reconnected(open(), profile, cable, true);
+            an_unplugged_stage_reports_the_loss_until_it_is_reconnected(open(), profile, cable, true);
         }
     }
 }
 
 fn it_is_at_rest_when_opened(mut stage: Box<dyn Stage>) {
-    let state = look(&mut *stage);
+    let state = poll_stage(&mut *stage);
     assert!(!state.moving && !state.held, "it moves when opened: {state:?}");
     if stage.capabilities().homing == Homing::Required {
         assert!(!state.homed && state.position_mm.is_none(), "it reports a position before homing: {state:?}");
@@ -128,11 +128,11 @@ fn nothing_moves_before_homing(mut stage: Box<dyn Stage>, profile: &StageProfile
 
 fn homing_gives_a_position(mut stage: Box<dyn Stage>, profile: &StageProfile) {
     home(&mut *stage, profile);
-    let state = look(&mut *stage);
+    let state = poll_stage(&mut *stage);
     assert!(state.homed && state.position_mm.is_some(), "homed, and its position is unknown: {state:?}");
 }
 
-fn a_move_ends_where_it_was_accepted(mut stage: Box<dyn Stage>, profile: &StageProfile) {
+fn a_move_ends_at_the_accepted_target(mut stage: Box<dyn Stage>, profile: &StageProfile) {
     home(&mut *stage, profile);
     let (near_mm, far_mm) = targets(&*stage);
     for target_mm in [near_mm, far_mm, near_mm] {
@@ -144,7 +144,7 @@ fn a_move_ends_where_it_was_accepted(mut stage: Box<dyn Stage>, profile: &StageP
     }
 }
 
-fn a_speed_too_fast_is_the_fastest(mut stage: Box<dyn Stage>, profile: &StageProfile) {
+fn a_speed_above_the_maximum_is_limited_to_it(mut stage: Box<dyn Stage>, profile: &StageProfile) {
     home(&mut *stage, profile);
     let fastest_mm_s = stage.capabilities().max_speed_mm_s;
     if !fastest_mm_s.is_finite() {
@@ -157,7 +157,7 @@ fn a_speed_too_fast_is_the_fastest(mut stage: Box<dyn Stage>, profile: &StagePro
 
 fn targets_outside_the_travel_are_refused(mut stage: Box<dyn Stage>, profile: &StageProfile) {
     home(&mut *stage, profile);
-    let before = look(&mut *stage).position_mm;
+    let before = poll_stage(&mut *stage).position_mm;
     let (low_mm, high_mm) = stage.capabilities().travel_mm;
     for target_mm in [low_mm - 1.0, high_mm + 1.0] {
         let refusal = short("start_move", || stage.start_move(target_mm, profile.speed_mm_s));
@@ -169,9 +169,9 @@ fn targets_outside_the_travel_are_refused(mut stage: Box<dyn Stage>, profile: &S
     expect_at_rest(&mut *stage, before, profile, "it moved though the move was refused");
 }
 
-fn numbers_that_make_no_move_are_refused(mut stage: Box<dyn Stage>, profile: &StageProfile) {
+fn invalid_numbers_are_refused(mut stage: Box<dyn Stage>, profile: &StageProfile) {
     home(&mut *stage, profile);
-    let before = look(&mut *stage).position_mm;
+    let before = poll_stage(&mut *stage).position_mm;
     for (target_mm, speed_mm_s, wrong) in [
         (f64::NAN, profile.speed_mm_s, "target_mm"),
         (f64::INFINITY, profile.speed_mm_s, "target_mm"),
@@ -190,7 +190,7 @@ fn numbers_that_make_no_move_are_refused(mut stage: Box<dyn Stage>, profile: &St
     expect_at_rest(&mut *stage, before, profile, "it moved though the move was refused");
 }
 
-fn a_jog_goes_its_distance(mut stage: Box<dyn Stage>, profile: &StageProfile) {
+fn a_jog_covers_its_distance(mut stage: Box<dyn Stage>, profile: &StageProfile) {
     home(&mut *stage, profile);
     let (near_mm, far_mm) = targets(&*stage);
     let distance_mm = 0.5 * (far_mm - near_mm);
@@ -202,10 +202,10 @@ fn a_jog_goes_its_distance(mut stage: Box<dyn Stage>, profile: &StageProfile) {
     arrives(&mut *stage, accepted.target_mm, profile);
 }
 
-fn a_jog_is_held_within_the_travel(mut stage: Box<dyn Stage>, profile: &StageProfile) {
+fn a_jog_is_limited_to_the_travel(mut stage: Box<dyn Stage>, profile: &StageProfile) {
     home(&mut *stage, profile);
     let (low_mm, high_mm) = stage.capabilities().travel_mm;
-    let accepted = stage.start_jog(10.0 * (high_mm - low_mm), profile.speed_mm_s).expect("cut, not refused");
+    let accepted = stage.start_jog(10.0 * (high_mm - low_mm), profile.speed_mm_s).expect("limited, not refused");
     assert!(accepted.target_mm <= high_mm, "a jog to {} mm leaves the travel", accepted.target_mm);
     short("stop", || stage.stop()).expect("stop");
     at_rest(&mut *stage, profile.rest_limit);
@@ -217,35 +217,35 @@ fn stop_works_at_rest(mut stage: Box<dyn Stage>, profile: &StageProfile) {
         at_rest(&mut *stage, profile.rest_limit);
     }
     home(&mut *stage, profile);
-    let before = look(&mut *stage).position_mm;
+    let before = poll_stage(&mut *stage).position_mm;
     for _ in 0..2 {
         short("stop", || stage.stop()).expect("stop at rest");
         at_rest(&mut *stage, profile.rest_limit);
     }
-    expect_at_rest(&mut *stage, before, profile, "a stop at rest moved it or cost its position");
+    expect_at_rest(&mut *stage, before, profile, "a stop at rest moved it or lost its position");
     let target_mm = targets(&*stage).1;
     stage.start_move(target_mm, profile.speed_mm_s).expect("a stop at rest leaves it ready");
     arrives(&mut *stage, target_mm, profile);
 }
 
-fn clearing_no_fault_changes_nothing(mut stage: Box<dyn Stage>, profile: &StageProfile) {
+fn clearing_without_a_fault_changes_nothing(mut stage: Box<dyn Stage>, profile: &StageProfile) {
     home(&mut *stage, profile);
-    let before = look(&mut *stage).position_mm;
+    let before = poll_stage(&mut *stage).position_mm;
     short("clear_fault", || stage.clear_fault()).expect("there is none");
-    expect_at_rest(&mut *stage, before, profile, "clearing no fault cost the position");
+    expect_at_rest(&mut *stage, before, profile, "clearing without a fault lost the position");
 }
 
-fn reconnecting_a_sound_stage_leaves_it_at_rest(mut stage: Box<dyn Stage>, profile: &StageProfile) {
+fn reconnecting_a_working_stage_leaves_it_at_rest(mut stage: Box<dyn Stage>, profile: &StageProfile) {
     home(&mut *stage, profile);
     short("reconnect", || stage.reconnect()).expect("nothing prevents it");
     let state = wait_for(RECONNECT_LIMIT, "the stage is reconnected", || stage.poll().ok());
-    assert!(!state.moving, "it came back moving");
+    assert!(!state.moving, "the stage moves after the reconnection");
 }
 
-fn a_move_is_seen_under_way(mut stage: Box<dyn Stage>, profile: &StageProfile) {
+fn a_move_is_reported_in_motion(mut stage: Box<dyn Stage>, profile: &StageProfile) {
     home(&mut *stage, profile);
     let (near_mm, far_mm) = far_move(&mut *stage, profile);
-    assert!(look(&mut *stage).moving, "a move was started, but it reports rest");
+    assert!(poll_stage(&mut *stage).moving, "a move was started, but it reports rest");
     under_way(&mut *stage, near_mm, far_mm, profile);
     arrives(&mut *stage, far_mm, profile);
 }
@@ -285,8 +285,8 @@ fn stop_ends_homing(mut stage: Box<dyn Stage>, profile: &StageProfile) {
     if stage.capabilities().homing != Homing::Required {
         return;
     }
-    short("start_home", || stage.start_home()).expect("sound");
-    assert!(look(&mut *stage).moving, "homing was started, but it reports rest");
+    short("start_home", || stage.start_home()).expect("a working device");
+    assert!(poll_stage(&mut *stage).moving, "homing was started, but it reports rest");
     short("stop", || stage.stop()).expect("stop while homing");
     let mut button = profile.reset_button.as_ref();
     let limit = if button.is_some() { RECONNECT_LIMIT } else { profile.rest_limit + SCHEDULING_SLACK };
@@ -313,16 +313,16 @@ fn stop_ends_homing(mut stage: Box<dyn Stage>, profile: &StageProfile) {
     home(&mut *stage, profile);
 }
 
-fn a_held_move_goes_on_when_resumed(mut stage: Box<dyn Stage>, profile: &StageProfile) {
+fn a_held_move_continues_when_resumed(mut stage: Box<dyn Stage>, profile: &StageProfile) {
     home(&mut *stage, profile);
     let (near_mm, far_mm) = far_move(&mut *stage, profile);
     under_way(&mut *stage, near_mm, far_mm, profile);
     short("hold", || stage.hold()).expect("hold while moving");
     let held = wait_for(profile.rest_limit + SCHEDULING_SLACK, "a held move rests", || {
-        let state = look(&mut *stage);
+        let state = poll_stage(&mut *stage);
         (state.held && !state.moving).then_some(state)
     });
-    expect_at_rest(&mut *stage, held.position_mm, profile, "a held stage crept");
+    expect_at_rest(&mut *stage, held.position_mm, profile, "a held stage moved");
     short("resume", || stage.resume()).expect("resume");
     arrives(&mut *stage, far_mm, profile);
 }
@@ -332,14 +332,16 @@ fn stop_ends_a_held_move(mut stage: Box<dyn Stage>, profile: &StageProfile) {
     let (near_mm, far_mm) = far_move(&mut *stage, profile);
     under_way(&mut *stage, near_mm, far_mm, profile);
     stage.hold().expect("hold while moving");
-    wait_for(profile.rest_limit + SCHEDULING_SLACK, "a held move rests", || look(&mut *stage).held.then_some(()));
+    wait_for(profile.rest_limit + SCHEDULING_SLACK, "a held move rests", || {
+        poll_stage(&mut *stage).held.then_some(())
+    });
     short("stop", || stage.stop()).expect("stop while held");
     at_rest(&mut *stage, profile.rest_limit);
     short("resume", || stage.resume()).ok();
     stays_short_of(&mut *stage, far_mm, profile);
 }
 
-fn an_unplugged_stage_is_gone_until_it_is_reconnected(
+fn an_unplugged_stage_reports_the_loss_until_it_is_reconnected(
     mut stage: Box<dyn Stage>,
     profile: &StageProfile,
     cable: &Cable,
@@ -355,7 +357,7 @@ fn an_unplugged_stage_is_gone_until_it_is_reconnected(
     let again = stage.poll();
     assert!(again.is_err(), "the loss is reported once, then {again:?}");
     let refusal = short("start_move", || stage.start_move(middle(&*stage), profile.speed_mm_s));
-    assert!(refusal.is_err(), "a stage that is gone accepted {refusal:?}");
+    assert!(refusal.is_err(), "a disconnected stage accepted {refusal:?}");
     short("stop", || stage.stop()).ok();
     (cable.replug)();
     short("reconnect", || stage.reconnect()).ok();
@@ -365,7 +367,7 @@ fn an_unplugged_stage_is_gone_until_it_is_reconnected(
     if stage.capabilities().homing == Homing::Required {
         assert!(
             !state.homed && state.position_mm.is_none(),
-            "it came back with an unknowable position: {state:?}"
+            "a position is reported after the reconnection: {state:?}"
         );
     }
     home(&mut *stage, profile);
@@ -373,9 +375,9 @@ fn an_unplugged_stage_is_gone_until_it_is_reconnected(
 
 /// Homes and waits for the end.
 fn home(stage: &mut dyn Stage, profile: &StageProfile) {
-    short("start_home", || stage.start_home()).expect("at rest and sound");
+    short("start_home", || stage.start_home()).expect("at rest and working");
     wait_for(profile.motion_limit + SCHEDULING_SLACK, "homing ends", || {
-        let state = look(stage);
+        let state = poll_stage(stage);
         (!state.moving && state.homed).then_some(())
     });
 }
@@ -392,14 +394,14 @@ fn far_move(stage: &mut dyn Stage, profile: &StageProfile) -> (f64, f64) {
 /// Waits until a position strictly between the ends is reported.
 fn under_way(stage: &mut dyn Stage, near_mm: f64, far_mm: f64, profile: &StageProfile) {
     wait_for(profile.motion_limit + SCHEDULING_SLACK, "positions during the move are reported", || {
-        let at_mm = look(stage).position_mm?;
+        let at_mm = poll_stage(stage).position_mm?;
         (at_mm > near_mm + profile.tolerance_mm && at_mm < far_mm - profile.tolerance_mm).then_some(())
     });
 }
 
 fn arrives(stage: &mut dyn Stage, target_mm: f64, profile: &StageProfile) {
     at_rest(stage, profile.motion_limit);
-    let at_mm = look(stage).position_mm.expect("a homed stage reports its position");
+    let at_mm = poll_stage(stage).position_mm.expect("a homed stage reports its position");
     assert!(
         (at_mm - target_mm).abs() <= profile.tolerance_mm,
         "rests at {at_mm} mm, not at its target {target_mm} mm"
@@ -408,14 +410,14 @@ fn arrives(stage: &mut dyn Stage, target_mm: f64, profile: &StageProfile) {
 
 fn at_rest(stage: &mut dyn Stage, limit: Duration) {
     wait_for(limit + SCHEDULING_SLACK, "it comes to rest", || {
-        let state = look(stage);
+        let state = poll_stage(stage);
         (!state.moving && !state.held).then_some(())
     });
 }
 
 /// Asserts that it is at rest and short of `far_mm`: a stopped move is not continued.
 fn stays_short_of(stage: &mut dyn Stage, far_mm: f64, profile: &StageProfile) {
-    let stopped_at = look(stage).position_mm;
+    let stopped_at = poll_stage(stage).position_mm;
     if let Some(at_mm) = stopped_at {
         assert!(at_mm < far_mm - profile.tolerance_mm, "stopped, and it is at its target of {far_mm} mm");
     }
@@ -423,9 +425,9 @@ fn stays_short_of(stage: &mut dyn Stage, far_mm: f64, profile: &StageProfile) {
 }
 
 fn expect_at_rest(stage: &mut dyn Stage, at_mm: Option<f64>, profile: &StageProfile, otherwise: &str) {
-    for _ in 0..N_LOOKS {
+    for _ in 0..N_POLLS {
         crate::time::sleep(Duration::from_millis(5));
-        let now = look(stage);
+        let now = poll_stage(stage);
         let same = match (now.position_mm, at_mm) {
             (Some(now_mm), Some(at_mm)) => (now_mm - at_mm).abs() <= profile.tolerance_mm,
             (now, before) => now == before,
@@ -434,7 +436,7 @@ fn expect_at_rest(stage: &mut dyn Stage, at_mm: Option<f64>, profile: &StageProf
     }
 }
 
-fn look(stage: &mut dyn Stage) -> StageState {
+fn poll_stage(stage: &mut dyn Stage) -> StageState {
     short("poll", || stage.poll()).unwrap_or_else(|fault| panic!("a working stage reports a fault: {fault}"))
 }
 

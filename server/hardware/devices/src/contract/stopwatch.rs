@@ -12,7 +12,7 @@ const BEAT: Duration = Duration::from_millis(1);
 
 /// Number of threads in sequence from a command to its visible effect: caller, station, driver, firmware. Each can be
 /// as late as the heartbeat.
-const HANDED_ON: u32 = 4;
+const N_HANDOVERS: u32 = 4;
 
 /// A thread that is due every millisecond, and its lateness.
 struct Heart {
@@ -39,7 +39,7 @@ impl Stopwatch {
     /// Time since the start minus the estimated scheduling latency, which is next to nothing on an idle machine.
     pub fn own_time(&self) -> Duration {
         let elapsed = time::since(self.begun_at);
-        elapsed.saturating_sub(HANDED_ON * late().saturating_sub(self.late_before))
+        elapsed.saturating_sub(N_HANDOVERS * late().saturating_sub(self.late_before))
     }
 }
 
@@ -89,12 +89,12 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_beats_miss_is_counted_and_a_beat_in_time_is_not() {
+    fn late_beats_are_counted_and_beats_in_time_are_not() {
         assert_eq!(lateness_of(BEAT), Duration::ZERO);
         assert_eq!(lateness_of(30 * BEAT), 28 * BEAT);
         let (watch, before) = (Stopwatch::start(), late());
         std::thread::sleep(50 * BEAT);
-        let (own_time, late) = (watch.own_time(), HANDED_ON * (late() - before));
+        let (own_time, late) = (watch.own_time(), N_HANDOVERS * (late() - before));
         assert!(
             own_time <= watch.begun_at.elapsed() && own_time + late >= 50 * BEAT,
             "{own_time:?}, late {late:?}"

@@ -1,7 +1,7 @@
 //! A laser that this program does not switch: it is on as long as it has power.
 //!
-//! This is sufficient for scans. The promises about the laser being off (at start, at rest, after Stop, after a fault,
-//! at exit) do not hold for such a laser, and this is stated wherever the promises are.
+//! This is sufficient for scans. The guarantees that the laser is off (at start, at rest, after Stop, after a fault,
+//! at exit) do not apply to such a laser, and this is stated wherever they are.
 
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -33,13 +33,13 @@ impl Driver for AlwaysOnDriver {
 /// `capabilities` states that it is not switched.
 #[derive(Debug, Default)]
 pub struct AlwaysOnLaser {
-    wanted_until: Option<Instant>,
+    requested_until: Option<Instant>,
 }
 
 impl AlwaysOnLaser {
     fn state(&mut self) -> LaserState {
-        self.wanted_until = self.wanted_until.filter(|until| crate::time::now() < *until);
-        let emitting = self.wanted_until.is_some();
+        self.requested_until = self.requested_until.filter(|until| crate::time::now() < *until);
+        let emitting = self.requested_until.is_some();
         LaserState { emitting, power: if emitting { 1.0 } else { 0.0 }, interlock_closed: None }
     }
 }
@@ -59,19 +59,19 @@ impl Laser for AlwaysOnLaser {
 
     fn switch_on(&mut self, power: f64, lease: Duration) -> Result<LaserState, LaserError> {
         check_power(power)?;
-        self.wanted_until = Some(crate::time::now() + lease.min(LASER_LEASE_LIMIT));
+        self.requested_until = Some(crate::time::now() + lease.min(LASER_LEASE_LIMIT));
         Ok(self.state())
     }
 
     fn renew(&mut self, lease: Duration) -> Result<LaserState, LaserError> {
         if self.state().emitting {
-            self.wanted_until = Some(crate::time::now() + lease.min(LASER_LEASE_LIMIT));
+            self.requested_until = Some(crate::time::now() + lease.min(LASER_LEASE_LIMIT));
         }
         Ok(self.state())
     }
 
     fn switch_off(&mut self) -> Result<(), LaserError> {
-        self.wanted_until = None;
+        self.requested_until = None;
         Ok(())
     }
 

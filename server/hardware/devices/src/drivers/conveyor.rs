@@ -1,8 +1,8 @@
-//! A conveyor whose encoder triggers the camera: a linear stage that nobody commands.
+//! A conveyor whose encoder triggers the camera: a linear stage that cannot be commanded.
 //!
 //! The belt belongs to the plant. Its position follows from the frames: the encoder triggers one exposure every
 //! `pitch_mm`, so that a position is a number of exposures, those that were lost included. It counts from the first
-//! exposure of a scan; while the camera does not run, the belt moves unseen.
+//! exposure of a scan; while the camera does not run, its motion is not counted.
 
 use std::sync::Arc;
 use std::time::Instant;
@@ -49,7 +49,7 @@ impl Driver for ConveyorDriver {
         let ConveyorSettings { pitch_mm, longest_mm } = self.0;
         if !(pitch_mm > 0.0 && longest_mm > pitch_mm && longest_mm.is_finite()) {
             return Err(OpenError::Settings {
-                what: format!("a belt cannot go {longest_mm} mm in steps of {pitch_mm} mm"),
+                what: format!("a belt cannot cover {longest_mm} mm in steps of {pitch_mm} mm"),
                 remedy: "set station.conveyor.pitch_mm above 0, and station.conveyor.longest_mm beyond it"
                     .to_owned(),
             });
@@ -80,9 +80,9 @@ impl Conveyor {
 }
 
 /// The belt is not stopped from here.
-struct NotOurs;
+struct NoStopHandle;
 
-impl StopHandle for NotOurs {
+impl StopHandle for NoStopHandle {
     fn stop_now(&self) {}
 }
 
@@ -147,13 +147,14 @@ impl Stage for Conveyor {
         Self::refused("resumed")
     }
 
-    /// Nothing to stop: the belt is the plant's. That is no failure, so that the laser goes off as after any Stop.
+    /// Nothing to stop: the belt belongs to the plant. This is not a failure, so that the laser goes off as after any
+    /// Stop.
     fn stop(&mut self) -> Result<(), StageError> {
         Ok(())
     }
 
     fn stop_handle(&self) -> Arc<dyn StopHandle> {
-        Arc::new(NotOurs)
+        Arc::new(NoStopHandle)
     }
 
     fn clear_fault(&mut self) -> Result<(), StageError> {
@@ -179,12 +180,12 @@ mod tests {
     }
 
     #[test]
-    fn a_belt_passes_the_suite_of_stages_that_nobody_commands() {
+    fn a_belt_passes_the_suite_of_stages_that_cannot_be_commanded() {
         contract::uncommanded_stage(&mut || Box::new(belt()));
     }
 
     #[test]
-    fn a_position_is_a_number_of_exposures_with_those_that_were_lost() {
+    fn a_position_counts_exposures_including_lost_ones() {
         let mut belt = belt();
         belt.begin_count();
         assert_eq!(belt.count_exposures(1), Some(0.0));
@@ -197,14 +198,14 @@ mod tests {
     }
 
     #[test]
-    fn a_command_is_refused_by_name_and_with_its_remedy() {
+    fn commands_are_refused_by_name_with_a_remedy() {
         let error = belt().start_home().unwrap_err();
         assert!(error.to_string().contains("cannot be homed from here"), "{error}");
         assert!(error.remedy().unwrap().contains("continuous"), "{:?}", error.remedy());
     }
 
     #[test]
-    fn a_pitch_of_nothing_is_refused() {
+    fn a_pitch_of_zero_is_refused() {
         let driver = ConveyorDriver(ConveyorSettings { pitch_mm: 0.0, ..ConveyorSettings::default() });
         let wanted = DeviceSet { stage: true, ..DeviceSet::default() };
         assert!(matches!(driver.open(wanted), Err(OpenError::Settings { .. })));

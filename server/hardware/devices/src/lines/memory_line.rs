@@ -44,20 +44,20 @@ fn write(waiting: &mut VecDeque<u8>, bytes: &[u8]) {
 
 /// The controller's end; dropping it cuts the cable.
 pub struct MemoryPort {
-    place: PathBuf,
+    port_name: PathBuf,
     wires: Arc<Mutex<Wires>>,
 }
 
 impl MemoryPort {
-    pub fn open(place: &Path) -> Self {
+    pub fn open(port_name: &Path) -> Self {
         let wires = Arc::default();
-        lock(&PORTS).insert(place.to_owned(), Arc::clone(&wires));
-        Self { place: place.to_owned(), wires }
+        lock(&PORTS).insert(port_name.to_owned(), Arc::clone(&wires));
+        Self { port_name: port_name.to_owned(), wires }
     }
 
     /// Reads received bytes, waiting for `wait` at most; 0 if there are none.
     pub fn read(&mut self, buffer: &mut [u8], wait: Duration) -> usize {
-        time::look_for(wait, || read(&self.wires, |wires| &mut wires.to_controller, buffer)).unwrap_or(0)
+        time::poll_for(wait, || read(&self.wires, |wires| &mut wires.to_controller, buffer)).unwrap_or(0)
     }
 
     pub fn write(&mut self, bytes: &[u8]) {
@@ -69,38 +69,38 @@ impl Drop for MemoryPort {
     fn drop(&mut self) {
         lock(&self.wires).is_cut = true;
         let mut ports = lock(&PORTS);
-        if ports.get(&self.place).is_some_and(|wires| Arc::ptr_eq(wires, &self.wires)) {
-            ports.remove(&self.place);
+        if ports.get(&self.port_name).is_some_and(|wires| Arc::ptr_eq(wires, &self.wires)) {
+            ports.remove(&self.port_name);
         }
     }
 }
 
 /// The computer's end.
 pub struct MemoryLine {
-    place: String,
+    port_name: String,
     wires: Option<Arc<Mutex<Wires>>>,
 }
 
 impl MemoryLine {
-    /// The port at `place`, not open yet.
-    pub fn new(place: &str) -> Self {
-        Self { place: place.to_owned(), wires: None }
+    /// The port at `port_name`, not open yet.
+    pub fn new(port_name: &str) -> Self {
+        Self { port_name: port_name.to_owned(), wires: None }
     }
 
     fn wires(&self) -> Result<&Arc<Mutex<Wires>>, SerialLineError> {
-        self.wires.as_ref().ok_or_else(|| SerialLineError::Closed { place: self.place.clone() })
+        self.wires.as_ref().ok_or_else(|| SerialLineError::Closed { port_name: self.port_name.clone() })
     }
 }
 
 impl SerialLine for MemoryLine {
-    fn place(&self) -> String {
-        self.place.clone()
+    fn port_name(&self) -> String {
+        self.port_name.clone()
     }
 
     fn reopen(&mut self) -> Result<(), SerialLineError> {
-        self.wires = lock(&PORTS).get(Path::new(&self.place)).cloned();
-        self.wires().map(drop).map_err(|_| SerialLineError::Unopened {
-            place: self.place.clone(),
+        self.wires = lock(&PORTS).get(Path::new(&self.port_name)).cloned();
+        self.wires().map(drop).map_err(|_| SerialLineError::OpenFailed {
+            port_name: self.port_name.clone(),
             cause: serialport::Error::new(serialport::ErrorKind::NoDevice, "there is no such port"),
         })
     }
@@ -111,19 +111,19 @@ impl SerialLine for MemoryLine {
 
     fn read(&mut self, buffer: &mut [u8], wait: Duration) -> Result<usize, SerialLineError> {
         let wires = self.wires()?;
-        match time::look_for(wait, || read(wires, |wires| &mut wires.to_computer, buffer)) {
-            Some(0) => Err(SerialLineError::CutOff { place: self.place.clone(), cause: None }),
+        match time::poll_for(wait, || read(wires, |wires| &mut wires.to_computer, buffer)) {
+            Some(0) => Err(SerialLineError::Disconnected { port_name: self.port_name.clone(), cause: None }),
             n => Ok(n.unwrap_or(0)),
         }
     }
 
     fn writer(&self) -> Result<Box<dyn SerialWriter>, SerialLineError> {
-        Ok(Box::new(MemoryWriter { place: self.place.clone(), wires: Arc::clone(self.wires()?) }))
+        Ok(Box::new(MemoryWriter { port_name: self.port_name.clone(), wires: Arc::clone(self.wires()?) }))
     }
 }
 
 struct MemoryWriter {
-    place: String,
+    port_name: String,
     wires: Arc<Mutex<Wires>>,
 }
 
@@ -131,7 +131,7 @@ impl SerialWriter for MemoryWriter {
     fn write_now(&mut self, bytes: &[u8]) -> Result<(), SerialLineError> {
         let mut wires = lock(&self.wires);
         if wires.is_cut {
-            return Err(SerialLineError::CutOff { place: self.place.clone(), cause: None });
+            return Err(SerialLineError::Disconnected { port_name: self.port_name.clone(), cause: None });
         }
         write(&mut wires.to_controller, bytes);
         Ok(())

@@ -3,7 +3,7 @@
 //! A protocol is a [`Dialogue`]: a state without thread, line and clock. Callers write their lines themselves, under
 //! the lock of the dialogue, so that nothing queues; the thread reads, handles timers (queries, leases, silence) and
 //! opens the line. A stop's bytes bypass that lock, through a separate writer. When the thread ends, for whatever
-//! reason, it finally sends the dialogue's farewell bytes.
+//! reason, it finally sends the dialogue's shutdown bytes.
 
 use parking_lot::{Condvar, Mutex, MutexGuard};
 use std::sync::Arc;
@@ -17,13 +17,13 @@ use crate::time::{self, Thread};
 use crate::{StageError, StopHandle};
 
 /// Interval at which a thread without a line checks whether to open it.
-const DOWN_WAIT: Duration = Duration::from_millis(50);
+const CLOSED_LINE_WAIT: Duration = Duration::from_millis(50);
 
 /// Time that [`Controller::open`] waits beyond the opening's own limit.
 const OPEN_SLACK: Duration = Duration::from_secs(2);
 
 /// Polling interval under a simulated clock.
-const LOOK: Duration = Duration::from_millis(1);
+const POLL_INTERVAL: Duration = Duration::from_millis(1);
 
 /// Bytes per read; reports have a hundred.
 const READ_BYTES: usize = 512;
@@ -47,12 +47,12 @@ pub trait Dialogue: Send + 'static {
     /// Whether the line may be closed because nothing is expected of it.
     fn is_down(&self) -> bool;
     /// Whether the opening has ended, with or without a fault.
-    fn opened_or_failed(&self) -> bool;
+    fn has_opened_or_failed(&self) -> bool;
     /// Checks that the stage has no fault.
     ///
     /// # Errors
     /// Its fault.
-    fn sound(&self) -> Result<(), StageError>;
+    fn check_fault(&self) -> Result<(), StageError>;
     /// The line was opened.
     fn line_opened(&mut self, now: Instant);
     /// The line could not be opened.
@@ -77,32 +77,32 @@ pub trait Dialogue: Send + 'static {
         true
     }
     /// The last bytes of a line, after which nothing moves and the laser is off.
-    fn farewell(&self) -> Vec<u8>;
+    fn shutdown_bytes(&self) -> Vec<u8>;
     /// Waits for the answer to this line; a refusal goes to the waiting caller.
     fn wait_for(&mut self, ticket: u64);
     /// Whether the line was answered or discarded.
-    fn answered_or_gone(&self, ticket: u64) -> bool;
+    fn is_answered_or_discarded(&self, ticket: u64) -> bool;
     /// Ends the wait; returns the refusal, if there was one.
     fn end_wait(&mut self) -> Option<Self::Fault>;
 
-    /// How many of `bytes`, which is not empty, are written in one piece.
-    fn piece(bytes: &[u8]) -> usize {
+    /// How many of `bytes`, which is not empty, are written in one call.
+    fn chunk_len(bytes: &[u8]) -> usize {
         bytes.len()
     }
 }
 
-struct Desk<D> {
+struct Inner<D> {
     session: D,
     writer: Option<Box<dyn SerialWriter>>,
     ended: bool,
 }
 
 struct Shared<D> {
-    desk: Mutex<Desk<D>>,
+    inner: Mutex<Inner<D>>,
     changed: Condvar,
     urgent: Mutex<Option<Box<dyn SerialWriter>>>,
     stop: Mutex<StopBytes>,
-    farewell: Mutex<Vec<u8>>,
+    shutdown_bytes: Mutex<Vec<u8>>,
     /// A stop whose byte bypasses the session, until the session knows of it. It is set before the byte is written, so
     /// that the controller's answer never precedes it.
     announced: Mutex<Option<(u8, Instant)>>,
@@ -125,18 +125,18 @@ impl<D: Dialogue> Controller<D> {
         line: Box<dyn SerialLine>,
         open_limit: Duration,
     ) -> Result<Arc<Self>, StageError> {
-        let place = line.place();
+        let port_name = line.port_name();
         let shared = Arc::new(Shared {
             stop: Mutex::new(session.stop()),
-            farewell: Mutex::new(session.farewell()),
-            desk: Mutex::new(Desk { session, writer: None, ended: false }),
+            shutdown_bytes: Mutex::new(session.shutdown_bytes()),
+            inner: Mutex::new(Inner { session, writer: None, ended: false }),
             changed: Condvar::new(),
             urgent: Mutex::new(None),
             announced: Mutex::new(None),
         });
         let for_thread = Arc::clone(&shared);
         let thread = time::spawn(name, move || run(&for_thread, line))
-            .map_err(|cause| StageError::Gone { reason: format!("no thread for {place}: {cause}") })?;
+            .map_err(|cause| StageError::Gone { reason: format!("no thread for {port_name}: {cause}") })?;
         let controller = Self { shared, thread: Some(thread) };
         controller.wait_opened(open_limit + OPEN_SLACK)?;
         Ok(Arc::new(controller))
@@ -144,42 +144,42 @@ impl<D: Dialogue> Controller<D> {
 
     fn wait_opened(&self, limit: Duration) -> Result<(), StageError> {
         let deadline = time::now() + limit;
-        let mut desk = self.shared.lock();
-        while !desk.session.opened_or_failed() && time::now() < deadline {
-            desk = self.shared.wait(desk, deadline);
+        let mut inner = self.shared.lock();
+        while !inner.session.has_opened_or_failed() && time::now() < deadline {
+            inner = self.shared.wait(inner, deadline);
         }
-        desk.session.sound()
+        inner.session.check_fault()
     }
 
     /// Lets `act` change the session, and writes the resulting output.
     pub fn act<T>(&self, act: impl FnOnce(&mut D, Instant) -> T) -> T {
-        let mut desk = self.shared.lock();
-        let result = act(&mut desk.session, time::now());
-        self.shared.settle(&mut desk);
+        let mut inner = self.shared.lock();
+        let result = act(&mut inner.session, time::now());
+        self.shared.write_and_notify(&mut inner);
         result
     }
 
     /// As [`Controller::act`], then waits for the answer to the line sent, as long as a call may take; a later refusal
     /// becomes a fault.
-    pub fn ask<T, E>(
+    pub fn request<T, E>(
         &self,
         act: impl FnOnce(&mut D, Instant) -> Result<(T, Option<u64>), E>,
         refused: impl FnOnce(&D::Fault) -> E,
     ) -> Result<T, E> {
-        let mut desk = self.shared.lock();
+        let mut inner = self.shared.lock();
         let now = time::now();
-        let (result, ticket) = act(&mut desk.session, now)?;
+        let (result, ticket) = act(&mut inner.session, now)?;
         let Some(ticket) = ticket else {
-            self.shared.settle(&mut desk);
+            self.shared.write_and_notify(&mut inner);
             return Ok(result);
         };
-        desk.session.wait_for(ticket);
-        self.shared.settle(&mut desk);
+        inner.session.wait_for(ticket);
+        self.shared.write_and_notify(&mut inner);
         let deadline = now + ANSWER_WAIT;
-        while !desk.session.answered_or_gone(ticket) && time::now() < deadline {
-            desk = self.shared.wait(desk, deadline);
+        while !inner.session.is_answered_or_discarded(ticket) && time::now() < deadline {
+            inner = self.shared.wait(inner, deadline);
         }
-        match desk.session.end_wait() {
+        match inner.session.end_wait() {
             Some(fault) => Err(refused(&fault)),
             None => Ok(result),
         }
@@ -189,21 +189,21 @@ impl<D: Dialogue> Controller<D> {
     pub fn stop(&self) {
         let stop = self.shared.stop().clone();
         let written = self.shared.write_announced(&stop);
-        let mut desk = self.shared.lock();
+        let mut inner = self.shared.lock();
         match written {
             Ok(true) => {
-                let told_before = !self.shared.announce_stops(&mut desk);
-                if told_before && desk.session.announces_again(stop.code) {
+                let announced_before = !self.shared.announce_stops(&mut inner);
+                if announced_before && inner.session.announces_again(stop.code) {
                     // The reader announced it before the bytes were written, and may have seen the end of a stop since:
                     // the stop is verified again.
-                    desk.session.stop_sent(stop.code, time::now());
+                    inner.session.stop_sent(stop.code, time::now());
                 }
             }
-            // No line: nothing moves on our command, and the fault is reported already.
+            // No line: nothing moves on a command of this driver, and the fault is reported already.
             Ok(false) => {}
-            Err(reason) => desk.session.line_lost(reason),
+            Err(reason) => inner.session.line_lost(reason),
         }
-        self.shared.settle(&mut desk);
+        self.shared.write_and_notify(&mut inner);
     }
 }
 
@@ -225,34 +225,34 @@ impl<D: Dialogue> Drop for Controller<D> {
 
 impl<D: Dialogue> Shared<D> {
     /// A panic elsewhere does not poison this kind of lock, so that the laser can still be turned off.
-    fn lock(&self) -> MutexGuard<'_, Desk<D>> {
-        self.desk.lock()
+    fn lock(&self) -> MutexGuard<'_, Inner<D>> {
+        self.inner.lock()
     }
 
-    fn wait<'a>(&'a self, mut desk: MutexGuard<'a, Desk<D>>, deadline: Instant) -> MutexGuard<'a, Desk<D>> {
+    fn wait<'a>(&'a self, mut inner: MutexGuard<'a, Inner<D>>, deadline: Instant) -> MutexGuard<'a, Inner<D>> {
         let left = deadline.saturating_duration_since(time::now());
         if time::is_simulated() {
-            drop(desk);
-            time::sleep(left.min(LOOK));
+            drop(inner);
+            time::sleep(left.min(POLL_INTERVAL));
             return self.lock();
         }
-        self.changed.wait_for(&mut desk, left);
-        desk
+        self.changed.wait_for(&mut inner, left);
+        inner
     }
 
-    /// Writes the pending output, and wakes the waiters.
-    fn settle(&self, desk: &mut Desk<D>) {
-        let bytes = desk.session.take_outgoing();
-        if let (false, Some(writer)) = (bytes.is_empty(), &mut desk.writer)
-            && let Err(error) = write_apart::<D>(&mut **writer, &bytes)
+    /// Writes the pending output and notifies waiting threads.
+    fn write_and_notify(&self, inner: &mut Inner<D>) {
+        let bytes = inner.session.take_outgoing();
+        if let (false, Some(writer)) = (bytes.is_empty(), &mut inner.writer)
+            && let Err(error) = write_in_chunks::<D>(&mut **writer, &bytes)
         {
-            desk.writer = None;
-            if !desk.session.is_down() {
-                desk.session.line_lost(with_causes(&error));
+            inner.writer = None;
+            if !inner.session.is_down() {
+                inner.session.line_lost(with_causes(&error));
             }
         }
-        *self.stop() = desk.session.stop();
-        *self.farewell.lock() = desk.session.farewell();
+        *self.stop() = inner.session.stop();
+        *self.shutdown_bytes.lock() = inner.session.shutdown_bytes();
         self.changed.notify_all();
     }
 
@@ -278,10 +278,10 @@ impl<D: Dialogue> Shared<D> {
 
     /// Passes announced stops to the session; called by the sender and by the reader, whichever is first. Returns
     /// whether there was one.
-    fn announce_stops(&self, desk: &mut Desk<D>) -> bool {
+    fn announce_stops(&self, inner: &mut Inner<D>) -> bool {
         let announced = self.announced().take();
         if let Some((byte, sent_at)) = announced {
-            desk.session.stop_sent(byte, sent_at);
+            inner.session.stop_sent(byte, sent_at);
         }
         announced.is_some()
     }
@@ -292,11 +292,11 @@ impl<D: Dialogue> Shared<D> {
     }
 }
 
-/// Writes `bytes` in the protocol's pieces.
-fn write_apart<D: Dialogue>(writer: &mut dyn SerialWriter, bytes: &[u8]) -> Result<(), SerialLineError> {
+/// Writes `bytes` in the protocol's chunks.
+fn write_in_chunks<D: Dialogue>(writer: &mut dyn SerialWriter, bytes: &[u8]) -> Result<(), SerialLineError> {
     let mut rest = bytes;
     while !rest.is_empty() {
-        let n = D::piece(rest);
+        let n = D::chunk_len(rest);
         writer.write_now(&rest[..n])?;
         rest = &rest[n..];
     }
@@ -305,21 +305,21 @@ fn write_apart<D: Dialogue>(writer: &mut dyn SerialWriter, bytes: &[u8]) -> Resu
 
 /// The thread: opens, reads, handles timers.
 fn run<D: Dialogue>(shared: &Shared<D>, mut line: Box<dyn SerialLine>) {
-    let _farewell = Farewell(shared);
+    let _guard = ShutdownGuard(shared);
     let mut buffer = [0; READ_BYTES];
     while let Some(next) = due(shared) {
         match next {
             Next::Open => open(shared, &mut *line),
-            Next::Rest => rest(shared, &mut *line),
+            Next::Sleep => sleep_until_needed(shared, &mut *line),
             Next::Read(wait) => {
                 let read = line.read(&mut buffer, wait);
-                let mut desk = shared.lock();
-                shared.announce_stops(&mut desk);
+                let mut inner = shared.lock();
+                shared.announce_stops(&mut inner);
                 match read {
-                    Ok(n) => desk.session.received(&buffer[..n], time::now()),
-                    Err(error) => desk.session.line_lost(with_causes(&error)),
+                    Ok(n) => inner.session.received(&buffer[..n], time::now()),
+                    Err(error) => inner.session.line_lost(with_causes(&error)),
                 }
-                shared.settle(&mut desk);
+                shared.write_and_notify(&mut inner);
             }
         }
     }
@@ -327,24 +327,24 @@ fn run<D: Dialogue>(shared: &Shared<D>, mut line: Box<dyn SerialLine>) {
 
 enum Next {
     Open,
-    Rest,
+    Sleep,
     Read(Duration),
 }
 
 /// Processes timers; returns what to do next, or `None` to end.
 fn due<D: Dialogue>(shared: &Shared<D>) -> Option<Next> {
-    let mut desk = shared.lock();
-    if desk.ended {
+    let mut inner = shared.lock();
+    if inner.ended {
         return None;
     }
-    desk.session.tick(time::now());
-    shared.settle(&mut desk);
-    Some(if desk.session.should_be_open() {
+    inner.session.tick(time::now());
+    shared.write_and_notify(&mut inner);
+    Some(if inner.session.should_be_open() {
         Next::Open
-    } else if desk.session.is_down() {
-        Next::Rest
+    } else if inner.session.is_down() {
+        Next::Sleep
     } else {
-        Next::Read(desk.session.wait())
+        Next::Read(inner.session.wait())
     })
 }
 
@@ -358,25 +358,25 @@ fn open<D: Dialogue>(shared: &Shared<D>, line: &mut dyn SerialLine) {
         }
         Err(error) => shared.lock().session.line_unopened(with_causes(&error)),
     }
-    shared.settle(&mut shared.lock());
+    shared.write_and_notify(&mut shared.lock());
 }
 
 /// Closes the line and sleeps until there is something to do.
-fn rest<D: Dialogue>(shared: &Shared<D>, line: &mut dyn SerialLine) {
+fn sleep_until_needed<D: Dialogue>(shared: &Shared<D>, line: &mut dyn SerialLine) {
     shared.set_writers(None, None);
     line.close();
-    let desk = shared.lock();
-    if !desk.ended && !desk.session.should_be_open() {
-        drop(shared.wait(desk, time::now() + DOWN_WAIT));
+    let inner = shared.lock();
+    if !inner.ended && !inner.session.should_be_open() {
+        drop(shared.wait(inner, time::now() + CLOSED_LINE_WAIT));
     }
 }
 
 /// The thread's final action, also if it panics: everything stops and the laser goes off.
-struct Farewell<'a, D: Dialogue>(&'a Shared<D>);
+struct ShutdownGuard<'a, D: Dialogue>(&'a Shared<D>);
 
-impl<D: Dialogue> Drop for Farewell<'_, D> {
+impl<D: Dialogue> Drop for ShutdownGuard<'_, D> {
     fn drop(&mut self) {
-        let bytes = self.0.farewell.lock().clone();
+        let bytes = self.0.shutdown_bytes.lock().clone();
         self.0.write_announced(&StopBytes { code: 0, bytes }).ok();
         self.0.set_writers(None, None);
     }

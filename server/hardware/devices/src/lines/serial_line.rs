@@ -9,56 +9,56 @@ use serialport::TTYPort;
 #[derive(Debug, thiserror::Error)]
 pub enum SerialLineError {
     /// It cannot be opened.
-    #[error("{place} cannot be opened")]
-    Unopened {
-        /// Where it was expected.
-        place: String,
+    #[error("{port_name} cannot be opened")]
+    OpenFailed {
+        /// The port.
+        port_name: String,
         /// Why.
         #[source]
         cause: serialport::Error,
     },
     /// It cannot be connected to.
-    #[error("{place} cannot be connected to")]
-    Unconnected {
-        /// Where it was expected.
-        place: String,
+    #[error("cannot connect to {port_name}")]
+    ConnectFailed {
+        /// The port.
+        port_name: String,
         /// Why.
         #[source]
         cause: std::io::Error,
     },
-    /// The other end is gone: unplugged, or closed.
-    #[error("{place} was cut off")]
-    CutOff {
+    /// The other end is unplugged or closed.
+    #[error("{port_name} was disconnected")]
+    Disconnected {
         /// The line.
-        place: String,
+        port_name: String,
         /// The error; `None` if the line just ended.
         #[source]
         cause: Option<std::io::Error>,
     },
-    /// Bytes were not taken in time.
-    #[error("{place} takes no more bytes")]
+    /// Bytes were not accepted in time.
+    #[error("{port_name} accepts no more bytes")]
     Blocked {
         /// The line.
-        place: String,
+        port_name: String,
     },
     /// It was not opened, or it was closed.
-    #[error("{place} is closed")]
+    #[error("{port_name} is closed")]
     Closed {
         /// The line.
-        place: String,
+        port_name: String,
     },
 }
 
 /// A serial line: read by one thread, written by any thread with a writer.
 pub trait SerialLine: Send {
     /// Its path, or a name for a test.
-    fn place(&self) -> String;
+    fn port_name(&self) -> String;
 
     /// Opens it, or closes and reopens it. Existing writers become invalid and should be dropped first, because a line
     /// is opened by one owner only.
     ///
     /// # Errors
-    /// [`SerialLineError::Unopened`].
+    /// [`SerialLineError::OpenFailed`].
     fn reopen(&mut self) -> Result<(), SerialLineError>;
 
     /// Closes it; reading and writing fail until it is opened again.
@@ -67,7 +67,7 @@ pub trait SerialLine: Send {
     /// Reads received bytes, waiting at most `wait` for the first; 0 if there are none.
     ///
     /// # Errors
-    /// [`SerialLineError::CutOff`], [`SerialLineError::Closed`].
+    /// [`SerialLineError::Disconnected`], [`SerialLineError::Closed`].
     fn read(&mut self, buffer: &mut [u8], wait: Duration) -> Result<usize, SerialLineError>;
 
     /// A writer, usable also while another thread waits in [`SerialLine::read`].
@@ -82,7 +82,7 @@ pub trait SerialWriter: Send {
     /// Passes all of `bytes` to the operating system now.
     ///
     /// # Errors
-    /// [`SerialLineError::Blocked`] after [`WRITE_LIMIT`], [`SerialLineError::CutOff`].
+    /// [`SerialLineError::Blocked`] after [`WRITE_LIMIT`], [`SerialLineError::Disconnected`].
     fn write_now(&mut self, bytes: &[u8]) -> Result<(), SerialLineError>;
 }
 
@@ -103,13 +103,13 @@ impl PortLine {
         Self { path: path.to_owned(), baud_rate, port: None }
     }
 
-    fn cut_off(&self, cause: Option<std::io::Error>) -> SerialLineError {
-        SerialLineError::CutOff { place: self.path.clone(), cause }
+    fn disconnected(&self, cause: Option<std::io::Error>) -> SerialLineError {
+        SerialLineError::Disconnected { port_name: self.path.clone(), cause }
     }
 }
 
 impl SerialLine for PortLine {
-    fn place(&self) -> String {
+    fn port_name(&self) -> String {
         self.path.clone()
     }
 
@@ -117,8 +117,9 @@ impl SerialLine for PortLine {
         self.close();
         // `serialport` sets DTR only where the line has one; a pseudo-terminal answers ENOTTY, which it tolerates.
         let wanted = serialport::new(&self.path, self.baud_rate).timeout(WRITE_LIMIT);
-        let port =
-            wanted.open_native().map_err(|cause| SerialLineError::Unopened { place: self.path.clone(), cause })?;
+        let port = wanted
+            .open_native()
+            .map_err(|cause| SerialLineError::OpenFailed { port_name: self.path.clone(), cause })?;
         self.port = Some(port);
         Ok(())
     }
@@ -129,27 +130,27 @@ impl SerialLine for PortLine {
 
     fn read(&mut self, buffer: &mut [u8], wait: Duration) -> Result<usize, SerialLineError> {
         use serialport::SerialPort;
-        let place = || self.path.clone();
-        let Some(port) = &mut self.port else { return Err(SerialLineError::Closed { place: place() }) };
+        let port_name = || self.path.clone();
+        let Some(port) = &mut self.port else { return Err(SerialLineError::Closed { port_name: port_name() }) };
         if port.set_timeout(wait).is_err() {
-            return Err(self.cut_off(None));
+            return Err(self.disconnected(None));
         }
         match port.read(buffer) {
             // Readable without a byte: the other end is closed.
-            Ok(0) => Err(self.cut_off(None)),
+            Ok(0) => Err(self.disconnected(None)),
             Ok(n) => Ok(n),
             Err(error) if matches!(error.kind(), ErrorKind::TimedOut | ErrorKind::Interrupted) => Ok(0),
-            Err(error) => Err(self.cut_off(Some(error))),
+            Err(error) => Err(self.disconnected(Some(error))),
         }
     }
 
     fn writer(&self) -> Result<Box<dyn SerialWriter>, SerialLineError> {
-        let Some(port) = &self.port else { return Err(SerialLineError::Closed { place: self.path.clone() }) };
+        let Some(port) = &self.port else { return Err(SerialLineError::Closed { port_name: self.path.clone() }) };
         let mut port = port
             .try_clone_native()
-            .map_err(|cause| SerialLineError::Unopened { place: self.path.clone(), cause })?;
+            .map_err(|cause| SerialLineError::OpenFailed { port_name: self.path.clone(), cause })?;
         serialport::SerialPort::set_timeout(&mut port, WRITE_LIMIT)
-            .map_err(|cause| SerialLineError::Unopened { place: self.path.clone(), cause })?;
+            .map_err(|cause| SerialLineError::OpenFailed { port_name: self.path.clone(), cause })?;
         Ok(Box::new(PortWriter { path: self.path.clone(), port }))
     }
 }
@@ -164,9 +165,9 @@ impl SerialWriter for PortWriter {
         match self.port.write_all(bytes) {
             Ok(()) => Ok(()),
             Err(error) if error.kind() == ErrorKind::TimedOut => {
-                Err(SerialLineError::Blocked { place: self.path.clone() })
+                Err(SerialLineError::Blocked { port_name: self.path.clone() })
             }
-            Err(error) => Err(SerialLineError::CutOff { place: self.path.clone(), cause: Some(error) }),
+            Err(error) => Err(SerialLineError::Disconnected { port_name: self.path.clone(), cause: Some(error) }),
         }
     }
 }

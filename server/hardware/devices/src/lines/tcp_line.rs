@@ -53,14 +53,15 @@ impl TcpLine {
 }
 
 impl SerialLine for TcpLine {
-    fn place(&self) -> String {
+    fn port_name(&self) -> String {
         format!("{SCHEME}{}", self.address)
     }
 
     fn reopen(&mut self) -> Result<(), SerialLineError> {
         self.close();
-        let stream =
-            self.connected().map_err(|cause| SerialLineError::Unconnected { place: self.place(), cause })?;
+        let stream = self
+            .connected()
+            .map_err(|cause| SerialLineError::ConnectFailed { port_name: self.port_name(), cause })?;
         self.stream = Some(stream);
         Ok(())
     }
@@ -70,12 +71,14 @@ impl SerialLine for TcpLine {
     }
 
     fn read(&mut self, buffer: &mut [u8], wait: Duration) -> Result<usize, SerialLineError> {
-        let place = self.place();
-        let Some(stream) = &mut self.stream else { return Err(SerialLineError::Closed { place }) };
-        let cut_off = |cause| SerialLineError::CutOff { place: place.clone(), cause };
-        stream.set_read_timeout(Some(wait.max(Duration::from_millis(1)))).map_err(|error| cut_off(Some(error)))?;
+        let port_name = self.port_name();
+        let Some(stream) = &mut self.stream else { return Err(SerialLineError::Closed { port_name }) };
+        let disconnected = |cause| SerialLineError::Disconnected { port_name: port_name.clone(), cause };
+        stream
+            .set_read_timeout(Some(wait.max(Duration::from_millis(1))))
+            .map_err(|error| disconnected(Some(error)))?;
         match stream.read(buffer) {
-            Ok(0) => Err(cut_off(None)),
+            Ok(0) => Err(disconnected(None)),
             Ok(n) => Ok(self.telnet.strip(&mut buffer[..n])),
             Err(error)
                 if matches!(
@@ -85,29 +88,32 @@ impl SerialLine for TcpLine {
             {
                 Ok(0)
             }
-            Err(error) => Err(cut_off(Some(error))),
+            Err(error) => Err(disconnected(Some(error))),
         }
     }
 
     fn writer(&self) -> Result<Box<dyn SerialWriter>, SerialLineError> {
-        let place = self.place();
-        let Some(stream) = &self.stream else { return Err(SerialLineError::Closed { place }) };
-        let stream =
-            stream.try_clone().map_err(|cause| SerialLineError::Unconnected { place: place.clone(), cause })?;
-        Ok(Box::new(TcpWriter { place, stream }))
+        let port_name = self.port_name();
+        let Some(stream) = &self.stream else { return Err(SerialLineError::Closed { port_name }) };
+        let stream = stream
+            .try_clone()
+            .map_err(|cause| SerialLineError::ConnectFailed { port_name: port_name.clone(), cause })?;
+        Ok(Box::new(TcpWriter { port_name, stream }))
     }
 }
 
 struct TcpWriter {
-    place: String,
+    port_name: String,
     stream: TcpStream,
 }
 
 impl SerialWriter for TcpWriter {
     fn write_now(&mut self, bytes: &[u8]) -> Result<(), SerialLineError> {
         self.stream.write_all(bytes).map_err(|error| match error.kind() {
-            ErrorKind::TimedOut | ErrorKind::WouldBlock => SerialLineError::Blocked { place: self.place.clone() },
-            _ => SerialLineError::CutOff { place: self.place.clone(), cause: Some(error) },
+            ErrorKind::TimedOut | ErrorKind::WouldBlock => {
+                SerialLineError::Blocked { port_name: self.port_name.clone() }
+            }
+            _ => SerialLineError::Disconnected { port_name: self.port_name.clone(), cause: Some(error) },
         })
     }
 }

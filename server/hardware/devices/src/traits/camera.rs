@@ -85,7 +85,7 @@ impl CameraCapabilities {
     /// [`CameraError::Unsupported`] for a setting it does not have, or a value that is not a number.
     pub fn expected(&self, now: &CameraSettings, wanted: &CameraRequest) -> Result<CameraSettings, CameraError> {
         let refused = |setting, value: String| {
-            let expected = "what its capabilities name".to_owned();
+            let expected = "one of the values in its capabilities".to_owned();
             CameraError::Unsupported { setting, value, expected }
         };
         let number = |setting, wanted: Option<f64>, range: Option<ValueRange>, now| match (wanted, range) {
@@ -170,8 +170,8 @@ pub struct FrameInfo {
 /// Why a camera refused or failed.
 #[derive(Debug, thiserror::Error)]
 pub enum CameraError {
-    /// It does not answer; it must be reopened.
-    #[error("the camera is gone: {reason}")]
+    /// It does not respond; it must be reopened.
+    #[error("the camera is disconnected: {reason}")]
     Gone {
         /// What was detected.
         reason: String,
@@ -207,7 +207,7 @@ pub enum CameraError {
     /// The recording ended.
     #[error("the recording has no more frames")]
     EndOfRecording,
-    /// A picture of a recording cannot be read.
+    /// An image of a recording cannot be read.
     #[error("frame {frame_id} of the recording cannot be read")]
     Unreadable {
         /// The frame.
@@ -223,7 +223,7 @@ impl Remedy for CameraError {
         Some(Cow::Borrowed(match self {
             Self::Gone { .. } => "check cable and power, then reconnect",
             Self::WrongFrame { .. } => "set the region of interest again",
-            Self::EndOfRecording => "start it again",
+            Self::EndOfRecording => "start the replay again",
             Self::Unsupported { .. } | Self::NotTriggerable { .. } | Self::Unreadable { .. } => return None,
         }))
     }
@@ -259,7 +259,8 @@ pub trait Camera: Send {
     /// exposure, each once.
     ///
     /// # Errors
-    /// [`CameraError::Gone`] if the camera is gone: detected within two seconds, and returned by every later call.
+    /// [`CameraError::Gone`] if the camera does not respond: detected within two seconds, and returned by every later
+    /// call.
     fn next_frame(&mut self, image: &mut GreyImage, timeout: Duration) -> Result<Option<FrameInfo>, CameraError>;
 
     /// Its own features and the state of its link, for engineers; `None` if it has only the settings. The owner of the
@@ -278,6 +279,6 @@ pub trait Camera: Send {
     fn stop(&mut self) -> Result<(), CameraError>;
 
     /// Starts to reconnect the camera after [`CameraError::Gone`] and returns at once; other calls return `Gone` until
-    /// it is connected. It comes back stopped, with its settings.
+    /// it is connected. It is stopped afterwards, with its settings.
     fn reconnect(&mut self) -> Result<(), CameraError>;
 }

@@ -156,7 +156,7 @@ pub trait Driver: Debug + Send + Sync {
         true
     }
 
-    /// Whether its camera and its stage must be used together: pictures of a recording were taken at the positions of
+    /// Whether its camera and its stage must be used together: images of a recording were taken at the positions of
     /// its stage.
     fn binds_camera_to_stage(&self) -> bool {
         false

@@ -71,8 +71,8 @@ pub enum FeatureError {
         /// Message of the camera or its driver.
         reason: String,
     },
-    /// It does not answer.
-    #[error("the camera is gone: {reason}")]
+    /// It does not respond.
+    #[error("the camera is disconnected: {reason}")]
     Gone {
         /// What was detected.
         reason: String,

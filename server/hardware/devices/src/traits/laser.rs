@@ -68,7 +68,7 @@ pub enum LaserError {
         /// The requested value.
         value: f64,
     },
-    /// The controller refused or does not answer; whether the laser is on is unknown until it is connected again.
+    /// The controller refused or does not respond; whether the laser is on is unknown until it is connected again.
     #[error("the laser cannot be reached: {reason}")]
     Gone {
         /// What was detected.
@@ -79,9 +79,9 @@ pub enum LaserError {
 impl Remedy for LaserError {
     fn remedy(&self) -> Option<Cow<'_, str>> {
         Some(Cow::Borrowed(match self {
-            Self::InterlockOpen => "close doors and covers",
+            Self::InterlockOpen => "close all doors and covers",
             Self::NotYet { .. } => "try again in a moment",
-            Self::BadPower { .. } => "give a number above 0 and at most 1",
+            Self::BadPower { .. } => "give a power above 0 and at most 1",
             Self::Gone { .. } => "check cable and power, then reconnect",
             Self::Controller(error) => return error.remedy(),
             Self::Fault { remedy, .. } => remedy,
@@ -122,6 +122,6 @@ pub trait Laser: Send {
     fn poll(&mut self) -> Result<LaserState, LaserError>;
 
     /// Starts to reconnect the laser and returns at once; [`Laser::poll`] returns [`LaserError::Gone`] until it is
-    /// connected. It comes back off.
+    /// connected. It is off afterwards.
     fn reconnect(&mut self) -> Result<(), LaserError>;
 }

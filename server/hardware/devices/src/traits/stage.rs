@@ -55,8 +55,8 @@ pub struct StageCapabilities {
     /// Whether it is not commanded, and its position is that of the last delivered frame: the stage of a recording, or
     /// a conveyor whose encoder triggers the camera. A sweep needs no run-up, and its frames are those that arrive.
     pub follows_frames: bool,
-    /// Travel from one exposure to the next of a belt whose encoder triggers the camera; it accepts no motion command, and
-    /// its position is counted by [`Stage::count_exposures`].
+    /// Travel from one exposure to the next of a belt whose encoder triggers the camera; it accepts no motion command,
+    /// and its position is counted by [`Stage::count_exposures`].
     pub frame_pitch_mm: Option<f64>,
 }
 
@@ -109,7 +109,7 @@ pub enum StageError {
         value: f64,
     },
     /// It is a belt that belongs to the plant.
-    #[error("the belt is not controlled here: it cannot be {command} from here")]
+    #[error("the belt is not controlled by this station: it cannot be {command} from here")]
     NotCommanded {
         /// The refused command, as a participle.
         command: &'static str,
@@ -164,7 +164,7 @@ pub enum StageError {
     /// The controller restarted spontaneously; the position is unknown.
     #[error("the stage's controller restarted and has lost its position")]
     Restarted,
-    /// The controller does not answer.
+    /// The controller does not respond.
     #[error("the stage did not answer within {waited_ms} ms to `{command}`")]
     NoReply {
         /// The line sent.
@@ -173,22 +173,22 @@ pub enum StageError {
         waited_ms: u64,
     },
     /// Received data is not part of the protocol.
-    #[error("the stage's controller sent `{received}`, which is not its protocol")]
+    #[error("the stage's controller sent `{received}`, which is not part of its protocol")]
     Garbage {
         /// The line, shortened.
         received: String,
     },
-    /// It does not answer; it must be reopened.
-    #[error("the stage is gone: {reason}")]
+    /// It does not respond; it must be reopened.
+    #[error("the stage is disconnected: {reason}")]
     Gone {
         /// What was detected.
         reason: String,
     },
     /// A device other than the configured one.
-    #[error("expected {expected} at {place}, found {found}")]
+    #[error("expected {expected} at {port_name}, found {found}")]
     WrongDevice {
-        /// Where it was expected.
-        place: String,
+        /// Its port.
+        port_name: String,
         /// The configured device.
         expected: String,
         /// The device found.
@@ -199,15 +199,15 @@ pub enum StageError {
 impl Remedy for StageError {
     fn remedy(&self) -> Option<Cow<'_, str>> {
         Some(Cow::Borrowed(match self {
-            Self::NotHomed => "home it first",
+            Self::NotHomed => "home the stage first",
             Self::BadNumber { name: "speed_mm_s", .. } => "give a finite number above 0",
             Self::BadNumber { .. } => "give a finite number",
-            Self::NotCommanded { .. } => "start the belt at its own controls, and scan in the mode continuous",
-            Self::Moving => "wait for its end or stop it first",
-            Self::Stalled { .. } => "check for an obstacle, then home it",
-            Self::Alarm { .. } => "remove the cause, clear the alarm and home",
-            Self::Warned { .. } => "remove the cause, clear the fault and home",
-            Self::Restarted => "home it",
+            Self::NotCommanded { .. } => "start the belt at its own controls, and scan in continuous mode",
+            Self::Moving => "wait until it has stopped, or stop it first",
+            Self::Stalled { .. } => "check for an obstacle, then home the stage",
+            Self::Alarm { .. } => "remove the cause, clear the alarm and home the stage",
+            Self::Warned { .. } => "remove the cause, clear the fault and home the stage",
+            Self::Restarted => "home the stage",
             Self::NoReply { .. } | Self::Gone { .. } => "check cable and power, then reconnect",
             Self::Garbage { .. } => "check device and baud rate",
             Self::WrongDevice { .. } => "connect the right device or change the configuration",
@@ -246,8 +246,8 @@ pub trait Stage: Send {
     /// [`Stage::reconnect`].
     fn poll(&mut self) -> Result<StageState, StageError>;
 
-    /// For a stage with a [`StageCapabilities::frame_pitch_mm`]: so many further exposures were triggered, lost ones included.
-    /// Returns the position at the last one.
+    /// For a stage with a [`StageCapabilities::frame_pitch_mm`]: so many further exposures were triggered, lost ones
+    /// included. Returns the position at the last one.
     fn count_exposures(&mut self, _n_exposures: u64) -> Option<f64> {
         None
     }
@@ -267,14 +267,15 @@ pub trait Stage: Send {
     /// Stops it from another thread while a call is blocked.
     fn stop_handle(&self) -> Arc<dyn StopHandle>;
 
-    /// Acknowledges a fault whose cause is removed; has no effect without one. If the fault cost the position, it is
-    /// unknown afterwards. A device that takes time is polled: [`Stage::poll`] returns the fault until it is cleared.
+    /// Acknowledges a fault whose cause is removed; has no effect without one. If the position was lost by the fault,
+    /// it is unknown afterwards. A device that takes time is polled: [`Stage::poll`] returns the fault until it is
+    /// cleared.
     ///
     /// # Errors
     /// The fault itself, if only [`Stage::reconnect`] helps.
     fn clear_fault(&mut self) -> Result<(), StageError>;
 
     /// Starts to reconnect the stage after [`StageError::Gone`] or [`StageError::NoReply`] and returns at once;
-    /// [`Stage::poll`] returns the fault until it is connected. It comes back at rest and must then be homed.
+    /// [`Stage::poll`] returns the fault until it is connected. It is at rest afterwards and must be homed.
     fn reconnect(&mut self) -> Result<(), StageError>;
 }

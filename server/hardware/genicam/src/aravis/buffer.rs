@@ -17,11 +17,11 @@ pub enum BufferStatus {
     WrongSize,
     /// The acquisition ended while it was being filled.
     Ended,
-    /// Not a picture, or not supported by the library.
-    NotUnderstood,
+    /// Not an image, or not supported by the library.
+    NotSupported,
 }
 
-/// A received picture.
+/// A received image.
 #[derive(Debug, Clone, Copy)]
 pub struct Image<'b> {
     /// Its bytes as sent by the camera.
@@ -58,7 +58,7 @@ impl Buffer {
     }
 
     /// Releases ownership of the reference.
-    pub(super) fn give(self) -> *mut arv::ArvBuffer {
+    pub(super) fn into_raw(self) -> *mut arv::ArvBuffer {
         let pointer = self.0.as_ptr();
         std::mem::forget(self);
         pointer
@@ -75,7 +75,7 @@ impl Buffer {
             | arv::ARV_BUFFER_STATUS_FILLING => BufferStatus::MissingPackets,
             arv::ARV_BUFFER_STATUS_SIZE_MISMATCH => BufferStatus::WrongSize,
             arv::ARV_BUFFER_STATUS_CLEARED | arv::ARV_BUFFER_STATUS_ABORTED => BufferStatus::Ended,
-            _ => BufferStatus::NotUnderstood,
+            _ => BufferStatus::NotSupported,
         }
     }
 
@@ -97,16 +97,16 @@ impl Buffer {
         unsafe { arv::arv_buffer_get_system_timestamp(self.0.as_ptr()) }
     }
 
-    /// The picture of a complete frame; `None` otherwise.
+    /// The image of a complete frame; `None` otherwise.
     pub fn image(&self) -> Option<Image<'_>> {
         if self.status() != BufferStatus::Complete {
             return None;
         }
         let (mut x, mut y, mut width, mut height) = (0, 0, 0, 0);
         let (mut x_padding, mut y_padding, mut size) = (0, 0, 0_usize);
-        // SAFETY: the buffer is complete and has at least one part, as these functions ask of image payloads (others are
-        // refused first); all out-pointers are to initialised integers of the right size. The bytes live as long as the
-        // buffer, which `self` owns and nobody fills before it is pushed again, for which `self` is consumed.
+        // SAFETY: the buffer is complete and has at least one part, as these functions ask of image payloads (others
+        // are refused first); all out-pointers are to initialised integers of the right size. The bytes live as long as
+        // the buffer, which `self` owns and nobody fills before it is pushed again, for which `self` is consumed.
         unsafe {
             let buffer = self.0.as_ptr();
             let payload = arv::arv_buffer_get_payload_type(buffer);

@@ -34,11 +34,11 @@ unsafe impl Send for Device {}
 impl Device {
     /// Opens a camera by its id in the library's list, or by its address.
     pub fn open(id: &str) -> Result<Self, AravisError> {
-        let _list_stays = system::lock();
+        let _list_lock = system::lock();
         let name = terminated(id);
         // SAFETY: the name is terminated; the reference returned is the caller's.
         let camera = checked(|error| unsafe { arv::arv_camera_new(name.as_ptr(), error) })?;
-        let camera = NonNull::new(camera).ok_or_else(|| AravisError(format!("`{id}` does not answer")))?;
+        let camera = NonNull::new(camera).ok_or_else(|| AravisError(format!("`{id}` does not respond")))?;
         // SAFETY: the camera is valid; its device belongs to it and lives as long.
         let device = unsafe { arv::arv_camera_get_device(camera.as_ptr()) };
         let Some(device) = NonNull::new(device) else {
@@ -70,7 +70,7 @@ impl Device {
         !self.is_gige() || unsafe { arv::arv_gv_device_is_controller(self.device().cast()) != 0 }
     }
 
-    /// Whether it answers a memory read.
+    /// Whether it responds to a memory read.
     pub fn answers(&self) -> bool {
         let mut word = [0_u8; 4];
         // SAFETY: the device is valid and the memory as long as is said.
@@ -111,12 +111,12 @@ impl Device {
         })
     }
 
-    /// The value of a number alone: one round trip to the camera.
+    /// The value of a number without its range: one round trip to the camera.
     pub fn value(&self, feature: &str) -> Result<f64, AravisError> {
         let name = terminated(feature);
         // SAFETY: the device is valid, the name terminated.
         unsafe {
-            if self.is_whole(feature) {
+            if self.is_integer(feature) {
                 let get = arv::arv_device_get_integer_feature_value;
                 return checked(|error| get(self.device(), name.as_ptr(), error)).map(|value| value as f64);
             }
@@ -126,7 +126,7 @@ impl Device {
 
     /// An integer or floating-point feature.
     pub fn number(&self, feature: &str) -> Result<Number, AravisError> {
-        if self.is_whole(feature) { self.whole_number(feature) } else { self.broken_number(feature) }
+        if self.is_integer(feature) { self.integer_number(feature) } else { self.float_number(feature) }
     }
 
     /// Sets a number, clamped to its range and rounded to its increment.
@@ -134,7 +134,7 @@ impl Device {
         let now = self.number(feature)?;
         let within = if now.min <= now.max { value.clamp(now.min, now.max) } else { value };
         let name = terminated(feature);
-        if self.is_whole(feature) {
+        if self.is_integer(feature) {
             let step = now.increment.max(1.0);
             let wanted = now.min + ((within - now.min) / step).floor() * step;
             // SAFETY: the device is valid, the name terminated.
@@ -169,8 +169,8 @@ impl Device {
     /// The currently available entries of an enumeration.
     pub fn entries(&self, feature: &str) -> Vec<String> {
         let (name, mut n_entries) = (terminated(feature), 0);
-        // SAFETY: the device is valid, the name terminated; the array returned holds that many texts of the library, and
-        // it alone is the caller's to free.
+        // SAFETY: the device is valid, the name terminated; the array returned holds that many texts of the library,
+        // and it alone is the caller's to free.
         unsafe {
             let Ok(entries) = checked(|error| {
                 arv::arv_device_dup_available_enumeration_feature_values_as_strings(
@@ -223,7 +223,11 @@ impl Device {
 
     /// Negotiates the packet size with a GigE Vision camera: the largest that arrives, or the requested one. Also sets
     /// whether a stream reads packets bypassing the system's network stack.
-    pub fn agree_on_packets(&self, wanted_bytes: Option<u32>, packet_socket: bool) -> Result<u32, AravisError> {
+    pub fn negotiate_packet_size(
+        &self,
+        wanted_bytes: Option<u32>,
+        packet_socket: bool,
+    ) -> Result<u32, AravisError> {
         if !self.is_gige() {
             return Ok(0);
         }
@@ -268,7 +272,7 @@ impl Device {
         }
     }
 
-    fn is_whole(&self, feature: &str) -> bool {
+    fn is_integer(&self, feature: &str) -> bool {
         let name = terminated(feature);
         // SAFETY: the device is valid, the name terminated; a node that is returned is a valid object of the device's.
         unsafe {
@@ -277,7 +281,7 @@ impl Device {
         }
     }
 
-    fn whole_number(&self, feature: &str) -> Result<Number, AravisError> {
+    fn integer_number(&self, feature: &str) -> Result<Number, AravisError> {
         let name = terminated(feature);
         let name: *const c_char = name.as_ptr();
         let (mut min, mut max) = (0_i64, 0_i64);
@@ -294,7 +298,7 @@ impl Device {
         Ok(Number { value: value as f64, min: min as f64, max: max as f64, increment: increment as f64 })
     }
 
-    fn broken_number(&self, feature: &str) -> Result<Number, AravisError> {
+    fn float_number(&self, feature: &str) -> Result<Number, AravisError> {
         let name = terminated(feature);
         let name: *const c_char = name.as_ptr();
         let (mut min, mut max) = (0.0, 0.0);

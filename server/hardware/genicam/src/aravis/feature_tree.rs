@@ -11,13 +11,13 @@ use super::device::Device;
 use super::error::{AravisError, checked, terminated, text};
 
 /// Deepest nesting of categories that is followed; descriptions have two or three levels.
-const DEEPEST: usize = 16;
+const MAX_DEPTH: usize = 16;
 
 impl Device {
     /// Every feature below the description's root, in its order.
     pub fn feature_names(&self) -> Vec<String> {
         let mut names = Vec::new();
-        self.collect("Root", DEEPEST, &mut names);
+        self.collect("Root", MAX_DEPTH, &mut names);
         names
     }
 
@@ -86,7 +86,7 @@ impl Device {
         (!node.is_null()).then_some(node)
     }
 
-    fn collect(&self, category: &str, deeper: usize, names: &mut Vec<String>) {
+    fn collect(&self, category: &str, depth_left: usize, names: &mut Vec<String>) {
         let Some(node) = self.node(category) else { return };
         // SAFETY: the type is checked first; the list of names is the category's and is not changed while it is read.
         let children = unsafe {
@@ -105,8 +105,8 @@ impl Device {
             let Some(node) = self.node(&child) else { continue };
             // SAFETY: asks for a registered type.
             if is_a(node, unsafe { arv::arv_gc_category_get_type() }) {
-                if deeper > 0 {
-                    self.collect(&child, deeper - 1, names);
+                if depth_left > 0 {
+                    self.collect(&child, depth_left - 1, names);
                 }
             } else if !names.contains(&child) {
                 names.push(child);

@@ -23,21 +23,21 @@ pub struct StreamOptions {
 /// A stream.
 pub struct Stream(NonNull<arv::ArvStream>);
 
-// SAFETY: the library ties a stream to no thread, and `&mut self` or the one owner uses it; pushing and popping while its
-// own thread fills buffers is documented as safe.
+// SAFETY: the library ties a stream to no thread, and `&mut self` or the one owner uses it; pushing and popping while
+// its own thread fills buffers is documented as safe.
 unsafe impl Send for Stream {}
 
 impl Stream {
     /// A stream of a device, with its thread, without buffers.
     pub fn new(device: &Device, options: StreamOptions) -> Result<Self, AravisError> {
-        // SAFETY: the camera is valid as long as `device`; no callback and so no user data; the reference returned is the
-        // caller's.
+        // SAFETY: the camera is valid as long as `device`; no callback and so no user data; the reference returned is
+        // the caller's.
         let made = checked(|error| unsafe {
             arv::arv_camera_create_stream(device.camera(), None, ptr::null_mut(), error)
         })?;
-        let stream = NonNull::new(made).ok_or_else(|| AravisError("no stream could be made".to_owned()))?;
-        // SAFETY: the stream is a valid object; what is set are properties of a GigE Vision stream with their documented
-        // types (enumerations and `int` passed as `int`, the list ended by null), and only on one.
+        let stream = NonNull::new(made).ok_or_else(|| AravisError("no stream could be created".to_owned()))?;
+        // SAFETY: the stream is a valid object; what is set are properties of a GigE Vision stream with their
+        // documented types (enumerations and `int` passed as `int`, the list ended by null), and only on one.
         unsafe {
             if g_type_check_instance_is_a(stream.as_ptr().cast(), arv::arv_gv_stream_get_type()) != 0 {
                 let resend = match options.resend {
@@ -63,7 +63,7 @@ impl Stream {
     /// Pushes a buffer to be filled.
     pub fn push(&self, buffer: Buffer) {
         // SAFETY: both are valid; the buffer's reference goes to the stream.
-        unsafe { arv::arv_stream_push_buffer(self.0.as_ptr(), buffer.give()) };
+        unsafe { arv::arv_stream_push_buffer(self.0.as_ptr(), buffer.into_raw()) };
     }
 
     /// The next finished buffer, complete or not; waits at most `timeout`.
@@ -81,7 +81,7 @@ impl Stream {
 
     /// A counter of the library by name; 0 if this kind of stream does not have it.
     pub fn count(&self, name: &CStr) -> u64 {
-        // SAFETY: the stream is valid; names are compared with those that exist, and all counts asked for are `uint64`.
+        // SAFETY: the stream is valid; names are compared with those that exist, and all counts requested are `uint64`.
         unsafe {
             let known = |id: c_uint| CStr::from_ptr(arv::arv_stream_get_info_name(self.0.as_ptr(), id)) == name;
             match (0..arv::arv_stream_get_n_infos(self.0.as_ptr())).any(known) {

@@ -28,7 +28,7 @@ pub struct Listed {
 
 /// Searches all networks and the USB for cameras; takes about a second.
 pub fn list() -> Vec<Listed> {
-    let _one_at_a_time = lock();
+    let _list_lock = lock();
     // SAFETY: no contract but initialised memory; the lock keeps the list unchanged while its texts are copied, and
     // `index` is below the number of devices.
     unsafe {
@@ -47,7 +47,7 @@ pub fn list() -> Vec<Listed> {
 
 /// Adds the library's simulated camera to the list, `Fake_1`; for tests.
 pub fn enable_fake() {
-    let _one_at_a_time = lock();
+    let _list_lock = lock();
     // SAFETY: takes a terminated text and keeps nothing of it.
     unsafe { arv::arv_enable_interface(c"Fake".as_ptr()) };
 }

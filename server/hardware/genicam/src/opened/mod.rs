@@ -17,10 +17,10 @@ use crate::pixels::SourceFormat;
 use crate::settings::GenicamSettings;
 
 /// Time after which a camera releases a silent program: the default heartbeat of the standard, plus a margin.
-const LOST_AFTER: Duration = Duration::from_millis(3200);
+const HEARTBEAT_TIMEOUT: Duration = Duration::from_millis(3200);
 
-/// Interval of queries who controls it.
-const HOLDER_PERIOD: Duration = Duration::from_millis(200);
+/// Interval of queries for the controlling program.
+const CONTROL_POLL_PERIOD: Duration = Duration::from_millis(200);
 
 /// A camera controlled by this program.
 pub struct OpenedCamera {
@@ -35,7 +35,7 @@ impl OpenedCamera {
     /// Opens the camera with the configured serial number and brings it to a known state: stopped, without triggers or
     /// automatic functions.
     ///
-    /// `known`: where it was before, which avoids the search.
+    /// `known`: where it was last found, which avoids the search.
     ///
     /// # Errors
     /// [`OpenError::Absent`] if it is absent or used by another program, [`OpenError::Settings`] if it cannot be
@@ -51,13 +51,13 @@ impl OpenedCamera {
             _ => {
                 let found = list();
                 let Some(listed) = found.iter().find(|camera| camera.serial == *serial) else {
-                    return Err(absent(not_among(&found)));
+                    return Err(absent(not_found(&found)));
                 };
-                if let Some(Control::Held(holder)) = held_for_long(listed) {
-                    return Err(absent(in_use(holder.map(|holder| holder.to_string()))));
+                if let Some(Control::Held(controller)) = control_after_timeout(listed) {
+                    return Err(absent(in_use(controller.map(|controller| controller.to_string()))));
                 }
                 let opened = Device::open(&listed.id).map_err(|error| {
-                    let remedy = "check its address and that no other program has it";
+                    let remedy = "check its address and that no other program uses it";
                     absent((format!("cannot be opened: {error}"), remedy))
                 })?;
                 (listed.clone(), opened)
@@ -106,7 +106,7 @@ impl OpenedCamera {
             triggers.push(Trigger::Hardware);
         }
         let offered = device.entries("PixelFormat");
-        let format = |deep, format| SourceFormat::choose(&offered, deep, "").map(|_| format);
+        let format = |is_deep, format| SourceFormat::choose(&offered, is_deep, "").map(|_| format);
         CameraCapabilities {
             sensor_px: (side(&names::SENSOR_WIDTH, "Width"), side(&names::SENSOR_HEIGHT, "Height")),
             exposure_us: range(&names::EXPOSURE),
@@ -151,38 +151,38 @@ impl OpenedCamera {
     /// Its current pixel format.
     pub fn source_format(&self) -> Result<SourceFormat, AravisError> {
         let code = self.device.pixel_format()?;
-        SourceFormat::of_code(code).ok_or_else(|| {
+        SourceFormat::from_code(code).ok_or_else(|| {
             let name = self.device.text("PixelFormat").unwrap_or_else(|_| format!("{code:#010x}"));
-            AravisError(format!("its pixel format {name} is not understood"))
+            AravisError(format!("its pixel format {name} is not supported"))
         })
     }
 
     /// Applies settings in the order that cameras need: region, format, exposure, gain, rate, trigger last.
     pub fn set(
         &self,
-        wanted: &CameraRequest,
+        request: &CameraRequest,
         sensor_px: (usize, usize),
         settings: &GenicamSettings,
     ) -> Result<(), AravisError> {
         let device = &self.device;
-        if let Some(roi) = wanted.roi {
+        if let Some(roi) = request.roi {
             self.set_region(&within(roi, sensor_px))?;
         }
-        if let Some(format) = wanted.pixel_format {
+        if let Some(format) = request.pixel_format {
             choose_format(device, format == PixelFormat::Mono16, settings)?;
         }
         let set = |feature: &[&'static str], value: Option<f64>| match (device.first(feature), value) {
             (Some(name), Some(value)) => device.set_number(name, value),
             _ => Ok(()),
         };
-        set(&names::EXPOSURE, wanted.exposure_us)?;
-        set(&names::GAIN, wanted.gain_db)?;
-        if let Some(trigger) = wanted.trigger {
+        set(&names::EXPOSURE, request.exposure_us)?;
+        set(&names::GAIN, request.gain_db)?;
+        if let Some(trigger) = request.trigger {
             // The frame rate must not limit triggers; it is enabled again for free-running.
             self.limit_rate(trigger == Trigger::Free)?;
         }
-        set(&names::FRAME_RATE, wanted.frame_rate_hz)?;
-        wanted.trigger.map_or(Ok(()), |trigger| self.set_trigger(trigger, settings))
+        set(&names::FRAME_RATE, request.frame_rate_hz)?;
+        request.trigger.map_or(Ok(()), |trigger| self.set_trigger(trigger, settings))
     }
 
     fn set_region(&self, roi: &Roi) -> Result<(), AravisError> {
@@ -243,15 +243,15 @@ impl OpenedCamera {
     }
 }
 
-/// Who controls a camera after the time in which a dead program would have lost control.
-fn held_for_long(listed: &Listed) -> Option<Control> {
-    let until = Instant::now() + LOST_AFTER;
+/// Who controls a camera once the heartbeat of a terminated program would have timed out.
+fn control_after_timeout(listed: &Listed) -> Option<Control> {
+    let until = Instant::now() + HEARTBEAT_TIMEOUT;
     loop {
         let control = (listed.protocol == gvcp::PROTOCOL).then(|| gvcp::control(&listed.address)).flatten();
         if !matches!(control, Some(Control::Held(_))) || Instant::now() > until {
             return control;
         }
-        thread::sleep(HOLDER_PERIOD);
+        thread::sleep(CONTROL_POLL_PERIOD);
     }
 }
 
@@ -271,7 +271,7 @@ fn prepare(device: &Device, settings: &GenicamSettings, loopback: bool) -> Resul
     if device.has("AcquisitionMode") {
         device.set_text("AcquisitionMode", "Continuous")?;
     }
-    for automatic in names::AUTOMATICS.into_iter().filter(|name| device.has(name)) {
+    for automatic in names::AUTOMATIC_FUNCTIONS.into_iter().filter(|name| device.has(name)) {
         device.set_text(automatic, "Off")?;
     }
     for binning in ["BinningHorizontal", "BinningVertical"] {
@@ -283,21 +283,21 @@ fn prepare(device: &Device, settings: &GenicamSettings, loopback: bool) -> Resul
     }
     if !settings.laser_line.is_empty() {
         // A previous program may have left it on.
-        laser_line::show(device, settings, false)?;
+        laser_line::set_line(device, settings, false)?;
     }
     let offered = device.entries("PixelFormat");
-    let deep = SourceFormat::choose(&offered, false, "").is_none();
-    choose_format(device, deep, settings)?;
+    let is_deep = SourceFormat::choose(&offered, false, "").is_none();
+    choose_format(device, is_deep, settings)?;
     // A socket that bypasses the network stack does not receive packets of this computer itself.
-    device.agree_on_packets(Some(settings.packet_size_bytes).filter(|&bytes| bytes > 0), !loopback)
+    device.negotiate_packet_size(Some(settings.packet_size_bytes).filter(|&bytes| bytes > 0), !loopback)
 }
 
-fn choose_format(device: &Device, deep: bool, settings: &GenicamSettings) -> Result<(), AravisError> {
+fn choose_format(device: &Device, is_deep: bool, settings: &GenicamSettings) -> Result<(), AravisError> {
     let offered = device.entries("PixelFormat");
-    let preferred = if deep { &settings.format_16 } else { &settings.format_8 };
-    match SourceFormat::choose(&offered, deep, preferred) {
+    let preferred = if is_deep { &settings.format_16 } else { &settings.format_8 };
+    match SourceFormat::choose(&offered, is_deep, preferred) {
         Some((_, name)) => device.set_text("PixelFormat", name),
-        None => Err(AravisError(format!("none of its pixel formats is understood: {}", offered.join(", ")))),
+        None => Err(AravisError(format!("none of its pixel formats is supported: {}", offered.join(", ")))),
     }
 }
 
@@ -316,16 +316,16 @@ fn is_loopback(address: &str) -> bool {
     address.parse().is_ok_and(|address: std::net::IpAddr| address.is_loopback())
 }
 
-fn in_use(holder: Option<String>) -> (String, &'static str) {
-    let holder = holder.map_or_else(String::new, |holder| format!(" at {holder}"));
-    (format!("is in use by another program{holder}"), "close that program, or reset the camera")
+fn in_use(controller: Option<String>) -> (String, &'static str) {
+    let controller = controller.map_or_else(String::new, |controller| format!(" at {controller}"));
+    (format!("is in use by another program{controller}"), "close that program, or reset the camera")
 }
 
-fn not_among(found: &[Listed]) -> (String, &'static str) {
+fn not_found(found: &[Listed]) -> (String, &'static str) {
     let found: Vec<&str> = found.iter().map(|camera| camera.serial.as_str()).collect();
     let others = if found.is_empty() { "none".to_owned() } else { found.join(", ") };
     let remedy = "check its cable, power and network address, then reset";
-    (format!("does not answer (those that do: {others})"), remedy)
+    (format!("does not respond (cameras that do: {others})"), remedy)
 }
 
 #[cfg(test)]
@@ -333,8 +333,8 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_region_lies_on_the_sensor_whatever_is_wanted() {
-        let wanted = Roi { left_px: 90, top_px: 500, width_px: 50, height_px: 0 };
-        assert_eq!(within(wanted, (100, 80)), Roi { left_px: 90, top_px: 79, width_px: 10, height_px: 1 });
+    fn a_region_is_clamped_to_the_sensor() {
+        let request = Roi { left_px: 90, top_px: 500, width_px: 50, height_px: 0 };
+        assert_eq!(within(request, (100, 80)), Roi { left_px: 90, top_px: 79, width_px: 10, height_px: 1 });
     }
 }

@@ -4,10 +4,10 @@
 //! 0. Most cameras restart the count when an acquisition starts.
 
 /// Largest id of 16 bits; 1 comes after it.
-const LAST_SHORT_ID: u64 = 0xFFFF;
+const MAX_16_BIT_ID: u64 = 0xFFFF;
 
 /// Ids this close to the end of 16 bits wrap around at the next small one.
-const NEAR_THE_END: u64 = LAST_SHORT_ID - 4096;
+const WRAP_AROUND_START: u64 = MAX_16_BIT_ID - 4096;
 
 /// Tracks the ids of one acquisition.
 #[derive(Debug, Clone, Copy, Default)]
@@ -39,9 +39,9 @@ impl BlockIds {
 fn steps(last: u64, id: u64) -> Option<u64> {
     if id > last {
         Some(id - last)
-    } else if (NEAR_THE_END..=LAST_SHORT_ID).contains(&last) && id < 4096 {
+    } else if (WRAP_AROUND_START..=MAX_16_BIT_ID).contains(&last) && id < 4096 {
         // 65535 is followed by 1, or by 0 if a camera does not follow the standard.
-        Some((LAST_SHORT_ID - last + id).max(1))
+        Some((MAX_16_BIT_ID - last + id).max(1))
     } else {
         None
     }

@@ -9,13 +9,13 @@ use std::collections::VecDeque;
 use std::time::{Duration, Instant};
 
 /// Number of frames used for the line. Two seconds at 128 Hz.
-const KEPT: usize = 256;
+const MAX_FRAMES: usize = 256;
 
 /// Number of groups of these frames; the earliest arrival of each group is used.
-const PARTS: usize = 8;
+const N_GROUPS: usize = 8;
 
 /// Number of frames from which the line is trusted.
-const ENOUGH: usize = 16;
+const MIN_FRAMES: usize = 16;
 
 /// Fastest drift between two quartz clocks that is accepted, as a ratio: five times what data sheets allow.
 const MAX_DRIFT: f64 = 5e-4;
@@ -53,11 +53,11 @@ impl DeviceClock {
             *self = Self::default();
             return self.observe(device_ns, received_at);
         }
-        if self.arrivals.len() == KEPT {
+        if self.arrivals.len() == MAX_FRAMES {
             self.arrivals.pop_front();
         }
         self.arrivals.push_back((device_s, received_s));
-        self.line = (self.arrivals.len() >= ENOUGH).then(|| self.fit());
+        self.line = (self.arrivals.len() >= MIN_FRAMES).then(|| self.fit());
     }
 
     /// Time of the stamp `device_ns` in this computer's time, and its uncertainty: the scatter of the earliest arrivals
@@ -80,7 +80,7 @@ impl DeviceClock {
 
     /// Least-squares line through the earliest arrival of each part, shifted down to the earliest of all.
     fn fit(&self) -> Line {
-        let part = self.arrivals.len().div_ceil(PARTS);
+        let part = self.arrivals.len().div_ceil(N_GROUPS);
         let earliest: Vec<(f64, f64)> = (0..self.arrivals.len())
             .step_by(part)
             .filter_map(|first| {
@@ -115,15 +115,15 @@ mod tests {
         for n in 0..n_frames {
             noise = noise.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
             let jitter = (noise >> 33) as f64 / f64::from(1_u32 << 31);
-            let way = shortest.as_secs_f64() + 0.003 * jitter + if n % 37 == 0 { 0.05 } else { 0.0 };
+            let latency = shortest.as_secs_f64() + 0.003 * jitter + if n % 37 == 0 { 0.05 } else { 0.0 };
             let exposed_s = n as f64 * 0.01;
             let device_ns = 77_000_000_000 + (exposed_s * (1.0 + drift) * 1e9) as u64;
-            clock.observe(device_ns, began + Duration::from_secs_f64(exposed_s + way));
-            if n > KEPT as u64 {
-                let (at, stated) = clock.host_time(device_ns).unwrap();
+            clock.observe(device_ns, began + Duration::from_secs_f64(exposed_s + latency));
+            if n > MAX_FRAMES as u64 {
+                let (at, uncertainty) = clock.host_time(device_ns).unwrap();
                 let error_s = at.duration_since(began).as_secs_f64() - exposed_s - shortest.as_secs_f64();
                 worst_us = worst_us.max(error_s.abs() * 1e6);
-                n_beyond += f64::from(u8::from(error_s.abs() > stated.as_secs_f64()));
+                n_beyond += f64::from(u8::from(error_s.abs() > uncertainty.as_secs_f64()));
             }
         }
         (worst_us, n_beyond / n_frames as f64)

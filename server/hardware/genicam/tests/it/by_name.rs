@@ -37,9 +37,9 @@ fn a_feature_set_by_name_is_read_back_and_survives_a_restart() {
     assert!(matches!(refused, Err(FeatureError::Refused { .. })), "{refused:?}");
     fake.restart().unwrap();
     let mut image = blank();
-    until(&mut *camera, &mut image, "it is missed", |_, got| got.err());
+    until(&mut *camera, &mut image, "the loss is reported", |_, got| got.err());
     camera.reconnect().unwrap();
-    until(&mut *camera, &mut image, "it is back", |_, got| got.ok());
+    until(&mut *camera, &mut image, "it is reconnected", |_, got| got.ok());
     let kept = details.features().unwrap().into_iter().find(|feature| feature.name == "TestRegister").unwrap();
     assert_eq!(kept.value.as_deref(), Some("77"));
     assert_eq!(camera.settings().exposure_us, 4321.0);

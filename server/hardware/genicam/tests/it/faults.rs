@@ -8,13 +8,13 @@ use genicam::GenicamDriver;
 use crate::rig::{SERIAL, blank, fake, frame, open, open_small, settings, until};
 
 /// A lost camera is reported within this time (`promises.md`).
-const NAMED_WITHIN: Duration = Duration::from_secs(2);
+const REPORT_LIMIT: Duration = Duration::from_secs(2);
 
 /// Additional time on a machine that runs other tests.
 const SLACK: Duration = Duration::from_secs(1);
 
 #[test]
-fn a_camera_that_hangs_is_reported_gone_and_recovers_with_its_settings() {
+fn a_camera_that_hangs_is_reported_as_disconnected_and_recovers_with_its_settings() {
     let Some(fake) = fake(0) else { return };
     let mut camera = open_small(&settings(SERIAL), 50.0);
     let wanted = CameraRequest { exposure_us: Some(1234.0), gain_db: Some(3.0), ..CameraRequest::default() };
@@ -28,11 +28,11 @@ fn a_camera_that_hangs_is_reported_gone_and_recovers_with_its_settings() {
         Err(CameraError::Gone { reason }) => Some(reason),
         _ => None,
     });
-    assert!(held_at.elapsed() < NAMED_WITHIN + SLACK, "reported after {:?}", held_at.elapsed());
-    assert!(reason.contains("no longer answers"), "{reason}");
+    assert!(held_at.elapsed() < REPORT_LIMIT + SLACK, "reported after {:?}", held_at.elapsed());
+    assert!(reason.contains("no longer responds"), "{reason}");
     fake.resume();
     camera.reconnect().unwrap();
-    until(&mut *camera, &mut image, "it is back", |_, got| got.ok());
+    until(&mut *camera, &mut image, "it is reconnected", |_, got| got.ok());
     assert_eq!(camera.settings(), set);
     camera.start().unwrap();
     frame(&mut *camera, &mut image);
@@ -48,9 +48,9 @@ fn a_restart_of_an_idle_camera_is_detected() {
         Err(CameraError::Gone { reason }) => Some(reason),
         _ => None,
     });
-    assert!(reason.contains("forgotten"), "{reason}");
+    assert!(reason.contains("no longer controlled"), "{reason}");
     camera.reconnect().unwrap();
-    until(&mut *camera, &mut image, "it is back", |_, got| got.ok());
+    until(&mut *camera, &mut image, "it is reconnected", |_, got| got.ok());
     assert_eq!(camera.settings(), set, "the lost settings were not set again");
 }
 
@@ -76,7 +76,7 @@ fn frames_lost_without_free_buffers_are_counted() {
 }
 
 #[test]
-fn a_camera_in_use_is_reported_with_its_owner() {
+fn a_camera_in_use_is_reported_with_the_program_that_uses_it() {
     let Some(_fake) = fake(0) else { return };
     let _held = open(&settings(SERIAL));
     let wanted = DeviceSet { camera: true, ..DeviceSet::default() };

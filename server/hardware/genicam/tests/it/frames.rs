@@ -6,7 +6,7 @@ use vision::Pixels;
 use crate::rig::{SERIAL, blank, fake, frame, open_small, settings, until};
 
 #[test]
-fn every_pixel_arrives_as_the_camera_made_it() {
+fn pixels_are_received_unchanged() {
     let Some(_camera) = fake(0) else { return };
     for (name, format, green) in [
         ("Mono8", PixelFormat::Mono8, false),
@@ -44,13 +44,13 @@ fn every_pixel_arrives_as_the_camera_made_it() {
 }
 
 #[test]
-fn frames_with_missing_packets_are_counted_and_never_shown() {
+fn frames_with_missing_packets_are_counted_and_never_delivered() {
     let Some(_camera) = fake(40) else { return };
     let mut camera = open_small(&settings(SERIAL), 200.0);
     camera.start().unwrap();
     let (mut image, mut shown, mut lost, mut incomplete, mut last_id) = (blank(), 0, 0, 0, 0);
     until(&mut *camera, &mut image, "lost frames", |image, got| {
-        if let Some(info) = got.expect("it is there") {
+        if let Some(info) = got.expect("the camera is connected") {
             (shown, lost) = (shown + 1, lost + info.lost_before);
             incomplete += info.lost_incomplete;
             assert!(info.lost_incomplete <= info.lost_before);
@@ -62,7 +62,7 @@ fn frames_with_missing_packets_are_counted_and_never_shown() {
                 let step = i32::from(pair[1]) - i32::from(pair[0]);
                 step == 1 || step < -200
             });
-            assert!(smooth, "frame {} is patched", info.frame_id);
+            assert!(smooth, "frame {} contains bytes of another frame", info.frame_id);
         }
         (shown >= 100 && incomplete >= 10).then_some(())
     });
@@ -72,7 +72,7 @@ fn frames_with_missing_packets_are_counted_and_never_shown() {
 }
 
 #[test]
-fn software_triggers_are_answered_each_or_counted() {
+fn every_software_trigger_gives_a_frame_or_a_counted_loss() {
     let Some(_camera) = fake(30) else { return };
     let mut camera = open_small(&settings(SERIAL), 30.0);
     camera.configure(&CameraRequest { trigger: Some(Trigger::Software), ..CameraRequest::default() }).unwrap();
@@ -80,23 +80,23 @@ fn software_triggers_are_answered_each_or_counted() {
     let (mut image, mut answered, mut lost) = (blank(), 0_u64, 0);
     for sent in 1..=40_u64 {
         camera.trigger().unwrap();
-        let asked_at = std::time::Instant::now();
+        let triggered_at = std::time::Instant::now();
         // A lost frame is noticed with the next frame or never; the next trigger does not wait for it.
-        until(&mut *camera, &mut image, "an answer or its time", |_, got| {
-            if let Some(info) = got.expect("it is there") {
+        until(&mut *camera, &mut image, "a frame or the time limit", |_, got| {
+            if let Some(info) = got.expect("the camera is connected") {
                 (answered, lost) = (answered + 1, lost + info.lost_before);
                 assert_eq!(answered + lost, info.frame_id + 1);
                 assert!(info.frame_id < sent, "frame {info:?} after {sent} triggers: it was not requested");
                 return Some(());
             }
-            (asked_at.elapsed().as_millis() > 800).then_some(())
+            (triggered_at.elapsed().as_millis() > 800).then_some(())
         });
     }
     assert!(answered > 20 && answered + lost <= 40, "{answered} answered, {lost} lost");
 }
 
 #[test]
-fn times_of_exposures_are_even_and_their_uncertainty_is_stated() {
+fn exposure_times_follow_the_camera_clock_within_their_uncertainty() {
     let Some(_camera) = fake(0) else { return };
     let mut camera = open_small(&settings(SERIAL), 50.0);
     camera.configure(&CameraRequest { exposure_us: Some(100.0), ..CameraRequest::default() }).unwrap();

@@ -13,7 +13,7 @@ use devices::{
     StopHandle, Trigger,
 };
 use genicam::aravis::Device;
-use genicam::witness::{FakeCamera, FakeOptions};
+use genicam::fake_camera::{FakeCamera, FakeOptions};
 use genicam::{GenicamDriver, GenicamSettings};
 use tempfile::TempDir;
 
@@ -68,22 +68,22 @@ fn register_value(address: u32) -> u32 {
     let socket = UdpSocket::bind((ADDRESS, 0)).unwrap();
     socket.connect((ADDRESS, 3956)).unwrap();
     socket.set_read_timeout(Some(Duration::from_millis(100))).unwrap();
-    let mut question = vec![0x42, 0x01, 0x00, 0x80, 0x00, 0x04, 0x12, 0x34];
-    question.extend(address.to_be_bytes());
+    let mut request = vec![0x42, 0x01, 0x00, 0x80, 0x00, 0x04, 0x12, 0x34];
+    request.extend(address.to_be_bytes());
     let mut answer = [0; 16];
     for _ in 0..20 {
-        socket.send(&question).unwrap();
+        socket.send(&request).unwrap();
         if socket.recv(&mut answer).is_ok_and(|n_bytes| n_bytes == 12) {
             return u32::from_be_bytes(answer[8..12].try_into().unwrap());
         }
     }
-    panic!("it does not answer")
+    panic!("it does not respond")
 }
 
 /// Starts a camera process with these additional features; `None`, with a note, if it is not installed.
 fn with_features(more: &[String]) -> Option<(FakeCamera, TempDir)> {
     let plain = fake(0)?;
-    let description = Device::open(ADDRESS).expect("it answers").description();
+    let description = Device::open(ADDRESS).expect("it responds").description();
     drop(plain);
     let end = description.rfind("</RegisterDescription>").expect("a description ends");
     let folder = TempDir::new().unwrap();
@@ -177,19 +177,19 @@ fn a_laser_on_an_output_line_passes_the_suite() {
 }
 
 #[test]
-fn a_laser_on_a_line_is_off_after_its_camera_was_reconnected() {
+fn a_laser_on_an_output_line_is_off_after_its_camera_was_reconnected() {
     let Some((mut process, _folder)) = with_features(&lines()) else { return };
     let (mut camera, mut laser) = open_both(&with_laser("ExposureActive"));
     laser.switch_on(1.0, Duration::from_secs(1)).unwrap();
     process.restart().unwrap();
     // The line of the reconnected camera signals exposures, as it does on some cameras.
     let mut image = blank();
-    until(&mut *camera, &mut image, "it is missed", |_, got| got.err());
+    until(&mut *camera, &mut image, "the loss is reported", |_, got| got.err());
     camera.reconnect().unwrap();
-    until(&mut *camera, &mut image, "it is back", |_, got| got.ok());
+    until(&mut *camera, &mut image, "it is reconnected", |_, got| got.ok());
     laser.reconnect().unwrap();
-    let mut dark = || laser.poll().is_ok_and(|state| !state.emitting);
-    until(&mut *camera, &mut image, "dark", |_, _| dark().then_some(()));
+    let mut is_off = || laser.poll().is_ok_and(|state| !state.emitting);
+    until(&mut *camera, &mut image, "laser off", |_, _| is_off().then_some(()));
     assert_eq!(register_value(LINE_SOURCE), 0);
 }
 
@@ -202,11 +202,11 @@ fn a_line_that_cannot_be_turned_off_or_is_missing_is_refused() {
         return;
     };
     let wanted = DeviceSet { camera: true, stage: false, laser: true };
-    for (line, said) in [("Line1", "cannot be turned off"), ("Line7", "Line7")] {
+    for (line, expected) in [("Line1", "cannot be turned off"), ("Line7", "Line7")] {
         let refused =
             GenicamSettings { laser_line: line.to_owned(), laser_inverted: false, ..with_laser("ExposureActive") };
         match GenicamDriver(refused).open(wanted) {
-            Err(OpenError::Settings { what, .. }) => assert!(what.contains(said) || line == "Line7", "{what}"),
+            Err(OpenError::Settings { what, .. }) => assert!(what.contains(expected) || line == "Line7", "{what}"),
             other => panic!("{line}: {:?}", other.map(drop)),
         }
     }
@@ -248,8 +248,8 @@ fn trigger_line_edge_delay_and_binning_are_set_and_are_set_again_after_a_restart
     until(&mut *camera, &mut image, "the temperature is read", |_, _| details.link().temperature_c.map(drop));
     assert_eq!(details.link().temperature_c, Some(41.0));
     process.restart().unwrap();
-    until(&mut *camera, &mut image, "it is missed", |_, got| got.err());
+    until(&mut *camera, &mut image, "the loss is reported", |_, got| got.err());
     camera.reconnect().unwrap();
-    until(&mut *camera, &mut image, "it is back", |_, got| got.ok());
+    until(&mut *camera, &mut image, "it is reconnected", |_, got| got.ok());
     is_set();
 }

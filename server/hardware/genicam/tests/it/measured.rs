@@ -28,7 +28,7 @@ fn processor_s(children: bool) -> f64 {
 
 #[test]
 #[ignore = "a measurement: needs a quiet machine"]
-fn processor_time_of_a_frame_beside_the_librarys_own_loop() {
+fn processor_time_per_frame_compared_with_aravis() {
     let Some(_camera) = fake(0) else { return };
     let mut camera = open(&settings(SERIAL));
     let roi = Roi { left_px: 0, top_px: 0, width_px: 512, height_px: 512 };
@@ -53,9 +53,9 @@ fn processor_time_of_a_frame_beside_the_librarys_own_loop() {
     let mut library = Command::new("arv-camera-test-0.8");
     library.args(["--auto", "--no-packet-socket", "--frequency", &RATE_HZ.to_string()]);
     library.args(["--gv-packet-size", &packet_bytes.to_string(), "--duration", &DURATION.as_secs().to_string()]);
-    let said = String::from_utf8(library.output().unwrap().stdout).unwrap();
+    let expected = String::from_utf8(library.output().unwrap().stdout).unwrap();
     let count = |name: &str| -> f64 {
-        let line = said.lines().find(|line| line.starts_with(name)).unwrap_or_else(|| panic!("{said}"));
+        let line = expected.lines().find(|line| line.starts_with(name)).unwrap_or_else(|| panic!("{expected}"));
         line.split('=').nth(1).unwrap().trim().parse().unwrap()
     };
     let (received, failed) = (count("n_completed_buffers"), count("n_failures"));

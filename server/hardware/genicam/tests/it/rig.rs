@@ -3,7 +3,7 @@
 use std::time::{Duration, Instant};
 
 use devices::{Camera, CameraError, CameraRequest, DeviceSet, Driver, FrameInfo, Roi};
-use genicam::witness::{FakeCamera, FakeOptions, PROGRAM};
+use genicam::fake_camera::{FakeCamera, FakeOptions, PROGRAM};
 use genicam::{GenicamDriver, GenicamSettings};
 use vision::{GreyImage, Pixels};
 
@@ -14,7 +14,7 @@ pub const SERIAL: &str = "SHEAF01";
 const PACKET_SIZE_BYTES: u32 = 8000;
 
 /// Longest wait for an expected event.
-pub const PATIENCE: Duration = Duration::from_secs(20);
+pub const WAIT_LIMIT: Duration = Duration::from_secs(20);
 
 /// Starts a camera process that loses so many packets per thousand; `None`, with a note, if it is not installed.
 pub fn fake(lost_per_thousand: u32) -> Option<FakeCamera> {
@@ -65,11 +65,11 @@ pub fn until<T>(
         if let Some(value) = seen(image, got) {
             return value;
         }
-        assert!(began.elapsed() < PATIENCE, "{what}: not within {PATIENCE:?}");
+        assert!(began.elapsed() < WAIT_LIMIT, "{what}: not within {WAIT_LIMIT:?}");
     }
 }
 
 /// Returns the next frame.
 pub fn frame(camera: &mut dyn Camera, image: &mut GreyImage) -> FrameInfo {
-    until(camera, image, "a frame", |_, got| got.expect("it is there"))
+    until(camera, image, "a frame", |_, got| got.expect("the camera is connected"))
 }

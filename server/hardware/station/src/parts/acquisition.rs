@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 use devices::{Camera, CameraError, CameraRequest, CameraSettings, FrameInfo, PixelFormat, Trigger};
 use vision::GreyImage;
 
-use crate::params::{CAMERA_SILENCE, FRAME_TRANSFER, GRAB_WAIT, PROBE_CAMERA, RENDERING_PATIENCE, SILENT_PERIODS};
+use crate::params::{CAMERA_SILENCE, FRAME_TRANSFER, GRAB_WAIT, PROBE_CAMERA, RENDERING_LIMIT, SILENT_PERIODS};
 use crate::parts::exposures::{Delivered, Exposures};
 use crate::shared::frame::SharedFrame;
 use crate::shared::pool::{Pool, empty_image, pool};
@@ -37,7 +37,7 @@ pub struct Acquisition {
     lost: Lost,
     totals: Arc<DropCounts>,
     received_at: Instant,
-    asked_at: Instant,
+    requested_at: Instant,
     probed_at: Instant,
 }
 
@@ -54,7 +54,7 @@ impl Acquisition {
             lost: Lost::default(),
             totals,
             received_at: now,
-            asked_at: now,
+            requested_at: now,
             probed_at: now,
         }
     }
@@ -66,7 +66,7 @@ impl Acquisition {
 
     /// Whether a simulated camera is still rendering a frame requested at `since`.
     pub fn is_computing(&self, since: Instant, now: Instant) -> bool {
-        now.saturating_duration_since(since) < RENDERING_PATIENCE && self.device.is_computing()
+        now.saturating_duration_since(since) < RENDERING_LIMIT && self.device.is_computing()
     }
 
     /// Time at which the next frame is due, if one is expected; its light is turned off soon after.
@@ -77,7 +77,7 @@ impl Acquisition {
         let settings = self.settings();
         let (since, period_s) = match settings.trigger {
             Trigger::Free => (self.received_at, 1.0 / settings.frame_rate_hz.max(SLOWEST_HZ)),
-            Trigger::Software => (self.asked_at, 0.0),
+            Trigger::Software => (self.requested_at, 0.0),
             Trigger::Hardware => (self.received_at, 0.0),
         };
         let due = since + Duration::from_secs_f64(period_s) + exposure(&settings) + FRAME_TRANSFER;
@@ -137,8 +137,8 @@ impl Acquisition {
     /// Triggers one exposure.
     pub fn trigger(&mut self) -> Result<(), CameraError> {
         self.device.trigger()?;
-        self.exposures.ask();
-        self.asked_at = Instant::now();
+        self.exposures.request();
+        self.requested_at = Instant::now();
         Ok(())
     }
 

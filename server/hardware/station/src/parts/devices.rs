@@ -48,9 +48,9 @@ impl StationDevices {
     }
 
     /// Each driver once, with those of the `wanted` devices that it opens.
-    pub fn shares(&self, wanted: DeviceSet) -> Vec<DriverDevices> {
+    pub fn grouped_by_driver(&self, wanted: DeviceSet) -> Vec<DriverDevices> {
         let none = DeviceSet::default();
-        let mut shares: Vec<DriverDevices> = Vec::new();
+        let mut groups: Vec<DriverDevices> = Vec::new();
         for (driver, device) in [
             (&self.camera, DeviceSet { camera: true, ..none }),
             (&self.stage, DeviceSet { stage: true, ..none }),
@@ -59,16 +59,16 @@ impl StationDevices {
             if device.and(wanted).is_empty() {
                 continue;
             }
-            match shares.iter_mut().find(|share| Arc::ptr_eq(&share.driver, driver)) {
-                Some(share) => share.devices = share.devices.or(device),
+            match groups.iter_mut().find(|group| Arc::ptr_eq(&group.driver, driver)) {
+                Some(group) => group.devices = group.devices.or(device),
                 None => {
                     let kind = driver.kind();
                     let followed_by = self.twin.clone().filter(|twin| twin.kind() != kind);
-                    shares.push(DriverDevices { driver: driver.clone(), devices: device, followed_by });
+                    groups.push(DriverDevices { driver: driver.clone(), devices: device, followed_by });
                 }
             }
         }
-        shares
+        groups
     }
 }
 

@@ -5,7 +5,7 @@
 pub struct Exposures {
     next: u64,
     given_up_before: u64,
-    asked_for: u64,
+    requested: u64,
 }
 
 /// How a delivered frame is counted.
@@ -22,19 +22,19 @@ pub enum Delivered {
 
 impl Exposures {
     /// Adds a requested exposure.
-    pub fn ask(&mut self) {
-        self.asked_for += 1;
+    pub fn request(&mut self) {
+        self.requested += 1;
     }
 
     /// Requested exposures that neither arrived nor were given up.
     pub fn outstanding(&self) -> u64 {
-        self.asked_for.saturating_sub(self.next.max(self.given_up_before))
+        self.requested.saturating_sub(self.next.max(self.given_up_before))
     }
 
     /// Gives up the outstanding exposures; returns the number of newly lost ones.
     pub fn give_up(&mut self) -> u64 {
         let lost = self.outstanding();
-        self.given_up_before = self.asked_for.max(self.given_up_before);
+        self.given_up_before = self.requested.max(self.given_up_before);
         lost
     }
 
@@ -43,7 +43,7 @@ impl Exposures {
         let id = self.next + lost_before;
         let newly_lost = id.saturating_sub(self.next.max(self.given_up_before));
         self.next = id + 1;
-        self.asked_for = self.asked_for.max(self.next);
+        self.requested = self.requested.max(self.next);
         if id < self.given_up_before { Delivered::TooLate } else { Delivered::InTime { newly_lost } }
     }
 }
@@ -63,9 +63,9 @@ mod tests {
     #[test]
     fn an_exposure_given_up_is_not_counted_again_when_the_driver_reports_it_lost() {
         let mut exposures = Exposures::default();
-        exposures.ask();
+        exposures.request();
         assert_eq!(exposures.give_up(), 1);
-        exposures.ask();
+        exposures.request();
         assert_eq!(exposures.deliver(1), Delivered::InTime { newly_lost: 0 });
         assert_eq!(exposures.outstanding(), 0);
     }
@@ -73,39 +73,39 @@ mod tests {
     #[test]
     fn a_frame_that_arrives_after_it_was_given_up_does_not_count() {
         let mut exposures = Exposures::default();
-        exposures.ask();
+        exposures.request();
         assert_eq!(exposures.give_up(), 1);
-        exposures.ask();
+        exposures.request();
         assert_eq!(exposures.deliver(0), Delivered::TooLate);
         assert_eq!(exposures.outstanding(), 1);
         assert_eq!(exposures.deliver(0), Delivered::InTime { newly_lost: 0 });
     }
 
     #[test]
-    fn whatever_happens_arrived_and_lost_add_up_to_exposed() {
-        for story in 0..4_u32.pow(6) {
-            let (mut exposures, mut exposed, mut arrived, mut lost, mut on_the_way) =
+    fn arrived_and_lost_add_up_to_exposed_in_any_sequence() {
+        for sequence in 0..4_u32.pow(6) {
+            let (mut exposures, mut exposed, mut arrived, mut lost, mut in_transfer) =
                 (Exposures::default(), 0_u64, 0_u64, 0_u64, 0_u64);
             for step in 0..6 {
-                match (story / 4_u32.pow(step)) % 4 {
+                match (sequence / 4_u32.pow(step)) % 4 {
                     0 => {
-                        exposures.ask();
-                        (exposed, on_the_way) = (exposed + 1, on_the_way + 1);
+                        exposures.request();
+                        (exposed, in_transfer) = (exposed + 1, in_transfer + 1);
                     }
                     1 => lost += exposures.give_up(),
-                    deliver if on_the_way > 0 => {
-                        let gap = if deliver == 2 { 0 } else { on_the_way - 1 };
+                    deliver if in_transfer > 0 => {
+                        let gap = if deliver == 2 { 0 } else { in_transfer - 1 };
                         match exposures.deliver(gap) {
                             Delivered::InTime { newly_lost } => (arrived, lost) = (arrived + 1, lost + newly_lost),
                             Delivered::TooLate => {}
                         }
-                        on_the_way -= gap + 1;
+                        in_transfer -= gap + 1;
                     }
                     _ => {}
                 }
             }
             lost += exposures.give_up();
-            assert_eq!(arrived + lost, exposed, "story {story}");
+            assert_eq!(arrived + lost, exposed, "sequence {sequence}");
         }
     }
 }

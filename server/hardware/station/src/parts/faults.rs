@@ -73,7 +73,7 @@ mod tests {
         let fault = fault_of(&refusal).unwrap();
         assert_eq!((fault.device, fault.kind), ("stage", "stalled"));
         assert_eq!(fault.detail, "the stage stopped at 2.5 mm on the way to 5 mm");
-        assert_eq!(fault.remedy, "check for an obstacle, then home it");
+        assert_eq!(fault.remedy, "check for an obstacle, then home the stage");
     }
 
     #[test]

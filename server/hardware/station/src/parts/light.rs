@@ -6,7 +6,7 @@ use std::time::Instant;
 use devices::{Laser, LaserError, LaserState};
 
 use crate::params::{
-    LIGHT_IDLE, LIGHT_LEASE, LIGHT_RENEWAL, LIGHT_UP_LIMIT, POLL_CHANGING, POLL_IDLE, POLL_SHINING,
+    LIGHT_IDLE, LIGHT_LEASE, LIGHT_RENEWAL, LIGHT_UP_LIMIT, POLL_IDLE, POLL_LASER_ON, POLL_LASER_SWITCHING,
 };
 
 /// The laser and its requested state.
@@ -15,7 +15,7 @@ pub struct Light {
     is_switched: bool,
     state: Option<LaserState>,
     /// Requested fraction of full power; 0 is off.
-    wanted: f64,
+    requested_power: f64,
     /// When it was switched on; `None` if off, or suspended because its user was idle.
     lit_at: Option<Instant>,
     renewed_at: Instant,
@@ -35,7 +35,7 @@ impl Light {
             is_switched: device.capabilities().switched,
             device,
             state: None,
-            wanted: 0.0,
+            requested_power: 0.0,
             lit_at: None,
             renewed_at: now,
             needed_until: now,
@@ -61,8 +61,8 @@ impl Light {
     }
 
     /// Whether light is requested.
-    pub fn is_wanted(&self) -> bool {
-        self.wanted > 0.0
+    pub fn is_requested(&self) -> bool {
+        self.requested_power > 0.0
     }
 
     /// Whether it reports that it is on.
@@ -72,11 +72,11 @@ impl Light {
 
     /// Whether it reports the requested state.
     pub fn is_as_requested(&self) -> bool {
-        self.is_on() == self.is_wanted()
+        self.is_on() == self.is_requested()
     }
 
     /// Reads the state of a laser that must be off, to check that it works.
-    pub fn check_dark(&mut self) -> Result<(), LaserError> {
+    pub fn check_off(&mut self) -> Result<(), LaserError> {
         let state = self.device.poll()?;
         self.take(state, Instant::now());
         Ok(())
@@ -90,21 +90,21 @@ impl Light {
     /// Whether a reading is due.
     fn is_due(&self, now: Instant) -> bool {
         let period = match (self.lit_at.is_some(), self.is_on()) {
-            (true, true) => POLL_SHINING,
+            (true, true) => POLL_LASER_ON,
             (false, false) => POLL_IDLE,
-            _ => POLL_CHANGING,
+            _ => POLL_LASER_SWITCHING,
         };
         self.polled_at.is_none_or(|at| now.saturating_duration_since(at) >= period)
     }
 
     /// Requests light of this power. Without frames it is suspended soon after it has turned on.
-    pub fn want(&mut self, power: f64, now: Instant) -> Result<(), LaserError> {
+    pub fn request(&mut self, power: f64, now: Instant) -> Result<(), LaserError> {
         if !(power > 0.0 && power <= 1.0) {
             return Err(LaserError::BadPower { value: power });
         }
         let state = match self.device.switch_on(power, LIGHT_LEASE) {
             Err(LaserError::NotYet { .. }) => {
-                self.wanted = power;
+                self.requested_power = power;
                 self.retried_until.get_or_insert(now + LIGHT_UP_LIMIT);
                 self.needed_until = self.needed_until.max(now + LIGHT_UP_LIMIT + LIGHT_IDLE);
                 return Ok(());
@@ -112,7 +112,7 @@ impl Light {
             switched => switched?,
         };
         self.retried_until = None;
-        self.wanted = power;
+        self.requested_power = power;
         (self.lit_at, self.renewed_at, self.polled_at) = (Some(now), now, None);
         // Long enough to find out whether it turns on at all.
         self.needed_until = self.needed_until.max(now + LIGHT_UP_LIMIT + LIGHT_IDLE);
@@ -123,7 +123,7 @@ impl Light {
     /// A frame is due at `due`: requested light stays on until then, or is turned on again for it.
     pub fn serve_frame(&mut self, due: Instant, now: Instant) -> Result<(), LaserError> {
         self.needed_until = self.needed_until.max(due + LIGHT_IDLE);
-        if self.is_wanted() && self.lit_at.is_none() { self.want(self.wanted, now) } else { Ok(()) }
+        if self.is_requested() && self.lit_at.is_none() { self.request(self.requested_power, now) } else { Ok(()) }
     }
 
     /// A frame already in transfer is due at `due`; suspended light stays off.
@@ -133,7 +133,7 @@ impl Light {
 
     /// Turns the laser off and clears the request.
     pub fn off(&mut self) -> Result<(), LaserError> {
-        self.wanted = 0.0;
+        self.requested_power = 0.0;
         self.suspend()
     }
 
@@ -141,9 +141,9 @@ impl Light {
     ///
     /// # Errors
     /// The error of the laser, or light that went off unexpectedly.
-    pub fn tend(&mut self, now: Instant) -> Result<(), LaserError> {
+    pub fn update(&mut self, now: Instant) -> Result<(), LaserError> {
         if let Some(until) = self.retried_until {
-            return self.try_again(until, now);
+            return self.retry_switch_on(until, now);
         }
         if self.lit_at.is_some() && now > self.needed_until {
             self.suspend()?;
@@ -168,14 +168,14 @@ impl Light {
         Ok(())
     }
 
-    fn try_again(&mut self, until: Instant, now: Instant) -> Result<(), LaserError> {
+    fn retry_switch_on(&mut self, until: Instant, now: Instant) -> Result<(), LaserError> {
         if now > until {
             self.retried_until = None;
             return Err(fault_of_light(DID_NOT_TURN_ON));
         }
-        if self.polled_at.is_none_or(|at| now.saturating_duration_since(at) >= POLL_CHANGING) {
+        if self.polled_at.is_none_or(|at| now.saturating_duration_since(at) >= POLL_LASER_SWITCHING) {
             self.polled_at = Some(now);
-            return self.want(self.wanted, now);
+            return self.request(self.requested_power, now);
         }
         Ok(())
     }
@@ -205,8 +205,8 @@ impl Light {
             return Ok(());
         }
         let late = now.saturating_duration_since(lit_at) > LIGHT_UP_LIMIT;
-        let went_out = was_on.then_some(("the laser went off unexpectedly", "check laser and cable"));
-        match went_out.or(late.then_some(DID_NOT_TURN_ON)) {
+        let went_off = was_on.then_some(("the laser went off unexpectedly", "check laser and cable"));
+        match went_off.or(late.then_some(DID_NOT_TURN_ON)) {
             Some(fault) => Err(fault_of_light(fault)),
             None => Ok(()),
         }
@@ -232,31 +232,31 @@ mod tests {
         let twin = small_twin(twin::TwinOptions::default());
         let mut light = Light::new(Box::new(twin.laser()));
         let now = Instant::now();
-        light.want(0.5, now).unwrap();
+        light.request(0.5, now).unwrap();
         light.expect_frame(now + LIGHT_LEASE);
-        light.tend(now + LIGHT_LEASE + Duration::from_millis(1)).unwrap();
-        light.check_dark().unwrap();
-        assert!(!light.is_on() && light.is_wanted());
+        light.update(now + LIGHT_LEASE + Duration::from_millis(1)).unwrap();
+        light.check_off().unwrap();
+        assert!(!light.is_on() && light.is_requested());
         light.serve_frame(Instant::now(), Instant::now()).unwrap();
         assert!(light.is_on());
     }
 
     #[test]
-    fn light_goes_out_after_the_last_frame_that_was_due_and_an_expected_frame_does_not_light_it_again() {
+    fn the_laser_is_off_after_the_last_due_frame_and_an_expected_frame_does_not_turn_it_on() {
         let twin = small_twin(twin::TwinOptions::default());
         let mut light = Light::new(Box::new(twin.laser()));
         let lit = Instant::now();
-        light.want(0.5, lit).unwrap();
+        light.request(0.5, lit).unwrap();
         // Before the lease would have to be renewed.
         let due = lit + Duration::from_millis(200);
         light.expect_frame(due);
-        light.tend(due + LIGHT_IDLE).unwrap();
+        light.update(due + LIGHT_IDLE).unwrap();
         assert!(light.is_on(), "a frame was due until now");
-        light.tend(due + LIGHT_IDLE + Duration::from_millis(1)).unwrap();
-        light.check_dark().unwrap();
+        light.update(due + LIGHT_IDLE + Duration::from_millis(1)).unwrap();
+        light.check_off().unwrap();
         assert!(!light.is_on(), "no frame is due");
         light.expect_frame(Instant::now() + Duration::from_secs(1));
-        light.tend(Instant::now()).unwrap();
+        light.update(Instant::now()).unwrap();
         assert!(!light.is_on(), "a frame in transfer does not turn it on");
     }
 
@@ -304,12 +304,12 @@ mod tests {
     }
 
     #[test]
-    fn light_that_its_controller_is_not_ready_for_is_switched_on_as_soon_as_it_is() {
+    fn a_laser_whose_controller_is_not_ready_is_switched_on_as_soon_as_it_is() {
         let (mut light, now) = (busy(3), Instant::now());
-        light.want(0.5, now).unwrap();
+        light.request(0.5, now).unwrap();
         for n in 1..=3 {
             assert!(!light.is_on(), "refused {n} times");
-            light.tend(now + n * POLL_CHANGING).unwrap();
+            light.update(now + n * POLL_LASER_SWITCHING).unwrap();
         }
         assert!(light.is_on() && light.is_as_requested());
     }
@@ -317,13 +317,13 @@ mod tests {
     #[test]
     fn a_controller_that_is_never_ready_is_a_fault_and_a_cancelled_request_is_not_tried_again() {
         let (mut light, now) = (busy(usize::MAX), Instant::now());
-        light.want(0.5, now).unwrap();
-        light.tend(now + LIGHT_UP_LIMIT).unwrap();
-        assert!(light.tend(now + LIGHT_UP_LIMIT + Duration::from_millis(1)).is_err());
+        light.request(0.5, now).unwrap();
+        light.update(now + LIGHT_UP_LIMIT).unwrap();
+        assert!(light.update(now + LIGHT_UP_LIMIT + Duration::from_millis(1)).is_err());
         let mut light = busy(1);
-        light.want(0.5, now).unwrap();
+        light.request(0.5, now).unwrap();
         light.off().unwrap();
-        light.tend(now + POLL_CHANGING).unwrap();
-        assert!(!light.is_on() && !light.is_wanted());
+        light.update(now + POLL_LASER_SWITCHING).unwrap();
+        assert!(!light.is_on() && !light.is_requested());
     }
 }

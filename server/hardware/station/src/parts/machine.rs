@@ -6,15 +6,15 @@ use crate::shared::status::OperationalState::{ContinuousExecution, Initialized, 
 /// An event of the station.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Event {
-    /// All devices answer.
-    Reached,
+    /// All devices respond.
+    DevicesConnected,
     /// A device has not been connected.
-    Missing,
+    DeviceMissing,
     /// A scan can start: the stage is homed and a calibration is active.
-    Equipped,
+    ScanPossible,
     /// The stage is not homed or no calibration is active.
-    Lacking,
-    /// A job takes the station.
+    ScanNotPossible,
+    /// A job acquires the station.
     JobBegins,
     /// The job releases the station.
     JobEnds,
@@ -34,7 +34,7 @@ pub enum Event {
 pub fn next(state: MachineState, event: Event) -> Option<MachineState> {
     match state {
         Preoperational => match event {
-            Event::Reached => Some(Operational(Initialized)),
+            Event::DevicesConnected => Some(Operational(Initialized)),
             Event::Fault => Some(Error),
             Event::Stop => Some(Halted),
             Event::JobBegins | Event::LiveBegins => None,
@@ -61,8 +61,8 @@ pub fn next(state: MachineState, event: Event) -> Option<MachineState> {
             (_, Event::Reset) => Some(Preoperational),
             (_, Event::JobBegins) => Some(Operational(SingleExecution)),
             (_, Event::LiveBegins) => Some(Operational(ContinuousExecution)),
-            (Initialized, Event::Equipped) => Some(Operational(Ready)),
-            (Ready, Event::Lacking) => Some(Operational(Initialized)),
+            (Initialized, Event::ScanPossible) => Some(Operational(Ready)),
+            (Ready, Event::ScanNotPossible) => Some(Operational(Initialized)),
             (same, _) => Some(Operational(same)),
         },
     }
@@ -82,10 +82,10 @@ mod tests {
         Operational(ContinuousExecution),
     ];
     const EVENTS: [Event; 11] = [
-        Event::Reached,
-        Event::Missing,
-        Event::Equipped,
-        Event::Lacking,
+        Event::DevicesConnected,
+        Event::DeviceMissing,
+        Event::ScanPossible,
+        Event::ScanNotPossible,
         Event::JobBegins,
         Event::JobEnds,
         Event::LiveBegins,

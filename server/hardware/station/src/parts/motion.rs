@@ -29,7 +29,7 @@ struct Progress {
 
 /// A motion that ended successfully.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Arrival {
+pub enum CompletedMotion {
     /// At the target and settled; the position read back.
     Moved(f64),
     /// Homed.
@@ -40,11 +40,11 @@ pub enum Arrival {
 
 /// Position at which a frame was taken.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Place {
+pub enum FramePosition {
     /// This position; `None` if unknown.
-    At(Option<f64>),
+    Known(Option<f64>),
     /// Known only after the next reading.
-    Later,
+    Pending,
 }
 
 /// The stage and its tracked state.
@@ -56,7 +56,7 @@ pub struct Motion {
     begun_at: Instant,
     deadline: Instant,
     rest_since: Option<Instant>,
-    trusted: bool,
+    position_valid: bool,
     polled_at: Option<Instant>,
 }
 
@@ -72,7 +72,7 @@ impl Motion {
             begun_at: now,
             deadline: now,
             rest_since: None,
-            trusted: true,
+            position_valid: true,
             polled_at: None,
         }
     }
@@ -84,12 +84,12 @@ impl Motion {
 
     /// Last position read back, or `None` if unknown.
     pub fn position_mm(&self) -> Option<f64> {
-        self.state.filter(|_| self.trusted)?.position_mm
+        self.state.filter(|_| self.position_valid)?.position_mm
     }
 
     /// Whether the stage is homed.
     pub fn homed(&self) -> bool {
-        self.trusted && self.state.is_some_and(|state| state.homed)
+        self.position_valid && self.state.is_some_and(|state| state.homed)
     }
 
     /// Whether it moves or may move.
@@ -123,7 +123,7 @@ impl Motion {
 
     /// After a fault of the stage no position is valid until it is homed again.
     pub fn invalidate_position(&mut self) {
-        self.trusted = false;
+        self.position_valid = false;
         self.goal = None;
         self.track.clear();
     }
@@ -183,7 +183,7 @@ impl Motion {
         Ok(accepted)
     }
 
-    /// Stops; [`Motion::tend`] reports when the stage is at rest.
+    /// Stops; [`Motion::update`] reports when the stage is at rest.
     pub fn stop(&mut self) -> Result<(), StageError> {
         let result = self.device.stop();
         let capabilities = self.device.capabilities();
@@ -199,7 +199,7 @@ impl Motion {
     ///
     /// # Errors
     /// The error of the stage, or [`StageError::Stalled`] if a move makes no progress.
-    pub fn tend(&mut self, now: Instant) -> Result<Option<Arrival>, StageError> {
+    pub fn update(&mut self, now: Instant) -> Result<Option<CompletedMotion>, StageError> {
         if let Some(MotionGoal::Jog { until, .. }) = self.goal
             && now >= until
         {
@@ -212,28 +212,28 @@ impl Motion {
         let state = self.device.poll()?;
         self.take(state);
         if state.measured_at < self.begun_at {
-            return self.late(now).map_or(Ok(None), Err);
+            return self.timeout_error(now).map_or(Ok(None), Err);
         }
-        self.watch(&state, now)
+        self.monitor(&state, now)
     }
 
     /// Position of the stage at `at`, for a frame reported at `now`.
-    pub fn place(&self, at: Instant, now: Instant) -> Place {
-        let Some(position_mm) = self.position_mm() else { return Place::At(None) };
+    pub fn frame_position(&self, at: Instant, now: Instant) -> FramePosition {
+        let Some(position_mm) = self.position_mm() else { return FramePosition::Known(None) };
         if self.goal.is_none() && self.rest_since.is_some_and(|since| since <= at) {
-            return Place::At(Some(position_mm));
+            return FramePosition::Known(Some(position_mm));
         }
         if self.track.reaches(at) || now.saturating_duration_since(at) > POSITION_WAIT {
-            return Place::At(self.track.position_mm(at));
+            return FramePosition::Known(self.track.position_mm(at));
         }
-        Place::Later
+        FramePosition::Pending
     }
 
     /// Position at a past time.
     pub fn position_at_mm(&self, at: Instant) -> Option<f64> {
-        match self.place(at, at) {
-            Place::At(position_mm) => position_mm,
-            Place::Later => None,
+        match self.frame_position(at, at) {
+            FramePosition::Known(position_mm) => position_mm,
+            FramePosition::Pending => None,
         }
     }
 
@@ -259,7 +259,7 @@ impl Motion {
 
     fn take(&mut self, state: StageState) {
         match state.position_mm {
-            Some(position_mm) if self.trusted => self.track.push(state.measured_at, position_mm),
+            Some(position_mm) if self.position_valid => self.track.push(state.measured_at, position_mm),
             _ => self.track.clear(),
         }
         if state.moving {
@@ -270,12 +270,12 @@ impl Motion {
         self.state = Some(state);
     }
 
-    fn watch(&mut self, state: &StageState, now: Instant) -> Result<Option<Arrival>, StageError> {
+    fn monitor(&mut self, state: &StageState, now: Instant) -> Result<Option<CompletedMotion>, StageError> {
         let tolerance_mm = self.tolerance_mm();
         let ended = match &mut self.goal {
             None => None,
-            Some(MotionGoal::Home) => (!state.moving && state.homed).then_some(Arrival::Homed),
-            Some(MotionGoal::Rest | MotionGoal::Jog { .. }) => (!state.moving).then_some(Arrival::Rested),
+            Some(MotionGoal::Home) => (!state.moving && state.homed).then_some(CompletedMotion::Homed),
+            Some(MotionGoal::Rest | MotionGoal::Jog { .. }) => (!state.moving).then_some(CompletedMotion::Rested),
             Some(MotionGoal::Move { target_mm, progress, rest_since }) => {
                 let Some(position_mm) = state.position_mm else { return Err(StageError::NotHomed) };
                 let stalled = StageError::Stalled { target_mm: *target_mm, actual_mm: position_mm };
@@ -295,21 +295,21 @@ impl Motion {
                 if state.moving && state.measured_at.saturating_duration_since(progress.at) > progress.limit {
                     return Err(stalled);
                 }
-                (there && !state.moving).then_some(Arrival::Moved(position_mm))
+                (there && !state.moving).then_some(CompletedMotion::Moved(position_mm))
             }
         };
         match ended {
-            Some(arrival) => {
+            Some(completed) => {
                 self.goal = None;
-                self.trusted |= arrival == Arrival::Homed;
-                Ok(Some(arrival))
+                self.position_valid |= completed == CompletedMotion::Homed;
+                Ok(Some(completed))
             }
-            None => self.late(now).map_or(Ok(None), Err),
+            None => self.timeout_error(now).map_or(Ok(None), Err),
         }
     }
 
     /// The error of a motion that takes too long.
-    fn late(&self, now: Instant) -> Option<StageError> {
+    fn timeout_error(&self, now: Instant) -> Option<StageError> {
         if self.goal.is_none() || now < self.deadline {
             return None;
         }

@@ -89,11 +89,11 @@ fn a_stage_without_new_reports_is_not_stalled_before_its_move_is_late() {
     let begun_at = Instant::now();
     // One reading of the moving stage, at its start.
     let reading = moving();
-    assert!(motion.watch(&reading, begun_at).unwrap().is_none());
+    assert!(motion.monitor(&reading, begun_at).unwrap().is_none());
     let silent_for = NO_PROGRESS_LIMIT + Duration::from_millis(50);
-    assert!(motion.watch(&reading, begun_at + silent_for).unwrap().is_none(), "silence was reported as a stall");
+    assert!(motion.monitor(&reading, begun_at + silent_for).unwrap().is_none(), "silence was reported as a stall");
     let at_rest = StageState { measured_at: begun_at + silent_for, ..reading };
-    let result = motion.watch(&at_rest, begun_at + silent_for);
+    let result = motion.monitor(&at_rest, begun_at + silent_for);
     assert!(matches!(result, Err(StageError::Stalled { .. })), "{result:?}");
 }
 
@@ -103,7 +103,7 @@ fn a_stop_may_take_as_long_as_a_slow_stage_brakes() {
         let mut motion = Motion::new(Box::new(Fake { acceleration_mm_s2, state: moving }));
         motion.check().unwrap();
         motion.stop().unwrap();
-        motion.tend(Instant::now() + REST_LIMIT + Duration::from_secs(4))
+        motion.update(Instant::now() + REST_LIMIT + Duration::from_secs(4))
     };
     // 40 mm/s at 10 mm/s².
     assert!(stopping(Some(10.0)).unwrap().is_none(), "it is still braking");

@@ -24,8 +24,8 @@ impl Tap {
     pub fn new() -> (Self, FrameTap) {
         let (frames, receiver) = sync_channel(TAP_FRAMES);
         let dropped = Arc::new(DropCounts::default());
-        let outer = FrameTap { frames: receiver, dropped: dropped.clone() };
-        (Self { frames, lost: Lost::default(), untaken: 0, dropped }, outer)
+        let tapped = FrameTap { frames: receiver, dropped: dropped.clone() };
+        (Self { frames, lost: Lost::default(), untaken: 0, dropped }, tapped)
     }
 
     /// Offers a frame before which exposures were lost; frames not taken are added to `totals`. Returns `false` if the
@@ -61,26 +61,26 @@ mod tests {
 
     #[test]
     fn frames_not_taken_in_time_are_counted_and_reported_with_the_next_one() {
-        let (mut tap, outer) = Tap::new();
+        let (mut tap, tapped) = Tap::new();
         let totals = DropCounts::default();
         let n_offered = TAP_FRAMES as u64 + 3;
         for sequence in 1..=n_offered {
             assert!(tap.offer(&frame(sequence), Lost { camera: 1, ..Lost::default() }, &totals));
         }
-        let taken: Vec<TappedFrame> = outer.frames.try_iter().collect();
+        let taken: Vec<TappedFrame> = tapped.frames.try_iter().collect();
         assert_eq!(taken.len(), TAP_FRAMES);
         assert!(taken.iter().all(|taken| taken.lost.camera == 1 && taken.untaken == 0));
-        assert_eq!((outer.dropped.recorder.load(Ordering::Relaxed), totals.total()), (3, 3));
+        assert_eq!((tapped.dropped.recorder.load(Ordering::Relaxed), totals.total()), (3, 3));
         assert!(tap.offer(&frame(n_offered + 1), Lost::default(), &totals));
-        let next = outer.frames.try_recv().unwrap();
+        let next = tapped.frames.try_recv().unwrap();
         assert_eq!((next.frame.sequence, next.lost.camera, next.untaken), (n_offered + 1, 3, 3));
         let exposed = 2 * n_offered + 1;
         assert_eq!(
-            taken.len() as u64 + 1 + outer.dropped.total(),
+            taken.len() as u64 + 1 + tapped.dropped.total(),
             exposed,
-            "taken and dropped add up to the exposed"
+            "frames taken and dropped add up to those exposed"
         );
-        drop(outer);
+        drop(tapped);
         assert!(!tap.offer(&frame(n_offered + 2), Lost::default(), &totals));
     }
 }

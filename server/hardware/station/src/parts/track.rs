@@ -41,8 +41,8 @@ impl Track {
             return Some(*later_mm);
         }
         let (earlier, earlier_mm) = self.readings.get(after.checked_sub(1)?)?;
-        let share = (at - *earlier).as_secs_f64() / (*later - *earlier).as_secs_f64();
-        Some(earlier_mm + share * (later_mm - earlier_mm))
+        let fraction = (at - *earlier).as_secs_f64() / (*later - *earlier).as_secs_f64();
+        Some(earlier_mm + fraction * (later_mm - earlier_mm))
     }
 }
 

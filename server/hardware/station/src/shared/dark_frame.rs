@@ -1,4 +1,4 @@
-//! The camera's dark frame, and for which of its frames it holds.
+//! The camera's dark frame, and the frames to which it applies.
 
 use devices::{CameraSettings, DeviceIdentity, PixelFormat, Roi};
 use vision::{Correction, DarkFrame, GreyImage, LineDirection};
@@ -13,17 +13,17 @@ pub struct CameraDarkFrame {
     pub frame: DarkFrame,
     /// The camera.
     pub camera: CameraName,
-    /// The part of the sensor.
+    /// The region of the sensor.
     pub roi: Roi,
     /// Gain.
     pub gain_db: f64,
     /// Exposure time.
     pub exposure_us: f64,
-    /// Which way the laser lines run.
+    /// Direction of the laser lines.
     pub line_direction: LineDirection,
 }
 
-/// What tells a camera from others.
+/// Identifies a camera.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct CameraName {
     /// Its driver.
@@ -45,22 +45,22 @@ impl CameraName {
     }
 }
 
-/// How frames are corrected for what the sensor shows without light.
+/// How frames are corrected for the dark signal of the sensor.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum DarkUse {
-    /// Not: there is no dark frame.
+pub enum DarkFrameUse {
+    /// Not corrected: there is no dark frame.
     NoDarkFrame,
-    /// Not: the dark frame is of another camera.
+    /// Not corrected: the dark frame is of another camera.
     OtherCamera,
-    /// Not: the dark frame does not cover the region, or has another pixel format.
+    /// Not corrected: the dark frame does not cover the region, or has another pixel format.
     OtherFormat,
-    /// Hot pixels are replaced; the pattern is that of another gain and stays.
+    /// Hot pixels are replaced; the pattern was taken at another gain and is not subtracted.
     HotPixels,
     /// The pattern is subtracted and hot pixels are replaced.
     Whole,
 }
 
-impl DarkUse {
+impl DarkFrameUse {
     /// Name in reports.
     pub fn name(self) -> &'static str {
         match self {
@@ -75,7 +75,7 @@ impl DarkUse {
 
 impl CameraDarkFrame {
     /// How it is used for frames of this camera at these settings.
-    pub fn use_for(&self, camera: &DeviceIdentity, settings: &CameraSettings) -> DarkUse {
+    pub fn use_for(&self, camera: &DeviceIdentity, settings: &CameraSettings) -> DarkFrameUse {
         let bits = if settings.pixel_format == PixelFormat::Mono8 { 8 } else { 16 };
         let (own, roi) = (self.roi, settings.roi);
         let covered = roi.left_px >= own.left_px
@@ -83,22 +83,22 @@ impl CameraDarkFrame {
             && roi.left_px + roi.width_px <= own.left_px + own.width_px
             && roi.top_px + roi.height_px <= own.top_px + own.height_px;
         match () {
-            () if !self.camera.is(camera) => DarkUse::OtherCamera,
-            () if !covered || self.frame.figures().bit_depth != bits => DarkUse::OtherFormat,
-            () if (self.gain_db - settings.gain_db).abs() > SAME_GAIN_DB => DarkUse::HotPixels,
-            () => DarkUse::Whole,
+            () if !self.camera.is(camera) => DarkFrameUse::OtherCamera,
+            () if !covered || self.frame.figures().bit_depth != bits => DarkFrameUse::OtherFormat,
+            () if (self.gain_db - settings.gain_db).abs() > SAME_GAIN_DB => DarkFrameUse::HotPixels,
+            () => DarkFrameUse::Whole,
         }
     }
 
-    /// Corrects a frame of this camera at these settings as far as it holds for it.
+    /// Corrects a frame of this camera at these settings as far as it applies.
     pub(crate) fn correct(&self, image: &mut GreyImage, camera: &DeviceIdentity, settings: &CameraSettings) {
         let wanted = match self.use_for(camera, settings) {
-            DarkUse::Whole => Correction::Whole,
-            DarkUse::HotPixels => Correction::HotPixels,
-            DarkUse::NoDarkFrame | DarkUse::OtherCamera | DarkUse::OtherFormat => return,
+            DarkFrameUse::Whole => Correction::Whole,
+            DarkFrameUse::HotPixels => Correction::HotPixels,
+            DarkFrameUse::NoDarkFrame | DarkFrameUse::OtherCamera | DarkFrameUse::OtherFormat => return,
         };
-        let place = (settings.roi.left_px - self.roi.left_px, settings.roi.top_px - self.roi.top_px);
-        // A frame of another size was refused before.
-        let _ = self.frame.correct(image, place, self.line_direction, wanted);
+        let offset_px = (settings.roi.left_px - self.roi.left_px, settings.roi.top_px - self.roi.top_px);
+        // A frame of another size has been refused already.
+        let _ = self.frame.correct(image, offset_px, self.line_direction, wanted);
     }
 }

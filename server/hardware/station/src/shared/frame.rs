@@ -81,7 +81,7 @@ pub struct FrameStream {
 
 impl FrameStream {
     /// Why the run ended early; `None` if it was completed.
-    pub fn broken(&self) -> Option<crate::StationRefusal> {
+    pub fn end_reason(&self) -> Option<crate::StationRefusal> {
         self.ended.try_recv().ok()
     }
 }

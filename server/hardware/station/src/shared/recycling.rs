@@ -55,12 +55,12 @@ mod tests {
         let mut first = values.take().unwrap();
         *Arc::get_mut(&mut first).unwrap() = 7;
         values.lend(&first);
-        let looker = first.clone();
+        let reader = first.clone();
         let second = values.take().unwrap();
         values.lend(&second);
         drop(first);
-        assert!(values.take().is_none(), "both are looked at");
-        drop(looker);
+        assert!(values.take().is_none(), "both are in use");
+        drop(reader);
         let mut again = values.take().unwrap();
         assert_eq!(Arc::get_mut(&mut again), Some(&mut 7));
     }

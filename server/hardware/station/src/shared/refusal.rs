@@ -8,7 +8,7 @@ use remedy::Remedy;
 /// Why the station refused a request or failed.
 #[derive(Debug, thiserror::Error)]
 pub enum StationRefusal {
-    /// A job or the live view has it.
+    /// A job or the live view uses it.
     #[error("the station is busy: {activity}")]
     Busy {
         /// The current activity.
@@ -71,9 +71,9 @@ pub enum StationRefusal {
         /// Time waited.
         waited_ms: u64,
     },
-    /// A belt gave no trigger during a scan.
-    #[error("the belt stands still: no trigger within {waited_ms} ms")]
-    BeltStandsStill {
+    /// The encoder of a belt sent no trigger during a scan.
+    #[error("the belt has stopped: no trigger within {waited_ms} ms")]
+    BeltStopped {
         /// Time waited.
         waited_ms: u64,
     },
@@ -85,18 +85,20 @@ pub enum StationRefusal {
 impl Remedy for StationRefusal {
     fn remedy(&self) -> Option<Cow<'_, str>> {
         Some(Cow::Borrowed(match self {
-            Self::Busy { .. } => "wait, or stop it",
+            Self::Busy { .. } => "wait until it is finished, or stop it",
             Self::InError { remedy, .. } => return Some(format!("{remedy}, then reset the station").into()),
-            Self::Halted => "check that the area is clear, take control and reset it",
+            Self::Halted => "check that the area is clear, take control and reset the station",
             Self::NoLiveView => "start the live view first",
-            Self::SpeedOutOfRange { .. } => "choose a speed within",
-            Self::TooManyCommands => "send fewer",
+            Self::SpeedOutOfRange { .. } => "choose a speed within this range",
+            Self::TooManyCommands => "send fewer commands",
             Self::Stopped { .. } => "start again when it is safe",
-            Self::Absent { .. } => "configure one",
+            Self::Absent { .. } => "configure one under `[station]`",
             Self::Camera(error) => return error.remedy(),
             Self::Stage(error) => return error.remedy(),
             Self::Laser(error) => return error.remedy(),
-            Self::BeltStandsStill { .. } => "start the belt and check the encoder's line, then scan again",
+            Self::BeltStopped { .. } => {
+                "start the belt, check the encoder's trigger input on the camera, then scan again"
+            }
             Self::NoFrame { .. } => "check the camera and its trigger",
             Self::Cancelled | Self::ShuttingDown => return None,
         }))

@@ -3,7 +3,7 @@
 use std::collections::VecDeque;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use crate::shared::dark_frame::DarkUse;
+use crate::shared::dark_frame::DarkFrameUse;
 use devices::{CameraCapabilities, CameraSettings, DeviceIdentity, LaserCapabilities, StageCapabilities};
 
 /// The states of OPC 40100-1 (machine vision).
@@ -22,11 +22,11 @@ pub enum MachineState {
 /// The substates of Operational.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum OperationalState {
-    /// Devices answer; a scan is not possible yet (homing or calibration is missing).
+    /// Devices respond; a scan is not possible yet (homing or calibration is missing).
     Initialized,
     /// A scan can start.
     Ready,
-    /// A job has the station.
+    /// A job uses the station.
     SingleExecution,
     /// The live view runs.
     ContinuousExecution,
@@ -50,7 +50,7 @@ impl MachineState {
 /// State of the laser light.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum LaserLight {
-    /// This program does not switch it: it is on as long as it has power, and no promise about turning it off applies.
+    /// This program does not switch it: it is on as long as it has power, and no statement that it is off applies.
     NotControlled,
     /// Off.
     Off,
@@ -58,7 +58,7 @@ pub enum LaserLight {
     Armed,
     /// On.
     On,
-    /// It does not answer: treat it as on.
+    /// It does not respond: treat it as on.
     Unknown,
 }
 
@@ -80,7 +80,7 @@ pub struct Fault {
 /// Last known state of a device.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DeviceStatus<C> {
-    /// Whether it answers.
+    /// Whether it responds.
     pub connected: bool,
     /// Its identity.
     pub identity: DeviceIdentity,
@@ -97,7 +97,7 @@ pub struct StateHistory {
 }
 
 impl StateHistory {
-    /// Changes kept: more than a station makes within the time after which a silent viewer is disconnected.
+    /// Changes kept: more than occur within the time after which a silent viewer is disconnected.
     const KEPT: usize = 256;
 
     /// Adds an entered state; the same state again is not a change.
@@ -139,8 +139,8 @@ pub struct StationStatus {
     pub camera: DeviceStatus<CameraCapabilities>,
     /// Its settings.
     pub camera_settings: CameraSettings,
-    /// How its frames are corrected for what its sensor shows without light.
-    pub dark_use: DarkUse,
+    /// How its frames are corrected for the dark signal of its sensor.
+    pub dark_frame_use: DarkFrameUse,
     /// Frames per second over the last second.
     pub frame_rate_hz: f64,
     /// The stage.
@@ -161,7 +161,7 @@ pub struct StationStatus {
     pub laser_power: f64,
     /// `Some(true)`: closed; `None`: not read back.
     pub interlock_closed: Option<bool>,
-    /// The job that has the station.
+    /// The job that uses the station.
     pub job_id: Option<String>,
     /// Faults waiting for acknowledgement.
     pub faults: Vec<Fault>,

@@ -24,7 +24,7 @@ impl<T: Send + 'static> Reply<T> {
     /// For a caller that awaits it.
     pub fn awaited() -> (Self, oneshot::Receiver<Answer<T>>) {
         let (sender, receiver) = oneshot::channel();
-        // A caller that has gone does not need its answer.
+        // A caller that has stopped waiting does not need its answer.
         (Self(Box::new(move |answer| drop(sender.send(answer)))), receiver)
     }
 
@@ -64,7 +64,7 @@ pub enum Command {
     Release(u64, Reply<()>),
     /// A failure outside the station: motion and light end, a person has to act.
     Alarm(Fault),
-    /// Check the stop line.
+    /// Check for a pending Stop.
     Wake,
     /// Turn the laser off, stop the stage, end.
     ShutDown,

@@ -11,18 +11,18 @@ use devices::{AcceptedMove, CameraRequest};
 use tokio::sync::{oneshot, watch};
 use twin::{TwinControl, TwinDriver};
 
-use crate::params::{COMMANDS, LIVE_LIGHT_UNWATCHED, LIVE_UNWATCHED, START_WAIT, STOP_PATIENCE};
+use crate::params::{COMMAND_CAPACITY, LIVE_LIGHT_UNWATCHED, LIVE_UNWATCHED, START_WAIT, STOP_GUARD_DELAY};
 use crate::parts::devices::StationDevices;
 use crate::shared::dark_frame::CameraDarkFrame;
 use crate::shared::frame::SharedFrame;
 use crate::shared::refusal::StationRefusal;
 use crate::shared::status::{Fault, MachineState, StationStatus};
-use crate::shared::stop_line::{StopEpoch, StopLine, StopRequest};
+use crate::shared::stop_latch::{StopEpoch, StopLatch, StopRequest};
 use crate::shared::tap::FrameTap;
 use crate::shared::viewers::Viewers;
 use crate::station_thread::command::{Command, Reply};
 use crate::station_thread::lease::StationLease;
-use crate::station_thread::owner::Station;
+use crate::station_thread::station::Station;
 use crate::station_thread::status_publisher::{StatusPublisher, first_status};
 use crate::station_thread::thread;
 
@@ -34,7 +34,7 @@ pub struct StationHandle {
 
 struct Shared {
     commands: SyncSender<Command>,
-    stop_line: Arc<StopLine>,
+    stop_latch: Arc<StopLatch>,
     viewers: Arc<Viewers>,
     status: watch::Sender<Arc<StationStatus>>,
     newest: watch::Sender<Option<SharedFrame>>,
@@ -147,9 +147,9 @@ impl StationHandle {
     /// As [`StationHandle::start`], with the times after which an unwatched live view ends.
     pub(crate) fn start_with(devices: StationDevices, watch: Watch, halted: bool) -> Self {
         let simulation = devices.twin.as_deref().and_then(TwinDriver::control);
-        let (commands, receiver) = sync_channel(COMMANDS);
+        let (commands, receiver) = sync_channel(COMMAND_CAPACITY);
         let (opened, first_opening) = sync_channel(1);
-        let (stop_line, viewers) = (Arc::new(StopLine::latched(halted)), Arc::new(Viewers::default()));
+        let (stop_latch, viewers) = (Arc::new(StopLatch::new(halted)), Arc::new(Viewers::default()));
         let first_state = if halted { MachineState::Halted } else { MachineState::Preoperational };
         let status = watch::Sender::new(Arc::new(first_status(devices.simulated(), first_state)));
         let newest = watch::Sender::new(None);
@@ -157,7 +157,7 @@ impl StationHandle {
         let publisher = StatusPublisher {
             status: status.clone(),
             newest: newest.clone(),
-            stop_line: stop_line.clone(),
+            stop_latch: stop_latch.clone(),
             simulated: devices.simulated(),
             viewers: viewers.clone(),
             live_unwatched: watch.view,
@@ -172,15 +172,15 @@ impl StationHandle {
         if let Err(error) = &thread {
             tracing::error!(%error, "the station thread could not be started");
         }
-        let guarded = stop_line.clone();
-        let guard = move || guarded.guard(STOP_PATIENCE);
+        let guarded = stop_latch.clone();
+        let guard = move || guarded.guard(STOP_GUARD_DELAY);
         if let Err(error) = std::thread::Builder::new().name("station-stop".to_owned()).spawn(guard) {
             tracing::error!(%error, "the stop guard could not be started");
         }
         // Late devices count as missing; they may still be installed later.
         let _ = first_opening.recv_timeout(START_WAIT);
         let thread = Mutex::new(thread.ok());
-        let shared = Shared { commands, stop_line, viewers, status, newest, thread, simulation, camera_details };
+        let shared = Shared { commands, stop_latch, viewers, status, newest, thread, simulation, camera_details };
         Self { shared: Arc::new(shared) }
     }
 
@@ -218,31 +218,31 @@ impl StationHandle {
 
     /// Stops motion, turns the laser off and ends all work. Always accepted, and latched from now on: work authorised
     /// before is refused for good, new work until a reset.
-    pub fn pull_stop(&self, actor: &str) -> StopAcknowledgement {
+    pub fn request_stop(&self, actor: &str) -> StopAcknowledgement {
         let (done, result) = oneshot::channel();
-        self.shared.stop_line.pull(StopRequest { actor: actor.to_owned(), done });
-        // No wake-up is needed if the channel is full: the thread checks the line before each command. A thread that
-        // has ended stopped its devices at its end; the caller learns this from the sender dropped with the line.
+        self.shared.stop_latch.request(StopRequest { actor: actor.to_owned(), done });
+        // No wake-up is needed if the channel is full: the thread checks the latch before each command. A thread that
+        // has ended stopped its devices at its end; the caller learns this from the sender dropped with the latch.
         if let Err(TrySendError::Disconnected(_)) = self.shared.commands.try_send(Command::Wake) {
-            self.shared.stop_line.begin_stop();
-            drop(self.shared.stop_line.obeyed());
+            self.shared.stop_latch.begin_stop();
+            drop(self.shared.stop_latch.finish_stop());
         }
         StopAcknowledgement(result)
     }
 
-    /// [`StationHandle::pull_stop`], and waits until the devices have acknowledged it.
+    /// [`StationHandle::request_stop`], and waits until the devices have acknowledged it.
     pub async fn stop(&self, actor: &str) -> Result<(), StationRefusal> {
-        self.pull_stop(actor).done().await
+        self.request_stop(actor).done().await
     }
 
     /// The current epoch, to be kept with work that is authorised now.
     pub fn stop_epoch(&self) -> StopEpoch {
-        self.shared.stop_line.epoch()
+        self.shared.stop_latch.epoch()
     }
 
     /// Whether it was stopped and not reset since.
     pub fn is_halted(&self) -> bool {
-        self.shared.stop_line.is_latched()
+        self.shared.stop_latch.is_latched()
     }
 
     /// Reports a failure outside the station: motion and light end, and a fault states what a person has to do.
@@ -255,21 +255,21 @@ impl StationHandle {
     pub async fn manual(&self, command: Manual) -> Result<Option<AcceptedMove>, StationRefusal> {
         let (reply, answer) = Reply::awaited();
         self.send(Command::Manual(command, reply))?;
-        answer.await.unwrap_or_else(|_| Err(self.why_unanswered()))
+        answer.await.unwrap_or_else(|_| Err(self.unanswered_reason()))
     }
 
     /// Starts or ends the live view.
     pub async fn live(&self, request: LiveRequest) -> Result<(), StationRefusal> {
         let (reply, answer) = Reply::awaited();
         self.send(Command::Live(request, reply))?;
-        answer.await.unwrap_or_else(|_| Err(self.why_unanswered()))
+        answer.await.unwrap_or_else(|_| Err(self.unanswered_reason()))
     }
 
     /// One frame with the current camera settings: the newest of a running view, else a single exposure.
     pub async fn snapshot(&self) -> Result<SharedFrame, StationRefusal> {
         let (reply, answer) = Reply::awaited();
         self.send(Command::Snapshot(reply))?;
-        answer.await.unwrap_or_else(|_| Err(self.why_unanswered()))
+        answer.await.unwrap_or_else(|_| Err(self.unanswered_reason()))
     }
 
     /// Receives every frame from now on, for one recording at a time. The station does not wait for the receiver.
@@ -279,7 +279,7 @@ impl StationHandle {
     pub async fn tap(&self) -> Result<FrameTap, StationRefusal> {
         let (reply, answer) = Reply::awaited();
         self.send(Command::Tap(reply))?;
-        answer.await.unwrap_or_else(|_| Err(self.why_unanswered()))
+        answer.await.unwrap_or_else(|_| Err(self.unanswered_reason()))
     }
 
     /// Closes the tap; frames already queued can still be taken.
@@ -289,7 +289,7 @@ impl StationHandle {
     pub async fn close_tap(&self) -> Result<(), StationRefusal> {
         let (reply, answer) = Reply::awaited();
         self.send(Command::CloseTap(reply))?;
-        answer.await.unwrap_or_else(|_| Err(self.why_unanswered()))
+        answer.await.unwrap_or_else(|_| Err(self.unanswered_reason()))
     }
 
     /// Sets whether a calibration is active, which a scan requires.
@@ -308,7 +308,7 @@ impl StationHandle {
     pub fn lease(&self, purpose: Purpose) -> Result<StationLease, StationRefusal> {
         let (reply, answer) = Reply::blocking();
         self.send(Command::Lease(purpose, reply))?;
-        let lease = answer.recv().unwrap_or_else(|_| Err(self.why_unanswered()))?;
+        let lease = answer.recv().unwrap_or_else(|_| Err(self.unanswered_reason()))?;
         Ok(StationLease::new(self.clone(), lease))
     }
 
@@ -338,7 +338,7 @@ impl StationHandle {
     }
 
     /// Why a call was not answered: a panic during its handling, or the end of the thread.
-    pub(crate) fn why_unanswered(&self) -> StationRefusal {
+    pub(crate) fn unanswered_reason(&self) -> StationRefusal {
         match self.status().faults.first() {
             Some(fault) => StationRefusal::InError { detail: fault.detail.clone(), remedy: fault.remedy.clone() },
             None => StationRefusal::ShuttingDown,

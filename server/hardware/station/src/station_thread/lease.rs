@@ -67,15 +67,15 @@ impl StationLease {
     }
 
     /// Sets the job's activity for the status.
-    pub fn activity(&self, words: &str) {
+    pub fn activity(&self, activity: &str) {
         // An activity is not worth waiting for a full channel.
-        let _ = self.station.send(Command::Job(self.number, JobCall::Activity(words.to_owned())));
+        let _ = self.station.send(Command::Job(self.number, JobCall::Activity(activity.to_owned())));
     }
 
     fn call<T: Send + 'static>(&self, call: impl FnOnce(Reply<T>) -> JobCall) -> Result<T, StationRefusal> {
         let (reply, answer) = Reply::blocking();
         self.station.send(Command::Job(self.number, call(reply)))?;
-        answer.recv().unwrap_or_else(|_| Err(self.station.why_unanswered()))
+        answer.recv().unwrap_or_else(|_| Err(self.station.unanswered_reason()))
     }
 }
 

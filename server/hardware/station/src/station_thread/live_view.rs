@@ -9,7 +9,7 @@ use crate::parts::machine::Event;
 use crate::shared::refusal::StationRefusal;
 use crate::station_thread::command::Reply;
 use crate::station_thread::handle::LiveRequest;
-use crate::station_thread::owner::Station;
+use crate::station_thread::station::Station;
 
 /// A running live view.
 pub struct LiveView {
@@ -25,7 +25,7 @@ impl Station {
             self.end_live();
             return self.answer(reply, Ok(()));
         }
-        let begun = self.person_may_act().and_then(|()| self.begin_live());
+        let begun = self.check_manual_allowed().and_then(|()| self.begin_live());
         let lit = begun.and_then(|()| self.light_live_view(request.laser_power));
         match lit {
             Ok(()) => self.answer(reply, Ok(())),
@@ -38,7 +38,7 @@ impl Station {
             return Ok(());
         }
         if self.task.is_some() {
-            return Err(StationRefusal::Busy { activity: "taking a picture".to_owned() });
+            return Err(StationRefusal::Busy { activity: "taking a snapshot".to_owned() });
         }
         let camera = self.camera.as_mut().ok_or(StationRefusal::Absent { device: "camera" })?;
         let camera_before = camera.settings();
@@ -57,7 +57,7 @@ impl Station {
         }
         let Some(live) = &mut self.live else { return Err(StationRefusal::NoLiveView) };
         live.used_at = Instant::now();
-        Ok(laser.want(power, Instant::now())?)
+        Ok(laser.request(power, Instant::now())?)
     }
 
     /// An image was requested: the view is watched.
@@ -67,15 +67,16 @@ impl Station {
         }
     }
 
-    /// Turns off the light, then ends the view, when nobody watches. The light stays off for a returning viewer until a
+    /// Turns off the light, then ends the view, when there is no viewer. The light stays off for a returning viewer until a
     /// person turns it on.
-    pub(crate) fn tend_live(&mut self) {
+    pub(crate) fn update_live_view(&mut self) {
         let Some(live) = &self.live else { return };
         let unwatched = live.used_at.max(self.publisher.viewers.last_at()).elapsed();
         if unwatched > self.publisher.live_unwatched {
             return self.end_live();
         }
-        if unwatched > self.publisher.live_light_unwatched && self.laser.as_ref().is_some_and(Light::is_wanted) {
+        if unwatched > self.publisher.live_light_unwatched && self.laser.as_ref().is_some_and(Light::is_requested)
+        {
             self.turn_laser_off();
         }
     }

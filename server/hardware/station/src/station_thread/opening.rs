@@ -12,14 +12,14 @@ use crate::parts::faults::fault;
 use crate::parts::light::Light;
 use crate::parts::machine::Event;
 use crate::parts::motion::Motion;
-use crate::station_thread::owner::Station;
+use crate::station_thread::station::Station;
 
 /// Kind of the fault of a driver that hangs; cleared when the driver returns.
 const OPENING: &str = "opening";
 
 /// A driver that opens its devices.
 pub struct Opening {
-    share: DriverDevices,
+    group: DriverDevices,
     answer: Receiver<Result<Opened, OpenError>>,
     since: Instant,
     /// Its result, installed together with those of the others.
@@ -29,16 +29,16 @@ pub struct Opening {
 }
 
 impl Opening {
-    fn begin(share: DriverDevices) -> Self {
+    fn begin(group: DriverDevices) -> Self {
         let (sender, answer) = sync_channel(1);
-        let opened = share.clone();
+        let opened = group.clone();
         let open = move || drop(sender.send(opened.open()));
         // Without a thread the receiver reports that nothing arrived.
         let _ = std::thread::Builder::new().name("station-open".to_owned()).spawn(open);
-        Self { share, answer, since: Instant::now(), done: None, overdue: false }
+        Self { group, answer, since: Instant::now(), done: None, overdue: false }
     }
 
-    fn look(&mut self) {
+    fn poll(&mut self) {
         if self.done.is_none() {
             self.done = match self.answer.try_recv() {
                 Ok(answer) => Some(answer),
@@ -58,10 +58,10 @@ impl Station {
     pub(crate) fn begin_opening(&mut self) {
         let missing =
             DeviceSet { camera: self.camera.is_none(), stage: self.stage.is_none(), laser: self.laser.is_none() };
-        for share in self.devices.shares(missing) {
-            let being_opened = |opening: &Opening| !opening.share.devices.and(share.devices).is_empty();
+        for group in self.devices.grouped_by_driver(missing) {
+            let being_opened = |opening: &Opening| !opening.group.devices.and(group.devices).is_empty();
             if !self.openings.iter().any(being_opened) {
-                self.openings.push(Opening::begin(share));
+                self.openings.push(Opening::begin(group));
             }
         }
     }
@@ -72,20 +72,25 @@ impl Station {
     }
 
     /// Installs the opened devices once no driver is being waited for, and late ones afterwards.
-    pub(crate) fn tend_openings(&mut self) {
-        self.openings.iter_mut().for_each(Opening::look);
+    pub(crate) fn update_openings(&mut self) {
+        self.openings.iter_mut().for_each(Opening::poll);
         let was_opening = self.is_opening();
         let mut late = Vec::new();
         for opening in self.openings.iter_mut().filter(|opening| opening.is_waited_for()) {
             if opening.since.elapsed() > OPENING_LIMIT {
                 opening.overdue = true;
-                late.extend(opening.share.devices.names().map(|device| (device, opening.share.driver.kind())));
+                late.extend(opening.group.devices.names().map(|device| (device, opening.group.driver.kind())));
             }
         }
         for (device, kind) in late {
             let waited_s = OPENING_LIMIT.as_secs();
             let detail = format!("the driver `{kind}` has been opening the {device} for more than {waited_s} s");
-            self.note(fault(device, OPENING, detail, "check the device; it may still come"));
+            self.note(fault(
+                device,
+                OPENING,
+                detail,
+                "check the device; it is used as soon as its driver has opened it",
+            ));
         }
         if self.openings.iter().any(Opening::is_waited_for) {
             return;
@@ -97,18 +102,18 @@ impl Station {
             return;
         }
         for opening in done {
-            let devices = opening.share.devices;
+            let devices = opening.group.devices;
             let hung = |device| devices.names().any(|name| name == device);
             self.faults.retain(|fault| fault.kind != OPENING || !hung(fault.device));
             match opening.done {
                 Some(Ok(opened)) => self.install(opened),
-                Some(Err(error)) => opening.share.fault(error).into_iter().for_each(|fault| self.note(fault)),
+                Some(Err(error)) => opening.group.fault(error).into_iter().for_each(|fault| self.note(fault)),
                 None => {}
             }
         }
         if self.resetting.is_none() {
             let all = self.camera.is_some() && self.stage.is_some() && self.laser.is_some();
-            self.transition(if all { Event::Reached } else { Event::Missing });
+            self.transition(if all { Event::DevicesConnected } else { Event::DeviceMissing });
         }
         // The caller waiting for the start reads the status next.
         self.publish();
@@ -117,15 +122,15 @@ impl Station {
 
     fn install(&mut self, opened: Opened) {
         if let Some(camera) = opened.camera {
-            self.publisher.show_camera_details(camera.details());
+            self.publisher.publish_camera_details(camera.details());
             self.camera = Some(Acquisition::new(camera, self.drops.clone()));
         }
         if let Some(stage) = opened.stage {
-            self.publisher.stop_line.add(stage.stop_handle());
+            self.publisher.stop_latch.add(stage.stop_handle());
             self.stage = Some(Motion::new(stage));
         }
         if let Some(laser) = opened.laser {
-            laser.stop_handle().into_iter().for_each(|handle| self.publisher.stop_line.add(handle));
+            laser.stop_handle().into_iter().for_each(|handle| self.publisher.stop_latch.add(handle));
             let mut light = Light::new(laser);
             if let Err(error) = light.off() {
                 self.fail(error.into());

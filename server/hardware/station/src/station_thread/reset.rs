@@ -10,7 +10,7 @@ use crate::parts::machine::Event;
 use crate::shared::refusal::StationRefusal;
 use crate::shared::status::Fault;
 use crate::station_thread::command::Reply;
-use crate::station_thread::owner::{Revoked, Station};
+use crate::station_thread::station::{Revoked, Station};
 
 /// The answer to a job that a reset ended.
 const RESET: &str = "a reset";
@@ -42,14 +42,14 @@ impl Station {
         self.transition(Event::Reset);
         let open = std::mem::take(&mut self.faults);
         for fault in &open {
-            self.reach_again(fault);
+            self.start_recovery(fault);
         }
         self.begin_opening();
         self.resetting = Some(Resetting { until: Instant::now() + RESET_LIMIT, replies: vec![reply], open });
     }
 
     /// Starts the recovery from a fault; whether it succeeded is checked later.
-    fn reach_again(&mut self, fault: &Fault) {
+    fn start_recovery(&mut self, fault: &Fault) {
         let lost = matches!(fault.kind, "gone" | "no_reply" | "garbage" | "wrong_device" | "silent" | "fault");
         let all = fault.device == "station";
         if let Some(camera) = self.camera.as_mut().filter(|_| all || fault.device == "camera") {
@@ -65,20 +65,20 @@ impl Station {
     }
 
     /// Checks whether all devices work again.
-    pub(crate) fn tend_reset(&mut self) {
+    pub(crate) fn update_reset(&mut self) {
         if self.resetting.is_none() || self.is_opening() {
             return;
         }
-        let open = self.faults_found();
+        let open = self.remaining_faults();
         let missing = self.camera.is_none() || self.stage.is_none() || self.laser.is_none();
         let Some(mut resetting) = self.resetting.take() else { return };
         // Waits for rest: otherwise the next motion would be refused if a reset directly follows a Stop.
         let rests = self.stage_rests() || Instant::now() >= resetting.until;
         if open.is_empty() && !missing && rests {
             self.faults.clear();
-            self.come_back();
-            self.publisher.stop_line.release();
-            self.transition(Event::Reached);
+            self.restore_devices();
+            self.publisher.stop_latch.release();
+            self.transition(Event::DevicesConnected);
             return resetting.replies.into_iter().for_each(|reply| self.answer(reply, Ok(None)));
         }
         if !open.is_empty() {
@@ -91,7 +91,7 @@ impl Station {
         for fault in resetting.open {
             self.note(fault);
         }
-        self.transition(if missing { Event::Missing } else { Event::Fault });
+        self.transition(if missing { Event::DeviceMissing } else { Event::Fault });
         for reply in resetting.replies {
             let refusal = self.in_error();
             self.answer(reply, Err(refusal));
@@ -105,17 +105,17 @@ impl Station {
         resetting.replies.into_iter().for_each(|reply| self.answer(reply, Err(why())));
     }
 
-    fn faults_found(&mut self) -> Vec<Fault> {
+    fn remaining_faults(&mut self) -> Vec<Fault> {
         let now = Instant::now();
         let camera =
             self.camera.as_mut().map_or(Ok(()), |camera| camera.probe_now(now).map_err(StationRefusal::from));
         let stage = self.stage.as_mut().map_or(Ok(()), |stage| stage.check().map_err(StationRefusal::from));
-        let laser = self.laser.as_mut().map_or(Ok(()), |laser| laser.check_dark().map_err(StationRefusal::from));
+        let laser = self.laser.as_mut().map_or(Ok(()), |laser| laser.check_off().map_err(StationRefusal::from));
         [camera, stage, laser].iter().filter_map(|found| fault_of(found.as_ref().err()?)).collect()
     }
 
     /// Prepares reconnected devices: laser off, stage at rest, settings as before the fault.
-    fn come_back(&mut self) {
+    fn restore_devices(&mut self) {
         self.turn_laser_off();
         let before = self.camera_before_fault.take();
         if before.is_some() {

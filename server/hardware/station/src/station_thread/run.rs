@@ -9,14 +9,14 @@ use devices::{CameraRequest, StageError, Trigger};
 
 use crate::params::{LIGHT_IDLE, RECORDER_FRAMES, RUN_UP_MARGIN, RUN_UP_TIME};
 use crate::parts::light::Light;
-use crate::parts::motion::Arrival;
+use crate::parts::motion::CompletedMotion;
 use crate::shared::cancel::CancelFlag;
 use crate::shared::frame::{FrameStream, SharedFrame};
 use crate::shared::refusal::StationRefusal;
 use crate::shared::status::{DropCounts, Lost};
 use crate::station_thread::command::Reply;
 use crate::station_thread::handle::Sweep;
-use crate::station_thread::owner::Station;
+use crate::station_thread::station::Station;
 
 /// A run in progress.
 pub struct Run {
@@ -28,8 +28,8 @@ pub struct Run {
     ended: SyncSender<StationRefusal>,
     dropped: Arc<DropCounts>,
     /// Until it runs: the caller waiting for the stream, and the stream.
-    handed_over: Option<(Reply<FrameStream>, FrameStream)>,
-    previous: Option<Seen>,
+    pending_start: Option<(Reply<FrameStream>, FrameStream)>,
+    previous: Option<PreviousFrame>,
     /// Of a belt: whether the first frame with light was triggered, from which its position counts.
     counting: bool,
 }
@@ -49,7 +49,7 @@ enum Phase {
 }
 
 #[derive(Clone, Copy)]
-struct Seen {
+struct PreviousFrame {
     at: Instant,
     within: bool,
     position_mm: Option<f64>,
@@ -61,7 +61,7 @@ impl Run {
         let (ended, why) = sync_channel(1);
         let dropped = Arc::new(DropCounts::default());
         let stream = FrameStream { frames: receiver, dropped: dropped.clone(), ended: why };
-        let handed_over = Some((reply, stream));
+        let pending_start = Some((reply, stream));
         let phase = Phase::Approach(false);
         Self {
             sweep,
@@ -71,7 +71,7 @@ impl Run {
             frames,
             ended,
             dropped,
-            handed_over,
+            pending_start,
             previous: None,
             counting: false,
         }
@@ -83,8 +83,8 @@ impl Run {
     }
 
     /// Ends it early; returns the caller that still waits for its start.
-    pub fn break_off(mut self, refusal: StationRefusal) -> Option<(Reply<FrameStream>, StationRefusal)> {
-        match self.handed_over.take() {
+    pub fn abort(mut self, refusal: StationRefusal) -> Option<(Reply<FrameStream>, StationRefusal)> {
+        match self.pending_start.take() {
             Some((reply, _)) => Some((reply, refusal)),
             None => {
                 // The channel holds one value, and this is the only one.
@@ -107,7 +107,7 @@ impl Run {
         (self.sweep.to_mm - self.sweep.from_mm).abs()
     }
 
-    fn holds(&self, position_mm: f64) -> bool {
+    fn contains(&self, position_mm: f64) -> bool {
         (0.0..=self.length_mm()).contains(&self.along_mm(position_mm))
     }
 
@@ -174,11 +174,11 @@ impl Station {
     }
 
     /// Continues the run.
-    pub(crate) fn tend_run(&mut self) {
+    pub(crate) fn update_run(&mut self) {
         let Some(run) = &self.run else { return };
         if run.cancel.is_cancelled() {
             self.end_work(|_| StationRefusal::Cancelled);
-            return self.rest_after_run();
+            return self.stop_after_run();
         }
         let (phase, start_mm, rate_hz) = (run.phase, run.start_mm(), run.sweep.frame_rate_hz);
         match phase {
@@ -188,29 +188,29 @@ impl Station {
             }
             Phase::Approach(false) if self.stage_rests() => {
                 let full_mm_s = self.stage.as_mut().map(|stage| stage.device().capabilities().max_speed_mm_s);
-                let result = self.start_way(start_mm, full_mm_s.unwrap_or_default());
+                let result = self.start_positioning_move(start_mm, full_mm_s.unwrap_or_default());
                 self.enter(Phase::Approach(true), result);
             }
-            Phase::Waiting if self.light_is_as_wanted() => {
+            Phase::Waiting if self.light_is_as_requested() => {
                 let result = self.expose_freely(rate_hz);
                 self.enter(Phase::Starting, result);
                 self.start_sweep();
             }
             Phase::Running if self.is_belt() => self.watch_belt(),
-            // Light without frames while the stage moves: the run is lost in any case.
-            Phase::Running if self.frames_are_overdue() => self.no_frame_came(),
+            // Laser on without frames while the stage moves: the run has failed in any case.
+            Phase::Running if self.frames_are_overdue() => self.report_missing_frame(),
             Phase::Braking if self.stage_rests() => {
                 self.run = None;
-                self.rest_after_run();
+                self.stop_after_run();
             }
             _ => {}
         }
     }
 
     /// The stage ended a motion, possibly that of the run.
-    pub(crate) fn run_arrived(&mut self, arrival: Arrival) {
+    pub(crate) fn run_motion_completed(&mut self, completed: CompletedMotion) {
         let Some(run) = &self.run else { return };
-        if run.phase == Phase::Approach(true) && matches!(arrival, Arrival::Moved(_)) {
+        if run.phase == Phase::Approach(true) && matches!(completed, CompletedMotion::Moved(_)) {
             if self.stage.as_mut().is_some_and(|stage| stage.device().capabilities().follows_frames) {
                 let lit = self.light_for_exposure(Instant::now());
                 return self.enter(Phase::Waiting, lit);
@@ -238,14 +238,14 @@ impl Station {
         let Some(mut run) = self.run.take() else { return };
         let previous = run.previous;
         let within = match frame.position_mm {
-            Some(position_mm) => run.holds(position_mm),
+            Some(position_mm) => run.contains(position_mm),
             // A frame without position within the run is left to the job.
             None => previous.is_some_and(|previous| previous.within),
         };
         let lost_within = self.lost_within(&run, frame, lost.total());
         run.count(lost, lost_within);
-        run.previous = Some(Seen { at: frame.captured_at, within, position_mm: frame.position_mm });
-        let mut wanted = true;
+        run.previous = Some(PreviousFrame { at: frame.captured_at, within, position_mm: frame.position_mm });
+        let mut has_receiver = true;
         if within {
             match run.frames.try_send(frame.clone()) {
                 Ok(()) => {}
@@ -253,16 +253,17 @@ impl Station {
                     run.dropped.recorder.fetch_add(1, Ordering::Relaxed);
                     self.drops.recorder.fetch_add(1, Ordering::Relaxed);
                 }
-                Err(TrySendError::Disconnected(_)) => wanted = false,
+                Err(TrySendError::Disconnected(_)) => has_receiver = false,
             }
         }
-        let passed = frame.position_mm.is_some_and(|position_mm| run.along_mm(position_mm) >= run.length_mm());
+        let is_past_end =
+            frame.position_mm.is_some_and(|position_mm| run.along_mm(position_mm) >= run.length_mm());
         let brakes_itself = self.stage.as_mut().is_some_and(|stage| !stage.device().capabilities().follows_frames);
-        if !wanted || (passed && !brakes_itself) {
+        if !has_receiver || (is_past_end && !brakes_itself) {
             drop(run);
-            return self.rest_after_run();
+            return self.stop_after_run();
         }
-        if passed {
+        if is_past_end {
             run.phase = Phase::Braking;
         }
         self.run = Some(run);
@@ -273,28 +274,31 @@ impl Station {
         let (Some(previous), Some(stage)) = (run.previous, &self.stage) else { return 0 };
         let between = frame.captured_at.saturating_duration_since(previous.at);
         let is_within = |k: &u64| {
-            let share = *k as f64 / (lost + 1) as f64;
+            let fraction = *k as f64 / (lost + 1) as f64;
             let position_mm = match (previous.position_mm, frame.position_mm) {
-                // A belt's triggers are evenly spaced, whatever its speed.
-                (Some(before_mm), Some(now_mm)) if run.counting => Some(before_mm + share * (now_mm - before_mm)),
-                _ => stage.position_at_mm(previous.at + between.mul_f64(share)),
+                // A belt's triggers are evenly spaced at any speed.
+                (Some(before_mm), Some(now_mm)) if run.counting => {
+                    Some(before_mm + fraction * (now_mm - before_mm))
+                }
+                _ => stage.position_at_mm(previous.at + between.mul_f64(fraction)),
             };
-            position_mm.is_none_or(|position_mm| run.holds(position_mm))
+            position_mm.is_none_or(|position_mm| run.contains(position_mm))
         };
         (1..=lost).filter(is_within).count() as u64
     }
 
     /// The camera delivers and the light is as requested: starts the sweep.
     fn start_sweep(&mut self) {
-        if !self.light_is_as_wanted() {
+        if !self.light_is_as_requested() {
             return;
         }
         let Some(run) = &self.run else { return };
         let (end_mm, speed_mm_s) = (run.end_mm(), run.sweep.speed_mm_s);
         let result = self.move_for_run(end_mm, speed_mm_s);
         self.enter(Phase::Running, result);
-        let handed_over = self.run.as_mut().filter(|run| run.is_running()).and_then(|run| run.handed_over.take());
-        if let Some((reply, stream)) = handed_over {
+        let pending_start =
+            self.run.as_mut().filter(|run| run.is_running()).and_then(|run| run.pending_start.take());
+        if let Some((reply, stream)) = pending_start {
             self.answer(reply, Ok(stream));
         }
     }
@@ -304,7 +308,7 @@ impl Station {
         self.stage.as_mut().is_some_and(|stage| stage.device().capabilities().frame_pitch_mm.is_some())
     }
 
-    /// Ends a run over a belt that stands still; before its first trigger it is waited for, with the laser off.
+    /// Ends a run over a belt that has stopped; before its first trigger it is waited for, with the laser off.
     fn watch_belt(&mut self) {
         let now = Instant::now();
         let counting = self.run.as_ref().is_some_and(|run| run.counting);
@@ -313,12 +317,12 @@ impl Station {
             return;
         }
         let waited_ms = self.camera.as_ref().map_or(0, |camera| camera.silent_for().as_millis() as u64);
-        self.end_work(|_| StationRefusal::BeltStandsStill { waited_ms });
-        self.rest_after_run();
+        self.end_work(|_| StationRefusal::BeltStopped { waited_ms });
+        self.stop_after_run();
     }
 
-    /// Position of a belt at a frame that comes after `lost` lost ones; `None` for another stage. It counts from the first
-    /// frame of a run that has light.
+    /// Position of a belt at a frame that comes after `lost` lost ones; `None` for another stage. It counts from the
+    /// first frame of a run that has light.
     pub(crate) fn belt_position_mm(&mut self, lit: bool, lost: u64) -> Option<f64> {
         if !self.is_belt() {
             return None;
@@ -342,7 +346,7 @@ impl Station {
         !follows && due.is_some_and(|due| now > due + LIGHT_IDLE)
     }
 
-    fn light_is_as_wanted(&self) -> bool {
+    fn light_is_as_requested(&self) -> bool {
         self.laser.as_ref().is_none_or(Light::is_as_requested)
     }
 
@@ -376,12 +380,12 @@ impl Station {
             }
             Err(refusal) => {
                 self.fail(refusal);
-                self.rest_after_run();
+                self.stop_after_run();
             }
         }
     }
 
-    fn rest_after_run(&mut self) {
+    fn stop_after_run(&mut self) {
         self.come_to_rest();
         if let Some(camera) = &mut self.camera {
             // A camera that cannot be stopped is noticed at its next use.

@@ -4,12 +4,12 @@ use std::collections::VecDeque;
 use std::sync::Arc;
 use std::time::Instant;
 
-use crate::params::TURN;
+use crate::params::CYCLE_TIME;
 use crate::parts::acquisition::{RawFrame, UNSHARED};
-use crate::parts::motion::Place;
+use crate::parts::motion::FramePosition;
 use crate::shared::frame::SharedFrame;
 use crate::shared::status::Lost;
-use crate::station_thread::owner::Station;
+use crate::station_thread::station::Station;
 
 /// Frames that wait, and statistics of those that were stamped.
 pub struct Stamping {
@@ -61,11 +61,11 @@ impl Stamping {
 
 impl Station {
     /// Receives a frame if one is available, and publishes those whose position is now known.
-    pub(crate) fn tend_camera(&mut self) {
+    pub(crate) fn update_camera(&mut self) {
         if !self.is_faulted("camera") {
             self.receive_frame();
         }
-        self.hand_on_frames();
+        self.forward_frames();
     }
 
     fn receive_frame(&mut self) {
@@ -77,7 +77,7 @@ impl Station {
             }
             return;
         }
-        match camera.take(TURN) {
+        match camera.take(CYCLE_TIME) {
             Ok(Some(frame)) => self.stamping.waiting.push_back(frame),
             Ok(None) => {
                 if let Some(silent) = self.camera.as_ref().and_then(|camera| camera.silence(now)) {
@@ -89,15 +89,15 @@ impl Station {
         }
     }
 
-    fn hand_on_frames(&mut self) {
+    fn forward_frames(&mut self) {
         let now = Instant::now();
         while let Some(frame) = self.stamping.waiting.front() {
-            let place = match &self.stage {
-                _ if frame.info.recorded_position_mm.is_some() => Place::At(None),
-                Some(stage) => stage.place(frame.info.exposed_at, now),
-                None => Place::At(None),
+            let position = match &self.stage {
+                _ if frame.info.recorded_position_mm.is_some() => FramePosition::Known(None),
+                Some(stage) => stage.frame_position(frame.info.exposed_at, now),
+                None => FramePosition::Known(None),
             };
-            let Place::At(position_mm) = place else { return };
+            let FramePosition::Known(position_mm) = position else { return };
             let Some(frame) = self.stamping.waiting.pop_front() else { return };
             let lost = frame.lost;
             let stamped = self.stamp(frame, position_mm, now);
@@ -136,7 +136,7 @@ impl Station {
 
     fn deliver(&mut self, frame: SharedFrame, lost: Lost) {
         self.light_for_next_frame();
-        self.publisher.show(frame.clone());
+        self.publisher.publish_frame(frame.clone());
         if self.tap.as_mut().is_some_and(|tap| !tap.offer(&frame, lost, &self.drops)) {
             self.tap = None;
         }

@@ -16,20 +16,20 @@ use tokio::sync::watch;
 use crate::params::STATUS_PERIOD;
 use crate::parts::light::Light;
 use crate::parts::motion::Motion;
-use crate::shared::dark_frame::DarkUse;
+use crate::shared::dark_frame::DarkFrameUse;
 use crate::shared::frame::SharedFrame;
 use crate::shared::status::{
     DeviceStatus, LaserLight, MachineState, OperationalState, StateHistory, StationStatus,
 };
-use crate::shared::stop_line::StopLine;
+use crate::shared::stop_latch::StopLatch;
 use crate::shared::viewers::Viewers;
-use crate::station_thread::owner::Station;
+use crate::station_thread::station::Station;
 
 /// The senders of all published values.
 pub struct StatusPublisher {
     pub(crate) status: watch::Sender<Arc<StationStatus>>,
     pub(crate) newest: watch::Sender<Option<SharedFrame>>,
-    pub(crate) stop_line: Arc<StopLine>,
+    pub(crate) stop_latch: Arc<StopLatch>,
     pub(crate) simulated: Option<&'static str>,
     /// The viewers.
     pub(crate) viewers: Arc<Viewers>,
@@ -60,7 +60,7 @@ pub(crate) struct Highlights<'a> {
 }
 
 impl Highlights<'_> {
-    fn kept(self) -> Highlights<'static> {
+    fn into_owned(self) -> Highlights<'static> {
         let Self { changes, activity, faults, moving, homed, light, interlock_closed, settings, corrected } = self;
         let activity = Cow::Owned(activity.into_owned());
         Highlights { changes, activity, faults, moving, homed, light, interlock_closed, settings, corrected }
@@ -69,19 +69,19 @@ impl Highlights<'_> {
 
 impl StatusPublisher {
     /// Publishes a frame; only the newest is kept.
-    pub fn show(&self, frame: SharedFrame) {
+    pub fn publish_frame(&self, frame: SharedFrame) {
         self.newest.send_replace(Some(frame));
     }
 
     /// Publishes a camera's own features.
-    pub fn show_camera_details(&self, details: Option<Arc<dyn CameraDetails>>) {
+    pub fn publish_camera_details(&self, details: Option<Arc<dyn CameraDetails>>) {
         *self.camera_details.lock() = details;
     }
 
     /// Notifies the caller that waits for the start.
     pub fn notify_opened(&mut self) {
         if let Some(opened) = self.opened.take() {
-            // A caller that has gone needs no answer.
+            // A caller that has stopped waiting needs no answer.
             let _ = opened.try_send(());
         }
     }
@@ -96,7 +96,7 @@ impl Station {
         if !due && self.publisher.published.as_ref() == Some(&highlights) {
             return;
         }
-        (self.publisher.published_at, self.publisher.published) = (Some(now), Some(highlights.kept()));
+        (self.publisher.published_at, self.publisher.published) = (Some(now), Some(highlights.into_owned()));
         let status = self.status(now);
         self.publisher.status.send_if_modified(|shown| {
             let changed = **shown != status;
@@ -129,7 +129,7 @@ impl Station {
             simulated: self.publisher.simulated,
             camera: self.camera_status(),
             camera_settings: self.camera.as_ref().map_or(no_settings(), |camera| camera.settings()),
-            dark_use: self.dark_use(),
+            dark_frame_use: self.dark_frame_use(),
             frame_rate_hz: self.stamping.rate_hz(now),
             stage: self.stage_status(),
             position_mm: self.stage.as_ref().and_then(Motion::position_mm),
@@ -147,8 +147,10 @@ impl Station {
         }
     }
 
-    fn dark_use(&mut self) -> DarkUse {
-        let (Some(dark), Some(camera)) = (&self.dark_frame, &mut self.camera) else { return DarkUse::NoDarkFrame };
+    fn dark_frame_use(&mut self) -> DarkFrameUse {
+        let (Some(dark), Some(camera)) = (&self.dark_frame, &mut self.camera) else {
+            return DarkFrameUse::NoDarkFrame;
+        };
         let identity = camera.device().identity();
         dark.use_for(&identity, &camera.settings())
     }
@@ -161,7 +163,7 @@ impl Station {
         if self.is_faulted("laser") || laser.state().is_none() {
             return LaserLight::Unknown;
         }
-        let may_emit = self.holder.is_some() || laser.is_wanted();
+        let may_emit = self.holder.is_some() || laser.is_requested();
         match (laser.is_on(), may_emit) {
             (true, _) => LaserLight::On,
             (false, true) => LaserLight::Armed,
@@ -186,7 +188,7 @@ impl Station {
             MachineState::Preoperational => "devices are missing",
             MachineState::Halted => "stopped",
             MachineState::Error => "in error",
-            MachineState::Operational(_) if moving => "moving by hand",
+            MachineState::Operational(_) if moving => "moving manually",
             MachineState::Operational(OperationalState::ContinuousExecution) => "live view",
             MachineState::Operational(OperationalState::Initialized) if !self.calibrated => "not calibrated",
             MachineState::Operational(OperationalState::Initialized) => "not homed",
@@ -237,7 +239,7 @@ pub fn first_status(simulated: Option<&'static str>, state: MachineState) -> Sta
         simulated,
         camera: DeviceStatus { connected: false, identity: unknown_identity(), capabilities: no_camera() },
         camera_settings: no_settings(),
-        dark_use: DarkUse::NoDarkFrame,
+        dark_frame_use: DarkFrameUse::NoDarkFrame,
         frame_rate_hz: 0.0,
         stage: DeviceStatus { connected: false, identity: unknown_identity(), capabilities: no_stage() },
         position_mm: None,

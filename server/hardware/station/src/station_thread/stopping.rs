@@ -5,16 +5,16 @@ use crate::parts::faults::fault_of;
 use crate::parts::machine::Event;
 use crate::shared::refusal::StationRefusal;
 use crate::shared::status::Fault;
-use crate::station_thread::owner::{Revoked, Station};
 use crate::station_thread::run::Run;
+use crate::station_thread::station::{Revoked, Station};
 
 impl Station {
     /// Carries out all pending Stops.
     pub(crate) fn stop_everything(&mut self) {
-        let actor = self.publisher.stop_line.begin_stop();
+        let actor = self.publisher.stop_latch.begin_stop();
         self.stopped_by.clone_from(&actor);
         let result = self.stop_all_devices();
-        let requests = self.publisher.stop_line.obeyed();
+        let requests = self.publisher.stop_latch.finish_stop();
         self.end_reset(|| StationRefusal::Stopped { actor: actor.clone() });
         self.end_work(|_| StationRefusal::Stopped { actor: actor.clone() });
         self.live = None;
@@ -53,13 +53,13 @@ impl Station {
 
     /// Handles a failed device or an impossible request: pending calls get the device's own message.
     pub(crate) fn fail(&mut self, refusal: StationRefusal) {
-        if self.publisher.stop_line.is_pulled() {
+        if self.publisher.stop_latch.is_pending() {
             // The devices may have been stopped by the guard and report that; any other fault is reported again.
             return;
         }
         let fault = fault_of(&refusal);
-        let mut words = Some(refusal);
-        self.end_work(|station| words.take().unwrap_or_else(|| station.in_error()));
+        let mut first_refusal = Some(refusal);
+        self.end_work(|station| first_refusal.take().unwrap_or_else(|| station.in_error()));
         if let Some(fault) = fault {
             self.raise(fault);
         }
@@ -127,12 +127,12 @@ impl Station {
         }
         if let Some(run) = self.run.take() {
             let refusal = why(self);
-            self.break_off(run, refusal);
+            self.abort(run, refusal);
         }
     }
 
-    fn break_off(&mut self, run: Run, refusal: StationRefusal) {
-        if let Some((reply, refusal)) = run.break_off(refusal) {
+    fn abort(&mut self, run: Run, refusal: StationRefusal) {
+        if let Some((reply, refusal)) = run.abort(refusal) {
             self.answer(reply, Err(refusal));
         }
     }
@@ -146,7 +146,7 @@ impl Station {
         }
     }
 
-    /// Whether a device is left alone: until a person has acknowledged its fault, and while a reset reconnects it.
+    /// Whether a device is not used: until a person has acknowledged its fault, and while a reset reconnects it.
     pub(crate) fn is_faulted(&self, device: &str) -> bool {
         // An open interlock is still monitored: it is not a defect.
         self.resetting.is_some()
@@ -155,7 +155,7 @@ impl Station {
             })
     }
 
-    /// Whether a device does not answer.
+    /// Whether a device does not respond.
     pub(crate) fn is_unreachable(&self, device: &str) -> bool {
         let silent = ["gone", "no_reply", "wrong_device", "silent"];
         self.faults.iter().any(|fault| fault.device == device && silent.contains(&fault.kind))

@@ -7,14 +7,14 @@ use devices::{CameraRequest, CameraSettings, LaserError, Trigger};
 use crate::params::{LIGHT_IDLE, LIGHT_UP_LIMIT, SNAPSHOT_AGE};
 use crate::parts::acquisition::Acquisition;
 use crate::parts::light::Light;
-use crate::parts::motion::{Arrival, Motion};
+use crate::parts::motion::{CompletedMotion, Motion};
 use crate::shared::cancel::CancelFlag;
 use crate::shared::frame::SharedFrame;
 use crate::shared::refusal::StationRefusal;
 use crate::shared::status::MachineState::Operational;
 use crate::shared::status::OperationalState::SingleExecution;
 use crate::station_thread::command::Reply;
-use crate::station_thread::owner::Station;
+use crate::station_thread::station::Station;
 
 /// A call in progress.
 pub enum Task {
@@ -71,7 +71,7 @@ struct Exposing {
 
 impl Station {
     /// Continues the current call.
-    pub(crate) fn tend_task(&mut self) {
+    pub(crate) fn update_task(&mut self) {
         let Some(task) = self.task.take() else { return };
         match task {
             Task::Move { ref cancel, .. } | Task::Home { ref cancel, .. } if cancel.is_cancelled() => {
@@ -79,23 +79,23 @@ impl Station {
                 self.come_to_rest();
             }
             Task::Move { target_mm, speed_mm_s, started: false, cancel, reply } => {
-                self.tend_move(target_mm, speed_mm_s, cancel, reply);
+                self.update_move(target_mm, speed_mm_s, cancel, reply);
             }
-            Task::Home { started: false, cancel, reply } => self.tend_home(cancel, reply),
-            Task::Grab(grab) => self.tend_grab(grab),
-            Task::Light { since, reply } => self.tend_light(since, reply),
+            Task::Home { started: false, cancel, reply } => self.update_homing(cancel, reply),
+            Task::Grab(grab) => self.update_grab(grab),
+            Task::Light { since, reply } => self.update_light(since, reply),
             under_way => self.task = Some(under_way),
         }
     }
 
     /// The stage ended a motion.
-    pub(crate) fn arrived(&mut self, arrival: Arrival) {
-        self.run_arrived(arrival);
-        match (self.task.take(), arrival) {
-            (Some(Task::Move { started: true, reply, .. }), Arrival::Moved(position_mm)) => {
+    pub(crate) fn motion_completed(&mut self, completed: CompletedMotion) {
+        self.run_motion_completed(completed);
+        match (self.task.take(), completed) {
+            (Some(Task::Move { started: true, reply, .. }), CompletedMotion::Moved(position_mm)) => {
                 self.answer(reply, Ok(position_mm));
             }
-            (Some(Task::Home { started: true, reply, .. }), Arrival::Homed) => self.answer(reply, Ok(())),
+            (Some(Task::Home { started: true, reply, .. }), CompletedMotion::Homed) => self.answer(reply, Ok(())),
             (task, _) => self.task = task,
         }
     }
@@ -112,7 +112,7 @@ impl Station {
         }
     }
 
-    fn tend_move(&mut self, target_mm: f64, speed_mm_s: Option<f64>, cancel: CancelFlag, reply: Reply<f64>) {
+    fn update_move(&mut self, target_mm: f64, speed_mm_s: Option<f64>, cancel: CancelFlag, reply: Reply<f64>) {
         let Some(stage) = &mut self.stage else {
             return self.answer(reply, Err(StationRefusal::Absent { device: "stage" }));
         };
@@ -121,7 +121,7 @@ impl Station {
             return;
         }
         let speed_mm_s_or_full = speed_mm_s.unwrap_or(stage.device().capabilities().max_speed_mm_s);
-        match self.start_way(target_mm, speed_mm_s_or_full) {
+        match self.start_positioning_move(target_mm, speed_mm_s_or_full) {
             Ok(()) => self.task = Some(Task::Move { target_mm, speed_mm_s, started: true, cancel, reply }),
             Err(refusal) => self.refuse(reply, refusal),
         }
@@ -129,18 +129,22 @@ impl Station {
 
     /// Starts a move during which no frame is due. Before a long one the light is turned off: some controllers turn the
     /// laser off only between motions.
-    pub(crate) fn start_way(&mut self, target_mm: f64, speed_mm_s: f64) -> Result<(), StationRefusal> {
+    pub(crate) fn start_positioning_move(
+        &mut self,
+        target_mm: f64,
+        speed_mm_s: f64,
+    ) -> Result<(), StationRefusal> {
         let stage = self.stage.as_mut().ok_or(StationRefusal::Absent { device: "stage" })?;
         // The other half is reserved for the reports of its end.
         let is_long = stage.travel_s(target_mm, speed_mm_s) > LIGHT_IDLE.as_secs_f64() / 2.0;
-        if let Some(laser) = self.laser.as_mut().filter(|laser| is_long && laser.is_wanted()) {
+        if let Some(laser) = self.laser.as_mut().filter(|laser| is_long && laser.is_requested()) {
             laser.suspend()?;
         }
         stage.start_move(target_mm, speed_mm_s)?;
         Ok(())
     }
 
-    fn tend_home(&mut self, cancel: CancelFlag, reply: Reply<()>) {
+    fn update_homing(&mut self, cancel: CancelFlag, reply: Reply<()>) {
         let Some(stage) = &mut self.stage else {
             return self.answer(reply, Err(StationRefusal::Absent { device: "stage" }));
         };
@@ -160,22 +164,22 @@ impl Station {
         let Some(laser) = &mut self.laser else {
             return self.answer(reply, Err(StationRefusal::Absent { device: "laser" }));
         };
-        let result = if power == 0.0 { laser.off() } else { laser.want(power, now) };
+        let result = if power == 0.0 { laser.off() } else { laser.request(power, now) };
         match result {
             Ok(()) => self.task = Some(Task::Light { since: now, reply }),
             Err(error) => self.refuse(reply, error.into()),
         }
     }
 
-    fn tend_light(&mut self, since: Instant, reply: Reply<()>) {
+    fn update_light(&mut self, since: Instant, reply: Reply<()>) {
         let Some(laser) = &self.laser else { return self.answer(reply, Err(self.in_error())) };
         if laser.is_as_requested() {
             return self.answer(reply, Ok(()));
         }
         let late = since.elapsed() > LIGHT_UP_LIMIT;
-        let dark_wanted = !laser.is_wanted();
+        let off_requested = !laser.is_requested();
         self.task = Some(Task::Light { since, reply });
-        if late && dark_wanted {
+        if late && off_requested {
             let reason = "it reports light although it was switched off".to_owned();
             self.fail(LaserError::Gone { reason }.into());
         }
@@ -233,10 +237,10 @@ impl Station {
     ) {
         let begun_at = Instant::now();
         let grab = Grab { cancel, reply, begun_at, triggered, exposing: None, retried: false, afterwards };
-        self.tend_grab(grab);
+        self.update_grab(grab);
     }
 
-    fn tend_grab(&mut self, mut grab: Grab) {
+    fn update_grab(&mut self, mut grab: Grab) {
         if grab.cancel.as_ref().is_some_and(CancelFlag::is_cancelled) {
             return self.give_up_task(Task::Grab(grab), StationRefusal::Cancelled);
         }
@@ -249,7 +253,7 @@ impl Station {
             }
             if grab.retried {
                 self.task = Some(Task::Grab(grab));
-                return self.no_frame_came();
+                return self.report_missing_frame();
             }
             (grab.retried, grab.exposing) = (true, None);
             if let Some(camera) = &mut self.camera {
@@ -277,15 +281,15 @@ impl Station {
             return self.give_up_task(Task::Grab(grab), StationRefusal::Absent { device: "camera" });
         };
         grab.exposing = Some(Exposing { since: now, until: now + camera.grab_limit() });
-        let asked = if grab.triggered { camera.trigger() } else { Ok(()) };
+        let triggered = if grab.triggered { camera.trigger() } else { Ok(()) };
         self.task = Some(Task::Grab(grab));
-        if let Err(error) = asked {
+        if let Err(error) = triggered {
             self.fail(error.into());
         }
     }
 
     /// Raises the fault of a camera that delivers no frame; refuses the caller that waits for one.
-    pub(crate) fn no_frame_came(&mut self) {
+    pub(crate) fn report_missing_frame(&mut self) {
         let silent = self.camera.as_ref().map_or(Duration::ZERO, Acquisition::silent_for);
         let waited_ms = match &self.task {
             Some(Task::Grab(grab)) => grab.begun_at.elapsed().as_millis() as u64,

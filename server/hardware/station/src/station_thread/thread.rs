@@ -3,13 +3,13 @@
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use crate::parts::faults::fault;
-use crate::station_thread::owner::Station;
+use crate::station_thread::station::Station;
 
 /// Runs the station until it is shut down or all its handles are dropped.
 pub fn run(station: Station) {
     let mut station = Guarded(station);
     loop {
-        match catch_unwind(AssertUnwindSafe(|| station.0.turn())) {
+        match catch_unwind(AssertUnwindSafe(|| station.0.run_cycle())) {
             Ok(true) => {}
             Ok(false) => break,
             Err(_) => station.after_panic(),
@@ -22,24 +22,24 @@ pub fn run(station: Station) {
 struct Guarded(Station);
 
 impl Guarded {
-    /// After a panic, devices are left alone until a person resets the station.
+    /// After a panic, devices are not used until a person resets the station.
     fn after_panic(&mut self) {
-        self.still();
-        let settled = catch_unwind(AssertUnwindSafe(|| {
+        self.make_safe();
+        let recorded = catch_unwind(AssertUnwindSafe(|| {
             self.0.raise(fault(
                 "station",
                 "panic",
-                "an internal error ended the station's work",
+                "an internal error in the station thread ended all work",
                 "please report it, with the log of the service",
             ));
             self.0.publish_and_reply();
         }));
-        if settled.is_err() {
+        if recorded.is_err() {
             tracing::error!("the station thread could not record its own fault");
         }
     }
 
-    fn still(&mut self) {
+    fn make_safe(&mut self) {
         // A panic of one device's driver must not prevent the stop of the others.
         let devices: [fn(&mut Station); 3] = [
             |station| station.stage.iter_mut().for_each(|stage| drop(stage.device().stop())),
@@ -54,7 +54,7 @@ impl Guarded {
 
 impl Drop for Guarded {
     fn drop(&mut self) {
-        self.still();
+        self.make_safe();
         self.0.refuse_all();
     }
 }

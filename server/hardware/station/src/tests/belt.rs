@@ -1,4 +1,4 @@
-//! A belt whose encoder triggers the camera: positions are counted, and nobody here commands it.
+//! A belt whose encoder triggers the camera: positions are counted, and the station does not command it.
 
 use std::sync::Arc;
 
@@ -35,7 +35,7 @@ fn scanned(bench: &Bench) -> (Vec<f64>, u64) {
     lease.laser_on(1.0).unwrap();
     let stream = lease.sweep(&SWEEP, &never_cancelled()).unwrap();
     let frames: Vec<_> = stream.frames.iter().collect();
-    assert!(stream.broken().is_none());
+    assert!(stream.end_reason().is_none());
     assert!(frames.iter().all(|frame| frame.laser_on));
     (frames.iter().map(|frame| frame.position_mm.unwrap()).collect(), stream.dropped.total())
 }
@@ -68,7 +68,7 @@ fn a_lost_frame_moves_the_position_by_as_many_steps_and_is_counted() {
 }
 
 #[test]
-fn commands_to_the_belt_are_refused_by_name_and_are_no_fault() {
+fn commands_to_the_belt_are_refused_by_name_and_are_not_a_fault() {
     let bench = belt();
     let commands =
         [Manual::Home, Manual::Move { target_mm: 5.0, speed_mm_s: None }, Manual::Jog { velocity_mm_s: 5.0 }];
@@ -88,27 +88,27 @@ fn commands_to_the_belt_are_refused_by_name_and_are_no_fault() {
 }
 
 #[test]
-fn a_belt_that_stands_still_is_waited_for_in_the_dark_and_ends_a_scan_under_way() {
+fn a_stopped_belt_is_awaited_with_the_laser_off_and_ends_a_running_scan() {
     let bench = belt();
     bench.control.set_fault(TwinFault::BeltStops);
     let lease = bench.lease();
     lease.laser_on(1.0).unwrap();
     let stream = lease.sweep(&SWEEP, &never_cancelled()).unwrap();
-    wait_until("dark while it waits", || bench.control.laser_power() == 0.0);
+    wait_until("laser off while it waits", || bench.control.laser_power() == 0.0);
     bench.control.clear_fault(TwinFault::BeltStops.name());
     let first = stream.frames.recv().unwrap();
     assert_eq!((first.position_mm, first.laser_on), (Some(0.0), true));
     bench.control.set_fault(TwinFault::BeltStops);
     while stream.frames.recv().is_ok() {}
-    let broken = stream.broken();
-    assert!(matches!(broken, Some(StationRefusal::BeltStandsStill { .. })), "{broken:?}");
-    wait_until("dark", || bench.control.laser_power() == 0.0);
+    let end_reason = stream.end_reason();
+    assert!(matches!(end_reason, Some(StationRefusal::BeltStopped { .. })), "{end_reason:?}");
+    wait_until("laser off", || bench.control.laser_power() == 0.0);
     drop(lease);
-    assert_eq!(bench.station.status().faults, [], "a belt that stops is no fault of the station");
+    assert_eq!(bench.station.status().faults, [], "a stopped belt is not a fault of the station");
 }
 
 #[test]
-fn stop_switches_the_light_off_and_ends_the_scan_while_the_belt_goes_on() {
+fn stop_turns_the_laser_off_and_ends_the_scan_while_the_belt_continues() {
     let bench = belt();
     let lease = bench.lease();
     lease.laser_on(1.0).unwrap();
@@ -118,5 +118,5 @@ fn stop_switches_the_light_off_and_ends_the_scan_while_the_belt_goes_on() {
     wait(bench.station.stop("a person")).unwrap();
     assert_eq!((bench.control.laser_power(), bench.station.status().state), (0.0, MachineState::Halted));
     while stream.frames.recv().is_ok() {}
-    assert!(matches!(stream.broken(), Some(StationRefusal::Stopped { .. })));
+    assert!(matches!(stream.end_reason(), Some(StationRefusal::Stopped { .. })));
 }

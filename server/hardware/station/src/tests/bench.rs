@@ -12,13 +12,13 @@ use crate::{
 };
 
 /// Longest wait of a test for an expected event; far beyond every promised time.
-pub const PATIENCE: Duration = Duration::from_secs(10);
+pub const WAIT_LIMIT: Duration = Duration::from_secs(10);
 
 /// A station under test.
 pub struct Bench {
     /// The station.
     pub station: StationHandle,
-    /// The virtual operator.
+    /// Control of the simulation.
     pub control: TwinControl,
 }
 
@@ -65,7 +65,7 @@ impl Bench {
     pub fn wait_for(&self, what: &str, holds: impl Fn(&StationStatus) -> bool) -> Duration {
         let watch = Stopwatch::start();
         while !holds(&self.station.status()) {
-            assert!(watch.own_time() < PATIENCE, "not {what}: {:#?}", self.station.status());
+            assert!(watch.own_time() < WAIT_LIMIT, "not {what}: {:#?}", self.station.status());
             std::thread::sleep(Duration::from_millis(1));
         }
         watch.own_time()
@@ -106,7 +106,7 @@ pub fn wait<F: Future>(future: F) -> F::Output {
 pub fn wait_until(what: &str, holds: impl Fn() -> bool) -> Duration {
     let watch = Stopwatch::start();
     while !holds() {
-        assert!(watch.own_time() < PATIENCE, "not {what}");
+        assert!(watch.own_time() < WAIT_LIMIT, "not {what}");
         std::thread::sleep(Duration::from_millis(1));
     }
     watch.own_time()

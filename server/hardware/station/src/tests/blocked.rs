@@ -22,7 +22,7 @@ use crate::{MachineState, Manual, StationDevices, StationRefusal, Sweep};
 const BLOCKS: Duration = Duration::from_secs(10);
 
 /// Light and motion end within this time of a Stop.
-const STOPPED_WITHIN: Duration = Duration::from_millis(200);
+const STOP_LIMIT: Duration = Duration::from_millis(200);
 
 /// A call that blocks on request.
 #[derive(Debug, Default)]
@@ -227,14 +227,14 @@ fn blocking_bench(blocked: DeviceSet) -> (Bench, Arc<Gate>) {
     let devices = small_devices();
     let driver = Arc::new(BlockingDriver { driver: devices.camera, gate: gate.clone(), blocked });
     let (stage, laser) = (driver.clone(), driver.clone());
-    // The driver is its own world; nothing follows it.
+    // The driver contains its own simulated world; no other device acts on it.
     let bench = bench_of(StationDevices { camera: driver, stage, laser, twin: devices.twin });
     bench.wait_for("ready", |status| status.activity == "ready");
     (bench, gate)
 }
 
 /// A sweep with light during which a call to one device blocks.
-fn stops_all_the_same(blocked: DeviceSet) {
+fn stop_ends_light_and_motion_with_a_blocked(blocked: DeviceSet) {
     let (bench, gate) = blocking_bench(blocked);
     let lease = bench.lease();
     lease.laser_on(1.0).unwrap();
@@ -244,7 +244,7 @@ fn stops_all_the_same(blocked: DeviceSet) {
     gate.shut();
     wait_until("blocked", || gate.is_waited_at.load(Ordering::SeqCst));
     assert!(bench.control.laser_power() > 0.0, "it must be on when Stop comes");
-    let asked = Stopwatch::start();
+    let requested = Stopwatch::start();
     wait(bench.station.stop("a person")).unwrap();
     let is_moving = || {
         let before_mm = bench.control.true_position_mm();
@@ -252,15 +252,15 @@ fn stops_all_the_same(blocked: DeviceSet) {
         bench.control.true_position_mm() != before_mm
     };
     wait_until("off and at rest", || bench.control.laser_power() == 0.0 && !is_moving());
-    let took = asked.own_time();
-    assert!(took <= STOPPED_WITHIN, "light or motion for {took:?} after Stop");
+    let took = requested.own_time();
+    assert!(took <= STOP_LIMIT, "light or motion for {took:?} after Stop");
     assert!(bench.station.is_halted());
     let rests_at_mm = bench.control.true_position_mm();
 
     gate.open();
     bench.wait_for("halted", |status| status.state == MachineState::Halted);
     stream.frames.iter().for_each(drop);
-    assert!(matches!(stream.broken(), Some(StationRefusal::Stopped { actor }) if actor == "a person"));
+    assert!(matches!(stream.end_reason(), Some(StationRefusal::Stopped { actor }) if actor == "a person"));
     assert_eq!((bench.control.true_position_mm(), bench.control.laser_power()), (rests_at_mm, 0.0));
     drop(lease);
     bench.manual(Manual::Reset).unwrap();
@@ -269,17 +269,17 @@ fn stops_all_the_same(blocked: DeviceSet) {
 
 #[test]
 fn stop_ends_light_and_motion_while_a_call_to_the_camera_blocks() {
-    stops_all_the_same(DeviceSet { camera: true, ..DeviceSet::default() });
+    stop_ends_light_and_motion_with_a_blocked(DeviceSet { camera: true, ..DeviceSet::default() });
 }
 
 #[test]
 fn stop_ends_light_and_motion_while_a_call_to_the_stage_blocks() {
-    stops_all_the_same(DeviceSet { stage: true, ..DeviceSet::default() });
+    stop_ends_light_and_motion_with_a_blocked(DeviceSet { stage: true, ..DeviceSet::default() });
 }
 
 #[test]
 fn stop_ends_light_and_motion_while_a_call_to_the_laser_blocks() {
-    stops_all_the_same(DeviceSet { laser: true, ..DeviceSet::default() });
+    stop_ends_light_and_motion_with_a_blocked(DeviceSet { laser: true, ..DeviceSet::default() });
 }
 
 #[test]

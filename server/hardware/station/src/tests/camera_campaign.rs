@@ -14,13 +14,13 @@ use std::time::Duration;
 
 use devices::contract::Stopwatch;
 use devices::replay::{ReplayDriver, ReplaySettings};
-use genicam::witness::FakeCamera;
+use genicam::fake_camera::FakeCamera;
 use tempfile::TempDir;
 use twin::{CaptureRequest, ScanRequest, SceneKind, StationModel, StationShape, TwinFault, capture_folder};
 
 use super::bench::{Bench, bench_of, never_cancelled, small_devices, wait};
 use super::matrix::genicam as process;
-use super::spied::{Spy, spied};
+use super::spy_camera::{Spy, spied};
 use crate::{LaserLight, LiveRequest, MachineState, Manual, StationDevices, StationStatus};
 
 /// The kind of fault.
@@ -46,16 +46,16 @@ const ALL: [FaultKind; 7] = [
 ];
 
 /// Camera faults are reported within this time (`promises.md`).
-const NAMED_LIMIT: Duration = Duration::from_secs(2);
+const REPORT_LIMIT: Duration = Duration::from_secs(2);
 
 /// The laser is off within this time of the report of a fault.
-const DARK_LIMIT: Duration = Duration::from_millis(500);
+const LASER_OFF_LIMIT: Duration = Duration::from_millis(500);
 
 /// A wait beyond this time counts as a hang.
 const HANG: Duration = Duration::from_secs(20);
 
 /// How long exposures are observed after a tolerated fault.
-const SURVIVED: Duration = Duration::from_millis(400);
+const OBSERVATION_TIME: Duration = Duration::from_millis(400);
 
 /// Reproducible pseudo-random numbers (xorshift).
 struct Xorshift(u64);
@@ -69,12 +69,12 @@ impl Xorshift {
     }
 }
 
-/// A station, with the injection and the cure of its camera's faults.
+/// A station, with the functions that inject and clear its camera's faults.
 struct Rig<'a> {
     bench: Bench,
     spy: Arc<Spy>,
-    strike: Box<dyn Fn(FaultKind) + 'a>,
-    cure: Box<dyn Fn() + 'a>,
+    inject: Box<dyn Fn(FaultKind) + 'a>,
+    clear: Box<dyn Fn() + 'a>,
 }
 
 #[derive(Debug, Default)]
@@ -90,10 +90,10 @@ fn lost(status: &StationStatus) -> u64 {
 }
 
 impl Rig<'_> {
-    /// Waits until `seen` holds; returns the time it took, or `None` after `limit`.
-    fn comes(&self, limit: Duration, seen: impl Fn(&StationStatus) -> bool) -> Option<Duration> {
+    /// Waits until the status fulfils `holds`; returns the time it took, or `None` after `limit`.
+    fn wait_for(&self, limit: Duration, holds: impl Fn(&StationStatus) -> bool) -> Option<Duration> {
         let watch = Stopwatch::start();
-        while !seen(&self.bench.station.status()) {
+        while !holds(&self.bench.station.status()) {
             if watch.own_time() > limit {
                 return None;
             }
@@ -104,7 +104,7 @@ impl Rig<'_> {
 
     /// Removes the cause and resets the station, as a person would.
     fn make_ready(&self, tally: &mut Tally) -> bool {
-        (self.cure)();
+        (self.clear)();
         let watch = Stopwatch::start();
         while self.bench.manual(Manual::Reset).is_err() {
             if watch.own_time() > HANG {
@@ -116,41 +116,41 @@ impl Rig<'_> {
     }
 
     /// Injects a fault during a live view or during triggered exposures.
-    fn inject_fault(&self, what: FaultKind, live: bool, dice: &mut Xorshift, tally: &mut Tally) {
-        let going = Arc::new(AtomicBool::new(true));
-        let job = (!live).then(|| self.expose(going.clone()));
+    fn inject_fault(&self, what: FaultKind, live: bool, rng: &mut Xorshift, tally: &mut Tally) {
+        let running = Arc::new(AtomicBool::new(true));
+        let job = (!live).then(|| self.expose(running.clone()));
         if live {
             wait(self.bench.station.live(LiveRequest { running: true, laser_power: 1.0 })).unwrap();
         }
-        if self.comes(HANG, |status| status.laser_light == LaserLight::On).is_none() {
-            tally.failures.push("hang: it does not begin".to_owned());
+        if self.wait_for(HANG, |status| status.laser_light == LaserLight::On).is_none() {
+            tally.failures.push("hang: the laser does not turn on".to_owned());
         }
-        std::thread::sleep(Duration::from_millis(dice.roll(120)));
+        std::thread::sleep(Duration::from_millis(rng.roll(120)));
         tally.n_faults += 1;
-        (self.strike)(what);
-        let is_survived = matches!(what, FaultKind::Loss | FaultKind::Late);
-        let limit = if is_survived { SURVIVED } else { NAMED_LIMIT + Duration::from_secs(1) };
-        match self.comes(limit, |status| !status.faults.is_empty()) {
+        (self.inject)(what);
+        let is_tolerated = matches!(what, FaultKind::Loss | FaultKind::Late);
+        let limit = if is_tolerated { OBSERVATION_TIME } else { REPORT_LIMIT + Duration::from_secs(1) };
+        match self.wait_for(limit, |status| !status.faults.is_empty()) {
             Some(took) => {
                 *tally.n_named.entry(what).or_default() += 1;
                 let longest = tally.longest.entry(what).or_default();
                 *longest = (*longest).max(took);
-                if is_survived || took > NAMED_LIMIT {
+                if is_tolerated || took > REPORT_LIMIT {
                     let faults = &self.bench.station.status().faults;
                     tally.failures.push(format!("late: reported after {took:?}: {faults:?}"));
                 }
                 let watch = Stopwatch::start();
-                while self.bench.control.laser_power() > 0.0 && watch.own_time() <= DARK_LIMIT {
+                while self.bench.control.laser_power() > 0.0 && watch.own_time() <= LASER_OFF_LIMIT {
                     std::thread::sleep(Duration::from_millis(1));
                 }
                 if self.bench.control.laser_power() > 0.0 {
-                    tally.failures.push("light left on".to_owned());
+                    tally.failures.push("laser left on".to_owned());
                 }
             }
-            None if is_survived => {}
+            None if is_tolerated => {}
             None => tally.failures.push("late: not reported".to_owned()),
         }
-        going.store(false, Ordering::SeqCst);
+        running.store(false, Ordering::SeqCst);
         if let Some(job) = job {
             job.join().unwrap();
         }
@@ -159,28 +159,30 @@ impl Rig<'_> {
         // Exactly: every exposure arrived, or is counted under its reason.
         let exposed = || self.spy.exposed.load(Ordering::SeqCst);
         let is_exact = |status: &StationStatus| status.frames_arrived + lost(status) == exposed();
-        if self.comes(Duration::from_secs(2), is_exact).is_none() {
+        if self.wait_for(Duration::from_secs(2), is_exact).is_none() {
             let status = self.bench.station.status();
             let (arrived, dropped) = (status.frames_arrived, &status.frames_dropped);
-            tally.failures.push(format!("account: {} exposed, {arrived} arrived, lost {dropped:?}", exposed()));
+            tally.failures.push(format!("counts: {} exposed, {arrived} arrived, lost {dropped:?}", exposed()));
         }
     }
 
     /// Exposes with light, one frame after the other, until it is ended or a fault ends it.
-    fn expose(&self, going: Arc<AtomicBool>) -> std::thread::JoinHandle<()> {
+    fn expose(&self, running: Arc<AtomicBool>) -> std::thread::JoinHandle<()> {
         let lease = self.bench.lease();
         lease.laser_on(1.0).unwrap();
-        std::thread::spawn(move || while going.load(Ordering::SeqCst) && lease.grab(&never_cancelled()).is_ok() {})
+        std::thread::spawn(
+            move || while running.load(Ordering::SeqCst) && lease.grab(&never_cancelled()).is_ok() {},
+        )
     }
 }
 
 fn campaign(name: &str, rig: &Rig<'_>, n_faults: usize) {
-    let (mut tally, mut dice) = (Tally::default(), Xorshift(0x9e37_79b9_7f4a_7c15));
+    let (mut tally, mut rng) = (Tally::default(), Xorshift(0x9e37_79b9_7f4a_7c15));
     for _ in 0..n_faults {
-        let (what, live) = (ALL[dice.roll(ALL.len() as u64) as usize], dice.roll(2) == 0);
+        let (what, live) = (ALL[rng.roll(ALL.len() as u64) as usize], rng.roll(2) == 0);
         let before = tally.failures.len();
         if rig.make_ready(&mut tally) {
-            rig.inject_fault(what, live, &mut dice, &mut tally);
+            rig.inject_fault(what, live, &mut rng, &mut tally);
         }
         let scenario = if live { "live" } else { "triggered" };
         tally.failures[before..]
@@ -191,12 +193,12 @@ fn campaign(name: &str, rig: &Rig<'_>, n_faults: usize) {
     assert!(matches!(rig.bench.station.status().state, MachineState::Operational(_)));
     let count = |word: &str| tally.failures.iter().filter(|failure| failure.starts_with(word)).count();
     println!(
-        "{name}: {} faults; {} reported late, {} hangs, {} accounts wrong, {} lights left on",
+        "{name}: {} faults; {} reported late, {} hangs, {} wrong counts, laser left on {} times",
         tally.n_faults,
         count("late"),
         count("hang"),
-        count("account"),
-        count("light")
+        count("counts"),
+        count("laser")
     );
     let status = rig.bench.station.status();
     println!("  {} arrived, lost {:?}", status.frames_arrived, status.frames_dropped);
@@ -212,12 +214,12 @@ fn n_faults(usual: usize) -> usize {
 }
 
 /// Injects a fault between camera and station.
-fn on_the_way(spy: &Spy, what: FaultKind) {
+fn inject_after_driver(spy: &Spy, what: FaultKind) {
     match what {
         FaultKind::Loss => spy.loses.store(3, Ordering::SeqCst),
-        FaultKind::Late => spy.hangs_ms.store(300, Ordering::SeqCst),
-        FaultKind::WrongSize => spy.halves.store(true, Ordering::SeqCst),
-        FaultKind::FormatChange => spy.deepens.store(true, Ordering::SeqCst),
+        FaultKind::Late => spy.frame_hang_ms.store(300, Ordering::SeqCst),
+        FaultKind::WrongSize => spy.halves_height.store(true, Ordering::SeqCst),
+        FaultKind::FormatChange => spy.doubles_depth.store(true, Ordering::SeqCst),
         FaultKind::Unplug => spy.is_unplugged.store(true, Ordering::SeqCst),
         // No more frames arrive.
         FaultKind::Hang => spy.loses.store(u64::MAX, Ordering::SeqCst),
@@ -229,9 +231,9 @@ fn on_the_way(spy: &Spy, what: FaultKind) {
     }
 }
 
-fn put_right(spy: &Spy) {
+fn clear_after_driver(spy: &Spy) {
     spy.loses.store(0, Ordering::SeqCst);
-    [&spy.halves, &spy.deepens, &spy.is_unplugged]
+    [&spy.halves_height, &spy.doubles_depth, &spy.is_unplugged]
         .into_iter()
         .for_each(|what| what.store(false, Ordering::SeqCst));
 }
@@ -239,10 +241,10 @@ fn put_right(spy: &Spy) {
 fn of_twin(n_faults: usize) {
     let (devices, spy) = spied(small_devices());
     let bench = bench_of(devices);
-    let (control, curing, late) = (bench.control.clone(), bench.control.clone(), spy.clone());
-    let strike = move |what| match what {
+    let (control, clearing, late) = (bench.control.clone(), bench.control.clone(), spy.clone());
+    let inject = move |what| match what {
         FaultKind::Loss => control.set_fault(TwinFault::LostFrames { every: 2 }),
-        FaultKind::Late => on_the_way(&late, what),
+        FaultKind::Late => inject_after_driver(&late, what),
         FaultKind::WrongSize => control.set_fault(TwinFault::WrongFrameSize),
         FaultKind::FormatChange => control.set_fault(TwinFault::WrongPixelFormat),
         FaultKind::Unplug => control.set_fault(TwinFault::CameraUnplugged),
@@ -253,12 +255,12 @@ fn of_twin(n_faults: usize) {
             control.clear_fault(TwinFault::CameraUnplugged.name());
         }
     };
-    let cure = move || {
+    let clear = move || {
         for fault in TwinFault::EXAMPLES {
-            curing.clear_fault(fault.name());
+            clearing.clear_fault(fault.name());
         }
     };
-    campaign("twin", &Rig { bench, spy, strike: Box::new(strike), cure: Box::new(cure) }, n_faults);
+    campaign("twin", &Rig { bench, spy, inject: Box::new(inject), clear: Box::new(clear) }, n_faults);
 }
 
 fn of_replay(n_faults: usize) {
@@ -272,10 +274,10 @@ fn of_replay(n_faults: usize) {
     let replay = Arc::new(ReplayDriver(ReplaySettings { folder: capture, ..ReplaySettings::default() }));
     let (devices, spy) = spied(StationDevices { camera: replay.clone(), stage: replay, ..small_devices() });
     let bench = bench_of(devices);
-    let (striking, curing) = (spy.clone(), spy.clone());
-    let strike = move |what| on_the_way(&striking, what);
-    let cure = move || put_right(&curing);
-    campaign("replay", &Rig { bench, spy, strike: Box::new(strike), cure: Box::new(cure) }, n_faults);
+    let (injecting, clearing) = (spy.clone(), spy.clone());
+    let inject = move |what| inject_after_driver(&injecting, what);
+    let clear = move || clear_after_driver(&clearing);
+    campaign("replay", &Rig { bench, spy, inject: Box::new(inject), clear: Box::new(clear) }, n_faults);
 }
 
 /// Faults that cannot be injected into the process are injected after the driver.
@@ -283,11 +285,11 @@ fn of_genicam(n_faults: usize) {
     let Some(camera) = process::fake(0).map(RefCell::new) else { return };
     let (devices, spy) = spied(process::devices(small_devices()));
     let bench = bench_of(devices);
-    bench.wait_for("there", |status| status.camera.connected);
+    bench.wait_for("camera connected", |status| status.camera.connected);
     process::set_small(&bench);
     let camera: &RefCell<FakeCamera> = &camera;
-    let (striking, curing) = (spy.clone(), spy.clone());
-    let strike = move |what| match what {
+    let (injecting, clearing) = (spy.clone(), spy.clone());
+    let inject = move |what| match what {
         FaultKind::Late => {
             camera.borrow().hold();
             std::thread::sleep(Duration::from_millis(300));
@@ -296,16 +298,16 @@ fn of_genicam(n_faults: usize) {
         FaultKind::Unplug => camera.borrow_mut().kill(),
         FaultKind::Hang => camera.borrow().hold(),
         FaultKind::Restart => camera.borrow_mut().restart().unwrap(),
-        FaultKind::Loss | FaultKind::WrongSize | FaultKind::FormatChange => on_the_way(&striking, what),
+        FaultKind::Loss | FaultKind::WrongSize | FaultKind::FormatChange => inject_after_driver(&injecting, what),
     };
-    let cure = move || {
-        put_right(&curing);
+    let clear = move || {
+        clear_after_driver(&clearing);
         camera.borrow().resume();
         if camera.borrow().has_ended() {
             camera.borrow_mut().restart().unwrap();
         }
     };
-    campaign("genicam", &Rig { bench, spy, strike: Box::new(strike), cure: Box::new(cure) }, n_faults);
+    campaign("genicam", &Rig { bench, spy, inject: Box::new(inject), clear: Box::new(clear) }, n_faults);
 }
 
 #[test]

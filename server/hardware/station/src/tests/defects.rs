@@ -4,12 +4,12 @@ use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
 use super::bench::{bench_of, never_cancelled, small_devices, wait_until};
-use super::spied::{spied, spied_behind_a_thread};
+use super::spy_camera::{spied, spied_on_its_own_thread};
 use crate::station_thread::handle::Watch;
 use crate::{MachineState, Manual, OperationalState, StationHandle, StationRefusal};
 
 /// Promise 4 is 50 ms; the rest allows for a machine that runs other tests.
-const HEARD_WITHIN: Duration = Duration::from_millis(150);
+const STOP_LIMIT: Duration = Duration::from_millis(150);
 
 #[test]
 fn a_panic_in_the_thread_ends_light_and_motion_and_becomes_a_fault() {
@@ -41,37 +41,37 @@ fn a_driver_that_hangs_cannot_keep_the_light_on() {
     bench.wait_for("ready", |status| status.activity == "ready");
     let lease = bench.lease();
     lease.laser_on(1.0).unwrap();
-    spy.hangs_ms.store(2500, Ordering::SeqCst);
+    spy.frame_hang_ms.store(2500, Ordering::SeqCst);
     std::thread::scope(|scope| {
         let grabbing = scope.spawn(|| lease.grab(&never_cancelled()).map(|frame| frame.sequence));
-        wait_until("hanging", || spy.hangs_ms.load(Ordering::SeqCst) == 0);
-        let dark_after = wait_until("dark", || bench.control.laser_power() == 0.0);
-        assert!(dark_after <= Duration::from_secs(1), "off after {dark_after:?}");
+        wait_until("hanging", || spy.frame_hang_ms.load(Ordering::SeqCst) == 0);
+        let off_after = wait_until("laser off", || bench.control.laser_power() == 0.0);
+        assert!(off_after <= Duration::from_secs(1), "off after {off_after:?}");
         let _ = grabbing.join().unwrap();
     });
 }
 
 #[test]
 fn a_stop_is_carried_out_while_a_camera_on_its_own_thread_hangs() {
-    let (devices, spy) = spied_behind_a_thread(small_devices());
+    let (devices, spy) = spied_on_its_own_thread(small_devices());
     let bench = bench_of(devices);
     bench.wait_for("ready", |status| status.activity == "ready");
     let lease = bench.lease();
     lease.laser_on(1.0).unwrap();
     let hang = Duration::from_millis(2500);
-    spy.hangs_ms.store(hang.as_millis() as u64, Ordering::SeqCst);
+    spy.frame_hang_ms.store(hang.as_millis() as u64, Ordering::SeqCst);
     let hung_at = Instant::now();
     std::thread::scope(|scope| {
         let grabbing = scope.spawn(|| lease.grab(&never_cancelled()).map(|frame| frame.sequence));
-        wait_until("hanging", || spy.hangs_ms.load(Ordering::SeqCst) == 0);
-        let asked = Instant::now();
+        wait_until("hanging", || spy.frame_hang_ms.load(Ordering::SeqCst) == 0);
+        let requested = Instant::now();
         bench.stop();
-        assert!(asked.elapsed() <= HEARD_WITHIN, "reported after {:?}", asked.elapsed());
+        assert!(requested.elapsed() <= STOP_LIMIT, "reported after {:?}", requested.elapsed());
         assert_eq!(bench.control.laser_power(), 0.0);
         assert!(matches!(grabbing.join().unwrap(), Err(StationRefusal::Stopped { .. })));
     });
     drop(lease);
-    std::thread::sleep((hung_at + hang + HEARD_WITHIN).saturating_duration_since(Instant::now()));
+    std::thread::sleep((hung_at + hang + STOP_LIMIT).saturating_duration_since(Instant::now()));
     bench.manual(Manual::Reset).unwrap();
     bench.wait_for("ready", |status| status.activity == "ready");
     bench.lease().grab(&never_cancelled()).unwrap();

@@ -58,7 +58,7 @@ fn a_sweep_delivers_every_frame_of_its_range_with_its_position() {
     lease.laser_on(1.0).unwrap();
     let stream = lease.sweep(&SWEEP, &never_cancelled()).unwrap();
     let frames: Vec<_> = stream.frames.iter().collect();
-    assert!(stream.broken().is_none());
+    assert!(stream.end_reason().is_none());
     assert_eq!(stream.dropped.total(), 0);
     let positions: Vec<f64> = frames.iter().map(|frame| frame.position_mm.unwrap()).collect();
     assert!(positions.iter().all(|position| (-2.0..=3.0).contains(position)), "{positions:?}");
@@ -77,7 +77,7 @@ fn a_sweep_delivers_every_frame_of_its_range_with_its_position() {
 }
 
 #[test]
-fn a_sweep_backwards_is_a_sweep_as_well() {
+fn a_sweep_can_run_backwards() {
     let bench = bench();
     let lease = bench.lease();
     let stream = lease.sweep(&Sweep { from_mm: 3.0, to_mm: -2.0, ..SWEEP }, &never_cancelled()).unwrap();
@@ -87,7 +87,7 @@ fn a_sweep_backwards_is_a_sweep_as_well() {
 }
 
 #[test]
-fn a_sweep_without_room_for_its_run_up_is_refused_before_anything_moves() {
+fn a_sweep_whose_run_up_exceeds_the_travel_is_refused_before_anything_moves() {
     let bench = bench();
     let lease = bench.lease();
     let refused = lease.sweep(&Sweep { from_mm: -100.0, ..SWEEP }, &never_cancelled());
@@ -101,7 +101,7 @@ fn a_sweep_without_room_for_its_run_up_is_refused_before_anything_moves() {
 }
 
 #[test]
-fn a_recorder_that_does_not_keep_up_costs_counted_frames() {
+fn frames_lost_by_a_slow_recorder_are_counted() {
     let bench = bench();
     let lease = bench.lease();
     let sweep = Sweep { from_mm: 0.0, to_mm: 60.0, speed_mm_s: 20.0, frame_rate_hz: 100.0 };
@@ -117,7 +117,7 @@ fn a_recorder_that_does_not_keep_up_costs_counted_frames() {
 }
 
 #[test]
-fn stop_ends_the_call_that_waits_and_all_later_ones() {
+fn stop_ends_the_pending_call_and_all_later_ones() {
     let bench = bench();
     let lease = bench.lease();
     lease.laser_on(1.0).unwrap();
@@ -151,11 +151,11 @@ fn stop_ends_a_sweep_with_its_reason() {
     let stream = lease.sweep(&SWEEP, &never_cancelled()).unwrap();
     bench.stop();
     assert!(stream.frames.iter().count() < 20);
-    assert!(matches!(stream.broken(), Some(StationRefusal::Stopped { .. })));
+    assert!(matches!(stream.end_reason(), Some(StationRefusal::Stopped { .. })));
 }
 
 #[test]
-fn a_cancelled_job_gets_its_calls_back_at_once() {
+fn calls_of_a_cancelled_job_return_at_once() {
     let bench = bench();
     let lease = bench.lease();
     let cancel = CancelFlag::default();
@@ -189,20 +189,20 @@ fn light_is_suspended_while_the_job_is_idle_and_resumes_with_its_next_exposure()
     let bench = bench();
     let lease = bench.lease();
     lease.laser_on(1.0).unwrap();
-    let dark_after = wait_until("dark", || bench.control.laser_power() == 0.0);
-    assert!(dark_after < Duration::from_secs(1), "off after {dark_after:?}");
+    let off_after = wait_until("laser off", || bench.control.laser_power() == 0.0);
+    assert!(off_after < Duration::from_secs(1), "off after {off_after:?}");
     assert!(lease.grab(&never_cancelled()).unwrap().laser_on);
 }
 
 #[test]
-fn a_motion_or_a_wait_keeps_no_light_on() {
+fn a_motion_or_a_wait_does_not_keep_the_laser_on() {
     let bench = bench();
     let lease = bench.lease();
     lease.laser_on(1.0).unwrap();
     std::thread::scope(|scope| {
         let moving = scope.spawn(|| lease.move_to(90.0, Some(20.0), &never_cancelled()));
         bench.wait_for("moving", |status| status.moving);
-        wait_until("dark", || bench.control.laser_power() == 0.0);
+        wait_until("laser off", || bench.control.laser_power() == 0.0);
         assert!(!moving.is_finished(), "it goes off during the move");
         bench.stop();
         let _ = moving.join().unwrap();
@@ -210,13 +210,13 @@ fn a_motion_or_a_wait_keeps_no_light_on() {
 }
 
 #[test]
-fn a_camera_that_hangs_lets_the_light_go_out_half_a_second_after_its_frame_was_due() {
+fn the_laser_goes_off_half_a_second_after_a_hanging_cameras_frame_was_due() {
     let bench = bench();
     let lease = bench.lease();
     lease.laser_on(1.0).unwrap();
     assert!(lease.grab(&never_cancelled()).unwrap().laser_on);
     bench.control.set_fault(twin::TwinFault::CameraHang);
-    let (asked, watch, lit) = (Instant::now(), Stopwatch::start(), std::sync::atomic::AtomicU64::new(0));
+    let (requested, watch, lit) = (Instant::now(), Stopwatch::start(), std::sync::atomic::AtomicU64::new(0));
     let ended = std::sync::atomic::AtomicBool::new(false);
     std::thread::scope(|scope| {
         scope.spawn(|| {
@@ -233,7 +233,7 @@ fn a_camera_that_hangs_lets_the_light_go_out_half_a_second_after_its_frame_was_d
     });
     // Two exposures were due; promised are 2 s to the name and 0.5 s of light after each.
     let took = watch.own_time();
-    let late = asked.elapsed().saturating_sub(took);
+    let late = requested.elapsed().saturating_sub(took);
     let lit = Duration::from_micros(lit.load(Ordering::SeqCst)).saturating_sub(late);
     assert!(took < Duration::from_secs(2), "reported after {took:?}");
     assert!(lit < Duration::from_millis(1200), "light for {lit:?}");

@@ -7,7 +7,7 @@ use crate::station_thread::handle::Watch;
 use crate::{Fault, LiveRequest, MachineState, Manual, OperationalState, StationRefusal};
 
 #[test]
-fn what_was_authorised_before_a_stop_never_has_the_station_not_even_after_the_reset() {
+fn work_authorised_before_a_stop_is_refused_even_after_the_reset() {
     let bench = bench();
     let before = bench.station.stop_epoch();
     bench.stop();
@@ -73,7 +73,7 @@ fn an_alarm_from_outside_ends_light_and_motion_and_waits_for_a_person() {
 
 /// After each Stop: old and new jobs, people and the live view; none of them moves or lights anything before a reset.
 #[test]
-fn after_a_stop_nothing_moves_or_emits_light_whoever_requests_it() {
+fn after_a_stop_every_motion_and_light_request_is_refused() {
     let bench = bench();
     for round in 0..40_u32 {
         let before = bench.station.stop_epoch();

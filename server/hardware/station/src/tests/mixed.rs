@@ -10,7 +10,7 @@ use devices::replay::{ReplayDriver, ReplaySettings};
 use tempfile::TempDir;
 
 use super::bench::{bench_of, never_cancelled, small_devices, wait, wait_until};
-use super::spied::spied;
+use super::spy_camera::spied;
 use crate::params::OPENING_LIMIT;
 use crate::{MachineState, Manual, StationDevices};
 
@@ -20,12 +20,12 @@ fn controller() -> (GrblSimulator, Arc<GrblDriver>, TempDir) {
     let machine = SimulatorConfig { homing: false, ..SimulatorConfig::default() };
     let settings = GrblSettings { steps_per_mm: machine.steps_per_mm, ..GrblSettings::default() };
     let controller = GrblSimulator::start(machine, &folder.path().join("tty"), None).unwrap();
-    let port = controller.place().display().to_string();
+    let port = controller.port_name().display().to_string();
     (controller, Arc::new(GrblDriver(GrblSettings { port, ..settings })), folder)
 }
 
 #[test]
-fn a_lasers_controller_lights_the_simulated_world_while_the_simulated_stage_moves_it() {
+fn a_laser_on_a_controller_illuminates_the_simulated_scene_with_a_simulated_stage() {
     let (controller, grbl, _folder) = controller();
     let bench = bench_of(StationDevices { laser: grbl, ..small_devices() });
     bench.wait_for("ready", |status| status.activity == "ready");
@@ -34,14 +34,14 @@ fn a_lasers_controller_lights_the_simulated_world_while_the_simulated_stage_move
     assert_eq!(bench.control.true_position_mm(), 10.0);
     lease.laser_on(1.0).unwrap();
     assert!(lease.grab(&never_cancelled()).unwrap().laser_on);
-    assert!(controller.witness().light() && bench.control.laser_power() > 0.0);
+    assert!(controller.event_log().light() && bench.control.laser_power() > 0.0);
     drop(lease);
-    wait_until("dark", || !controller.witness().light() && bench.control.laser_power() == 0.0);
-    assert_eq!(controller.witness().n_motions_since(controller.witness().mark()), 0);
+    wait_until("laser off", || !controller.event_log().light() && bench.control.laser_power() == 0.0);
+    assert_eq!(controller.event_log().n_motions_since(controller.event_log().mark()), 0);
 }
 
 #[test]
-fn a_stages_controller_moves_the_simulated_world_while_the_simulated_laser_lights_it() {
+fn a_stage_on_a_controller_moves_the_simulated_scene_with_a_simulated_laser() {
     let (controller, grbl, _folder) = controller();
     let bench = bench_of(StationDevices { stage: grbl, ..small_devices() });
     // Homing zeroes at the present position, at the upper end of the travel.
@@ -53,7 +53,7 @@ fn a_stages_controller_moves_the_simulated_world_while_the_simulated_laser_light
     let frame = lease.grab(&never_cancelled()).unwrap();
     assert!(frame.laser_on && (frame.position_mm.unwrap() + 10.0).abs() < 0.01, "{:?}", frame.position_mm);
     assert!((bench.control.true_position_mm() + 10.0).abs() < 0.01);
-    assert!(bench.control.laser_power() > 0.0 && !controller.witness().light());
+    assert!(bench.control.laser_power() > 0.0 && !controller.event_log().light());
 }
 
 #[test]
@@ -72,20 +72,20 @@ fn a_driver_that_cannot_open_keeps_only_its_own_devices() {
 fn a_driver_that_hangs_while_it_opens_is_reported_and_stop_works_anyway() {
     let (devices, spy) = spied(small_devices());
     let hang = OPENING_LIMIT + Duration::from_secs(1);
-    spy.open_hangs_ms.store(hang.as_millis() as u64, Ordering::SeqCst);
+    spy.open_hang_ms.store(hang.as_millis() as u64, Ordering::SeqCst);
     let begun = Instant::now();
     let bench = bench_of(devices);
-    bench.wait_for("named", |status| {
+    bench.wait_for("fault reported", |status| {
         status.faults.iter().any(|fault| (fault.device, fault.kind) == ("camera", "opening"))
     });
     let status = bench.station.status();
     assert!(
         begun.elapsed() < hang && status.stage.connected && status.laser.connected && !status.camera.connected
     );
-    let asked = Instant::now();
+    let requested = Instant::now();
     wait(bench.station.stop("a person")).unwrap();
-    assert!(asked.elapsed() < Duration::from_millis(500), "reported after {:?}", asked.elapsed());
-    bench.wait_for("there", |status| status.camera.connected && status.faults.is_empty());
+    assert!(requested.elapsed() < Duration::from_millis(500), "reported after {:?}", requested.elapsed());
+    bench.wait_for("camera connected", |status| status.camera.connected && status.faults.is_empty());
     bench.manual(Manual::Reset).unwrap();
     bench.wait_for("ready", |status| status.activity == "ready");
 }

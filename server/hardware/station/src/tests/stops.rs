@@ -50,7 +50,7 @@ fn two_hundred_stops_under_load_end_light_and_motion() {
 }
 
 #[test]
-#[ignore = "a measurement of times: alone on a quiet machine"]
+#[ignore = "measures times: run without other tests on an idle machine"]
 fn two_hundred_stops_under_load_keep_the_promise() {
     let (p99, longest) = stop_200_times();
     assert!(p99 <= P99 && longest <= LONGEST, "p99 {p99:?}, longest {longest:?}");
@@ -75,7 +75,7 @@ fn stop_200_times() -> (Duration, Duration) {
         for n in 0..STOPS {
             let mut threads = Vec::new();
             begin(&bench, n, &mut threads);
-            // A different moment of the thread's turn each time, by a fixed sequence.
+            // A different moment of the thread's cycle each time, by a fixed sequence.
             std::thread::sleep(Duration::from_micros((n as u64 * 7919) % 23_000));
             let begun = Instant::now();
             bench.stop();

@@ -88,7 +88,7 @@ impl TwinCamera {
                 return Err(unsupported(
                     "trigger",
                     "hardware",
-                    "only a belt triggers it; it can run free or be triggered by software",
+                    "only a belt triggers it; set it to free-running or software trigger",
                 ));
             }
             accepted.trigger = trigger;

@@ -12,7 +12,7 @@ use crate::part::mesh::Solid;
 use crate::part::scene::{Scene, SceneKind};
 use crate::render::renderer::Renderer;
 
-/// The virtual operator: places parts on the stage, injects faults, reads the ground truth. Cheap to clone.
+/// Control of the simulation: places parts on the stage, injects faults, reads the ground truth. Cheap to clone.
 #[derive(Clone)]
 pub struct TwinControl {
     world: SharedWorld,
@@ -61,10 +61,10 @@ impl TwinControl {
         world.faults.retain(|other| other.name() != fault.name());
         world.faults.push(fault);
         let now = Instant::now();
-        world.stage_fault_begins(fault, now);
-        world.laser_fault_begins(fault, now);
+        world.start_stage_fault(fault, now);
+        world.start_laser_fault(fault, now);
         drop(world);
-        self.follow_drift(fault);
+        self.update_renderer_for_drift(fault);
     }
 
     /// Switches the fault of that name off; returns whether it was on.
@@ -72,9 +72,9 @@ impl TwinControl {
         let mut world = self.world.lock();
         let Some(idx) = world.faults.iter().position(|fault| fault.name() == name) else { return false };
         let fault = world.faults.remove(idx);
-        world.stage_fault_ends(fault);
+        world.end_stage_fault(fault);
         drop(world);
-        self.follow_drift(fault);
+        self.update_renderer_for_drift(fault);
         true
     }
 
@@ -110,7 +110,7 @@ impl TwinControl {
     }
 
     /// Updates the renderer for the drift of laser and grating; computed here, not on the sensor's thread.
-    fn follow_drift(&self, fault: TwinFault) {
+    fn update_renderer_for_drift(&self, fault: TwinFault) {
         if !matches!(fault, TwinFault::WavelengthDrift { .. } | TwinFault::DirtyGrating { .. }) {
             return;
         }

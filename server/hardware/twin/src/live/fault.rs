@@ -32,7 +32,7 @@ pub enum TwinFault {
         /// Distance by which the true position lags behind the reported one.
         lost_mm: f64,
     },
-    /// The stage's controller does not answer.
+    /// The stage's controller does not respond.
     StageSilent,
     /// The stage's cable is unplugged.
     StageUnplugged,
@@ -50,14 +50,14 @@ pub enum TwinFault {
     /// Dirt on the grating weakens the orders unevenly and scatters light.
     DirtyGrating {
         /// 0 is clean, 1 entirely dirty.
-        share: f64,
+        fraction: f64,
     },
     /// The sensor has hot pixels and a fixed pattern of its rows.
     WornSensor {
         /// Size of the pattern, grey levels of 255.
         levels: f64,
     },
-    /// The belt that triggers the camera stands still.
+    /// The belt that triggers the camera has stopped.
     BeltStops,
     /// The lens is covered by its cap.
     LensCovered,
@@ -67,7 +67,7 @@ pub enum TwinFault {
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum FaultNameError {
     /// An unknown name.
-    #[error("\"{name}\" is not a fault")]
+    #[error("there is no fault \"{name}\"")]
     Unknown {
         /// The name.
         name: String,
@@ -89,7 +89,7 @@ pub enum FaultNameError {
 impl Remedy for FaultNameError {
     fn remedy(&self) -> Option<Cow<'_, str>> {
         Some(match self {
-            Self::Unknown { known, .. } => format!("known are {known}").into(),
+            Self::Unknown { known, .. } => format!("use one of {known}").into(),
             Self::BadValue { expected, .. } => format!("give {expected}").into(),
         })
     }
@@ -111,7 +111,7 @@ impl TwinFault {
         Self::InterlockOpen,
         Self::LaserUnplugged,
         Self::WavelengthDrift { relative: 1e-3 },
-        Self::DirtyGrating { share: 0.3 },
+        Self::DirtyGrating { fraction: 0.3 },
         Self::WornSensor { levels: 6.0 },
         Self::BeltStops,
         Self::LensCovered,
@@ -147,7 +147,7 @@ impl TwinFault {
             Self::StageStall { at_mm } => Some(at_mm),
             Self::LostSteps { lost_mm } => Some(lost_mm),
             Self::WavelengthDrift { relative } => Some(relative),
-            Self::DirtyGrating { share } => Some(share),
+            Self::DirtyGrating { fraction } => Some(fraction),
             Self::WornSensor { levels } => Some(levels),
             _ => None,
         }
@@ -166,7 +166,7 @@ impl TwinFault {
         let (fault, allowed, expected) = match ordinary {
             Self::LostFrames { .. } => {
                 let whole = value.fract() == 0.0 && (1.0..=1e9).contains(&value);
-                (Self::LostFrames { every: value as u64 }, whole, "a whole number of frames from 1")
+                (Self::LostFrames { every: value as u64 }, whole, "a whole number of frames, at least 1")
             }
             Self::StageStall { .. } => (Self::StageStall { at_mm: value }, value.is_finite(), "a position in mm"),
             Self::LostSteps { .. } => (Self::LostSteps { lost_mm: value }, value.is_finite(), "a distance in mm"),
@@ -174,7 +174,7 @@ impl TwinFault {
                 (Self::WavelengthDrift { relative: value }, value.abs() < 0.05, "a relative change below 0.05")
             }
             Self::DirtyGrating { .. } => {
-                (Self::DirtyGrating { share: value }, (0.0..=1.0).contains(&value), "a share of 0 to 1")
+                (Self::DirtyGrating { fraction: value }, (0.0..=1.0).contains(&value), "a fraction of 0 to 1")
             }
             Self::WornSensor { .. } => {
                 (Self::WornSensor { levels: value }, (0.0..=50.0).contains(&value), "0 to 50 grey levels")

@@ -42,29 +42,29 @@ impl Mirror {
     /// Makes the world of `control` follow another driver's laser.
     pub(super) fn laser(&self, laser: Box<dyn Laser>, control: &TwinControl) -> Box<dyn Laser> {
         let mirror = self.clone();
-        control.follow_laser(move |_| mirror.look(|seen| seen.power));
+        control.follow_laser(move |_| mirror.with_readings(|readings| readings.power));
         Box::new(MirroredLaser { laser, mirror: self.clone() })
     }
 
-    fn look<T>(&self, look: impl FnOnce(&mut LastReadings) -> T) -> T {
-        look(&mut self.0.lock())
+    fn with_readings<T>(&self, with_readings: impl FnOnce(&mut LastReadings) -> T) -> T {
+        with_readings(&mut self.0.lock())
     }
 
     fn take_stage(&self, state: StageState) {
-        self.look(|seen| match &mut seen.stage {
+        self.with_readings(|readings| match &mut readings.stage {
             Some((newest, _)) if newest.measured_at >= state.measured_at => *newest = state,
             stage => *stage = Some((state, stage.map(|(newest, _)| newest))),
         });
     }
 
     fn take_laser(&self, state: LaserState) -> LaserState {
-        self.look(|seen| seen.power = if state.emitting { state.power } else { 0.0 });
+        self.with_readings(|readings| readings.power = if state.emitting { state.power } else { 0.0 });
         state
     }
 
     fn position_mm(&self, at: Instant) -> f64 {
-        self.look(|seen| {
-            let Some((newest, before)) = &seen.stage else { return 0.0 };
+        self.with_readings(|readings| {
+            let Some((newest, before)) = &readings.stage else { return 0.0 };
             let position_mm = newest.position_mm.unwrap_or(0.0);
             let rest = !newest.moving || at <= newest.measured_at;
             let Some(before) = before.filter(|_| !rest) else { return position_mm };
@@ -147,7 +147,7 @@ impl MirroredLaser {
     fn mirrored(&self, state: Result<LaserState, LaserError>) -> Result<LaserState, LaserError> {
         if state.is_err() {
             // An unreachable laser is shown as off; the status reports it as unknown.
-            self.mirror.look(|seen| seen.power = 0.0);
+            self.mirror.with_readings(|readings| readings.power = 0.0);
         }
         state.map(|state| self.mirror.take_laser(state))
     }
@@ -177,7 +177,7 @@ impl Laser for MirroredLaser {
     }
 
     fn switch_off(&mut self) -> Result<(), LaserError> {
-        self.mirror.look(|seen| seen.power = 0.0);
+        self.mirror.with_readings(|readings| readings.power = 0.0);
         self.laser.switch_off()
     }
 

@@ -23,13 +23,13 @@ enum DetectedFault {
 pub(super) struct LaserWorld {
     power: f64,
     until: Instant,
-    trouble: Option<DetectedFault>,
+    detected_fault: Option<DetectedFault>,
     pub follows: Option<PowerSource>,
 }
 
 impl LaserWorld {
     pub(super) fn new(now: Instant) -> Self {
-        Self { power: 0.0, until: now, trouble: None, follows: None }
+        Self { power: 0.0, until: now, detected_fault: None, follows: None }
     }
 
     /// Emitted power at a time, as a fraction of full power.
@@ -46,9 +46,9 @@ impl LaserWorld {
     }
 
     fn error(&self) -> Option<LaserError> {
-        match self.trouble? {
+        match self.detected_fault? {
             DetectedFault::Fault => Some(LaserError::Fault {
-                reason: "its driver is too hot".to_owned(),
+                reason: "the laser driver is overheated".to_owned(),
                 remedy: "let it cool down, then reset the station",
             }),
             DetectedFault::Gone => Some(LaserError::Gone { reason: "its cable was unplugged".to_owned() }),
@@ -58,10 +58,10 @@ impl LaserWorld {
 
 impl World {
     /// Starts a fault of the laser; each of them turns it off.
-    pub(super) fn laser_fault_begins(&mut self, fault: TwinFault, now: Instant) {
+    pub(super) fn start_laser_fault(&mut self, fault: TwinFault, now: Instant) {
         match fault {
-            TwinFault::LaserFault => self.laser.trouble = Some(DetectedFault::Fault),
-            TwinFault::LaserUnplugged => self.laser.trouble = Some(DetectedFault::Gone),
+            TwinFault::LaserFault => self.laser.detected_fault = Some(DetectedFault::Fault),
+            TwinFault::LaserUnplugged => self.laser.detected_fault = Some(DetectedFault::Gone),
             TwinFault::InterlockOpen => {}
             _ => return,
         }
@@ -87,14 +87,17 @@ impl TwinLaser {
         guard.laser = LaserWorld { follows: guard.laser.follows.take(), ..LaserWorld::new(now) };
         for fault in [TwinFault::LaserFault, TwinFault::LaserUnplugged] {
             if guard.has(fault) {
-                guard.laser_fault_begins(fault, now);
+                guard.start_laser_fault(fault, now);
             }
         }
         drop(guard);
         Self { world }
     }
 
-    fn reach<T>(&self, act: impl FnOnce(&mut World, Instant) -> Result<T, LaserError>) -> Result<T, LaserError> {
+    fn with_laser<T>(
+        &self,
+        act: impl FnOnce(&mut World, Instant) -> Result<T, LaserError>,
+    ) -> Result<T, LaserError> {
         let mut world = self.world.lock();
         match world.laser.error() {
             Some(error) => Err(error),
@@ -119,14 +122,14 @@ impl Laser for TwinLaser {
     }
 
     fn lost_host(&self) -> &'static str {
-        "the simulated laser ends with it"
+        "the simulated laser goes off"
     }
 
     fn switch_on(&mut self, power: f64, lease: Duration) -> Result<LaserState, LaserError> {
         if !(power > 0.0 && power <= 1.0) {
             return Err(LaserError::BadPower { value: power });
         }
-        self.reach(|world, now| {
+        self.with_laser(|world, now| {
             if world.has(TwinFault::InterlockOpen) {
                 return Err(LaserError::InterlockOpen);
             }
@@ -137,7 +140,7 @@ impl Laser for TwinLaser {
     }
 
     fn renew(&mut self, lease: Duration) -> Result<LaserState, LaserError> {
-        self.reach(|world, now| {
+        self.with_laser(|world, now| {
             if world.laser.light(now) > 0.0 {
                 world.laser.until = now + lease.min(LASER_LEASE_LIMIT);
             }
@@ -148,7 +151,7 @@ impl Laser for TwinLaser {
     fn switch_off(&mut self) -> Result<(), LaserError> {
         let mut world = self.world.lock();
         world.laser.turn_off(Instant::now());
-        match world.laser.trouble {
+        match world.laser.detected_fault {
             Some(DetectedFault::Gone) => world.laser.error().map_or(Ok(()), Err),
             _ => Ok(()),
         }
@@ -159,13 +162,13 @@ impl Laser for TwinLaser {
     }
 
     fn poll(&mut self) -> Result<LaserState, LaserError> {
-        self.reach(|world, now| Ok(world.laser_state(now)))
+        self.with_laser(|world, now| Ok(world.laser_state(now)))
     }
 
     fn reconnect(&mut self) -> Result<(), LaserError> {
         let mut world = self.world.lock();
         if !(world.has(TwinFault::LaserFault) || world.has(TwinFault::LaserUnplugged)) {
-            world.laser.trouble = None;
+            world.laser.detected_fault = None;
         }
         world.laser.turn_off(Instant::now());
         Ok(())

@@ -1,8 +1,8 @@
 //! The simulated station in operation: camera, stage and laser behind the traits of `devices`, and the world they
-//! share.
+//! fraction.
 //!
 //! [`TwinStation`] is created from a [`StationModel`]. Its devices are used like real ones; its [`TwinControl`] is the
-//! virtual operator, which places parts and boards on the stage, switches faults on and off, and reads the ground
+//! simulation's control, which places parts and boards on the stage, switches faults on and off, and reads the ground
 //! truth. The camera renders on its own thread, as a sensor exposes independently. Light, noise and timing:
 //! `server/docs/maths/twin.md`.
 
@@ -46,7 +46,7 @@ impl TwinStation {
         Self { world: SharedWorld::new(&model, &options), options, mirror: Mirror::default() }
     }
 
-    /// The virtual operator.
+    /// Control of the simulation.
     pub fn control(&self) -> TwinControl {
         TwinControl::new(self.world.clone())
     }

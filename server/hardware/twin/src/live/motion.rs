@@ -23,14 +23,14 @@ pub(super) struct Motion {
 
 /// Position and speed.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Place {
+pub(super) struct MotionState {
     pub position_mm: f64,
     pub speed_mm_s: f64,
 }
 
 impl Phase {
-    fn at(&self, time_s: f64) -> Place {
-        Place {
+    fn at(&self, time_s: f64) -> MotionState {
+        MotionState {
             position_mm: self.from_mm + time_s * (self.speed_mm_s + time_s * self.acceleration_mm_s2 / 2.0),
             speed_mm_s: self.speed_mm_s + time_s * self.acceleration_mm_s2,
         }
@@ -87,22 +87,22 @@ impl Motion {
 
     /// Brakes to rest from the state at `at`, as fast as the ramp allows.
     pub(super) fn braked(&self, at: Instant, acceleration_mm_s2: Option<f64>) -> Self {
-        let place = self.place(at);
-        let Some(acceleration) = acceleration_mm_s2.filter(|_| place.speed_mm_s != 0.0) else {
-            return Self::rest(at, place.position_mm);
+        let state = self.state_at(at);
+        let Some(acceleration) = acceleration_mm_s2.filter(|_| state.speed_mm_s != 0.0) else {
+            return Self::rest(at, state.position_mm);
         };
         let phase = Phase {
-            duration_s: place.speed_mm_s.abs() / acceleration,
-            from_mm: place.position_mm,
-            speed_mm_s: place.speed_mm_s,
-            acceleration_mm_s2: -acceleration * place.speed_mm_s.signum(),
+            duration_s: state.speed_mm_s.abs() / acceleration,
+            from_mm: state.position_mm,
+            speed_mm_s: state.speed_mm_s,
+            acceleration_mm_s2: -acceleration * state.speed_mm_s.signum(),
         };
         let to_mm = phase.at(phase.duration_s).position_mm;
-        Self { began: at, phases: vec![phase], from_mm: place.position_mm, to_mm, ramped: true }
+        Self { began: at, phases: vec![phase], from_mm: state.position_mm, to_mm, ramped: true }
     }
 
     /// Position and speed at `at`; before the start those of the start, after the end at rest.
-    pub(super) fn place(&self, at: Instant) -> Place {
+    pub(super) fn state_at(&self, at: Instant) -> MotionState {
         let mut time_s = at.saturating_duration_since(self.began).as_secs_f64();
         for phase in &self.phases {
             if time_s < phase.duration_s {
@@ -110,7 +110,7 @@ impl Motion {
             }
             time_s -= phase.duration_s;
         }
-        Place { position_mm: self.to_mm, speed_mm_s: 0.0 }
+        MotionState { position_mm: self.to_mm, speed_mm_s: 0.0 }
     }
 
     /// Start position.
@@ -146,8 +146,8 @@ mod tests {
     /// Rounding of nanoseconds at 100 mm/s.
     const ROUNDING_MM: f64 = 1e-6;
 
-    fn at(motion: &Motion, time_s: f64) -> Place {
-        motion.place(motion.began + Duration::from_secs_f64(time_s))
+    fn at(motion: &Motion, time_s: f64) -> MotionState {
+        motion.state_at(motion.began + Duration::from_secs_f64(time_s))
     }
 
     #[test]
@@ -157,11 +157,11 @@ mod tests {
         for (time_s, position_mm, speed_mm_s) in
             [(0.0, 10.0, 0.0), (0.1, 7.5, -50.0), (0.2, 0.0, -100.0), (0.35, -15.0, -100.0), (0.6, -37.5, -50.0)]
         {
-            let place = at(&motion, time_s);
-            assert!((place.position_mm - position_mm).abs() < ROUNDING_MM, "{time_s}: {place:?}");
-            assert!((place.speed_mm_s - speed_mm_s).abs() < 1e-5, "{time_s}: {place:?}");
+            let state = at(&motion, time_s);
+            assert!((state.position_mm - position_mm).abs() < ROUNDING_MM, "{time_s}: {state:?}");
+            assert!((state.speed_mm_s - speed_mm_s).abs() < 1e-5, "{time_s}: {state:?}");
         }
-        assert_eq!(at(&motion, 0.71), Place { position_mm: -40.0, speed_mm_s: 0.0 });
+        assert_eq!(at(&motion, 0.71), MotionState { position_mm: -40.0, speed_mm_s: 0.0 });
     }
 
     #[test]

@@ -8,7 +8,7 @@ use devices::ValueRange;
 pub const BOARD_EXPOSURE_US: f64 = 20_000.0;
 
 /// Exposure at which laser lines reach the shape's `line_peak` at full power, µs: the laser line is twenty times
-/// brighter than the lamp.
+/// brighter than the board illumination.
 pub const LASER_EXPOSURE_US: f64 = 1_000.0;
 
 /// Exposure range of the sensor, µs.

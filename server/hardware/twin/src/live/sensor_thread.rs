@@ -29,7 +29,7 @@ pub(super) struct Pending {
     at: Instant,
     settings: CameraSettings,
     /// The view of the sensor, once the middle of the exposure has passed.
-    seen: Option<(View, u64)>,
+    view: Option<(View, u64)>,
 }
 
 /// A frame that waits to be collected.
@@ -100,7 +100,7 @@ impl Run {
 
     /// Numbers an image by its content and by how often it was exposed since the last change, so that the same
     /// procedure gets the same noise, regardless of earlier events.
-    fn picture_of(&mut self, view: &View, settings: &CameraSettings) -> u64 {
+    fn image_number(&mut self, view: &View, settings: &CameraSettings) -> u64 {
         let shown = [
             view.scene.fingerprint(),
             view.position_mm.to_bits(),
@@ -197,7 +197,7 @@ impl Sensor {
         let half = Duration::from_secs_f64(settings.exposure_us / 2e6);
         let now = Instant::now();
         let at = if self.timing == Timing::Realistic { now + half } else { now };
-        let mut exposure = Pending { frame_id: run.next_id, at, settings: *settings, seen: None };
+        let mut exposure = Pending { frame_id: run.next_id, at, settings: *settings, view: None };
         run.next_id += 1;
         if self.timing == Timing::Instant {
             self.look(run, &mut exposure);
@@ -212,8 +212,8 @@ impl Sensor {
             view.position_mm = BELT_START_MM + exposure.frame_id as f64 * pitch_mm;
         }
         drop(world);
-        let picture = run.picture_of(&view, &exposure.settings);
-        exposure.seen = Some((view, picture));
+        let image_number = run.image_number(&view, &exposure.settings);
+        exposure.view = Some((view, image_number));
     }
 
     /// The thread: exposes, renders and delivers until the camera is closed.
@@ -268,7 +268,7 @@ impl Sensor {
             return Err(first.at - now);
         }
         let mut exposure = run.pending.pop_front().expect("it was looked at just before");
-        if exposure.seen.is_none() {
+        if exposure.view.is_none() {
             self.look(run, &mut exposure);
         }
         let every = self
@@ -286,8 +286,8 @@ impl Sensor {
     }
 
     fn render(&self, exposure: &Pending, buffers: &mut ExposureBuffers, image: &mut GreyImage) {
-        if let Some((view, picture)) = &exposure.seen {
-            view.renderer.expose(&light_of(view, &exposure.settings, *picture), buffers, image);
+        if let Some((view, image_number)) = &exposure.view {
+            view.renderer.expose(&light_of(view, &exposure.settings, *image_number), buffers, image);
             if view.worn_levels > 0.0 {
                 wear(image, view.renderer.model().seed, view.worn_levels);
             }
@@ -331,36 +331,37 @@ impl Sensor {
     }
 }
 
-/// The light of a view: the lamp if the laser is off, else the laser, with the additions of room and dirt, without the
-/// lamp. In a room with ambient light there is no lamp: the ambient light is independent of the laser.
-fn light_of<'v>(view: &'v View, settings: &CameraSettings, picture: u64) -> Exposure<'v> {
+/// The light of a view: the board illumination if the laser is off, else the laser with the ambient light of the room
+/// and the light scattered by dirt. In a room with ambient light there is no board illumination: the ambient light is
+/// independent of the laser.
+fn light_of<'v>(view: &'v View, settings: &CameraSettings, image_number: u64) -> Exposure<'v> {
     if view.covered {
         return Exposure {
             scene: &view.scene,
             position: view.position_mm,
-            ordinary_level: 0.0,
-            ordinary_share: 0.0,
-            laser_share: 0.0,
+            ambient_level: 0.0,
+            ambient_exposure: 0.0,
+            laser_exposure: 0.0,
             gain: 1.0,
             bits: if settings.pixel_format == PixelFormat::Mono16 { 16 } else { 8 },
-            picture,
+            image_number,
         };
     }
     let dark = view.laser_power <= 0.0;
     let ambient = view.renderer.model().shape.ambient_levels;
-    let by_lamp = dark && ambient <= 0.0;
-    let nominal_us = if by_lamp { BOARD_EXPOSURE_US } else { LASER_EXPOSURE_US };
-    let share = settings.exposure_us / nominal_us;
+    let by_board_light = dark && ambient <= 0.0;
+    let nominal_us = if by_board_light { BOARD_EXPOSURE_US } else { LASER_EXPOSURE_US };
+    let fraction = settings.exposure_us / nominal_us;
     let room = ambient + view.stray_levels * view.laser_power;
     Exposure {
         scene: &view.scene,
         position: view.position_mm,
-        ordinary_level: if by_lamp { BOARD_WHITE_LEVEL } else { room },
-        ordinary_share: share as f32,
-        laser_share: if dark { 0.0 } else { (view.laser_power * share) as f32 },
+        ambient_level: if by_board_light { BOARD_WHITE_LEVEL } else { room },
+        ambient_exposure: fraction as f32,
+        laser_exposure: if dark { 0.0 } else { (view.laser_power * fraction) as f32 },
         gain: 10.0_f64.powf(settings.gain_db / 20.0) as f32,
         bits: if settings.pixel_format == PixelFormat::Mono16 { 16 } else { 8 },
-        picture,
+        image_number,
     }
 }
 

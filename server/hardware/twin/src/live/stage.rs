@@ -4,6 +4,7 @@ use std::f64::consts::TAU;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
+use devices::stage_checks::{check_numbers, check_travel};
 use devices::{
     AcceptedMove, DeviceIdentity, Homing, Stage, StageCapabilities, StageError, StageState, StopHandle,
 };
@@ -45,7 +46,7 @@ pub(super) struct StageWorld {
     motion: Motion,
     activity: Activity,
     homed: bool,
-    trouble: Option<DetectedFault>,
+    detected_fault: Option<DetectedFault>,
     /// Distance by which the true position lags behind the controller's.
     pub lost_mm: f64,
     pub follows: Option<PositionSource>,
@@ -61,7 +62,7 @@ impl StageWorld {
             motion: Motion::rest(now, 0.0),
             activity: Activity::Idle,
             homed: !required,
-            trouble: None,
+            detected_fault: None,
             lost_mm: 0.0,
             follows: None,
         }
@@ -76,7 +77,7 @@ impl StageWorld {
 
     /// Position of the motion, limited by an obstacle.
     fn blocked_mm(&self, stall_mm: Option<f64>, at: Instant) -> f64 {
-        let position_mm = self.motion.place(at).position_mm;
+        let position_mm = self.motion.state_at(at).position_mm;
         match stall_mm {
             Some(stall_mm) if self.motion.begin_mm() < stall_mm && stall_mm <= position_mm => {
                 stall_mm - STALL_GAP_MM
@@ -108,13 +109,13 @@ impl StageWorld {
 
     /// Advances to a time: ends motions and stops at obstacles.
     fn advance(&mut self, stall_mm: Option<f64>, now: Instant) {
-        let place_mm = self.blocked_mm(stall_mm, now);
-        let blocked = place_mm != self.motion.place(now).position_mm;
+        let position_mm = self.blocked_mm(stall_mm, now);
+        let blocked = position_mm != self.motion.state_at(now).position_mm;
         match self.activity {
             Activity::Moving { .. } | Activity::Homing if blocked => {
                 let target_mm = self.motion.to_mm();
-                self.trouble.get_or_insert(DetectedFault::Stalled { target_mm, actual_mm: place_mm });
-                self.rest(now, place_mm);
+                self.detected_fault.get_or_insert(DetectedFault::Stalled { target_mm, actual_mm: position_mm });
+                self.rest(now, position_mm);
                 self.homed = false;
             }
             Activity::Moving { .. } if !self.motion.moving(now) => self.activity = Activity::Idle,
@@ -138,7 +139,7 @@ impl StageWorld {
     }
 
     fn error(&self, command: &str, now: Instant) -> Option<StageError> {
-        match self.trouble? {
+        match self.detected_fault? {
             DetectedFault::Stalled { target_mm, actual_mm } => Some(StageError::Stalled { target_mm, actual_mm }),
             DetectedFault::Gone => Some(StageError::Gone { reason: "its cable was unplugged".to_owned() }),
             DetectedFault::Silent { since } => (now.saturating_duration_since(since)
@@ -148,13 +149,13 @@ impl StageWorld {
     }
 
     fn start(&mut self, target_mm: f64, speed_mm_s: f64, now: Instant) {
-        let from_mm = self.motion.place(now).position_mm;
+        let from_mm = self.motion.state_at(now).position_mm;
         self.motion = Motion::travel(now, (from_mm, target_mm), speed_mm_s, self.acceleration_mm_s2());
         self.activity = Activity::Moving { target_mm, speed_mm_s };
     }
 
     fn start_home(&mut self, now: Instant) {
-        let at_mm = self.motion.place(now).position_mm - self.lost_mm;
+        let at_mm = self.motion.state_at(now).position_mm - self.lost_mm;
         (self.lost_mm, self.homed) = (0.0, false);
         if self.homing == Homing::Absent {
             self.rest(now, at_mm);
@@ -169,14 +170,14 @@ impl StageWorld {
     }
 
     fn state(&self, now: Instant) -> StageState {
-        let seen = match self.trouble {
+        let reported_at = match self.detected_fault {
             Some(DetectedFault::Silent { since }) => since,
             _ => now,
         };
         StageState {
-            position_mm: self.homed.then(|| self.motion.place(seen).position_mm),
-            measured_at: seen,
-            moving: self.motion.moving(seen),
+            position_mm: self.homed.then(|| self.motion.state_at(reported_at).position_mm),
+            measured_at: reported_at,
+            moving: self.motion.moving(reported_at),
             held: matches!(self.activity, Activity::Held { .. }),
             homed: self.homed,
         }
@@ -185,22 +186,22 @@ impl StageWorld {
 
 impl World {
     /// Starts a fault of the stage.
-    pub(super) fn stage_fault_begins(&mut self, fault: TwinFault, now: Instant) {
+    pub(super) fn start_stage_fault(&mut self, fault: TwinFault, now: Instant) {
         self.stage.advance(self.stall_mm(), now);
         match fault {
             TwinFault::StageUnplugged => {
                 self.stage.brake(now);
                 self.stage.homed = false;
-                self.stage.trouble = Some(DetectedFault::Gone);
+                self.stage.detected_fault = Some(DetectedFault::Gone);
             }
-            TwinFault::StageSilent => self.stage.trouble = Some(DetectedFault::Silent { since: now }),
+            TwinFault::StageSilent => self.stage.detected_fault = Some(DetectedFault::Silent { since: now }),
             TwinFault::LostSteps { lost_mm } => self.stage.lost_mm = lost_mm,
             _ => {}
         }
     }
 
     /// Ends a fault of the stage; an error detected by the driver stays until it is acknowledged.
-    pub(super) fn stage_fault_ends(&mut self, fault: TwinFault) {
+    pub(super) fn end_stage_fault(&mut self, fault: TwinFault) {
         if matches!(fault, TwinFault::LostSteps { .. }) {
             self.stage.lost_mm = 0.0;
         }
@@ -220,13 +221,13 @@ impl TwinStage {
         let now = Instant::now();
         {
             let mut guard = world.lock();
-            let place_mm = guard.stage.motion.place(now).position_mm;
+            let position_mm = guard.stage.motion.state_at(now).position_mm;
             let (lost_mm, follows) = (guard.stage.lost_mm, guard.stage.follows.take());
             guard.stage = StageWorld { lost_mm, follows, ..StageWorld::new(options, now) };
-            guard.stage.rest(now, place_mm);
+            guard.stage.rest(now, position_mm);
             for fault in [TwinFault::StageUnplugged, TwinFault::StageSilent] {
                 if guard.has(fault) {
-                    guard.stage_fault_begins(fault, now);
+                    guard.start_stage_fault(fault, now);
                 }
             }
         }
@@ -234,7 +235,7 @@ impl TwinStage {
     }
 
     /// Runs `command` on the state of the stage, unless a fault prevents it.
-    fn reach<T>(
+    fn with_stage<T>(
         &self,
         command: &str,
         act: impl FnOnce(&mut StageWorld, Instant) -> Result<T, StageError>,
@@ -295,7 +296,7 @@ impl Stage for TwinStage {
 
     fn start_home(&mut self) -> Result<(), StageError> {
         let mut homed_now = false;
-        let outcome = self.reach("home", |stage, now| {
+        let outcome = self.with_stage("home", |stage, now| {
             if stage.motion.moving(now) || stage.activity != Activity::Idle {
                 return Err(StageError::Moving);
             }
@@ -311,7 +312,7 @@ impl Stage for TwinStage {
     }
 
     fn start_move(&mut self, target_mm: f64, speed_mm_s: f64) -> Result<AcceptedMove, StageError> {
-        self.reach("move", |stage, now| {
+        self.with_stage("move", |stage, now| {
             check_numbers("target_mm", target_mm, speed_mm_s)?;
             if !stage.homed {
                 return Err(StageError::NotHomed);
@@ -322,23 +323,23 @@ impl Stage for TwinStage {
     }
 
     fn start_jog(&mut self, distance_mm: f64, speed_mm_s: f64) -> Result<AcceptedMove, StageError> {
-        self.reach("jog", |stage, now| {
+        self.with_stage("jog", |stage, now| {
             check_numbers("distance_mm", distance_mm, speed_mm_s)?;
             if !stage.homed && stage.homing == Homing::Required {
                 return Err(StageError::NotHomed);
             }
             let (min_mm, max_mm) = stage.travel_mm;
-            let target_mm = (stage.motion.place(now).position_mm + distance_mm).clamp(min_mm, max_mm);
+            let target_mm = (stage.motion.state_at(now).position_mm + distance_mm).clamp(min_mm, max_mm);
             Self::begin(stage, target_mm, speed_mm_s, now)
         })
     }
 
     fn poll(&mut self) -> Result<StageState, StageError> {
-        self.reach("?", |stage, now| Ok(stage.state(now)))
+        self.with_stage("?", |stage, now| Ok(stage.state(now)))
     }
 
     fn hold(&mut self) -> Result<(), StageError> {
-        self.reach("hold", |stage, now| {
+        self.with_stage("hold", |stage, now| {
             if let Activity::Moving { target_mm, speed_mm_s } = stage.activity {
                 stage.brake(now);
                 stage.activity = Activity::Held { target_mm, speed_mm_s };
@@ -348,7 +349,7 @@ impl Stage for TwinStage {
     }
 
     fn resume(&mut self) -> Result<(), StageError> {
-        self.reach("resume", |stage, now| {
+        self.with_stage("resume", |stage, now| {
             if let Activity::Held { target_mm, speed_mm_s } = stage.activity {
                 // The remaining braking is cut short.
                 stage.start(target_mm, speed_mm_s, now);
@@ -367,9 +368,9 @@ impl Stage for TwinStage {
 
     fn clear_fault(&mut self) -> Result<(), StageError> {
         let mut world = self.world.lock();
-        match world.stage.trouble {
+        match world.stage.detected_fault {
             Some(DetectedFault::Stalled { .. }) => {
-                world.stage.trouble = None;
+                world.stage.detected_fault = None;
                 Ok(())
             }
             _ => world.stage.error("clear fault", Instant::now()).map_or(Ok(()), Err),
@@ -383,7 +384,7 @@ impl Stage for TwinStage {
         }
         world.stage.brake(Instant::now());
         world.stage.homed = false;
-        world.stage.trouble = None;
+        world.stage.detected_fault = None;
         Ok(())
     }
 }
@@ -403,7 +404,7 @@ fn stop(world: &SharedWorld) -> Result<(), StageError> {
     let now = Instant::now();
     let stall_mm = world.stall_mm();
     world.stage.advance(stall_mm, now);
-    match world.stage.trouble {
+    match world.stage.detected_fault {
         Some(DetectedFault::Silent { .. } | DetectedFault::Gone) => {
             world.stage.error("stop", now).map_or(Ok(()), Err)
         }
@@ -412,23 +413,4 @@ fn stop(world: &SharedWorld) -> Result<(), StageError> {
             Ok(())
         }
     }
-}
-
-/// Checks that distance or target `name` and the speed are valid numbers.
-fn check_numbers(name: &'static str, value: f64, speed_mm_s: f64) -> Result<(), StageError> {
-    if !value.is_finite() {
-        return Err(StageError::BadNumber { name, value });
-    }
-    if !(speed_mm_s.is_finite() && speed_mm_s > 0.0) {
-        return Err(StageError::BadNumber { name: "speed_mm_s", value: speed_mm_s });
-    }
-    Ok(())
-}
-
-/// Checks that the target is within the travel.
-fn check_travel(target_mm: f64, (min_mm, max_mm): (f64, f64)) -> Result<(), StageError> {
-    if (min_mm..=max_mm).contains(&target_mm) {
-        return Ok(());
-    }
-    Err(StageError::OutOfTravel { target_mm, min_mm, max_mm })
 }

@@ -22,8 +22,8 @@ pub(super) fn wear(image: &mut GreyImage, seed: u64, levels: f64) {
     let (width, height) = (image.width(), image.height());
     let seed = derived_seed(seed, WEAR_STREAM);
     let row = |v: usize| {
-        let share = derived_seed(seed, v as u64) as f64 / u64::MAX as f64;
-        levels * if v % ROWS_PER_BRIGHT < 2 { BRIGHT } else { share }
+        let fraction = derived_seed(seed, v as u64) as f64 / u64::MAX as f64;
+        levels * if v % ROWS_PER_BRIGHT < 2 { BRIGHT } else { fraction }
     };
     let hot = (0..width * height / PIXELS_PER_HOT).map(|n| {
         let drawn = derived_seed(seed, (1 << 32) + n as u64);

@@ -41,7 +41,7 @@ pub(super) struct View {
     pub position_mm: f64,
     pub laser_power: f64,
     pub stray_levels: f64,
-    /// Size of the sensor's fixed pattern, grey levels of 255; 0 for a sound one.
+    /// Size of the sensor's fixed pattern, grey levels of 255; 0 for a sensor without one.
     pub worn_levels: f64,
     /// Whether the lens is covered.
     pub covered: bool,
@@ -92,8 +92,8 @@ impl World {
     }
 
     pub(super) fn view(&self, at: Instant) -> View {
-        let dirt =
-            self.fault(|fault| if let TwinFault::DirtyGrating { share } = *fault { Some(share) } else { None });
+        let dirt = self
+            .fault(|fault| if let TwinFault::DirtyGrating { fraction } = *fault { Some(fraction) } else { None });
         let worn =
             self.fault(|fault| if let TwinFault::WornSensor { levels } = *fault { Some(levels) } else { None });
         View {
@@ -119,12 +119,12 @@ fn faulty_model(model: &StationModel, faults: &[TwinFault]) -> StationModel {
     for fault in faults {
         match *fault {
             TwinFault::WavelengthDrift { relative } => changed.grating.wavelength_over_period *= 1.0 + relative,
-            TwinFault::DirtyGrating { share } => {
+            TwinFault::DirtyGrating { fraction } => {
                 let dirt = derived_seed(model.seed, DIRT_STREAM);
                 // The remaining grating profile still diffracts symmetrically to both sides.
                 for (power, order) in changed.order_powers.iter_mut().zip(&model.orders) {
                     let unevenness = derived_seed(dirt, order.unsigned_abs().into()) as f64 / u64::MAX as f64;
-                    *power *= 1.0 - share * (0.5 + 0.5 * unevenness);
+                    *power *= 1.0 - fraction * (0.5 + 0.5 * unevenness);
                 }
             }
             _ => {}

@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 use optics::LightRay;
 
 use crate::model::station::StationModel;
-use crate::params::{FOLLOWED_DEPTH_SHARE, SHEET_REACH_SIGMAS};
+use crate::params::{EVALUATED_DEPTH_FRACTION, SHEET_REACH_SIGMAS};
 
 /// Distance between neighbouring rays, in pixels at the standoff.
 pub(crate) const FINE_STEP_PX: f64 = 0.9;
@@ -23,7 +23,7 @@ pub(crate) struct Fan {
     pub order: i8,
     pub angles: FanAngles,
     /// Half-width of the evaluated sheet around its centre.
-    pub reach_mm: f64,
+    pub half_width_mm: f64,
     rays: Vec<Option<FanRay>>,
 }
 
@@ -50,14 +50,14 @@ impl FanAngles {
 
 impl Fan {
     pub(crate) fn new(model: &StationModel, angles: FanAngles, order: i8) -> Self {
-        let widest = model.defocus(model.shape.standoff_mm * (1.0 - FOLLOWED_DEPTH_SHARE));
-        let reach_mm = SHEET_REACH_SIGMAS * model.sheet_sigma_mm * widest;
+        let widest = model.defocus(model.shape.standoff_mm * (1.0 - EVALUATED_DEPTH_FRACTION));
+        let half_width_mm = SHEET_REACH_SIGMAS * model.sheet_sigma_mm * widest;
         let ray = |idx: i32| {
             let LightRay { origin_mm, direction } = model.grating.ray(angles.phi_rad(idx), order)?;
-            let across_mm = direction.cross(&model.grating.fan).normalize() * reach_mm;
+            let across_mm = direction.cross(&model.grating.fan).normalize() * half_width_mm;
             Some(FanRay { origin_mm, direction, across_mm })
         };
-        Self { order, angles, reach_mm, rays: (-angles.last..=angles.last).map(ray).collect() }
+        Self { order, angles, half_width_mm, rays: (-angles.last..=angles.last).map(ray).collect() }
     }
 
     /// The ray at an angle; `None` where no light passes the grating.

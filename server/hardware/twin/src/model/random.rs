@@ -80,7 +80,7 @@ mod tests {
     }
 
     #[test]
-    fn neighbouring_seeds_give_unlike_streams() {
+    fn neighbouring_seeds_give_different_streams() {
         let seeds: std::collections::HashSet<u64> =
             (0..100).flat_map(|seed| (0..100).map(move |stream| derived_seed(seed, stream))).collect();
         assert_eq!(seeds.len(), 10_000);

@@ -4,10 +4,10 @@
 //! distribution; n equal independent looks have contrast 1/√n. A last, weaker look makes any contrast exact.
 //!
 //! Speckle belongs to the surface: it changes because the stage carries other grains into the light sheet, not because
-//! another picture is taken. Between two pictures Δ of travel apart its correlation is that of the lit strips,
+//! another image is taken. Between two images Δ of travel apart its correlation is that of the lit strips,
 //! exp(−Δ²/4s²) for a sheet of thickness s. Here independent patterns lie [`KNOTS_PER_SIGMA`]·s apart along the travel,
 //! and between two of them the grain is cos·first + sin·second: the correlation is within 0.03 of the Gaussian, its sum
-//! over all Δ, which the mean of many frames feels, the same.
+//! over all Δ, which determines the mean of many frames, the same.
 
 use rayon::prelude::*;
 
@@ -15,10 +15,10 @@ use crate::model::random::{derived_seed, scrambled};
 use crate::params::{SPECKLE_BLOCK_PX, SPECKLE_LOOKS_MAX, SPECKLE_TILE_PX};
 
 /// Full width at half height of a Gaussian in standard deviations.
-const FWHM_BY_SIGMA: f64 = 2.354_820;
+const FWHM_PER_SIGMA: f64 = 2.354_820;
 
-/// Distance of independent patterns along the travel, in thicknesses of the sheet: π²·√π/8. The correlation between them,
-/// (1 − Δ/2h)·cos(πΔ/2h) + sin(πΔ/2h)/π, then has the integral of the Gaussian, 16h/π² = 2√π·s.
+/// Distance of independent patterns along the travel, in thicknesses of the sheet: π²·√π/8. The correlation between
+/// them, (1 − Δ/2h)·cos(πΔ/2h) + sin(πΔ/2h)/π, then has the integral of the Gaussian, 16h/π² = 2√π·s.
 const KNOTS_PER_SIGMA: f64 = 2.186_7;
 
 /// A periodic pattern of mean 1 that images sample at random offsets.
@@ -50,7 +50,7 @@ impl Speckle {
             return Self { tile: vec![1.0; n_pixels] };
         }
         let n_looks = ((1.0 / (contrast * contrast)).ceil() as usize).clamp(1, SPECKLE_LOOKS_MAX);
-        let taps = field_taps(grain_px / FWHM_BY_SIGMA);
+        let taps = field_taps(grain_px / FWHM_PER_SIGMA);
         let looks: Vec<Vec<f32>> = (0..n_looks)
             .into_par_iter()
             .map(|look| one_look(derived_seed(seed, look as u64), &taps, quantiles))
@@ -77,7 +77,7 @@ impl Speckle {
 impl SpeckleView<'_> {
     /// Fills `target` with a fraction of the light on a run of pixels of row `v` from column `from`, multiplied by the
     /// pattern.
-    pub(crate) fn grain(&self, v: usize, from: usize, light: &[f32], share: f32, target: &mut [f32]) {
+    pub(crate) fn grain(&self, v: usize, from: usize, light: &[f32], fraction: f32, target: &mut [f32]) {
         let mut u = from;
         let to = from + light.len();
         while u < to {
@@ -94,7 +94,7 @@ impl SpeckleView<'_> {
             let rest = 1.0 - a - b;
             let grains = first.iter().zip(second).map(|(first, second)| rest + a * first + b * second);
             for ((slot, level), grain) in target[run.clone()].iter_mut().zip(&light[run]).zip(grains) {
-                *slot = level * grain.max(0.0) * share;
+                *slot = level * grain.max(0.0) * fraction;
             }
             u += n;
         }
@@ -134,9 +134,9 @@ fn normalise(tile: &mut [f32], contrast: f64) {
     let n = tile.len() as f64;
     let mean = tile.iter().map(|&v| f64::from(v)).sum::<f64>() / n;
     let variance = tile.iter().map(|&v| (f64::from(v) - mean).powi(2)).sum::<f64>() / n;
-    let stretch = (contrast * mean / variance.sqrt()).min(1.0);
+    let segment = (contrast * mean / variance.sqrt()).min(1.0);
     for value in tile {
-        *value = (1.0 + (f64::from(*value) - mean) / mean * stretch) as f32;
+        *value = (1.0 + (f64::from(*value) - mean) / mean * segment) as f32;
     }
 }
 
@@ -188,7 +188,7 @@ mod tests {
     use crate::model::random::normal_quantiles;
 
     #[test]
-    fn the_pattern_has_the_wanted_contrast_and_grain() {
+    fn the_pattern_has_the_requested_contrast_and_grain() {
         let quantiles = normal_quantiles();
         for contrast in [0.1, 0.3, 0.6, 1.0] {
             let tile = Speckle::new(7, contrast, 3.0, &quantiles).tile;
@@ -209,11 +209,11 @@ mod tests {
     }
 
     #[test]
-    fn speckle_stays_with_the_surface_while_it_is_carried_through_the_sheet() {
+    fn speckle_moves_with_the_surface_through_the_light_sheet() {
         const SHEET_SIGMA_MM: f64 = 0.35;
         let side = 1024;
         let speckle = Speckle::new(7, 0.3, 1.5, &normal_quantiles());
-        let picture = |surface: u64, travel_mm: f64| -> Vec<f32> {
+        let image_of = |surface: u64, travel_mm: f64| -> Vec<f32> {
             let view = speckle.view(surface, travel_mm, SHEET_SIGMA_MM);
             let (light, mut row) = (vec![1.0; side], vec![0.0; side]);
             let mut rows = Vec::new();
@@ -230,18 +230,18 @@ mod tests {
             let product = |(a, b): (&f32, &f32)| (f64::from(*a) - mean_a) * (f64::from(*b) - mean_b);
             (mean_a, a.iter().zip(b).map(product).sum::<f64>() / n)
         };
-        let start = picture(3, -0.2);
+        let start = image_of(3, -0.2);
         let (mean, variance) = moments(&start, &start);
         // 64 blocks sample a tile of 3·10⁴ grains: mean and contrast are accurate to a few per cent.
         assert!((mean - 1.0).abs() < 0.01 && (variance.sqrt() - 0.3).abs() < 0.02, "{mean} {variance}");
         for travel_mm in [0.0, 0.05, 0.1, 0.2, 0.35, 0.5, 0.7, 1.0, 1.4, 3.0] {
-            let correlation = moments(&start, &picture(3, travel_mm - 0.2)).1 / variance;
+            let correlation = moments(&start, &image_of(3, travel_mm - 0.2)).1 / variance;
             let expected = (-(travel_mm / SHEET_SIGMA_MM).powi(2) / 4.0).exp();
             // 0.03 from the crossfade itself, and 64 blocks, each at a different phase of it.
             assert!((correlation - expected).abs() < 0.06, "{travel_mm} mm: {correlation}, not {expected}");
         }
-        let other = moments(&start, &picture(4, -0.2)).1 / variance;
+        let other = moments(&start, &image_of(4, -0.2)).1 / variance;
         assert!(other.abs() < 0.05, "another surface: {other}");
-        assert_eq!(start, picture(3, -0.2), "the same place shows the same speckle again");
+        assert_eq!(start, image_of(3, -0.2), "the same position shows the same speckle again");
     }
 }

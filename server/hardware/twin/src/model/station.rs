@@ -11,7 +11,7 @@ use vision::LineDirection;
 
 use crate::model::random::derived_seed;
 use crate::model::shape::StationShape;
-use crate::params::{FAN_MARGIN, LOOK_DOWN_RAD, TABLE_BELOW_SHARE};
+use crate::params::{FAN_MARGIN, LOOK_DOWN_RAD, TABLE_BELOW_FRACTION};
 
 /// Random stream of the station's own numbers, derived from its seed.
 const STATION_STREAM: u64 = 1;
@@ -33,13 +33,13 @@ pub enum StationError {
         expected: &'static str,
     },
     /// No order, or the same order twice.
-    #[error("orders {orders:?} make no station")]
+    #[error("orders {orders:?} are empty or contain the same order twice")]
     Orders {
         /// As requested.
         orders: Vec<i8>,
     },
     /// Lines that the camera could not see on a plate at the standoff.
-    #[error("orders {orders:?} fall outside the picture at {standoff_mm} mm")]
+    #[error("orders {orders:?} fall outside the image at {standoff_mm} mm")]
     OutOfView {
         /// These orders.
         orders: Vec<i8>,
@@ -53,7 +53,7 @@ impl Remedy for StationError {
         Some(match self {
             Self::OutOfRange { expected, .. } => (*expected).into(),
             Self::Orders { .. } => "list each order once".into(),
-            Self::OutOfView { .. } => "widen the field, take fewer orders or a coarser grating".into(),
+            Self::OutOfView { .. } => "widen the field, use fewer orders or a coarser grating".into(),
         })
     }
 }
@@ -104,7 +104,7 @@ impl StationModel {
             StageKind::Linear => StageAxis::new(stage).into(),
             StageKind::Rotary => axis.into(),
         };
-        let orders = orders_in_picture(shape, &camera, &grating)?;
+        let orders = orders_in_image(shape, &camera, &grating)?;
         let powers: Vec<f64> =
             orders.iter().map(|&m| draw.around(1.0, 0.05) / (1.0 + 0.12 * f64::from(m).powi(2))).collect();
         let brightest = powers.iter().copied().fold(0.0, f64::max);
@@ -142,7 +142,7 @@ impl StationModel {
 
     /// Distance of a turntable's top below the middle of the working volume.
     pub(crate) fn table_below_mm(&self) -> f64 {
-        TABLE_BELOW_SHARE * self.shape.field_half_width_mm
+        TABLE_BELOW_FRACTION * self.shape.field_half_width_mm
     }
 
     /// Thickness of the light sheets at this depth relative to the standoff: √(1 + (Δz/z_R)²) of a Gaussian beam.
@@ -214,7 +214,7 @@ fn seeded_grating(draw: &mut Draw, shape: &StationShape) -> Grating {
     }
 }
 
-/// A turntable whose axis is parallel to the lines, seen by the camera from above; lines along image rows.
+/// A turntable whose axis is parallel to the lines, found by the camera from above; lines along image rows.
 fn seeded_axis(seed: u64, shape: &StationShape) -> RotaryAxis {
     let mut draw = Draw { rng: Pcg64::seed_from_u64(derived_seed(seed, AXIS_STREAM)) };
     let standoff = shape.standoff_mm;
@@ -240,8 +240,8 @@ fn turned(grating: &Grating, turn: &Rotation3<f64>) -> Grating {
 }
 
 /// The requested orders in image order, from the top (left).
-fn orders_in_picture(shape: &StationShape, camera: &Camera, grating: &Grating) -> Result<Vec<i8>, StationError> {
-    let mut seen: Vec<(f64, i8)> = Vec::new();
+fn orders_in_image(shape: &StationShape, camera: &Camera, grating: &Grating) -> Result<Vec<i8>, StationError> {
+    let mut found: Vec<(f64, i8)> = Vec::new();
     let mut missed = Vec::new();
     let limit = match shape.line_direction {
         LineDirection::Rows => shape.height_px as f64 - 1.0,
@@ -249,20 +249,20 @@ fn orders_in_picture(shape: &StationShape, camera: &Camera, grating: &Grating) -
     };
     for &order in &shape.orders {
         let across = grating.ray(0.0, order).filter(|ray| ray.direction.z > 0.0).and_then(|ray| {
-            let reach = (shape.standoff_mm - ray.origin_mm.z) / ray.direction.z;
-            let pixel = camera.project(&(ray.origin_mm + ray.direction * reach))?;
+            let ray_length = (shape.standoff_mm - ray.origin_mm.z) / ray.direction.z;
+            let pixel = camera.project(&(ray.origin_mm + ray.direction * ray_length))?;
             Some(if shape.line_direction == LineDirection::Rows { pixel.y } else { pixel.x })
         });
         match across {
-            Some(across) if (0.0..=limit).contains(&across) => seen.push((across, order)),
+            Some(across) if (0.0..=limit).contains(&across) => found.push((across, order)),
             _ => missed.push(order),
         }
     }
     if !missed.is_empty() {
         return Err(StationError::OutOfView { orders: missed, standoff_mm: shape.standoff_mm });
     }
-    seen.sort_by(|a, b| a.0.total_cmp(&b.0));
-    Ok(seen.into_iter().map(|(_, order)| order).collect())
+    found.sort_by(|a, b| a.0.total_cmp(&b.0));
+    Ok(found.into_iter().map(|(_, order)| order).collect())
 }
 
 fn half_height_mm(shape: &StationShape) -> f64 {

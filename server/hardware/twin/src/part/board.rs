@@ -77,7 +77,7 @@ impl Board {
         }
         match &self.print {
             Print::Squares => {}
-            Print::Markers(markers) => numbers.extend([2.0, markers.share()]),
+            Print::Markers(markers) => numbers.extend([2.0, markers.fraction()]),
             Print::Discs { diameter_mm, .. } => {
                 numbers.extend([2.0 + self.print.steps_along_row() as f64, *diameter_mm]);
             }
@@ -107,26 +107,26 @@ impl Board {
         direction: &Vector3<f64>,
     ) -> Option<(f64, Vector2<f64>)> {
         let normal = self.axes.column(2);
-        let reach = normal.dot(&(self.centre_mm - origin)) / normal.dot(direction);
-        if !(reach.is_finite() && reach > 0.0) {
+        let ray_length = normal.dot(&(self.centre_mm - origin)) / normal.dot(direction);
+        if !(ray_length.is_finite() && ray_length > 0.0) {
             return None;
         }
-        let at = origin + direction * reach - self.centre_mm;
-        Some((reach, Vector2::new(self.axes.column(0).dot(&at), self.axes.column(1).dot(&at))))
+        let at = origin + direction * ray_length - self.centre_mm;
+        Some((ray_length, Vector2::new(self.axes.column(0).dot(&at), self.axes.column(1).dot(&at))))
     }
 
     /// Intersection with the board or the backdrop behind it.
     pub(crate) fn hit(&self, origin: &Vector3<f64>, direction: &Vector3<f64>) -> Option<SceneHit> {
-        if let Some((reach, at)) = self.plane_hit(origin, direction) {
+        if let Some((ray_length, at)) = self.plane_hit(origin, direction) {
             let edge = self.half_mm() + self.square_mm;
             if at.x.abs() <= edge.x && at.y.abs() <= edge.y {
                 let normal = -self.axes.column(2).into_owned();
-                return Some(SceneHit { reach, normal, reflectance: self.reflectance(&at) });
+                return Some(SceneHit { ray_length, normal, reflectance: self.reflectance(&at) });
             }
         }
-        let reach = (self.backdrop_z_mm - origin.z) / direction.z;
-        (reach.is_finite() && reach > 0.0).then_some(SceneHit {
-            reach,
+        let ray_length = (self.backdrop_z_mm - origin.z) / direction.z;
+        (ray_length.is_finite() && ray_length > 0.0).then_some(SceneHit {
+            ray_length,
             normal: -Vector3::z(),
             reflectance: BACKDROP_REFLECTANCE,
         })
@@ -138,31 +138,31 @@ impl Board {
         if mean < (BLACK_REFLECTANCE + WHITE_REFLECTANCE) / 2.0 { BLACK_REFLECTANCE } else { WHITE_REFLECTANCE }
     }
 
-    /// Whether an edge passes within `reach` of a point (both along x and y, mm).
-    pub(crate) fn edge_within(&self, at: &Vector2<f64>, reach: &Vector2<f64>) -> bool {
+    /// Whether an edge passes within `margin` of a point (both along x and y, mm).
+    pub(crate) fn edge_within(&self, at: &Vector2<f64>, margin: &Vector2<f64>) -> bool {
         let outside = at.abs() - self.half_mm();
-        if (0..2).any(|axis| (outside[axis] - self.square_mm[axis]).abs() < reach[axis]) {
+        if (0..2).any(|axis| (outside[axis] - self.square_mm[axis]).abs() < margin[axis]) {
             return true;
         }
         match &self.print {
             Print::Discs { diameter_mm, .. } => {
-                (self.beside_disc_mm(at).norm() - diameter_mm / 2.0).abs() < reach.norm()
+                (self.beside_disc_mm(at).norm() - diameter_mm / 2.0).abs() < margin.norm()
             }
-            Print::Squares => self.square_edge_within(at, reach),
+            Print::Squares => self.square_edge_within(at, margin),
             Print::Markers(markers) => {
-                let squares = reach.component_div(&self.square_mm);
-                self.square_edge_within(at, reach) || markers.is_near(&self.in_squares(at), &squares)
+                let squares = margin.component_div(&self.square_mm);
+                self.square_edge_within(at, margin) || markers.is_near(&self.in_squares(at), &squares)
             }
         }
     }
 
-    fn square_edge_within(&self, at: &Vector2<f64>, reach: &Vector2<f64>) -> bool {
+    fn square_edge_within(&self, at: &Vector2<f64>, margin: &Vector2<f64>) -> bool {
         let cells = self.in_squares(at);
         (0..2).any(|axis| {
             let beyond = at[axis].abs() - self.half_mm()[axis];
             let phase = cells[axis] - cells[axis] as i64 as f64;
             let to_line = if beyond > 0.0 { beyond } else { phase.min(1.0 - phase) * self.square_mm[axis] };
-            to_line < reach[axis]
+            to_line < margin[axis]
         })
     }
 
@@ -186,7 +186,7 @@ impl Board {
     }
 
     /// Reflectance averaged over a small parallelogram around `at` that spans `span` along x and y (mm), each edge
-    /// blurred as if it crossed alone; and the fraction covered by the board, the rest being backdrop.
+    /// blurred as if it were the only one; and the fraction covered by the board, the rest being backdrop.
     ///
     /// The average is odd about every edge and every corner, so that neither moves.
     pub(crate) fn blurred_reflectance(&self, at: &Vector2<f64>, span: &Vector2<f64>) -> (f64, f64) {
@@ -196,7 +196,7 @@ impl Board {
             Print::Squares => self.black_by_squares(at, span),
             Print::Markers(markers) => {
                 let cells = span.component_div(&self.square_mm);
-                self.black_by_squares(at, span) + markers.black_share(&self.in_squares(at), &cells)
+                self.black_by_squares(at, span) + markers.black_fraction(&self.in_squares(at), &cells)
             }
             Print::Discs { diameter_mm, .. } => {
                 let from_centre = self.beside_disc_mm(at);
@@ -247,8 +247,8 @@ mod tests {
         {
             let at = Vector2::new(x, y);
             assert!(!board.edge_within(&at, &span));
-            let (reflectance, share) = board.blurred_reflectance(&at, &span);
-            assert!((reflectance - board.reflectance(&at)).abs() < 1e-12 && share == 1.0, "{x} {y}");
+            let (reflectance, fraction) = board.blurred_reflectance(&at, &span);
+            assert!((reflectance - board.reflectance(&at)).abs() < 1e-12 && fraction == 1.0, "{x} {y}");
         }
     }
 
@@ -275,10 +275,10 @@ mod tests {
             let mut n_edges = 0;
             for (x, y) in (-200..200).flat_map(|x| (-200..200).map(move |y| (x, y))) {
                 let at = Vector2::new(f64::from(x) / 200.0 * edge.x, f64::from(y) / 200.0 * edge.y);
-                let (blurred, share) = board.blurred_reflectance(&at, &span);
+                let (blurred, fraction) = board.blurred_reflectance(&at, &span);
                 let is_plain =
                     [BLACK_REFLECTANCE, WHITE_REFLECTANCE].iter().any(|one| (blurred - one).abs() < 1e-12);
-                let is_mixed = !is_plain || (share != 0.0 && share != 1.0);
+                let is_mixed = !is_plain || (fraction != 0.0 && fraction != 1.0);
                 n_edges += usize::from(is_mixed);
                 assert!(!is_mixed || board.edge_within(&at, &span), "{target:?} {at}");
             }

@@ -82,48 +82,48 @@ impl Freeform {
         })
     }
 
-    /// Intersection of a ray from above with the part, by Newton steps from the guess `reach`; `None` if they do not
-    /// converge or the curvature bound does not prove that it is the first intersection.
+    /// Intersection of a ray from above with the part, by Newton steps from the guess `ray_length`; `None` if they do
+    /// not converge or the curvature bound does not prove that it is the first intersection.
     pub(crate) fn hit_from(
         &self,
         origin: &Vector3<f64>,
         direction: &Vector3<f64>,
-        mut reach: f64,
+        mut ray_length: f64,
     ) -> Option<SceneHit> {
         let from = self.plate.local(&(origin - self.plate.point_mm));
-        let way = self.plate.local(direction);
+        let dir = self.plate.local(direction);
         for _ in 0..NEAR_MAX_STEPS {
-            let at = from + way * reach;
+            let at = from + dir * ray_length;
             let (height, slope_x, slope_y) = self.height_mm(at.x, at.y);
             let above = at.z - height;
-            let closing = slope_x * way.x + slope_y * way.y - way.z;
+            let closing = slope_x * dir.x + slope_y * dir.y - dir.z;
             if above.abs() < MARCH_TOLERANCE_MM {
                 let normal = self.plate.axes * Vector3::new(-slope_x, -slope_y, 1.0).normalize();
-                let first = reach > 0.0 && self.surely_free(&way, at.z, closing, reach);
-                return first.then_some(SceneHit { reach, normal, reflectance: PART_REFLECTANCE });
+                let first = ray_length > 0.0 && self.is_proven_free(&dir, at.z, closing, ray_length);
+                return first.then_some(SceneHit { ray_length, normal, reflectance: PART_REFLECTANCE });
             }
-            reach += above / closing;
+            ray_length += above / closing;
         }
         None
     }
 
     /// Whether light from `from` is proven to reach `to`, a point of the surface with this normal. `false` is
     /// inconclusive.
-    pub(crate) fn surely_lit(&self, from: &Vector3<f64>, to: &Vector3<f64>, normal: &Vector3<f64>) -> bool {
-        let way = self.plate.local(&(to - from));
+    pub(crate) fn is_proven_lit(&self, from: &Vector3<f64>, to: &Vector3<f64>, normal: &Vector3<f64>) -> bool {
+        let dir = self.plate.local(&(to - from));
         let normal = self.plate.local(normal);
         let at_mm = self.plate.local(&(to - self.plate.point_mm)).z;
-        self.surely_free(&way, at_mm, -normal.dot(&way) / normal.z, 1.0)
+        self.is_proven_free(&dir, at_mm, -normal.dot(&dir) / normal.z, 1.0)
     }
 
-    /// Whether a ray was proven free over its last `reach`, where `closing` is its rate of approach to the surface at
-    /// the hit, `at_mm` above the plate: backwards by s, it was above the surface by at least closing·s − C·s²/2.
-    fn surely_free(&self, way: &Vector3<f64>, at_mm: f64, closing: f64, reach: f64) -> bool {
-        if way.z >= 0.0 || closing <= 0.0 {
+    /// Whether a ray was proven free over its last `ray_length`, where `closing` is its rate of approach to the surface
+    /// at the hit, `at_mm` above the plate: backwards by s, it was above the surface by at least closing·s − C·s²/2.
+    fn is_proven_free(&self, dir: &Vector3<f64>, at_mm: f64, closing: f64, ray_length: f64) -> bool {
+        if dir.z >= 0.0 || closing <= 0.0 {
             return false;
         }
-        let below_ceiling = ((self.ceiling_mm - at_mm) / -way.z).min(reach);
-        self.curvature * way.xy().norm_squared() * below_ceiling < 2.0 * closing
+        let below_ceiling = ((self.ceiling_mm - at_mm) / -dir.z).min(ray_length);
+        self.curvature * dir.xy().norm_squared() * below_ceiling < 2.0 * closing
     }
 
     /// Intersection of a ray from above with the part: with the curvature bounded by C, the height a above the surface
@@ -131,24 +131,28 @@ impl Freeform {
     /// Newton's.
     pub(crate) fn hit(&self, origin: &Vector3<f64>, direction: &Vector3<f64>) -> Option<SceneHit> {
         let from = self.plate.local(&(origin - self.plate.point_mm));
-        let way = self.plate.local(direction);
-        if way.z >= 0.0 {
+        let dir = self.plate.local(direction);
+        if dir.z >= 0.0 {
             return None;
         }
-        let bend = 2.0 * self.curvature * way.xy().norm_squared();
-        let mut reach = ((self.ceiling_mm - from.z) / way.z).max(0.0);
+        let bend = 2.0 * self.curvature * dir.xy().norm_squared();
+        let mut ray_length = ((self.ceiling_mm - from.z) / dir.z).max(0.0);
         for _ in 0..MARCH_MAX_STEPS {
-            let at = from + way * reach;
+            let at = from + dir * ray_length;
             let (height, slope_x, slope_y) = self.height_mm(at.x, at.y);
             let above = at.z - height;
             if above.abs() < MARCH_TOLERANCE_MM {
                 let normal = self.plate.axes * Vector3::new(-slope_x, -slope_y, 1.0).normalize();
-                return (reach > 0.0).then_some(SceneHit { reach, normal, reflectance: PART_REFLECTANCE });
+                return (ray_length > 0.0).then_some(SceneHit {
+                    ray_length,
+                    normal,
+                    reflectance: PART_REFLECTANCE,
+                });
             }
-            let closing = slope_x * way.x + slope_y * way.y - way.z;
+            let closing = slope_x * dir.x + slope_y * dir.y - dir.z;
             // Rounding may carry a step slightly below the surface; the step back is as short.
             let root = (closing * closing + bend * above).max(0.0).sqrt();
-            reach += 2.0 * above / (closing + root);
+            ray_length += 2.0 * above / (closing + root);
         }
         None
     }
@@ -169,14 +173,14 @@ mod tests {
         for (x, y) in (-10..=10).flat_map(|x| (-8..=8).map(move |y| (f64::from(x), f64::from(y)))) {
             let ray = Vector3::new(x / 80.0, y / 80.0 + 0.3, 1.0);
             let origin = Vector3::new(0.0, -120.0, 0.0);
-            let above = |reach: f64| {
-                let at = plate.local(&(origin + ray * reach - plate.point_mm));
+            let above = |ray_length: f64| {
+                let at = plate.local(&(origin + ray * ray_length - plate.point_mm));
                 at.z - part.height_mm(at.x, at.y).0
             };
             let hit = part.hit(&origin, &ray).unwrap();
-            assert!(above(hit.reach).abs() < 1e-9);
-            let earlier = (0..2000).map(|idx| hit.reach * f64::from(idx) / 2000.0);
-            assert!(earlier.into_iter().all(|reach| above(reach) > 0.0), "{x} {y}");
+            assert!(above(hit.ray_length).abs() < 1e-9);
+            let earlier = (0..2000).map(|idx| hit.ray_length * f64::from(idx) / 2000.0);
+            assert!(earlier.into_iter().all(|ray_length| above(ray_length) > 0.0), "{x} {y}");
         }
     }
 }

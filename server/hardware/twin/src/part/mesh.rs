@@ -187,9 +187,9 @@ impl Solid {
 
     /// The nearest triangle on a ray: ray length, and the normal towards the ray's origin.
     fn hit(&self, origin: &Vector3<f64>, direction: &Vector3<f64>) -> Option<(f64, Vector3<f64>)> {
-        let (reach, idx) = self.search(&Ray::new(origin, direction), f64::INFINITY, false)?;
+        let (ray_length, idx) = self.search(&Ray::new(origin, direction), f64::INFINITY, false)?;
         let normal = self.normals[idx];
-        Some((reach, if normal.dot(direction) > 0.0 { -normal } else { normal }))
+        Some((ray_length, if normal.dot(direction) > 0.0 { -normal } else { normal }))
     }
 
     /// The nearest triangle on a ray within `limit`, and its ray length; with `any` the first one found, for occlusion
@@ -209,12 +209,13 @@ impl Solid {
             let first = node.first as usize;
             if node.count > 0 {
                 for (offset, triangle) in self.triangles[first..first + node.count as usize].iter().enumerate() {
-                    if let Some(reach) =
-                        triangle.reach(&ray.origin, &ray.direction).filter(|reach| *reach < nearest.0)
+                    if let Some(ray_length) = triangle
+                        .ray_length(&ray.origin, &ray.direction)
+                        .filter(|ray_length| *ray_length < nearest.0)
                     {
-                        nearest = (reach, Some(first + offset));
+                        nearest = (ray_length, Some(first + offset));
                         if any {
-                            return Some((reach, first + offset));
+                            return Some((ray_length, first + offset));
                         }
                     }
                 }
@@ -238,8 +239,8 @@ impl Solid {
 impl Mesh {
     pub(crate) fn solid_hit(&self, origin: &Vector3<f64>, direction: &Vector3<f64>) -> Option<SceneHit> {
         let from = self.plate.local(&(origin - self.plate.point_mm));
-        let (reach, normal) = self.solid.hit(&from, &self.plate.local(direction))?;
-        Some(SceneHit { reach, normal: self.plate.axes * normal, reflectance: PART_REFLECTANCE })
+        let (ray_length, normal) = self.solid.hit(&from, &self.plate.local(direction))?;
+        Some(SceneHit { ray_length, normal: self.plate.axes * normal, reflectance: PART_REFLECTANCE })
     }
 
     /// A bounding sphere of the part.
@@ -278,7 +279,7 @@ impl Triangle {
 
     /// Intersection with a ray (Möller & Trumbore 1997), from either side.
     #[inline(always)]
-    fn reach(&self, origin: &Vector3<f64>, direction: &Vector3<f64>) -> Option<f64> {
+    fn ray_length(&self, origin: &Vector3<f64>, direction: &Vector3<f64>) -> Option<f64> {
         let [a, b] = &self.sides;
         let p = direction.cross(b);
         let scale = a.dot(&p).recip();
@@ -286,9 +287,9 @@ impl Triangle {
         let u = from.dot(&p) * scale;
         let q = from.cross(a);
         let v = direction.dot(&q) * scale;
-        let reach = b.dot(&q) * scale;
+        let ray_length = b.dot(&q) * scale;
         // NaN if the ray is parallel to the triangle: no comparison holds.
-        (u >= -SEAM && v >= -SEAM && u + v <= 1.0 + SEAM && reach > 0.0).then_some(reach)
+        (u >= -SEAM && v >= -SEAM && u + v <= 1.0 + SEAM && ray_length > 0.0).then_some(ray_length)
     }
 }
 
@@ -381,7 +382,7 @@ mod tests {
             let origin = Vector3::new(60.0 * draw(0), 60.0 * draw(1), 50.0);
             let direction = Vector3::new(draw(2), draw(3), -1.0);
             let ray = Ray::new(&origin, &direction);
-            let all = solid.triangles.iter().filter_map(|t| t.reach(&origin, &direction));
+            let all = solid.triangles.iter().filter_map(|t| t.ray_length(&origin, &direction));
             let nearest = all.fold(f64::INFINITY, f64::min);
             let found = solid.hit(&origin, &direction).map_or(f64::INFINITY, |hit| hit.0);
             assert_eq!(found, nearest, "ray {idx}");

@@ -42,14 +42,14 @@ struct PlacedCorner {
 
 impl PlacedTriangle {
     pub(crate) fn new(camera: &Camera, corners: [Vector3<f64>; 3]) -> Self {
-        let seen = |corner: &Vector3<f64>| camera.project(corner).map(|pixel| [pixel.x, pixel.y]);
-        Self { corners, pixels: corners.each_ref().map(seen) }
+        let project = |corner: &Vector3<f64>| camera.project(corner).map(|pixel| [pixel.x, pixel.y]);
+        Self { corners, pixels: corners.each_ref().map(project) }
     }
 }
 
 impl PlacedCorners {
     /// Prepares for the triangles of a part at the stage's position.
-    pub(crate) fn turn_to(&mut self, camera: &Camera, mesh: &Mesh, moved: &Vector3<f64>) {
+    pub(crate) fn prepare(&mut self, camera: &Camera, mesh: &Mesh, moved: &Vector3<f64>) {
         let part = mesh.solid.fingerprint();
         let place = Some(Place { part, plate: mesh.plate, moved_mm: *moved, camera: *camera });
         if self.place == place {

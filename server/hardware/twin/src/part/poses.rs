@@ -29,7 +29,7 @@ const DISTANCE: (f64, f64) = (0.9, 1.06);
 const SHIFT_MM: f64 = 14.0;
 
 /// Distance between the outermost corners of squares and the image border, as a fraction of its width.
-const EDGE_SHARE: f64 = 0.01;
+const EDGE_FRACTION: f64 = 0.01;
 
 /// Draws per pose before tilt and shift are reduced.
 const DRAWS: usize = 40;
@@ -71,10 +71,10 @@ pub fn target_poses(model: &StationModel, target: &Target, count: usize) -> Vec<
     (0..count)
         .map(|idx| {
             let azimuth = golden * idx as f64 + 0.5 * (rng.random::<f64>() - 0.5);
-            in_picture(model, &mut rng, |rng, daring| {
-                let tilt = daring * (TILT_RAD.0 + (TILT_RAD.1 - TILT_RAD.0) * rng.random::<f64>());
+            within_image(model, &mut rng, |rng, tilt_factor| {
+                let tilt = tilt_factor * (TILT_RAD.0 + (TILT_RAD.1 - TILT_RAD.0) * rng.random::<f64>());
                 let far = DISTANCE.0 + (DISTANCE.1 - DISTANCE.0) * rng.random::<f64>();
-                placed(model, &target, rng, azimuth, tilt, 1.0 + (far - 1.0) * daring, daring)
+                placed(model, &target, rng, azimuth, tilt, 1.0 + (far - 1.0) * tilt_factor, tilt_factor)
             })
         })
         .collect()
@@ -87,10 +87,10 @@ pub fn stage_target(model: &StationModel, target: &Target, positions: &[f64]) ->
     let azimuth = std::f64::consts::TAU * rng.random::<f64>();
     let mut draws = 0;
     loop {
-        let daring = daring_after(draws);
-        let board = placed(model, &target, &mut rng, azimuth, TILT_RAD.0 * daring, 1.0, 0.2 * daring);
+        let tilt_factor = tilt_factor_after(draws);
+        let board = placed(model, &target, &mut rng, azimuth, TILT_RAD.0 * tilt_factor, 1.0, 0.2 * tilt_factor);
         let carried = |position: &f64| board.turned(&model.motion(*position));
-        if daring <= 0.0 || positions.iter().all(|position| fits(model, &carried(position))) {
+        if tilt_factor <= 0.0 || positions.iter().all(|position| fits(model, &carried(position))) {
             return board;
         }
         draws += 1;
@@ -99,12 +99,12 @@ pub fn stage_target(model: &StationModel, target: &Target, positions: &[f64]) ->
 
 /// Draws until the board is entirely in the image, with decreasing tilt and shift; at last it is perpendicular to the
 /// camera axis.
-fn in_picture(model: &StationModel, rng: &mut Pcg64, mut draw: impl FnMut(&mut Pcg64, f64) -> Board) -> Board {
+fn within_image(model: &StationModel, rng: &mut Pcg64, mut draw: impl FnMut(&mut Pcg64, f64) -> Board) -> Board {
     let mut draws = 0;
     loop {
-        let daring = daring_after(draws);
-        let board = draw(rng, daring);
-        if daring <= 0.0 || fits(model, &board) {
+        let tilt_factor = tilt_factor_after(draws);
+        let board = draw(rng, tilt_factor);
+        if tilt_factor <= 0.0 || fits(model, &board) {
             return board;
         }
         draws += 1;
@@ -112,7 +112,7 @@ fn in_picture(model: &StationModel, rng: &mut Pcg64, mut draw: impl FnMut(&mut P
 }
 
 /// 1 at first, less after every [`DRAWS`] draws, 0 in the end.
-fn daring_after(draws: usize) -> f64 {
+fn tilt_factor_after(draws: usize) -> f64 {
     (1.0 - 0.1 * (draws / DRAWS) as f64).max(0.0)
 }
 
@@ -123,13 +123,13 @@ fn placed(
     azimuth: f64,
     tilt: f64,
     distance: f64,
-    daring: f64,
+    tilt_factor: f64,
 ) -> Board {
     let scale = model.shape.field_scale();
     let mut around = |half_range: f64| half_range * (2.0 * rng.random::<f64>() - 1.0);
-    let roll = Rotation3::from_axis_angle(&Vector3::z_axis(), around(ROLL_RAD * daring));
+    let roll = Rotation3::from_axis_angle(&Vector3::z_axis(), around(ROLL_RAD * tilt_factor));
     let tilted = Rotation3::new(Vector3::new(azimuth.cos(), azimuth.sin(), 0.0) * tilt);
-    let shift = SHIFT_MM * scale * daring;
+    let shift = SHIFT_MM * scale * tilt_factor;
     let standoff = model.shape.standoff_mm;
     Board {
         axes: *(tilted * roll).matrix(),
@@ -142,7 +142,7 @@ fn placed(
 /// Whether the whole pattern is in the image.
 fn fits(model: &StationModel, board: &Board) -> bool {
     let (width, height) = (model.camera.width_px as f64, model.camera.height_px as f64);
-    let margin = EDGE_SHARE * width;
+    let margin = EDGE_FRACTION * width;
     let half = board.half_mm();
     [(-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0), (1.0, 1.0)].iter().all(|(x, y)| {
         let corner = board.centre_mm + board.axes * Vector3::new(half.x * x, half.y * y, 0.0);

@@ -28,7 +28,7 @@ pub struct Markers {
     /// Squares along a row of the board.
     columns: usize,
     /// Side of a marker over the side of a square.
-    share: f64,
+    fraction: f64,
     /// The cells of each marker, row by row: true where black.
     cells: Vec<Vec<Vec<bool>>>,
 }
@@ -40,15 +40,15 @@ impl Print {
             Target::Chessboard(_) => Self::Squares,
             Target::Charuco(board) => {
                 let square = board.square_mm;
-                let share = board.marker_mm / square.x_mm.min(square.y_mm);
+                let fraction = board.marker_mm / square.x_mm.min(square.y_mm);
                 let params = CharucoParams {
                     columns: board.columns,
                     rows: board.rows,
-                    marker_share: share,
+                    marker_share: fraction,
                     dictionary: board.dictionary.clone(),
                 };
                 let cells = (0..board.columns * board.rows / 2).map_while(|id| params.marker_cells(id));
-                Self::Markers(Arc::new(Markers { columns: board.columns, share, cells: cells.collect() }))
+                Self::Markers(Arc::new(Markers { columns: board.columns, fraction, cells: cells.collect() }))
             }
             Target::Circles(grid) => Self::Discs { staggered: false, diameter_mm: grid.diameter_mm },
             Target::AsymmetricCircles(grid) => Self::Discs { staggered: true, diameter_mm: grid.diameter_mm },
@@ -63,19 +63,19 @@ impl Print {
 
 impl Markers {
     /// Side of a marker over the side of a square.
-    pub(crate) fn share(&self) -> f64 {
-        self.share
+    pub(crate) fn fraction(&self) -> f64 {
+        self.fraction
     }
 
     /// Fraction of a small rectangle around `at` (squares from the top left of the board) that is covered by black
     /// cells of a marker.
-    pub(crate) fn black_share(&self, at: &Vector2<f64>, span: &Vector2<f64>) -> f64 {
+    pub(crate) fn black_fraction(&self, at: &Vector2<f64>, span: &Vector2<f64>) -> f64 {
         let Some(cells) = self.marker_at(at) else { return 0.0 };
         let n = cells.len() as f64;
-        let rim = 0.5 * (1.0 - self.share);
+        let rim = 0.5 * (1.0 - self.fraction);
         let overlaps = [0, 1].map(|axis| {
-            let middle = ((at[axis] - at[axis].floor()) - rim) / self.share * n;
-            overlaps(middle, span[axis] / self.share * n)
+            let middle = ((at[axis] - at[axis].floor()) - rim) / self.fraction * n;
+            overlaps(middle, span[axis] / self.fraction * n)
         });
         let black = |x: f64, y: f64| {
             let inside = |idx: f64| (0.0..n).contains(&idx);
@@ -86,13 +86,13 @@ impl Markers {
         pairs.filter(|((x, _), (y, _))| black(*x, *y)).map(|((_, a), (_, b))| a * b).sum()
     }
 
-    /// Whether a marker is within `reach` (squares) of `at`.
-    pub(crate) fn is_near(&self, at: &Vector2<f64>, reach: &Vector2<f64>) -> bool {
-        let rim = 0.5 * (1.0 - self.share);
+    /// Whether a marker is within `margin` (squares) of `at`.
+    pub(crate) fn is_near(&self, at: &Vector2<f64>, margin: &Vector2<f64>) -> bool {
+        let rim = 0.5 * (1.0 - self.fraction);
         self.marker_at(at).is_some()
             && (0..2).all(|axis| {
                 let within = at[axis] - at[axis].floor();
-                (rim - reach[axis]..=1.0 - rim + reach[axis]).contains(&within)
+                (rim - margin[axis]..=1.0 - rim + margin[axis]).contains(&within)
             })
     }
 
@@ -144,12 +144,16 @@ mod tests {
             for (y, x) in (0..6).flat_map(|y| (0..6).map(move |x| (y, x))) {
                 let at = |idx: usize, square: i32| f64::from(square) + 0.2 + 0.1 * (idx as f64 + 0.5);
                 let place = Vector2::new(at(x, column), at(y, row));
-                assert_eq!(markers.black_share(&place, &span), f64::from(u8::from(cells[y][x])), "{id} {x} {y}");
+                assert_eq!(
+                    markers.black_fraction(&place, &span),
+                    f64::from(u8::from(cells[y][x])),
+                    "{id} {x} {y}"
+                );
             }
         }
         // Outer edge of the border: half of the rectangle is on it.
-        let edge = markers.black_share(&Vector2::new(1.2, 0.5), &Vector2::repeat(0.01));
+        let edge = markers.black_fraction(&Vector2::new(1.2, 0.5), &Vector2::repeat(0.01));
         assert!((edge - 0.5).abs() < 1e-9, "{edge}");
-        assert_eq!(markers.black_share(&Vector2::new(1.1, 0.5), &span), 0.0);
+        assert_eq!(markers.black_fraction(&Vector2::new(1.1, 0.5), &span), 0.0);
     }
 }

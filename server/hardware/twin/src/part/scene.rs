@@ -29,8 +29,8 @@ const ASIDE_MM: (f64, f64) = (30.0, 200.0);
 /// Intersection of a ray with a scene.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SceneHit {
-    /// The hit is origin + `reach` · direction.
-    pub reach: f64,
+    /// The hit is origin + `ray_length` · direction.
+    pub ray_length: f64,
     /// Unit normal of the surface, out of the material.
     pub normal: Vector3<f64>,
     /// Fraction of the light that a white, matt surface would reflect, 0–1.
@@ -46,7 +46,7 @@ pub(crate) struct NearHit {
 
 impl NearHit {
     /// Ray length to the tangent plane.
-    pub(crate) fn reach_of(&self, origin: &Vector3<f64>, direction: &Vector3<f64>) -> f64 {
+    pub(crate) fn ray_length_to(&self, origin: &Vector3<f64>, direction: &Vector3<f64>) -> f64 {
         self.normal.dot(&(self.point_mm - origin)) / self.normal.dot(direction)
     }
 }
@@ -249,7 +249,7 @@ impl Scene {
     pub(crate) fn lights(&self, from: &Vector3<f64>, to: &Vector3<f64>, normal: &Vector3<f64>) -> bool {
         match self {
             Self::Plate(_) => true,
-            Self::Freeform(part) if part.surely_lit(from, to, normal) => true,
+            Self::Freeform(part) if part.is_proven_lit(from, to, normal) => true,
             _ => self.reaches(from, to),
         }
     }
@@ -279,13 +279,13 @@ impl Scene {
 
     /// Whether light from `from` reaches `to`, a point on one of the surfaces.
     pub fn reaches(&self, from: &Vector3<f64>, to: &Vector3<f64>) -> bool {
-        let way = to - from;
-        let length = way.norm();
-        let (way, limit) = (way / length, hidden_beyond(length));
-        let beyond = |hit: Option<SceneHit>| hit.is_none_or(|hit| hit.reach > limit);
+        let dir = to - from;
+        let length = dir.norm();
+        let (dir, limit) = (dir / length, hidden_beyond(length));
+        let beyond = |hit: Option<SceneHit>| hit.is_none_or(|hit| hit.ray_length > limit);
         match self {
-            Self::Mesh(mesh) => beyond(mesh.plate.hit(from, &way)) && !mesh.is_in_the_way(from, &way, limit),
-            _ => beyond(self.hit(from, &way)),
+            Self::Mesh(mesh) => beyond(mesh.plate.hit(from, &dir)) && !mesh.is_in_the_way(from, &dir, limit),
+            _ => beyond(self.hit(from, &dir)),
         }
     }
 }
@@ -297,7 +297,7 @@ pub(crate) fn hidden_beyond(length_mm: f64) -> f64 {
 
 fn nearer(a: Option<SceneHit>, b: Option<SceneHit>) -> Option<SceneHit> {
     match (a, b) {
-        (Some(a), Some(b)) => Some(if a.reach <= b.reach { a } else { b }),
+        (Some(a), Some(b)) => Some(if a.ray_length <= b.ray_length { a } else { b }),
         (a, b) => a.or(b),
     }
 }
@@ -316,8 +316,12 @@ impl Plate {
     /// Intersection of a ray with the plane.
     pub fn hit(&self, origin: &Vector3<f64>, direction: &Vector3<f64>) -> Option<SceneHit> {
         let normal = self.normal();
-        let reach = normal.dot(&(self.point_mm - origin)) / normal.dot(direction);
-        (reach.is_finite() && reach > 0.0).then_some(SceneHit { reach, normal, reflectance: PART_REFLECTANCE })
+        let ray_length = normal.dot(&(self.point_mm - origin)) / normal.dot(direction);
+        (ray_length.is_finite() && ray_length > 0.0).then_some(SceneHit {
+            ray_length,
+            normal,
+            reflectance: PART_REFLECTANCE,
+        })
     }
 }
 
@@ -325,13 +329,13 @@ impl Gauge {
     /// Ray length at which the block is entered (slab by slab, Kay & Kajiya 1986).
     fn block_hit(&self, origin: &Vector3<f64>, direction: &Vector3<f64>) -> Option<SceneHit> {
         let from = self.plate.local(&(origin - self.plate.point_mm));
-        let way = self.plate.local(direction);
+        let dir = self.plate.local(direction);
         let low = [-self.half_mm[0], -self.half_mm[1], 0.0];
         let high = [self.half_mm[0], self.half_mm[1], self.height_mm];
         let (mut enter, mut leave, mut face) = (f64::NEG_INFINITY, f64::INFINITY, 0);
         for axis in 0..3 {
-            let a = (low[axis] - from[axis]) / way[axis];
-            let b = (high[axis] - from[axis]) / way[axis];
+            let a = (low[axis] - from[axis]) / dir[axis];
+            let b = (high[axis] - from[axis]) / dir[axis];
             if a.min(b) > enter {
                 (enter, face) = (a.min(b), axis);
             }
@@ -340,8 +344,8 @@ impl Gauge {
         if !(enter > 0.0 && enter <= leave) {
             return None;
         }
-        let normal = self.plate.axes.column(face) * -way[face].signum();
-        Some(SceneHit { reach: enter, normal, reflectance: PART_REFLECTANCE })
+        let normal = self.plate.axes.column(face) * -dir[face].signum();
+        Some(SceneHit { ray_length: enter, normal, reflectance: PART_REFLECTANCE })
     }
 }
 
@@ -355,8 +359,8 @@ impl Sphere {
         if inside < 0.0 {
             return None;
         }
-        let reach = along - (inside / square).sqrt();
-        let normal = (direction * reach - to_centre) / self.radius_mm;
-        (reach > 0.0).then_some(SceneHit { reach, normal, reflectance: PART_REFLECTANCE })
+        let ray_length = along - (inside / square).sqrt();
+        let normal = (direction * ray_length - to_centre) / self.radius_mm;
+        (ray_length > 0.0).then_some(SceneHit { ray_length, normal, reflectance: PART_REFLECTANCE })
     }
 }

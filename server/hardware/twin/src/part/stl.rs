@@ -17,7 +17,7 @@ pub enum PartFileError {
     #[error(transparent)]
     Stl(#[from] StlError),
     /// Triangles that do not form a part.
-    #[error("the triangles make no part")]
+    #[error("the triangles do not form a part")]
     Solid(#[source] SolidError),
 }
 
@@ -43,7 +43,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_no_part_is_refused_by_name() {
+    fn files_without_a_part_are_refused_by_name() {
         let text = |corner: &str| {
             format!("solid part\nfacet\nvertex 0 0 0\nvertex 10 0 0\nvertex {corner}\nendfacet\nendsolid\n")
         };

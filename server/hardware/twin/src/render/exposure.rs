@@ -13,31 +13,31 @@ pub struct Exposure<'s> {
     /// Stage position: mm of travel, degrees of a turntable.
     pub position: f64,
     /// Grey level (of 255) of white at the image centre under ambient light at its nominal exposure.
-    pub ordinary_level: f64,
+    pub ambient_level: f64,
     /// Exposure relative to the nominal one of ambient light.
-    pub ordinary_share: f32,
+    pub ambient_exposure: f32,
     /// Product of laser power and exposure, relative to nominal ones; 0 is off.
-    pub laser_share: f32,
+    pub laser_exposure: f32,
     /// Amplification after the sensor has collected its electrons.
     pub gain: f32,
     /// Bits per pixel: 8 or 16.
     pub bits: u32,
     /// Number of the image; determines its sensor noise.
-    pub picture: u64,
+    pub image_number: u64,
 }
 
 /// Reusable buffers of the renderer, and the last images under laser and ambient light.
 #[derive(Debug, Default)]
 pub struct ExposureBuffers {
     pub(crate) row: Vec<f32>,
-    pub(crate) laser: LaserPicture,
-    pub(crate) ordinary: OrdinaryPicture,
+    pub(crate) laser: LaserLightImage,
+    pub(crate) ordinary: AmbientLightImage,
     pub(crate) mesh: MeshMemory,
 }
 
 /// An image under laser light, blurred by the lens, before speckle and sensor: depends only on its content.
 #[derive(Debug, Default)]
-pub(crate) struct LaserPicture {
+pub(crate) struct LaserLightImage {
     shows: Option<(StationModel, u64, u64)>,
     /// Light on every pixel, of 255; 0 outside the runs.
     pub(crate) levels: Vec<f32>,
@@ -50,34 +50,34 @@ pub(crate) struct LaserPicture {
 
 /// An image under ambient light, blurred by the lens, before the sensor: depends only on its content.
 #[derive(Debug, Default)]
-pub(crate) struct OrdinaryPicture {
+pub(crate) struct AmbientLightImage {
     shows: Option<(u64, u64, u64)>,
     pub(crate) levels: Vec<f32>,
 }
 
-impl OrdinaryPicture {
+impl AmbientLightImage {
     /// Selects `scene`; returns whether the image must be drawn.
-    pub(crate) fn turn_to(&mut self, scene: &Scene, position: f64, level: f64) -> bool {
+    pub(crate) fn select(&mut self, scene: &Scene, position: f64, level: f64) -> bool {
         let wanted = Some((scene.fingerprint(), position.to_bits(), level.to_bits()));
         std::mem::replace(&mut self.shows, wanted) != wanted
     }
 }
 
-impl LaserPicture {
+impl LaserLightImage {
     /// Selects `scene` under the station's light; returns whether the image must be drawn, and clears it if so.
-    pub(crate) fn turn_to(&mut self, model: &StationModel, scene: &Scene, position: f64) -> bool {
+    pub(crate) fn select(&mut self, model: &StationModel, scene: &Scene, position: f64) -> bool {
         let (scene, position) = (scene.fingerprint(), position.to_bits());
         let shown =
             self.shows.as_ref().is_some_and(|shows| (&shows.0, shows.1, shows.2) == (model, scene, position));
         if !shown {
-            self.wipe(model.camera.width_px, model.camera.height_px);
+            self.clear(model.camera.width_px, model.camera.height_px);
             self.shows = Some((model.clone(), scene, position));
         }
         !shown
     }
 
     /// Clears the image. Only runs with light must be cleared.
-    fn wipe(&mut self, width: usize, height: usize) {
+    fn clear(&mut self, width: usize, height: usize) {
         let same_size = self
             .shows
             .as_ref()
@@ -104,12 +104,12 @@ impl LaserPicture {
 impl Exposure<'_> {
     /// Whether laser light reaches the sensor.
     pub(crate) fn laser(&self) -> bool {
-        self.laser_share > 0.0
+        self.laser_exposure > 0.0
     }
 
     /// Whether ambient light reaches the sensor.
     pub(crate) fn ordinary(&self) -> bool {
-        self.ordinary_level > 0.0 && self.ordinary_share > 0.0
+        self.ambient_level > 0.0 && self.ambient_exposure > 0.0
     }
 }
 
@@ -135,7 +135,7 @@ mod tests {
         let scenes = [SceneKind::Sphere { radius_mm: 18.9 }, SceneKind::Plate].map(|kind| kind.placed(&model, 1));
         let mut buffers = ExposureBuffers::default();
         let blank = || GreyImage::new(1, 1, Pixels::Eight(vec![0])).unwrap();
-        for (picture, (renderer, scene_idx, position_mm, laser_share)) in [
+        for (image_number, (renderer, scene_idx, position_mm, laser_exposure)) in [
             (&station, 0, 0.0, 1.0),
             (&station, 0, 0.0, 0.7),
             (&station, 0, 0.0, 0.0),
@@ -152,17 +152,17 @@ mod tests {
             let exposure = Exposure {
                 scene: &scenes[scene_idx],
                 position: position_mm,
-                ordinary_level: 0.0,
-                ordinary_share: 0.0,
-                laser_share,
+                ambient_level: 0.0,
+                ambient_exposure: 0.0,
+                laser_exposure,
                 gain: 1.0,
                 bits: 8,
-                picture: picture as u64,
+                image_number: image_number as u64,
             };
             let (mut again, mut fresh) = (blank(), blank());
             renderer.expose(&exposure, &mut buffers, &mut again);
             renderer.expose(&exposure, &mut ExposureBuffers::default(), &mut fresh);
-            assert!(again == fresh, "picture {picture}");
+            assert!(again == fresh, "image {image_number}");
         }
     }
 }

@@ -11,10 +11,10 @@ use crate::model::speckle::Speckle;
 use crate::model::station::StationModel;
 use crate::params::BOARD_WHITE_LEVEL;
 use crate::part::scene::Scene;
-use crate::render::exposure::{Exposure, ExposureBuffers, LaserPicture, OrdinaryPicture};
+use crate::render::exposure::{AmbientLightImage, Exposure, ExposureBuffers, LaserLightImage};
 use crate::render::light::sheet_map::{PixelMap, SheetMap, ray_map};
 use crate::render::sensor::{Level, Noise, Sensor};
-use crate::render::view::board_image::ordinary_light;
+use crate::render::view::board_image::ambient_light;
 use crate::render::view::laser_image::{MovedScene, laser_light};
 use crate::render::view::pixel_hits::MeshMemory;
 
@@ -22,7 +22,7 @@ use crate::render::view::pixel_hits::MeshMemory;
 const SPECKLE_STREAM: u64 = 2;
 
 /// Random stream of images: the sensor noise of each frame is independent.
-const PICTURE_STREAM: u64 = 3;
+const IMAGE_STREAM: u64 = 3;
 
 /// Renders images of the simulated camera.
 #[derive(Debug, Clone)]
@@ -91,32 +91,32 @@ impl Renderer {
         &self.model
     }
 
-    /// An image at normal exposure with the laser off; `picture` numbers the frame and determines its noise.
-    pub fn board_image(&self, scene: &Scene, position: f64, picture: u64) -> GreyImage {
+    /// An image at normal exposure with the laser off; `image_number` numbers the frame and determines its noise.
+    pub fn board_image(&self, scene: &Scene, position: f64, image_number: u64) -> GreyImage {
         self.image(&Exposure {
             scene,
             position,
-            ordinary_level: BOARD_WHITE_LEVEL,
-            ordinary_share: 1.0,
-            laser_share: 0.0,
+            ambient_level: BOARD_WHITE_LEVEL,
+            ambient_exposure: 1.0,
+            laser_exposure: 0.0,
             gain: 1.0,
             bits: self.model.shape.bits,
-            picture,
+            image_number,
         })
     }
 
-    /// An image at low exposure with the laser on; `picture` numbers the frame and determines the sensor's noise:
+    /// An image at low exposure with the laser on; `image_number` numbers the frame and determines the sensor's noise:
     /// speckle belongs to the surface and follows its position.
-    pub fn laser_image(&self, scene: &Scene, position: f64, picture: u64) -> GreyImage {
+    pub fn laser_image(&self, scene: &Scene, position: f64, image_number: u64) -> GreyImage {
         self.image(&Exposure {
             scene,
             position,
-            ordinary_level: self.model.shape.ambient_levels,
-            ordinary_share: 1.0,
-            laser_share: 1.0,
+            ambient_level: self.model.shape.ambient_levels,
+            ambient_exposure: 1.0,
+            laser_exposure: 1.0,
             gain: 1.0,
             bits: self.model.shape.bits,
-            picture,
+            image_number,
         })
     }
 
@@ -128,32 +128,32 @@ impl Renderer {
 
     /// Renders an image into `image`; its memory and that of `buffers` are reused. Single-threaded.
     pub fn expose(&self, exposure: &Exposure<'_>, buffers: &mut ExposureBuffers, image: &mut GreyImage) {
-        const SIDES: &str = "a station's pictures have at least one row and one column";
+        const SIDES: &str = "a station's images have at least one row and one column";
         let (width, height) = (self.model.camera.width_px, self.model.camera.height_px);
         if exposure.laser() {
             self.project_laser(exposure, &mut buffers.laser, &mut buffers.mesh);
         }
         if exposure.ordinary() {
-            self.light_up(exposure, &mut buffers.ordinary, &mut buffers.mesh);
+            self.project_ambient(exposure, &mut buffers.ordinary, &mut buffers.mesh);
         }
         if exposure.bits == 16 {
-            self.collect(exposure, buffers, image.sixteen_mut(width, height).expect(SIDES));
+            self.read_out(exposure, buffers, image.sixteen_mut(width, height).expect(SIDES));
         } else {
-            self.collect(exposure, buffers, image.eight_mut(width, height).expect(SIDES));
+            self.read_out(exposure, buffers, image.eight_mut(width, height).expect(SIDES));
         }
     }
 
-    fn picture_seed(&self, picture: u64) -> u64 {
-        derived_seed(derived_seed(self.model.seed, PICTURE_STREAM), picture)
+    fn image_seed(&self, image_number: u64) -> u64 {
+        derived_seed(derived_seed(self.model.seed, IMAGE_STREAM), image_number)
     }
 
     /// The image under laser light before speckle and sensor, redrawn only if its content changed.
-    fn project_laser(&self, exposure: &Exposure<'_>, picture: &mut LaserPicture, memory: &mut MeshMemory) {
-        if !picture.turn_to(&self.model, exposure.scene, exposure.position) {
+    fn project_laser(&self, exposure: &Exposure<'_>, target: &mut LaserLightImage, memory: &mut MeshMemory) {
+        if !target.select(&self.model, exposure.scene, exposure.position) {
             return;
         }
         let width = self.model.camera.width_px;
-        let LaserPicture { levels, along, runs, lit: Some([lit, of_order]), .. } = picture else { return };
+        let LaserLightImage { levels, along, runs, lit: Some([lit, of_order]), .. } = target else { return };
         let scene = MovedScene::new(&self.model, exposure.scene, exposure.position);
         laser_light(self, scene.placed(), levels, lit, of_order, memory);
         let mut rows = Vec::new();
@@ -172,28 +172,28 @@ impl Renderer {
     }
 
     /// The image under ambient light before the sensor, redrawn only if its content changed.
-    fn light_up(&self, exposure: &Exposure<'_>, picture: &mut OrdinaryPicture, memory: &mut MeshMemory) {
-        if !picture.turn_to(exposure.scene, exposure.position, exposure.ordinary_level) {
+    fn project_ambient(&self, exposure: &Exposure<'_>, target: &mut AmbientLightImage, memory: &mut MeshMemory) {
+        if !target.select(exposure.scene, exposure.position, exposure.ambient_level) {
             return;
         }
         let width = self.model.camera.width_px;
         let scene = MovedScene::new(&self.model, exposure.scene, exposure.position);
-        let light = ordinary_light(self, scene.placed(), exposure.ordinary_level, memory);
+        let light = ambient_light(self, scene.placed(), exposure.ambient_level, memory);
         let mut along = vec![0.0; light.len()];
         for (row, target) in light.chunks_exact(width).zip(along.chunks_exact_mut(width)) {
             blur_along(row, 0, width, &self.taps, target);
         }
-        picture.levels.resize(light.len(), 0.0);
-        for (v, target) in picture.levels.chunks_exact_mut(width).enumerate() {
-            blur_across(&along, width, v, (0, width), &self.taps, target);
+        target.levels.resize(light.len(), 0.0);
+        for (v, row) in target.levels.chunks_exact_mut(width).enumerate() {
+            blur_across(&along, width, v, (0, width), &self.taps, row);
         }
     }
 
     /// The sensor: row by row, from light to grey levels.
-    fn collect<L: Level>(&self, exposure: &Exposure<'_>, buffers: &mut ExposureBuffers, pixels: &mut [L]) {
+    fn read_out<L: Level>(&self, exposure: &Exposure<'_>, buffers: &mut ExposureBuffers, pixels: &mut [L]) {
         const DARK: &Vec<(usize, usize)> = &Vec::new();
         let width = self.model.camera.width_px;
-        let seed = self.picture_seed(exposure.picture);
+        let seed = self.image_seed(exposure.image_number);
         let surface = derived_seed(derived_seed(self.model.seed, SPECKLE_STREAM), exposure.scene.fingerprint());
         let travel_mm = self.model.travel_mm(exposure.position);
         let speckle = self.speckle.view(surface, travel_mm, self.model.sheet_sigma_mm);
@@ -209,7 +209,7 @@ impl Renderer {
             let mut dark_from = 0;
             for &(from, to) in if exposure.laser() { &laser.runs[v] } else { DARK } {
                 let smooth = &laser.levels[pixels.clone()][from..to];
-                speckle.grain(v, from, smooth, exposure.laser_share, &mut light[from..to]);
+                speckle.grain(v, from, smooth, exposure.laser_exposure, &mut light[from..to]);
                 if !whole_rows {
                     self.sensor.expose_dark(row_seed, dark_from, &mut row[dark_from..from]);
                     self.sensor.expose(row_seed, from, &light[from..to], 1.0, &mut row[from..to]);
@@ -219,7 +219,10 @@ impl Renderer {
             if whole_rows {
                 if exposure.ordinary() {
                     let more = &ordinary.levels[pixels];
-                    light.iter_mut().zip(more).for_each(|(level, more)| *level += more * exposure.ordinary_share);
+                    light
+                        .iter_mut()
+                        .zip(more)
+                        .for_each(|(level, more)| *level += more * exposure.ambient_exposure);
                 }
                 self.sensor.expose(row_seed, 0, light, exposure.gain, row);
             } else {

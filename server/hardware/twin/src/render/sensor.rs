@@ -13,7 +13,7 @@ pub(crate) const FULL_SCALE: f32 = 255.0;
 const QUANTILES: usize = 1 << QUANTILE_BITS;
 
 /// Levels of a 16-bit image per level of an 8-bit one.
-const SIXTEEN_BY_EIGHT: f32 = 257.0;
+const SIXTEEN_PER_EIGHT: f32 = 257.0;
 
 /// Noise on or off; without noise, images are the mean of infinitely many.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -54,7 +54,7 @@ impl Level for u8 {
 impl Level for u16 {
     #[inline(always)]
     fn from_light(level: f32) -> Self {
-        (level * SIXTEEN_BY_EIGHT + 0.5) as u16
+        (level * SIXTEEN_PER_EIGHT + 0.5) as u16
     }
 
     fn dark(sensor: &Sensor) -> &[Self] {
@@ -81,8 +81,8 @@ impl Sensor {
     }
 
     /// Seed of a row of an image.
-    pub(crate) fn row_seed(picture_seed: u64, v: usize) -> u64 {
-        derived_seed(picture_seed, v as u64)
+    pub(crate) fn row_seed(image_seed: u64, v: usize) -> u64 {
+        derived_seed(image_seed, v as u64)
     }
 
     /// Fills `target`, which begins at column `from` (the start of a word) of a row, with unlit pixels: each word from
@@ -110,14 +110,19 @@ impl Sensor {
                 let bits = Self::bits(row_seed, from / 4 + word * (WORD_PX / 4) + four);
                 *deviates = [0, 16, 32, 48].map(|shift| quantiles[(bits >> shift) as usize % QUANTILES]);
             }
-            develop(light, &deviates, (gain, noise), pixels);
+            levels_from_light(light, &deviates, (gain, noise), pixels);
         }
     }
 }
 
 /// Grey levels of pixels from the light on them and a normal deviate each.
 #[multiversion(targets("x86_64+avx2"))]
-fn develop<L: Level>(light: &[f32], deviates: &[f32; WORD_PX], (gain, noise): (f32, f32), pixels: &mut [L]) {
+fn levels_from_light<L: Level>(
+    light: &[f32],
+    deviates: &[f32; WORD_PX],
+    (gain, noise): (f32, f32),
+    pixels: &mut [L],
+) {
     for ((pixel, light), deviate) in pixels.iter_mut().zip(light).zip(deviates) {
         let variance = READ_NOISE_LEVELS * READ_NOISE_LEVELS + light / ELECTRONS_PER_LEVEL;
         let level = BLACK_LEVEL + light * gain + noise * variance.sqrt() * deviate;
@@ -140,12 +145,14 @@ mod tests {
     use super::*;
     use crate::model::random::normal_quantiles;
 
-    fn dark_rows(sensor: &Sensor, picture_seed: u64) -> Vec<f64> {
+    fn dark_rows(sensor: &Sensor, image_seed: u64) -> Vec<f64> {
         let mut rows = vec![0_u16; 1280 * 256];
         for (v, row) in rows.chunks_exact_mut(1280).enumerate() {
-            sensor.expose_dark(Sensor::row_seed(picture_seed, v), 0, row);
+            sensor.expose_dark(Sensor::row_seed(image_seed, v), 0, row);
         }
-        rows.iter().map(|&level| f64::from(level) / f64::from(SIXTEEN_BY_EIGHT) - f64::from(BLACK_LEVEL)).collect()
+        rows.iter()
+            .map(|&level| f64::from(level) / f64::from(SIXTEEN_PER_EIGHT) - f64::from(BLACK_LEVEL))
+            .collect()
     }
 
     #[test]
@@ -159,14 +166,14 @@ mod tests {
         assert!((product(&one, &one) - 0.9888).abs() < 0.004, "{}", product(&one, &one));
         // 5 σ of the mean of 3·10⁵ products.
         const CHANCE: f64 = 0.009;
-        assert!(product(&one, &other).abs() < CHANCE, "pictures");
+        assert!(product(&one, &other).abs() < CHANCE, "images");
         for shift in [1, 2, WORD_PX, 1280] {
             assert!(product(&one[shift..], &one[..one.len() - shift]).abs() < CHANCE, "{shift} px");
         }
     }
 
     #[test]
-    fn unlit_pixels_are_the_same_however_a_row_is_cut() {
+    fn unlit_pixels_do_not_depend_on_how_a_row_is_divided() {
         let sensor = Sensor::new(&normal_quantiles(), Noise::On);
         let (mut whole, mut cut) = ([0_u8; 200], [0_u8; 200]);
         sensor.expose_dark(5, 0, &mut whole);

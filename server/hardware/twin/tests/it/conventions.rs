@@ -59,7 +59,7 @@ fn the_centroid_of_a_line_on_a_plate_is_the_true_centre() {
         let inner_points = points.iter().filter(inner);
         let errors: Vec<f64> =
             inner_points.filter_map(|point| centroid_error_px(&image, point, line_direction)).collect();
-        assert!(errors.len() > 5 * columns * 9 / 10, "{} columns seen", errors.len());
+        assert!(errors.len() > 5 * columns * 9 / 10, "{} columns visible", errors.len());
         let worst = errors.iter().fold(0.0_f64, |worst, error| worst.max(error.abs()));
         assert!(worst < TOLERANCE_PX, "{line_direction:?}: {worst}");
     }
@@ -81,14 +81,14 @@ fn edges_of_the_target_lie_where_they_project() {
                 // The edge from this corner to the next along the board's other axis, crossed along u (v).
                 let next = if axis == 0 { (column, row + 1) } else { (column + 1, row) };
                 let (from, to) = (board.corner_mm(column, row), board.corner_mm(next.0, next.1));
-                let on_edge = |share: f64| camera.project(&(from + (to - from) * share)).unwrap();
+                let on_edge = |fraction: f64| camera.project(&(from + (to - from) * fraction)).unwrap();
                 let line = on_edge(0.5)[1 - axis].round();
                 // Newton steps to the crossing of the edge, bent by the lens, with that row (column) of pixels.
-                let share = (0..5).fold(0.5, |share, _| {
-                    let (here, ahead) = (on_edge(share), on_edge(share + 1e-4));
-                    share + 1e-4 * (line - here[1 - axis]) / (ahead[1 - axis] - here[1 - axis])
+                let fraction = (0..5).fold(0.5, |fraction, _| {
+                    let (here, ahead) = (on_edge(fraction), on_edge(fraction + 1e-4));
+                    fraction + 1e-4 * (line - here[1 - axis]) / (ahead[1 - axis] - here[1 - axis])
                 });
-                let across = on_edge(share)[axis];
+                let across = on_edge(fraction)[axis];
                 let level = |offset: i64| {
                     let at = (across.round() as i64 + offset) as usize;
                     f64::from(if axis == 0 { image.at(at, line as usize) } else { image.at(line as usize, at) })
@@ -100,8 +100,8 @@ fn edges_of_the_target_lie_where_they_project() {
                 };
                 let (low, high) = (line_through(-HALF_PX, 2 - HALF_PX), line_through(HALF_PX, HALF_PX - 2));
                 let (at_low, at_high) = (level(-HALF_PX), level(HALF_PX));
-                let share = |k: i64| (high(k, at_high) - level(k)) / (high(k, at_high) - low(k, at_low));
-                let area: f64 = (-HALF_PX..=HALF_PX).map(share).sum();
+                let fraction = |k: i64| (high(k, at_high) - level(k)) / (high(k, at_high) - low(k, at_low));
+                let area: f64 = (-HALF_PX..=HALF_PX).map(fraction).sum();
                 errors.push(across.round() - HALF_PX as f64 - 0.5 + area - across);
             }
         }
@@ -151,10 +151,10 @@ fn the_plate_behind_a_block_lies_in_shadow() {
         for point in renderer.truth_points(&plate, position_mm) {
             // The camera still sees the plate there, but no light of this order arrives nearby.
             let ray = point.hit_in_camera_mm / point.hit_in_camera_mm.z;
-            let reach = |scene: &Scene| scene.hit(&from, &ray).unwrap().reach;
+            let ray_length = |scene: &Scene| scene.hit(&from, &ray).unwrap().ray_length;
             let near = |p: &TruthPoint| (p.u_px - point.u_px).abs() < 4.0 && (p.v_px - point.v_px).abs() < 8.0;
             let dark = !lit.iter().any(|p| p.order == point.order && near(p));
-            if dark && reach(&block) == reach(&plate) {
+            if dark && ray_length(&block) == ray_length(&plate) {
                 let level = |image: &GreyImage| {
                     image.at(point.u_px.round() as usize, point.v_px.round() as usize)
                         - 257.0 * twin::params::BLACK_LEVEL
@@ -182,7 +182,7 @@ fn light_that_misses_the_target_falls_on_a_backdrop_far_behind() {
 }
 
 #[test]
-fn ambient_light_shows_the_target_in_laser_pictures() {
+fn ambient_light_shows_the_target_in_laser_images() {
     let renderer = renderer(&StationShape { ambient_levels: 40.0, ..shape() });
     let board = board_poses(renderer.model(), 1).remove(0);
     let image = renderer.laser_image(&Scene::Board(board.clone()), 0.0, 0);

@@ -18,7 +18,7 @@ use twin::{
 use vision::{CentrelineMethod, CentrelineParams, GreyImage, LineDirection, Pixels, find_centrelines};
 
 /// Longest wait for an expected event.
-const PATIENCE: Duration = Duration::from_secs(20);
+const WAIT_LIMIT: Duration = Duration::from_secs(20);
 
 const LEASE: Duration = Duration::from_secs(1);
 
@@ -60,18 +60,18 @@ impl Bench {
         self.camera.configure(&wanted).unwrap();
     }
 
-    fn shine(&mut self, power: f64) {
+    fn set_laser(&mut self, power: f64) {
         self.exposure(LASER_EXPOSURE_US);
         self.laser.switch_on(power, LEASE).unwrap();
     }
 
     fn grab(&mut self) -> FrameInfo {
         self.camera.trigger().unwrap();
-        self.camera.next_frame(&mut self.image, PATIENCE).unwrap().unwrap()
+        self.camera.next_frame(&mut self.image, WAIT_LIMIT).unwrap().unwrap()
     }
 
     fn laser_grab(&mut self) -> GreyImage {
-        self.shine(1.0);
+        self.set_laser(1.0);
         self.grab();
         self.image.clone()
     }
@@ -89,7 +89,7 @@ fn rest(stage: &mut TwinStage) -> Result<StageState, StageError> {
         if !state.moving {
             return Ok(state);
         }
-        assert!(begin.elapsed() < PATIENCE);
+        assert!(begin.elapsed() < WAIT_LIMIT);
     }
 }
 
@@ -160,8 +160,8 @@ fn the_laser_passes_the_suite() {
 }
 
 #[test]
-fn nominal_exposures_give_the_pictures_of_a_recording() {
-    // Without noise two images of the same scene are equal whatever their number, and so must be the levels.
+fn nominal_exposures_give_the_images_of_a_recording() {
+    // Without noise two images of the same scene are equal irrespective of their number, and so must be the levels.
     const NOISE_OF_THE_MEAN: f64 = 0.02; // 1.2 levels over 82 000 pixels, five standard deviations
     let mut bench = Bench::new();
     let renderer = bench.control.renderer();
@@ -196,17 +196,17 @@ fn grey_levels_follow_exposure_gain_and_power_up_to_saturation() {
     assert!((amplified / half - 10.0_f64.powf(0.3)).abs() < 0.004, "{amplified} of {half}");
     assert_eq!(level(&mut bench, 20.0 * BOARD_EXPOSURE_US), 255.0 - BLACK);
     bench.camera.configure(&CameraRequest { gain_db: Some(0.0), ..gain }).unwrap();
-    bench.shine(1.0);
+    bench.set_laser(1.0);
     bench.grab();
     let full = mean(&bench.image) - BLACK;
-    bench.shine(0.5);
+    bench.set_laser(0.5);
     bench.grab();
     let dimmed = mean(&bench.image) - BLACK;
     assert!((dimmed / full - 0.5).abs() < 0.05, "{dimmed} of {full}");
 }
 
 #[test]
-fn stop_and_go_repeats_byte_by_byte_whatever_came_before() {
+fn stop_and_go_repeats_byte_by_byte_regardless_of_earlier_motions() {
     let scan = |detour: bool| {
         let mut bench = Bench::new();
         if detour {
@@ -228,7 +228,7 @@ fn stop_and_go_repeats_byte_by_byte_whatever_came_before() {
 }
 
 #[test]
-fn a_second_exposure_of_the_same_thing_has_other_noise() {
+fn a_second_exposure_of_the_same_scene_has_other_noise() {
     let mut bench = Bench::new();
     let first = bench.laser_grab();
     assert!(first != bench.laser_grab());
@@ -268,10 +268,10 @@ fn the_end_of_a_lease_turns_the_laser_off_in_the_image() {
     bench.laser.renew(Duration::from_millis(30)).unwrap();
     let begin = Instant::now();
     while bench.laser.poll().unwrap().emitting {
-        assert!(begin.elapsed() < PATIENCE);
+        assert!(begin.elapsed() < WAIT_LIMIT);
     }
     bench.grab();
-    // The lamp is on instead of the laser; 1 000 µs of it give 5 % of its levels.
+    // The board illumination is on instead of the laser; 1 000 µs of it give 5 % of its levels.
     let Pixels::Eight(pixels) = bench.image.pixels() else { panic!("8 bits were requested") };
     assert!(lit > 4.0 && *pixels.iter().max().unwrap() < 30, "{lit}");
 }
@@ -289,7 +289,7 @@ fn frames_not_collected_are_overrun_and_counted() {
         if round == 2 {
             std::thread::sleep(Duration::from_millis(400));
         }
-        let info = camera.next_frame(&mut image, PATIENCE).unwrap().unwrap();
+        let info = camera.next_frame(&mut image, WAIT_LIMIT).unwrap().unwrap();
         assert_eq!(info.frame_id, next_id + info.lost_before, "every gap is counted");
         next_id = info.frame_id + 1;
         lost += info.lost_before;
@@ -303,19 +303,19 @@ fn lost_frames_are_gaps() {
     bench.control.set_fault("lost_frames=3".parse().unwrap());
     (0..6).for_each(|_| bench.camera.trigger().unwrap());
     let next = |bench: &mut Bench| {
-        let info = bench.camera.next_frame(&mut bench.image, PATIENCE).unwrap().unwrap();
+        let info = bench.camera.next_frame(&mut bench.image, WAIT_LIMIT).unwrap().unwrap();
         (info.frame_id, info.lost_before)
     };
     assert_eq!([next(&mut bench), next(&mut bench), next(&mut bench)], [(0, 0), (1, 0), (3, 1)]);
 }
 
 #[test]
-fn frames_of_another_form_are_refused_until_the_fault_is_gone() {
+fn frames_of_another_format_are_refused_until_the_fault_is_cleared() {
     for (fault, expected) in [(TwinFault::WrongFrameSize, (320, 128)), (TwinFault::WrongPixelFormat, (640, 256))] {
         let mut bench = Bench::new();
         bench.control.set_fault(fault);
         bench.camera.trigger().unwrap();
-        let refused = bench.camera.next_frame(&mut bench.image, PATIENCE);
+        let refused = bench.camera.next_frame(&mut bench.image, WAIT_LIMIT);
         let Err(CameraError::WrongFrame { got_width_px, got_height_px, .. }) = refused else {
             panic!("{refused:?}")
         };
@@ -384,7 +384,10 @@ fn a_silent_stage_is_detected_within_a_second() {
     assert!(watch.own_time() < Duration::from_secs(1)); // promises.md: serial faults
     assert!(matches!(bench.stage.clear_fault(), Err(StageError::NoReply { .. })));
     bench.control.clear_fault("stage_silent");
-    assert!(matches!(bench.stage.poll(), Err(StageError::NoReply { .. })), "it stays so until it is reconnected");
+    assert!(
+        matches!(bench.stage.poll(), Err(StageError::NoReply { .. })),
+        "the fault persists until the stage is reconnected"
+    );
     bench.stage.reconnect().unwrap();
     assert_eq!(bench.stage.poll().unwrap().position_mm, None);
 }
@@ -392,14 +395,14 @@ fn a_silent_stage_is_detected_within_a_second() {
 #[test]
 fn a_faulty_laser_is_off() {
     let mut bench = Bench::new();
-    bench.shine(1.0);
+    bench.set_laser(1.0);
     bench.control.set_fault(TwinFault::InterlockOpen);
     assert_eq!(bench.control.laser_power(), 0.0);
     assert_eq!(bench.laser.poll().unwrap().interlock_closed, Some(false));
     assert!(matches!(bench.laser.switch_on(1.0, LEASE), Err(LaserError::InterlockOpen)));
     bench.control.clear_fault("interlock_open");
     assert!(!bench.laser.poll().unwrap().emitting);
-    bench.shine(1.0);
+    bench.set_laser(1.0);
     bench.control.set_fault(TwinFault::LaserFault);
     assert_eq!(bench.control.laser_power(), 0.0);
     assert!(matches!(bench.laser.poll(), Err(LaserError::Fault { .. })));
@@ -410,7 +413,7 @@ fn a_faulty_laser_is_off() {
 }
 
 #[test]
-fn drift_of_the_wavelength_moves_the_outer_lines_and_goes_back() {
+fn wavelength_drift_moves_the_outer_lines_and_is_reversible() {
     let mut bench = Bench::new();
     let before = bench.laser_grab();
     let row = |bench: &Bench, order: i8| {
@@ -442,13 +445,13 @@ fn a_dirty_grating_dims_the_lines_and_scatters_light() {
         (sorted[sorted.len() * 98 / 100], sorted[sorted.len() / 4])
     };
     let clean = brightest_and_darkest(&bench.laser_grab());
-    bench.control.set_fault(TwinFault::DirtyGrating { share: 0.5 });
+    bench.control.set_fault(TwinFault::DirtyGrating { fraction: 0.5 });
     let dirty = brightest_and_darkest(&bench.laser_grab());
     assert!(dirty.0 < clean.0 && dirty.1 > clean.1 + 5, "{clean:?} {dirty:?}");
 }
 
 #[test]
-fn sixteen_bits_show_the_same_picture_as_eight() {
+fn sixteen_bits_show_the_same_image_as_eight() {
     let mut bench = Bench::new();
     bench.grab();
     let eight = bench.image.clone();
@@ -462,7 +465,7 @@ fn sixteen_bits_show_the_same_picture_as_eight() {
 }
 
 #[test]
-fn a_carriage_elsewhere_is_followed() {
+fn the_carriage_follows_an_external_stage() {
     let bench = Bench::new();
     bench.control.follow_stage(|_| 7.25);
     bench.control.follow_laser(|_| 0.5);

@@ -16,7 +16,7 @@ fn small() -> StationShape {
 
 #[test]
 fn the_same_seed_gives_the_same_bytes_for_any_number_of_threads() {
-    let pictures = |threads: usize| {
+    let images = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| {
             let renderer = Renderer::new(&StationModel::seeded(3, &small()).unwrap());
@@ -25,11 +25,11 @@ fn the_same_seed_gives_the_same_bytes_for_any_number_of_threads() {
             [renderer.laser_image(&part, 1.0, 5), renderer.board_image(&board, 0.0, 6)]
         })
     };
-    assert_eq!(pictures(1), pictures(3));
+    assert_eq!(images(1), images(3));
 }
 
 #[test]
-fn other_seeds_and_other_frames_give_other_pictures() {
+fn other_seeds_and_other_frames_give_other_images() {
     let [a, b] = [3, 4].map(|seed| Renderer::new(&StationModel::seeded(seed, &small()).unwrap()));
     let part = SceneKind::Plate.placed(a.model(), 1);
     assert_ne!(a.laser_image(&part, 0.0, 0), b.laser_image(&part, 0.0, 0));
@@ -38,14 +38,14 @@ fn other_seeds_and_other_frames_give_other_pictures() {
 }
 
 #[test]
-fn speckle_belongs_to_the_surface_and_has_its_contrast_in_the_picture() {
+fn speckle_belongs_to_the_surface_and_has_its_contrast_in_the_image() {
     // A ridge 2 px wide averages little; the sensor's noise adds under 2 % at half scale.
     let shape = StationShape { width_px: 640, height_px: 160, line_peak: 0.4, ..StationShape::default() };
     let shape = StationShape { orders: vec![0], ..shape };
     let renderer = Renderer::new(&StationModel::seeded(5, &shape).unwrap());
     let part = SceneKind::Plate.placed(renderer.model(), 1);
-    let ridge = |picture: u64, position_mm: f64| -> Vec<f64> {
-        let image = renderer.laser_image(&part, position_mm, picture);
+    let ridge = |image_number: u64, position_mm: f64| -> Vec<f64> {
+        let image = renderer.laser_image(&part, position_mm, image_number);
         let at =
             |p: &twin::TruthPoint| f64::from(image.at(p.u_px.round() as usize, p.v_px.round() as usize)) - 3.0;
         renderer.truth_points(&part, position_mm).iter().map(at).collect()
@@ -58,8 +58,8 @@ fn speckle_belongs_to_the_surface_and_has_its_contrast_in_the_picture() {
     let first = ridge(0, 0.0);
     let contrast = covariance(&first, &first).sqrt() / mean(&first);
     assert!((0.25..0.36).contains(&contrast), "{contrast}");
-    let correlation = |picture: u64, position_mm: f64| {
-        let other = ridge(picture, position_mm);
+    let correlation = |image_number: u64, position_mm: f64| {
+        let other = ridge(image_number, position_mm);
         covariance(&first, &other) / (covariance(&first, &first) * covariance(&other, &other)).sqrt()
     };
     // Another image at the same position: only the sensor's noise differs.
@@ -99,7 +99,7 @@ fn stations_of_every_kind_can_be_built_and_show_all_their_orders() {
 }
 
 #[test]
-fn orders_outside_the_picture_are_refused_by_name() {
+fn orders_outside_the_image_are_refused_by_name() {
     let narrow = StationShape { field_half_width_mm: 15.0, ..small() };
     let error = StationModel::seeded(1, &narrow).unwrap_err();
     assert!(matches!(&error, StationError::OutOfView { orders, .. } if orders == &[-2, -1, 1, 2]), "{error}");
@@ -110,7 +110,7 @@ fn orders_outside_the_picture_are_refused_by_name() {
 }
 
 #[test]
-fn poses_tilt_every_way_and_stay_in_the_picture() {
+fn poses_tilt_in_all_directions_and_stay_within_the_image() {
     for (seed, field_half_width_mm) in [(1, 15.0), (2, 101.7), (3, 170.0)] {
         for line_direction in [LineDirection::Rows, LineDirection::Columns] {
             let orders = vec![0];

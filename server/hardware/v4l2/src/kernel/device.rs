@@ -49,7 +49,7 @@ const CLOCK: (u32, u32) = (0xE000, 0x2000);
 const SOURCE: (u32, u32) = (0x0007_0000, 0x0001_0000);
 
 /// Longest list that is read: a driver with an endless list would block its caller.
-const LONGEST_LIST: u32 = 256;
+const MAX_ENTRIES: u32 = 256;
 
 /// A device file of the kernel.
 pub struct KernelDevice {
@@ -87,7 +87,7 @@ impl KernelDevice {
     }
 
     fn queue(&self, index: u32) -> io::Result<()> {
-        let mut buffer = described(index);
+        let mut buffer = buffer_request(index);
         // SAFETY: one structure in and out; the memory it refers to is the kernel's.
         unsafe { requests::queue_buffer(self.fd(), &mut buffer)? };
         Ok(())
@@ -108,17 +108,17 @@ impl VideoDevice for KernelDevice {
         // SAFETY: one structure out.
         unsafe { requests::query_capability(self.fd(), &mut capability)? };
         let has_own = capability.capabilities & HAS_OWN_CAPABILITIES != 0;
-        let able = if has_own { capability.device_caps } else { capability.capabilities };
+        let capabilities = if has_own { capability.device_caps } else { capability.capabilities };
         Ok(Card {
             driver: text(&capability.driver),
             name: text(&capability.card),
             bus: text(&capability.bus_info),
-            streams: able & CAN_CAPTURE != 0 && able & CAN_STREAM != 0,
+            streams: capabilities & CAN_CAPTURE != 0 && capabilities & CAN_STREAM != 0,
         })
     }
 
     fn formats(&self) -> io::Result<Vec<FourCc>> {
-        listed(|index| {
+        enumerate(|index| {
             let mut description = kernel::FormatDescription::zeroed();
             (description.index, description.type_) = (index, CAPTURE);
             // SAFETY: one structure in and out.
@@ -129,7 +129,7 @@ impl VideoDevice for KernelDevice {
 
     fn sizes(&self, pixels: FourCc) -> io::Result<Vec<(usize, usize)>> {
         let mut is_range = false;
-        listed(|index| {
+        enumerate(|index| {
             if is_range {
                 return Err(Errno::EINVAL);
             }
@@ -146,13 +146,13 @@ impl VideoDevice for KernelDevice {
 
     fn intervals(&self, format: &Format) -> io::Result<Intervals> {
         let mut range = None;
-        let discrete = listed(|index| {
+        let discrete = enumerate(|index| {
             let mut interval = kernel::FrameInterval::zeroed();
             (interval.index, interval.pixel_format) = (index, u32::from_le_bytes(format.pixels.0));
             (interval.width, interval.height) = (format.width_px as u32, format.height_px as u32);
             // SAFETY: one structure in and out.
             unsafe { requests::enumerate_frame_intervals(self.fd(), &mut interval)? };
-            let [first, second, _] = interval.intervals.map(of_fraction);
+            let [first, second, _] = interval.intervals.map(interval_from);
             if interval.type_ != DISCRETE {
                 range = Some((first, second));
                 return Err(Errno::EINVAL);
@@ -189,7 +189,7 @@ impl VideoDevice for KernelDevice {
     fn interval(&self) -> io::Result<Option<Interval>> {
         match self.parameters() {
             Ok(parameters) if parameters.capability & HAS_INTERVAL != 0 => {
-                Ok(Some(of_fraction(parameters.timeperframe)))
+                Ok(Some(interval_from(parameters.timeperframe)))
             }
             Ok(_) => Ok(None),
             Err(error) if is_not_offered(&error) => Ok(None),
@@ -204,7 +204,7 @@ impl VideoDevice for KernelDevice {
             kernel::Fraction { numerator: wanted.numerator, denominator: wanted.denominator };
         // SAFETY: one structure in and out.
         unsafe { requests::set_parameters(self.fd(), &mut parameters)? };
-        Ok(of_fraction(parameters.timeperframe))
+        Ok(interval_from(parameters.timeperframe))
     }
 
     fn control(&self, id: ControlId) -> io::Result<Option<Control>> {
@@ -233,7 +233,7 @@ impl VideoDevice for KernelDevice {
     fn start(&mut self, n_buffers: u32) -> io::Result<()> {
         let granted = self.request_buffers(n_buffers)?;
         for index in 0..granted {
-            let mut buffer = described(index);
+            let mut buffer = buffer_request(index);
             // SAFETY: one structure in and out.
             unsafe { requests::query_buffer(self.fd(), &mut buffer)? };
             // SAFETY: for mapped memory the kernel writes this member; any number is valid.
@@ -244,7 +244,7 @@ impl VideoDevice for KernelDevice {
         self.set_streaming(true)
     }
 
-    fn take(&mut self, timeout: Duration, see: &mut dyn FnMut(&Filled)) -> io::Result<bool> {
+    fn take(&mut self, timeout: Duration, use_frame: &mut dyn FnMut(&Filled)) -> io::Result<bool> {
         let limit = PollTimeout::try_from(timeout).unwrap_or(PollTimeout::MAX);
         match poll(&mut [PollFd::new(self.file.as_fd(), PollFlags::POLLIN)], limit) {
             Ok(0) | Err(Errno::EINTR) => return Ok(false),
@@ -252,7 +252,7 @@ impl VideoDevice for KernelDevice {
             Ok(_) => {}
             Err(error) => return Err(error.into()),
         }
-        let mut buffer = described(0);
+        let mut buffer = buffer_request(0);
         // SAFETY: one structure in and out.
         match unsafe { requests::dequeue_buffer(self.fd(), &mut buffer) } {
             Ok(_) => {}
@@ -260,7 +260,7 @@ impl VideoDevice for KernelDevice {
             Err(error) => return Err(error.into()),
         }
         let mapping = self.mappings.get(buffer.index as usize).ok_or(io::ErrorKind::InvalidData)?;
-        see(&Filled {
+        use_frame(&Filled {
             // SAFETY: dequeued above, and queued again below, when nothing refers to it.
             bytes: unsafe { mapping.bytes(buffer.bytesused as usize) },
             sequence: buffer.sequence,
@@ -282,18 +282,18 @@ impl VideoDevice for KernelDevice {
     }
 }
 
-fn described(index: u32) -> kernel::Buffer {
+fn buffer_request(index: u32) -> kernel::Buffer {
     kernel::Buffer { index, type_: CAPTURE, memory: MAPPED, ..kernel::Buffer::zeroed() }
 }
 
-fn of_fraction(fraction: kernel::Fraction) -> Interval {
+fn interval_from(fraction: kernel::Fraction) -> Interval {
     Interval { numerator: fraction.numerator, denominator: fraction.denominator }
 }
 
 /// Requests one entry after the other until there are none; empty if the device does not have the list.
-fn listed<T>(mut entry: impl FnMut(u32) -> nix::Result<T>) -> io::Result<Vec<T>> {
+fn enumerate<T>(mut entry: impl FnMut(u32) -> nix::Result<T>) -> io::Result<Vec<T>> {
     let mut list = Vec::new();
-    for index in 0..LONGEST_LIST {
+    for index in 0..MAX_ENTRIES {
         match entry(index) {
             Ok(one) => list.push(one),
             Err(Errno::EINVAL | Errno::ENOTTY) => break,
@@ -319,11 +319,11 @@ fn stamped_at(buffer: &kernel::Buffer) -> Option<Instant> {
     let clock = Duration::from(clock_gettime(ClockId::CLOCK_MONOTONIC).ok()?);
     let seconds = u64::try_from(buffer.timestamp.tv_sec).ok()?;
     let micros = u64::try_from(buffer.timestamp.tv_usec).ok()?;
-    moment(Duration::from_secs(seconds) + Duration::from_micros(micros), clock, now)
+    instant_from_stamp(Duration::from_secs(seconds) + Duration::from_micros(micros), clock, now)
 }
 
 /// Converts a stamp of a clock that reads `clock` at `now`; a stamp in the future belongs to another clock.
-fn moment(stamp: Duration, clock: Duration, now: Instant) -> Option<Instant> {
+fn instant_from_stamp(stamp: Duration, clock: Duration, now: Instant) -> Option<Instant> {
     now.checked_sub(clock.checked_sub(stamp)?)
 }
 
@@ -340,19 +340,19 @@ mod tests {
     }
 
     #[test]
-    fn the_age_of_a_time_stamp_is_that_of_its_clock() {
+    fn a_time_stamp_is_converted_by_its_age() {
         let (clock, now) = (Duration::from_secs(100), Instant::now());
         let ago = Duration::from_millis(30);
-        assert_eq!(moment(clock - ago, clock, now), now.checked_sub(ago));
-        assert_eq!(moment(clock + ago, clock, now), None, "a stamp of the future");
+        assert_eq!(instant_from_stamp(clock - ago, clock, now), now.checked_sub(ago));
+        assert_eq!(instant_from_stamp(clock + ago, clock, now), None, "a stamp of the future");
         assert!(
-            stamped_at(&described(0)).is_none_or(|at| at <= Instant::now()),
+            stamped_at(&buffer_request(0)).is_none_or(|at| at <= Instant::now()),
             "zero is when the computer started"
         );
     }
 
     #[test]
-    fn texts_end_with_their_zero_or_their_field() {
+    fn texts_end_at_a_zero_byte_or_at_the_end_of_their_field() {
         assert_eq!(text(b"uvcvideo\0\0junk"), "uvcvideo");
         assert_eq!(text(b"full"), "full");
     }

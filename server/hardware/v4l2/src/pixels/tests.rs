@@ -6,9 +6,9 @@ fn format(code: &[u8; 4], (width_px, height_px): (usize, usize), row_bytes: usiz
     Format { pixels: FourCc(*code), width_px, height_px, row_bytes }
 }
 
-fn unpack(bytes: &[u8], format: &Format) -> Result<Vec<u16>, NoPicture> {
-    let deep = FORMATS.iter().find(|known| known.code == format.pixels).unwrap().is_deep();
-    let source = SourceFormat::choose(&[format.pixels], deep, "").unwrap();
+fn unpack(bytes: &[u8], format: &Format) -> Result<Vec<u16>, InvalidImage> {
+    let is_deep = FORMATS.iter().find(|known| known.code == format.pixels).unwrap().is_deep();
+    let source = SourceFormat::choose(&[format.pixels], is_deep, "").unwrap();
     let mut image = GreyImage::new(1, 1, Pixels::Eight(vec![0])).unwrap();
     source.unpack(bytes, format, &mut image)?;
     assert_eq!((image.width(), image.height()), (format.width_px, format.height_px));
@@ -30,12 +30,12 @@ fn every_format_gives_the_grey_levels_that_were_sent() {
         let row_bytes = bytes.len() / 2;
         assert_eq!(unpack(&bytes, &format(code, (2, 2), row_bytes)).unwrap(), expected, "{code:?}");
         let short = unpack(&bytes[..bytes.len() - 1], &format(code, (2, 2), row_bytes));
-        assert_eq!(short, Err(NoPicture::Incomplete), "{code:?}: a byte is missing");
+        assert_eq!(short, Err(InvalidImage::Incomplete), "{code:?}: a byte is missing");
     }
 }
 
 #[test]
-fn bytes_after_rows_are_no_pixels() {
+fn row_padding_is_ignored() {
     assert_eq!(unpack(&[1, 2, 99, 99, 3, 4], &format(b"GREY", (2, 2), 4)).unwrap(), [1, 2, 3, 4]);
     assert_eq!(unpack(&[1, 0, 9, 9, 2, 0, 9, 9], &format(b"Y16 ", (1, 2), 4)).unwrap(), [1, 2]);
 }
@@ -49,7 +49,7 @@ fn jpeg() -> Vec<u8> {
     bytes
 }
 
-fn is_the_ramp(pixels: &[u16]) {
+fn assert_ramp(pixels: &[u16]) {
     for (at, &pixel) in pixels.iter().enumerate() {
         // Quality 95 changes a smooth ramp by a level or two.
         assert!(pixel.abs_diff((at % 64 * 4) as u16) <= 3, "pixel {at} is {pixel}");
@@ -59,11 +59,11 @@ fn is_the_ramp(pixels: &[u16]) {
 #[test]
 fn jpeg_images_are_decoded_with_padding_and_without_tables() {
     let format = format(b"MJPG", (64, 32), 0);
-    is_the_ramp(&unpack(&jpeg(), &format).unwrap());
+    assert_ramp(&unpack(&jpeg(), &format).unwrap());
     let filled_up = [jpeg(), vec![0; 300]].concat();
-    is_the_ramp(&unpack(&filled_up, &format).unwrap());
+    assert_ramp(&unpack(&filled_up, &format).unwrap());
     // Many cameras omit the Huffman tables, in which case those of the standard apply (AVI's MJPG).
-    is_the_ramp(&unpack(&without_huffman_tables(&jpeg()), &format).unwrap());
+    assert_ramp(&unpack(&without_huffman_tables(&jpeg()), &format).unwrap());
 }
 
 #[test]
@@ -71,9 +71,9 @@ fn a_truncated_or_wrongly_sized_jpeg_image_is_an_error() {
     let whole = jpeg();
     let agreed = format(b"MJPG", (64, 32), 0);
     for keep in [0, 2, 100, whole.len() / 2, whole.len() - 2] {
-        assert_eq!(unpack(&whole[..keep], &agreed), Err(NoPicture::Incomplete), "{keep} bytes");
+        assert_eq!(unpack(&whole[..keep], &agreed), Err(InvalidImage::Incomplete), "{keep} bytes");
     }
-    assert_eq!(unpack(&whole, &format(b"MJPG", (32, 64), 0)), Err(NoPicture::WrongSize(64, 32)));
+    assert_eq!(unpack(&whole, &format(b"MJPG", (32, 64), 0)), Err(InvalidImage::WrongSize(64, 32)));
 }
 
 fn without_huffman_tables(jpeg: &[u8]) -> Vec<u8> {
@@ -93,8 +93,9 @@ fn without_huffman_tables(jpeg: &[u8]) -> Vec<u8> {
 #[test]
 fn the_best_format_offered_is_chosen_unless_another_is_preferred() {
     let offered = [*b"MJPG", *b"YUYV", *b"H264", *b"Y10 ", *b"Y16 "].map(FourCc);
-    let chosen =
-        |deep, preferred| SourceFormat::choose(&offered, deep, preferred).map(|format| format.code.to_string());
+    let chosen = |is_deep, preferred| {
+        SourceFormat::choose(&offered, is_deep, preferred).map(|format| format.code.to_string())
+    };
     assert_eq!(chosen(false, "").as_deref(), Some("YUYV"));
     assert_eq!(chosen(false, "MJPG").as_deref(), Some("MJPG"));
     assert_eq!(chosen(false, "GREY").as_deref(), Some("YUYV"), "one that is not offered");

@@ -35,6 +35,6 @@ fn a_camera_that_sends_raw_pixels_passes_the_suite() {
 }
 
 #[test]
-fn a_camera_that_sends_jpeg_pictures_passes_the_suite() {
+fn a_camera_that_sends_jpeg_images_passes_the_suite() {
     passes(&V4l2Settings { format_8: "MJPG".to_owned(), ..settings() });
 }

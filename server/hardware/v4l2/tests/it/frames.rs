@@ -35,7 +35,7 @@ fn frame(camera: &mut V4l2Camera, image: &mut GreyImage) -> FrameInfo {
 
 /// Receives frames with these flaws, then one good one: ids, frames lost before each, and how many of those were
 /// damaged.
-fn account(first_sequence: u32, flaws: Vec<Flaw>) -> Vec<(u64, u64, u64)> {
+fn received(first_sequence: u32, flaws: Vec<Flaw>) -> Vec<(u64, u64, u64)> {
     let bench = Bench::default();
     let mut camera = started(&bench);
     let n_good = 1 + flaws.iter().filter(|flaw| !flaw.is_marked && flaw.missing_bytes == 0).count();
@@ -52,18 +52,22 @@ fn account(first_sequence: u32, flaws: Vec<Flaw>) -> Vec<(u64, u64, u64)> {
 #[test]
 fn gaps_in_the_drivers_count_are_lost_frames() {
     let gap = Flaw { lost_before: 3, ..Flaw::default() };
-    assert_eq!(account(0, vec![Flaw::default(), gap]), [(0, 0, 0), (4, 3, 0), (5, 0, 0)]);
-    assert_eq!(account(1, vec![Flaw::default()]), [(0, 0, 0), (1, 0, 0)], "a driver that counts from 1");
-    assert_eq!(account(u32::MAX - 1, vec![Flaw::default(), gap]), [(0, 0, 0), (4, 3, 0), (5, 0, 0)], "the turn");
+    assert_eq!(received(0, vec![Flaw::default(), gap]), [(0, 0, 0), (4, 3, 0), (5, 0, 0)]);
+    assert_eq!(received(1, vec![Flaw::default()]), [(0, 0, 0), (1, 0, 0)], "a driver that counts from 1");
+    assert_eq!(
+        received(u32::MAX - 1, vec![Flaw::default(), gap]),
+        [(0, 0, 0), (4, 3, 0), (5, 0, 0)],
+        "the wrap-around"
+    );
 }
 
 #[test]
-fn damaged_frames_are_counted_and_never_shown() {
+fn damaged_frames_are_counted_and_never_delivered() {
     let marked = Flaw { is_marked: true, ..Flaw::default() };
     let short = Flaw { missing_bytes: 2, ..Flaw::default() };
     let gap = Flaw { lost_before: 1, ..Flaw::default() };
-    assert_eq!(account(0, vec![Flaw::default(), marked, short, gap]), [(0, 0, 0), (4, 3, 2), (5, 0, 0)]);
-    assert_eq!(account(0, vec![marked]), [(1, 1, 1)], "the first one");
+    assert_eq!(received(0, vec![Flaw::default(), marked, short, gap]), [(0, 0, 0), (4, 3, 2), (5, 0, 0)]);
+    assert_eq!(received(0, vec![marked]), [(1, 1, 1)], "the first one");
 }
 
 #[test]
@@ -88,7 +92,7 @@ fn images_equal_those_that_were_sent() {
 }
 
 #[test]
-fn a_frame_was_exposed_in_the_middle_of_its_exposure() {
+fn the_frame_time_is_the_middle_of_the_exposure() {
     let half = Duration::from_secs_f64(EXPOSURE_US * 0.5e-6);
     for stamped in [Stamped::ExposureStart, Stamped::FrameEnd] {
         let bench = Bench::default();

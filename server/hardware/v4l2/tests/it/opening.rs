@@ -25,7 +25,7 @@ fn automatic_functions_are_off_before_exposure_and_gain_are_set() {
 }
 
 #[test]
-fn a_gain_outside_the_cameras_range_is_moved_into_it() {
+fn a_gain_outside_the_range_of_the_camera_is_clamped() {
     for (wanted, set) in [(0, 4), (1000, 255)] {
         let bench = Bench::default();
         bench.open(&V4l2Settings { gain: wanted, ..settings() }).unwrap();
@@ -34,12 +34,12 @@ fn a_gain_outside_the_cameras_range_is_moved_into_it() {
 }
 
 #[test]
-fn a_camera_that_stays_automatic_is_refused_by_what_stays() {
+fn a_camera_whose_automatic_functions_cannot_be_turned_off_is_refused() {
     for (control, name) in
         [(EXPOSURE_AUTO, "automatic exposure"), (AUTO_WHITE_BALANCE, "automatic white balance"), (GAIN, "gain")]
     {
         let bench = Bench::default();
-        bench.camera().stubborn.push(control);
+        bench.camera().fixed.push(control);
         let refused = refusal(&bench, &settings());
         assert!(matches!(refused, OpenError::Settings { .. }), "{refused}");
         assert!(refused.to_string().contains(name), "{refused}");
@@ -47,7 +47,7 @@ fn a_camera_that_stays_automatic_is_refused_by_what_stays() {
 }
 
 #[test]
-fn an_automatic_that_another_program_turned_on_is_off_again_when_frames_start() {
+fn automatic_functions_are_turned_off_again_when_acquisition_starts() {
     let bench = Bench::default();
     let mut camera = bench.open(&settings()).unwrap();
     bench.camera().controls.get_mut(&EXPOSURE_AUTO.0).unwrap().value = 3;
@@ -57,7 +57,7 @@ fn an_automatic_that_another_program_turned_on_is_off_again_when_frames_start() 
     {
         let mut scripted = bench.camera();
         scripted.controls.get_mut(&EXPOSURE_AUTO.0).unwrap().value = 3;
-        scripted.stubborn.push(EXPOSURE_AUTO);
+        scripted.fixed.push(EXPOSURE_AUTO);
     }
     match camera.start() {
         Err(CameraError::Unsupported { setting, .. }) => assert_eq!(setting, "automatic exposure"),
@@ -67,12 +67,12 @@ fn an_automatic_that_another_program_turned_on_is_off_again_when_frames_start() 
 
 #[test]
 fn capabilities_equal_the_lists_of_the_device() {
-    let able = Bench::default().open(&settings()).unwrap().capabilities();
-    assert_eq!(able.sensor_px, (64, 48));
-    assert_eq!(able.exposure_us, Some(ValueRange { min: 100.0, max: 500_000.0 }));
-    assert_eq!(able.frame_rate_hz, Some(ValueRange { min: 5.0, max: 200.0 }));
-    assert_eq!(able.pixel_formats, [PixelFormat::Mono8, PixelFormat::Mono16]);
-    assert_eq!((able.gain_db, able.roi), (None, false));
+    let capabilities = Bench::default().open(&settings()).unwrap().capabilities();
+    assert_eq!(capabilities.sensor_px, (64, 48));
+    assert_eq!(capabilities.exposure_us, Some(ValueRange { min: 100.0, max: 500_000.0 }));
+    assert_eq!(capabilities.frame_rate_hz, Some(ValueRange { min: 5.0, max: 200.0 }));
+    assert_eq!(capabilities.pixel_formats, [PixelFormat::Mono8, PixelFormat::Mono16]);
+    assert_eq!((capabilities.gain_db, capabilities.roi), (None, false));
 }
 
 #[test]
@@ -87,12 +87,12 @@ fn the_nearest_frame_rate_is_set_and_kept_over_a_change_of_format() {
     let mut camera = bench.open(&settings()).unwrap();
     let rate = |rate_hz| CameraRequest { frame_rate_hz: Some(rate_hz), ..CameraRequest::default() };
     assert_eq!(camera.configure(&rate(13.0)).unwrap().frame_rate_hz, 15.0);
-    let deep = CameraRequest { pixel_format: Some(PixelFormat::Mono16), ..CameraRequest::default() };
-    assert_eq!(camera.configure(&deep).unwrap().frame_rate_hz, 15.0);
+    let sixteen_bit = CameraRequest { pixel_format: Some(PixelFormat::Mono16), ..CameraRequest::default() };
+    assert_eq!(camera.configure(&sixteen_bit).unwrap().frame_rate_hz, 15.0);
 }
 
 #[test]
-fn a_size_it_does_not_have_is_refused_with_what_it_sends() {
+fn an_unsupported_image_size_is_refused_with_the_size_sent() {
     let refused = refusal(&Bench::default(), &V4l2Settings { width_px: 100, height_px: 100, ..settings() });
     assert!(
         refused.to_string().contains("sends YUYV with 640×480 pixels instead of YUYV with 100×100"),
@@ -108,12 +108,15 @@ fn an_absent_or_busy_camera_may_become_available() {
     assert!(matches!(busy, OpenError::Absent { .. }) && busy.to_string().contains("in use by another"), "{busy}");
     bench.unplug();
     let absent = refusal(&bench, &settings());
-    assert!(matches!(absent, OpenError::Absent { .. }) && absent.to_string().contains("not there"), "{absent}");
+    assert!(
+        matches!(absent, OpenError::Absent { .. }) && absent.to_string().contains("was not found"),
+        "{absent}"
+    );
 }
 
 #[test]
 #[cfg(feature = "kernel")]
-fn the_kernel_names_a_file_that_is_missing_or_no_camera() {
+fn a_missing_file_and_a_file_that_is_no_camera_are_distinguished() {
     let wanted = devices::DeviceSet { camera: true, ..devices::DeviceSet::default() };
     let open = |device: &str| {
         let settings = V4l2Settings { device: device.to_owned(), ..V4l2Settings::default() };
@@ -122,7 +125,7 @@ fn the_kernel_names_a_file_that_is_missing_or_no_camera() {
     assert!(matches!(open("/dev/video-absent"), OpenError::Absent { .. }));
     let none = open("/dev/null");
     assert!(matches!(none, OpenError::Settings { .. }), "{none}");
-    assert!(none.to_string().contains("/dev/null does not answer as a video device"), "{none}");
+    assert!(none.to_string().contains("/dev/null does not respond as a video device"), "{none}");
 }
 
 #[test]

@@ -41,8 +41,8 @@ pub struct Scripted {
     pub is_plugged: bool,
     pub is_busy: bool,
     pub controls: BTreeMap<u32, Control>,
-    /// Controls that keep their value whatever is set.
-    pub stubborn: Vec<ControlId>,
+    /// Controls whose value cannot be changed.
+    pub fixed: Vec<ControlId>,
     pub format: Format,
     pub interval: Interval,
     /// The driver's number of the next frame.
@@ -71,7 +71,7 @@ impl Default for Scripted {
                 (GAIN.0, control(4, 255, 1, 64)),
                 (AUTO_WHITE_BALANCE.0, control(0, 1, 1, 1)),
             ]),
-            stubborn: Vec::new(),
+            fixed: Vec::new(),
             format: Format { pixels: FourCc(*b"MJPG"), width_px: 640, height_px: 480, row_bytes: 0 },
             interval: Interval { numerator: 1, denominator: 30 },
             sequence: 0,
@@ -165,7 +165,7 @@ impl VideoDevice for Handle {
         if camera.is_busy || camera.streaming.is_some() {
             return Err(kernel(EBUSY));
         }
-        let is_known = self.sizes_known().contains(&(wanted.width_px, wanted.height_px));
+        let is_known = self.sizes_offered().contains(&(wanted.width_px, wanted.height_px));
         let (width_px, height_px) = if is_known { (wanted.width_px, wanted.height_px) } else { (640, 480) };
         let row_bytes = if wanted.pixels == FourCc(*b"MJPG") { 0 } else { 2 * width_px };
         camera.format = Format { width_px, height_px, row_bytes, ..*wanted };
@@ -194,14 +194,14 @@ impl VideoDevice for Handle {
     fn set_control(&mut self, id: ControlId, value: i32) -> io::Result<()> {
         let mut camera = self.camera()?;
         camera.set.push(id);
-        let is_stubborn = camera.stubborn.contains(&id);
+        let is_fixed = camera.fixed.contains(&id);
         // As in UVC, the exposure cannot be set while it is automatic.
         let is_locked = id == EXPOSURE && camera.controls[&EXPOSURE_AUTO.0].value != 1;
         let control = camera.controls.get_mut(&id.0).ok_or_else(|| kernel(ERANGE))?;
         if is_locked || !(control.min..=control.max).contains(&value) {
             return Err(kernel(ERANGE));
         }
-        if !is_stubborn {
+        if !is_fixed {
             control.value = value;
         }
         Ok(())
@@ -216,7 +216,7 @@ impl VideoDevice for Handle {
         Ok(())
     }
 
-    fn take(&mut self, timeout: Duration, see: &mut dyn FnMut(&Filled)) -> io::Result<bool> {
+    fn take(&mut self, timeout: Duration, use_frame: &mut dyn FnMut(&Filled)) -> io::Result<bool> {
         let due = {
             let camera = self.camera()?;
             let Some((began, n_frames)) = camera.streaming else { return Err(kernel(22)) };
@@ -239,10 +239,10 @@ impl VideoDevice for Handle {
             Stamped::FrameEnd => due,
         };
         camera.stamps.push(stamped_at);
-        let bytes = picture(&camera.format, sequence);
+        let bytes = image_bytes(&camera.format, sequence);
         let stamped = camera.stamped;
         drop(camera);
-        see(&Filled {
+        use_frame(&Filled {
             bytes: &bytes[..bytes.len() - flaw.missing_bytes],
             sequence,
             stamped_at: Some(stamped_at),
@@ -261,7 +261,7 @@ impl VideoDevice for Handle {
 }
 
 impl Handle {
-    fn sizes_known(&self) -> [(usize, usize); 3] {
+    fn sizes_offered(&self) -> [(usize, usize); 3] {
         [(640, 480), (64, 48), (1280, 720)]
     }
 }
@@ -272,7 +272,7 @@ pub fn level(sequence: u32) -> u8 {
 }
 
 /// An image of one grey level.
-fn picture(format: &Format, sequence: u32) -> Vec<u8> {
+fn image_bytes(format: &Format, sequence: u32) -> Vec<u8> {
     let (n_pixels, level) = (format.width_px * format.height_px, level(sequence));
     match &format.pixels.0 {
         b"MJPG" => {
@@ -284,6 +284,6 @@ fn picture(format: &Format, sequence: u32) -> Vec<u8> {
         }
         b"YUYV" => [level, 128].repeat(n_pixels),
         b"Y10 " => (u16::from(level) << 2).to_le_bytes().repeat(n_pixels),
-        other => panic!("no picture in {other:?}"),
+        other => panic!("no image in {other:?}"),
     }
 }

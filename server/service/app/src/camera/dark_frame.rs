@@ -1,5 +1,5 @@
-//! The camera's dark frame: taken with the laser off and the lens covered, kept in one file of the data directory, and
-//! handed to the station, which corrects every frame by it (ADR 32).
+//! The camera's dark frame: captured with the laser off and the lens covered, stored in one file of the data directory, and
+//! passed to the station, which corrects every frame with it (ADR 32).
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -65,7 +65,7 @@ struct Header {
 }
 
 impl DarkFrameStore {
-    /// Reads the dark frame from the data directory and hands it to the station; a damaged one counts as none and is
+    /// Reads the dark frame from the data directory and passes it to the station; a damaged one counts as none and is
     /// logged. `direction`: which way the laser lines run.
     pub fn open(data: &Path, station: &StationHandle, direction: LineDirection) -> Self {
         let path = data.join(FILE);
@@ -91,7 +91,7 @@ impl DarkFrameStore {
         self.kept.lock().await.clone()
     }
 
-    /// Takes a new one from `n_frames` frames at the current settings, and keeps it in place of the old one.
+    /// Captures a new one from `n_frames` frames at the current settings, which replaces the old one.
     ///
     /// # Errors
     /// The laser cannot be turned off by the station, a device refuses, the frames show light, or a write error; the old
@@ -138,13 +138,13 @@ impl DarkFrameStore {
     }
 }
 
-/// The answer without a dark frame.
+/// The error without a dark frame.
 pub fn no_dark_frame() -> AppError {
     AppError::new(ErrorKind::NotFound, "no dark frame was taken")
         .remedy("cover the lens and take one: POST /api/v1/devices/camera/dark-frame")
 }
 
-/// Exposes with the laser off. The station's present correction is switched off meanwhile.
+/// Captures frames with the laser off. The current correction is disabled meanwhile.
 fn taken(station: &StationHandle, n_frames: usize, direction: LineDirection) -> Result<CameraDarkFrame, AppError> {
     let status = station.status();
     if status.camera.identity.driver == RECORDED {
@@ -154,7 +154,7 @@ fn taken(station: &StationHandle, n_frames: usize, direction: LineDirection) -> 
     if !status.laser.capabilities.switched {
         return Err(AppError::new(
             ErrorKind::Impossible,
-            "the laser is not controlled here: that frames are dark cannot be ensured",
+            "the laser is not controlled by this station, so it cannot be turned off for a dark frame",
         )
         .remedy("use a laser that the station can turn off"));
     }
@@ -221,7 +221,7 @@ fn checksum(header: &Header, bytes: &[u8]) -> Result<String, AppError> {
     Ok(hash_hex(&text))
 }
 
-/// `None` if the file is not as it was written.
+/// `None` if the file is damaged.
 fn opened(bytes: &[u8], direction: LineDirection) -> Option<KeptDarkFrame> {
     let end = bytes.iter().position(|byte| *byte == b'\n')?;
     let (text, bytes) = (&bytes[..end], &bytes[end + 1..]);

@@ -29,10 +29,10 @@ pub struct StopOutcome {
     pub recorded: bool,
 }
 
-/// Stops the station. When this returns the stop line is pulled and the station's queue is empty, so that a client that
+/// Stops the station. When this returns the stop is latched and the station's queue is empty, so that a client that
 /// disconnects changes nothing; the rest completes whether or not the outcome is awaited.
 pub fn stop(app: &App, by: &Principal) -> impl Future<Output = StopOutcome> + Send + use<> {
-    let acknowledged = app.station.pull_stop(&by.actor);
+    let acknowledged = app.station.request_stop(&by.actor);
     let cleared = app.jobs.clear_station_jobs();
     let (app, by) = (app.clone(), by.clone());
     let (to_caller, outcome) = tokio::sync::oneshot::channel();
@@ -42,7 +42,7 @@ pub fn stop(app: &App, by: &Principal) -> impl Future<Output = StopOutcome> + Se
         let recorded = match tokio::time::timeout(RECORD_WAIT, record).await {
             Ok(Ok(Ok(()))) => true,
             Ok(Ok(Err(error))) => {
-                tracing::error!(%error, "Stop cannot be stored: it will not outlast a restart");
+                tracing::error!(%error, "Stop cannot be stored: it will not persist across a restart");
                 false
             }
             Ok(Err(_)) | Err(_) => {

@@ -101,7 +101,7 @@ impl From<StationRefusal> for AppError {
             StationRefusal::TooManyCommands => ErrorKind::TooMany,
             StationRefusal::Halted => ErrorKind::Halted,
             StationRefusal::NoLiveView => ErrorKind::Conflict,
-            StationRefusal::BeltStandsStill { .. }
+            StationRefusal::BeltStopped { .. }
             | StationRefusal::Stage(StageError::NotHomed | StageError::Moving) => ErrorKind::Conflict,
             StationRefusal::SpeedOutOfRange { .. }
             | StationRefusal::Stage(
@@ -200,7 +200,7 @@ mod tests {
         assert!(problem.detail.ends_with("(disk 1; disk 2)"), "{problem:?}");
         assert_eq!(problem.remedy.as_deref(), Some("check the disk, then restart"));
         let problem = AppError::from(StationRefusal::Stage(devices::StageError::NotHomed));
-        assert_eq!((problem.kind, problem.remedy.as_deref()), (ErrorKind::Conflict, Some("home it first")));
+        assert_eq!((problem.kind, problem.remedy.as_deref()), (ErrorKind::Conflict, Some("home the stage first")));
         // Nor is text within a device message.
         let meaning = "a limit switch was hit; the position is lost".to_owned();
         let problem = AppError::from(StationRefusal::Stage(devices::StageError::Alarm { code: 1, meaning }));

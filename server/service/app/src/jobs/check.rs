@@ -6,7 +6,7 @@ use crate::error::{AppError, ErrorKind};
 use crate::jobs::JobParts;
 use crate::jobs::input::{CalibrateInput, ExportInput, JobInput, RecomputeInput, ScanInput, Source};
 use crate::jobs::inspect::scan_of;
-use crate::jobs::plan::{Pace, ScanRun, mode_of, plan};
+use crate::jobs::plan::{Pace, ScanRun, plan};
 use crate::jobs::queue::params::SCAN_BYTES;
 use crate::jobs::verify;
 use crate::resources::calibrations::stored::stored_document;
@@ -89,7 +89,7 @@ async fn check_scan(input: &ScanInput, parts: &JobParts) -> Result<u64, AppError
     check_measurements(&input.measure)?;
     if !input.measure.is_empty() && input.resume_scan_id.is_some() {
         return Err(AppError::new(ErrorKind::Impossible, "a resumed scan has its own measurements")
-            .remedy("leave it out, or measure afterwards")
+            .remedy("omit it, or measure afterwards")
             .at("/measure"));
     }
     let read = parts.ledger.read();
@@ -109,7 +109,7 @@ async fn check_scan(input: &ScanInput, parts: &JobParts) -> Result<u64, AppError
                     exists(read.calibration(id).await, "/calibration_id")?;
                 }
                 let document = stored_document(&parts.ledger, &*parts.artifacts, id).await?;
-                let pace = Pace::learned(&parts.ledger, mode_of(input)).await;
+                let pace = Pace::learned(&parts.ledger, input.settings.mode()).await;
                 Ok(plan(input, &document.calibration(), &parts.station.status(), &pace)?.disk_bytes)
             }
         },

@@ -4,9 +4,9 @@ use serde::{Deserialize, Serialize};
 
 use crate::jobs::Job;
 use crate::resources::inspections::InspectedPart;
-use crate::resources::scan_run::{BackgroundInput, MeasureInput, ScanMode, ScanPurpose, ScanSource};
+use crate::resources::scan_run::{MeasureInput, ScanMode, ScanPurpose, ScanSettings, ScanSource};
 
-/// Where pictures come from.
+/// Source of the images.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "kind", rename_all = "snake_case")]
 pub enum Source {
@@ -14,7 +14,7 @@ pub enum Source {
     Station,
     /// A stored capture.
     Capture {
-        /// The watch.
+        /// Id of the capture.
         capture_id: String,
     },
 }
@@ -22,7 +22,7 @@ pub enum Source {
 /// Calibrate camera, light sheets and stage.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct CalibrateInput {
-    /// Where pictures come from; on the simulated station a virtual operator moves the board.
+    /// Source of the images; on the simulated station a virtual operator moves the board.
     pub source: Source,
     /// `auto`, `planes`, `pencil`, `grating`.
     pub light_model: Option<String>,
@@ -43,43 +43,9 @@ pub struct ScanInput {
     pub source: ScanSource,
     /// Its name.
     pub name: Option<String>,
-    /// First position of a linear stage.
-    pub from_mm: Option<f64>,
-    /// Last position of a linear stage.
-    pub to_mm: Option<f64>,
-    /// Distance between rows.
-    pub step_mm: Option<f64>,
-    /// Speed of a continuous scan; the step follows from the frame rate.
-    pub speed_mm_s: Option<f64>,
-    /// First angle of a turntable.
-    #[serde(default)]
-    pub from_deg: Option<f64>,
-    /// Last angle of a turntable; more than a full turn shows the closure.
-    #[serde(default)]
-    pub to_deg: Option<f64>,
-    /// Angle between rows.
-    #[serde(default)]
-    pub step_deg: Option<f64>,
-    /// Speed of a continuous scan on a turntable; the step follows from the frame rate.
-    #[serde(default)]
-    pub speed_deg_s: Option<f64>,
-    /// Motion of the stage.
-    pub mode: Option<ScanMode>,
-    /// Exposure time of the laser frames.
-    pub exposure_us: Option<f64>,
-    /// Two to four exposure times per row instead of one (HDR), for parts with dark and bright areas.
-    #[serde(default)]
-    pub exposures_us: Vec<f64>,
-    /// Laser power, share of full power.
-    pub laser_power: Option<f64>,
-    /// Keep the frames as a capture.
-    pub keep_frames: bool,
-    /// When laser-off images are captured; `None`: never.
-    #[serde(default)]
-    pub background: Option<BackgroundInput>,
-    /// Record everything that the camera delivers during the scan as an MCAP file.
-    #[serde(default)]
-    pub record: bool,
+    /// Settings of the station.
+    #[serde(flatten)]
+    pub settings: ScanSettings,
     /// The calibration; `None`: the active one.
     pub calibration_id: Option<String>,
     /// The partial scan to resume.
@@ -119,14 +85,14 @@ pub struct VerifyInput {
 pub struct InspectInput {
     /// The recipe.
     pub recipe_id: String,
-    /// Its version, decided when the job was accepted.
+    /// Its version, fixed when the job was accepted.
     pub recipe_version: i64,
     /// The part.
     #[serde(flatten)]
     pub part: InspectedPart,
 }
 
-/// Request to judge the scan of an inspection by another version of a recipe.
+/// Request to re-evaluate the scan of an inspection with another version of a recipe.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ReEvaluateInput {
     /// The inspection.
@@ -168,14 +134,6 @@ pub enum JobInput {
     ReEvaluation(ReEvaluateInput),
 }
 
-impl ScanInput {
-    /// Whether the stage moves while frames are captured: by the mode, or because a speed is given.
-    pub fn is_continuous(&self) -> bool {
-        let by_speed = self.speed_mm_s.is_some() || self.speed_deg_s.is_some();
-        self.mode.map_or(by_speed, |mode| mode == ScanMode::Continuous)
-    }
-}
-
 impl JobInput {
     /// The kind stored with the job.
     pub fn kind(&self) -> &'static str {
@@ -190,11 +148,11 @@ impl JobInput {
         }
     }
 
-    /// Class of similar jobs for forecasts of the duration: the kind, and what matters within it.
-    pub fn likeness(&self) -> String {
+    /// Class of jobs with similar duration, for forecasts.
+    pub fn duration_class(&self) -> String {
         match self {
             Self::Scan(input) | Self::Verification(VerifyInput { scan: input, .. }) => {
-                let swept = input.is_continuous();
+                let swept = input.settings.mode() == ScanMode::Continuous;
                 let source = if input.source == ScanSource::Station { "station" } else { "capture" };
                 format!(
                     "{}/{source}/{}/{}",
@@ -220,8 +178,9 @@ impl JobInput {
         match self {
             Self::Scan(input) | Self::Verification(VerifyInput { scan: input, .. }) => {
                 let way = |to: Option<f64>, from: Option<f64>| Some((to? - from?).abs());
-                let travel = way(input.to_mm, input.from_mm).or(way(input.to_deg, input.from_deg));
-                let rows = travel.zip(input.step_mm.or(input.step_deg)).map(|(travel, step)| travel / step);
+                let settings = &input.settings;
+                let travel = way(settings.to_mm, settings.from_mm).or(way(settings.to_deg, settings.from_deg));
+                let rows = travel.zip(settings.step_mm.or(settings.step_deg)).map(|(travel, step)| travel / step);
                 rows.or(travel).filter(|size| size.is_finite()).map_or(1.0, |size| size + 1.0)
             }
             Self::Calibration(input) => input.n_poses.unwrap_or(super::calibrate::N_POSES) as f64,
@@ -232,5 +191,44 @@ impl JobInput {
     /// Whether it needs the station: such jobs run one at a time, and Stop ends them.
     pub fn needs_station(&self) -> bool {
         matches!(Job::from(self.clone()), Job::Station(_))
+    }
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests {
+    use serde_json::json;
+
+    use super::*;
+    use crate::resources::scan_run::BackgroundInput;
+
+    fn scan(stored: serde_json::Value) -> ScanInput {
+        match serde_json::from_value(stored).unwrap() {
+            JobInput::Scan(input) => input,
+            other => panic!("{other:?}"),
+        }
+    }
+
+    #[test]
+    fn a_job_of_version_0_1_with_null_fields_is_read() {
+        let input = scan(json!({
+            "kind": "scan", "source": { "kind": "station" }, "name": null, "from_mm": -20, "to_mm": 20.5, "step_mm": 0.2,
+            "speed_mm_s": null, "mode": null, "exposure_us": 800.0, "exposures_us": [], "laser_power": null,
+            "keep_frames": true, "background": { "every_rows": 2, "above_levels": null }, "record": false,
+            "calibration_id": null, "resume_scan_id": null, "measure": [], "purpose": "production",
+        }));
+        let expected = ScanSettings {
+            from_mm: Some(-20.0),
+            to_mm: Some(20.5),
+            step_mm: Some(0.2),
+            exposure_us: Some(800.0),
+            keep_frames: true,
+            background: Some(BackgroundInput { every_rows: Some(2), above_levels: None }),
+            ..ScanSettings::default()
+        };
+        assert_eq!(input.settings, expected);
+        let again = serde_json::to_value(JobInput::Scan(input.clone())).unwrap();
+        assert_eq!(again["from_mm"], -20.0);
+        assert_eq!(scan(again), input);
     }
 }

@@ -1,8 +1,8 @@
 //! Jobs: long operations that outlive the client that requested them and end in a defined state.
 //!
 //! A job is accepted durably, waits in a queue, runs on its own thread, and ends together with its results in one
-//! transaction. A [`StationJob`] needs the station; a [`ComputeJob`] is a function of records and artifacts. At most one
-//! job of each of the two types runs at a time.
+//! transaction. A [`StationJob`] needs the station; a [`ComputeJob`] is a function of records and artifacts. At most
+//! one job of each of the two types runs at a time.
 
 pub mod calibrate;
 mod check;
@@ -147,9 +147,9 @@ impl Jobs {
         self.submit_with(input, source, authority, |_| Vec::new()).await
     }
 
-    /// Accepts a job durably; `source` names the requester, `authority` permits it to take the station. What `and` returns,
-    /// such as the response stored for the idempotency key, is stored in the same transaction or not at all. A job
-    /// accepted during a Stop is cancelled.
+    /// Accepts a job durably; `source` names the requester, `authority` permits it to take the station. What `and`
+    /// returns, such as the response stored for the idempotency key, is stored in the same transaction or not at all. A
+    /// job accepted during a Stop is cancelled.
     ///
     /// # Errors
     /// A problem: `halted` if it needs a station that was stopped, `too-many` with a full queue, `storage-full`,
@@ -219,7 +219,7 @@ impl Jobs {
         self.0.progress.subscribe()
     }
 
-    /// After the stop line was pulled: empties the station's queue and cancels its running job. Does not block; pass the
+    /// After the stop was latched: empties the station's queue and cancels its running job. Does not block; pass the
     /// returned jobs to [`Jobs::end_cleared_jobs`].
     pub fn clear_station_jobs(&self) -> Vec<Waiting> {
         self.0.clear_station()

@@ -7,7 +7,7 @@ use twin::{Scene, SceneKind, TwinControl};
 
 use crate::config::AppConfig;
 use crate::error::{AppError, ErrorKind};
-use crate::jobs::plan::AskedRange;
+use crate::jobs::plan::RequestedRange;
 use crate::jobs::scan::{Measured, at_station_measured, of_capture_measured};
 use crate::jobs::{
     ComputeContext, Done, JobEnd, RecordedFrames, ScanInput, ScanSource, StationContext, VerifyInput,
@@ -116,16 +116,17 @@ fn filled(input: &VerifyInput, stage: StageKind) -> ScanInput {
         StageKind::Linear => (RANGE_MM, STEP_MM),
         StageKind::Rotary => (TURN_DEG, TURN_STEP_DEG),
     };
-    let asked = AskedRange::of(&scan, stage);
-    let free = asked.step.is_none() && asked.speed.is_none();
-    let range = AskedRange {
-        from: asked.from.or(Some(usual.0)),
-        to: asked.to.or(Some(usual.1)),
-        step: if free { Some(usual_step) } else { asked.step },
-        ..asked
+    let requested = RequestedRange::of(&scan.settings, stage);
+    let free = requested.step.is_none() && requested.speed.is_none();
+    let range = RequestedRange {
+        from: requested.from.or(Some(usual.0)),
+        to: requested.to.or(Some(usual.1)),
+        step: if free { Some(usual_step) } else { requested.step },
+        ..requested
     };
     let name = scan.name.clone().or_else(|| Some(input.reference_part.clone()));
-    ScanInput { name, ..range.filled_into(&scan) }
+    let settings = range.filled_into(&scan.settings);
+    ScanInput { name, settings, ..scan }
 }
 
 /// The virtual operator has placed the reference part on the stage and will restore the previous scene.

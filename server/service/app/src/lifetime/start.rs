@@ -36,8 +36,8 @@ use tokio_util::sync::CancellationToken;
 const UNPACKED_FOLDER: &str = "unpacked";
 
 impl App {
-    /// Everything but the doors, in the order that leaves no gap: records of the dead process are settled before the
-    /// station opens, the station is dark before jobs can want it, jobs are taken up before anybody can ask for more.
+    /// Starts all parts of the service except its interfaces, in a safe order: records of a crashed process are updated before the
+    /// station opens, the laser is off before jobs can use the station, and stored jobs are queued before new ones are accepted.
     ///
     /// # Errors
     /// If the data directory cannot be used.
@@ -134,7 +134,7 @@ impl App {
         self.recordings.end(None, Ended::ServiceEnded).await;
         let station = self.station.clone();
         if tokio::task::spawn_blocking(move || station.shut_down()).await.is_err() {
-            tracing::error!("the station thread did not end well");
+            tracing::error!("the station thread ended with an error");
         }
     }
 

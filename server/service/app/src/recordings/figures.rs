@@ -7,21 +7,21 @@ use serde::{Deserialize, Serialize};
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Ended {
-    /// A person ended it.
+    /// Stopped by a user.
     Stopped,
-    /// The live view has ended.
+    /// The live view ended.
     LiveEnded,
-    /// The frames of the scan are taken.
+    /// All frames of the scan were captured.
     ScanEnded,
-    /// A scan is recorded instead.
+    /// The recording of a scan started.
     ScanBegan,
-    /// The disk has no more room than must stay free.
+    /// Free disk space reached its lower limit.
     DiskFloor,
     /// The disk is full.
     DiskFull,
     /// Writing failed.
     WriteFailed,
-    /// The service has ended.
+    /// The service was shut down.
     ServiceEnded,
     /// The process crashed.
     Crashed,

@@ -43,7 +43,7 @@ use crate::resources::stored_scan::new_id;
 pub enum RecordingOf {
     /// The live view, until it ends.
     Live,
-    /// A scan, for as long as its frames are taken.
+    /// A scan, while its frames are captured.
     Scan {
         /// Its id.
         scan_id: String,
@@ -60,15 +60,15 @@ pub struct Recordings(Arc<Shared>);
 
 /// Dependencies of the recorder.
 pub struct RecordingParts {
-    /// How the station is set up.
+    /// Configuration.
     pub config: Arc<AppConfig>,
     /// The catalogue and its events.
     pub ledger: EventedCatalogue,
-    /// What records name.
+    /// The artifact store.
     pub artifacts: Arc<dyn Artifacts>,
     /// The hardware.
     pub station: StationHandle,
-    /// What is seen at this moment.
+    /// The live bus.
     pub live: LiveBus,
     /// Bytes free on the disk of the data directory.
     pub free_bytes: Arc<dyn Fn() -> u64 + Send + Sync>,
@@ -113,8 +113,8 @@ impl Recordings {
     /// Starts a recording; durable when it returns. What `and` returns is stored in the same transaction.
     ///
     /// # Errors
-    /// [`ErrorKind::Conflict`] while another recording runs, [`ErrorKind::StorageFull`] near the floor, a device or a disk
-    /// that does not do it.
+    /// [`ErrorKind::Conflict`] while another recording runs, [`ErrorKind::StorageFull`] near the lower limit of free space, an
+    /// error of a device or the disk.
     pub async fn begin<E: From<AppError>>(
         &self,
         name: &str,
@@ -217,7 +217,7 @@ impl Recordings {
             this.close_tap().await;
             let record = keeping::keep(&this.0.parts, record, &path, written).await;
             *this.0.current.lock() = None;
-            // Possibly nobody waits for it.
+            // There may be no receiver.
             let _ = keep.send(Some(record));
         });
     }

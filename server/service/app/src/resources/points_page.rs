@@ -10,10 +10,10 @@ use tokio::io::{AsyncRead, AsyncReadExt};
 
 use crate::evented_catalogue::EventedCatalogue;
 
-/// Bytes of one answer, if a single block is not larger: 80 frames of a megapixel.
+/// Maximum bytes per response, unless a single block is larger: 80 frames of a megapixel camera.
 const PAGE_BYTES: usize = 8 * 1024 * 1024;
 
-/// Some blocks of a scan, one after the other.
+/// Consecutive blocks of a scan.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PointsPage {
     /// The blocks, as the stream sends them.

@@ -82,7 +82,7 @@ async fn peaks_bytes(
     scan_id: &str,
 ) -> Result<ArtifactBytes, AppError> {
     let bytes = artifacts.bytes(id).await;
-    bytes.map_err(|error| AppError::from(error).of_stored(&format!("the record of lines of scan {scan_id}")))
+    bytes.map_err(|error| AppError::from(error).of_stored(&format!("the peaks of scan {scan_id}")))
 }
 
 /// Runs a read of up to a second on a blocking thread.

@@ -37,7 +37,8 @@ pub fn board_in(image: &GreyImage, picture: Picture, target: &Target) -> BoardPi
     match find_board(image, target) {
         Err(error) => {
             let needed = if matches!(target, Target::Charuco(_)) { "more of" } else { "the whole" };
-            found.problem = Some(format!("{error}; hold {needed} board in the image, evenly lit and in focus"));
+            found.problem =
+                Some(format!("{error}; hold {needed} board in the image, evenly illuminated and in focus"));
         }
         Ok(board) => {
             found.coverage_cells = covered(&board, image.width(), image.height());

@@ -19,7 +19,7 @@ const TILTED_DEG: f64 = 15.0;
 const DISTANCE_SPREAD: f64 = 0.1;
 
 /// Required boards with laser lines: two determine a light sheet, the third is a check.
-const LIT_BOARDS: f64 = 3.0;
+const LASER_BOARDS: f64 = 3.0;
 
 /// Required stage positions: two always fit a line, the third is a check.
 const STAGE_VIEWS: f64 = 3.0;
@@ -28,14 +28,14 @@ const STAGE_VIEWS: f64 = 3.0;
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Need {
     /// Current value.
-    pub have: f64,
+    pub actual: f64,
     /// Required value.
-    pub want: f64,
+    pub required: f64,
     /// Whether the requirement is met.
     pub met: bool,
 }
 
-/// What the steps of a session have and need.
+/// The requirements of the steps of a session.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct SessionNeeds {
     /// Boards with detected corners.
@@ -51,7 +51,7 @@ pub struct SessionNeeds {
     /// Whether all requirements of the camera step are met.
     pub camera_met: bool,
     /// Boards with detected laser lines.
-    pub lit_boards: Need,
+    pub laser_boards: Need,
     /// Stage positions with a detected board.
     pub stage_views: Need,
 }
@@ -59,7 +59,7 @@ pub struct SessionNeeds {
 impl SessionNeeds {
     /// The requirements of a session with their current values.
     pub fn of(body: &SessionBody) -> Self {
-        let need = |have: f64, want: f64| Need { have, want, met: have >= want };
+        let need = |actual: f64, required: f64| Need { actual, required, met: actual >= required };
         let readable = |board: &&BoardPicture| !board.corners.is_empty();
         let boards: Vec<&BoardPicture> = body.poses.iter().map(|pose| &pose.board).filter(readable).collect();
         let n_cells = COVERAGE.0 * COVERAGE.1;
@@ -75,7 +75,7 @@ impl SessionNeeds {
             tilted_deg: TILTED_DEG,
             distance_mm: distance(&boards),
             camera_met: false,
-            lit_boards: need(lit.count() as f64, LIT_BOARDS),
+            laser_boards: need(lit.count() as f64, LASER_BOARDS),
             stage_views: need(views.count() as f64, STAGE_VIEWS),
         };
         let camera = [needs.boards, needs.cells, needs.tilted_boards, needs.distance_mm];
@@ -89,10 +89,10 @@ fn distance(boards: &[&BoardPicture]) -> Need {
     let distances_mm: Vec<f64> = boards.iter().filter_map(|board| board.distance_mm).collect();
     let low = distances_mm.iter().copied().fold(f64::INFINITY, f64::min);
     let high = distances_mm.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    let have = (high - low).max(0.0);
+    let actual = (high - low).max(0.0);
     let mean_mm = distances_mm.iter().sum::<f64>() / distances_mm.len().max(1) as f64;
-    let want = DISTANCE_SPREAD * mean_mm;
-    Need { have, want, met: distances_mm.len() > 1 && have >= want }
+    let required = DISTANCE_SPREAD * mean_mm;
+    Need { actual, required, met: distances_mm.len() > 1 && actual >= required }
 }
 
 #[cfg(test)]
@@ -131,13 +131,13 @@ mod tests {
     #[test]
     fn each_requirement_is_reported_separately() {
         let all = needs(|_, _| {}, 0);
-        assert!(all.camera_met && all.lit_boards.met && !all.stage_views.met, "{all:?}");
+        assert!(all.camera_met && all.laser_boards.met && !all.stage_views.met, "{all:?}");
         let flat = needs(|_, board| board.tilt_deg = Some(5.0), 0);
         assert_eq!((flat.tilted_boards.met, flat.distance_mm.met, flat.cells.met), (false, true, true));
         let one_distance = needs(|_, board| board.distance_mm = Some(400.0), 0);
         assert_eq!((one_distance.tilted_boards.met, one_distance.distance_mm.met), (true, false));
         let corner = needs(|_, _| {}, 44);
-        assert_eq!((corner.cells.have, corner.cells.met, corner.camera_met), (4.0, false, false));
+        assert_eq!((corner.cells.actual, corner.cells.met, corner.camera_met), (4.0, false, false));
         let unreadable = needs(
             |idx, board| {
                 if idx == 0 {
@@ -146,8 +146,8 @@ mod tests {
             },
             0,
         );
-        assert_eq!((unreadable.boards.have, unreadable.boards.met), (7.0, false));
+        assert_eq!((unreadable.boards.actual, unreadable.boards.met), (7.0, false));
         let none = needs(|_, board| board.corners.clear(), 48);
-        assert_eq!((none.boards.have, none.cells.have, none.distance_mm.met), (0.0, 0.0, false));
+        assert_eq!((none.boards.actual, none.cells.actual, none.distance_mm.met), (0.0, 0.0, false));
     }
 }

@@ -1,4 +1,4 @@
-//! Inspections: requested, judged anew, held.
+//! Inspections: start, re-evaluate; hold and resume their queue.
 
 use std::time::Duration;
 
@@ -16,11 +16,11 @@ use crate::resources::recipes::check::check_attributes;
 use crate::resources::recipes::{RecipeRef, found};
 use crate::use_cases::jobs::start_job;
 
-/// Requests the inspection of a part, together with what `and` returns; without a recipe the rules on serial numbers choose
-/// one.
+/// Requests the inspection of a part, together with what `and` returns; without a recipe it is selected by serial
+/// number.
 ///
 /// # Errors
-/// No recipe is found, the part cannot be named so, or as [`start_job`].
+/// No recipe is found, the serial number or an attribute is invalid, or as [`start_job`].
 pub async fn inspect(
     app: &App,
     by: &Principal,
@@ -38,8 +38,8 @@ pub async fn inspect(
     start_job(app, by, JobInput::Inspection(input), and).await
 }
 
-/// Requests that the scan of an inspection be judged by another version of a recipe, together with what `and` returns;
-/// without one by the newest version of its own.
+/// Requests a re-evaluation of the scan of an inspection, together with what `and` returns; without a recipe, with the
+/// newest version of its own.
 ///
 /// # Errors
 /// The inspection or the recipe does not exist, its scan was deleted, or as [`start_job`].
@@ -61,7 +61,7 @@ pub async fn re_evaluate(
     start_job(app, by, JobInput::ReEvaluation(input), and).await
 }
 
-/// Waits for the end of a job, no longer than `limit`; returns it as it is then.
+/// Waits for the end of a job, at most `limit`; returns its state then.
 ///
 /// # Errors
 /// The job does not exist.
@@ -82,7 +82,7 @@ pub async fn wait_for_job(app: &App, id: &str, limit: Duration) -> Result<JobVie
     }
 }
 
-/// Holds the queue: no further inspection starts; a running one ends.
+/// Holds the queue: no further inspection starts; a running one completes.
 ///
 /// # Errors
 /// Someone else is in control, or the store cannot be written.
@@ -103,18 +103,18 @@ pub async fn resume_inspections(app: &App, by: &Principal) -> Result<(), AppErro
     app.jobs.resume_inspections(by).await
 }
 
-/// The queue of inspections.
+/// The inspection queue.
 #[derive(Debug, Clone, PartialEq)]
 pub struct InspectionQueue {
     /// The hold, if there is one.
     pub hold: Option<InspectionHold>,
-    /// Inspections that wait.
+    /// Number of waiting inspections.
     pub n_waiting: usize,
-    /// The running one.
+    /// The running inspection.
     pub running_job_id: Option<String>,
 }
 
-/// The state of the queue of inspections.
+/// The state of the inspection queue.
 ///
 /// # Errors
 /// The store cannot be read.

@@ -3,7 +3,6 @@
 //! Interfaces change state only through these functions. Each checks the permission, carries out the action, and stores
 //! it together with the event that names the caller.
 
-mod by_hand;
 mod calibrations;
 mod captures;
 mod control;
@@ -11,6 +10,7 @@ mod dark_frame;
 mod features;
 mod inspections;
 mod jobs;
+mod manual;
 mod measurements;
 mod recipes;
 mod recordings;
@@ -18,7 +18,6 @@ mod scans;
 mod sessions;
 mod simulation;
 
-pub use by_hand::{auto_expose, configure_camera, move_stage, set_live_view, switch_laser};
 pub use calibrations::{Activate, activate, roll_back};
 pub use captures::{Upload, delete_capture, upload};
 pub use control::{TakeControl, release_control, renew_control, reset, stop, take_control};
@@ -28,6 +27,7 @@ pub use inspections::{
     InspectionQueue, hold_inspections, inspect, inspection_queue, re_evaluate, resume_inspections, wait_for_job,
 };
 pub use jobs::{cancel_job, start_job};
+pub use manual::{auto_expose, configure_camera, move_stage, set_live_view, switch_laser};
 pub use measurements::{change_measurement_plan, measure};
 pub use recipes::{NewVersion, archive_recipe, import_recipe, publish_recipe, roll_back_recipe};
 pub use recordings::{delete_recording, start_recording, stop_recording};

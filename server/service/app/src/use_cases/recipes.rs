@@ -1,4 +1,4 @@
-//! Recipes: published, rolled back, put away, imported.
+//! Recipes: publish, restore a version, archive, import.
 
 use station::wall_clock::now_ms;
 use store::{Change, StoreError};
@@ -16,18 +16,18 @@ use crate::resources::recipes::{Recipe, RecipeFile, RecipeVersion, newest_versio
 pub struct NewVersion {
     /// The recipe.
     pub id: String,
-    /// The newest version so far; 0: there is none.
+    /// The current newest version; 0: none.
     pub after: i64,
     /// Why.
     pub reason: String,
-    /// What is scanned, measured and judged.
+    /// The content.
     pub recipe: Recipe,
 }
 
 /// Publishes a version of a recipe, together with what `and` returns.
 ///
 /// # Errors
-/// The recipe is not one, its number is taken, another version was published meanwhile, or the recipe is archived.
+/// The recipe is invalid, its number is taken, another version was published meanwhile, or the recipe is archived.
 pub async fn publish_recipe(
     app: &App,
     by: &Principal,
@@ -40,7 +40,7 @@ pub async fn publish_recipe(
 /// Publishes a version with the content of an earlier one.
 ///
 /// # Errors
-/// As [`publish_recipe`], or there is no such version.
+/// As [`publish_recipe`], or the version does not exist.
 pub async fn roll_back_recipe(
     app: &App,
     by: &Principal,
@@ -58,8 +58,8 @@ pub async fn roll_back_recipe(
     store_version(app, by, new, Some(to_version), and).await
 }
 
-/// Imports a file: makes the recipe, or its next version. `after` is the newest version known; 0: none. A file whose content
-/// the newest version has is imported already.
+/// Imports a file: creates the recipe, or its next version. `after` is the newest version known; 0: none. If the newest
+/// version has the same content, nothing changes.
 ///
 /// # Errors
 /// As [`publish_recipe`].
@@ -127,7 +127,7 @@ async fn store_version(
     Ok(version)
 }
 
-/// Puts a recipe away, or takes it into use again.
+/// Archives a recipe, or restores an archived one.
 ///
 /// # Errors
 /// It does not exist, or another recipe in use has its number.

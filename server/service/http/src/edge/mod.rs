@@ -5,7 +5,7 @@
 //! built-in server: ADR 0010.
 
 mod stalled;
-mod stop_places;
+mod stop_slots;
 
 use std::convert::Infallible;
 use std::net::SocketAddr;
@@ -32,7 +32,7 @@ use crate::limits::{
 use crate::problem::{Problem, ProblemKind};
 use app::limits::DRAIN_TIMEOUT;
 use stalled::NeverStalled;
-use stop_places::StopPlaces;
+use stop_slots::StopSlots;
 use tokio_util::sync::CancellationToken;
 
 /// The only path that a connection beyond the limit may call.
@@ -72,7 +72,7 @@ enum Admission {
 /// disconnects: a half-finished change is worse than an unread answer, and a Stop must not depend on its client.
 pub async fn serve(listener: TcpListener, router: Router, closing: CancellationToken, tasks: TaskTracker) {
     let places = Arc::new(Semaphore::new(CONNECTION_LIMIT));
-    let stop_places = StopPlaces::new(STOP_CONNECTION_LIMIT);
+    let stop_slots = StopSlots::new(STOP_CONNECTION_LIMIT);
     let mut connections = JoinSet::new();
     loop {
         let accepted = tokio::select! {
@@ -113,8 +113,8 @@ pub async fn serve(listener: TcpListener, router: Router, closing: CancellationT
                     closing.clone(),
                     tasks.clone(),
                 );
-                let place = stop_places.take(peer.ip());
-                connections.spawn(async move { place.hold(connection).await });
+                let slot = stop_slots.take(peer.ip());
+                connections.spawn(async move { slot.hold(connection).await });
             }
         }
     }

@@ -128,7 +128,7 @@ pub async fn artifact(
 /// Chunk size: few system calls, little memory per download.
 const STREAM_CHUNK_BYTES: usize = 64 * 1024;
 
-/// The value of a header that a handler needs.
+/// The value of a required header.
 pub fn header_text(headers: &axum::http::HeaderMap, name: &HeaderName) -> Result<Option<String>, Problem> {
     let Some(value) = headers.get(name) else { return Ok(None) };
     let text = value.to_str().map_err(|_| {

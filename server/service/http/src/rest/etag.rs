@@ -48,6 +48,6 @@ fn if_match(headers: &HeaderMap) -> Result<Option<IfMatch>, Problem> {
         let detail = "it is neither `*` nor a list of versions in double quotes";
         Problem::new(ProblemKind::BadRequest, detail)
             .at("If-Match")
-            .remedy("send the ETag of an answer as it came")
+            .remedy("send the ETag of a response unchanged")
     })
 }

@@ -8,10 +8,10 @@ use serde_json::Value;
 pub fn events_markdown(document: &Value) -> String {
     let schemas = &document["components"]["schemas"];
     let mut text = "# Events\n\n\
-        What happens, in the order in which it was stored: `GET /api/v1/events` lists it, `GET /api/v1/events/stream` \
-        brings it, the live stream says that there is more.\n\
-        Every event has `seq`, `kind`, `subject` (the id it is about), `at_ms` and `body`.\n\
-        This page is written from the types by `cargo xtask openapi`.\n\n\
+        Events in the order in which they were stored: `GET /api/v1/events` lists them, or streams them with \
+        `Accept: text/event-stream`; the live stream announces the number of the newest one.\n\
+        Every event has `seq`, `kind`, `subject` (id of the resource concerned), `at_ms` and `body`.\n\
+        This page is generated from the types by `cargo xtask openapi`.\n\n\
         | Kind | What happened | Body |\n|---|---|---|\n"
         .to_owned();
     for variant in schemas["Event"]["oneOf"].as_array().into_iter().flatten() {

@@ -1,4 +1,4 @@
-//! `Idempotency-Key`: one key is one request, carried out once and answered the same for seven days, across restarts.
+//! `Idempotency-Key`: a request is carried out once per key; repeats get the stored response for seven days, across restarts.
 //!
 //! The response is stored in the same transaction as what the request created, so that neither exists without the
 //! other.
@@ -45,7 +45,7 @@ pub fn enter(app: &App, headers: &HeaderMap, route: &str) -> Result<Option<InFli
     }
     let flight = app.keys.enter(format!("{route} {key}")).ok_or_else(|| {
         Problem::new(ProblemKind::Conflict, "a request with this Idempotency-Key is still running")
-            .remedy("wait for its answer, then repeat")
+            .remedy("wait for its response, then repeat")
             .retry_after_s(1)
     })?;
     Ok(Some(flight))

@@ -48,8 +48,8 @@ impl Default for Slots {
 
 impl Slots {
     /// The receiver for this kind of message.
-    pub fn of(&self, sight: StreamKind) -> &watch::Sender<Published> {
-        match sight {
+    pub fn of(&self, kind: StreamKind) -> &watch::Sender<Published> {
+        match kind {
             StreamKind::Profile => &self.profiles,
             StreamKind::Image { scale } => {
                 &self.images[SCALES.iter().position(|known| *known == scale).unwrap_or_default()]
@@ -57,8 +57,8 @@ impl Slots {
         }
     }
 
-    fn publish(&self, sight: StreamKind, encode: impl FnOnce(u32) -> Option<Bytes>) {
-        let slot = self.of(sight);
+    fn publish(&self, kind: StreamKind, encode: impl FnOnce(u32) -> Option<Bytes>) {
+        let slot = self.of(kind);
         let number = slot.borrow().number + 1;
         if let Some(bytes) = encode(number as u32) {
             slot.send_replace(Published { number, bytes });
@@ -73,7 +73,7 @@ pub fn start(bus: LiveBus, slots: Slots, line_direction: LineDirection) -> io::R
 
 /// The state of one kind of message.
 struct Line {
-    sight: StreamKind,
+    kind: StreamKind,
     pace: Pace,
     /// The frame encoded last.
     done: u64,
@@ -84,14 +84,14 @@ async fn encode_frames(bus: LiveBus, slots: Slots, line_direction: LineDirection
     let mut demands = bus.watch_demands();
     let mut encoding = Encoding { line_direction, grey: Vec::new() };
     let start = Instant::now();
-    let sights = SCALES.map(|scale| StreamKind::Image { scale }).into_iter().chain([StreamKind::Profile]);
-    let mut lines: Vec<Line> = sights.map(|sight| Line { sight, pace: Pace::new(1.0, start), done: 0 }).collect();
+    let kinds = SCALES.map(|scale| StreamKind::Image { scale }).into_iter().chain([StreamKind::Profile]);
+    let mut lines: Vec<Line> = kinds.map(|kind| Line { kind, pace: Pace::new(1.0, start), done: 0 }).collect();
     loop {
         let newest = frames.borrow_and_update().clone();
         let wanted = demands.borrow_and_update().clone();
         let mut next: Option<Instant> = None;
         for line in &mut lines {
-            let (Some(frame), Some(rate_hz)) = (&newest, wanted.rate_hz(line.sight)) else { continue };
+            let (Some(frame), Some(rate_hz)) = (&newest, wanted.rate_hz(line.kind)) else { continue };
             if frame.frame.sequence == line.done {
                 continue;
             }
@@ -103,7 +103,7 @@ async fn encode_frames(bus: LiveBus, slots: Slots, line_direction: LineDirection
             }
             line.pace.pass(Instant::now());
             line.done = frame.frame.sequence;
-            slots.publish(line.sight, |number| encoding.encode(line.sight, frame, number));
+            slots.publish(line.kind, |number| encoding.encode(line.kind, frame, number));
         }
         drop(newest);
         let due = async {
@@ -128,11 +128,11 @@ struct Encoding {
 
 impl Encoding {
     /// The message; `None` for a profile without calibration or an image that JPEG cannot hold.
-    fn encode(&mut self, sight: StreamKind, live: &Arc<LiveFrame>, number: u32) -> Option<Bytes> {
+    fn encode(&mut self, kind: StreamKind, live: &Arc<LiveFrame>, number: u32) -> Option<Bytes> {
         let image = &live.frame.image;
         let stamp = FrameStamp::of(&live.frame, live.profile.is_some());
         let grid = PixelGrid::of(image.width(), image.height());
-        match sight {
+        match kind {
             StreamKind::Profile => {
                 let (profile, id) = (live.profile.as_ref()?, live.calibration_id.as_deref()?);
                 let calibration = calibration_mark(id);

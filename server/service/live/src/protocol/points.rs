@@ -169,7 +169,7 @@ mod tests {
     }
 
     #[test]
-    fn positions_come_back_within_half_a_step_and_the_rounding_of_32_bits() {
+    fn decoded_positions_are_within_half_a_step_and_the_rounding_of_32_bits() {
         let points: Vec<_> = (0..500)
             .map(|idx| {
                 point(f64::from(idx) * 0.21 - 40.0, 398.0 + f64::from(idx % 7), 400.0 - f64::from(idx) * 0.05)

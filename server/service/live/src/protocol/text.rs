@@ -358,7 +358,7 @@ mod tests {
     }
 
     #[test]
-    fn deep_and_odd_json_is_refused_not_followed() {
+    fn deeply_nested_and_malformed_json_is_refused() {
         for text in ["[".repeat(10_000), format!("{{\"op\":{}", "{\"a\":".repeat(5000)), "\u{0}".into()] {
             assert_eq!(parse(&text).unwrap_err().code, "bad-json");
         }

@@ -4,20 +4,20 @@ use std::fmt;
 use std::io::{self, Read, Seek, SeekFrom};
 use std::sync::Arc;
 
-/// Bytes that can be read in ranges by any number of threads at once: a file of this machine, an object in a store that
-/// answers ranges.
+/// Bytes that can be read in ranges by any number of threads at once: a local file, or an object in a store that
+/// supports range requests.
 pub trait ByteRanges: Send + Sync {
     /// Number of bytes.
     fn size_bytes(&self) -> u64;
 
-    /// Reads from `offset_bytes` on into `buffer`, as many as come at once; 0 behind the last one. Blocks.
+    /// Reads from `offset_bytes` into `buffer`, like [`std::io::Read::read`]; 0 after the last byte. Blocks.
     ///
     /// # Errors
-    /// If what keeps the bytes fails.
+    /// If the underlying storage fails.
     fn read_at(&self, offset_bytes: u64, buffer: &mut [u8]) -> io::Result<usize>;
 }
 
-/// A place in the bytes of an artifact, from which they are read on. Each clone has its own. Reading blocks.
+/// A read cursor over the bytes of an artifact. Each clone has its own position. Reading blocks.
 #[derive(Clone)]
 pub struct ArtifactBytes {
     ranges: Arc<dyn ByteRanges>,
@@ -30,12 +30,12 @@ impl ArtifactBytes {
         Self { ranges, offset_bytes: 0 }
     }
 
-    /// How many bytes there are.
+    /// Number of bytes.
     pub fn size_bytes(&self) -> u64 {
         self.ranges.size_bytes()
     }
 
-    /// The same bytes, from the first one on.
+    /// The same bytes, with the cursor at the first one.
     pub fn from_start(&self) -> Self {
         Self::new(self.ranges.clone())
     }
@@ -63,7 +63,7 @@ impl Seek for ArtifactBytes {
             SeekFrom::End(by) => self.size_bytes().checked_add_signed(by),
         };
         self.offset_bytes = offset_bytes
-            .ok_or_else(|| io::Error::new(io::ErrorKind::InvalidInput, "a place before the first byte"))?;
+            .ok_or_else(|| io::Error::new(io::ErrorKind::InvalidInput, "a position before the first byte"))?;
         Ok(self.offset_bytes)
     }
 }

@@ -4,7 +4,7 @@ use std::fs::{self, File};
 use std::io::{self, Write};
 use std::path::Path;
 
-/// What artifacts ask of a disk. The methods are those of a real one; a test overrides what shall fail.
+/// The disk operations of the artifact store. The default methods use the real disk; a test overrides those that should fail.
 pub trait Disk: Send + Sync {
     /// Adds bytes to a file.
     fn write(&self, file: &mut File, bytes: &[u8]) -> io::Result<()> {
@@ -16,12 +16,12 @@ pub trait Disk: Send + Sync {
         file.sync_all()
     }
 
-    /// Gives a file its final name, in one step.
+    /// Renames a file atomically to its final name.
     fn rename(&self, from: &Path, to: &Path) -> io::Result<()> {
         fs::rename(from, to)
     }
 
-    /// Makes the names in a folder durable.
+    /// Makes the entries of a folder durable.
     fn sync_folder(&self, folder: &Path) -> io::Result<()> {
         File::open(folder)?.sync_all()
     }

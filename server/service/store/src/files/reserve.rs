@@ -12,12 +12,12 @@ use crate::params::{RESERVE_BYTES, RESERVE_FILE};
 pub struct Reserve(PathBuf);
 
 impl Reserve {
-    /// That of the data directory `folder`; nothing is made yet.
+    /// The reserve of the data directory `folder`; no file is created yet.
     pub fn new(folder: &Path) -> Self {
         Self(folder.join(RESERVE_FILE))
     }
 
-    /// Makes the reserve unless it is there, or there would be no room left beside it.
+    /// Creates the reserve unless it exists or too little space would remain.
     pub fn fill(&self, free_bytes: u64) {
         let there = fs::metadata(&self.0).is_ok_and(|file| file.len() == RESERVE_BYTES);
         if there || free_bytes <= 2 * RESERVE_BYTES {
@@ -42,7 +42,7 @@ impl Reserve {
     }
 }
 
-/// Written, not just made long: a sparse file reserves nothing.
+/// Written with data: a sparse file reserves nothing.
 fn write_zeros(path: &Path) -> io::Result<()> {
     let mut file = File::create(path)?;
     let filled = io::copy(&mut io::Read::take(io::repeat(0), RESERVE_BYTES), &mut file).and_then(|_| file.flush());

@@ -1,10 +1,10 @@
-//! Temporary files on this machine: every store has a local workbench, wherever it keeps finished artifacts.
+//! Temporary files on the local disk; every store has them, wherever it keeps finished artifacts.
 
 use std::fs::File;
 use std::io;
 use std::path::{Path, PathBuf};
 
-/// The folders of this machine for what is not finished.
+/// Local folders for unfinished files.
 #[derive(Debug, Clone)]
 pub struct Workbench {
     data: PathBuf,
@@ -12,23 +12,23 @@ pub struct Workbench {
 }
 
 impl Workbench {
-    /// In the data directory `data`, with files in the making in `scratch` within it.
+    /// In the data directory `data`, with unfinished files in its folder `scratch`.
     pub(crate) fn new(data: PathBuf, scratch: PathBuf) -> Self {
         Self { data, scratch }
     }
 
-    /// The folder for files in the making; emptied at every start.
+    /// The folder for unfinished files; emptied at every start.
     pub fn scratch(&self) -> &Path {
         &self.scratch
     }
 
-    /// The folder of that name on the same disk for what outlives a restart; it may not be there yet.
+    /// The folder of that name on the same disk for files that survive a restart; it may not exist yet.
     pub fn kept(&self, name: &str) -> PathBuf {
         self.data.join(name)
     }
 }
 
-/// A file of the workbench that is complete. A store on the same disk moves it, any other reads it.
+/// A finished file of the workbench. A store on the same disk moves it, any other copies it.
 #[derive(Debug, Clone)]
 pub struct FinishedFile(PathBuf);
 
@@ -41,7 +41,7 @@ impl FinishedFile {
     /// Its bytes.
     ///
     /// # Errors
-    /// If it is not there or cannot be read.
+    /// If it does not exist or cannot be read.
     pub fn open(&self) -> io::Result<impl io::Read + use<>> {
         File::open(&self.0)
     }

@@ -1,4 +1,4 @@
-//! Artifacts as files of this machine: `artifacts/ab/cd/abcd…`, written in `scratch` and renamed into place.
+//! Artifacts as local files: `artifacts/ab/cd/abcd…`, written in `scratch` and renamed into place.
 
 mod place;
 mod reader;
@@ -30,10 +30,10 @@ pub struct LocalArtifacts {
 }
 
 impl LocalArtifacts {
-    /// Opens the folders, making them if need be and emptying `scratch`. Blocks.
+    /// Opens the folders, creating them if necessary and emptying `scratch`. Blocks.
     ///
     /// # Errors
-    /// [`StoreError::File`] if a folder cannot be made or emptied.
+    /// [`StoreError::File`] if a folder cannot be created or emptied.
     pub(crate) fn open(
         folder: &Path,
         disk: Arc<dyn Disk>,
@@ -49,22 +49,22 @@ impl LocalArtifacts {
         Ok(Self { place: Arc::new(Place::new(root, scratch, disk, health, holds)), workbench })
     }
 
-    /// Whether the artifact is there; whose bytes it has is not asked.
+    /// Whether the artifact exists; its hash is not verified.
     pub(crate) fn has(&self, id: &ArtifactId) -> bool {
         self.place.file(id).is_file()
     }
 
-    /// Moves what is not `kept` to the new folder `target`; returns how many that were. Blocks.
+    /// Moves artifacts that are not `kept` to the new folder `target`; returns their number. Blocks.
     pub(crate) fn set_aside(&self, kept: &HashSet<ArtifactId>, target: &Path) -> Result<usize, StoreError> {
         sweep::set_aside(&self.place, kept, target)
     }
 
-    /// Whether there is none. Blocks.
+    /// Whether there are no artifacts. Blocks.
     pub(crate) fn is_empty(&self) -> Result<bool, StoreError> {
         sweep::is_empty(&self.place)
     }
 
-    /// Runs file work where it may block.
+    /// Runs file operations on a blocking thread.
     async fn blocking<T: Send + 'static>(
         &self,
         work: impl FnOnce(&Arc<Place>) -> Result<T, StoreError> + Send + 'static,

@@ -1,4 +1,4 @@
-//! Where an artifact lies, and how a finished file gets there durably.
+//! Paths of artifacts, and durable moves of finished files to them.
 
 use parking_lot::Mutex;
 use std::collections::HashSet;
@@ -20,14 +20,14 @@ pub struct Place {
     scratch: PathBuf,
     disk: Arc<dyn Disk>,
     health: Arc<Health>,
-    /// Stored by this process and not yet named: their record may be on its way.
+    /// Stored by this process and not referenced yet: their record may be about to be committed.
     holds: Arc<Holds>,
-    /// Folders whose own names are known to be durable; at most 256 · 257.
+    /// Folders whose directory entries are known to be durable; at most 256 · 257.
     durable_folders: Mutex<HashSet<PathBuf>>,
 }
 
 impl Place {
-    /// The folders exist.
+    /// With existing folders.
     pub fn new(
         root: PathBuf,
         scratch: PathBuf,
@@ -43,7 +43,7 @@ impl Place {
         &self.root
     }
 
-    /// Files in the making.
+    /// The folder for unfinished files.
     pub fn scratch(&self) -> &Path {
         &self.scratch
     }
@@ -64,7 +64,7 @@ impl Place {
         self.root.join(&name[..2]).join(&name[2..4]).join(name)
     }
 
-    /// What a sweep must leave alone.
+    /// Artifacts that a sweep must keep.
     pub fn holds(&self) -> &Holds {
         &self.holds
     }
@@ -77,8 +77,8 @@ impl Place {
         Ok((file, path))
     }
 
-    /// Holds the artifact, and says whether it is there, with as many bytes. The name of one that is gets durable once more: it may
-    /// have been given by another task just now.
+    /// Holds the artifact; returns whether it exists with this size. If so, its directory entry is synced again: it may
+    /// have just been created by another task.
     pub fn hold_existing(&self, id: &ArtifactId, size_bytes: u64) -> Result<bool, StoreError> {
         self.holds.hold(id);
         let file = self.file(id);
@@ -89,7 +89,7 @@ impl Place {
         Ok(true)
     }
 
-    /// Gives the scratch file `path`, whose bytes hash to `id` and number `size_bytes`, its name for good.
+    /// Renames the scratch file `path` of `size_bytes`, whose hash is `id`, to its final name.
     pub fn keep(&self, file: &File, path: &Path, id: &ArtifactId, size_bytes: u64) -> Result<(), StoreError> {
         let kept = self.hold_existing(id, size_bytes).and_then(|there| match there {
             true => {
@@ -109,7 +109,7 @@ impl Place {
         self.sync_folder(parent(&target))
     }
 
-    /// Makes `root/ab` and `root/ab/cd`, each durable in its parent before anything is put in.
+    /// Creates `root/ab` and `root/ab/cd`, each durable in its parent before it is used.
     fn make_folders(&self, folder: &Path) -> Result<(), StoreError> {
         let mut durable = self.durable_folders.lock();
         for step in [parent(folder), folder] {
@@ -132,7 +132,7 @@ impl Place {
         synced.map_err(|cause| self.health.fail(format!("cannot sync {}: {cause}", folder.display())))
     }
 
-    /// A full disk is reported once, as the file in the making is given up; any other failure is final.
+    /// A full disk fails only this write; any other failure makes the store read-only.
     pub fn write_failed(&self, what: &'static str, path: &Path, cause: io::Error) -> StoreError {
         if is_full(&cause) {
             return StoreError::Full;
@@ -140,7 +140,7 @@ impl Place {
         self.health.fail(format!("cannot {what} {}: {cause}", path.display()))
     }
 
-    /// An error that says nothing about the disk's health.
+    /// An error that does not make the store read-only.
     pub fn read_failed(&self, id: &ArtifactId, cause: io::Error) -> StoreError {
         match cause.kind() {
             io::ErrorKind::NotFound => StoreError::NotFound { kind: "artifact", id: id.as_str().to_owned() },

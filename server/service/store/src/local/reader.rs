@@ -1,4 +1,4 @@
-//! Reading: every byte goes through the hash.
+//! Reading with verification of the hash.
 
 use std::fs::{self, File};
 use std::io;
@@ -18,7 +18,7 @@ use crate::local::place::Place;
 use crate::local::writer::id_from;
 use crate::params::CHUNK_BYTES;
 
-/// All bytes, checked.
+/// All bytes, verified.
 pub fn read(place: &Place, id: &ArtifactId) -> Result<Vec<u8>, StoreError> {
     let bytes = fs::read(place.file(id)).map_err(|cause| place.read_failed(id, cause))?;
     match id_from(Sha256::new_with_prefix(&bytes)) == *id {
@@ -27,7 +27,7 @@ pub fn read(place: &Place, id: &ArtifactId) -> Result<Vec<u8>, StoreError> {
     }
 }
 
-/// Whether all bytes are those that were written.
+/// Verifies the hash of all bytes.
 pub fn check(place: &Place, id: &ArtifactId) -> Result<(), StoreError> {
     let failed = |cause| place.read_failed(id, cause);
     let mut file = File::open(place.file(id)).map_err(failed)?;
@@ -41,7 +41,7 @@ pub fn check(place: &Place, id: &ArtifactId) -> Result<(), StoreError> {
     if id_from(hash) == *id { Ok(()) } else { Err(damaged(id)) }
 }
 
-/// The bytes at any place; their hash is not asked.
+/// Random access to the bytes; the hash is not verified.
 pub fn bytes(place: &Place, id: &ArtifactId) -> Result<ArtifactBytes, StoreError> {
     let failed = |cause| place.read_failed(id, cause);
     let file = File::open(place.file(id)).map_err(failed)?;
@@ -65,7 +65,7 @@ impl ByteRanges for LocalBytes {
     }
 }
 
-/// A reader that checks on its way.
+/// A reader that verifies the hash.
 pub async fn open(place: &Arc<Place>, id: &ArtifactId) -> Result<ArtifactReader, StoreError> {
     let (place, id) = (place.clone(), id.clone());
     let opened = id.clone();
@@ -88,8 +88,8 @@ fn damaged(id: &ArtifactId) -> StoreError {
     StoreError::Damaged { id: id.as_str().to_owned() }
 }
 
-/// A file on its way to a reader. Who counts the bytes never reads past the last one, so the verdict comes with it:
-/// the read that would complete a damaged artifact gives an error and no bytes.
+/// A file being read. A client that knows the size never reads past the last byte, so the hash is verified with it:
+/// the read that would complete a damaged artifact returns an error and no bytes.
 struct Checked {
     id: ArtifactId,
     file: tokio::fs::File,

@@ -10,7 +10,7 @@ use crate::error::StoreError;
 use crate::local::file_error;
 use crate::local::place::Place;
 
-/// Deletes artifacts that are neither kept nor held; returns the bytes that became free. A deletion that is not
+/// Deletes artifacts that are neither kept nor held; returns the bytes freed. A deletion that is not
 /// durable is harmless: the next sweep repeats it.
 pub fn sweep(place: &Place, kept: &HashSet<ArtifactId>) -> Result<u64, StoreError> {
     place.check_writable()?;
@@ -31,7 +31,7 @@ fn delete_unless_needed(place: &Place, kept: &HashSet<ArtifactId>, file: &Path) 
         return Ok(0);
     };
     let size_bytes = fs::metadata(file).map_or(0, |there| there.len());
-    // Nobody can hold it until it is gone, so that nobody finds it there and relies on it meanwhile.
+    // It cannot be held until it is deleted, so that no task relies on it meanwhile.
     match place.holds().unless_held(&id, || fs::remove_file(file)) {
         Some(Ok(())) => Ok(size_bytes),
         Some(Err(cause)) if cause.kind() != io::ErrorKind::NotFound => Err(file_error("delete", file, cause)),
@@ -58,7 +58,7 @@ pub fn set_aside(place: &Place, kept: &HashSet<ArtifactId>, target: &Path) -> Re
     Ok(n_moved)
 }
 
-/// Whether any artifact is there.
+/// Whether any artifact exists.
 pub fn is_empty(place: &Place) -> Result<bool, StoreError> {
     for outer in entries(place.root())? {
         for inner in folder_entries(&outer)? {
@@ -70,7 +70,7 @@ pub fn is_empty(place: &Place) -> Result<bool, StoreError> {
     Ok(true)
 }
 
-/// What is in a folder; nothing is in what is none.
+/// The entries of a folder; empty if it does not exist.
 fn folder_entries(folder: &Path) -> Result<Vec<PathBuf>, StoreError> {
     if folder.is_dir() { entries(folder) } else { Ok(Vec::new()) }
 }

@@ -1,4 +1,4 @@
-//! Writing: bytes go to a scratch file and through the hash at once.
+//! Writing to a scratch file while hashing.
 
 use std::fs::{self, File};
 use std::io::Read;
@@ -14,7 +14,7 @@ use crate::local::place::Place;
 use crate::local::{blocking, file_error};
 use crate::params::CHUNK_BYTES;
 
-/// A scratch file with the hash of what is in it; dropped, it is deleted.
+/// A scratch file with the hash of its bytes; deleted when dropped.
 struct Draft {
     place: Arc<Place>,
     file: File,
@@ -48,31 +48,31 @@ impl Draft {
 
 impl Drop for Draft {
     fn drop(&mut self) {
-        // Gone already if it was kept; emptied at the next start if this fails.
+        // Already renamed if it was kept; the folder is emptied at the next start if this fails.
         let _ = fs::remove_file(&self.path);
     }
 }
 
-/// The id that a finished hash is.
+/// The id from a finished hash.
 pub fn id_from(hash: Sha256) -> ArtifactId {
     let text: String = hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect();
     ArtifactId::parse(&text).expect("SHA-256 has 32 bytes, two digits each")
 }
 
-/// An artifact in the making. Bytes are gathered, then hashed and written where that may block.
+/// An artifact being written. Bytes are buffered, then hashed and written on a blocking thread.
 pub struct LocalWriter {
     draft: Option<Draft>,
     gathered: Vec<u8>,
 }
 
 impl LocalWriter {
-    /// Begins.
+    /// An empty artifact.
     pub async fn create(place: Arc<Place>) -> Result<Self, StoreError> {
         let draft = blocking(move || Draft::new(place)).await?;
         Ok(Self { draft: Some(draft), gathered: Vec::new() })
     }
 
-    /// After an error, or a write that was abandoned half way, there is nothing left to add to.
+    /// After an error or an abandoned write, no more bytes can be added.
     fn take(&mut self) -> Result<Draft, StoreError> {
         self.draft.take().ok_or_else(|| {
             let cause = std::io::Error::other("an earlier write did not finish");
@@ -114,14 +114,14 @@ impl ArtifactWriter for LocalWriter {
     }
 }
 
-/// Stores bytes; those that are there already are not written again.
+/// Stores bytes; existing artifacts are not written again.
 pub fn put(place: &Arc<Place>, bytes: &[u8]) -> Result<ArtifactId, StoreError> {
     place.check_writable()?;
     let id = id_from(Sha256::new_with_prefix(bytes));
     if place.hold_existing(&id, bytes.len() as u64)? {
         return Ok(id);
     }
-    // Held anew when the draft is kept.
+    // Held again when the draft is kept.
     let written = write_new(place, bytes);
     place.holds().release([id]);
     written
@@ -133,7 +133,7 @@ fn write_new(place: &Arc<Place>, bytes: &[u8]) -> Result<ArtifactId, StoreError>
     draft.keep()
 }
 
-/// Takes a finished file of `scratch` over.
+/// Moves a finished file of `scratch` into the store.
 pub fn adopt(place: &Place, path: &Path) -> Result<ArtifactId, StoreError> {
     place.check_writable()?;
     let cannot = |cause| file_error("adopt", path, cause);

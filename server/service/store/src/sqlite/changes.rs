@@ -1,4 +1,4 @@
-//! A list of changes becomes one transaction.
+//! Applies a list of changes as one transaction.
 
 use std::collections::HashSet;
 
@@ -17,15 +17,15 @@ use crate::sqlite::tables::{
 };
 use crate::sqlite::{error, named};
 
-/// What a statement that writes answers; errors are interpreted in one place, at the end.
+/// Result of a writing statement; errors are interpreted in one place, at the end.
 pub type Written<T = ()> = Result<T, WriteError>;
 
-/// Why a change was not made.
+/// Why a change was refused.
 #[derive(Debug)]
 pub enum WriteError {
     /// A rule of the catalogue forbids it.
     Rule(StoreError),
-    /// The database says so.
+    /// The database reported an error.
     Database(sqlx::Error),
 }
 
@@ -41,11 +41,11 @@ impl From<StoreError> for WriteError {
     }
 }
 
-/// What a transaction did.
+/// Result of a transaction.
 pub struct Committed {
     /// Events as they were stored.
     pub events: Vec<EventRecord>,
-    /// Artifacts that a record names now and did not before.
+    /// Artifacts that a record newly refers to.
     pub named: Vec<ArtifactId>,
 }
 
@@ -53,11 +53,11 @@ pub struct Committed {
 struct Touched {
     table: Table,
     key: String,
-    /// Artifacts that it named before; `None`: they stay the same.
+    /// Artifacts that it referred to before; `None`: unchanged.
     named_before: Option<HashSet<ArtifactId>>,
 }
 
-/// Makes all changes or none; they are durable when it returns.
+/// Applies all changes or none; they are durable when it returns.
 pub async fn apply_all(
     connection: &mut SqliteConnection,
     changes: Vec<Change>,
@@ -70,7 +70,7 @@ pub async fn apply_all(
     })
 }
 
-/// By hand, because SQLite rolls a transaction back on its own when the disk is full: then there is nothing to roll back, and
+/// Without sqlx's transaction type: SQLite rolls back automatically when the disk is full; then there is nothing to roll back, and
 /// a wrapper that counts transactions would keep counting it.
 async fn transaction(connection: &mut SqliteConnection, changes: Vec<Change>) -> Written<Committed> {
     sqlx::raw_sql("BEGIN IMMEDIATE").execute(&mut *connection).await?;
@@ -97,8 +97,8 @@ async fn write(connection: &mut SqliteConnection, changes: Vec<Change>) -> Writt
     Ok(committed)
 }
 
-/// The rows that a change writes, to be sealed afterwards: intact now, or not there. Events and activations, whose keys
-/// are given as they are written, see to it themselves.
+/// The rows that a change writes, to be sealed afterwards: either intact now or absent. Events and activations, whose keys
+/// are assigned when they are written, are sealed where they are inserted.
 async fn touched_by(to: &mut SqliteConnection, change: &Change) -> Written<Vec<Touched>> {
     let (table, key) = match change {
         Change::InsertJob(job) => (seal::JOBS, &job.id),
@@ -150,7 +150,7 @@ async fn touched_by(to: &mut SqliteConnection, change: &Change) -> Written<Vec<T
     Ok(vec![Touched { table, key: key.clone(), named_before }])
 }
 
-/// Rows that name the same artifacts as before, or none.
+/// Rows that refer to the same artifacts as before, or none.
 fn still_naming(rows: Vec<(Table, String)>) -> Vec<Touched> {
     rows.into_iter().map(|(table, key)| Touched { table, key, named_before: None }).collect()
 }
@@ -198,7 +198,7 @@ async fn apply(to: &mut SqliteConnection, change: Change) -> Written<Option<Even
     Ok(None)
 }
 
-/// The next number of a counter; a rolled-back transaction gives it back, so there are no gaps.
+/// The next number of a counter; a rollback also resets the counter, so there are no gaps.
 pub async fn next(to: &mut SqliteConnection, sequence: &'static str) -> Written<i64> {
     seal::verify(to, &seal::SEQUENCES, sequence).await?;
     let value = sqlx::query_scalar(
@@ -220,7 +220,7 @@ pub fn inserted(result: SqliteQueryResult, kind: &'static str, id: &str) -> Writ
     }
 }
 
-/// A statement about one row must have met it.
+/// A statement about one row must have affected it.
 pub fn met(result: SqliteQueryResult, kind: &'static str, id: &str) -> Written {
     match result.rows_affected() {
         0 => Err(StoreError::NotFound { kind, id: id.to_owned() }.into()),
@@ -228,7 +228,7 @@ pub fn met(result: SqliteQueryResult, kind: &'static str, id: &str) -> Written {
     }
 }
 
-/// A row that names another one which is not there is refused, not broken.
+/// A reference to a row that does not exist is refused; the database is not damaged.
 pub fn refuse_dangling<T>(result: Result<T, sqlx::Error>, kind: &'static str, id: &str, why: &str) -> Written<T> {
     result.map_err(|cause| match error::is_dangling(&cause) {
         true => StoreError::Refused { kind, id: id.to_owned(), why: why.to_owned(), remedy: None }.into(),

@@ -1,4 +1,4 @@
-//! What an error of SQLite means for the store.
+//! SQLite errors as errors of the store.
 
 use sqlx::Error;
 
@@ -31,17 +31,17 @@ pub fn is_busy(error: &Error) -> bool {
     primary_code(error) == Some(BUSY)
 }
 
-/// Whether there is no room.
+/// Whether the disk is full.
 fn is_full(error: &Error) -> bool {
     primary_code(error) == Some(FULL) || extended_code(error) == Some(IOERR_SHMSIZE)
 }
 
-/// An error met while reading.
+/// An error while reading.
 pub fn reading(cause: Error, what: &'static str) -> StoreError {
     StoreError::Database { what, cause: Box::new(cause) }
 }
 
-/// An error met while writing; a disk that failed makes the store read-only.
+/// An error while writing; an I/O error makes the store read-only.
 pub fn writing(cause: Error, what: &'static str, health: &Health) -> StoreError {
     if is_full(&cause) {
         return StoreError::Full;
@@ -56,12 +56,12 @@ pub fn writing(cause: Error, what: &'static str, health: &Health) -> StoreError 
     StoreError::Database { what, cause: Box::new(cause) }
 }
 
-/// An error met while opening or copying.
+/// An error while opening or copying.
 pub fn opening(cause: Error, what: &'static str) -> StoreError {
     if is_full(&cause) { StoreError::Full } else { reading(cause, what) }
 }
 
-/// Whether a row names another one that is not there.
+/// Whether a foreign key refers to a row that does not exist.
 pub fn is_dangling(error: &Error) -> bool {
     matches!(error, Error::Database(cause) if cause.is_foreign_key_violation())
 }

@@ -1,4 +1,4 @@
-//! Lists that show what is whole and name what is damaged.
+//! Lists of intact records that also report damaged rows.
 
 use std::pin::Pin;
 
@@ -12,10 +12,10 @@ use crate::sqlite::error::reading;
 /// Rows as they come from the database.
 pub type Rows<'a> = Pin<Box<dyn Stream<Item = Result<SqliteRow, sqlx::Error>> + Send + 'a>>;
 
-/// Reads on until there are `limit` records that `wanted` likes, or no more rows.
+/// Reads rows until `limit` records satisfy `wanted` or there are no more rows.
 ///
-/// The key of a damaged row cannot be trusted: a page goes on below its last whole record, so that none is met twice
-/// or never.
+/// The key of a damaged row cannot be trusted: the next page starts below the last intact record, so that no record is listed
+/// twice or skipped.
 pub async fn listed<T>(
     mut rows: Rows<'_>,
     limit: u32,

@@ -1,4 +1,4 @@
-//! The schema: numbered files, applied in order, each in a transaction, after a copy of what was there.
+//! Schema migrations: numbered files, applied in order, each in a transaction, after a backup of the database.
 
 use std::path::Path;
 use std::sync::LazyLock;
@@ -12,7 +12,7 @@ use crate::files::disk::{Disk, LocalDisk};
 use crate::sqlite::error::{self, reading};
 use crate::sqlite::seal;
 
-/// What this program knows.
+/// The migrations of this version.
 pub static MIGRATIONS: LazyLock<Migrator> = LazyLock::new(|| {
     let numbered = [
         (1, "station", include_str!("../../migrations/0001_station.sql")),
@@ -27,7 +27,7 @@ pub static MIGRATIONS: LazyLock<Migrator> = LazyLock::new(|| {
     Migrator::with_migrations(numbered.map(migration).into())
 });
 
-/// Refuses a database whose structure is damaged, or whose indices do not lead to all rows.
+/// Refuses a database with a damaged structure or incomplete indices.
 pub async fn check(connection: &mut SqliteConnection) -> Result<(), StoreError> {
     const WHAT: &str = "check the database";
     let row = sqlx::query("PRAGMA integrity_check(1)").fetch_one(connection).await;
@@ -51,7 +51,7 @@ pub async fn migrate(
     }
     if found > 0 && found < known {
         let backup = backups.join(backup_name(found));
-        // Half a copy helps nobody and takes room.
+        // An incomplete copy is useless and takes disk space.
         copy(connection, &backup).await.inspect_err(|_| drop(std::fs::remove_file(&backup)))?;
     }
     migrations
@@ -60,7 +60,7 @@ pub async fn migrate(
         .map_err(|cause| StoreError::Database { what: "migrate the database", cause: Box::new(cause) })
 }
 
-/// Refuses a database whose tables are not those that the migrations make: what they say decides what is found in them.
+/// Refuses a database whose schema differs from the one the migrations create.
 pub async fn check_schema(connection: &mut SqliteConnection) -> Result<(), StoreError> {
     const WHAT: &str = "check the tables";
     let failed = |cause| reading(cause, WHAT).broken();
@@ -76,7 +76,7 @@ pub async fn check_schema(connection: &mut SqliteConnection) -> Result<(), Store
     Err(StoreError::Broken { what: WHAT, cause: "the schema is not that of this program".into() })
 }
 
-/// What SQLite has noted of tables and indices.
+/// The schema as SQLite stores it.
 async fn schema(connection: &mut SqliteConnection) -> Result<Vec<Vec<u8>>, sqlx::Error> {
     const NOTED: &str = "SELECT CAST(type || '|' || name || '|' || tbl_name || '|' || COALESCE(sql, '') AS BLOB)
         FROM sqlite_master ORDER BY 1";
@@ -99,7 +99,7 @@ async fn schema_version(connection: &mut SqliteConnection) -> Result<i64, StoreE
         .map_err(|cause| reading(cause, WHAT))
 }
 
-/// The wall clock only keeps the names of several copies apart.
+/// The wall clock only makes the names of copies unique.
 fn backup_name(version: i64) -> String {
     let now_ms = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_millis());
     format!("catalogue-schema-{version}-{now_ms}.sqlite3")
@@ -191,7 +191,7 @@ mod tests {
     }
 
     #[tokio::test]
-    async fn an_older_database_is_copied_and_migrated_with_what_is_in_it() {
+    async fn an_older_database_is_backed_up_and_migrated_with_its_records() {
         let folder = tempfile::tempdir().unwrap();
         let mut connection = first_version(folder.path()).await;
         let later = later_program(folder.path(), LATER).await;

@@ -48,8 +48,8 @@ pub struct SqliteCatalogue {
 }
 
 impl SqliteCatalogue {
-    /// Opens the database of the data directory `folder`, made or migrated if need be, and copied before. What its records
-    /// name is released from `holds`; `reserve` is given for changes that make room.
+    /// Opens the database of the data directory `folder`, created or migrated if necessary, with a backup first. What its records
+    /// refer to is released from `holds`; `reserve` is released for changes that free space.
     ///
     /// # Errors
     /// [`StoreError::TooNew`] if a newer program wrote it, [`StoreError::Database`] if it is damaged.
@@ -89,7 +89,7 @@ impl SqliteCatalogue {
         migrate::copy(&mut *self.writer.lock().await, target).await
     }
 
-    /// The same through a connection of its own, so that nobody who writes waits.
+    /// The same on a separate connection, so that writers do not wait.
     pub(crate) async fn copy_file(folder: &Path, target: &Path) -> Result<(), StoreError> {
         let options = SqliteConnectOptions::new().filename(folder.join(CATALOGUE_FILE)).read_only(true);
         let mut reader = options
@@ -100,7 +100,7 @@ impl SqliteCatalogue {
         migrate::copy(&mut reader, target).await
     }
 
-    /// On a full disk the reserve is given for what makes room; a sweep makes it again.
+    /// On a full disk the reserve is released for changes that free space; a sweep restores it.
     async fn commit_on_any_disk(&self, changes: Vec<Change>) -> Result<Vec<EventRecord>, StoreError> {
         if !changes.iter().any(Change::makes_room) {
             return self.commit_now(changes).await;
@@ -126,8 +126,8 @@ impl SqliteCatalogue {
         Ok(events)
     }
 
-    /// Moves the log's pages into the database and empties it. SQLite would do so automatically, but would not report that
-    /// the database could not be synced. What was committed is in the log whatever happens here.
+    /// Checkpoints the write-ahead log and truncates it. SQLite would do so automatically, but would not report that
+    /// the database could not be synced. If it fails, the commits are still in the log.
     async fn fold_wal(&self, writer: &mut SqliteConnection) {
         let folded = sqlx::raw_sql("PRAGMA wal_checkpoint(TRUNCATE)").execute(&mut *writer).await;
         if let Err(cause) = folded
@@ -157,7 +157,7 @@ impl Catalogue for SqliteCatalogue {
         if changes.is_empty() {
             return Ok(Vec::new());
         }
-        // A task of its own: a caller that goes away in the middle leaves no transaction open.
+        // A separate task: if the caller is cancelled, no transaction stays open.
         let catalogue = self.clone();
         tokio::spawn(async move { catalogue.commit_on_any_disk(changes).await })
             .await

@@ -1,4 +1,4 @@
-//! Which artifacts the catalogue names.
+//! The artifacts that the catalogue refers to.
 
 use std::collections::HashSet;
 
@@ -11,7 +11,7 @@ use crate::error::StoreError;
 use crate::sqlite::error::reading;
 use crate::sqlite::seal::{self, Table};
 
-/// The tables that name artifacts, in columns or in documents.
+/// The tables that refer to artifacts, in columns or in documents.
 const TABLES: [Table; 7] = [
     seal::CAPTURES,
     seal::RECORDINGS,
@@ -22,23 +22,23 @@ const TABLES: [Table; 7] = [
     seal::JOBS,
 ];
 
-/// Whether rows of this table name artifacts.
+/// Whether rows of this table refer to artifacts.
 pub fn is_named_by(table: &Table) -> bool {
     TABLES.contains(table)
 }
 
-/// The artifacts that a row names.
+/// The artifacts that a row refers to.
 pub fn in_row(row: &SqliteRow) -> HashSet<ArtifactId> {
     let texts = (0..row.columns().len()).filter_map(|idx| row.try_get::<&str, _>(idx).ok());
     texts.flat_map(ids_in).collect()
 }
 
-/// All artifacts that any record names. A document's own business is not known here, so whatever looks like an
-/// artifact's id in any text counts as one: an artifact is rather kept too long than lost. So is everything while a
+/// All artifacts that any record refers to. The structure of documents is unknown here, so any text that looks like an
+/// artifact id counts as a reference: keeping an artifact too long is better than losing it. Everything is kept while a
 /// record is damaged.
 pub async fn artifacts(readers: &SqlitePool) -> Result<HashSet<ArtifactId>, StoreError> {
     const WHAT: &str = "list artifacts";
-    // One transaction, so that all of them are read from the same moment.
+    // One transaction: all tables are read from the same snapshot.
     let mut moment = readers.begin().await.map_err(|cause| reading(cause, WHAT))?;
     let mut named = HashSet::new();
     for table in &TABLES {

@@ -14,12 +14,12 @@ use crate::sqlite::error;
 /// Sorts after every id, whatever the collation: ids are hexadecimal.
 const AFTER_EVERY_ID: &str = "z";
 
-/// The id a page begins below.
+/// The id below which a page starts.
 pub fn before_id(page: &Page) -> &str {
     page.before.as_deref().unwrap_or(AFTER_EVERY_ID)
 }
 
-/// Text that should be a JSON document, an artifact id, a state … and is not.
+/// A column that does not parse as JSON document, artifact id, state, ….
 #[derive(Debug, thiserror::Error)]
 #[error("column {column} holds {text:?}")]
 struct BadColumn {
@@ -31,7 +31,7 @@ fn bad(column: &'static str, text: &str) -> StoreError {
     StoreError::Database { what: "read a record", cause: Box::new(BadColumn { column, text: text.to_owned() }) }
 }
 
-/// A column as it is.
+/// A column, unparsed.
 pub fn get<'r, T: Decode<'r, Sqlite> + Type<Sqlite>>(
     row: &'r SqliteRow,
     column: &'static str,
@@ -63,13 +63,13 @@ pub fn optional_artifact(row: &SqliteRow, column: &'static str) -> Result<Option
     text.map(|text| ArtifactId::parse(text).ok_or_else(|| bad(column, text))).transpose()
 }
 
-/// One of the words of an enum.
+/// A variant of an enum by its name.
 pub fn word<T: DeserializeOwned>(row: &SqliteRow, column: &'static str) -> Result<T, StoreError> {
     let text: &str = get(row, column)?;
     serde_json::from_value(Value::from(text)).map_err(|_| bad(column, text))
 }
 
-/// The word of an enum without fields.
+/// The name of a variant without fields.
 pub fn word_from<T: Serialize>(value: T) -> String {
     match serde_json::to_value(value) {
         Ok(Value::String(word)) => word,

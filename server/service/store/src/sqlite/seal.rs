@@ -1,6 +1,6 @@
-//! A checksum in every row, so that no flipped bit on the disk becomes an answer.
+//! A checksum in every row, so that corrupted data is detected when it is read.
 //!
-//! A row is looked at before it is changed and sealed afterwards, in the same transaction: a change never hides damage.
+//! A row is verified before it is changed and sealed afterwards, in the same transaction: a change never hides damage.
 
 use sha2::{Digest, Sha256};
 use sqlx::sqlite::SqliteRow;
@@ -10,7 +10,7 @@ use crate::error::StoreError;
 use crate::sqlite::changes::{WriteError, Written};
 use crate::sqlite::error::{self, reading};
 
-/// Bytes of the hash that are kept: 2⁻⁶⁴ of all damage passes for none.
+/// Stored bytes of the hash: damage goes undetected with probability 2⁻⁶⁴.
 const SEAL_BYTES: usize = 8;
 
 /// The column of the checksum.
@@ -23,7 +23,7 @@ pub struct Table {
     pub name: &'static str,
     /// Its key.
     pub key: &'static str,
-    /// What a record of it is called.
+    /// Kind of its records, for messages.
     pub kind: &'static str,
 }
 
@@ -59,7 +59,7 @@ pub const TABLES: [Table; 12] = [
     IDEMPOTENCY,
 ];
 
-/// Refuses a row that is not what was written.
+/// Refuses a row whose checksum does not match.
 pub fn intact(row: &SqliteRow, table: &Table) -> Result<(), StoreError> {
     let seal = row.try_get::<&str, _>(SEAL);
     if seal.is_ok_and(|seal| seal == seal_of(row)) {
@@ -68,14 +68,14 @@ pub fn intact(row: &SqliteRow, table: &Table) -> Result<(), StoreError> {
     Err(StoreError::DamagedRecord { kind: table.kind, id: key_of(row, table) })
 }
 
-/// The row that is to be changed; refuses a damaged one, none is none.
+/// The row to be changed, if it exists; refuses a damaged one.
 pub async fn verify(to: &mut SqliteConnection, table: &Table, key: &str) -> Written<Option<SqliteRow>> {
     let row = row(to, table, key).await?;
     row.as_ref().map_or(Ok(()), |row| intact(row, table))?;
     Ok(row)
 }
 
-/// Seals a row that was written or changed, and returns it.
+/// Updates the checksum of a row that was written or changed, and returns the row.
 pub async fn seal(to: &mut SqliteConnection, table: &Table, key: &str) -> Written<Option<SqliteRow>> {
     let Some(row) = row(to, table, key).await? else { return Ok(None) };
     let statement = format!("UPDATE {} SET {SEAL} = $1 WHERE {} = $2", table.name, table.key);
@@ -83,7 +83,7 @@ pub async fn seal(to: &mut SqliteConnection, table: &Table, key: &str) -> Writte
     Ok(Some(row))
 }
 
-/// Keys of the intact rows whose `column` names `id`. Damaged ones keep the seal that gives them away.
+/// Keys of the intact rows whose `column` is `id`. Damaged ones keep the checksum that does not match.
 pub async fn naming(
     to: &mut SqliteConnection,
     table: &Table,
@@ -130,7 +130,7 @@ async fn row(to: &mut SqliteConnection, table: &Table, key: &str) -> Written<Opt
     Ok(sqlx::query(sqlx::AssertSqlSafe(statement)).bind(key).fetch_optional(to).await?)
 }
 
-/// The key as it is in the row, damaged or not.
+/// The key as stored, even if the row is damaged.
 fn key_of(row: &SqliteRow, table: &Table) -> String {
     let number = || row.try_get::<i64, _>(table.key).ok().map(|number| number.to_string());
     row.try_get::<String, _>(table.key).ok().or_else(number).unwrap_or_else(|| "of unreadable key".to_owned())

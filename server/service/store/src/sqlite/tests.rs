@@ -48,7 +48,7 @@ async fn the_log_stays_small_while_others_read() {
 }
 
 #[tokio::test]
-async fn a_database_without_room_says_full_and_goes_on_when_there_is_some() {
+async fn a_full_database_is_reported_and_works_again_with_free_space() {
     let folder = tempfile::tempdir().unwrap();
     let catalogue = catalogue(folder.path()).await;
     let limit = async |n_pages: u32| {

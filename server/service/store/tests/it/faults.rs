@@ -147,7 +147,7 @@ fn file_of(folder: &Path, id: &ArtifactId) -> PathBuf {
 }
 
 #[tokio::test]
-async fn a_flipped_bit_and_a_missing_byte_are_found_by_every_way_of_reading() {
+async fn every_read_detects_a_flipped_bit_and_a_missing_byte() {
     let folder = tempfile::tempdir().unwrap();
     let store = Store::open(folder.path()).await.unwrap();
     let bytes: Vec<u8> = (0..300_000).map(|i| (i % 251) as u8).collect();
@@ -196,7 +196,7 @@ async fn a_data_directory_has_one_process_and_is_tidied_when_it_opens() {
 }
 
 #[tokio::test]
-async fn the_reserve_takes_room_and_gives_it_back() {
+async fn the_reserve_takes_disk_space_and_releases_it() {
     let folder = tempfile::tempdir().unwrap();
     let store = Store::open(folder.path()).await.unwrap();
     let reserve = folder.path().join("reserve");

@@ -136,7 +136,7 @@ async fn answers(store: &Store, ids: &[String; 6]) -> Vec<Result<String, StoreEr
 }
 
 #[tokio::test]
-async fn whatever_bit_flips_an_answer_is_what_was_written_or_says_that_it_cannot_be() {
+async fn every_flipped_bit_is_reported_or_has_no_effect() {
     flip_every(STRIDE).await;
 }
 
@@ -171,7 +171,7 @@ async fn flip_every(stride: usize) {
 }
 
 #[tokio::test]
-async fn the_damaged_record_is_named_with_what_to_do() {
+async fn a_damaged_record_is_reported_with_a_remedy() {
     let filled = filled().await;
     let [job, capture, scan, measurement, session, _] = filled.ids.each_ref().map(String::as_str);
     let cases = [
@@ -220,7 +220,7 @@ async fn a_change_does_not_hide_damage_and_a_damaged_record_can_be_deleted() {
 }
 
 #[tokio::test]
-async fn a_list_shows_what_is_whole_around_a_damaged_row_and_names_it_page_by_page() {
+async fn a_list_contains_intact_records_and_reports_damaged_rows_on_every_page() {
     let folder = tempfile::tempdir().unwrap();
     let store = Store::open(folder.path()).await.unwrap();
     let mut captures: Vec<_> = (0..5).map(|_| capture()).collect();

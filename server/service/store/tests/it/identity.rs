@@ -57,7 +57,7 @@ fn is_refused(opened: Result<Store, StoreError>, words: &[&str]) {
 }
 
 #[tokio::test]
-async fn an_emptied_or_missing_catalogue_is_refused_with_the_newest_backup_and_opens_once_that_is_back() {
+async fn an_emptied_or_missing_catalogue_is_refused_naming_the_newest_backup_and_opens_after_restoring_it() {
     let (folder, archive) = station().await;
     let file = catalogue(folder.path());
     let backup = folder.path().join("backups/catalogue-schema-3-9.sqlite3");
@@ -123,7 +123,7 @@ async fn a_restored_copy_without_the_mark_and_a_station_with_leftovers_alone_ope
 }
 
 #[tokio::test]
-async fn what_is_newer_than_a_restored_copy_is_set_aside_and_not_deleted() {
+async fn artifacts_newer_than_a_restored_copy_are_set_aside_and_not_deleted() {
     let (folder, old) = station().await;
     let copy = fs::read(catalogue(folder.path())).unwrap();
     let store = Store::open(folder.path()).await.unwrap();
@@ -150,7 +150,7 @@ async fn what_is_newer_than_a_restored_copy_is_set_aside_and_not_deleted() {
 }
 
 #[tokio::test]
-async fn a_copy_is_made_once_a_day_and_is_what_is_offered() {
+async fn a_copy_is_made_daily_and_named_in_the_remedy() {
     let (folder, archive) = station().await;
     let store = Store::open(folder.path()).await.unwrap();
     for _ in ["first", "again"] {

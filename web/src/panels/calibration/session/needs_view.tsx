@@ -14,13 +14,13 @@ export function NeedsView({ session, look }: { session: Session; look: Look | un
       <NeedLine
         need={boards}
         name={words.boards_need}
-        value={words.boards_have(String(boards.have), String(boards.want))}
+        value={words.boards_have(String(boards.actual), String(boards.required))}
         missing={words.boards_missing}
       />
       <NeedLine
         need={cells}
         name={words.coverage}
-        value={words.coverage_have(String(cells.have), String(cells.want))}
+        value={words.coverage_have(String(cells.actual), String(cells.required))}
         missing={words.coverage_missing}
       >
         <CoverageMap covered={coveredCells(session)} now={new Set(look?.coverage_cells)} />
@@ -28,7 +28,7 @@ export function NeedsView({ session, look }: { session: Session; look: Look | un
       <NeedLine
         need={tilt}
         name={words.tilt}
-        value={words.tilt_have(String(tilt.have), String(tilt.want), degrees(tilt.wanted_deg, 0))}
+        value={words.tilt_have(String(tilt.actual), String(tilt.required), degrees(tilt.wanted_deg, 0))}
         missing={tilt.values_deg.length === 0 ? words.after_three : words.tilt_missing}
       >
         <Bar
@@ -43,10 +43,14 @@ export function NeedsView({ session, look }: { session: Session; look: Look | un
       <NeedLine
         need={distance}
         name={words.distance}
-        value={words.distance_have(mm(distance.have, 0), distance.want > 0 ? mm(distance.want, 0) : "–")}
+        value={words.distance_have(mm(distance.actual, 0), distance.required > 0 ? mm(distance.required, 0) : "–")}
         missing={distance.values_mm.length < 2 ? words.after_three : words.distance_missing}
       >
-        <DistanceBar values_mm={distance.values_mm} want_mm={distance.want} now={look?.distance_mm ?? undefined} />
+        <DistanceBar
+          values_mm={distance.values_mm}
+          want_mm={distance.required}
+          now={look?.distance_mm ?? undefined}
+        />
       </NeedLine>
     </section>
   );

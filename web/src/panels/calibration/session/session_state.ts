@@ -80,7 +80,7 @@ export function isDone(
     case "camera":
       return solved || needsOf(session).all;
     case "light":
-      return solved || (session.needs?.lit_boards.met ?? false);
+      return solved || (session.needs?.laser_boards.met ?? false);
     case "stage":
       return solved || (session.needs?.stage_views.met ?? false);
     case "verify":

@@ -16,6 +16,7 @@ use app::App;
 use app::jobs::{JobInput, ScanInput, ScanMode, ScanSource};
 use app::lease::Authority;
 use app::measurements::ScanPurpose;
+use app::scan_run::ScanSettings;
 use pipeline::{Failure, FailureKind};
 
 /// The part of a sweep in which threads are looked at: after the first frames, which ask for memory, and before the end.
@@ -49,21 +50,13 @@ pub async fn sweep(app: &App, args: &BenchServerArgs, seen: &AtomicU64) -> Resul
     let input = ScanInput {
         source: ScanSource::Station,
         name: Some(SCAN.to_owned()),
-        from_mm: Some(0.0),
-        to_mm: Some((args.frames - 1) as f64 * STEP_MM),
-        step_mm: None,
-        speed_mm_s: Some(STEP_MM * args.rate_hz),
-        from_deg: None,
-        to_deg: None,
-        step_deg: None,
-        speed_deg_s: None,
-        mode: Some(ScanMode::Continuous),
-        exposure_us: None,
-        exposures_us: Vec::new(),
-        laser_power: None,
-        keep_frames: false,
-        background: None,
-        record: false,
+        settings: ScanSettings {
+            from_mm: Some(0.0),
+            to_mm: Some((args.frames - 1) as f64 * STEP_MM),
+            speed_mm_s: Some(STEP_MM * args.rate_hz),
+            mode: Some(ScanMode::Continuous),
+            ..ScanSettings::default()
+        },
         calibration_id: None,
         resume_scan_id: None,
         measure: Vec::new(),

@@ -73,7 +73,7 @@ impl<D: LaserDialogue> Laser for ControllerLaser<D> {
         let power = power.max(MIN_POWER);
         let switch_on =
             |session: &mut D, now| session.switch_on(power, lease, now).map(|ticket| ((), Some(ticket)));
-        self.0.ask(switch_on, D::laser_error)?;
+        self.0.request(switch_on, D::laser_error)?;
         self.state()
     }
 
@@ -88,7 +88,7 @@ impl<D: LaserDialogue> Laser for ControllerLaser<D> {
             session.laser_known()?;
             Ok(((), session.switch_off(now)))
         };
-        self.0.ask(switch_off, D::laser_error)
+        self.0.request(switch_off, D::laser_error)
     }
 
     fn stop_handle(&self) -> Option<Arc<dyn StopHandle>> {

@@ -92,19 +92,19 @@ impl<D: StageDialogue> Stage for ControllerStage<D> {
     }
 
     fn start_home(&mut self) -> Result<(), StageError> {
-        self.0.ask(|session, now| session.start_home(now).map(|ticket| ((), ticket)), D::stage_error)
+        self.0.request(|session, now| session.start_home(now).map(|ticket| ((), ticket)), D::stage_error)
     }
 
     fn start_move(&mut self, target_mm: f64, speed_mm_s: f64) -> Result<AcceptedMove, StageError> {
-        self.0.ask(|session, now| session.start_move(target_mm, speed_mm_s, now), D::stage_error)
+        self.0.request(|session, now| session.start_move(target_mm, speed_mm_s, now), D::stage_error)
     }
 
     fn start_jog(&mut self, distance_mm: f64, speed_mm_s: f64) -> Result<AcceptedMove, StageError> {
-        self.0.ask(|session, now| session.start_jog(distance_mm, speed_mm_s, now), D::stage_error)
+        self.0.request(|session, now| session.start_jog(distance_mm, speed_mm_s, now), D::stage_error)
     }
 
     fn poll(&mut self) -> Result<StageState, StageError> {
-        self.0.act(|session, now| session.sound().map(|()| session.stage_state(now)))
+        self.0.act(|session, now| session.check_fault().map(|()| session.stage_state(now)))
     }
 
     fn hold(&mut self) -> Result<(), StageError> {

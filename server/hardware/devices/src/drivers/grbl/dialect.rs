@@ -16,7 +16,7 @@ pub enum Dialect {
 }
 
 /// `ALARM:11` of grblHAL, with bit 2 of `$22`: only homing unlocks it.
-const GRBL_HAL_HOME_FIRST: u32 = 11;
+const GRBL_HAL_HOMING_REQUIRED: u32 = 11;
 /// `ALARM:14` of FluidNC: not homed since power-on or since a limit was hit.
 const FLUID_NC_UNHOMED: u32 = 14;
 
@@ -30,13 +30,13 @@ impl Dialect {
     }
 
     /// Whether the firmware resets itself after this alarm and sends its banner; after others it waits for a reset.
-    pub(super) fn resets_itself_after(self, code: u32) -> bool {
+    pub(super) fn resets_after(self, code: u32) -> bool {
         self != Dialect::FluidNc && matches!(code, 3 | 6..=9)
     }
 
     /// Whether the laser is off after this alarm. FluidNC leaves it on unless `off_on_alarm` is set, and a failed probe
     /// (4, 5) leaves it on in every firmware.
-    pub(super) fn turns_off_with(self, code: u32) -> bool {
+    pub(super) fn turns_laser_off(self, code: u32) -> bool {
         self != Dialect::FluidNc && !matches!(code, 4 | 5)
     }
 
@@ -44,7 +44,7 @@ impl Dialect {
     pub(super) fn requires_homing(self, code: u32) -> bool {
         match self {
             Dialect::Grbl => false,
-            Dialect::GrblHal => code == GRBL_HAL_HOME_FIRST,
+            Dialect::GrblHal => code == GRBL_HAL_HOMING_REQUIRED,
             Dialect::FluidNc => code == FLUID_NC_UNHOMED,
         }
     }

@@ -17,13 +17,13 @@ const OPEN_LIMIT: Duration = Duration::from_millis(3500);
 pub struct GrblSettings {
     /// serial port of the controller, or tcp://host:port (telnet port of FluidNC)
     pub port: String,
-    /// its speed, baud
+    /// baud rate
     #[schemars(range(min = 1200, max = 10_000_000))]
     pub baud: u32,
-    /// what its $100 must say
+    /// steps per millimetre, as set by $100 of the controller
     #[schemars(range(min = 0.001, max = 1e6))]
     pub steps_per_mm: f64,
-    /// text that its $I must contain; empty: any
+    /// text that the response to $I must contain; empty: any
     pub identity: String,
     /// lowest position of the stage
     #[schemars(range(min = -1e4, max = 1e4))]
@@ -34,7 +34,7 @@ pub struct GrblSettings {
     /// machine position of the stage's zero
     #[schemars(range(min = -1e4, max = 1e4))]
     pub zero_at_machine_mm: f64,
-    /// whether it turns the part: positions and speeds are then degrees and °/s
+    /// rotary stage: positions and speeds are degrees and °/s
     pub rotary: bool,
 }
 

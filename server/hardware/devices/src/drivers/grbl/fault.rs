@@ -22,7 +22,7 @@ pub enum Fault {
     NoReply { command: String, waited_ms: u64 },
     Garbage { received: String },
     Gone { reason: String },
-    WrongDevice { place: String, expected: String, found: String },
+    WrongDevice { port_name: String, expected: String, found: String },
 }
 
 impl Fault {
@@ -53,13 +53,15 @@ impl Fault {
             }
             Fault::Restarted => StageError::Restarted,
             Fault::Stalled { target_mm, actual_mm } => StageError::Stalled { target_mm, actual_mm },
-            Fault::StrayLight => {
-                StageError::Gone { reason: "its laser was on without a request; it was reset".to_owned() }
-            }
+            Fault::StrayLight => StageError::Gone {
+                reason: "the laser was on without a request; the controller was reset".to_owned(),
+            },
             Fault::NoReply { command, waited_ms } => StageError::NoReply { command, waited_ms },
             Fault::Garbage { received } => StageError::Garbage { received },
             Fault::Gone { reason } => StageError::Gone { reason },
-            Fault::WrongDevice { place, expected, found } => StageError::WrongDevice { place, expected, found },
+            Fault::WrongDevice { port_name, expected, found } => {
+                StageError::WrongDevice { port_name, expected, found }
+            }
         }
     }
 

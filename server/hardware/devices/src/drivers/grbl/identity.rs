@@ -55,45 +55,52 @@ impl Description {
     }
 
     /// Checks that the expected name is in a line of `$I`, before the settings are read.
-    pub fn check_name(&self, config: &GrblConfig, place: &str) -> Result<(), Fault> {
+    pub fn check_name(&self, config: &GrblConfig, port_name: &str) -> Result<(), Fault> {
         match &config.expected_name {
             Some(expected) if !self.lines.iter().any(|line| has_words(line, expected)) => {
                 let found = format!("one that reports `{}`", self.lines.join("`, `"));
-                Err(wrong(place, &format!("a controller named `{expected}`"), found))
+                Err(wrong(port_name, &format!("a controller named `{expected}`"), found))
             }
             _ => Ok(()),
         }
     }
 
     /// Checks units, steps, travel and laser mode; returns the settings used by the driver.
-    pub fn machine(&self, config: &GrblConfig, place: &str) -> Result<Machine, Fault> {
+    pub fn machine(&self, config: &GrblConfig, port_name: &str) -> Result<Machine, Fault> {
         // FluidNC has no such setting: it reports in millimetres.
-        if self.dialect() != Dialect::FluidNc && self.number(13, place)? != 0.0 {
-            return Err(wrong(place, "reports in millimetres ($13=0)", "$13=1, inches: send $13=0".to_owned()));
+        if self.dialect() != Dialect::FluidNc && self.number(13, port_name)? != 0.0 {
+            return Err(wrong(
+                port_name,
+                "reports in millimetres ($13=0)",
+                "$13=1, inches: send $13=0".to_owned(),
+            ));
         }
-        let steps_per_mm = self.of_axis(100, config.axis, place)?;
+        let steps_per_mm = self.of_axis(100, config.axis, port_name)?;
         if (steps_per_mm - config.steps_per_mm).abs() > STEPS_TOLERANCE {
             let expected = format!("{} steps/mm (${})", config.steps_per_mm, 100 + config.axis.idx());
-            return Err(wrong(place, &expected, format!("{steps_per_mm}")));
+            return Err(wrong(port_name, &expected, format!("{steps_per_mm}")));
         }
-        let mode = self.number(32, place)?;
+        let mode = self.number(32, port_name)?;
         if mode != 1.0 {
             let found = match mode {
                 2.0 => "$32=2, which is grblHAL's lathe mode: send $32=1".to_owned(),
                 _ => format!("$32={mode}: send $32=1"),
             };
-            return Err(wrong(place, "laser mode ($32=1), in which a hold turns the laser off", found));
+            return Err(wrong(port_name, "laser mode ($32=1), in which a hold turns the laser off", found));
         }
-        let homing =
-            if self.number(22, place)? as u32 & HOMING_ENABLED != 0 { Homing::Required } else { Homing::Absent };
+        let homing = if self.number(22, port_name)? as u32 & HOMING_ENABLED != 0 {
+            Homing::Required
+        } else {
+            Homing::Absent
+        };
         if homing == Homing::Required {
-            self.check_travel(config, place)?;
+            self.check_travel(config, port_name)?;
         }
-        let rate_mm_s = self.of_axis(110, config.axis, place)? / 60.0;
+        let rate_mm_s = self.of_axis(110, config.axis, port_name)? / 60.0;
         let dialect = self.dialect();
         let answers_while_homing = match dialect {
             Dialect::Grbl => false,
-            Dialect::GrblHal => self.check_reports(place)?,
+            Dialect::GrblHal => self.check_reports(port_name)?,
             Dialect::FluidNc => true,
         };
         Ok(Machine {
@@ -105,36 +112,40 @@ impl Description {
                 kind: config.kind,
                 travel_mm: config.travel_mm,
                 max_speed_mm_s: rate_mm_s.min(config.max_speed_mm_s),
-                acceleration_mm_s2: Some(self.of_axis(120, config.axis, place)?),
+                acceleration_mm_s2: Some(self.of_axis(120, config.axis, port_name)?),
                 homing,
                 resolution_mm: 1.0 / steps_per_mm,
                 follows_frames: false,
                 frame_pitch_mm: None,
             },
-            full_power: self.number(30, place)?,
+            full_power: self.number(30, port_name)?,
             answers_while_homing,
         })
     }
 
     /// Checks the report settings of grblHAL; returns whether it reports while homing.
-    fn check_reports(&self, place: &str) -> Result<bool, Fault> {
-        let mask = self.number(10, place)? as u32;
+    fn check_reports(&self, port_name: &str) -> Result<bool, Fault> {
+        let mask = self.number(10, port_name)? as u32;
         if mask & REPORTS_POSITIONS == 0 {
             return Err(wrong(
-                place,
+                port_name,
                 "reports with a position ($10)",
                 format!("$10={mask}: send $10={}", mask | 1),
             ));
         }
         // Otherwise `?` and `!` received while a `$` line is read or executed would become characters of a line.
         if self.settings.get(&39).is_some_and(|value| value.parse() == Ok(0.0)) {
-            return Err(wrong(place, "`?` and `!` accepted at any time ($39=1)", "$39=0: send $39=1".to_owned()));
+            return Err(wrong(
+                port_name,
+                "`?` and `!` accepted at any time ($39=1)",
+                "$39=0: send $39=1".to_owned(),
+            ));
         }
         let reports = mask & REPORTS_WHILE_HOMING != 0;
         if !reports {
             let wanted = mask | REPORTS_WHILE_HOMING;
             tracing::warn!(
-                place,
+                port_name,
                 "no reports while homing; send $10={wanted} so that faults during homing are noticed sooner"
             );
         }
@@ -142,8 +153,8 @@ impl Description {
     }
 
     /// Machine space is `-$130..0`, or starts at 0 if homing sets the origin (`Z` in the build options).
-    fn check_travel(&self, config: &GrblConfig, place: &str) -> Result<(), Fault> {
-        let span_mm = self.of_axis(130, config.axis, place)?;
+    fn check_travel(&self, config: &GrblConfig, port_name: &str) -> Result<(), Fault> {
+        let span_mm = self.of_axis(130, config.axis, port_name)?;
         let options = self.feedback.get("OPT").map_or("", String::as_str);
         let letters = options.split(',').next().unwrap_or_default();
         let (low_mm, high_mm) = if letters.contains('Z') { (-span_mm, span_mm) } else { (-span_mm, 0.0) };
@@ -152,7 +163,7 @@ impl Description {
             if machine_mm < low_mm || machine_mm > high_mm {
                 let expected = format!("a machine that reaches {machine_mm} mm (stage position {end_mm} mm)");
                 return Err(wrong(
-                    place,
+                    port_name,
                     &expected,
                     format!("one of {low_mm} to {high_mm} mm (${})", 130 + config.axis.idx()),
                 ));
@@ -200,26 +211,26 @@ impl Description {
         match mode {
             LaserMode::Dynamic => "the laser goes off at the end of the current move (M4)",
             LaserMode::Constant if sleeps => {
-                "the laser stays on until this program runs again, at rest for 5 minutes at most (grblHAL, $62=1)"
+                "the laser stays on until this program is started again, at rest for 5 minutes at most (grblHAL, $62=1)"
             }
             LaserMode::Constant => {
-                "the laser stays on until this program runs again or the controller is reset: its firmware has no \
+                "the laser stays on until this program is started again or the controller is reset: its firmware has no \
                  watchdog"
             }
         }
     }
 
-    fn of_axis(&self, first: u32, axis: Axis, place: &str) -> Result<f64, Fault> {
-        self.number(first + axis.idx() as u32, place)
+    fn of_axis(&self, first: u32, axis: Axis, port_name: &str) -> Result<f64, Fault> {
+        self.number(first + axis.idx() as u32, port_name)
     }
 
-    fn number(&self, number: u32, place: &str) -> Result<f64, Fault> {
+    fn number(&self, number: u32, port_name: &str) -> Result<f64, Fault> {
         let value = self.settings.get(&number).map(String::as_str);
         match value.and_then(|value| value.parse().ok()).filter(|value: &f64| value.is_finite()) {
             Some(value) => Ok(value),
             None => {
                 let found = value.map_or_else(|| "none".to_owned(), |value| format!("${number}={value}"));
-                Err(wrong(place, &format!("a controller with the setting ${number}"), found))
+                Err(wrong(port_name, &format!("a controller with the setting ${number}"), found))
             }
         }
     }
@@ -246,6 +257,6 @@ pub fn stage_from_machine(machine_mm: f64, zero_at_machine_mm: f64, reversed: bo
     if reversed { zero_at_machine_mm - machine_mm } else { machine_mm - zero_at_machine_mm }
 }
 
-fn wrong(place: &str, expected: &str, found: String) -> Fault {
-    Fault::WrongDevice { place: place.to_owned(), expected: expected.to_owned(), found }
+fn wrong(port_name: &str, expected: &str, found: String) -> Fault {
+    Fault::WrongDevice { port_name: port_name.to_owned(), expected: expected.to_owned(), found }
 }

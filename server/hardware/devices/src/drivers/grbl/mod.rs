@@ -1,5 +1,5 @@
-//! Driver of controllers with GRBL 1.1, grblHAL or FluidNC on a serial port: one axis is the stage, the spindle output the
-//! laser.
+//! Driver of controllers with GRBL 1.1, grblHAL or FluidNC on a serial port: one axis is the stage, the spindle output
+//! the laser.
 //!
 //! One `controller` with one thread is shared by [`GrblStage`] and [`GrblLaser`]. The dialogue, its sources and the
 //! table of faults are in `server/docs/devices/grbl.md`.
@@ -143,7 +143,7 @@ pub fn open(config: &GrblConfig) -> Result<(GrblStage, GrblLaser), StageError> {
 /// # Errors
 /// As [`open`].
 pub fn open_line(config: &GrblConfig, line: Box<dyn SerialLine>) -> Result<(GrblStage, GrblLaser), StageError> {
-    let session = Session::new(config.clone(), line.place());
+    let session = Session::new(config.clone(), line.port_name());
     let controller = Controller::open("grbl", session, line, config.open_limit)?;
     Ok((GrblStage::new(&controller), GrblLaser::new(&controller)))
 }

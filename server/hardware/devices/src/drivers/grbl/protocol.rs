@@ -2,6 +2,8 @@
 //!
 //! Source: `doc/markdown/interface.md` of gnea/grbl (v1.1). The others keep this format and add bracketed lines.
 
+use crate::lines::line_reader::shortened;
+
 /// Soft reset: everything stops, the laser goes off, the banner follows.
 pub const RESET: u8 = 0x18;
 /// Asks for a status report.
@@ -201,15 +203,6 @@ fn axes_from(values: &str) -> Option<[f64; 3]> {
         *axis = value.parse().ok().filter(|value: &f64| value.is_finite())?;
     }
     Some(axes)
-}
-
-/// Most characters shown of a foreign line.
-const SHOWN_CHARS: usize = 40;
-
-/// A line for display: short, and without control characters.
-pub fn shortened(line: &str) -> String {
-    let shown = |c: char| if c.is_control() { '·' } else { c };
-    line.trim().chars().take(SHOWN_CHARS).map(shown).collect()
 }
 
 #[cfg(test)]

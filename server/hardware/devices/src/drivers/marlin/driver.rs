@@ -17,13 +17,13 @@ const OPEN_LIMIT: Duration = Duration::from_millis(3500);
 pub struct MarlinSettings {
     /// serial port of the controller, or tcp://host:port
     pub port: String,
-    /// its speed, baud
+    /// baud rate
     #[schemars(range(min = 1200, max = 10_000_000))]
     pub baud: u32,
-    /// steps per millimetre, as its M92 must say
+    /// steps per millimetre, as set by M92 of the controller
     #[schemars(range(min = 0.001, max = 1e6))]
     pub steps_per_mm: f64,
-    /// text that its M115 must contain; empty: any
+    /// text that the response to M115 must contain; empty: any
     pub identity: String,
     /// lowest position of the stage
     #[schemars(range(min = -1e4, max = 1e4))]
@@ -37,9 +37,9 @@ pub struct MarlinSettings {
     /// S of M3 at full power
     #[schemars(range(min = 1, max = 65_535))]
     pub power_at_full: f64,
-    /// whether it turns the part: positions and speeds are then degrees and °/s
+    /// rotary stage: positions and speeds are degrees and °/s
     pub rotary: bool,
-    /// whether the stage's scale runs against the machine's
+    /// whether the stage's scale is reversed relative to the machine's
     pub reversed: bool,
 }
 

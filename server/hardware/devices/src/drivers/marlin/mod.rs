@@ -103,7 +103,7 @@ pub fn open_line(
     config: &MarlinConfig,
     line: Box<dyn SerialLine>,
 ) -> Result<(MarlinStage, MarlinLaser), StageError> {
-    let session = Session::new(config.clone(), line.place());
+    let session = Session::new(config.clone(), line.port_name());
     let controller = Controller::open("marlin", session, line, config.open_limit)?;
     Ok((MarlinStage::new(&controller), MarlinLaser::new(&controller)))
 }

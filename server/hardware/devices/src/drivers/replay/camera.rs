@@ -15,12 +15,12 @@ use crate::{
     Trigger,
 };
 
-/// Delivers the pictures of a capture folder or a recording.
+/// Delivers the images of a capture folder or a recording.
 pub struct ReplayCamera {
     recording: Recording,
     playback: Arc<Mutex<Playback>>,
     pace: Pace,
-    looped: bool,
+    repeat: bool,
     trigger: Trigger,
     run: Option<Run>,
 }
@@ -28,13 +28,13 @@ pub struct ReplayCamera {
 /// A started acquisition.
 #[derive(Debug)]
 struct Run {
-    /// The next picture; `None` after the last.
+    /// The next frame; `None` after the last.
     next_idx: Option<usize>,
-    /// Whether pictures are played in reverse order.
+    /// Whether frames are played in reverse order.
     backwards: bool,
     /// The next frame's number.
     next_id: u64,
-    /// Pictures that could not be read since the last frame delivered.
+    /// Frames that could not be read since the last frame delivered.
     lost: u64,
     /// When the next frame is due.
     due_at: Instant,
@@ -44,7 +44,7 @@ struct Run {
 
 impl ReplayCamera {
     pub(super) fn new(recording: Recording, config: &ReplayConfig, playback: Arc<Mutex<Playback>>) -> Self {
-        Self { recording, playback, pace: config.pace, looped: config.looped, trigger: Trigger::Free, run: None }
+        Self { recording, playback, pace: config.pace, repeat: config.repeat, trigger: Trigger::Free, run: None }
     }
 
     fn whole(&self) -> Roi {
@@ -71,12 +71,12 @@ impl ReplayCamera {
             return Err(unsupported("pixel_format", format!("{format:?}"), fixed));
         }
         if let Some(roi) = wanted.roi.filter(|roi| *roi != self.whole()) {
-            return Err(unsupported("roi", format!("{roi:?}"), "the whole picture"));
+            return Err(unsupported("roi", format!("{roi:?}"), "the whole image"));
         }
         Ok(())
     }
 
-    /// Frames play while the camera runs freely; with triggers the picture taken at the stage's position is delivered.
+    /// Frames play while the camera runs freely; with triggers the frame taken at the stage's position is delivered.
     fn update_playback(&self) {
         match (&self.run, self.trigger) {
             (Some(_), Trigger::Free) => lock(&self.playback).play(),
@@ -84,14 +84,14 @@ impl ReplayCamera {
         }
     }
 
-    /// The next picture, if one is due within `timeout`, which it waits for.
+    /// The next frame, if one is due within `timeout`, which it waits for.
     fn wait_for_next(&mut self, timeout: Duration) -> Result<Option<usize>, CameraError> {
         let held = lock(&self.playback).held();
         let deadline = Instant::now() + timeout;
-        let n_pictures = self.recording.n_pictures();
-        let Some(run) = &mut self.run else { return Ok(wait_in_vain(deadline)) };
+        let n_frames = self.recording.n_frames();
+        let Some(run) = &mut self.run else { return Ok(wait_without_frame(deadline)) };
         if held || (self.trigger == Trigger::Software && run.n_triggers == 0) {
-            return Ok(wait_in_vain(deadline));
+            return Ok(wait_without_frame(deadline));
         }
         if self.trigger == Trigger::Software
             && let Some(here) =
@@ -105,9 +105,9 @@ impl ReplayCamera {
         }
         let idx = match run.next_idx {
             Some(idx) => idx,
-            None if self.looped => {
+            None if self.repeat => {
                 if run.backwards {
-                    n_pictures - 1
+                    n_frames - 1
                 } else {
                     0
                 }
@@ -119,7 +119,7 @@ impl ReplayCamera {
         };
         run.next_idx = Some(idx);
         if run.due_at > deadline {
-            return Ok(wait_in_vain(deadline));
+            return Ok(wait_without_frame(deadline));
         }
         std::thread::sleep(run.due_at.saturating_duration_since(Instant::now()));
         Ok(Some(idx))
@@ -143,15 +143,15 @@ impl Camera for ReplayCamera {
         }
     }
 
-    /// The exposure is that of the first picture, 0 if it was not recorded; the gain is reported as 0; a replay at
+    /// The exposure is that of the first frame, 0 if it was not recorded; the gain is reported as 0; a replay at
     /// unlimited pace reports the highest frame rate.
     fn settings(&self) -> CameraSettings {
         CameraSettings {
-            exposure_us: self.recording.picture(0).exposure_us,
+            exposure_us: self.recording.frame(0).exposure_us,
             gain_db: 0.0,
             frame_rate_hz: match self.pace {
                 Pace::Hz(hz) => hz,
-                Pace::AsAsked => RATES_HZ.max,
+                Pace::Unlimited => RATES_HZ.max,
             },
             trigger: self.trigger,
             pixel_format: self.recording.format(),
@@ -181,7 +181,7 @@ impl Camera for ReplayCamera {
 
     fn trigger(&mut self) -> Result<(), CameraError> {
         if self.trigger != Trigger::Software {
-            return Err(CameraError::NotTriggerable { reason: "it runs free" });
+            return Err(CameraError::NotTriggerable { reason: "it runs freely" });
         }
         let Some(run) = &mut self.run else {
             return Err(CameraError::NotTriggerable { reason: "acquisition is not started" });
@@ -196,16 +196,16 @@ impl Camera for ReplayCamera {
         let read = self.recording.read_into(idx, image);
         let Some(run) = &mut self.run else { return Ok(None) };
         let backwards = run.backwards;
-        let (frame_id, exposed_at, lost_before) = run.advance(self.pace, self.recording.n_pictures());
+        let (frame_id, exposed_at, lost_before) = run.advance(self.pace, self.recording.n_frames());
         if let Err(cause) = read {
             run.lost = lost_before + 1;
             return Err(CameraError::Unreadable { frame_id, cause: cause.into_cause() });
         }
-        let picture = self.recording.picture(idx);
+        let frame = self.recording.frame(idx);
         // Frames lost when they were recorded are reported as lost again, while frames are played one after the other.
         let is_next = self.trigger == Trigger::Free && frame_id > 0 && !backwards;
-        let lost_before = lost_before + if is_next { picture.lost_before } else { 0 };
-        let recorded_position_mm = picture.position_mm;
+        let lost_before = lost_before + if is_next { frame.lost_before } else { 0 };
+        let recorded_position_mm = frame.position_mm;
         lock(&self.playback).delivered(recorded_position_mm, exposed_at);
         Ok(Some(FrameInfo {
             frame_id,
@@ -213,7 +213,7 @@ impl Camera for ReplayCamera {
             exposed_at,
             lost_before,
             lost_incomplete: 0,
-            exposure_us: picture.exposure_us,
+            exposure_us: frame.exposure_us,
             recorded_position_mm,
         }))
     }
@@ -236,27 +236,27 @@ impl Run {
     }
 
     /// Advances over the frame that is due: its number, its time, and how many were lost before it.
-    fn advance(&mut self, pace: Pace, n_pictures: usize) -> (u64, Instant, u64) {
+    fn advance(&mut self, pace: Pace, n_frames: usize) -> (u64, Instant, u64) {
         let now = Instant::now();
         let exposed_at = match pace {
             Pace::Hz(_) if now.saturating_duration_since(self.due_at) < REPLAY_CATCH_UP => self.due_at,
-            Pace::Hz(_) | Pace::AsAsked => now,
+            Pace::Hz(_) | Pace::Unlimited => now,
         };
         self.due_at = match pace {
             Pace::Hz(hz) => exposed_at + Duration::from_secs_f64(1.0 / hz),
-            Pace::AsAsked => exposed_at,
+            Pace::Unlimited => exposed_at,
         };
         let (frame_id, lost) = (self.next_id, std::mem::take(&mut self.lost));
         self.next_id += 1;
         self.next_idx = self.next_idx.and_then(|idx| {
-            if self.backwards { idx.checked_sub(1) } else { Some(idx + 1).filter(|next| *next < n_pictures) }
+            if self.backwards { idx.checked_sub(1) } else { Some(idx + 1).filter(|next| *next < n_frames) }
         });
         self.n_triggers = self.n_triggers.saturating_sub(1);
         (frame_id, exposed_at, lost)
     }
 }
 
-fn wait_in_vain(deadline: Instant) -> Option<usize> {
+fn wait_without_frame(deadline: Instant) -> Option<usize> {
     std::thread::sleep(deadline.saturating_duration_since(Instant::now()));
     None
 }

@@ -6,7 +6,9 @@ use remedy::with_causes;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{Pace, Pictures, Played, ReplayCamera, ReplayConfig, ReplayError, ReplayLaser, ReplayStage, open};
+use super::{
+    ImageSelection, Pace, ReplayCamera, ReplayConfig, ReplayError, ReplayLaser, ReplaySource, ReplayStage, open,
+};
 use crate::traits::driver::{DeviceSet, Driver, MissingSetting, OpenError, Opened};
 use crate::{Camera, Laser, Stage, ThreadedCamera};
 
@@ -22,9 +24,9 @@ pub struct ReplaySettings {
     /// frames per second
     #[schemars(range(min = 0.1, max = 1000.0))]
     pub frame_rate_hz: f64,
-    /// play from memory, without a disk in the way
+    /// load all images into memory before playback
     pub preload: bool,
-    /// start again at the end
+    /// restart at the end
     pub repeat: bool,
 }
 
@@ -51,20 +53,20 @@ impl ReplayDriver {
         let settings = &self.0;
         let played = if settings.recording.as_os_str().is_empty() {
             let scan = if settings.scan.is_empty() { self.first_scan()? } else { settings.scan.clone() };
-            Played::Folder { folder: settings.folder.clone(), pictures: Pictures::Scan(scan) }
+            ReplaySource::Folder { folder: settings.folder.clone(), images: ImageSelection::Scan(scan) }
         } else {
-            Played::Recording(settings.recording.clone())
+            ReplaySource::Recording(settings.recording.clone())
         };
         open(&ReplayConfig {
             played,
             pace: Pace::Hz(settings.frame_rate_hz),
-            looped: settings.repeat,
+            repeat: settings.repeat,
             preload: settings.preload,
         })
     }
 
-    /// Reading pictures from a disk may take arbitrarily long: callers must not be blocked.
-    fn in_time(&self, camera: ReplayCamera) -> Box<dyn Camera> {
+    /// Reading images from a disk may take arbitrarily long: callers must not be blocked.
+    fn non_blocking(&self, camera: ReplayCamera) -> Box<dyn Camera> {
         if self.0.preload { Box::new(camera) } else { Box::new(ThreadedCamera::over(camera)) }
     }
 
@@ -72,7 +74,7 @@ impl ReplayDriver {
         let folder = &self.0.folder;
         let capture = capture::Capture::open(folder)?;
         let first = capture.manifest.scans.first().map(|scan| scan.name.clone());
-        first.ok_or_else(|| ReplayError::NoPictures { place: folder.clone(), pictures: "scan" })
+        first.ok_or_else(|| ReplayError::NoImages { path: folder.clone(), images: "scan" })
     }
 }
 
@@ -106,7 +108,7 @@ impl Driver for ReplayDriver {
             OpenError::Absent { what: with_causes(&error), remedy: remedy.to_owned() }
         })?;
         Ok(Opened {
-            camera: wanted.camera.then(|| self.in_time(camera)),
+            camera: wanted.camera.then(|| self.non_blocking(camera)),
             stage: wanted.stage.then(|| Box::new(stage) as Box<dyn Stage>),
             laser: wanted.laser.then(|| Box::new(laser) as Box<dyn Laser>),
         })

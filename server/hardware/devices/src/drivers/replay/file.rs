@@ -6,7 +6,7 @@ use recording::RecordingFile;
 use vision::GreyImage;
 
 use super::ReplayError;
-use super::sequence::{Picture, Source};
+use super::sequence::{RecordedFrame, Source};
 use crate::StageKind;
 
 /// A recording, with the frames that are played: those of its scan, or all.
@@ -18,7 +18,7 @@ pub struct File {
 
 impl File {
     /// Indexes a recording; an interrupted one is played up to its end.
-    pub fn open(path: &Path) -> Result<(Self, Vec<Picture>), ReplayError> {
+    pub fn open(path: &Path) -> Result<(Self, Vec<RecordedFrame>), ReplayError> {
         let recording = RecordingFile::open(path)?;
         for damage in &recording.damages {
             tracing::warn!(at_bytes = damage.at_bytes, "the recording is damaged: {}", damage.reason);
@@ -28,21 +28,21 @@ impl File {
             tracing::warn!(n_missing, "rows of the scan are not in the recording");
         }
         let Some((first, _)) = frames.first() else {
-            return Err(ReplayError::NoPictures { place: path.to_owned(), pictures: "frames" });
+            return Err(ReplayError::NoImages { path: path.to_owned(), images: "frames" });
         };
         let shape = recording.frames[*first].shape;
         if let Some((other, _)) = frames.iter().find(|(idx, _)| recording.frames[*idx].shape != shape) {
-            return Err(ReplayError::OtherSize { place: path.to_owned(), frame_idx: *other });
+            return Err(ReplayError::OtherSize { path: path.to_owned(), frame_idx: *other });
         }
-        let picture = |(idx, place): &(usize, Option<capture::StagePlace>)| {
+        let recorded_frame = |(idx, place): &(usize, Option<capture::StagePlace>)| {
             let note = &recording.frames[*idx].note;
             let position_mm = place.map(capture::StagePlace::value);
-            Picture { position_mm, exposure_us: note.exposure_us, lost_before: note.lost_before.total() }
+            RecordedFrame { position_mm, exposure_us: note.exposure_us, lost_before: note.lost_before.total() }
         };
         let turns = frames.iter().any(|(_, place)| matches!(place, Some(capture::StagePlace::AngleDeg(_))));
         let stage = if turns { StageKind::Rotary } else { StageKind::Linear };
-        let pictures = frames.iter().map(picture).collect();
-        Ok((Self { stage, frames: frames.into_iter().map(|(idx, _)| idx).collect(), recording }, pictures))
+        let recorded = frames.iter().map(recorded_frame).collect();
+        Ok((Self { stage, frames: frames.into_iter().map(|(idx, _)| idx).collect(), recording }, recorded))
     }
 }
 

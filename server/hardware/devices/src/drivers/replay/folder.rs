@@ -1,12 +1,12 @@
-//! The pictures of a capture folder.
+//! The images of a capture folder.
 
 use std::path::{Path, PathBuf};
 
 use capture::{Capture, LaserPicture};
 use vision::GreyImage;
 
-use super::sequence::{Picture, Source, copy};
-use super::{Pictures, ReplayError};
+use super::sequence::{RecordedFrame, Source, copy};
+use super::{ImageSelection, ReplayError};
 use crate::StageKind;
 
 /// A capture folder, with the files that are played.
@@ -16,20 +16,21 @@ pub struct Folder {
 }
 
 impl Folder {
-    /// Lists the requested pictures.
-    pub fn open(folder: &Path, wanted: &Pictures) -> Result<(Self, Vec<Picture>), ReplayError> {
+    /// Lists the requested images.
+    pub fn open(folder: &Path, wanted: &ImageSelection) -> Result<(Self, Vec<RecordedFrame>), ReplayError> {
         let capture = Capture::open(folder)?;
         for warning in &capture.warnings {
             tracing::warn!("{warning}");
         }
-        let found = pictures_of(&capture, wanted)?;
+        let found = images_of(&capture, wanted)?;
         if found.is_empty() {
-            return Err(ReplayError::NoPictures { place: folder.to_owned(), pictures: name_of(wanted) });
+            return Err(ReplayError::NoImages { path: folder.to_owned(), images: name_of(wanted) });
         }
-        let places =
-            found.iter().map(|(_, position_mm)| Picture { position_mm: *position_mm, ..Picture::default() });
-        let pictures = places.collect();
-        Ok((Self { capture, files: found.into_iter().map(|(file, _)| file).collect() }, pictures))
+        let frames = found
+            .iter()
+            .map(|(_, position_mm)| RecordedFrame { position_mm: *position_mm, ..RecordedFrame::default() });
+        let frames = frames.collect();
+        Ok((Self { capture, files: found.into_iter().map(|(file, _)| file).collect() }, frames))
     }
 }
 
@@ -57,43 +58,43 @@ impl Source for Folder {
     }
 }
 
-fn pictures_of(capture: &Capture, wanted: &Pictures) -> Result<Vec<(LaserPicture, Option<f64>)>, ReplayError> {
+fn images_of(capture: &Capture, wanted: &ImageSelection) -> Result<Vec<(LaserPicture, Option<f64>)>, ReplayError> {
     let manifest = &capture.manifest;
     let board =
         |entry: String, path: &PathBuf| LaserPicture { entry, path: path.clone(), background: None, line: None };
-    let lit = |beginning: &str| {
+    let laser_files = |beginning: &str| {
         let mut files = capture.laser_pictures();
         files.retain(|file| file.entry.starts_with(beginning));
         files
     };
     let at_rest = |file| (file, None);
     Ok(match wanted {
-        Pictures::Scan(name) => {
+        ImageSelection::Scan(name) => {
             let scan = capture.scan(name)?;
             let scan_idx = manifest.scans.iter().position(|other| other.name == scan.name).unwrap_or_default();
-            let files = lit(&format!("scans[{scan_idx}].")).into_iter().zip(&scan.frames);
+            let files = laser_files(&format!("scans[{scan_idx}].")).into_iter().zip(&scan.frames);
             files.map(|(file, frame)| (file, Some(frame.place().value()))).collect()
         }
-        Pictures::Boards => {
+        ImageSelection::Boards => {
             let poses = manifest.poses.iter().enumerate();
             poses.map(|(idx, pose)| at_rest(board(format!("poses[{idx}].board"), &pose.board))).collect()
         }
-        Pictures::LaserPictures => lit("poses[").into_iter().map(at_rest).collect(),
-        Pictures::StageViews => {
+        ImageSelection::LaserImages => laser_files("poses[").into_iter().map(at_rest).collect(),
+        ImageSelection::StageViews => {
             let views = manifest.stage_views.iter().enumerate();
-            let picture = |(idx, view): (usize, &capture::StageView)| {
+            let image = |(idx, view): (usize, &capture::StageView)| {
                 (board(format!("stage_views[{idx}].board"), &view.board), Some(view.place().value()))
             };
-            views.map(picture).collect()
+            views.map(image).collect()
         }
     })
 }
 
-fn name_of(pictures: &Pictures) -> &'static str {
-    match pictures {
-        Pictures::Scan(_) => "frames of that scan",
-        Pictures::Boards => "board pictures",
-        Pictures::LaserPictures => "laser pictures",
-        Pictures::StageViews => "stage views",
+fn name_of(images: &ImageSelection) -> &'static str {
+    match images {
+        ImageSelection::Scan(_) => "frames of that scan",
+        ImageSelection::Boards => "board images",
+        ImageSelection::LaserImages => "laser images",
+        ImageSelection::StageViews => "stage views",
     }
 }

@@ -9,13 +9,13 @@ use crate::{
     DeviceIdentity, LASER_LEASE_LIMIT, Laser, LaserCapabilities, LaserError, LaserState, StopHandle, ValueRange,
 };
 
-/// Smallest power that can be set; it does not affect the recorded pictures.
+/// Smallest power that can be set; it does not affect the recorded images.
 const MIN_POWER: f64 = 0.01;
 
 /// Implements the rules of leases without a laser.
 pub struct ReplayLaser {
     name: String,
-    lit: Arc<Mutex<Option<LaserLease>>>,
+    active: Arc<Mutex<Option<LaserLease>>>,
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -26,23 +26,27 @@ struct LaserLease {
 
 impl StopHandle for Mutex<Option<LaserLease>> {
     fn stop_now(&self) {
-        *lit(self) = None;
+        *active(self) = None;
     }
 }
 
-fn lit(lit: &Mutex<Option<LaserLease>>) -> MutexGuard<'_, Option<LaserLease>> {
-    lit.lock()
+fn active(active: &Mutex<Option<LaserLease>>) -> MutexGuard<'_, Option<LaserLease>> {
+    active.lock()
 }
 
 impl ReplayLaser {
     pub(super) fn new(name: String) -> Self {
-        Self { name, lit: Arc::default() }
+        Self { name, active: Arc::default() }
     }
 
     fn state(&self) -> LaserState {
-        let mut lit = lit(&self.lit);
-        *lit = lit.filter(|lit| Instant::now() < lit.until);
-        LaserState { emitting: lit.is_some(), power: lit.map_or(0.0, |lit| lit.power), interlock_closed: None }
+        let mut active = active(&self.active);
+        *active = active.filter(|active| Instant::now() < active.until);
+        LaserState {
+            emitting: active.is_some(),
+            power: active.map_or(0.0, |active| active.power),
+            interlock_closed: None,
+        }
     }
 }
 
@@ -60,31 +64,31 @@ impl Laser for ReplayLaser {
     }
 
     fn lost_host(&self) -> &'static str {
-        "there is no laser: it is recorded"
+        "there is no laser: its light is recorded in the images"
     }
 
     fn switch_on(&mut self, power: f64, lease: Duration) -> Result<LaserState, LaserError> {
         check_power(power)?;
         let until = Instant::now() + lease.min(LASER_LEASE_LIMIT);
-        *lit(&self.lit) = Some(LaserLease { power: power.max(MIN_POWER), until });
+        *active(&self.active) = Some(LaserLease { power: power.max(MIN_POWER), until });
         Ok(self.state())
     }
 
     fn renew(&mut self, lease: Duration) -> Result<LaserState, LaserError> {
         self.state();
-        if let Some(lit) = &mut *lit(&self.lit) {
-            lit.until = Instant::now() + lease.min(LASER_LEASE_LIMIT);
+        if let Some(active) = &mut *active(&self.active) {
+            active.until = Instant::now() + lease.min(LASER_LEASE_LIMIT);
         }
         Ok(self.state())
     }
 
     fn switch_off(&mut self) -> Result<(), LaserError> {
-        *lit(&self.lit) = None;
+        *active(&self.active) = None;
         Ok(())
     }
 
     fn stop_handle(&self) -> Option<Arc<dyn StopHandle>> {
-        Some(self.lit.clone())
+        Some(self.active.clone())
     }
 
     fn poll(&mut self) -> Result<LaserState, LaserError> {

@@ -1,9 +1,9 @@
 //! Replay: camera, stage and laser of a capture folder, or of a recording in an MCAP file.
 //!
-//! Free-running, the camera delivers the pictures of one scan (or the board or laser pictures) in their order, and the
+//! Free-running, the camera delivers the images of one scan (or the board or laser images) in their order, and the
 //! stage is at the position of the last delivered frame: a move ends when frames pass its target. A move that starts
-//! before the first frame begins with the picture taken at the stage's position and plays towards its target, forwards
-//! or backwards: that is a sweep. Otherwise moves take no time, and a software trigger delivers the picture taken at
+//! before the first frame begins with the image taken at the stage's position and plays towards its target, forwards
+//! or backwards: that is a sweep. Otherwise moves take no time, and a software trigger delivers the image taken at
 //! the stage's position, so that a row-by-row scan gets the recorded rows. The stage moves to recorded positions only.
 //! The laser only implements the rules of leases.
 
@@ -39,38 +39,38 @@ use sequence::Recording;
 #[derive(Debug, Clone, PartialEq)]
 pub struct ReplayConfig {
     /// Source.
-    pub played: Played,
+    pub played: ReplaySource,
     /// Pace.
     pub pace: Pace,
-    /// Whether it restarts after the last picture.
-    pub looped: bool,
-    /// Whether all pictures are read into memory when it is opened.
+    /// Whether it restarts after the last image.
+    pub repeat: bool,
+    /// Whether all images are read into memory when it is opened.
     pub preload: bool,
 }
 
-/// Source of the pictures.
+/// Source of the images.
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
-pub enum Played {
+pub enum ReplaySource {
     /// From a capture folder.
     Folder {
         /// Path of the folder.
         folder: PathBuf,
-        /// Which of its pictures.
-        pictures: Pictures,
+        /// Which of its images.
+        images: ImageSelection,
     },
     /// From an MCAP file: the frames of its scan, or all.
     Recording(PathBuf),
 }
 
-/// Which pictures of a capture are replayed.
+/// Which images of a capture are replayed.
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
-pub enum Pictures {
+pub enum ImageSelection {
     /// The frames of the scan of this name.
     Scan(String),
     /// The board of every pose in normal light.
     Boards,
     /// The board of every pose in laser light.
-    LaserPictures,
+    LaserImages,
     /// The board on the stage.
     StageViews,
 }
@@ -81,42 +81,44 @@ pub enum Pace {
     /// Frames per second.
     Hz(f64),
     /// Without delay.
-    AsAsked,
+    Unlimited,
 }
 
 /// Why a capture cannot be replayed.
 #[derive(Debug, thiserror::Error)]
 pub enum ReplayError {
-    /// The folder or one of its pictures cannot be read.
+    /// The folder or one of its images cannot be read.
     #[error("the capture cannot be replayed")]
     Capture(#[from] CaptureError),
     /// The file or one of its frames cannot be read.
     #[error("the recording cannot be replayed")]
     Recording(#[from] RecordingError),
-    /// A camera has one size and format of pictures, but those of the recording differ.
-    #[error("frame {frame_idx} of {} has another size or format than the first", place.display())]
+    /// A camera has one image size and format, but those of the recording differ.
+    #[error("frame {frame_idx} of {} has another size or format than the first", path.display())]
     OtherSize {
         /// The recording.
-        place: PathBuf,
+        path: PathBuf,
         /// The first such frame, counted from 0.
         frame_idx: usize,
     },
-    /// No pictures.
-    #[error("{} holds no {pictures}", place.display())]
-    NoPictures {
+    /// No images.
+    #[error("{} contains no {images}", path.display())]
+    NoImages {
         /// The capture or recording.
-        place: PathBuf,
-        /// The requested pictures.
-        pictures: &'static str,
+        path: PathBuf,
+        /// The requested images.
+        images: &'static str,
     },
     /// An unsupported pace.
-    #[error("a replay cannot run at {hz} Hz, only at {REPLAY_MIN_RATE_HZ} to {REPLAY_MAX_RATE_HZ}")]
+    #[error("a replay cannot run at {hz} Hz, only at {REPLAY_MIN_RATE_HZ} to {REPLAY_MAX_RATE_HZ} Hz")]
     BadPace {
         /// The requested rate.
         hz: f64,
     },
-    /// More pictures than may be preloaded.
-    #[error("the pictures take {size_bytes} bytes, more than the {PRELOAD_LIMIT_BYTES} that may be preloaded")]
+    /// More images than may be preloaded.
+    #[error(
+        "the images need {size_bytes} bytes of memory, more than the {PRELOAD_LIMIT_BYTES} that may be preloaded"
+    )]
     TooLargeToPreload {
         /// Their size.
         size_bytes: usize,
@@ -137,7 +139,7 @@ impl ReplayError {
 /// Supported frame rates of a replay.
 pub(crate) const RATES_HZ: ValueRange = ValueRange { min: REPLAY_MIN_RATE_HZ, max: REPLAY_MAX_RATE_HZ };
 
-/// Opens a capture or a recording as a station; the first picture is read for its format.
+/// Opens a capture or a recording as a station; the first image is read for its format.
 ///
 /// # Errors
 /// [`ReplayError`] names the entry that cannot be read.

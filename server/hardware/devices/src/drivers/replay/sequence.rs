@@ -1,4 +1,4 @@
-//! The pictures of a replay in their order, from memory or from their source.
+//! The frames of a replay in their order, from memory or from their source.
 
 use std::sync::Arc;
 
@@ -7,11 +7,11 @@ use vision::{GreyImage, Pixels};
 
 use super::file::File;
 use super::folder::Folder;
-use super::{Played, ReplayConfig, ReplayError};
+use super::{ReplayConfig, ReplayError, ReplaySource};
 use crate::params::PRELOAD_LIMIT_BYTES;
 use crate::{PixelFormat, StageKind};
 
-/// Source of pictures.
+/// Source of frames.
 pub trait Source: Send {
     /// Its name.
     fn name(&self) -> String;
@@ -19,19 +19,19 @@ pub trait Source: Send {
     /// Kind of the stage.
     fn stage(&self) -> StageKind;
 
-    /// Writes picture `idx` into `target`.
+    /// Writes frame `idx` into `target`.
     ///
     /// # Errors
     /// If it cannot be read.
     fn read_into(&self, idx: usize, target: &mut GreyImage) -> Result<(), ReplayError>;
 
-    /// Index of the first picture identical to this one.
+    /// Index of the first frame identical to this one.
     fn same_as(&self, idx: usize) -> usize;
 }
 
-/// Data about a picture.
+/// Metadata of a frame.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Picture {
+pub struct RecordedFrame {
     /// Stage position, in its unit.
     pub position_mm: Option<f64>,
     /// Exposure time; 0 if unknown.
@@ -40,39 +40,39 @@ pub struct Picture {
     pub lost_before: u64,
 }
 
-/// The pictures of a replay.
+/// The frames of a replay.
 pub struct Recording {
     source: Box<dyn Source>,
-    pictures: Vec<Picture>,
-    /// All of them, if they were preloaded; `None` where a background shows another scene, which reading reports.
-    images: Option<Vec<Option<Arc<GreyImage>>>>,
+    frames: Vec<RecordedFrame>,
+    /// All images, if they were preloaded; `None` where a background shows another scene, which reading reports.
+    preloaded: Option<Vec<Option<Arc<GreyImage>>>>,
     size_px: (usize, usize),
     format: PixelFormat,
 }
 
 impl Recording {
-    /// Lists the requested pictures and reads the first, or all.
+    /// Lists the requested frames and reads the first, or all.
     pub fn open(config: &ReplayConfig) -> Result<Self, ReplayError> {
-        let (source, pictures): (Box<dyn Source>, _) = match &config.played {
-            Played::Folder { folder, pictures } => {
-                let (folder, pictures) = Folder::open(folder, pictures)?;
-                (Box::new(folder), pictures)
+        let (source, frames): (Box<dyn Source>, _) = match &config.played {
+            ReplaySource::Folder { folder, images } => {
+                let (folder, frames) = Folder::open(folder, images)?;
+                (Box::new(folder), frames)
             }
-            Played::Recording(path) => {
-                let (file, pictures) = File::open(path)?;
-                (Box::new(file), pictures)
+            ReplaySource::Recording(path) => {
+                let (file, frames) = File::open(path)?;
+                (Box::new(file), frames)
             }
         };
-        let first = first_image(&*source, pictures.len())?;
+        let first = first_image(&*source, frames.len())?;
         let format = if first.bit_depth() == 8 { PixelFormat::Mono8 } else { PixelFormat::Mono16 };
         let size_px = (first.width(), first.height());
-        let images = if config.preload { Some(preload(&*source, pictures.len(), &first)?) } else { None };
-        Ok(Self { source, pictures, images, size_px, format })
+        let preloaded = if config.preload { Some(preload(&*source, frames.len(), &first)?) } else { None };
+        Ok(Self { source, frames, preloaded, size_px, format })
     }
 
-    /// Number of pictures.
-    pub fn n_pictures(&self) -> usize {
-        self.pictures.len()
+    /// Number of frames.
+    pub fn n_frames(&self) -> usize {
+        self.frames.len()
     }
 
     /// Name of the recording.
@@ -85,51 +85,48 @@ impl Recording {
         self.source.stage()
     }
 
-    /// Columns and rows of every picture.
+    /// Columns and rows of every frame.
     pub fn size_px(&self) -> (usize, usize) {
         self.size_px
     }
 
-    /// Format of every picture.
+    /// Format of every frame.
     pub fn format(&self) -> PixelFormat {
         self.format
     }
 
-    /// Data about picture `idx`.
-    pub fn picture(&self, idx: usize) -> Picture {
-        self.pictures[idx]
+    /// Metadata of frame `idx`.
+    pub fn frame(&self, idx: usize) -> RecordedFrame {
+        self.frames[idx]
     }
 
-    /// Stage position of the first picture.
+    /// Stage position of the first frame.
     pub fn first_position_mm(&self) -> Option<f64> {
-        self.pictures[0].position_mm
+        self.frames[0].position_mm
     }
 
-    /// Stage positions, picture by picture; empty if they were not recorded.
+    /// Stage positions, frame by frame; empty if they were not recorded.
     pub fn positions_mm(&self) -> Vec<f64> {
-        self.pictures.iter().filter_map(|picture| picture.position_mm).collect()
+        self.frames.iter().filter_map(|frame| frame.position_mm).collect()
     }
 
-    /// Whether the stage moved upwards while the pictures were taken.
+    /// Whether the stage moved upwards while the frames were taken.
     pub fn ascends(&self) -> bool {
-        let last_mm = self.pictures.last().and_then(|picture| picture.position_mm);
+        let last_mm = self.frames.last().and_then(|frame| frame.position_mm);
         last_mm >= self.first_position_mm()
     }
 
-    /// The picture taken nearest to `position_mm`, the first of several; `None` if positions were not recorded.
+    /// The frame taken nearest to `position_mm`, the first of several; `None` if positions were not recorded.
     pub fn nearest(&self, position_mm: f64) -> Option<usize> {
         let off_mm = |at: Option<f64>| Some((at? - position_mm).abs());
-        let places = self
-            .pictures
-            .iter()
-            .enumerate()
-            .filter_map(|(idx, picture)| Some((idx, off_mm(picture.position_mm)?)));
-        places.min_by(|(_, a), (_, b)| a.total_cmp(b)).map(|(idx, _)| idx)
+        let distances =
+            self.frames.iter().enumerate().filter_map(|(idx, frame)| Some((idx, off_mm(frame.position_mm)?)));
+        distances.min_by(|(_, a), (_, b)| a.total_cmp(b)).map(|(idx, _)| idx)
     }
 
-    /// Writes picture `idx` into `target`, reusing its memory if possible.
+    /// Writes frame `idx` into `target`, reusing its memory if possible.
     pub fn read_into(&self, idx: usize, target: &mut GreyImage) -> Result<(), ReplayError> {
-        match self.images.as_ref().and_then(|images| images[idx].as_ref()) {
+        match self.preloaded.as_ref().and_then(|preloaded| preloaded[idx].as_ref()) {
             Some(image) => copy(image, target),
             None => self.source.read_into(idx, target)?,
         }
@@ -152,7 +149,7 @@ pub fn copy(source: &GreyImage, target: &mut GreyImage) {
     }
 }
 
-/// A picture; `None` if its background shows another scene, so that it cannot be subtracted.
+/// A frame; `None` if its background shows another scene, so that it cannot be subtracted.
 fn comparable(source: &dyn Source, idx: usize) -> Result<Option<GreyImage>, ReplayError> {
     let mut image = blank();
     match source.read_into(idx, &mut image) {
@@ -162,33 +159,33 @@ fn comparable(source: &dyn Source, idx: usize) -> Result<Option<GreyImage>, Repl
     }
 }
 
-/// The first picture with a suitable background.
-fn first_image(source: &dyn Source, n_pictures: usize) -> Result<GreyImage, ReplayError> {
-    for idx in 0..n_pictures {
+/// The first frame with a suitable background.
+fn first_image(source: &dyn Source, n_frames: usize) -> Result<GreyImage, ReplayError> {
+    for idx in 0..n_frames {
         if let Some(image) = comparable(source, idx)? {
             return Ok(image);
         }
     }
-    // The error of the first picture.
+    // The error of the first frame.
     let mut image = blank();
     source.read_into(0, &mut image)?;
     Ok(image)
 }
 
-/// All pictures; identical ones are stored once.
+/// All frames; identical ones are stored once.
 fn preload(
     source: &dyn Source,
-    n_pictures: usize,
+    n_frames: usize,
     first: &GreyImage,
 ) -> Result<Vec<Option<Arc<GreyImage>>>, ReplayError> {
-    let n_different = (0..n_pictures).filter(|idx| source.same_as(*idx) == *idx).count();
-    let picture_bytes = first.width() * first.height() * (first.bit_depth() as usize / 8);
-    let size_bytes = picture_bytes.saturating_mul(n_different);
+    let n_different = (0..n_frames).filter(|idx| source.same_as(*idx) == *idx).count();
+    let frame_bytes = first.width() * first.height() * (first.bit_depth() as usize / 8);
+    let size_bytes = frame_bytes.saturating_mul(n_different);
     if size_bytes > PRELOAD_LIMIT_BYTES {
         return Err(ReplayError::TooLargeToPreload { size_bytes });
     }
-    let mut images: Vec<Option<Arc<GreyImage>>> = Vec::with_capacity(n_pictures);
-    for idx in 0..n_pictures {
+    let mut images: Vec<Option<Arc<GreyImage>>> = Vec::with_capacity(n_frames);
+    for idx in 0..n_frames {
         let same = source.same_as(idx);
         let image = match images.get(same) {
             Some(image) => image.clone(),

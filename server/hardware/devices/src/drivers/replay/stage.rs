@@ -37,7 +37,7 @@ impl ReplayStage {
         }
     }
 
-    /// Mean distance of the recorded positions: smaller steps show the same picture twice.
+    /// Mean distance of the recorded positions: smaller steps show the same frame twice.
     fn resolution_mm(&self) -> f64 {
         let (low_mm, high_mm) = self.travel_mm();
         let n_steps = self.positions_mm.len().saturating_sub(1).max(1);

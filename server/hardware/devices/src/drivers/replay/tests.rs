@@ -12,7 +12,7 @@ use recording::{FrameLosses, FrameNote, Place, RecordingEnd, RecordingHeader, Re
 use tempfile::TempDir;
 use vision::{GreyImage, Pixels};
 
-use super::{Pace, Pictures, Played, ReplayConfig, ReplayDriver, ReplayError, ReplaySettings, open};
+use super::{ImageSelection, Pace, ReplayConfig, ReplayDriver, ReplayError, ReplaySettings, ReplaySource, open};
 use crate::contract::{self, CameraProfile, LaserProfile, StageProfile};
 use crate::{Camera, CameraError, CameraRequest, DeviceSet, Driver, Stage, Trigger};
 
@@ -26,7 +26,7 @@ const POSITIONS_MM: [f64; 5] = [-1.0, -0.5, 0.0, 0.5, 1.0];
 fn the_replay_passes_the_suite_of_cameras_from_files_and_from_memory() {
     let folder = recorded();
     for preload in [false, true] {
-        let config = ReplayConfig { preload, ..looped(folder.path()) };
+        let config = ReplayConfig { preload, ..repeated(folder.path()) };
         let profile =
             CameraProfile { frame_rate_hz: Some(200.0), frame_limit: Duration::from_millis(50), cable: None };
         contract::camera(&mut || Box::new(open(&config).unwrap().0), &profile);
@@ -53,14 +53,14 @@ fn the_replay_passes_the_suite_of_stages() {
         reset_button: None,
         cable: None,
     };
-    contract::stage(&mut || Box::new(open(&looped(folder.path())).unwrap().1), &profile);
+    contract::stage(&mut || Box::new(open(&repeated(folder.path())).unwrap().1), &profile);
 }
 
 #[test]
 fn the_replay_passes_the_suite_of_lasers() {
     let folder = recorded();
     let profile = LaserProfile { light: None, reaction_limit: Duration::from_millis(20), cable: None };
-    contract::laser(&mut || Box::new(open(&looped(folder.path())).unwrap().2), &profile);
+    contract::laser(&mut || Box::new(open(&repeated(folder.path())).unwrap().2), &profile);
 }
 
 #[test]
@@ -89,7 +89,7 @@ fn a_recording_passes_the_suites_of_cameras_and_stages() {
 #[test]
 fn the_rows_of_a_recorded_scan_are_played_with_their_positions_exposures_and_losses() {
     let (_folder, file) = recorded_file(|row| if row == 3 { 2 } else { 0 });
-    let config = ReplayConfig { played: Played::Recording(file), ..scan(Path::new("")) };
+    let config = ReplayConfig { played: ReplaySource::Recording(file), ..scan(Path::new("")) };
     let (mut camera, stage, _) = open(&config).unwrap();
     assert_eq!((camera.settings().exposure_us, stage.capabilities().travel_mm), (700.0, (-1.0, 1.0)));
     camera.start().unwrap();
@@ -97,7 +97,7 @@ fn the_rows_of_a_recorded_scan_are_played_with_their_positions_exposures_and_los
     for (row, position_mm) in POSITIONS_MM.into_iter().enumerate() {
         let info = camera.next_frame(&mut image, Duration::ZERO).unwrap().unwrap();
         assert_eq!((info.recorded_position_mm, info.exposure_us), (Some(position_mm), 700.0));
-        assert_eq!(image.at(0, 0), row as f32, "another picture than the recorded one");
+        assert_eq!(image.at(0, 0), row as f32, "another image than the recorded one");
         assert_eq!(info.lost_before, if row == 3 { 2 } else { 0 });
     }
     let end = camera.next_frame(&mut image, Duration::ZERO);
@@ -113,7 +113,7 @@ fn a_scan_is_played_once_in_order_with_its_positions() {
     for (idx, position_mm) in POSITIONS_MM.into_iter().enumerate() {
         let info = camera.next_frame(&mut image, Duration::ZERO).unwrap().unwrap();
         assert_eq!((info.frame_id, info.recorded_position_mm), (idx as u64, Some(position_mm)));
-        assert_eq!(image.at(0, 0), idx as f32, "another picture than the recorded one");
+        assert_eq!(image.at(0, 0), idx as f32, "another image than the recorded one");
         assert_eq!(stage.poll().unwrap().position_mm, Some(position_mm));
     }
     for _ in 0..2 {
@@ -150,7 +150,7 @@ fn a_move_before_the_first_frame_is_a_sweep_from_the_current_position() {
         (0.5, -0.5, &[0.5, 0.0, -0.5]),
         (1.0, -1.0, &[1.0, 0.5, 0.0, -0.5, -1.0]),
     ] {
-        let (mut camera, mut stage, _) = open(&looped(folder.path())).unwrap();
+        let (mut camera, mut stage, _) = open(&repeated(folder.path())).unwrap();
         let mut image = blank();
         stage.start_move(from_mm, 1.0).unwrap();
         camera.start().unwrap();
@@ -162,7 +162,7 @@ fn a_move_before_the_first_frame_is_a_sweep_from_the_current_position() {
             assert_eq!(
                 f64::from(image.at(0, 0)),
                 2.0 * (position_mm + 1.0),
-                "another picture than the recorded one"
+                "another image than the recorded one"
             );
             positions.push(position_mm);
         }
@@ -178,7 +178,7 @@ fn a_triggered_image_is_the_one_recorded_at_the_stage_position() {
     camera.configure(&CameraRequest { trigger: Some(Trigger::Software), ..Default::default() }).unwrap();
     camera.start().unwrap();
     let mut image = blank();
-    // Grey levels number the pictures; back and forth, and twice at the same position.
+    // Grey levels number the images; back and forth, and twice at the same position.
     for (target_mm, position_mm, grey) in
         [(0.5, 0.5, 3.0), (-0.4, -0.5, 1.0), (-0.6, -0.5, 1.0), (1.0, 1.0, 4.0), (-1.0, -1.0, 0.0)]
     {
@@ -193,7 +193,7 @@ fn a_triggered_image_is_the_one_recorded_at_the_stage_position() {
 #[test]
 fn frames_arrive_at_the_requested_rate() {
     let folder = recorded();
-    let (mut camera, _, _) = open(&ReplayConfig { pace: Pace::Hz(50.0), ..looped(folder.path()) }).unwrap();
+    let (mut camera, _, _) = open(&ReplayConfig { pace: Pace::Hz(50.0), ..repeated(folder.path()) }).unwrap();
     camera.start().unwrap();
     let mut image = blank();
     let mut exposed_at = Vec::new();
@@ -206,15 +206,15 @@ fn frames_arrive_at_the_requested_rate() {
 }
 
 #[test]
-fn board_pictures_laser_pictures_and_stage_views_are_played() {
+fn board_images_laser_images_and_stage_views_are_played() {
     let folder = recorded();
-    let of = |pictures| Played::Folder { folder: folder.path().to_owned(), pictures };
-    for (pictures, greys, position_mm) in [
-        (Pictures::Boards, vec![100.0, 101.0], None),
-        (Pictures::LaserPictures, vec![200.0], None),
-        (Pictures::StageViews, vec![150.0], Some(-20.0)),
+    let of = |images| ReplaySource::Folder { folder: folder.path().to_owned(), images };
+    for (images, greys, position_mm) in [
+        (ImageSelection::Boards, vec![100.0, 101.0], None),
+        (ImageSelection::LaserImages, vec![200.0], None),
+        (ImageSelection::StageViews, vec![150.0], Some(-20.0)),
     ] {
-        let (mut camera, _, _) = open(&ReplayConfig { played: of(pictures), ..scan(folder.path()) }).unwrap();
+        let (mut camera, _, _) = open(&ReplayConfig { played: of(images), ..scan(folder.path()) }).unwrap();
         camera.start().unwrap();
         let mut image = blank();
         for grey in greys {
@@ -229,7 +229,7 @@ fn board_pictures_laser_pictures_and_stage_views_are_played() {
 fn an_unreadable_image_is_reported_and_counted_as_lost() {
     let folder = recorded();
     let (mut camera, _, _) = open(&scan(folder.path())).unwrap();
-    std::fs::write(folder.path().join("scan/1.png"), b"no picture").unwrap();
+    std::fs::write(folder.path().join("scan/1.png"), b"no image").unwrap();
     camera.configure(&CameraRequest { trigger: Some(Trigger::Free), ..Default::default() }).unwrap();
     camera.start().unwrap();
     let mut image = blank();
@@ -242,14 +242,14 @@ fn an_unreadable_image_is_reported_and_counted_as_lost() {
 }
 
 #[test]
-fn what_cannot_be_replayed_is_refused_when_opened() {
+fn invalid_recordings_are_refused_when_opened() {
     let folder = recorded();
-    let of = |pictures| Played::Folder { folder: folder.path().to_owned(), pictures };
-    let unknown = ReplayConfig { played: of(Pictures::Scan("plate".into())), ..scan(folder.path()) };
+    let of = |images| ReplaySource::Folder { folder: folder.path().to_owned(), images };
+    let unknown = ReplayConfig { played: of(ImageSelection::Scan("plate".into())), ..scan(folder.path()) };
     assert!(matches!(open(&unknown), Err(ReplayError::Capture(_))));
     let timeless = ReplayConfig { pace: Pace::Hz(f64::NAN), ..scan(folder.path()) };
     assert!(matches!(open(&timeless), Err(ReplayError::BadPace { .. })));
-    std::fs::write(folder.path().join("scan/4.png"), b"no picture").unwrap();
+    std::fs::write(folder.path().join("scan/4.png"), b"no image").unwrap();
     let unreadable = ReplayConfig { preload: true, ..scan(folder.path()) };
     let Err(ReplayError::Capture(cause)) = open(&unreadable) else { panic!("opened") };
     assert!(cause.to_string().contains("scans[0].frames[4].image"), "{cause}");
@@ -278,7 +278,7 @@ fn recorded_file(lost_before_row: impl Fn(usize) -> u64) -> (TempDir, PathBuf) {
         stage: StageSheet::default(),
     };
     let mut writer = RecordingWriter::create(std::fs::File::create(&path).unwrap(), &header, None).unwrap();
-    let picture = |grey: u8| GreyImage::new(WIDTH_PX, HEIGHT_PX, Pixels::Eight(vec![grey; WIDTH_PX * HEIGHT_PX]));
+    let image_of = |grey: u8| GreyImage::new(WIDTH_PX, HEIGHT_PX, Pixels::Eight(vec![grey; WIDTH_PX * HEIGHT_PX]));
     let note = |sequence: u64, recorder: u64| FrameNote {
         sequence,
         captured_at_ns: 0,
@@ -287,12 +287,12 @@ fn recorded_file(lost_before_row: impl Fn(usize) -> u64) -> (TempDir, PathBuf) {
         laser_on: true,
         lost_before: FrameLosses { recorder, ..FrameLosses::default() },
     };
-    writer.frame(1, &note(7, 0), &picture(255).unwrap()).unwrap();
+    writer.frame(1, &note(7, 0), &image_of(255).unwrap()).unwrap();
     for (row, position_mm) in POSITIONS_MM.into_iter().enumerate() {
         let (sequence, place) = (10 + row as u64, StagePlace::PositionMm(position_mm).into());
         writer.note(1, &RowNote { sequence, row: row as u64, place }).unwrap();
         let note = note(sequence, lost_before_row(row));
-        writer.frame(2 + row as u64, &note, &picture(row as u8).unwrap()).unwrap();
+        writer.frame(2 + row as u64, &note, &image_of(row as u8).unwrap()).unwrap();
     }
     let (reason, lost) = (String::new(), FrameLosses::default());
     writer.finish(&RecordingEnd { reason, n_frames: 6, lost, n_notes_lost: 0 }).unwrap();
@@ -301,28 +301,28 @@ fn recorded_file(lost_before_row: impl Fn(usize) -> u64) -> (TempDir, PathBuf) {
 
 fn scan(folder: &Path) -> ReplayConfig {
     ReplayConfig {
-        played: Played::Folder { folder: folder.to_owned(), pictures: Pictures::Scan("plane".into()) },
-        pace: Pace::AsAsked,
-        looped: false,
+        played: ReplaySource::Folder { folder: folder.to_owned(), images: ImageSelection::Scan("plane".into()) },
+        pace: Pace::Unlimited,
+        repeat: false,
         preload: false,
     }
 }
 
-fn looped(folder: &Path) -> ReplayConfig {
-    ReplayConfig { looped: true, ..scan(folder) }
+fn repeated(folder: &Path) -> ReplayConfig {
+    ReplayConfig { repeat: true, ..scan(folder) }
 }
 
 /// The background of the second frame is brighter than the frame itself: it shows another scene.
 #[test]
 fn a_frame_whose_background_differs_is_reported_as_lost() {
     let folder = recorded();
-    let picture = |levels: u8| {
+    let image_of = |levels: u8| {
         GreyImage::new(WIDTH_PX, HEIGHT_PX, Pixels::Eight(vec![levels; WIDTH_PX * HEIGHT_PX])).unwrap()
     };
     // Dark except for its left half, unlike the frame.
     let elsewhere = (0..WIDTH_PX * HEIGHT_PX).map(|idx| if idx % WIDTH_PX < WIDTH_PX / 2 { 200 } else { 0 });
     let elsewhere = GreyImage::new(WIDTH_PX, HEIGHT_PX, Pixels::Eight(elsewhere.collect())).unwrap();
-    for (name, image) in [("off/same.png", picture(0)), ("off/other.png", elsewhere)] {
+    for (name, image) in [("off/same.png", image_of(0)), ("off/other.png", elsewhere)] {
         std::fs::create_dir_all(folder.path().join("off")).unwrap();
         capture::write_png(&folder.path().join(name), &image).unwrap();
     }
@@ -338,11 +338,11 @@ fn a_frame_whose_background_differs_is_reported_as_lost() {
         let mut next = || camera.next_frame(&mut image, Duration::from_secs(1));
         assert_eq!(next().unwrap().unwrap().lost_before, 0);
         let CameraError::Unreadable { cause, .. } = next().unwrap_err() else { panic!("it was played") };
-        let words = cause.to_string();
+        let message = cause.to_string();
         assert!(
-            words.contains("scans[0].frames[1].background")
-                && words.contains("cannot be taken from scans[0].frames[1].image"),
-            "{words}"
+            message.contains("scans[0].frames[1].background")
+                && message.contains("cannot be taken from scans[0].frames[1].image"),
+            "{message}"
         );
         assert_eq!(next().unwrap().unwrap().lost_before, 1);
     }
@@ -352,7 +352,7 @@ fn blank() -> GreyImage {
     GreyImage::new(1, 1, Pixels::Eight(vec![0])).unwrap()
 }
 
-/// A capture folder of small pictures of one grey level each.
+/// A capture folder of small images of one grey level each.
 fn recorded() -> TempDir {
     let folder = TempDir::new().unwrap();
     let put = |name: &str, grey: u8| -> std::path::PathBuf {

@@ -4,9 +4,9 @@
 //! waits for the answer as long as the rules of [`Camera`] allow; later results are reported later. If a call has not
 //! returned after [`HANG_LIMIT`], the camera counts as gone until the call returns and the camera is reconnected.
 //!
-//! Queues are bounded: at most [`ORDERS`] calls and one frame are pending. Exposures while no frame is requested wait
-//! in the driver's own ring buffer, and the driver counts overruns in [`FrameInfo::lost_before`]. A frame of an ended
-//! acquisition is discarded.
+//! Queues are bounded: at most [`QUEUE_LIMIT`] calls and one frame are pending. Exposures while no frame is requested
+//! wait in the driver's own ring buffer, and the driver counts overruns in [`FrameInfo::lost_before`]. A frame of an
+//! ended acquisition is discarded.
 
 #[cfg(test)]
 mod tests;
@@ -24,21 +24,21 @@ use crate::{
 };
 
 /// How long a caller waits for an answer, a part of [`crate::CALL_LIMIT`]; for a frame this is added to its timeout,
-/// which the driver itself observes unless it is late.
+/// which the driver itself observes unless it is deferred to the next use.
 const ANSWER_WAIT: Duration = Duration::from_millis(15);
 
 /// Duration after which a pending call counts as hung: the loss of a camera must be reported within two seconds.
 pub const HANG_LIMIT: Duration = Duration::from_millis(1500);
 
 /// Most calls queued for the thread: more than a station makes in [`HANG_LIMIT`] without an answer.
-pub const ORDERS: usize = 16;
+pub const QUEUE_LIMIT: usize = 16;
 
 /// Reason reported for a camera that is being reconnected.
-const REACHED_AGAIN: &str = "it is being reconnected";
+const RECONNECTING: &str = "it is being reconnected";
 
 /// A command for the thread.
 #[derive(Debug, Clone, Copy)]
-enum Order {
+enum Command {
     Configure(CameraRequest),
     Start,
     Trigger,
@@ -46,7 +46,7 @@ enum Order {
     Reconnect,
 }
 
-impl Order {
+impl Command {
     fn name(self) -> &'static str {
         match self {
             Self::Configure(_) => "configure",
@@ -71,17 +71,17 @@ struct Delivery {
     outcome: Result<Option<FrameInfo>, CameraError>,
 }
 
-struct Desk {
-    orders: VecDeque<(u64, Order)>,
-    n_orders: u64,
+struct State {
+    commands: VecDeque<(u64, Command)>,
+    n_commands: u64,
     /// The answer that a caller is waiting for.
     awaited: Option<u64>,
     answer: Option<Result<(), CameraError>>,
     /// An error of a call whose caller no longer waited; the next frame request gets it.
-    late: Option<CameraError>,
+    deferred_error: Option<CameraError>,
     frame_request: Option<FrameRequest>,
     /// Whether a frame request is pending.
-    wished: bool,
+    frame_pending: bool,
     delivery: Option<Delivery>,
     /// Counts acquisitions; frames requested in an earlier one are discarded.
     acquisition: u64,
@@ -92,13 +92,13 @@ struct Desk {
     /// Why the camera hung, until it is reconnected.
     gone: Option<String>,
     /// Reconnected, but the driver has not answered a frame request since: whether the camera is present is unknown.
-    is_unproven: bool,
+    is_unconfirmed: bool,
     closed: bool,
     ended: bool,
 }
 
 struct Shared {
-    desk: Mutex<Desk>,
+    state: Mutex<State>,
     to_do: Condvar,
     done: Condvar,
 }
@@ -118,64 +118,64 @@ impl ThreadedCamera {
     pub fn over(camera: impl Camera + 'static) -> Self {
         let (identity, capabilities) = (camera.identity(), camera.capabilities());
         let details = camera.details();
-        let desk = Desk {
-            orders: VecDeque::with_capacity(ORDERS),
-            n_orders: 0,
+        let state = State {
+            commands: VecDeque::with_capacity(QUEUE_LIMIT),
+            n_commands: 0,
             awaited: None,
             answer: None,
-            late: None,
+            deferred_error: None,
             frame_request: None,
-            wished: false,
+            frame_pending: false,
             delivery: None,
             acquisition: 0,
             busy: None,
             settings: camera.settings(),
             gone: None,
-            is_unproven: false,
+            is_unconfirmed: false,
             closed: false,
             ended: false,
         };
-        let shared = Arc::new(Shared { desk: Mutex::new(desk), to_do: Condvar::new(), done: Condvar::new() });
-        let ending = Ending(shared.clone());
+        let shared = Arc::new(Shared { state: Mutex::new(state), to_do: Condvar::new(), done: Condvar::new() });
+        let ending = EndGuard(shared.clone());
         // If the thread cannot be created, the closure is dropped, and its guard marks the driver as ended.
         let _ = std::thread::Builder::new().name("camera".to_owned()).spawn(move || ending.0.run(camera));
         Self { shared, identity, capabilities, details, started: false }
     }
 
-    /// Passes `order` to the thread and waits for its answer as long as a call may take.
-    fn order(&self, order: Order) -> Result<(), CameraError> {
-        let mut desk = self.shared.lock();
-        let must_be_taken = matches!(order, Order::Stop | Order::Reconnect);
+    /// Passes `command` to the thread and waits for its answer as long as a call may take.
+    fn command(&self, command: Command) -> Result<(), CameraError> {
+        let mut state = self.shared.lock();
+        let must_be_taken = matches!(command, Command::Stop | Command::Reconnect);
         if !must_be_taken {
-            desk.check()?;
+            state.check()?;
         }
-        if desk.orders.len() >= ORDERS {
-            return Err(gone(format!("{ORDERS} calls wait for its driver")));
+        if state.commands.len() >= QUEUE_LIMIT {
+            return Err(gone(format!("{QUEUE_LIMIT} calls wait for its driver")));
         }
-        desk.n_orders += 1;
-        let number = desk.n_orders;
-        desk.orders.push_back((number, order));
-        (desk.awaited, desk.answer) = (Some(number), None);
+        state.n_commands += 1;
+        let number = state.n_commands;
+        state.commands.push_back((number, command));
+        (state.awaited, state.answer) = (Some(number), None);
         if must_be_taken {
-            desk.discard_frames();
+            state.discard_frames();
         }
-        desk.is_unproven |= matches!(order, Order::Reconnect);
+        state.is_unconfirmed |= matches!(command, Command::Reconnect);
         self.shared.to_do.notify_one();
         let deadline = Instant::now() + ANSWER_WAIT;
-        while desk.answer.is_none() && !desk.ended && desk.hang().is_none() {
+        while state.answer.is_none() && !state.ended && state.hang().is_none() {
             let left = deadline.saturating_duration_since(Instant::now());
             if left.is_zero() {
                 break;
             }
-            desk = self.shared.wait(&self.shared.done, desk, left);
+            state = self.shared.wait(&self.shared.done, state, left);
         }
-        desk.awaited = None;
+        state.awaited = None;
         // The error of a call that takes longer comes with the next frame.
-        desk.answer.take().unwrap_or(Ok(()))
+        state.answer.take().unwrap_or(Ok(()))
     }
 }
 
-impl Desk {
+impl State {
     /// Describes the hung call, if there is one.
     fn hang(&self) -> Option<String> {
         let (call, since) = self.busy?;
@@ -187,7 +187,7 @@ impl Desk {
     /// Detects a hang; it persists until the camera is reconnected.
     fn check(&mut self) -> Result<(), CameraError> {
         if self.ended {
-            return Err(gone("its driver ended by a defect".to_owned()));
+            return Err(gone("its driver failed".to_owned()));
         }
         if let Some(reason) = self.hang() {
             self.gone = Some(reason);
@@ -198,7 +198,7 @@ impl Desk {
     /// Discards frames requested before.
     fn discard_frames(&mut self) {
         self.acquisition += 1;
-        (self.frame_request, self.wished, self.delivery) = (None, false, None);
+        (self.frame_request, self.frame_pending, self.delivery) = (None, false, None);
     }
 }
 
@@ -207,49 +207,49 @@ fn gone(reason: String) -> CameraError {
 }
 
 impl Shared {
-    fn lock(&self) -> MutexGuard<'_, Desk> {
-        self.desk.lock()
+    fn lock(&self) -> MutexGuard<'_, State> {
+        self.state.lock()
     }
 
-    fn wait<'d>(&self, on: &Condvar, mut desk: MutexGuard<'d, Desk>, limit: Duration) -> MutexGuard<'d, Desk> {
-        on.wait_for(&mut desk, limit);
-        desk
+    fn wait<'d>(&self, on: &Condvar, mut state: MutexGuard<'d, State>, limit: Duration) -> MutexGuard<'d, State> {
+        on.wait_for(&mut state, limit);
+        state
     }
 
     /// The thread: executes one call after the other, commands before frames, until the camera is closed.
     fn run(&self, mut camera: impl Camera) {
-        let mut desk = self.lock();
-        while !desk.closed {
-            if let Some((number, order)) = desk.orders.pop_front() {
-                desk.busy = Some((order.name(), Instant::now()));
-                drop(desk);
-                let outcome = obey(&mut camera, order);
-                desk = self.lock();
-                desk.busy = None;
-                if matches!(order, Order::Configure(_) | Order::Reconnect) {
-                    desk.settings = camera.settings();
+        let mut state = self.lock();
+        while !state.closed {
+            if let Some((number, command)) = state.commands.pop_front() {
+                state.busy = Some((command.name(), Instant::now()));
+                drop(state);
+                let outcome = execute(&mut camera, command);
+                state = self.lock();
+                state.busy = None;
+                if matches!(command, Command::Configure(_) | Command::Reconnect) {
+                    state.settings = camera.settings();
                 }
-                if matches!(order, Order::Reconnect) && outcome.is_ok() {
-                    (desk.gone, desk.late, desk.is_unproven) = (None, None, true);
+                if matches!(command, Command::Reconnect) && outcome.is_ok() {
+                    (state.gone, state.deferred_error, state.is_unconfirmed) = (None, None, true);
                 }
-                if desk.awaited == Some(number) {
-                    desk.answer = Some(outcome);
+                if state.awaited == Some(number) {
+                    state.answer = Some(outcome);
                 } else if let Err(error) = outcome {
-                    desk.late = Some(error);
+                    state.deferred_error = Some(error);
                 }
-            } else if let Some(FrameRequest { timeout, mut image }) = desk.frame_request.take() {
-                desk.busy = Some(("next_frame", Instant::now()));
-                let acquisition = desk.acquisition;
-                drop(desk);
+            } else if let Some(FrameRequest { timeout, mut image }) = state.frame_request.take() {
+                state.busy = Some(("next_frame", Instant::now()));
+                let acquisition = state.acquisition;
+                drop(state);
                 let outcome = camera.next_frame(&mut image, timeout);
-                desk = self.lock();
-                desk.busy = None;
-                if desk.acquisition == acquisition {
-                    desk.is_unproven &= outcome.is_err();
-                    (desk.wished, desk.delivery) = (false, Some(Delivery { image, outcome }));
+                state = self.lock();
+                state.busy = None;
+                if state.acquisition == acquisition {
+                    state.is_unconfirmed &= outcome.is_err();
+                    (state.frame_pending, state.delivery) = (false, Some(Delivery { image, outcome }));
                 }
             } else {
-                self.to_do.wait(&mut desk);
+                self.to_do.wait(&mut state);
                 continue;
             }
             self.done.notify_all();
@@ -257,20 +257,20 @@ impl Shared {
     }
 }
 
-fn obey(camera: &mut impl Camera, order: Order) -> Result<(), CameraError> {
-    match order {
-        Order::Configure(wanted) => camera.configure(&wanted).map(drop),
-        Order::Start => camera.start(),
-        Order::Trigger => camera.trigger(),
-        Order::Stop => camera.stop(),
-        Order::Reconnect => camera.reconnect(),
+fn execute(camera: &mut impl Camera, command: Command) -> Result<(), CameraError> {
+    match command {
+        Command::Configure(wanted) => camera.configure(&wanted).map(drop),
+        Command::Start => camera.start(),
+        Command::Trigger => camera.trigger(),
+        Command::Stop => camera.stop(),
+        Command::Reconnect => camera.reconnect(),
     }
 }
 
 /// Notifies all waiters that the thread has ended, also by a panic.
-struct Ending(Arc<Shared>);
+struct EndGuard(Arc<Shared>);
 
-impl Drop for Ending {
+impl Drop for EndGuard {
     fn drop(&mut self) {
         self.0.lock().ended = true;
         self.0.done.notify_all();
@@ -299,18 +299,18 @@ impl Camera for ThreadedCamera {
     fn configure(&mut self, wanted: &CameraRequest) -> Result<CameraSettings, CameraError> {
         let before = self.settings();
         self.shared.lock().settings = self.capabilities.expected(&before, wanted)?;
-        let outcome = self.order(Order::Configure(*wanted));
-        let mut desk = self.shared.lock();
+        let outcome = self.command(Command::Configure(*wanted));
+        let mut state = self.shared.lock();
         if outcome.is_err() {
             // Refused: nothing has changed.
-            desk.settings = before;
+            state.settings = before;
         }
-        outcome.map(|()| desk.settings)
+        outcome.map(|()| state.settings)
     }
 
     fn start(&mut self) -> Result<(), CameraError> {
         self.started = false;
-        self.order(Order::Start)?;
+        self.command(Command::Start)?;
         self.started = true;
         Ok(())
     }
@@ -324,56 +324,56 @@ impl Camera for ThreadedCamera {
         if !self.started {
             return Err(CameraError::NotTriggerable { reason: "acquisition is not started" });
         }
-        self.order(Order::Trigger)
+        self.command(Command::Trigger)
     }
 
     fn next_frame(&mut self, image: &mut GreyImage, timeout: Duration) -> Result<Option<FrameInfo>, CameraError> {
-        let mut desk = self.shared.lock();
-        desk.check()?;
-        if let Some(error) = desk.late.take() {
+        let mut state = self.shared.lock();
+        state.check()?;
+        if let Some(error) = state.deferred_error.take() {
             return Err(error);
         }
-        if desk.delivery.is_none() && !desk.wished {
+        if state.delivery.is_none() && !state.frame_pending {
             // The memory is returned with the frame.
             let image = std::mem::replace(image, no_image());
-            (desk.frame_request, desk.wished) = (Some(FrameRequest { timeout, image }), true);
+            (state.frame_request, state.frame_pending) = (Some(FrameRequest { timeout, image }), true);
             self.shared.to_do.notify_one();
         }
         let deadline = Instant::now() + timeout + ANSWER_WAIT;
-        while desk.delivery.is_none() && !desk.ended {
+        while state.delivery.is_none() && !state.ended {
             let left = deadline.saturating_duration_since(Instant::now());
             if left.is_zero() {
-                desk.check()?;
-                return if desk.is_unproven { Err(gone(REACHED_AGAIN.to_owned())) } else { Ok(None) };
+                state.check()?;
+                return if state.is_unconfirmed { Err(gone(RECONNECTING.to_owned())) } else { Ok(None) };
             }
-            desk = self.shared.wait(&self.shared.done, desk, left);
+            state = self.shared.wait(&self.shared.done, state, left);
         }
-        desk.check()?;
-        let Some(delivery) = desk.delivery.take() else { return Ok(None) };
+        state.check()?;
+        let Some(delivery) = state.delivery.take() else { return Ok(None) };
         *image = delivery.image;
         delivery.outcome
     }
 
     fn stop(&mut self) -> Result<(), CameraError> {
         self.started = false;
-        self.order(Order::Stop)
+        self.command(Command::Stop)
     }
 
     fn reconnect(&mut self) -> Result<(), CameraError> {
         self.started = false;
-        self.order(Order::Reconnect)
+        self.command(Command::Reconnect)
     }
 }
 
 impl Drop for ThreadedCamera {
     /// Closes the camera; a hung one closes when its call returns.
     fn drop(&mut self) {
-        let mut desk = self.shared.lock();
-        desk.closed = true;
+        let mut state = self.shared.lock();
+        state.closed = true;
         self.shared.to_do.notify_one();
         let deadline = Instant::now() + ANSWER_WAIT;
-        while !desk.ended && Instant::now() < deadline {
-            desk = self.shared.wait(&self.shared.done, desk, ANSWER_WAIT);
+        while !state.ended && Instant::now() < deadline {
+            state = self.shared.wait(&self.shared.done, state, ANSWER_WAIT);
         }
     }
 }

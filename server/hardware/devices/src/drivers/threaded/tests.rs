@@ -80,7 +80,7 @@ impl Camera for Blocking {
     }
 
     fn trigger(&mut self) -> Result<(), CameraError> {
-        Err(CameraError::NotTriggerable { reason: "it runs free" })
+        Err(CameraError::NotTriggerable { reason: "it runs freely" })
     }
 
     fn next_frame(&mut self, image: &mut GreyImage, timeout: Duration) -> Result<Option<FrameInfo>, CameraError> {
@@ -140,7 +140,7 @@ fn camera() -> (ThreadedCamera, Arc<Script>) {
 fn short<T>(limit: Duration, name: &str, call: impl FnOnce() -> T) -> T {
     let begun = Instant::now();
     let result = call();
-    assert!(begun.elapsed() <= limit + SLACK, "`{name}` kept its caller for {:?}", begun.elapsed());
+    assert!(begun.elapsed() <= limit + SLACK, "`{name}` blocked its caller for {:?}", begun.elapsed());
     result
 }
 
@@ -150,7 +150,7 @@ fn next(camera: &mut ThreadedCamera) -> Result<Option<FrameInfo>, CameraError> {
 }
 
 /// Requests frames until `seen` returns true; returns the time taken.
-fn ask_until(
+fn request_until(
     camera: &mut ThreadedCamera,
     seen: impl Fn(&Result<Option<FrameInfo>, CameraError>) -> bool,
 ) -> Duration {
@@ -177,7 +177,7 @@ fn a_driver_that_hangs_in_any_call_blocks_no_caller_is_reported_in_time_and_reco
         println!("{call}");
         let (mut camera, script) = camera();
         camera.start().unwrap();
-        ask_until(&mut camera, |frame| matches!(frame, Ok(Some(_))));
+        request_until(&mut camera, |frame| matches!(frame, Ok(Some(_))));
         let hang = HANG_LIMIT + Duration::from_secs(1);
         if call == "start" {
             camera.stop().unwrap();
@@ -194,7 +194,7 @@ fn a_driver_that_hangs_in_any_call_blocks_no_caller_is_reported_in_time_and_reco
             "stop" => short(CALL_LIMIT, call, || camera.stop()).unwrap(),
             _ => {}
         }
-        ask_until(&mut camera, is_gone);
+        request_until(&mut camera, is_gone);
         let named_after = hung_at.elapsed();
         assert!(
             named_after >= HANG_LIMIT && named_after < Duration::from_secs(2),
@@ -213,14 +213,14 @@ fn a_driver_that_hangs_in_any_call_blocks_no_caller_is_reported_in_time_and_reco
         while is_gone(&back) && hung_at.elapsed() < hang * 3 {
             back = next(&mut camera);
         }
-        assert!(matches!(back, Ok(None)), "it came back with {back:?}");
+        assert!(matches!(back, Ok(None)), "after the reconnection: {back:?}");
         camera.start().unwrap();
-        ask_until(&mut camera, |frame| matches!(frame, Ok(Some(_))));
+        request_until(&mut camera, |frame| matches!(frame, Ok(Some(_))));
     }
 }
 
 #[test]
-fn frames_lost_while_the_driver_blocked_are_counted_and_none_is_made_up() {
+fn frames_lost_while_the_driver_blocked_are_counted_exactly() {
     let (mut camera, script) = camera();
     camera.start().unwrap();
     let (mut expected_id, mut lost) = (0, 0);
@@ -240,7 +240,7 @@ fn frames_lost_while_the_driver_blocked_are_counted_and_none_is_made_up() {
 }
 
 #[test]
-fn a_camera_that_hangs_is_let_go_at_once() {
+fn dropping_a_hung_camera_returns_at_once() {
     let (mut camera, script) = camera();
     camera.start().unwrap();
     script.hang("next_frame", Duration::from_secs(2));
@@ -249,9 +249,9 @@ fn a_camera_that_hangs_is_let_go_at_once() {
 }
 
 #[test]
-fn a_driver_with_a_defect_is_gone() {
+fn a_driver_that_panics_is_reported_as_disconnected() {
     let (mut camera, script) = camera();
     script.hang("start", Duration::from_millis(u64::MAX));
     camera.start().ok();
-    ask_until(&mut camera, is_gone);
+    request_until(&mut camera, is_gone);
 }

@@ -17,7 +17,7 @@ const OPEN_LIMIT: Duration = Duration::from_millis(3500);
 pub struct ZaberSettings {
     /// serial port of the device, or tcp://host:port
     pub port: String,
-    /// its speed, baud
+    /// baud rate
     #[schemars(range(min = 9600, max = 115_200))]
     pub baud: u32,
     /// number of the device in its chain
@@ -26,9 +26,9 @@ pub struct ZaberSettings {
     /// number of the axis
     #[schemars(range(min = 1, max = 9))]
     pub axis: u8,
-    /// serial number that it must say; 0: any
+    /// expected serial number; 0: any
     pub serial: u32,
-    /// whether it turns the part: positions and speeds are then degrees and °/s
+    /// rotary stage: positions and speeds are degrees and °/s
     pub rotary: bool,
     /// travel in one turn of the motor, from the data sheet
     #[schemars(range(min = 1e-6, max = 1e4))]
@@ -45,7 +45,7 @@ pub struct ZaberSettings {
     /// device position of the stage's zero
     #[schemars(range(min = -1e4, max = 1e4))]
     pub zero_at_device_mm: f64,
-    /// whether the stage's scale runs against the device's
+    /// whether the stage's scale is reversed relative to the device's
     pub reversed: bool,
 }
 

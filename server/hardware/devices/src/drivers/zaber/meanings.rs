@@ -1,4 +1,4 @@
-//! Meanings of the firmware's flags and reasons, in our words.
+//! Meanings of the firmware's flags and reasons, in our text.
 //!
 //! Source: Zaber's "ASCII Protocol Manual", warning flags and reasons for rejected commands.
 
@@ -20,7 +20,7 @@ pub fn flag_meaning(flag: &str) -> (Severity, &'static str) {
     match flag {
         "--" => (Severity::Note, "no warning"),
         "WR" => (Severity::Unreferenced, "it has no reference position"),
-        "WH" => (Severity::Unreferenced, "it was not homed since power came on"),
+        "WH" => (Severity::Unreferenced, "it has not been homed since power-up"),
         "FF" => (Severity::Fault, "its system failed; it needs service"),
         "FN" => (Severity::Fault, "it does not support the connected stage"),
         "FZ" => (Severity::Fault, "the axis is not active: its stage was changed"),
@@ -29,40 +29,40 @@ pub fn flag_meaning(flag: &str) -> (Severity, &'static str) {
         "FO" => (Severity::Fault, "its motor driver is switched off"),
         "FC" => (Severity::Fault, "its motor driver was switched off: too much current"),
         "FM" => (Severity::Fault, "its motor driver was switched off: too hot"),
-        "FD" => (Severity::Fault, "its motor driver switched itself off"),
+        "FD" => (Severity::Fault, "its motor driver was disabled"),
         "FQ" => (Severity::Fault, "its encoder failed; the position may be wrong"),
         "FS" => (Severity::Fault, "it stalled"),
-        "FT" => (Severity::Fault, "its motion was excessively twisted"),
-        "FB" => (Severity::Fault, "a motion was broken off by a fault"),
-        "FP" => (Severity::Fault, "a motion was broken off outside its limits"),
+        "FT" => (Severity::Fault, "the lockstep axes exceed their maximum twist"),
+        "FB" => (Severity::Fault, "a motion was interrupted by a fault"),
+        "FP" => (Severity::Fault, "a motion was interrupted because it exceeded its limits"),
         "FE" => (Severity::Fault, "it hit a limit of its travel"),
         "WL" => (Severity::Fault, "it hit a limit switch it did not expect; the position may be wrong"),
         "WM" => (Severity::Fault, "it was moved while at rest; the position may be wrong"),
-        "WP" => (Severity::Fault, "its invalid calibration type makes its position wrong"),
-        "NC" => (Severity::Interrupted, "it is moved by its knob"),
+        "WP" => (Severity::Fault, "its calibration type is not supported; the position may be wrong"),
+        "NC" => (Severity::Interrupted, "manual control: it is moved by its knob"),
         "NI" => (Severity::Interrupted, "another command or the knob interrupted the motion"),
-        _ if flag.starts_with('F') => (Severity::Fault, "a fault unknown to this program"),
-        _ => (Severity::Note, "a note unknown to this program"),
+        _ if flag.starts_with('F') => (Severity::Fault, "an unknown fault"),
+        _ => (Severity::Note, "an unknown note"),
     }
 }
 
 /// Meaning of a reason after `RJ`.
 pub fn reason_meaning(reason: &str) -> &'static str {
     match reason {
-        "AGAIN" => "it cannot do this now; try again later",
+        "AGAIN" => "not possible at present; try again later",
         "BADAXIS" => "it has no such axis",
         "BADCOMMAND" => "an unknown command or setting",
-        "BADDATA" => "a number it does not take, or a target outside its travel",
-        "BADMESSAGE" => "the line came damaged",
-        "BADSPACE" => "a group or space it does not have",
+        "BADDATA" => "a value out of range, or a target outside the travel",
+        "BADMESSAGE" => "the line was received damaged",
+        "BADSPACE" => "an unknown group or space",
         "DEVICEONLY" => "a command for the device, not for an axis",
         "DRIVERDISABLED" => "its motor driver is switched off",
-        "FULL" => "it has no room for more",
+        "FULL" => "its buffer is full",
         "INACTIVE" => "the axis is not active",
         "LOCKSTEPAXES" => "the axis moves in lockstep with another",
-        "NOACCESS" => "it is locked for this access level",
+        "NOACCESS" => "not permitted at this access level",
         "PARKED" => "it is parked; send `tools parking unpark`",
         "STATUSBUSY" => "only possible while it is idle",
-        _ => "a reason unknown to this program",
+        _ => "an unknown reason",
     }
 }

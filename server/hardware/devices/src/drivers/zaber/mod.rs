@@ -98,6 +98,6 @@ pub fn open(config: &ZaberConfig) -> Result<ZaberStage, StageError> {
 /// # Errors
 /// As [`open`].
 pub fn open_line(config: &ZaberConfig, line: Box<dyn SerialLine>) -> Result<ZaberStage, StageError> {
-    let session = Session::new(config.clone(), line.place());
+    let session = Session::new(config.clone(), line.port_name());
     Ok(ZaberStage::new(&Controller::open("zaber", session, line, config.open_limit)?))
 }

@@ -17,7 +17,7 @@ pub struct Message {
     /// The remaining text.
     pub text: String,
     /// Whether it is continued by another line.
-    pub goes_on: bool,
+    pub has_continuation: bool,
     /// Whether it had a checksum, which was correct.
     pub checked: bool,
 }
@@ -51,8 +51,8 @@ pub struct Status {
 }
 
 /// A command with its checksum and line ending.
-pub fn command(address: u8, axis: u8, id: u8, words: &str) -> String {
-    let body = format!("{address:02} {axis} {id:02} {words}");
+pub fn command(address: u8, axis: u8, id: u8, text: &str) -> String {
+    let body = format!("{address:02} {axis} {id:02} {text}");
     format!("/{body}:{:02X}\n", checksum(body.as_bytes()))
 }
 
@@ -75,44 +75,44 @@ pub fn message_from_line(line: &str) -> Option<Message> {
         }
         _ => (body, false),
     };
-    let (body, goes_on) = body.strip_suffix('\\').map_or((body, false), |body| (body, true));
-    let mut words = body.split(' ').filter(|word| !word.is_empty()).peekable();
-    let address = number(words.next()?, 2)?;
-    let axis = number(words.next()?, 1)?;
-    let id = words.peek().filter(|word| word.len() == 2).and_then(|word| number(word, 2));
+    let (body, has_continuation) = body.strip_suffix('\\').map_or((body, false), |body| (body, true));
+    let mut tokens = body.split(' ').filter(|word| !word.is_empty()).peekable();
+    let address = number(tokens.next()?, 2)?;
+    let axis = number(tokens.next()?, 1)?;
+    let id = tokens.peek().filter(|word| word.len() == 2).and_then(|word| number(word, 2));
     if id.is_some() {
-        words.next();
+        tokens.next();
     }
     let kind = match mark {
         '@' => {
-            let accepted = match words.next()? {
+            let accepted = match tokens.next()? {
                 "OK" => true,
                 "RJ" => false,
                 _ => return None,
             };
-            Kind::Reply { accepted, status: status(&mut words)? }
+            Kind::Reply { accepted, status: status(&mut tokens)? }
         }
-        '!' => Kind::Alert(status(&mut words)?),
+        '!' => Kind::Alert(status(&mut tokens)?),
         _ => {
-            let continues = words.next_if_eq(&"cont").is_some();
+            let continues = tokens.next_if_eq(&"cont").is_some();
             if continues {
                 // Newer firmware numbers its continuations.
-                words.next_if(|word| word.len() == 2 && word.bytes().all(|byte| byte.is_ascii_digit()));
+                tokens.next_if(|word| word.len() == 2 && word.bytes().all(|byte| byte.is_ascii_digit()));
             }
             Kind::Info { continues }
         }
     };
-    let text = words.collect::<Vec<_>>().join(" ");
-    Some(Message { kind, address, axis, id, text, goes_on, checked })
+    let text = tokens.collect::<Vec<_>>().join(" ");
+    Some(Message { kind, address, axis, id, text, has_continuation, checked })
 }
 
-fn status<'a>(words: &mut impl Iterator<Item = &'a str>) -> Option<Status> {
-    let busy = match words.next()? {
+fn status<'a>(tokens: &mut impl Iterator<Item = &'a str>) -> Option<Status> {
+    let busy = match tokens.next()? {
         "BUSY" => true,
         "IDLE" => false,
         _ => return None,
     };
-    let flag = words.next().filter(|flag| flag.len() == 2)?;
+    let flag = tokens.next().filter(|flag| flag.len() == 2)?;
     Some(Status { busy, flag: flag.to_owned() })
 }
 
@@ -136,9 +136,9 @@ mod tests {
     #[test]
     fn lines_of_the_manual_are_read() {
         let status = |busy, flag: &str| Status { busy, flag: flag.to_owned() };
-        let check = |line: &str, kind: Kind, id, text: &str, goes_on| {
+        let check = |line: &str, kind: Kind, id, text: &str, has_continuation| {
             let expected =
-                Message { kind, address: 1, axis: 1, id, text: text.to_owned(), goes_on, checked: false };
+                Message { kind, address: 1, axis: 1, id, text: text.to_owned(), has_continuation, checked: false };
             assert_eq!(message_from_line(line), Some(expected), "{line}");
         };
         let ok = |busy, flag: &str| Kind::Reply { accepted: true, status: status(busy, flag) };

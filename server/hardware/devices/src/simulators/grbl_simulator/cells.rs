@@ -8,12 +8,12 @@ use std::time::{Duration, Instant};
 use super::dialect::Dialect::{self, FluidNc, Grbl, GrblHal};
 use super::firmware::Firmware;
 use super::{Event, SimulatorConfig};
-use crate::simulators::simulator::{Firmware as _, Witness};
+use crate::simulators::simulator::{EventLog, Firmware as _};
 
 /// A controller and its clock.
 struct Bench {
     firmware: Firmware,
-    witness: Witness,
+    event_log: EventLog,
     now: Instant,
 }
 
@@ -26,8 +26,8 @@ const SETTLED_MS: u64 = 900;
 
 impl Bench {
     fn of(config: SimulatorConfig) -> Self {
-        let (witness, now) = (Witness::new(None).unwrap(), Instant::now());
-        let mut bench = Self { firmware: Firmware::new(config, witness.clone()), witness, now };
+        let (event_log, now) = (EventLog::new(None).unwrap(), Instant::now());
+        let mut bench = Self { firmware: Firmware::new(config, event_log.clone()), event_log, now };
         bench.firmware.power_on(now);
         bench.pass(SETTLED_MS);
         bench
@@ -74,28 +74,28 @@ impl Bench {
 
     fn pass(&mut self, ms: u64) -> &mut Self {
         for _ in 0..=ms {
-            self.firmware.pass(self.now);
+            self.firmware.advance_time(self.now);
             self.now += Duration::from_millis(1);
         }
         self
     }
 
     /// The output, without reports and messages.
-    fn said(&mut self) -> String {
-        let said = String::from_utf8(self.firmware.take_outgoing()).unwrap();
+    fn output(&mut self) -> String {
+        let output = String::from_utf8(self.firmware.take_outgoing()).unwrap();
         let word = |line: &str| match line {
             _ if line.starts_with("Grbl") => Some("banner".to_owned()),
             "[MSG:Reset to continue]" => Some("stuck".to_owned()),
             _ if line.is_empty() || line.starts_with(['[', '<', '$']) => None,
             _ => Some(line.replace("error:", "e").replace("ALARM:", "A")),
         };
-        said.lines().filter_map(word).collect::<Vec<_>>().join(" ")
+        output.lines().filter_map(word).collect::<Vec<_>>().join(" ")
     }
 
     /// The output, and the state after it.
     fn outcome(&mut self) -> String {
-        let said = self.said();
-        format!("{said} {}", self.firmware.state_text()).trim_start().to_owned()
+        let output = self.output();
+        format!("{output} {}", self.firmware.state_text()).trim_start().to_owned()
     }
 
     fn answers_query(&mut self) -> bool {
@@ -210,14 +210,18 @@ fn alarm() {
 
 #[test]
 fn after_a_limit_alarm() {
-    let dead = "Alarm";
+    let no_response = "Alarm";
     for (dialect, reset, answers) in [
-        (Grbl, "banner Alarm", [dead; 5]),
+        (Grbl, "banner Alarm", [no_response; 5]),
         (GrblHal, "banner Alarm", ["e79 Alarm", "e79 Alarm", "e79 Alarm", "e9 Alarm", "e9 Alarm"]),
         (FluidNc, "A14 banner Alarm", ["e8 Alarm", "ok Alarm", "e8 Alarm", "e9 Alarm", "e9 Alarm"]),
     ] {
         let [home, unlock, jog, g1, m5] = answers;
-        row(dialect, "Critical", [dead, dead, reset, dead, dead, home, unlock, jog, g1, m5]);
+        row(
+            dialect,
+            "Critical",
+            [no_response, no_response, reset, no_response, no_response, home, unlock, jog, g1, m5],
+        );
     }
 }
 
@@ -262,7 +266,7 @@ fn check_and_sleep() {
 }
 
 #[test]
-fn who_answers_queries_while_homing_and_after_a_limit_alarm() {
+fn queries_while_homing_and_after_a_limit_alarm_are_answered_as_by_each_firmware() {
     for (dialect, homing, critical) in [(Grbl, false, false), (GrblHal, false, true), (FluidNc, true, true)] {
         assert_eq!(Bench::in_state(dialect, "Home").answers_query(), homing, "{dialect:?} homing");
         assert_eq!(
@@ -271,8 +275,8 @@ fn who_answers_queries_while_homing_and_after_a_limit_alarm() {
             "{dialect:?} after a limit alarm"
         );
     }
-    let told_to = SimulatorConfig { report_mask: 511 | 1 << 12, ..SimulatorConfig::of(GrblHal) };
-    assert!(Bench::configured(told_to, "Home").answers_query());
+    let reporting = SimulatorConfig { report_mask: 511 | 1 << 12, ..SimulatorConfig::of(GrblHal) };
+    assert!(Bench::configured(reporting, "Home").answers_query());
 }
 
 #[test]
@@ -292,9 +296,9 @@ fn nothing_is_sent_in_the_pause_after_an_alarm() {
     for (dialect, pause_ms) in [(Grbl, 500), (GrblHal, 100), (FluidNc, 500)] {
         let mut bench = Bench::in_state(dialect, "Run");
         bench.bytes(&[0x18], pause_ms - 5).send("?", 0);
-        assert_eq!(bench.said(), "A3", "{dialect:?}");
+        assert_eq!(bench.output(), "A3", "{dialect:?}");
         bench.pass(10);
-        assert_eq!(bench.said(), "banner", "{dialect:?}");
+        assert_eq!(bench.output(), "banner", "{dialect:?}");
     }
 }
 
@@ -315,7 +319,7 @@ fn light_after_alarms_and_holds() {
         for (dialect, expected) in Dialect::ALL.into_iter().zip(expected) {
             let mut bench = Bench::in_state(dialect, "Run");
             act(&mut bench);
-            assert_eq!(bench.witness.light(), expected, "{dialect:?} after {name}");
+            assert_eq!(bench.event_log.light(), expected, "{dialect:?} after {name}");
         }
     }
 }
@@ -325,12 +329,12 @@ fn a_reset_during_a_move_turns_the_laser_off_on_fluid_nc_only_after_its_pause() 
     for (dialect, at_once) in [(Grbl, true), (GrblHal, true), (FluidNc, false)] {
         let mut bench = Bench::in_state(dialect, "Run");
         bench.bytes(&[0x18], 10);
-        assert_eq!(!bench.witness.light(), at_once, "{dialect:?}");
+        assert_eq!(!bench.event_log.light(), at_once, "{dialect:?}");
     }
 }
 
 #[test]
-fn a_door_that_opens_on_the_way_brakes_first_and_stays_while_it_is_open() {
+fn a_door_opened_during_a_move_brakes_it_and_persists_while_open() {
     for dialect in Dialect::ALL {
         let slow = SimulatorConfig { acceleration_mm_s2: 20.0, ..SimulatorConfig::of(dialect) };
         let mut bench = Bench::configured(slow, "Idle");
@@ -362,7 +366,7 @@ fn a_jog_cancel_drops_unread_lines_of_grbl_hal_only() {
         bench.send("M5\n", 5).bytes(&[0x85], 5).bytes(b"~", 20);
         bench.bytes(b"!", 20).bytes(&[0x18], 20);
         // `M5` waited behind the move that continued; the reset dropped it in any case.
-        assert_eq!(bench.said(), "banner", "{dialect:?}");
+        assert_eq!(bench.output(), "banner", "{dialect:?}");
         let mut idle = Bench::in_state(dialect, "Idle");
         idle.firmware.receive(b"M5\n\x85", idle.now);
         idle.pass(20);
@@ -375,8 +379,8 @@ fn a_failed_homing_is_reported_as_by_each_firmware() {
     for (dialect, expected) in
         [(Grbl, "A9 ok banner Alarm"), (GrblHal, "A9 banner Alarm"), (FluidNc, "A9 banner Alarm")]
     {
-        let blind = SimulatorConfig { switch_works: false, ..SimulatorConfig::of(dialect) };
-        let mut bench = Bench::configured(blind, "Idle");
+        let broken_switch = SimulatorConfig { switch_works: false, ..SimulatorConfig::of(dialect) };
+        let mut bench = Bench::configured(broken_switch, "Idle");
         bench.send("$H\n", 2 * SETTLED_MS);
         assert_eq!(bench.outcome(), expected, "{dialect:?}");
     }
@@ -408,27 +412,27 @@ fn an_acknowledgement_waits_for_dwells_spindles_and_a_full_planner() {
         for line in ["M3S100\n", "G4P0.7\n"] {
             let mut bench = Bench::configured(slow.clone(), "Idle");
             bench.send(line, 600);
-            assert_eq!(bench.said(), "", "{dialect:?}: {line} was answered at once");
-            assert!(bench.answers_query(), "{dialect:?} is silent during {line}");
+            assert_eq!(bench.output(), "", "{dialect:?}: {line} was answered at once");
+            assert!(bench.answers_query(), "{dialect:?} does not respond during {line}");
             bench.pass(200);
-            assert_eq!(bench.said(), "ok", "{dialect:?}: {line}");
+            assert_eq!(bench.output(), "ok", "{dialect:?}: {line}");
         }
         let mut bench = Bench::in_state(dialect, "Run");
         for _ in 1..blocks + 1 {
             bench.send("G1X-80\n", 2);
         }
-        assert_eq!(bench.said().matches("ok").count(), blocks - 1, "{dialect:?}");
+        assert_eq!(bench.output().matches("ok").count(), blocks - 1, "{dialect:?}");
     }
 }
 
 #[test]
-fn what_does_not_fit_into_the_receive_buffer_is_lost() {
+fn input_beyond_the_receive_buffer_is_lost() {
     let mut bench = Bench::in_state(Grbl, "Hold:0");
     bench.send(&"G4P0\n".repeat(40), 5).bytes(b"~", 5).bytes(&[0x18], SETTLED_MS);
     let mut idle = Bench::in_state(Grbl, "Idle");
     idle.firmware.receive("G4P0\n".repeat(40).as_bytes(), idle.now);
     idle.pass(50);
-    assert_eq!(idle.said().matches("ok").count(), 128 / 5);
+    assert_eq!(idle.output().matches("ok").count(), 128 / 5);
 }
 
 #[test]

@@ -1,8 +1,8 @@
 //! A controller with GRBL, grblHAL or FluidNC, one axis and a laser, simulated in real time behind a pseudo-terminal.
 //!
 //! For tests of the driver and of the service: it implements the firmware's dialogue, its axis takes time, it fails on
-//! request, and its [`Witness`] records the real light and motion and the time of each byte. It can outlive the process
-//! under test, with its record in a file and its terminal at a known path.
+//! request, and its [`EventLog`] records the actual light and motion and the time of each byte. It can outlive the
+//! process under test, with its record in a file and its terminal at a known path.
 
 #[cfg(test)]
 mod cells;
@@ -10,7 +10,7 @@ mod dialect;
 mod firmware;
 mod motion;
 
-pub use crate::simulators::simulator::{Entry, Witness, WitnessEvent};
+pub use crate::simulators::simulator::{Entry, EventLog, LogEvent};
 pub use dialect::Dialect;
 
 use std::time::Duration;
@@ -50,7 +50,7 @@ pub struct SimulatorConfig {
     /// `$10`.
     pub report_mask: u32,
     /// `$39` of grblHAL.
-    pub hears_in_commands: bool,
+    pub realtime_in_commands: bool,
     /// Bit 0 of `$22`.
     pub homing: bool,
     /// Bit 2 of `$22` of grblHAL: nothing but homing is allowed before homing.
@@ -93,7 +93,7 @@ impl SimulatorConfig {
             laser_mode: 1,
             // Factory defaults.
             report_mask: if dialect == Dialect::GrblHal { 511 } else { 1 },
-            hears_in_commands: true,
+            realtime_in_commands: true,
             homing: true,
             homing_lock: false,
             switch_works: true,

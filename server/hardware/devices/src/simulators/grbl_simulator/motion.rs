@@ -54,12 +54,12 @@ impl Motion {
         let rising_s = t_s.min(up_s);
         let cruising_s = (t_s - up_s).clamp(0.0, self.cruise_s);
         let falling_s = (t_s - up_s - self.cruise_s).clamp(0.0, down_s);
-        let way_mm = (self.initial_mm_s + 0.5 * a * rising_s) * rising_s
+        let path_mm = (self.initial_mm_s + 0.5 * a * rising_s) * rising_s
             + self.peak_mm_s * cruising_s
             + (self.peak_mm_s - 0.5 * a * falling_s) * falling_s;
         let speed_mm_s =
             if t_s < up_s { self.initial_mm_s + a * t_s } else { (self.peak_mm_s - a * falling_s).max(0.0) };
-        (self.from_mm + self.direction * way_mm, speed_mm_s)
+        (self.from_mm + self.direction * path_mm, speed_mm_s)
     }
 
     fn ramp_up_s(&self) -> f64 {
@@ -91,7 +91,7 @@ mod tests {
         let now = begun_at + Duration::from_millis(500);
         let braking = motion.braking(now);
         assert_eq!(braking.at(now), motion.at(now));
-        let way_mm = braking.at(braking.ends_at()).0 - motion.at(now).0;
-        assert!((way_mm - 40.0 * 40.0 / 1600.0).abs() < 1e-6, "braked over {way_mm} mm");
+        let path_mm = braking.at(braking.ends_at()).0 - motion.at(now).0;
+        assert!((path_mm - 40.0 * 40.0 / 1600.0).abs() < 1e-6, "braked over {path_mm} mm");
     }
 }

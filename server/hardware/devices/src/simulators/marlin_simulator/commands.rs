@@ -2,8 +2,8 @@
 
 use std::time::{Duration, Instant};
 
-use super::{CLEANING, MarlinFirmware, N_BLOCKS, Then, Waiting, command_of};
-use crate::simulators::simulator::WitnessEvent;
+use super::{MarlinFirmware, N_BLOCKS, QUICK_STOP_DROP_TIME, Then, Waiting, command_of};
+use crate::simulators::simulator::LogEvent;
 
 impl MarlinFirmware {
     /// Executes one command after the other; one that waits delays all that follow.
@@ -11,8 +11,8 @@ impl MarlinFirmware {
         loop {
             if let Some(waiting) = self.waiting {
                 if !self.go_on(waiting, now) {
-                    if now - self.busy_said_at >= self.keepalive && !self.keepalive.is_zero() {
-                        self.busy_said_at = now;
+                    if now - self.busy_sent_at >= self.keepalive && !self.keepalive.is_zero() {
+                        self.busy_sent_at = now;
                         self.send_line("echo:busy: processing");
                     }
                     return;
@@ -20,13 +20,13 @@ impl MarlinFirmware {
                 continue;
             }
             let Some(line) = self.lines.pop_front() else { return };
-            self.busy_said_at = now;
-            self.obey(&line, now);
+            self.busy_sent_at = now;
+            self.execute(&line, now);
         }
     }
 
     fn is_idle(&self) -> bool {
-        self.blocks.is_empty() && !self.axis.moving() && self.cleaning_until.is_none()
+        self.blocks.is_empty() && !self.axis.moving() && self.dropping_until.is_none()
     }
 
     fn go_on(&mut self, waiting: Waiting, now: Instant) -> bool {
@@ -36,12 +36,12 @@ impl MarlinFirmware {
                 self.waiting = None;
                 match then {
                     Then::Answer => {}
-                    Then::Light(power) => {
+                    Then::LaserOn(power) => {
                         self.light = Some(power);
                         self.last_move_at = now;
-                        self.witness.saw(now, WitnessEvent::LightOn(power));
+                        self.event_log.record(now, LogEvent::LightOn(power));
                     }
-                    Then::Dark => self.dark(now),
+                    Then::LaserOff => self.turn_laser_off(now),
                     Then::Home => {
                         self.axis.go(0.0, self.config.homing_mm_s, now);
                         self.waiting = Some(Waiting::Homed);
@@ -73,7 +73,7 @@ impl MarlinFirmware {
     }
 
     fn plan(&mut self, target_mm: f64, speed_mm_s: f64, now: Instant) {
-        if self.cleaning_until.is_some() || target_mm == self.planned_mm {
+        if self.dropping_until.is_some() || target_mm == self.planned_mm {
             return;
         }
         if self.blocks.is_empty() {
@@ -83,7 +83,7 @@ impl MarlinFirmware {
         self.blocks.push_back((target_mm + self.origin_mm, speed_mm_s));
     }
 
-    fn obey(&mut self, line: &str, now: Instant) {
+    fn execute(&mut self, line: &str, now: Instant) {
         let word = |letter: char| {
             line.split_whitespace().skip(1).find_map(|word| word.strip_prefix(letter)?.parse::<f64>().ok())
         };
@@ -101,13 +101,13 @@ impl MarlinFirmware {
             }
             "G28" => self.waiting = wait(Then::Home),
             "M400" => self.waiting = wait(Then::Answer),
-            "M3" if self.config.laser => self.waiting = wait(Then::Light(word('S').unwrap_or(255.0) / 255.0)),
-            "M5" if self.config.laser => self.waiting = wait(Then::Dark),
+            "M3" if self.config.laser => self.waiting = wait(Then::LaserOn(word('S').unwrap_or(255.0) / 255.0)),
+            "M5" if self.config.laser => self.waiting = wait(Then::LaserOff),
             "M410" => {
                 if !self.config.emergency_parser {
                     self.axis.halt(now);
                     self.blocks.clear();
-                    self.cleaning_until = Some(now + CLEANING);
+                    self.dropping_until = Some(now + QUICK_STOP_DROP_TIME);
                 }
                 self.ok();
             }
@@ -121,8 +121,8 @@ impl MarlinFirmware {
                 self.ok();
             }
             "G21" | "G90" | "M110" => self.ok(),
-            "M114" => self.tell_position(),
-            "M115" => self.tell_firmware(),
+            "M114" => self.send_position(),
+            "M115" => self.send_firmware_info(),
             "M503" => self.send_settings(),
             "M211" => {
                 let top_mm = self.config.max_travel_mm;
@@ -138,7 +138,7 @@ impl MarlinFirmware {
         }
     }
 
-    fn tell_position(&mut self) {
+    fn send_position(&mut self) {
         let of_axis = |value: String, zero: &str| {
             ['X', 'Y', 'Z'].map(|letter| if letter == self.config.axis { value.clone() } else { zero.to_owned() })
         };
@@ -149,7 +149,7 @@ impl MarlinFirmware {
         self.ok();
     }
 
-    fn tell_firmware(&mut self) {
+    fn send_firmware_info(&mut self) {
         let name = self.config.name.clone();
         self.send_line(&format!(
             "FIRMWARE_NAME:Marlin 2.1.2.4 (Jan  1 2024 12:00:00) SOURCE_CODE_URL:github.com/MarlinFirmware/Marlin \

@@ -13,7 +13,7 @@ mod commands;
 use std::collections::VecDeque;
 use std::time::{Duration, Instant};
 
-use crate::simulators::simulator::{Firmware, SimulatedAxis, Simulator, Witness, WitnessEvent};
+use crate::simulators::simulator::{EventLog, Firmware, LogEvent, SimulatedAxis, Simulator};
 
 /// The simulated machine. Positions are on its own scale, mm from its switch.
 #[derive(Debug, Clone, PartialEq)]
@@ -99,7 +99,7 @@ const N_BLOCKS: usize = 16;
 /// How long the first block waits for more (`BLOCK_DELAY_FOR_1ST_MOVE`).
 const FIRST_BLOCK_DELAY: Duration = Duration::from_millis(100);
 /// How long moves are dropped after M410.
-const CLEANING: Duration = Duration::from_secs(1);
+const QUICK_STOP_DROP_TIME: Duration = Duration::from_secs(1);
 
 /// What a command waits for.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -115,15 +115,15 @@ enum Waiting {
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Then {
     Answer,
-    Light(f64),
-    Dark,
+    LaserOn(f64),
+    LaserOff,
     Home,
 }
 
 /// See the module.
 pub struct MarlinFirmware {
     config: SimulatorConfig,
-    witness: Witness,
+    event_log: EventLog,
     axis: SimulatedAxis,
     outgoing: Vec<u8>,
     starts_at: Option<Instant>,
@@ -135,7 +135,7 @@ pub struct MarlinFirmware {
     lines: VecDeque<String>,
     last_number: i64,
     waiting: Option<Waiting>,
-    busy_said_at: Instant,
+    busy_sent_at: Instant,
     keepalive: Duration,
     /// Ends and speeds of planned moves.
     blocks: VecDeque<(f64, f64)>,
@@ -145,26 +145,26 @@ pub struct MarlinFirmware {
     /// True position of its zero.
     origin_mm: f64,
     speed_mm_s: f64,
-    cleaning_until: Option<Instant>,
+    dropping_until: Option<Instant>,
     light: Option<f64>,
     last_move_at: Instant,
     emergency: Vec<u8>,
     damage_next: bool,
-    mute: bool,
+    is_silent: bool,
 }
 
 impl Firmware for MarlinFirmware {
     type Config = SimulatorConfig;
     type Event = Event;
 
-    fn new(config: SimulatorConfig, witness: Witness) -> Self {
+    fn new(config: SimulatorConfig, event_log: EventLog) -> Self {
         let now = Instant::now();
         Self {
-            axis: SimulatedAxis::new(config.start_at_mm, config.acceleration_mm_s2, witness.clone()),
+            axis: SimulatedAxis::new(config.start_at_mm, config.acceleration_mm_s2, event_log.clone()),
             planned_mm: 0.0,
             origin_mm: config.start_at_mm,
             config,
-            witness,
+            event_log,
             outgoing: Vec::new(),
             starts_at: None,
             running: false,
@@ -174,17 +174,17 @@ impl Firmware for MarlinFirmware {
             lines: VecDeque::new(),
             last_number: 0,
             waiting: None,
-            busy_said_at: now,
+            busy_sent_at: now,
             keepalive: Duration::from_secs(2),
             blocks: VecDeque::new(),
             first_block_at: None,
             speed_mm_s: 10.0,
-            cleaning_until: None,
+            dropping_until: None,
             light: None,
             last_move_at: now,
             emergency: Vec::new(),
             damage_next: false,
-            mute: false,
+            is_silent: false,
         }
     }
 
@@ -193,15 +193,15 @@ impl Firmware for MarlinFirmware {
     }
 
     fn power_off(&mut self, now: Instant) {
-        self.dark(now);
+        self.turn_laser_off(now);
         self.axis.halt(now);
         self.rx.clear();
         self.lines.clear();
         self.line.clear();
         self.blocks.clear();
         self.outgoing.clear();
-        (self.waiting, self.first_block_at, self.cleaning_until, self.starts_at) = (None, None, None, None);
-        (self.running, self.halted, self.mute, self.last_number) = (false, false, false, 0);
+        (self.waiting, self.first_block_at, self.dropping_until, self.starts_at) = (None, None, None, None);
+        (self.running, self.halted, self.is_silent, self.last_number) = (false, false, false, 0);
         self.keepalive = Duration::from_secs(2);
         // The firmware takes the position at start-up as zero.
         (self.planned_mm, self.origin_mm) = (0.0, self.axis.at_mm);
@@ -219,7 +219,7 @@ impl Firmware for MarlinFirmware {
         }
     }
 
-    fn pass(&mut self, now: Instant) {
+    fn advance_time(&mut self, now: Instant) {
         if self.starts_at.is_some_and(|at| now >= at) {
             self.starts_at = None;
             self.running = true;
@@ -232,7 +232,7 @@ impl Firmware for MarlinFirmware {
             return;
         }
         self.read_lines();
-        self.axis.pass(now);
+        self.axis.advance_time(now);
         self.advance(now);
         self.work(now);
         if self.axis.moving() {
@@ -240,7 +240,7 @@ impl Firmware for MarlinFirmware {
         }
         let timeout = Duration::from_millis(self.config.laser_timeout_ms);
         if self.light.is_some() && !timeout.is_zero() && now - self.last_move_at > timeout {
-            self.dark(now);
+            self.turn_laser_off(now);
         }
     }
 
@@ -261,10 +261,10 @@ impl Firmware for MarlinFirmware {
                 self.send_line(&format!("echo:endstops hit:  {}:{:.2}", self.config.axis, self.axis.at_mm));
             }
             Event::Stuck => self.axis.stuck = true,
-            Event::Repair => (self.axis.stuck, self.mute) = (false, false),
+            Event::Repair => (self.axis.stuck, self.is_silent) = (false, false),
             Event::Kill => self.kill(now),
             Event::DamageNextLine => self.damage_next = true,
-            Event::NoAcknowledgement => self.mute = true,
+            Event::NoAcknowledgement => self.is_silent = true,
         }
     }
 }
@@ -285,7 +285,7 @@ impl MarlinFirmware {
     }
 
     fn kill(&mut self, now: Instant) {
-        self.dark(now);
+        self.turn_laser_off(now);
         self.axis.halt(now);
         self.blocks.clear();
         self.send_line("Error:Printer halted. kill() called!");
@@ -298,12 +298,12 @@ impl MarlinFirmware {
         self.blocks.clear();
         self.first_block_at = None;
         self.planned_mm = self.axis.at_mm - self.origin_mm;
-        self.cleaning_until = Some(now + CLEANING);
+        self.dropping_until = Some(now + QUICK_STOP_DROP_TIME);
     }
 
-    fn dark(&mut self, now: Instant) {
+    fn turn_laser_off(&mut self, now: Instant) {
         if self.light.take().is_some() {
-            self.witness.saw(now, WitnessEvent::LightOff);
+            self.event_log.record(now, LogEvent::LightOff);
         }
     }
 
@@ -313,7 +313,7 @@ impl MarlinFirmware {
     }
 
     fn ok(&mut self) {
-        if self.mute {
+        if self.is_silent {
             return;
         }
         let free = N_BLOCKS - 1 - self.blocks.len().min(N_BLOCKS - 1);
@@ -384,8 +384,8 @@ impl MarlinFirmware {
 
     /// Advances from planned move to planned move.
     fn advance(&mut self, now: Instant) {
-        if self.cleaning_until.is_some_and(|until| now >= until) {
-            self.cleaning_until = None;
+        if self.dropping_until.is_some_and(|until| now >= until) {
+            self.dropping_until = None;
         }
         while self.blocks.len() > 1 && self.has_passed() {
             self.blocks.pop_front();
@@ -400,14 +400,14 @@ impl MarlinFirmware {
         }
         // Consecutive moves in the same direction are one for the motor.
         let direction = (first_mm - self.axis.at_mm).signum();
-        let mut goal_mm = first_mm;
+        let mut target_mm = first_mm;
         for &(next_mm, _) in self.blocks.iter().skip(1) {
-            if (next_mm - goal_mm) * direction < 0.0 {
+            if (next_mm - target_mm) * direction < 0.0 {
                 break;
             }
-            goal_mm = next_mm;
+            target_mm = next_mm;
         }
-        self.axis.go(goal_mm, speed_mm_s, now);
+        self.axis.go(target_mm, speed_mm_s, now);
     }
 
     fn has_passed(&self) -> bool {

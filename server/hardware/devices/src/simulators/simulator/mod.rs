@@ -1,16 +1,16 @@
-//! Common parts of the simulated controllers: a terminal, a thread in real time, a witness, and an axis that takes
+//! Common parts of the simulated controllers: a terminal, a thread in real time, an event log, and an axis that takes
 //! time.
 //!
 //! A firmware implements [`Firmware`]: it takes bytes and time, produces bytes, and records the real light and motion
-//! in the witness. [`Simulator`] runs it behind a pseudo-terminal and injects faults on request.
+//! in the event log. [`Simulator`] runs it behind a pseudo-terminal and injects faults on request.
 
 mod axis;
+mod event_log;
 mod terminal;
-mod witness;
 
 pub use axis::SimulatedAxis;
+pub use event_log::{Entry, EventLog, LogEvent};
 use terminal::Terminal;
-pub use witness::{Entry, Witness, WitnessEvent};
 
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::{Receiver, Sender, TryRecvError, channel};
@@ -26,7 +26,7 @@ pub trait Firmware: Send + 'static {
     type Event: Send + 'static;
 
     /// Powered off; [`Firmware::power_on`] follows.
-    fn new(config: Self::Config, witness: Witness) -> Self;
+    fn new(config: Self::Config, event_log: EventLog) -> Self;
     /// Power on: it starts, with a banner if it has one.
     fn power_on(&mut self, now: Instant);
     /// Power off: motion and laser off.
@@ -34,12 +34,12 @@ pub trait Firmware: Send + 'static {
     /// Takes bytes from the computer.
     fn receive(&mut self, bytes: &[u8], now: Instant);
     /// Advances the time.
-    fn pass(&mut self, now: Instant);
+    fn advance_time(&mut self, now: Instant);
     /// Returns its output.
     fn take_outgoing(&mut self) -> Vec<u8>;
     /// Handles an event.
     fn trigger_event(&mut self, event: Self::Event, now: Instant);
-    /// Ends a lasting event.
+    /// Ends an active event.
     fn repair(&mut self) {}
 }
 
@@ -54,8 +54,8 @@ pub enum LineFault {
 
 enum Request<F: Firmware> {
     Fault(Option<LineFault>),
-    Happen(F::Event),
-    Hear(Vec<u8>),
+    Trigger(F::Event),
+    Receive(Vec<u8>),
     Restart,
     Unplug,
     Replug(Option<F::Config>),
@@ -64,42 +64,42 @@ enum Request<F: Firmware> {
 
 /// A firmware behind a pseudo-terminal, in real time. Dropping it ends the simulation.
 pub struct Simulator<F: Firmware> {
-    place: PathBuf,
-    witness: Witness,
+    port_name: PathBuf,
+    event_log: EventLog,
     requests: Sender<(Request<F>, Sender<()>)>,
     thread: Option<Thread<()>>,
 }
 
 impl<F: Firmware> Simulator<F> {
-    /// Powers a controller on; `place` becomes a link to its terminal, also after it was unplugged and plugged in
-    /// again. Its record is also written to `witness_file`, if given.
+    /// Powers a controller on; `port_name` becomes a link to its terminal, also after it was unplugged and plugged in
+    /// again. Its record is also written to `event_log_file`, if given.
     ///
     /// # Errors
     /// If no terminal, link, file or thread can be created.
-    pub fn start(config: F::Config, place: &Path, witness_file: Option<&Path>) -> std::io::Result<Self> {
-        let witness = Witness::new(witness_file)?;
-        let terminal = Terminal::open(place)?;
+    pub fn start(config: F::Config, port_name: &Path, event_log_file: Option<&Path>) -> std::io::Result<Self> {
+        let event_log = EventLog::new(event_log_file)?;
+        let terminal = Terminal::open(port_name)?;
         let (requests, received) = channel();
         let mut machine = Machine {
-            firmware: F::new(config, witness.clone()),
-            witness: witness.clone(),
-            place: place.to_owned(),
+            firmware: F::new(config, event_log.clone()),
+            event_log: event_log.clone(),
+            port_name: port_name.to_owned(),
             terminal: Some(terminal),
             fault: None,
         };
         machine.firmware.power_on(time::now());
         let thread = time::spawn("simulator", move || machine.run(&received))?;
-        Ok(Self { place: place.to_owned(), witness, requests, thread: Some(thread) })
+        Ok(Self { port_name: port_name.to_owned(), event_log, requests, thread: Some(thread) })
     }
 
     /// Path for the driver.
-    pub fn place(&self) -> &Path {
-        &self.place
+    pub fn port_name(&self) -> &Path {
+        &self.port_name
     }
 
     /// Its record.
-    pub fn witness(&self) -> &Witness {
-        &self.witness
+    pub fn event_log(&self) -> &EventLog {
+        &self.event_log
     }
 
     /// Starts a fault.
@@ -114,12 +114,12 @@ impl<F: Firmware> Simulator<F> {
 
     /// Triggers an event.
     pub fn trigger_event(&self, event: F::Event) {
-        self.request(Request::Happen(event));
+        self.request(Request::Trigger(event));
     }
 
-    /// Sends it bytes that do not come from the driver, as from a panel or from a dead owner.
+    /// Sends it bytes that do not come from the driver, as from a panel or a program that was terminated.
     pub fn receive(&self, bytes: &[u8]) {
-        self.request(Request::Hear(bytes.to_vec()));
+        self.request(Request::Receive(bytes.to_vec()));
     }
 
     /// Power-cycles it.
@@ -167,12 +167,12 @@ impl<F: Firmware> Drop for Simulator<F> {
 const PERIOD: Duration = Duration::from_millis(1);
 
 /// Garbage sent instead of a line.
-const NONSENSE: &[u8] = b"\xf7\x03@0#1 X:\x004..\n";
+const GARBAGE: &[u8] = b"\xf7\x03@0#1 X:\x004..\n";
 
 struct Machine<F: Firmware> {
     firmware: F,
-    witness: Witness,
-    place: PathBuf,
+    event_log: EventLog,
+    port_name: PathBuf,
     terminal: Option<Terminal>,
     fault: Option<LineFault>,
 }
@@ -195,7 +195,7 @@ impl<F: Firmware> Machine<F> {
                 Err(TryRecvError::Empty) => {}
             }
             self.receive();
-            self.firmware.pass(time::now());
+            self.firmware.advance_time(time::now());
             self.send_outgoing();
         }
     }
@@ -209,8 +209,8 @@ impl<F: Firmware> Machine<F> {
                 }
                 self.fault = fault;
             }
-            Request::Happen(event) => self.firmware.trigger_event(event, now),
-            Request::Hear(bytes) => self.firmware.receive(&bytes, now),
+            Request::Trigger(event) => self.firmware.trigger_event(event, now),
+            Request::Receive(bytes) => self.firmware.receive(&bytes, now),
             Request::Restart => {
                 self.firmware.power_off(now);
                 self.firmware.power_on(now);
@@ -222,9 +222,9 @@ impl<F: Firmware> Machine<F> {
             Request::Replug(config) => {
                 self.firmware.power_off(now);
                 if let Some(config) = config {
-                    self.firmware = F::new(config, self.witness.clone());
+                    self.firmware = F::new(config, self.event_log.clone());
                 }
-                self.terminal = Terminal::open(&self.place).ok();
+                self.terminal = Terminal::open(&self.port_name).ok();
                 self.fault = None;
                 self.firmware.power_on(now);
             }
@@ -232,11 +232,12 @@ impl<F: Firmware> Machine<F> {
         }
     }
 
-    /// Takes the link away before the terminal ends: its number is then free, and the next terminal of any process gets it.
+    /// Takes the link away before the terminal ends: its number is then free, and the next terminal of any process gets
+    /// it.
     fn disconnect(&mut self) {
-        if self.place.is_symlink() {
-            // A link that stays leads nowhere, or to a stranger; the driver then names what it finds.
-            let _ = std::fs::remove_file(&self.place);
+        if self.port_name.is_symlink() {
+            // A remaining link is dangling or leads to another device; the driver then reports what it finds.
+            let _ = std::fs::remove_file(&self.port_name);
         }
         self.terminal = None;
     }
@@ -249,19 +250,19 @@ impl<F: Firmware> Machine<F> {
         if n > 0 {
             let now = time::now();
             for &byte in &buffer[..n] {
-                self.witness.saw(now, WitnessEvent::Byte(byte));
+                self.event_log.record(now, LogEvent::Byte(byte));
             }
             self.firmware.receive(&buffer[..n], now);
         }
     }
 
     fn send_outgoing(&mut self) {
-        let said = self.firmware.take_outgoing();
+        let output = self.firmware.take_outgoing();
         let Some(terminal) = &mut self.terminal else { return };
         let sent = match self.fault {
             Some(LineFault::Silence) => Vec::new(),
-            Some(LineFault::Garbage) if !said.is_empty() => NONSENSE.to_vec(),
-            _ => said,
+            Some(LineFault::Garbage) if !output.is_empty() => GARBAGE.to_vec(),
+            _ => output,
         };
         if !sent.is_empty() {
             terminal.write(&sent);
@@ -275,23 +276,23 @@ mod tests {
     use crate::lines::serial_line::{PortLine, SerialLine as _, SerialLineError};
     use crate::marlin_simulator::{MarlinFirmware, SimulatorConfig};
 
-    fn simulator(place: &Path) -> Simulator<MarlinFirmware> {
-        Simulator::start(SimulatorConfig::default(), place, None).unwrap()
+    fn simulator(port_name: &Path) -> Simulator<MarlinFirmware> {
+        Simulator::start(SimulatorConfig::default(), port_name, None).unwrap()
     }
 
     #[test]
-    fn the_place_of_an_unplugged_controller_never_leads_to_another_ones_terminal() {
+    fn the_port_of_an_unplugged_controller_never_leads_to_another_terminal() {
         let folder = tempfile::tempdir().unwrap();
         let places = ["one", "other"].map(|name| folder.path().join(name));
         let one = simulator(&places[0]);
         one.unplug();
         // It gets the number of the terminal that was just closed, unless another process was faster.
         let other = simulator(&places[1]);
-        let mut owner = PortLine::new(other.place().to_str().unwrap(), 115_200);
+        let mut owner = PortLine::new(other.port_name().to_str().unwrap(), 115_200);
         owner.reopen().unwrap();
-        let mut line = PortLine::new(one.place().to_str().unwrap(), 115_200);
+        let mut line = PortLine::new(one.port_name().to_str().unwrap(), 115_200);
         let refused = line.reopen();
-        let Err(SerialLineError::Unopened { cause, .. }) = &refused else { panic!("{refused:?}") };
+        let Err(SerialLineError::OpenFailed { cause, .. }) = &refused else { panic!("{refused:?}") };
         assert!(!cause.to_string().contains("lock"), "it found the terminal of another: {cause}");
         one.replug();
         line.reopen().unwrap();

@@ -24,19 +24,19 @@ pub enum Terminal {
 }
 
 impl Terminal {
-    pub fn open(place: &Path) -> std::io::Result<Self> {
+    pub fn open(port_name: &Path) -> std::io::Result<Self> {
         if time::is_simulated() {
-            return Ok(Self::Memory(MemoryPort::open(place)));
+            return Ok(Self::Memory(MemoryPort::open(port_name)));
         }
         let ends = openpty(None, None)?;
         let mut raw = tcgetattr(&ends.slave)?;
         cfmakeraw(&mut raw);
         tcsetattr(&ends.slave, SetArg::TCSANOW, &raw)?;
         let device = nix::unistd::ttyname(&ends.slave)?;
-        if place.symlink_metadata().is_ok() {
-            std::fs::remove_file(place)?;
+        if port_name.symlink_metadata().is_ok() {
+            std::fs::remove_file(port_name)?;
         }
-        std::os::unix::fs::symlink(device, place)?;
+        std::os::unix::fs::symlink(device, port_name)?;
         Ok(Self::Pseudo { controller: File::from(ends.master), _computer: ends.slave })
     }
 

@@ -8,7 +8,7 @@
 
 use std::time::Instant;
 
-use crate::simulators::simulator::{Firmware, SimulatedAxis, Simulator, Witness};
+use crate::simulators::simulator::{EventLog, Firmware, SimulatedAxis, Simulator};
 
 /// The simulated device. Positions are on its own scale, mm from its home.
 #[derive(Debug, Clone, PartialEq)]
@@ -71,7 +71,7 @@ pub enum Event {
     /// The axis is blocked: it stalls, and the firmware detects it (`FS`).
     Stall,
     /// The axis is blocked, and the firmware does not detect it.
-    StuckUnnoticed,
+    StuckUndetected,
     /// The emergency stop is pressed (`FH`).
     EmergencyStop,
     /// The emergency stop is released, the axis free again.
@@ -117,9 +117,9 @@ impl Firmware for ZaberFirmware {
     type Config = SimulatorConfig;
     type Event = Event;
 
-    fn new(config: SimulatorConfig, witness: Witness) -> Self {
+    fn new(config: SimulatorConfig, event_log: EventLog) -> Self {
         Self {
-            axis: SimulatedAxis::new(config.start_at_mm, config.acceleration_mm_s2, witness),
+            axis: SimulatedAxis::new(config.start_at_mm, config.acceleration_mm_s2, event_log),
             checksums: config.checksums,
             max_speed_mm_s: config.max_speed_mm_s,
             config,
@@ -161,8 +161,8 @@ impl Firmware for ZaberFirmware {
         }
     }
 
-    fn pass(&mut self, now: Instant) {
-        self.axis.pass(now);
+    fn advance_time(&mut self, now: Instant) {
+        self.axis.advance_time(now);
         if self.homing && !self.axis.moving() {
             (self.homing, self.referenced) = (false, true);
         }
@@ -184,7 +184,7 @@ impl Firmware for ZaberFirmware {
                 }
                 (self.stalled, self.homing) = (true, false);
             }
-            Event::StuckUnnoticed => self.axis.stuck = true,
+            Event::StuckUndetected => self.axis.stuck = true,
             Event::EmergencyStop => {
                 self.axis.halt(now);
                 (self.emergency, self.homing) = (true, false);
@@ -247,7 +247,7 @@ impl ZaberFirmware {
         let result = match () {
             () if !sound => Err("BADMESSAGE"),
             () if axis > self.config.n_axes => Err("BADAXIS"),
-            () => self.obey(axis, &words, now),
+            () => self.execute(axis, &words, now),
         };
         self.reply(axis, id.as_deref(), result);
     }
@@ -279,7 +279,7 @@ impl ZaberFirmware {
         self.outgoing.extend_from_slice(format!("{line}{checksum}\r\n").as_bytes());
     }
 
-    fn obey(&mut self, axis: u8, words: &[&str], now: Instant) -> Result<String, &'static str> {
+    fn execute(&mut self, axis: u8, words: &[&str], now: Instant) -> Result<String, &'static str> {
         match *words {
             [] => Ok("0".to_owned()),
             ["get", setting] => self.setting(axis, setting).ok_or("BADCOMMAND"),

@@ -33,48 +33,48 @@ pub enum Scenario {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Reaction {
     /// A fault of that device and kind, in time; the station is in error, laser off and stage at rest.
-    Named(&'static str, &'static str),
+    Reported(&'static str, &'static str),
     /// The same, of one of two kinds, depending on whether the station or the driver detects it first.
-    NamedEither(&'static str, [&'static str; 2]),
+    ReportedEither(&'static str, [&'static str; 2]),
     /// Nothing until the device is used; then the same.
-    NamedAtUse(&'static str, &'static str),
+    ReportedAtUse(&'static str, &'static str),
     /// The scan ends with a refusal and the light goes off; there is no fault.
     EndsScan,
     /// The fault does not concern the station's activity; it continues.
-    GoesOn,
+    Continues,
 }
 
-/// A station, a fault and its cure.
+/// A station, a fault and how it is cleared.
 pub struct Rig<'a> {
     /// The station.
     pub bench: &'a Bench,
     /// Injects the fault.
     pub inject: &'a dyn Fn(),
     /// Removes the cause.
-    pub cure: &'a dyn Fn(),
+    pub clear: &'a dyn Fn(),
     /// Presses the reset button of a controller that requires it.
     pub press_button: &'a dyn Fn(),
-    /// Whether there is light, according to the simulation.
+    /// Whether the laser is on, according to the simulation.
     pub light: &'a dyn Fn() -> bool,
     /// Whether there is motion, according to the simulation.
     pub motion: &'a dyn Fn() -> bool,
     /// Whether the stage can receive a stop during the fault.
-    pub can_be_told: bool,
+    pub stop_reaches_stage: bool,
     /// Time within which a fault of stage or laser is reported: a second, unless the page states another.
-    pub named_within: Duration,
+    pub report_limit: Duration,
 }
 
 /// Camera faults are reported within this time.
-const CAMERA_NAMED: Duration = Duration::from_secs(2);
+const CAMERA_REPORT_LIMIT: Duration = Duration::from_secs(2);
 
 /// Serial faults are reported within this time.
-pub const NAMED: Duration = Duration::from_secs(1);
+pub const REPORT_LIMIT: Duration = Duration::from_secs(1);
 
 /// Light ends within half a second of the fault report.
-const DARK: Duration = Duration::from_millis(500);
+const LASER_OFF_LIMIT: Duration = Duration::from_millis(500);
 
 /// How long a cell checks that nothing happens.
-const QUIET: Duration = Duration::from_millis(200);
+const OBSERVATION_TIME: Duration = Duration::from_millis(200);
 
 /// Checks the cell with a station that is ready; for “absent” it was started with the fault, for “homing” it is not
 /// homed.
@@ -85,39 +85,41 @@ pub fn check(rig: &Rig<'_>, scenario: Scenario, reaction: Reaction) {
         (rig.inject)();
     }
     let (device, kinds): (&str, &[&str]) = match &reaction {
-        Reaction::Named(device, kind) | Reaction::NamedAtUse(device, kind) => (device, std::slice::from_ref(kind)),
-        Reaction::NamedEither(device, kinds) => (device, kinds),
-        Reaction::GoesOn | Reaction::EndsScan => ("", &[]),
+        Reaction::Reported(device, kind) | Reaction::ReportedAtUse(device, kind) => {
+            (device, std::slice::from_ref(kind))
+        }
+        Reaction::ReportedEither(device, kinds) => (device, kinds),
+        Reaction::Continues | Reaction::EndsScan => ("", &[]),
     };
     match reaction {
-        Reaction::Named(..) | Reaction::NamedEither(..) => {
-            expect_named(rig, device, kinds, injected);
+        Reaction::Reported(..) | Reaction::ReportedEither(..) => {
+            expect_reported(rig, device, kinds, injected);
             activity.expect_ended_by_fault();
             if scenario == Scenario::Absent {
                 // It is not connected as long as the cause lasts.
                 assert!(matches!(rig.bench.manual(Manual::Reset), Err(StationRefusal::InError { .. })));
             }
         }
-        Reaction::NamedAtUse(..) => {
-            std::thread::sleep(QUIET);
+        Reaction::ReportedAtUse(..) => {
+            std::thread::sleep(OBSERVATION_TIME);
             assert_eq!(rig.bench.station.status().faults, []);
             activity.end(rig.bench);
             let used = Stopwatch::start();
             let in_use = use_device(rig.bench, device);
-            expect_named(rig, device, kinds, used);
+            expect_reported(rig, device, kinds, used);
             in_use.join().unwrap();
         }
         Reaction::EndsScan => {
             let refusal = activity.job.expect("a scan").join().unwrap();
-            assert!(matches!(refusal, Some(StationRefusal::BeltStandsStill { .. })), "got {refusal:?}");
-            wait_until("dark", || !(rig.light)());
+            assert!(matches!(refusal, Some(StationRefusal::BeltStopped { .. })), "got {refusal:?}");
+            wait_until("laser off", || !(rig.light)());
             let status = rig.bench.station.status();
             assert_eq!(status.faults, []);
             assert!(matches!(status.state, MachineState::Operational(_)), "{:?}", status.state);
-            return (rig.cure)();
+            return (rig.clear)();
         }
-        Reaction::GoesOn => {
-            std::thread::sleep(QUIET);
+        Reaction::Continues => {
+            std::thread::sleep(OBSERVATION_TIME);
             let status = rig.bench.station.status();
             assert_eq!(status.faults, []);
             assert!(matches!(status.state, MachineState::Operational(_)), "{:?}", status.state);
@@ -125,51 +127,51 @@ pub fn check(rig: &Rig<'_>, scenario: Scenario, reaction: Reaction) {
             return;
         }
     }
-    (rig.cure)();
+    (rig.clear)();
     if rig.bench.manual(Manual::Reset).is_err() {
         (rig.press_button)();
         rig.bench.manual(Manual::Reset).unwrap();
     }
-    expect_cured(rig.bench, reaction);
-    assert!(!(rig.light)(), "ready, never active");
+    expect_recovered(rig.bench, reaction);
+    assert!(!(rig.light)(), "a reset leaves laser and motion off");
 }
 
-fn expect_named(rig: &Rig<'_>, device: &str, kinds: &[&str], since: Stopwatch) {
+fn expect_reported(rig: &Rig<'_>, device: &str, kinds: &[&str], since: Stopwatch) {
     let named = |status: &StationStatus| {
         let is_it =
             |fault: &Fault| fault.device == device && kinds.contains(&fault.kind) && !fault.remedy.is_empty();
         status.faults.iter().any(is_it)
     };
-    rig.bench.wait_for(&format!("naming {device} {kinds:?}"), named);
+    rig.bench.wait_for(&format!("report of {device} {kinds:?}"), named);
     let took = since.own_time();
-    let limit = if device == "camera" { CAMERA_NAMED } else { rig.named_within };
+    let limit = if device == "camera" { CAMERA_REPORT_LIMIT } else { rig.report_limit };
     assert!(took <= limit, "{device} {kinds:?} was reported after {took:?}");
-    let dark = wait_until("dark", || !(rig.light)());
-    assert!(dark <= DARK, "dark {dark:?} after the fault was reported");
+    let off_after = wait_until("laser off", || !(rig.light)());
+    assert!(off_after <= LASER_OFF_LIMIT, "laser off {off_after:?} after the fault was reported");
     // Preoperational: it was never connected.
-    let stands_still =
+    let is_faulted =
         |status: &StationStatus| matches!(status.state, MachineState::Error | MachineState::Preoperational);
-    rig.bench.wait_for("in error", stands_still);
+    rig.bench.wait_for("in error", is_faulted);
     rig.bench.wait_for("reported off", |status| status.laser_light != LaserLight::On);
-    if rig.can_be_told {
+    if rig.stop_reaches_stage {
         wait_until("at rest", || !(rig.motion)());
     }
     if device == "stage" {
         let status = rig.bench.station.status();
-        assert_eq!((status.position_mm, status.homed), (None, false), "where it is, is unknown");
+        assert_eq!((status.position_mm, status.homed), (None, false), "its position is unknown");
     }
     assert!(matches!(rig.bench.try_lease().map(drop), Err(StationRefusal::InError { .. })));
     assert!(matches!(rig.bench.manual(Manual::Home), Err(StationRefusal::InError { .. })));
 }
 
 /// After the cause is removed, a person's reset makes the station ready; a lost position requires homing.
-fn expect_cured(bench: &Bench, reaction: Reaction) {
+fn expect_recovered(bench: &Bench, reaction: Reaction) {
     let status = bench.station.status();
     assert_eq!(status.faults, []);
     assert!(matches!(status.state, MachineState::Operational(_)), "{:?}", status.state);
     assert!(!status.moving && status.job_id.is_none());
-    if let Reaction::Named("stage", _) | Reaction::NamedAtUse("stage", _) = reaction {
-        assert_eq!((status.position_mm, status.homed), (None, false), "a reset does not find the position");
+    if let Reaction::Reported("stage", _) | Reaction::ReportedAtUse("stage", _) = reaction {
+        assert_eq!((status.position_mm, status.homed), (None, false), "a reset does not restore the position");
         bench.manual(Manual::Home).unwrap();
     }
     bench.wait_for("ready", |status| status.activity == "ready" || status.activity == "not homed");
@@ -186,8 +188,8 @@ fn use_device(bench: &Bench, device: &str) -> JoinHandle<()> {
     let stage = device == "stage";
     std::thread::spawn(move || {
         if stage {
-            let there = Manual::Move { target_mm: 20.0, speed_mm_s: Some(100.0) };
-            drop(wait(station.manual(there)));
+            let command = Manual::Move { target_mm: 20.0, speed_mm_s: Some(100.0) };
+            drop(wait(station.manual(command)));
         } else {
             assert!(wait(station.snapshot()).is_err());
         }
@@ -197,14 +199,14 @@ fn use_device(bench: &Bench, device: &str) -> JoinHandle<()> {
 /// The station's activity.
 struct Activity {
     job: Option<JoinHandle<Option<StationRefusal>>>,
-    going: Arc<AtomicBool>,
+    running: Arc<AtomicBool>,
     scenario: Scenario,
 }
 
 impl Activity {
     fn begin(bench: &Bench, scenario: Scenario) -> Self {
-        let going = Arc::new(AtomicBool::new(true));
-        let goes_on = going.clone();
+        let running = Arc::new(AtomicBool::new(true));
+        let job_running = running.clone();
         let job = match scenario {
             Scenario::Absent | Scenario::Ready => None,
             Scenario::Live => {
@@ -219,11 +221,11 @@ impl Activity {
                 bench.wait_for("homing", |status| status.moving);
                 None
             }
-            Scenario::Scanning => Some(scanning(bench, goes_on)),
-            Scenario::Calibrating => Some(calibrating(bench, goes_on)),
-            Scenario::Jogging => Some(jogging(bench, goes_on)),
+            Scenario::Scanning => Some(scanning(bench, job_running)),
+            Scenario::Calibrating => Some(calibrating(bench, job_running)),
+            Scenario::Jogging => Some(jogging(bench, job_running)),
         };
-        Self { job, going, scenario }
+        Self { job, running, scenario }
     }
 
     /// The fault ended it: the job got the error.
@@ -243,7 +245,7 @@ impl Activity {
 
     /// Continues until it is ended.
     fn end(self, bench: &Bench) {
-        self.going.store(false, Ordering::SeqCst);
+        self.running.store(false, Ordering::SeqCst);
         if let Some(job) = self.job {
             let refusal = job.join().unwrap();
             assert!(refusal.is_none(), "it was ended by {refusal:?}");
@@ -262,7 +264,7 @@ impl Activity {
     }
 }
 
-fn scanning(bench: &Bench, going: Arc<AtomicBool>) -> JoinHandle<Option<StationRefusal>> {
+fn scanning(bench: &Bench, running: Arc<AtomicBool>) -> JoinHandle<Option<StationRefusal>> {
     let lease = bench.lease();
     lease.laser_on(1.0).unwrap();
     let sweep = Sweep { from_mm: 0.0, to_mm: 35.0, speed_mm_s: 5.0, frame_rate_hz: 50.0 };
@@ -270,21 +272,21 @@ fn scanning(bench: &Bench, going: Arc<AtomicBool>) -> JoinHandle<Option<StationR
     stream.frames.recv().unwrap();
     std::thread::spawn(move || {
         let _lease = lease;
-        while going.load(Ordering::SeqCst) {
+        while running.load(Ordering::SeqCst) {
             if stream.frames.recv().is_err() {
-                return stream.broken();
+                return stream.end_reason();
             }
         }
         None
     })
 }
 
-fn calibrating(bench: &Bench, going: Arc<AtomicBool>) -> JoinHandle<Option<StationRefusal>> {
+fn calibrating(bench: &Bench, running: Arc<AtomicBool>) -> JoinHandle<Option<StationRefusal>> {
     let lease = bench.lease();
     let first = Arc::new(AtomicBool::new(false));
     let begun = first.clone();
     let job = std::thread::spawn(move || {
-        while going.load(Ordering::SeqCst) {
+        while running.load(Ordering::SeqCst) {
             let round = || {
                 lease.move_to(10.0, Some(100.0), &never_cancelled())?;
                 lease.grab(&never_cancelled())?;
@@ -304,10 +306,10 @@ fn calibrating(bench: &Bench, going: Arc<AtomicBool>) -> JoinHandle<Option<Stati
     job
 }
 
-fn jogging(bench: &Bench, going: Arc<AtomicBool>) -> JoinHandle<Option<StationRefusal>> {
+fn jogging(bench: &Bench, running: Arc<AtomicBool>) -> JoinHandle<Option<StationRefusal>> {
     let station = bench.station.clone();
     let job = std::thread::spawn(move || {
-        while going.load(Ordering::SeqCst) {
+        while running.load(Ordering::SeqCst) {
             if let Err(refusal) = wait(station.manual(Manual::Jog { velocity_mm_s: 5.0 })) {
                 return Some(refusal);
             }

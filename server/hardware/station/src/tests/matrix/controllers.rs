@@ -8,7 +8,7 @@ use devices::Driver;
 use devices::simulator::{Firmware, LineFault, Simulator};
 use tempfile::TempDir;
 
-use super::cell::{NAMED, Reaction, Rig, Scenario, check};
+use super::cell::{REPORT_LIMIT, Reaction, Rig, Scenario, check};
 use crate::tests::bench::{Bench, bench_of, never_cancelled, small_devices};
 use crate::{Manual, StationDevices};
 
@@ -17,9 +17,9 @@ pub trait Controller {
     /// Its simulated firmware.
     type Firmware: Firmware<Config: Clone, Event: Copy + Debug>;
     /// Whether it also switches the laser.
-    const MAKES_LIGHT: bool;
+    const SWITCHES_LASER: bool;
     /// Time within which a fault during homing is reported.
-    const NAMED_WHILE_HOMING: Duration = NAMED;
+    const HOMING_REPORT_LIMIT: Duration = REPORT_LIMIT;
 
     /// The machine of such a cell; homing must last longer than the report of a fault takes.
     fn machine(scenario: Scenario) -> Config<Self>;
@@ -31,7 +31,7 @@ pub trait Controller {
     fn repair(_simulator: &Simulator<Self::Firmware>) {}
     /// Presses its reset button.
     fn press_button(_simulator: &Simulator<Self::Firmware>) {
-        panic!("it has none");
+        panic!("this controller has no reset button");
     }
     /// Whether the simulation comes to rest after such a fault: a motor that is stuck undetected keeps trying.
     fn comes_to_rest(_trouble: InjectedFault<<Self::Firmware as Firmware>::Event>) -> bool {
@@ -82,9 +82,9 @@ impl<C: Controller> ControllerBench<C> {
         let folder = tempfile::tempdir().unwrap();
         let controller = Simulator::start(machine.clone(), &folder.path().join("tty"), None).unwrap();
         before(&controller);
-        let driver = C::driver(controller.place().display().to_string());
+        let driver = C::driver(controller.port_name().display().to_string());
         let devices = StationDevices { stage: driver.clone(), ..small_devices() };
-        let devices = if C::MAKES_LIGHT { StationDevices { laser: driver, ..devices } } else { devices };
+        let devices = if C::SWITCHES_LASER { StationDevices { laser: driver, ..devices } } else { devices };
         Self { bench: bench_of(devices), controller, machine, _folder: folder }
     }
 
@@ -96,8 +96,8 @@ impl<C: Controller> ControllerBench<C> {
 
 type Event<C> = <<C as Controller>::Firmware as Firmware>::Event;
 
-fn come<C: Controller>(simulator: &Simulator<C::Firmware>, machine: &Config<C>, trouble: InjectedFault<Event<C>>) {
-    match trouble {
+fn inject<C: Controller>(simulator: &Simulator<C::Firmware>, machine: &Config<C>, fault: InjectedFault<Event<C>>) {
+    match fault {
         InjectedFault::Silence => simulator.fail(LineFault::Silence),
         InjectedFault::Garbage => simulator.fail(LineFault::Garbage),
         InjectedFault::Unplugged => simulator.unplug(),
@@ -107,8 +107,8 @@ fn come<C: Controller>(simulator: &Simulator<C::Firmware>, machine: &Config<C>, 
     }
 }
 
-fn go<C: Controller>(simulator: &Simulator<C::Firmware>, machine: &Config<C>, trouble: InjectedFault<Event<C>>) {
-    match trouble {
+fn clear<C: Controller>(simulator: &Simulator<C::Firmware>, machine: &Config<C>, fault: InjectedFault<Event<C>>) {
+    match fault {
         InjectedFault::Unplugged => simulator.replug(),
         InjectedFault::OtherDevice => simulator.replug_as(machine.clone()),
         _ => simulator.repair(),
@@ -117,28 +117,28 @@ fn go<C: Controller>(simulator: &Simulator<C::Firmware>, machine: &Config<C>, tr
 }
 
 /// A cell of the controller's table.
-pub fn cell<C: Controller>(scenario: Scenario, trouble: InjectedFault<Event<C>>, reaction: Reaction) {
+pub fn cell<C: Controller>(scenario: Scenario, fault: InjectedFault<Event<C>>, reaction: Reaction) {
     let machine = C::machine(scenario);
     let played = match scenario {
         Scenario::Absent => {
-            ControllerBench::<C>::start(machine.clone(), |simulator| come::<C>(simulator, &machine, trouble))
+            ControllerBench::<C>::start(machine.clone(), |simulator| inject::<C>(simulator, &machine, fault))
         }
         Scenario::Homing => ControllerBench::<C>::start(machine, |_| {}),
         _ => ControllerBench::<C>::ready(machine),
     };
     let ControllerBench { bench, controller, machine, .. } = &played;
     let control = bench.control.clone();
-    let witness = controller.witness();
+    let event_log = controller.event_log();
     check(
         &Rig {
             bench,
-            inject: &|| come::<C>(controller, machine, trouble),
-            cure: &|| go::<C>(controller, machine, trouble),
+            inject: &|| inject::<C>(controller, machine, fault),
+            clear: &|| clear::<C>(controller, machine, fault),
             press_button: &|| C::press_button(controller),
-            light: &|| if C::MAKES_LIGHT { witness.light() } else { control.laser_power() > 0.0 },
-            motion: &|| witness.moving(),
-            can_be_told: C::comes_to_rest(trouble),
-            named_within: if scenario == Scenario::Homing { C::NAMED_WHILE_HOMING } else { NAMED },
+            light: &|| if C::SWITCHES_LASER { event_log.light() } else { control.laser_power() > 0.0 },
+            motion: &|| event_log.moving(),
+            stop_reaches_stage: C::comes_to_rest(fault),
+            report_limit: if scenario == Scenario::Homing { C::HOMING_REPORT_LIMIT } else { REPORT_LIMIT },
         },
         scenario,
         reaction,

@@ -2,8 +2,8 @@
 
 use twin::TwinFault;
 
-use super::cell::Reaction::{self, EndsScan, GoesOn, Named};
-use super::cell::{NAMED, Rig, Scenario, cells, check};
+use super::cell::Reaction::{self, Continues, EndsScan, Reported};
+use super::cell::{REPORT_LIMIT, Rig, Scenario, cells, check};
 use crate::tests::belt::belt_devices;
 use crate::tests::bench::bench_of;
 
@@ -21,25 +21,25 @@ fn cell(scenario: Scenario, fault: TwinFault, reaction: Reaction) {
         &Rig {
             bench: &bench,
             inject: &|| control.set_fault(fault),
-            cure: &|| assert!(control.clear_fault(fault.name())),
-            press_button: &|| panic!("it has none"),
+            clear: &|| assert!(control.clear_fault(fault.name())),
+            press_button: &|| panic!("this device has no reset button"),
             light: &|| control.laser_power() > 0.0,
             // The belt is not this station's.
             motion: &|| false,
-            can_be_told: false,
-            named_within: NAMED,
+            stop_reaches_stage: false,
+            report_limit: REPORT_LIMIT,
         },
         scenario,
         reaction,
     );
 }
 
-const CAMERA_GONE: Reaction = Named("camera", "gone");
-const LASER_FAULT: Reaction = Named("laser", "fault");
+const CAMERA_GONE: Reaction = Reported("camera", "gone");
+const LASER_FAULT: Reaction = Reported("laser", "fault");
 
 cells! { cell;
-    belt_stops: TwinFault::BeltStops => absent: GoesOn, ready: GoesOn, live: GoesOn, scanning: EndsScan;
-    lost_triggers: TwinFault::LostFrames { every: 4 } => absent: GoesOn, ready: GoesOn, live: GoesOn, scanning: GoesOn;
+    belt_stops: TwinFault::BeltStops => absent: Continues, ready: Continues, live: Continues, scanning: EndsScan;
+    lost_triggers: TwinFault::LostFrames { every: 4 } => absent: Continues, ready: Continues, live: Continues, scanning: Continues;
     camera_unplugged: TwinFault::CameraUnplugged =>
         absent: CAMERA_GONE, ready: CAMERA_GONE, live: CAMERA_GONE, scanning: CAMERA_GONE;
     laser_fault: TwinFault::LaserFault =>

@@ -60,10 +60,10 @@ fn every_cell_of_the_tables_has_its_test_or_its_reason_and_every_test_its_cell()
     let (tested, excused) = cells(&std::fs::read_to_string(path).unwrap());
     let tests = tests();
     let missing: Vec<_> = tested.difference(&tests).collect();
-    let untold: Vec<_> = tests.difference(&tested).collect();
+    let unlisted: Vec<_> = tests.difference(&tested).collect();
     assert!(
-        missing.is_empty() && untold.is_empty(),
-        "cells without a test: {missing:?}; tests without a cell: {untold:?}"
+        missing.is_empty() && unlisted.is_empty(),
+        "cells without a test: {missing:?}; tests without a cell: {unlisted:?}"
     );
     assert!(excused.is_disjoint(&tests), "{excused:?}");
     for table in ["twin", "genicam", "grbl", "zaber", "marlin", "conveyor"] {

@@ -5,11 +5,11 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use devices::{CameraRequest, DeviceSet, Driver, OpenError, Roi};
-use genicam::witness::{FakeCamera, FakeOptions, PROGRAM};
+use genicam::fake_camera::{FakeCamera, FakeOptions, PROGRAM};
 use genicam::{GenicamDriver, GenicamSettings};
 
-use super::cell::Reaction::{self, GoesOn, Named, NamedEither};
-use super::cell::{NAMED, Rig, Scenario, cells, check};
+use super::cell::Reaction::{self, Continues, Reported, ReportedEither};
+use super::cell::{REPORT_LIMIT, Rig, Scenario, cells, check};
 use crate::tests::bench::{Bench, bench_of, small_twin};
 use crate::{Manual, StationDevices, StationRefusal};
 
@@ -34,7 +34,7 @@ enum InjectedFault {
     /// It loses packets, from the start.
     LostPackets,
     /// Another program controls it.
-    OtherHands,
+    ControlledElsewhere,
 }
 
 fn driver() -> GenicamDriver {
@@ -80,18 +80,19 @@ pub fn set_small(bench: &Bench) {
     bench.manual(Manual::Configure(wanted)).unwrap();
 }
 
-fn genicam(scenario: Scenario, trouble: InjectedFault, reaction: Reaction) {
-    let lost_per_thousand = if trouble == InjectedFault::LostPackets { LOST_PER_THOUSAND } else { 0 };
+fn genicam(scenario: Scenario, fault: InjectedFault, reaction: Reaction) {
+    let lost_per_thousand = if fault == InjectedFault::LostPackets { LOST_PER_THOUSAND } else { 0 };
     let Some(camera) = fake(lost_per_thousand).map(RefCell::new) else { return };
-    let other_hands = RefCell::new(None);
-    let inject = || match trouble {
+    let controlled_elsewhere = RefCell::new(None);
+    let inject = || match fault {
         InjectedFault::Unplugged => camera.borrow_mut().kill(),
         InjectedFault::Hang => camera.borrow().hold(),
         InjectedFault::Restart => camera.borrow_mut().restart().unwrap(),
         InjectedFault::LostPackets => {}
-        InjectedFault::OtherHands => {
+        InjectedFault::ControlledElsewhere => {
             let wanted = DeviceSet { camera: true, ..DeviceSet::default() };
-            *other_hands.borrow_mut() = Some(driver().open(wanted).unwrap_or_else(|error| panic!("{error}")));
+            *controlled_elsewhere.borrow_mut() =
+                Some(driver().open(wanted).unwrap_or_else(|error| panic!("{error}")));
         }
     };
     if scenario == Scenario::Absent {
@@ -99,16 +100,16 @@ fn genicam(scenario: Scenario, trouble: InjectedFault, reaction: Reaction) {
     }
     let bench = station(scenario);
     if scenario != Scenario::Absent {
-        bench.wait_for("there", |status| status.camera.connected);
+        bench.wait_for("camera connected", |status| status.camera.connected);
         set_small(&bench);
     }
     let control = bench.control.clone();
-    let cure = || {
-        match trouble {
+    let clear = || {
+        match fault {
             InjectedFault::Unplugged => camera.borrow_mut().restart().unwrap(),
             InjectedFault::Hang => camera.borrow().resume(),
             InjectedFault::Restart | InjectedFault::LostPackets => {}
-            InjectedFault::OtherHands => drop(other_hands.borrow_mut().take()),
+            InjectedFault::ControlledElsewhere => drop(controlled_elsewhere.borrow_mut().take()),
         }
         // A camera that was suspended still assigns control to its previous owner for three seconds.
         for _ in 0..2 {
@@ -126,21 +127,21 @@ fn genicam(scenario: Scenario, trouble: InjectedFault, reaction: Reaction) {
         &Rig {
             bench: &bench,
             inject: &inject,
-            cure: &cure,
-            press_button: &|| panic!("it has none"),
+            clear: &clear,
+            press_button: &|| panic!("this device has no reset button"),
             light: &|| control.laser_power() > 0.0,
             motion: &motion,
-            can_be_told: true,
-            named_within: NAMED,
+            stop_reaches_stage: true,
+            report_limit: REPORT_LIMIT,
         },
         scenario,
         reaction,
     );
 }
 
-const GONE: Reaction = Named("camera", "gone");
+const GONE: Reaction = Reported("camera", "gone");
 /// In a sweep missing frames are a fault at once.
-const SILENT_OR_GONE: Reaction = NamedEither("camera", ["silent", "gone"]);
+const SILENT_OR_GONE: Reaction = ReportedEither("camera", ["silent", "gone"]);
 
 cells! { genicam;
     unplugged: InjectedFault::Unplugged =>
@@ -150,7 +151,7 @@ cells! { genicam;
     restart: InjectedFault::Restart =>
         ready: GONE, live: GONE, scanning: SILENT_OR_GONE, calibrating: GONE, jogging: GONE, homing: GONE;
     lost_packets: InjectedFault::LostPackets =>
-        absent: GoesOn, ready: GoesOn, live: GoesOn, scanning: GoesOn, calibrating: GoesOn, jogging: GoesOn,
-        homing: GoesOn;
-    other_hands: InjectedFault::OtherHands => absent: GONE;
+        absent: Continues, ready: Continues, live: Continues, scanning: Continues, calibrating: Continues, jogging: Continues,
+        homing: Continues;
+    controlled_elsewhere: InjectedFault::ControlledElsewhere => absent: GONE;
 }

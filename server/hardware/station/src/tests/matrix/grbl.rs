@@ -8,7 +8,7 @@ use devices::contract::Stopwatch;
 use devices::grbl::{GrblDriver, GrblSettings};
 use devices::grbl_simulator::{Event, Firmware, SimulatorConfig};
 
-use super::cell::Reaction::{self, GoesOn, Named};
+use super::cell::Reaction::{self, Continues, Reported};
 use super::cell::Scenario;
 use super::cell::cells;
 use super::controllers::InjectedFault::{Garbage, OtherDevice, Restart, Silence, Specific, Unplugged};
@@ -21,7 +21,7 @@ pub struct Grbl;
 
 impl Controller for Grbl {
     type Firmware = Firmware;
-    const MAKES_LIGHT: bool = true;
+    const SWITCHES_LASER: bool = true;
 
     fn machine(scenario: Scenario) -> SimulatorConfig {
         let usual = SimulatorConfig::default();
@@ -46,13 +46,13 @@ impl Controller for Grbl {
     }
 }
 
-const NO_REPLY: Reaction = Named("stage", "no_reply");
-const GARBAGE: Reaction = Named("stage", "garbage");
-const ALARM: Reaction = Named("stage", "alarm");
-const GONE: Reaction = Named("stage", "gone");
-const RESTARTED: Reaction = Named("stage", "restarted");
-const STALLED: Reaction = Named("stage", "stalled");
-const WRONG_DEVICE: Reaction = Named("stage", "wrong_device");
+const NO_REPLY: Reaction = Reported("stage", "no_reply");
+const GARBAGE: Reaction = Reported("stage", "garbage");
+const ALARM: Reaction = Reported("stage", "alarm");
+const GONE: Reaction = Reported("stage", "gone");
+const RESTARTED: Reaction = Reported("stage", "restarted");
+const STALLED: Reaction = Reported("stage", "stalled");
+const WRONG_DEVICE: Reaction = Reported("stage", "wrong_device");
 
 cells! { grbl;
     silence: Silence =>
@@ -60,20 +60,20 @@ cells! { grbl;
     garbage: Garbage =>
         absent: WRONG_DEVICE, ready: GARBAGE, live: GARBAGE, scanning: GARBAGE, calibrating: GARBAGE, jogging: GARBAGE;
     alarm: Specific(Event::Alarm(1)) =>
-        absent: GoesOn, ready: ALARM, live: ALARM, scanning: ALARM, calibrating: ALARM, jogging: ALARM, homing: ALARM;
+        absent: Continues, ready: ALARM, live: ALARM, scanning: ALARM, calibrating: ALARM, jogging: ALARM, homing: ALARM;
     unplugged: Unplugged =>
         absent: GONE, ready: GONE, live: GONE, scanning: GONE, calibrating: GONE, jogging: GONE, homing: GONE;
     restart: Restart =>
         ready: RESTARTED, live: RESTARTED, scanning: RESTARTED, calibrating: RESTARTED, jogging: RESTARTED,
         homing: RESTARTED;
     stall: Specific(Event::Stall) =>
-        ready: GoesOn, live: GoesOn, scanning: STALLED, calibrating: STALLED, jogging: STALLED;
+        ready: Continues, live: Continues, scanning: STALLED, calibrating: STALLED, jogging: STALLED;
     other_device: OtherDevice =>
         absent: WRONG_DEVICE, ready: GONE, live: GONE, scanning: GONE, calibrating: GONE, jogging: GONE, homing: GONE;
 }
 
-fn grbl(scenario: Scenario, trouble: super::controllers::InjectedFault<Event>, reaction: Reaction) {
-    cell::<Grbl>(scenario, trouble, reaction);
+fn grbl(scenario: Scenario, fault: super::controllers::InjectedFault<Event>, reaction: Reaction) {
+    cell::<Grbl>(scenario, fault, reaction);
 }
 
 #[test]
@@ -88,12 +88,12 @@ fn a_sweep_that_begins_far_away_approaches_with_the_laser_off_and_keeps_its_posi
     let sweep = Sweep { from_mm: 8.0, to_mm: 10.0, speed_mm_s: 5.0, frame_rate_hz: 30.0 };
     let stream = lease.sweep(&sweep, &never_cancelled()).unwrap();
     let frames: Vec<_> = stream.frames.iter().collect();
-    assert!(stream.broken().is_none(), "{:?}", stream.broken());
+    assert!(stream.end_reason().is_none(), "{:?}", stream.end_reason());
     assert!(!frames.is_empty() && frames.iter().all(|frame| frame.laser_on));
     assert!(lease.move_to(0.0, None, &never_cancelled()).is_ok(), "the position is lost");
     drop(lease);
     assert!(bench.station.status().faults.is_empty(), "{:?}", bench.station.status().faults);
-    assert!(!controller.witness().light());
+    assert!(!controller.event_log().light());
 }
 
 #[test]
@@ -107,13 +107,13 @@ fn a_sweep_on_slow_ramps_ends_with_its_own_and_keeps_its_position() {
     let sweep = Sweep { from_mm: 2.0, to_mm: 4.0, speed_mm_s: 4.0, frame_rate_hz: 30.0 };
     let stream = lease.sweep(&sweep, &never_cancelled()).unwrap();
     let frames: Vec<_> = stream.frames.iter().collect();
-    assert!(stream.broken().is_none(), "{:?}", stream.broken());
+    assert!(stream.end_reason().is_none(), "{:?}", stream.end_reason());
     assert!(frames.iter().all(|frame| frame.position_mm.is_some_and(|position_mm| position_mm <= 4.0)));
     lease.laser_off().unwrap();
     assert!(lease.move_to(0.0, None, &never_cancelled()).is_ok(), "the position is lost");
     drop(lease);
     assert!(bench.station.status().faults.is_empty(), "{:?}", bench.station.status().faults);
-    assert!(!controller.witness().light());
+    assert!(!controller.event_log().light());
 }
 
 #[test]
@@ -124,12 +124,12 @@ fn thirty_stops_reach_the_controller_in_time() {
     for n in 0..30_u64 {
         let target_mm = if n % 2 == 0 { 35.0 } else { -35.0 };
         bench.manual(Manual::Move { target_mm, speed_mm_s: Some(20.0) }).unwrap();
-        bench.wait_for("moving", |_| controller.witness().moving());
+        bench.wait_for("moving", |_| controller.event_log().moving());
         std::thread::sleep(Duration::from_micros((n * 7919) % 23_000));
-        let mark = controller.witness().mark();
+        let mark = controller.event_log().mark();
         let watch = Stopwatch::start();
         bench.stop();
-        let received = || controller.witness().byte_since(mark, b'!');
+        let received = || controller.event_log().byte_since(mark, b'!');
         wait_until("received", || received().is_some());
         times.push(watch.own_time());
         bench.wait_for("at rest", |status| !status.moving);

@@ -8,7 +8,7 @@ use devices::marlin::{MarlinDriver, MarlinSettings};
 use devices::marlin_simulator::{Event, MarlinFirmware, SimulatorConfig};
 use devices::simulator::Simulator;
 
-use super::cell::Reaction::{self, Named};
+use super::cell::Reaction::{self, Reported};
 use super::cell::{Scenario, cells};
 use super::controllers::InjectedFault::{self, Garbage, OtherDevice, Silence, Specific, Unplugged};
 use super::controllers::{Controller, cell};
@@ -17,9 +17,9 @@ struct Marlin;
 
 impl Controller for Marlin {
     type Firmware = MarlinFirmware;
-    const MAKES_LIGHT: bool = true;
+    const SWITCHES_LASER: bool = true;
     /// The firmware reports once a second while homing.
-    const NAMED_WHILE_HOMING: Duration = Duration::from_millis(1700);
+    const HOMING_REPORT_LIMIT: Duration = Duration::from_millis(1700);
 
     fn machine(scenario: Scenario) -> SimulatorConfig {
         let usual = SimulatorConfig { laser_timeout_ms: 0, ..SimulatorConfig::default() };
@@ -48,12 +48,12 @@ impl Controller for Marlin {
     }
 }
 
-const NO_REPLY: Reaction = Named("stage", "no_reply");
-const ENDSTOP: Reaction = Named("stage", "alarm");
-const GONE: Reaction = Named("stage", "gone");
-const RESTARTED: Reaction = Named("stage", "restarted");
-const STALLED: Reaction = Named("stage", "stalled");
-const WRONG_DEVICE: Reaction = Named("stage", "wrong_device");
+const NO_REPLY: Reaction = Reported("stage", "no_reply");
+const ENDSTOP: Reaction = Reported("stage", "alarm");
+const GONE: Reaction = Reported("stage", "gone");
+const RESTARTED: Reaction = Reported("stage", "restarted");
+const STALLED: Reaction = Reported("stage", "stalled");
+const WRONG_DEVICE: Reaction = Reported("stage", "wrong_device");
 
 cells! { marlin;
     silence: Silence =>
@@ -77,6 +77,6 @@ cells! { marlin;
         absent: WRONG_DEVICE, ready: GONE, live: GONE, scanning: GONE, calibrating: GONE, jogging: GONE, homing: GONE;
 }
 
-fn marlin(scenario: Scenario, trouble: InjectedFault<Event>, reaction: Reaction) {
-    cell::<Marlin>(scenario, trouble, reaction);
+fn marlin(scenario: Scenario, fault: InjectedFault<Event>, reaction: Reaction) {
+    cell::<Marlin>(scenario, fault, reaction);
 }

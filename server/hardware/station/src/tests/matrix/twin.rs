@@ -4,8 +4,8 @@ use std::time::Duration;
 
 use twin::{Timing, TwinFault, TwinOptions};
 
-use super::cell::Reaction::{self, GoesOn, Named, NamedAtUse};
-use super::cell::{NAMED, Rig, Scenario, cells, check};
+use super::cell::Reaction::{self, Continues, Reported, ReportedAtUse};
+use super::cell::{REPORT_LIMIT, Rig, Scenario, cells, check};
 use crate::tests::bench::{Bench, bench, bench_of, never_cancelled, small_twin, wait, wait_until};
 use crate::{MachineState, Manual, StationDevices, StationRefusal, Sweep};
 
@@ -47,30 +47,30 @@ fn cell(scenario: Scenario, fault: TwinFault, reaction: Reaction) {
         &Rig {
             bench: &bench,
             inject: &inject,
-            cure: &|| assert!(control.clear_fault(fault.name()) || matches!(fault, TwinFault::LostSteps { .. })),
-            press_button: &|| panic!("it has none"),
+            clear: &|| assert!(control.clear_fault(fault.name()) || matches!(fault, TwinFault::LostSteps { .. })),
+            press_button: &|| panic!("this device has no reset button"),
             light: &|| control.laser_power() > 0.0,
             motion: &motion,
-            can_be_told: !matches!(fault, TwinFault::StageSilent | TwinFault::StageUnplugged),
-            named_within: NAMED,
+            stop_reaches_stage: !matches!(fault, TwinFault::StageSilent | TwinFault::StageUnplugged),
+            report_limit: REPORT_LIMIT,
         },
         scenario,
         reaction,
     );
 }
 
-const CAMERA_GONE: Reaction = Named("camera", "gone");
-const WRONG_FRAME: Reaction = Named("camera", "wrong_frame");
-const SILENT_AT_USE: Reaction = NamedAtUse("camera", "silent");
-const WRONG_AT_USE: Reaction = NamedAtUse("camera", "wrong_frame");
-const STALLED_AT_USE: Reaction = NamedAtUse("stage", "stalled");
-const SILENT: Reaction = Named("camera", "silent");
-const NO_REPLY: Reaction = Named("stage", "no_reply");
-const STAGE_GONE: Reaction = Named("stage", "gone");
-const STALLED: Reaction = Named("stage", "stalled");
-const LASER_FAULT: Reaction = Named("laser", "fault");
-const LASER_GONE: Reaction = Named("laser", "gone");
-const INTERLOCK: Reaction = Named("laser", "interlock_open");
+const CAMERA_GONE: Reaction = Reported("camera", "gone");
+const WRONG_FRAME: Reaction = Reported("camera", "wrong_frame");
+const SILENT_AT_USE: Reaction = ReportedAtUse("camera", "silent");
+const WRONG_AT_USE: Reaction = ReportedAtUse("camera", "wrong_frame");
+const STALLED_AT_USE: Reaction = ReportedAtUse("stage", "stalled");
+const SILENT: Reaction = Reported("camera", "silent");
+const NO_REPLY: Reaction = Reported("stage", "no_reply");
+const STAGE_GONE: Reaction = Reported("stage", "gone");
+const STALLED: Reaction = Reported("stage", "stalled");
+const LASER_FAULT: Reaction = Reported("laser", "fault");
+const LASER_GONE: Reaction = Reported("laser", "gone");
+const INTERLOCK: Reaction = Reported("laser", "interlock_open");
 
 cells! { cell;
     camera_unplugged: TwinFault::CameraUnplugged =>
@@ -78,16 +78,16 @@ cells! { cell;
         jogging: CAMERA_GONE, homing: CAMERA_GONE;
     camera_hang: TwinFault::CameraHang =>
         absent: SILENT_AT_USE, ready: SILENT_AT_USE, live: SILENT, scanning: SILENT, calibrating: SILENT,
-        jogging: GoesOn, homing: GoesOn;
+        jogging: Continues, homing: Continues;
     wrong_frame_size: TwinFault::WrongFrameSize =>
         absent: WRONG_AT_USE, ready: WRONG_AT_USE, live: WRONG_FRAME, scanning: WRONG_FRAME, calibrating: WRONG_FRAME,
-        jogging: GoesOn, homing: GoesOn;
+        jogging: Continues, homing: Continues;
     wrong_pixel_format: TwinFault::WrongPixelFormat =>
         absent: WRONG_AT_USE, ready: WRONG_AT_USE, live: WRONG_FRAME, scanning: WRONG_FRAME, calibrating: WRONG_FRAME,
-        jogging: GoesOn, homing: GoesOn;
+        jogging: Continues, homing: Continues;
     lost_frames: TwinFault::LostFrames { every: 4 } =>
-        absent: GoesOn, ready: GoesOn, live: GoesOn, scanning: GoesOn, calibrating: GoesOn, jogging: GoesOn,
-        homing: GoesOn;
+        absent: Continues, ready: Continues, live: Continues, scanning: Continues, calibrating: Continues, jogging: Continues,
+        homing: Continues;
     stage_silent: TwinFault::StageSilent =>
         absent: NO_REPLY, ready: NO_REPLY, live: NO_REPLY, scanning: NO_REPLY, calibrating: NO_REPLY,
         jogging: NO_REPLY, homing: NO_REPLY;
@@ -98,8 +98,8 @@ cells! { cell;
         absent: STALLED_AT_USE, ready: STALLED_AT_USE, live: STALLED_AT_USE, scanning: STALLED, calibrating: STALLED,
         jogging: STALLED, homing: STALLED;
     lost_steps: TwinFault::LostSteps { lost_mm: 0.5 } =>
-        absent: GoesOn, ready: GoesOn, live: GoesOn, scanning: GoesOn, calibrating: GoesOn, jogging: GoesOn,
-        homing: GoesOn;
+        absent: Continues, ready: Continues, live: Continues, scanning: Continues, calibrating: Continues, jogging: Continues,
+        homing: Continues;
     laser_fault: TwinFault::LaserFault =>
         absent: LASER_FAULT, ready: LASER_FAULT, live: LASER_FAULT, scanning: LASER_FAULT, calibrating: LASER_FAULT,
         jogging: LASER_FAULT, homing: LASER_FAULT;
@@ -107,8 +107,8 @@ cells! { cell;
         absent: LASER_GONE, ready: LASER_GONE, live: LASER_GONE, scanning: LASER_GONE, calibrating: LASER_GONE,
         jogging: LASER_GONE, homing: LASER_GONE;
     interlock_open: TwinFault::InterlockOpen =>
-        absent: GoesOn, ready: GoesOn, live: INTERLOCK, scanning: INTERLOCK, calibrating: INTERLOCK, jogging: GoesOn,
-        homing: GoesOn;
+        absent: Continues, ready: Continues, live: INTERLOCK, scanning: INTERLOCK, calibrating: INTERLOCK, jogging: Continues,
+        homing: Continues;
 }
 
 #[test]
@@ -119,7 +119,7 @@ fn frames_lost_in_a_scan_are_counted_while_it_runs() {
     let sweep = Sweep { from_mm: 0.0, to_mm: 20.0, speed_mm_s: 20.0, frame_rate_hz: 100.0 };
     let stream = lease.sweep(&sweep, &never_cancelled()).unwrap();
     let frames: Vec<_> = stream.frames.iter().collect();
-    assert!(stream.broken().is_none());
+    assert!(stream.end_reason().is_none());
     // The losses of the first frame lie before it, and so possibly outside of the range.
     let gaps: u64 = frames.iter().skip(1).map(|frame| frame.lost_before).sum();
     let dropped = stream.dropped.total();
@@ -168,7 +168,7 @@ fn a_stop_in_error_is_taken_and_the_fault_stays_for_the_reset() {
     wait(bench.station.stop("a person")).unwrap();
     let status = bench.station.status();
     assert_eq!((status.state, status.faults.len()), (MachineState::Halted, 1));
-    wait_until("dark", || bench.control.laser_power() == 0.0);
+    wait_until("laser off", || bench.control.laser_power() == 0.0);
     assert!(matches!(bench.manual(Manual::Reset), Err(StationRefusal::InError { .. })));
     assert!(bench.station.is_halted(), "a reset that did not reach the camera does not end the Stop");
     bench.control.clear_fault("camera_unplugged");

@@ -1,4 +1,4 @@
-//! A Zaber stage, played by the simulated device, beside the simulated laser and camera.
+//! A Zaber stage, simulated by the firmware model, beside the simulated laser and camera.
 
 use std::sync::Arc;
 
@@ -7,7 +7,7 @@ use devices::simulator::Simulator;
 use devices::zaber::{ZaberDriver, ZaberSettings};
 use devices::zaber_simulator::{Event, SimulatorConfig, ZaberFirmware};
 
-use super::cell::Reaction::{self, Named};
+use super::cell::Reaction::{self, Reported};
 use super::cell::{Scenario, cells};
 use super::controllers::InjectedFault::{self, Garbage, OtherDevice, Restart, Silence, Specific, Unplugged};
 use super::controllers::{Controller, cell};
@@ -16,7 +16,7 @@ struct Zaber;
 
 impl Controller for Zaber {
     type Firmware = ZaberFirmware;
-    const MAKES_LIGHT: bool = false;
+    const SWITCHES_LASER: bool = false;
 
     fn machine(scenario: Scenario) -> SimulatorConfig {
         let usual = SimulatorConfig::default();
@@ -39,18 +39,18 @@ impl Controller for Zaber {
         simulator.trigger_event(Event::Repair);
     }
 
-    fn comes_to_rest(trouble: InjectedFault<Event>) -> bool {
-        !matches!(trouble, Specific(Event::StuckUnnoticed))
+    fn comes_to_rest(fault: InjectedFault<Event>) -> bool {
+        !matches!(fault, Specific(Event::StuckUndetected))
     }
 }
 
-const NO_REPLY: Reaction = Named("stage", "no_reply");
-const GARBAGE: Reaction = Named("stage", "garbage");
-const ALARM: Reaction = Named("stage", "alarm");
-const GONE: Reaction = Named("stage", "gone");
-const RESTARTED: Reaction = Named("stage", "restarted");
-const STALLED: Reaction = Named("stage", "stalled");
-const WRONG_DEVICE: Reaction = Named("stage", "wrong_device");
+const NO_REPLY: Reaction = Reported("stage", "no_reply");
+const GARBAGE: Reaction = Reported("stage", "garbage");
+const ALARM: Reaction = Reported("stage", "alarm");
+const GONE: Reaction = Reported("stage", "gone");
+const RESTARTED: Reaction = Reported("stage", "restarted");
+const STALLED: Reaction = Reported("stage", "stalled");
+const WRONG_DEVICE: Reaction = Reported("stage", "wrong_device");
 
 cells! { zaber;
     silence: Silence =>
@@ -59,7 +59,7 @@ cells! { zaber;
     garbage: Garbage =>
         absent: WRONG_DEVICE, ready: GARBAGE, live: GARBAGE, scanning: GARBAGE, calibrating: GARBAGE,
         jogging: GARBAGE, homing: GARBAGE;
-    stall: Specific(Event::StuckUnnoticed) =>
+    stall: Specific(Event::StuckUndetected) =>
         scanning: STALLED, calibrating: STALLED, jogging: STALLED;
     emergency_stop: Specific(Event::EmergencyStop) =>
         absent: ALARM, ready: ALARM, live: ALARM, scanning: ALARM, calibrating: ALARM, jogging: ALARM, homing: ALARM;
@@ -72,6 +72,6 @@ cells! { zaber;
         absent: WRONG_DEVICE, ready: GONE, live: GONE, scanning: GONE, calibrating: GONE, jogging: GONE, homing: GONE;
 }
 
-fn zaber(scenario: Scenario, trouble: InjectedFault<Event>, reaction: Reaction) {
-    cell::<Zaber>(scenario, trouble, reaction);
+fn zaber(scenario: Scenario, fault: InjectedFault<Event>, reaction: Reaction) {
+    cell::<Zaber>(scenario, fault, reaction);
 }

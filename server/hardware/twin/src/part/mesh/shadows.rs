@@ -42,17 +42,17 @@ impl Mesh {
                 *lane = bits.trailing_zeros();
                 bits &= bits - 1;
                 let [from, to] = path(*lane as usize);
-                let way = to - from;
-                let length_mm = way.norm();
-                let (way, limit) = (way / length_mm, hidden_beyond(length_mm));
-                if self.plate.hit(&from, &way).is_some_and(|hit| hit.reach <= limit) {
+                let dir = to - from;
+                let length_mm = dir.norm();
+                let (dir, limit) = (dir / length_mm, hidden_beyond(length_mm));
+                if self.plate.hit(&from, &dir).is_some_and(|hit| hit.ray_length <= limit) {
                     continue;
                 }
                 lit |= 1 << *lane;
-                let (from, way) = (self.plate.local(&(from - self.plate.point_mm)), self.plate.local(&way));
+                let (from, dir) = (self.plate.local(&(from - self.plate.point_mm)), self.plate.local(&dir));
                 for axis in 0..3 {
-                    (rays.origin[axis][ray], rays.direction[axis][ray]) = (from[axis], way[axis]);
-                    rays.inverse[axis][ray] = way[axis].recip();
+                    (rays.origin[axis][ray], rays.direction[axis][ray]) = (from[axis], dir[axis]);
+                    rays.inverse[axis][ray] = dir[axis].recip();
                 }
                 rays.limit[ray] = limit;
             }
@@ -128,9 +128,9 @@ fn meets(triangle: &Triangle, rays: &Rays) -> [bool; N_RAYS] {
         let p = direction.cross(b);
         let scale = a.dot(&p).recip();
         let q = from.cross(a);
-        let (u, v, reach) = (from.dot(&p) * scale, direction.dot(&q) * scale, b.dot(&q) * scale);
+        let (u, v, ray_length) = (from.dot(&p) * scale, direction.dot(&q) * scale, b.dot(&q) * scale);
         let inside = (u >= -SEAM) & (v >= -SEAM) & (u + v <= 1.0 + SEAM);
-        met[ray] = inside & (reach > 0.0) & (reach < limit[ray]);
+        met[ray] = inside & (ray_length > 0.0) & (ray_length < limit[ray]);
     }
     met
 }

@@ -12,7 +12,7 @@ use crate::render::view::block::floor;
 const BAND_SLACK_CELLS: f64 = 0.25;
 
 /// Factor by which the band is wider than the sheet: the sheet's distance is first order (`docs/maths/twin.md`).
-const BAND_SHARE: f64 = 1.1;
+const BAND_FACTOR: f64 = 1.1;
 
 /// A band of directions from a viewpoint, in columns.
 #[derive(Debug)]
@@ -42,13 +42,13 @@ pub(crate) struct Patch {
 }
 
 impl Band {
-    /// The band of an order's light that contains `ball`, its sheet `reach_mm` thick to either side, sampled at fan
-    /// angles `step_rad` apart; `cell` is a tangent. `None` if no light passes.
+    /// The band of an order's light that contains `ball`, its sheet `half_width_mm` thick to either side, sampled at
+    /// fan angles `step_rad` apart; `cell` is a tangent. `None` if no light passes.
     pub(crate) fn new(
         grating: &Grating,
         order: i8,
         angles: impl Iterator<Item = f64>,
-        reach_mm: f64,
+        half_width_mm: f64,
         ball: &Ball,
         cell: f64,
     ) -> Option<Self> {
@@ -67,12 +67,14 @@ impl Band {
         let mut band = Self { viewpoint, axes, cell, first_column: 0, columns: Vec::new() };
         let mut before: Option<Vec<[f64; 2]>> = None;
         for ray in &rays {
-            let across = ray.direction.cross(&grating.fan).normalize() * (reach_mm * BAND_SHARE);
+            let across = ray.direction.cross(&grating.fan).normalize() * (half_width_mm * BAND_FACTOR);
             let middle = (ball.centre_mm - ray.origin_mm).dot(&ray.direction);
             let ends = [middle - ball.radius_mm, middle + ball.radius_mm];
             let section: Option<Vec<[f64; 2]>> = ends
                 .into_iter()
-                .flat_map(|reach| [-1.0, 1.0].map(|side| ray.origin_mm + across * side + ray.direction * reach))
+                .flat_map(|along_mm| {
+                    [-1.0, 1.0].map(|side| ray.origin_mm + across * side + ray.direction * along_mm)
+                })
                 .map(|point| band.tangents(&point))
                 .collect();
             let section = section?;
@@ -85,12 +87,12 @@ impl Band {
 
     /// Tangents along and across the band of a point in front of the viewpoint.
     fn tangents(&self, point: &Vector3<f64>) -> Option<[f64; 2]> {
-        self.seen(point).map(|[along, across, _]| [along, across])
+        self.view_coordinates(point).map(|[along, across, _]| [along, across])
     }
 
     /// Tangents along and across the band of a point in front of the viewpoint, and its depth.
     #[inline]
-    fn seen(&self, point: &Vector3<f64>) -> Option<[f64; 3]> {
+    fn view_coordinates(&self, point: &Vector3<f64>) -> Option<[f64; 3]> {
         let at = self.axes * (point - self.viewpoint);
         (at.z > 0.0).then(|| [at.x / at.z, at.y / at.z, at.z])
     }
@@ -166,7 +168,7 @@ impl Band {
     /// The directions of a triangle; `None` if a corner lies behind the viewpoint.
     pub(crate) fn corners(&self, corners: &[Vector3<f64>; 3]) -> Option<Corners> {
         let [a, b, c] = corners;
-        let (a, b, c) = (self.seen(a)?, self.seen(b)?, self.seen(c)?);
+        let (a, b, c) = (self.view_coordinates(a)?, self.view_coordinates(b)?, self.view_coordinates(c)?);
         let low = [0, 1].map(|axis: usize| a[axis].min(b[axis]).min(c[axis]));
         let high = [0, 1].map(|axis: usize| a[axis].max(b[axis]).max(c[axis]));
         Some(Corners { at: [a, b, c], patch: Patch { low, high } })

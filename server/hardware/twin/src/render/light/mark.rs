@@ -36,7 +36,7 @@ pub(crate) type Section = [Option<RayEnd>; ACROSS.len()];
 pub(crate) fn mark_triangle(
     camera: &Camera,
     band: &Band,
-    (triangle, seen): (&PlacedTriangle, Option<&Corners>),
+    (triangle, view_corners): (&PlacedTriangle, Option<&Corners>),
     depth: usize,
     lit: &mut LitPixels,
 ) {
@@ -46,7 +46,7 @@ pub(crate) fn mark_triangle(
     };
     let Some((low, high)) = bounds else { return };
     if let Some(pixels) = whole.filter(|_| (high[0] - low[0]).max(high[1] - low[1]) <= PIECE_PX) {
-        mark_in_sheet(band, seen, &pixels, lit);
+        mark_in_sheet(band, view_corners, &pixels, lit);
         return;
     }
     if depth >= MAX_PIECES_DEPTH {
@@ -56,9 +56,15 @@ pub(crate) fn mark_triangle(
     let [a, b, c] = triangle.corners;
     let (ab, bc, ca) = ((a + b) / 2.0, (b + c) / 2.0, (c + a) / 2.0);
     for piece in [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]] {
-        let seen = band.corners(&piece);
-        if seen.as_ref().is_none_or(|seen| band.touches(&seen.patch)) {
-            mark_triangle(camera, band, (&PlacedTriangle::new(camera, piece), seen.as_ref()), depth + 1, lit);
+        let view_corners = band.corners(&piece);
+        if view_corners.as_ref().is_none_or(|view_corners| band.touches(&view_corners.patch)) {
+            mark_triangle(
+                camera,
+                band,
+                (&PlacedTriangle::new(camera, piece), view_corners.as_ref()),
+                depth + 1,
+                lit,
+            );
         }
     }
 }
@@ -70,7 +76,7 @@ fn mark_in_sheet(band: &Band, corners: Option<&Corners>, pixels: &[[f64; 2]; 3],
         let Some((from, to)) = part else { continue };
         let (a, b) = (pixels[side], pixels[(side + 1) % 3]);
         for axis in 0..2 {
-            let ends = [from, to].map(|share| a[axis] + (b[axis] - a[axis]) * share);
+            let ends = [from, to].map(|fraction| a[axis] + (b[axis] - a[axis]) * fraction);
             low[axis] = low[axis].min(ends[0].min(ends[1]));
             high[axis] = high[axis].max(ends[0].max(ends[1]));
         }
@@ -104,8 +110,8 @@ fn enclose_four(from: [[f64; 2]; 2], to: [[f64; 2]; 2], lit: &mut LitPixels) {
     let rise = |axis: usize| (to[0][axis] - from[0][axis]).abs().max((to[1][axis] - from[1][axis]).abs());
     let n = (rise(0).min(rise(1)).ceil() as usize).clamp(1, COARSE as usize);
     let at = |side: usize, step: usize| {
-        let share = step as f64 / n as f64;
-        [0, 1].map(|axis| from[side][axis] + (to[side][axis] - from[side][axis]) * share)
+        let fraction = step as f64 / n as f64;
+        [0, 1].map(|axis| from[side][axis] + (to[side][axis] - from[side][axis]) * fraction)
     };
     for step in 0..n {
         if let Some((low, high)) = bounds(&[at(0, step), at(1, step), at(0, step + 1), at(1, step + 1)]) {

@@ -70,7 +70,7 @@ pub(crate) fn trace(
 impl Tracer<'_> {
     /// Distance between two [`COARSE`] rays plus the sheet's half-width.
     fn around_ray_mm(&self) -> f64 {
-        self.fan.angles.spacing_mm * f64::from(COARSE) + self.fan.reach_mm
+        self.fan.angles.spacing_mm * f64::from(COARSE) + self.fan.half_width_mm
     }
 
     /// Traces to the bare plate.
@@ -78,7 +78,7 @@ impl Tracer<'_> {
         let plate = Plate { point_mm: plate.point_mm + scene.moved_mm, ..*plate };
         self.follow(lit, scene, |origin, direction| {
             let hit = plate.hit(origin, direction)?;
-            self.landed(&(origin + direction * hit.reach), true)
+            self.landed(&(origin + direction * hit.ray_length), true)
         });
     }
 
@@ -89,20 +89,20 @@ impl Tracer<'_> {
         let rim_mm = RIM * self.around_ray_mm();
         let edge = board.half_mm() + board.square_mm;
         let within = |origin: &Vector3<f64>, direction: &Vector3<f64>, rim_mm: f64| {
-            let (reach, at) = board.plane_hit(origin, direction)?;
-            (at.x.abs() <= edge.x + rim_mm && at.y.abs() <= edge.y + rim_mm).then_some(reach)
+            let (ray_length, at) = board.plane_hit(origin, direction)?;
+            (at.x.abs() <= edge.x + rim_mm && at.y.abs() <= edge.y + rim_mm).then_some(ray_length)
         };
         self.follow(lit, scene, |origin, direction| {
-            let reach = within(origin, direction, rim_mm)?;
-            self.landed(&(origin + direction * reach), true)
+            let ray_length = within(origin, direction, rim_mm)?;
+            self.landed(&(origin + direction * ray_length), true)
         });
         let backdrop_z_mm = board.backdrop_z_mm + scene.moved_mm.z;
         self.follow(lit, scene, |origin, direction| {
             if within(origin, direction, -rim_mm).is_some() {
                 return None;
             }
-            let reach = (backdrop_z_mm - origin.z) / direction.z;
-            self.landed(&(origin + direction * reach), true)
+            let ray_length = (backdrop_z_mm - origin.z) / direction.z;
+            self.landed(&(origin + direction * ray_length), true)
         });
     }
 
@@ -113,9 +113,9 @@ impl Tracer<'_> {
         self.follow(lit, scene, |origin, direction| {
             let origin = origin - scene.moved_mm;
             let near =
-                beside.and_then(|near| part.hit_from(&origin, direction, near.reach_of(&origin, direction)));
+                beside.and_then(|near| part.hit_from(&origin, direction, near.ray_length_to(&origin, direction)));
             let hit = near.or_else(|| part.hit(&origin, direction))?;
-            let point_mm = origin + direction * hit.reach;
+            let point_mm = origin + direction * hit.ray_length;
             beside = Some(NearHit { point_mm, normal: hit.normal });
             self.landed(&(point_mm + scene.moved_mm), near.is_some())
         });
@@ -125,7 +125,7 @@ impl Tracer<'_> {
     fn follow_to_part(&self, scene: Placed<'_>, lit: &mut LitPixels) {
         let Some(part) = scene.part_ball() else { return };
         // Only within this distance of the middle of the sheet can a ray of its thickness come near.
-        let around = Ball { radius_mm: part.radius_mm + self.fan.reach_mm, ..part };
+        let around = Ball { radius_mm: part.radius_mm + self.fan.half_width_mm, ..part };
         let passes = |ray: &FanRay| around.is_near(&ray.origin_mm, &ray.direction);
         let last = self.fan.angles.last;
         let close = (-last..=last).filter(|&idx| self.fan.ray(idx).is_some_and(passes));
@@ -134,7 +134,7 @@ impl Tracer<'_> {
                 return None;
             }
             let hit = scene.hit(origin, direction)?;
-            self.landed(&(origin + direction * hit.reach), false)
+            self.landed(&(origin + direction * hit.ray_length), false)
         });
     }
 
@@ -147,21 +147,21 @@ impl Tracer<'_> {
         placed: &mut PlacedCorners,
     ) {
         let Renderer { model, .. } = self.renderer;
-        let Fan { order, angles, reach_mm, .. } = *self.fan;
+        let Fan { order, angles, half_width_mm, .. } = *self.fan;
         let steps = (-angles.last..=angles.last).step_by(COARSE as usize).chain([angles.last]);
         let cell = CELL_PX * angles.step_rad / FINE_STEP_PX;
         let Some(ball) = scene.part_ball() else { return };
         let steps = steps.map(|idx| angles.phi_rad(idx));
-        let Some(band) = Band::new(&model.grating, order, steps, reach_mm, &ball, cell) else { return };
-        placed.turn_to(&model.camera, mesh, &scene.moved_mm);
+        let Some(band) = Band::new(&model.grating, order, steps, half_width_mm, &ball, cell) else { return };
+        placed.prepare(&model.camera, mesh, &scene.moved_mm);
         let origin = mesh.plate.point_mm + scene.moved_mm;
         let may_touch =
             |centre: &_, radius_mm: f64| band.touches_ball(&(origin + mesh.plate.axes * centre), radius_mm);
         mesh.solid.for_each_in(may_touch, |idx| {
             let triangle = placed.triangle(mesh, idx);
-            let seen = band.corners(&triangle.corners);
-            if seen.as_ref().is_none_or(|seen| band.touches(&seen.patch)) {
-                mark_triangle(&model.camera, &band, (&triangle, seen.as_ref()), 0, lit);
+            let view_corners = band.corners(&triangle.corners);
+            if view_corners.as_ref().is_none_or(|view_corners| band.touches(&view_corners.patch)) {
+                mark_triangle(&model.camera, &band, (&triangle, view_corners.as_ref()), 0, lit);
             }
         });
     }
@@ -185,7 +185,7 @@ impl Tracer<'_> {
                 } else {
                     self.follow_closely(from..=idx, lit, |origin, direction| {
                         let hit = scene.hit(origin, direction)?;
-                        self.landed(&(origin + direction * hit.reach), false)
+                        self.landed(&(origin + direction * hit.ray_length), false)
                     });
                 }
             }

@@ -28,25 +28,25 @@ pub(crate) fn shadow_rays_near(ball: &Ball, from: &[Block; 3], to: &PixelHits, n
     let mut bits = 0;
     for lane in 0..n.min(WORD_PX) {
         let from = [from[0][lane], from[1][lane], from[2][lane]];
-        let way = minus(point(to, lane), from);
-        bits |= u64::from(is_near(ball.radius_mm, minus(centre, from), way)) << lane;
+        let dir = minus(point(to, lane), from);
+        bits |= u64::from(is_near(ball.radius_mm, minus(centre, from), dir)) << lane;
     }
     bits
 }
 
 /// Replaces the hits of the pixels `near` of the first `n` by the moved ball where it is nearer.
 #[multiversion(targets("x86_64+avx2"))]
-pub(crate) fn see_ball(ball: &Sphere, moved: &Vector3<f64>, n: usize, near: u64, hits: &mut PixelHits) {
+pub(crate) fn cast_ball(ball: &Sphere, moved: &Vector3<f64>, n: usize, near: u64, hits: &mut PixelHits) {
     let to_centre = array(&(ball.centre_mm + moved));
-    let PixelHits { rays: [x, y], reach, normal: [nx, ny, nz], reflectance, .. } = hits;
+    let PixelHits { rays: [x, y], ray_length, normal: [nx, ny, nz], reflectance, .. } = hits;
     for lane in 0..n.min(WORD_PX) {
         let ray = [x[lane], y[lane], 1.0];
         let (meets, at) = ball_hit(ball.radius_mm, to_centre, ray);
         // Without a plate the value is NaN, and no comparison holds.
-        let behind = at > reach[lane];
+        let behind = at > ray_length[lane];
         let first = (near >> lane & 1 == 1) & meets & !behind;
         let normal = [0, 1, 2].map(|axis: usize| (ray[axis] * at - to_centre[axis]) / ball.radius_mm);
-        reach[lane] = if first { at } else { reach[lane] };
+        ray_length[lane] = if first { at } else { ray_length[lane] };
         nx[lane] = if first { normal[0] } else { nx[lane] };
         ny[lane] = if first { normal[1] } else { ny[lane] };
         nz[lane] = if first { normal[2] } else { nz[lane] };
@@ -69,13 +69,13 @@ pub(crate) fn shadow_rays_past_ball(
     let mut bits = 0;
     for lane in 0..n.min(WORD_PX) {
         let from = minus([from[0][lane], from[1][lane], from[2][lane]], moved);
-        let way = minus(minus(point(to, lane), moved), from);
-        let length = dot(way, way).sqrt();
-        let way = way.map(|part| part / length);
+        let dir = minus(minus(point(to, lane), moved), from);
+        let length = dot(dir, dir).sqrt();
+        let dir = dir.map(|part| part / length);
         let limit = length - SAME_HIT_MM * if length > 1.0 { length } else { 1.0 };
-        let plate = dot(normal, minus(on_plate, from)) / dot(normal, way);
+        let plate = dot(normal, minus(on_plate, from)) / dot(normal, dir);
         let meets_plate = (plate > 0.0) & (plate < f64::INFINITY);
-        let (meets_ball, at) = ball_hit(ball.radius_mm, minus(centre, from), way);
+        let (meets_ball, at) = ball_hit(ball.radius_mm, minus(centre, from), dir);
         let free = (!meets_plate | (plate > limit)) & (!meets_ball | (at > limit));
         bits |= u64::from(free) << lane;
     }
@@ -89,8 +89,8 @@ fn ball_hit(radius_mm: f64, to_centre: [f64; 3], ray: [f64; 3]) -> (bool, f64) {
     let along = dot(to_centre, ray) / square;
     let beside = [0, 1, 2].map(|axis: usize| to_centre[axis] - ray[axis] * along);
     let inside = radius_mm * radius_mm - dot(beside, beside);
-    let reach = along - (inside / square).sqrt();
-    (reach > 0.0, reach)
+    let ray_length = along - (inside / square).sqrt();
+    (ray_length > 0.0, ray_length)
 }
 
 #[inline(always)]
@@ -106,8 +106,8 @@ fn is_near(radius_mm: f64, to_centre: [f64; 3], ray: [f64; 3]) -> bool {
 /// The surface point of a pixel.
 #[inline(always)]
 fn point(hits: &PixelHits, lane: usize) -> [f64; 3] {
-    let reach = hits.reach[lane];
-    [hits.rays[0][lane] * reach, hits.rays[1][lane] * reach, reach]
+    let ray_length = hits.ray_length[lane];
+    [hits.rays[0][lane] * ray_length, hits.rays[1][lane] * ray_length, ray_length]
 }
 
 #[inline(always)]
@@ -140,7 +140,7 @@ mod tests {
             let ray = Vector3::new((lane as f64 - 31.5) * 0.002, f64::from(row) * 0.002, 1.0);
             (hits.rays[0][lane], hits.rays[1][lane]) = (ray.x, ray.y);
             let plate = ball.plate.hit(&-moved, &ray).unwrap();
-            hits.put(lane, plate.reach, &plate.normal, plate.reflectance);
+            hits.set_hit(lane, plate.ray_length, &plate.normal, plate.reflectance);
         }
         hits
     }
@@ -158,13 +158,17 @@ mod tests {
         for row in -45..45 {
             let mut hits = row_of_plate(ball, &placed.moved_mm, row);
             let near = rays_near(&part, &hits.rays, WORD_PX);
-            see_ball(ball, &placed.moved_mm, WORD_PX, near, &mut hits);
+            cast_ball(ball, &placed.moved_mm, WORD_PX, near, &mut hits);
             let shadow_rays = shadow_rays_near(&part, &source, &hits, WORD_PX);
             let beside = shadow_rays_past_ball(ball, &placed.moved_mm, &source, &hits, WORD_PX);
             for lane in 0..WORD_PX {
                 let hit = placed.hit(&Vector3::zeros(), &hits.ray(lane)).unwrap();
-                assert_eq!((hit.reach, hit.normal), (hits.reach[lane], hits.normal(lane)), "{row} {lane}");
-                let to = hits.ray(lane) * hits.reach[lane];
+                assert_eq!(
+                    (hit.ray_length, hit.normal),
+                    (hits.ray_length[lane], hits.normal(lane)),
+                    "{row} {lane}"
+                );
+                let to = hits.ray(lane) * hits.ray_length[lane];
                 assert_eq!(part.is_near(&from, &(to - from)), shadow_rays >> lane & 1 == 1, "{row} {lane}");
                 assert_eq!(placed.reaches(&from, &to), beside >> lane & 1 == 1, "{row} {lane}");
                 n_ball += usize::from(hit.normal != ball.plate.normal());

@@ -32,15 +32,15 @@ struct AboveWord {
 /// Rays in the plate's frame and the surface below their current ends.
 struct Search {
     from: Vector3<f64>,
-    way: [Block; 3],
+    dir: [Block; 3],
     at: [Block; 2],
     height: Block,
     slope: [Block; 2],
 }
 
 impl Above {
-    /// [`crate::render::view::pixel_hits::View::see`] of hills.
-    pub(crate) fn see(
+    /// [`crate::render::view::pixel_hits::View::cast`] of hills.
+    pub(crate) fn cast(
         &mut self,
         part: &Freeform,
         moved: &Vector3<f64>,
@@ -62,12 +62,12 @@ impl Above {
         guess(above, first, &part.plate.normal(), plate_offset, n, hits);
         let from = part.plate.local(&(-moved - part.plate.point_mm));
         let mut search =
-            Search { from, way: [NOTHING; 3], at: [NOTHING; 2], height: NOTHING, slope: [NOTHING; 2] };
-        descend(part, n, &mut search, hits);
+            Search { from, dir: [NOTHING; 3], at: [NOTHING; 2], height: NOTHING, slope: [NOTHING; 2] };
+        newton_steps(part, n, &mut search, hits);
         for lane in 0..n {
-            if hits.reach[lane].is_nan() {
+            if hits.ray_length[lane].is_nan() {
                 match part.hit(&-moved, &hits.ray(lane)) {
-                    Some(hit) => hits.put(lane, hit.reach, &hit.normal, hit.reflectance),
+                    Some(hit) => hits.set_hit(lane, hit.ray_length, &hit.normal, hit.reflectance),
                     None => continue,
                 }
             }
@@ -82,7 +82,7 @@ impl AboveWord {
         self.offset[first + n..].fill(f64::NAN);
         for lane in 0..n {
             let normal = hits.normal(lane);
-            self.offset[first + lane] = normal.dot(&hits.ray(lane)) * hits.reach[lane];
+            self.offset[first + lane] = normal.dot(&hits.ray(lane)) * hits.ray_length[lane];
             (0..3).for_each(|axis| self.normal[axis][first + lane] = normal[axis]);
         }
     }
@@ -100,62 +100,62 @@ fn guess(
 ) {
     let [nx, ny, nz] = above.normal.each_ref().map(|axis| &axis[first..first + n]);
     let offset = &above.offset[first..first + n];
-    let PixelHits { rays: [x, y], reach, .. } = hits;
-    let (x, y, reach) = (&x[..n], &y[..n], &mut reach[..n]);
+    let PixelHits { rays: [x, y], ray_length, .. } = hits;
+    let (x, y, ray_length) = (&x[..n], &y[..n], &mut ray_length[..n]);
     for lane in 0..n {
         let tangent = offset[lane] / (nx[lane] * x[lane] + ny[lane] * y[lane] + nz[lane]);
         let plate = plate_offset_mm / (plate_normal.x * x[lane] + plate_normal.y * y[lane] + plate_normal.z);
-        reach[lane] = if tangent > 0.0 { tangent } else { plate };
+        ray_length[lane] = if tangent > 0.0 { tangent } else { plate };
     }
 }
 
 /// Newton steps for all rays at once; the ray length becomes NaN where they do not converge or where the curvature
 /// bound does not prove that the hit is the first ([`Freeform::hit_from`] is the same for one ray).
 #[multiversion(targets("x86_64+avx2"))]
-fn descend(part: &Freeform, n: usize, search: &mut Search, hits: &mut PixelHits) {
-    let Search { from, way, at, height, slope } = search;
-    let [wx, wy, wz] = way.each_mut().map(|axis| &mut axis[..n]);
+fn newton_steps(part: &Freeform, n: usize, search: &mut Search, hits: &mut PixelHits) {
+    let Search { from, dir, at, height, slope } = search;
+    let [wx, wy, wz] = dir.each_mut().map(|axis| &mut axis[..n]);
     let [ax, ay] = at.each_mut().map(|axis| &mut axis[..n]);
     let [sx, sy] = slope.each_mut().map(|axis| &mut axis[..n]);
-    let (height, reach) = (&mut height[..n], &mut hits.reach[..n]);
+    let (height, ray_length) = (&mut height[..n], &mut hits.ray_length[..n]);
     let [x, y] = hits.rays.each_ref().map(|axis| &axis[..n]);
     let axes = &part.plate.axes;
-    for (axis, way) in [&mut *wx, &mut *wy, &mut *wz].into_iter().enumerate() {
-        turn([axes[(0, axis)], axes[(1, axis)], axes[(2, axis)]], x, y, way);
+    for (axis, dir) in [&mut *wx, &mut *wy, &mut *wz].into_iter().enumerate() {
+        turn([axes[(0, axis)], axes[(1, axis)], axes[(2, axis)]], x, y, dir);
     }
     for _ in 0..MAX_STEPS {
-        advance(from.x, wx, reach, ax);
-        advance(from.y, wy, reach, ay);
+        advance(from.x, wx, ray_length, ax);
+        advance(from.y, wy, ray_length, ay);
         for slot in [&mut *height, &mut *sx, &mut *sy] {
             slot.fill(0.0);
         }
         for hill in &part.hills {
             add_hill(hill, ax, ay, height, sx, sy);
         }
-        if step(from.z, [wx, wy, wz], [sx, sy], height, reach) == 0 {
+        if step(from.z, [wx, wy, wz], [sx, sy], height, ray_length) == 0 {
             break;
         }
     }
     let ([nx, ny, nz], reflectance) = (&mut hits.normal, &mut hits.reflectance[..n]);
-    keep_proven(part, from.z, [wx, wy, wz], [sx, sy], height, reach);
+    keep_proven(part, from.z, [wx, wy, wz], [sx, sy], height, ray_length);
     for (axis, normal) in [nx, ny, nz].into_iter().enumerate() {
-        lean([axes[(axis, 0)], axes[(axis, 1)], axes[(axis, 2)]], sx, sy, &mut normal[..n]);
+        camera_normals([axes[(axis, 0)], axes[(axis, 1)], axes[(axis, 2)]], sx, sy, &mut normal[..n]);
     }
     reflectance.fill(PART_REFLECTANCE);
 }
 
 /// One component of the rays (x, y, 1) in the plate's frame.
 #[inline(always)]
-fn turn(axis: [f64; 3], x: &[f64], y: &[f64], way: &mut [f64]) {
-    for ((way, x), y) in way.iter_mut().zip(x).zip(y) {
-        *way = axis[0] * x + axis[1] * y + axis[2];
+fn turn(axis: [f64; 3], x: &[f64], y: &[f64], dir: &mut [f64]) {
+    for ((dir, x), y) in dir.iter_mut().zip(x).zip(y) {
+        *dir = axis[0] * x + axis[1] * y + axis[2];
     }
 }
 
 #[inline(always)]
-fn advance(from: f64, way: &[f64], reach: &[f64], at: &mut [f64]) {
-    for ((at, way), reach) in at.iter_mut().zip(way).zip(reach) {
-        *at = from + way * reach;
+fn advance(from: f64, dir: &[f64], ray_length: &[f64], at: &mut [f64]) {
+    for ((at, dir), ray_length) in at.iter_mut().zip(dir).zip(ray_length) {
+        *at = from + dir * ray_length;
     }
 }
 
@@ -179,48 +179,48 @@ fn add_hill(hill: &Hill, x: &[f64], y: &[f64], height: &mut [f64], slope_x: &mut
 /// One Newton step of every ray; turns the surface's heights into the rays' heights above it, and counts those too high
 /// for this to be the last step.
 #[inline(always)]
-fn step(from_z: f64, way: [&[f64]; 3], slope: [&[f64]; 2], height: &mut [f64], reach: &mut [f64]) -> u64 {
-    let n = reach.len();
-    let ([wx, wy, wz], [sx, sy]) = (way.map(|axis| &axis[..n]), slope.map(|axis| &axis[..n]));
+fn step(from_z: f64, dir: [&[f64]; 3], slope: [&[f64]; 2], height: &mut [f64], ray_length: &mut [f64]) -> u64 {
+    let n = ray_length.len();
+    let ([wx, wy, wz], [sx, sy]) = (dir.map(|axis| &axis[..n]), slope.map(|axis| &axis[..n]));
     let height = &mut height[..n];
     let mut high = 0;
     for lane in 0..n {
-        let above = from_z + wz[lane] * reach[lane] - height[lane];
+        let above = from_z + wz[lane] * ray_length[lane] - height[lane];
         let closing = sx[lane] * wx[lane] + sy[lane] * wy[lane] - wz[lane];
-        reach[lane] += above / closing;
+        ray_length[lane] += above / closing;
         height[lane] = above;
         high += u64::from(above.abs() >= LAST_STEP_MM);
     }
     high
 }
 
-/// Sets NaN where the curvature bound does not prove the hit to be the first (`Freeform::surely_free`).
+/// Sets NaN where the curvature bound does not prove the hit to be the first (`Freeform::is_proven_free`).
 #[inline(always)]
 fn keep_proven(
     part: &Freeform,
     from_z: f64,
-    way: [&[f64]; 3],
+    dir: [&[f64]; 3],
     slope: [&[f64]; 2],
     above: &[f64],
-    reach: &mut [f64],
+    ray_length: &mut [f64],
 ) {
-    let n = reach.len();
-    let ([wx, wy, wz], [sx, sy]) = (way.map(|axis| &axis[..n]), slope.map(|axis| &axis[..n]));
+    let n = ray_length.len();
+    let ([wx, wy, wz], [sx, sy]) = (dir.map(|axis| &axis[..n]), slope.map(|axis| &axis[..n]));
     let above = &above[..n];
     for lane in 0..n {
         let closing = sx[lane] * wx[lane] + sy[lane] * wy[lane] - wz[lane];
-        let to_ceiling = (part.ceiling_mm - (from_z + wz[lane] * reach[lane])) / -wz[lane];
-        let behind = if to_ceiling < reach[lane] { to_ceiling } else { reach[lane] };
+        let to_ceiling = (part.ceiling_mm - (from_z + wz[lane] * ray_length[lane])) / -wz[lane];
+        let behind = if to_ceiling < ray_length[lane] { to_ceiling } else { ray_length[lane] };
         let across = wx[lane] * wx[lane] + wy[lane] * wy[lane];
         let free = (wz[lane] < 0.0) & (closing > 0.0) & (part.curvature * across * behind < 2.0 * closing);
-        let met = free & (above[lane].abs() < LAST_STEP_MM) & (reach[lane] > 0.0);
-        reach[lane] = if met { reach[lane] } else { f64::NAN };
+        let met = free & (above[lane].abs() < LAST_STEP_MM) & (ray_length[lane] > 0.0);
+        ray_length[lane] = if met { ray_length[lane] } else { f64::NAN };
     }
 }
 
 /// One component of the unit normals in the camera frame.
 #[inline(always)]
-fn lean(axis: [f64; 3], slope_x: &[f64], slope_y: &[f64], normal: &mut [f64]) {
+fn camera_normals(axis: [f64; 3], slope_x: &[f64], slope_y: &[f64], normal: &mut [f64]) {
     for ((normal, sx), sy) in normal.iter_mut().zip(slope_x).zip(slope_y) {
         *normal = (axis[2] - axis[0] * sx - axis[1] * sy) / (1.0 + sx * sx + sy * sy).sqrt();
     }

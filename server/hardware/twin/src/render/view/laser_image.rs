@@ -103,7 +103,7 @@ pub(crate) fn laser_light(
         of_order.clear();
         let mut view = View::new(scene, memory);
         view.mark_lit(renderer, order_idx, of_order);
-        view.look_at(renderer, of_order);
+        view.prepare(renderer, of_order);
         light_of_order(renderer, &mut view, order_idx, of_order, levels, lit);
     }
 }
@@ -121,11 +121,11 @@ fn light_of_order(
     let light = OrderLight::new(renderer, order_idx);
     let (mut hits, mut sheet) = (PixelHits::nothing(), SheetBlock::nothing());
     let mut incident = IncidentLight { level: NOTHING, source: [NOTHING; 3] };
-    for (u, v, n) in may_be_lit.stretches(MAP_STEP_PX) {
-        view.aim(renderer, u, v, n, &mut hits);
-        view.see(u, v, n, &mut hits);
+    for (u, v, n) in may_be_lit.segments(MAP_STEP_PX) {
+        view.fill_rays(renderer, u, v, n, &mut hits);
+        view.cast(u, v, n, &mut hits);
         renderer.sheets[order_idx].read(u, v, n, &mut sheet);
-        if !fall(&light, &hits, &sheet, n, &mut incident) {
+        if !incident_light(&light, &hits, &sheet, n, &mut incident) {
             continue;
         }
         let inside = n.min(width - u);
@@ -178,15 +178,21 @@ fn add_light(level: &Block, bits: u64, row: &mut [f32]) {
 ///
 /// The laser's power drops at the ends of its fan as 1 − (φ/φ_max)¹⁶.
 #[multiversion(targets("x86_64+avx2"))]
-fn fall(light: &OrderLight, hits: &PixelHits, sheet: &SheetBlock, n: usize, incident: &mut IncidentLight) -> bool {
+fn incident_light(
+    light: &OrderLight,
+    hits: &PixelHits,
+    sheet: &SheetBlock,
+    n: usize,
+    incident: &mut IncidentLight,
+) -> bool {
     let Grating { source_mm, axis, fan, normal, gap_mm, .. } = &light.grating;
     let [axis_incidence, fan_incidence] = [axis.dot(normal), fan.dot(normal)];
     let IncidentLight { level, source: [qx, qy, qz] } = incident;
-    let PixelHits { rays: [x, y], reach, normal: [nx, ny, nz], reflectance, .. } = hits;
+    let PixelHits { rays: [x, y], ray_length, normal: [nx, ny, nz], reflectance, .. } = hits;
     let (mut across, mut widths, mut reached) = (NOTHING, NOTHING, false);
     for lane in 0..n.min(level.len()) {
-        let width = defocus(reach[lane] - light.standoff_mm, light.per_focus_depth_mm);
-        let sigmas = (reach[lane] - 1.0 / sheet.inverse_depth[lane]) * sheet.steepness[lane]
+        let width = defocus(ray_length[lane] - light.standoff_mm, light.per_focus_depth_mm);
+        let sigmas = (ray_length[lane] - 1.0 / sheet.inverse_depth[lane]) * sheet.steepness[lane]
             / (light.sheet_sigma_mm * width);
         widths[lane] = width;
         reached |= sigmas.abs() <= SHEET_REACH_SIGMAS;
@@ -201,10 +207,10 @@ fn fall(light: &OrderLight, hits: &PixelHits, sheet: &SheetBlock, n: usize, inci
         let (tan, phi) = (sheet.tan_phi[lane], sheet.phi_rad[lane] / light.fan_half_angle_rad);
         let to_grating = gap_mm / (axis_incidence + tan * fan_incidence);
         let source = [0, 1, 2].map(|idx| source_mm[idx] + (axis[idx] + tan * fan[idx]) * to_grating);
-        let at = [x[lane] * reach[lane], y[lane] * reach[lane], reach[lane]];
-        let way = [at[0] - source[0], at[1] - source[1], at[2] - source[2]];
-        let square = way[0] * way[0] + way[1] * way[1] + way[2] * way[2];
-        let incidence = -(way[0] * nx[lane] + way[1] * ny[lane] + way[2] * nz[lane]);
+        let at = [x[lane] * ray_length[lane], y[lane] * ray_length[lane], ray_length[lane]];
+        let dir = [at[0] - source[0], at[1] - source[1], at[2] - source[2]];
+        let square = dir[0] * dir[0] + dir[1] * dir[1] + dir[2] * dir[2];
+        let incidence = -(dir[0] * nx[lane] + dir[1] * ny[lane] + dir[2] * nz[lane]);
         let (phi_2, phi_4) = (phi * phi, phi * phi * phi * phi);
         let power = 1.0 - phi_4 * phi_4 * phi_4 * phi_4;
         let there = (sigmas.abs() <= SHEET_REACH_SIGMAS) & (incidence > 0.0) & (phi_2 < 1.0);
@@ -262,14 +268,14 @@ mod tests {
         of_order.add_rectangle([0.0; 2], [width as f64, height as f64], 0.0);
         for order_idx in 0..renderer.model.orders.len() {
             let mut view = View::new(scene, &mut memory);
-            view.look_at(renderer, &of_order);
+            view.prepare(renderer, &of_order);
             light_of_order(renderer, &mut view, order_idx, &of_order, &mut levels, &mut lit);
         }
         levels
     }
 
     #[test]
-    fn no_light_falls_on_pixels_that_are_not_looked_at() {
+    fn no_light_falls_on_pixels_that_are_not_evaluated() {
         let shape = StationShape { width_px: 328, height_px: 250, ..StationShape::default() };
         let columns = StationShape { line_direction: LineDirection::Columns, ..shape.clone() };
         let close =

@@ -68,7 +68,7 @@ impl LitPixels {
 
     /// Segments (u, v, n) of rows that contain the set, row by row: whole steps of `step_px`, which divides a word, at
     /// most a word each. The last step may extend beyond the image.
-    pub(crate) fn stretches(&self, step_px: usize) -> impl Iterator<Item = (usize, usize, usize)> + '_ {
+    pub(crate) fn segments(&self, step_px: usize) -> impl Iterator<Item = (usize, usize, usize)> + '_ {
         let lit = self.words.iter().enumerate().filter(|(_, word)| **word != 0);
         lit.map(move |(idx, &word)| {
             let (u, v) = (idx % self.words_per_row * WORD_PX, idx / self.words_per_row);
@@ -194,7 +194,7 @@ mod tests {
         let pixels: Vec<_> = lit.pixels().collect();
         let expected: Vec<_> = (1..=2).flat_map(|v| (62..=128).map(move |u| (u, v))).collect();
         assert_eq!(pixels, expected);
-        assert_eq!(lit.stretches(8).take(3).collect::<Vec<_>>(), [(56, 1, 8), (64, 1, 64), (128, 1, 8)]);
+        assert_eq!(lit.segments(8).take(3).collect::<Vec<_>>(), [(56, 1, 8), (64, 1, 64), (128, 1, 8)]);
         let mut runs = Vec::new();
         lit.blurred_runs(4, &mut Vec::new(), &mut runs);
         assert_eq!(runs, [(0, 130)]);

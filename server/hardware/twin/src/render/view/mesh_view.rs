@@ -13,7 +13,7 @@ use crate::render::view::block::{Block, NOTHING, ceil, floor};
 use crate::render::view::lit_pixels::{FilledCells, LitPixels, WORD_PX, bits_between, lanes};
 use crate::render::view::pixel_hits::PixelHits;
 
-/// Upper bound of the stretch of a step in the ideal image by lens distortion.
+/// Upper bound of the segment of a step in the ideal image by lens distortion.
 const LENS_STRETCH: f64 = 1.3;
 
 /// Margin around the corners of a triangle, pixels.
@@ -42,7 +42,7 @@ struct Word {
     /// The requested pixels.
     lit: u64,
     rays: [Block; 2],
-    reach: Block,
+    ray_length: Block,
     triangle: [u32; WORD_PX],
 }
 
@@ -76,7 +76,7 @@ impl MeshView {
     ) {
         self.lay_out(renderer, lit);
         let camera = &renderer.model.camera;
-        placed.turn_to(camera, mesh, moved);
+        placed.prepare(camera, mesh, moved);
         let origin = mesh.plate.point_mm + moved;
         let Self { word_idx, words, filled } = self;
         filled.count(lit);
@@ -101,16 +101,16 @@ impl MeshView {
     fn lay_out(&mut self, renderer: &Renderer, lit: &LitPixels) {
         self.word_idx.clear();
         self.word_idx.resize(lit.n_words(), NONE);
-        for (word_idx, (u, v, n)) in lit.stretches(MAP_STEP_PX).enumerate() {
+        for (word_idx, (u, v, n)) in lit.segments(MAP_STEP_PX).enumerate() {
             if word_idx == self.words.len() {
                 let triangle = [NO_TRIANGLE; WORD_PX];
-                self.words.push(Word { lit: 0, rays: [NOTHING; 2], reach: NOTHING, triangle });
+                self.words.push(Word { lit: 0, rays: [NOTHING; 2], ray_length: NOTHING, triangle });
             }
             let word = &mut self.words[word_idx];
             let first = u % WORD_PX;
             renderer.rays.read(u, v, word.rays.each_mut().map(|axis| &mut axis[first..first + n]));
             word.lit = lit.word(u, v);
-            word.reach = [f64::INFINITY; WORD_PX];
+            word.ray_length = [f64::INFINITY; WORD_PX];
             self.word_idx[v * lit.words_per_row() + u / WORD_PX] = word_idx as u32;
         }
     }
@@ -123,7 +123,7 @@ impl MeshView {
     }
 
     /// The rays of a segment.
-    pub(crate) fn aim(&self, words_per_row: usize, (u, v): (usize, usize), n: usize, hits: &mut PixelHits) {
+    pub(crate) fn fill_rays(&self, words_per_row: usize, (u, v): (usize, usize), n: usize, hits: &mut PixelHits) {
         let (word, first) = self.word(words_per_row, (u, v));
         for (axis, rays) in hits.rays_mut(n).into_iter().zip(&word.rays) {
             axis.copy_from_slice(&rays[first..first + n]);
@@ -132,7 +132,7 @@ impl MeshView {
 
     /// Replaces the hits of a pixel segment, which are those of its plate with the same reflectance, where the part is
     /// nearer; pixels that were not requested have no hit.
-    pub(crate) fn see(
+    pub(crate) fn cast(
         &self,
         mesh: &Mesh,
         words_per_row: usize,
@@ -141,7 +141,7 @@ impl MeshView {
         hits: &mut PixelHits,
     ) {
         let (word, first) = self.word(words_per_row, (u, v));
-        let on_part = put_before(&word.reach[first..first + n], word.lit >> first, hits);
+        let on_part = put_before(&word.ray_length[first..first + n], word.lit >> first, hits);
         let mut last = (NO_TRIANGLE, Vector3::zeros());
         for lane in lanes(on_part) {
             let idx = word.triangle[first + lane];
@@ -150,7 +150,7 @@ impl MeshView {
                 let normal = mesh.plate.axes * mesh.solid.normal(idx);
                 last = (idx, if normal.dot(&hits.ray(lane)) > 0.0 { -normal } else { normal });
             }
-            hits.turn(lane, &last.1);
+            hits.set_normal(lane, &last.1);
         }
     }
 }
@@ -172,7 +172,7 @@ impl Facet {
     #[inline(always)]
     fn test(&self, step: usize, word: &mut Word) {
         let Self { within: [u, v, w], scale, height, idx } = self;
-        let Word { rays: [x, y], reach, triangle, .. } = word;
+        let Word { rays: [x, y], ray_length, triangle, .. } = word;
         let (x, y) = (&x.as_chunks::<STEP_PX>().0[step], &y.as_chunks::<STEP_PX>().0[step]);
         let mut inside = [false; STEP_PX];
         for lane in 0..STEP_PX {
@@ -182,18 +182,18 @@ impl Facet {
         if inside == [false; STEP_PX] {
             return;
         }
-        let reach = &mut reach.as_chunks_mut::<STEP_PX>().0[step];
+        let ray_length = &mut ray_length.as_chunks_mut::<STEP_PX>().0[step];
         let triangle = &mut triangle.as_chunks_mut::<STEP_PX>().0[step];
         let (mut met, mut nearest) = ([0.0; STEP_PX], [false; STEP_PX]);
         for lane in 0..STEP_PX {
             met[lane] = height / (scale.x * x[lane] + scale.y * y[lane] + scale.z);
         }
         for lane in 0..STEP_PX {
-            nearest[lane] = inside[lane] & (met[lane] > 0.0) & (met[lane] < reach[lane]);
+            nearest[lane] = inside[lane] & (met[lane] > 0.0) & (met[lane] < ray_length[lane]);
         }
         if nearest != [false; STEP_PX] {
             for lane in 0..STEP_PX {
-                reach[lane] = if nearest[lane] { met[lane] } else { reach[lane] };
+                ray_length[lane] = if nearest[lane] { met[lane] } else { ray_length[lane] };
                 triangle[lane] = if nearest[lane] { *idx } else { triangle[lane] };
             }
         }
@@ -213,28 +213,28 @@ fn draw_facet(
         let between = bits_between(left, right, word);
         for row in rows[word..].iter().step_by(words_per_row) {
             let Some(word) = words.get_mut(*row as usize) else { continue };
-            let mut asked_for = word.lit & between;
-            while asked_for != 0 {
-                let step = asked_for.trailing_zeros() as usize / STEP_PX;
+            let mut requested = word.lit & between;
+            while requested != 0 {
+                let step = requested.trailing_zeros() as usize / STEP_PX;
                 facet.test(step, word);
-                asked_for &= !(((1 << STEP_PX) - 1) << (step * STEP_PX));
+                requested &= !(((1 << STEP_PX) - 1) << (step * STEP_PX));
             }
         }
     }
 }
 
-/// Replaces the hits where the part is nearer, and returns these pixels; those not in `asked_for` have no hit.
+/// Replaces the hits where the part is nearer, and returns these pixels; those not in `requested` have no hit.
 #[multiversion(targets("x86_64+avx2"))]
-fn put_before(part: &[f64], asked_for: u64, hits: &mut PixelHits) -> u64 {
+fn put_before(part: &[f64], requested: u64, hits: &mut PixelHits) -> u64 {
     let mut on_part = 0;
-    for (lane, (reach, part)) in hits.reach.iter_mut().zip(part).enumerate() {
+    for (lane, (ray_length, part)) in hits.ray_length.iter_mut().zip(part).enumerate() {
         // Without a plate its ray length is NaN.
-        let behind = *reach < *part;
+        let behind = *ray_length < *part;
         let nearer = (*part < f64::INFINITY) & !behind;
-        let asked_for = asked_for >> lane & 1 != 0;
-        on_part |= u64::from(nearer & asked_for) << lane;
-        let nearest = if nearer { *part } else { *reach };
-        *reach = if asked_for { nearest } else { f64::NAN };
+        let requested = requested >> lane & 1 != 0;
+        on_part |= u64::from(nearer & requested) << lane;
+        let nearest = if nearer { *part } else { *ray_length };
+        *ray_length = if requested { nearest } else { f64::NAN };
     }
     on_part
 }

@@ -10,7 +10,7 @@ use crate::part::print::Print;
 use crate::part::scene::{Ball, Plate, Scene};
 use crate::render::light::trace::trace;
 use crate::render::renderer::Renderer;
-use crate::render::view::ball_block::{rays_near, see_ball, shadow_rays_near, shadow_rays_past_ball};
+use crate::render::view::ball_block::{cast_ball, rays_near, shadow_rays_near, shadow_rays_past_ball};
 use crate::render::view::block::{Block, NOTHING, floor};
 use crate::render::view::freeform_block::Above;
 use crate::render::view::laser_image::Placed;
@@ -23,7 +23,7 @@ pub(crate) struct PixelHits {
     /// x and y of the rays.
     pub rays: [Block; 2],
     /// The hit is reach · ray; NaN without a hit.
-    pub reach: Block,
+    pub ray_length: Block,
     /// Unit normals, out of the material.
     pub normal: [Block; 3],
     /// Fractions of the light that a white, matt surface would reflect.
@@ -32,7 +32,7 @@ pub(crate) struct PixelHits {
 
 impl PixelHits {
     pub(crate) fn nothing() -> Self {
-        Self { rays: [NOTHING; 2], reach: NOTHING, normal: [NOTHING; 3], reflectance: NOTHING }
+        Self { rays: [NOTHING; 2], ray_length: NOTHING, normal: [NOTHING; 3], reflectance: NOTHING }
     }
 
     pub(crate) fn rays_mut(&mut self, n: usize) -> [&mut [f64]; 2] {
@@ -50,19 +50,19 @@ impl PixelHits {
     /// The surface point of a pixel.
     #[inline]
     fn point(&self, lane: usize) -> Vector3<f64> {
-        self.ray(lane) * self.reach[lane]
+        self.ray(lane) * self.ray_length[lane]
     }
 
     /// Replaces the normal of a pixel's hit.
     #[inline]
-    pub(crate) fn turn(&mut self, lane: usize, normal: &Vector3<f64>) {
+    pub(crate) fn set_normal(&mut self, lane: usize, normal: &Vector3<f64>) {
         (0..3).for_each(|axis| self.normal[axis][lane] = normal[axis]);
     }
 
     /// Replaces a pixel's hit.
-    pub(crate) fn put(&mut self, lane: usize, reach: f64, normal: &Vector3<f64>, reflectance: f64) {
-        self.reach[lane] = reach;
-        self.turn(lane, normal);
+    pub(crate) fn set_hit(&mut self, lane: usize, ray_length: f64, normal: &Vector3<f64>, reflectance: f64) {
+        self.ray_length[lane] = ray_length;
+        self.set_normal(lane, normal);
         self.reflectance[lane] = reflectance;
     }
 }
@@ -94,7 +94,7 @@ impl<'s> View<'s> {
     }
 
     /// Prepares the words that contain the set `lit`; required before any segment is evaluated.
-    pub(crate) fn look_at(&mut self, renderer: &Renderer, lit: &LitPixels) {
+    pub(crate) fn prepare(&mut self, renderer: &Renderer, lit: &LitPixels) {
         self.words_per_row = lit.words_per_row();
         if let Scene::Mesh(mesh) = self.scene.scene {
             let MeshMemory { view, placed } = &mut *self.memory;
@@ -103,39 +103,39 @@ impl<'s> View<'s> {
     }
 
     /// Fills in the first `n` rays of a segment that begins at column `u` of row `v`.
-    pub(crate) fn aim(&self, renderer: &Renderer, u: usize, v: usize, n: usize, hits: &mut PixelHits) {
+    pub(crate) fn fill_rays(&self, renderer: &Renderer, u: usize, v: usize, n: usize, hits: &mut PixelHits) {
         match self.scene.scene {
-            Scene::Mesh(_) => self.memory.view.aim(self.words_per_row, (u, v), n, hits),
+            Scene::Mesh(_) => self.memory.view.fill_rays(self.words_per_row, (u, v), n, hits),
             _ => renderer.rays.read(u, v, hits.rays_mut(n)),
         }
     }
 
     /// Fills in the first `n` hits of a segment that begins at column `u` of row `v`.
-    pub(crate) fn see(&mut self, u: usize, v: usize, n: usize, hits: &mut PixelHits) {
+    pub(crate) fn cast(&mut self, u: usize, v: usize, n: usize, hits: &mut PixelHits) {
         let moved = &self.scene.moved_mm;
         match self.scene.scene {
             Scene::Board(board) => {
                 let moved_board = board.moved(moved);
-                see_board(&moved_board, board.backdrop_z_mm + moved.z, n, hits);
-                see_print(&moved_board, n, hits);
+                cast_board(&moved_board, board.backdrop_z_mm + moved.z, n, hits);
+                cast_print(&moved_board, n, hits);
             }
-            Scene::Plate(plate) => see_plate(plate, moved, n, hits),
+            Scene::Plate(plate) => cast_plate(plate, moved, n, hits),
             Scene::Gauge(gauge) => {
-                see_plate(&gauge.plate, moved, n, hits);
+                cast_plate(&gauge.plate, moved, n, hits);
                 let near = self.part.map_or(0, |part| rays_near(&part, &hits.rays, n));
-                lanes(near).for_each(|lane| self.see_one(lane, hits));
+                lanes(near).for_each(|lane| self.cast_one(lane, hits));
             }
             Scene::Sphere(ball) => {
-                see_plate(&ball.plate, moved, n, hits);
+                cast_plate(&ball.plate, moved, n, hits);
                 let near = self.part.map_or(0, |part| rays_near(&part, &hits.rays, n));
                 if near != 0 {
-                    see_ball(ball, moved, n, near, hits);
+                    cast_ball(ball, moved, n, near, hits);
                 }
             }
-            Scene::Freeform(part) => self.above.see(part, moved, (u, v), n, hits),
+            Scene::Freeform(part) => self.above.cast(part, moved, (u, v), n, hits),
             Scene::Mesh(mesh) => {
-                see_plate(&mesh.plate, moved, n, hits);
-                self.memory.view.see(mesh, self.words_per_row, (u, v), n, hits);
+                cast_plate(&mesh.plate, moved, n, hits);
+                self.memory.view.cast(mesh, self.words_per_row, (u, v), n, hits);
             }
         }
     }
@@ -167,26 +167,26 @@ impl<'s> View<'s> {
         self.scene.lights(&from, &hits.point(lane), &hits.normal(lane))
     }
 
-    fn see_one(&self, lane: usize, hits: &mut PixelHits) {
+    fn cast_one(&self, lane: usize, hits: &mut PixelHits) {
         match self.scene.hit(&Vector3::zeros(), &hits.ray(lane)) {
-            Some(hit) => hits.put(lane, hit.reach, &hit.normal, hit.reflectance),
-            None => hits.reach[lane] = f64::NAN,
+            Some(hit) => hits.set_hit(lane, hit.ray_length, &hit.normal, hit.reflectance),
+            None => hits.ray_length[lane] = f64::NAN,
         }
     }
 }
 
-fn see_plate(plate: &Plate, moved: &Vector3<f64>, n: usize, hits: &mut PixelHits) {
+fn cast_plate(plate: &Plate, moved: &Vector3<f64>, n: usize, hits: &mut PixelHits) {
     let normal = plate.normal();
-    see_plane(&normal, normal.dot(&(plate.point_mm + moved)), n, hits);
+    cast_plane(&normal, normal.dot(&(plate.point_mm + moved)), n, hits);
 }
 
 /// The plane of all points X with normal · X = `offset_mm`.
 #[multiversion(targets("x86_64+avx2"))]
-fn see_plane(normal: &Vector3<f64>, offset_mm: f64, n: usize, hits: &mut PixelHits) {
+fn cast_plane(normal: &Vector3<f64>, offset_mm: f64, n: usize, hits: &mut PixelHits) {
     let [x, y] = &hits.rays;
-    for ((reach, x), y) in hits.reach[..n].iter_mut().zip(x).zip(y) {
+    for ((ray_length, x), y) in hits.ray_length[..n].iter_mut().zip(x).zip(y) {
         let met = offset_mm / (normal.x * x + normal.y * y + normal.z);
-        *reach = if met > 0.0 && met < f64::INFINITY { met } else { f64::NAN };
+        *ray_length = if met > 0.0 && met < f64::INFINITY { met } else { f64::NAN };
     }
     for (axis, block) in hits.normal.iter_mut().enumerate() {
         block[..n].fill(normal[axis]);
@@ -194,8 +194,8 @@ fn see_plane(normal: &Vector3<f64>, offset_mm: f64, n: usize, hits: &mut PixelHi
     hits.reflectance[..n].fill(PART_REFLECTANCE);
 }
 
-/// Adds the print of a board that [`see_board`] evaluates as a plain chessboard.
-fn see_print(board: &Board, n: usize, hits: &mut PixelHits) {
+/// Adds the print of a board that [`cast_board`] evaluates as a plain chessboard.
+fn cast_print(board: &Board, n: usize, hits: &mut PixelHits) {
     if board.print == Print::Squares {
         return;
     }
@@ -209,12 +209,12 @@ fn see_print(board: &Board, n: usize, hits: &mut PixelHits) {
 
 /// The board, or the backdrop behind it.
 #[multiversion(targets("x86_64+avx2"))]
-fn see_board(board: &Board, backdrop_z_mm: f64, n: usize, hits: &mut PixelHits) {
+fn cast_board(board: &Board, backdrop_z_mm: f64, n: usize, hits: &mut PixelHits) {
     let [across, down, normal] = [0, 1, 2].map(|axis| board.axes.column(axis).into_owned());
     let (half, inner) = (board.half_mm(), [board.inner_columns as f64, board.inner_rows as f64]);
     let ([square_x, square_y], centre) = (board.square_mm.into(), board.centre_mm);
     let offset = normal.dot(&centre);
-    let PixelHits { rays: [x, y], reach, normal: [nx, ny, nz], reflectance, .. } = hits;
+    let PixelHits { rays: [x, y], ray_length, normal: [nx, ny, nz], reflectance, .. } = hits;
     for lane in 0..n.min(x.len()) {
         let met = offset / (normal.x * x[lane] + normal.y * y[lane] + normal.z);
         let at = [x[lane] * met - centre.x, y[lane] * met - centre.y, met - centre.z];
@@ -226,7 +226,7 @@ fn see_board(board: &Board, backdrop_z_mm: f64, n: usize, hits: &mut PixelHits) 
         let squares = column + row;
         let black = inside & (squares - 2.0 * floor(squares / 2.0) < 0.5);
         let board_reflectance = if black { BLACK_REFLECTANCE } else { WHITE_REFLECTANCE };
-        reach[lane] = if on_board { met } else { backdrop_z_mm };
+        ray_length[lane] = if on_board { met } else { backdrop_z_mm };
         nx[lane] = if on_board { -normal.x } else { 0.0 };
         ny[lane] = if on_board { -normal.y } else { 0.0 };
         nz[lane] = if on_board { -normal.z } else { -1.0 };

@@ -93,7 +93,7 @@ fn in_the_dark_the_plain_channel_of_the_laser_is_taken() {
 }
 
 #[test]
-fn a_grey_laser_picture_in_a_colour_file_is_read_as_grey() {
+fn a_grey_laser_image_in_a_colour_file_is_read_as_grey() {
     let pose = Pose::new(0);
     let picture = pose.picture(0.0, [0.0; 3], 1);
     let Picture::Colour(_) = &picture else { panic!("every colour has its own noise") };

@@ -14,16 +14,16 @@ pub const RED_LASER: [f32; 3] = [1.0, 0.08, 0.05];
 /// The same of a green one.
 pub const GREEN_LASER: [f32; 3] = [0.06, 1.0, 0.12];
 
-/// White of the ambient light in each colour: a warm lamp.
+/// White of the ambient light in each colour: warm white.
 const WHITE: [f64; 3] = [1.0, 0.93, 0.85];
 
-/// A photograph: every colour channel has independent noise. `ordinary_level`: brightness of white paper, of 255.
+/// A photograph: every colour channel has independent noise. `ambient_level`: brightness of white paper, of 255.
 pub fn photograph(
     renderer: &Renderer,
     scene: &Scene,
-    ordinary_level: f64,
+    ambient_level: f64,
     laser: [f32; 3],
-    picture: u64,
+    image_number: u64,
 ) -> RgbImage {
     let mut buffers = ExposureBuffers::default();
     let colours = [0, 1, 2].map(|c| {
@@ -31,12 +31,12 @@ pub fn photograph(
         let exposure = Exposure {
             scene,
             position: 0.0,
-            ordinary_level: ordinary_level * WHITE[c],
-            ordinary_share: 1.0,
-            laser_share: laser[c],
+            ambient_level: ambient_level * WHITE[c],
+            ambient_exposure: 1.0,
+            laser_exposure: laser[c],
             gain: 1.0,
             bits: 8,
-            picture: 3 * picture + c as u64,
+            image_number: 3 * image_number + c as u64,
         };
         renderer.expose(&exposure, &mut buffers, &mut image);
         image

@@ -121,7 +121,7 @@ fn message(result: &CalibrationResult) -> String {
     match &result.report.light {
         None => format!("camera calibrated, {corners}; without laser images it cannot be used for scanning"),
         Some(light) => format!(
-            "calibrated by the model {}, {corners}, depth within {:.1} µm; activate it to use it",
+            "calibrated with model {}, {corners}, depth within {:.1} µm; activate it to use it",
             light.model,
             light.systematic_sigma_mm * 1e3
         ),

@@ -80,7 +80,7 @@ struct Album<'a> {
     ctx: &'a StationContext,
     folder: &'a Path,
     share: f64,
-    n_pictures: usize,
+    n_images: usize,
     n_taken: usize,
     size_px: Option<(usize, usize)>,
     poses: Vec<Pose>,
@@ -88,15 +88,15 @@ struct Album<'a> {
 }
 
 impl<'a> Album<'a> {
-    fn new(folder: &'a Path, n_pictures: usize, ctx: &'a StationContext, share: f64) -> Result<Self, JobEnd> {
+    fn new(folder: &'a Path, n_images: usize, ctx: &'a StationContext, share: f64) -> Result<Self, JobEnd> {
         make_folders(folder)?;
         let (poses, stage_views) = (Vec::new(), Vec::new());
-        Ok(Self { ctx, folder, share, n_pictures, n_taken: 0, size_px: None, poses, stage_views })
+        Ok(Self { ctx, folder, share, n_images, n_taken: 0, size_px: None, poses, stage_views })
     }
 
     fn report_activity(&self, camera: &Photographer, step: impl Into<Step>, words: &str) {
         camera.report_activity(words);
-        self.ctx.report(self.share * self.n_taken as f64 / self.n_pictures as f64, step, words);
+        self.ctx.report(self.share * self.n_taken as f64 / self.n_images as f64, step, words);
     }
 
     fn add(&mut self, folder: &str, frame: &StampedFrame) -> Result<PathBuf, JobEnd> {

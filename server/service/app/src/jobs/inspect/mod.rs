@@ -1,4 +1,4 @@
-//! Inspection of a part: scan, measure by the plan of the recipe, judge; and the same scan judged anew.
+//! Inspection of a part: scan, measurement according to the plan of the recipe, verdict; and re-evaluation of a stored scan.
 
 mod re_evaluate;
 #[cfg(test)]
@@ -16,8 +16,8 @@ use crate::jobs::{ComputeContext, Done, InspectInput, JobEnd, ScanInput, Station
 use crate::progress::Phase;
 use crate::resources::calibrations::stored::stored_document;
 use crate::resources::inspections::{inspection_changes, judged, new_inspection};
-use crate::resources::recipes::{RecipeScan, RecipeVersion, stored_version};
-use crate::resources::scan_run::{ScanPurpose, ScanSource};
+use crate::resources::recipes::{RecipeVersion, stored_version};
+use crate::resources::scan_run::{ScanPurpose, ScanSettings, ScanSource};
 use crate::resources::stored_scan::stored_cloud;
 
 pub use re_evaluate::run as re_evaluate;
@@ -26,7 +26,7 @@ pub(crate) use re_evaluate::without_scan;
 /// The record kind of inspections.
 const INSPECTION: &str = "inspection";
 
-/// Scans and judges a part. A job cancelled between scan and verdict keeps its scan.
+/// Inspects a part. A job cancelled between scan and verdict keeps its scan.
 pub fn at_station(input: &InspectInput, ctx: &StationContext) -> Result<Done, JobEnd> {
     let version = ctx.wait(stored_version(&ctx.ledger, &input.recipe_id, input.recipe_version))?;
     let mut measured = at_station_measured(&scan_of(&version.recipe.scan, &input.part.serial), ctx)?;
@@ -61,27 +61,12 @@ fn message(version: &RecipeVersion, result: &PlanResult) -> String {
     format!("{} by {}", result.verdict.label(), version.name())
 }
 
-/// The scan of a part by a recipe, with the active calibration.
-pub(crate) fn scan_of(scan: &RecipeScan, name: &str) -> ScanInput {
-    let scan = scan.clone();
+/// The scan of a part with the settings of a recipe and the active calibration.
+pub(crate) fn scan_of(settings: &ScanSettings, name: &str) -> ScanInput {
     ScanInput {
         source: ScanSource::Station,
         name: Some(name.to_owned()),
-        from_mm: scan.from_mm,
-        to_mm: scan.to_mm,
-        step_mm: scan.step_mm,
-        speed_mm_s: scan.speed_mm_s,
-        from_deg: scan.from_deg,
-        to_deg: scan.to_deg,
-        step_deg: scan.step_deg,
-        speed_deg_s: scan.speed_deg_s,
-        mode: scan.mode,
-        exposure_us: scan.exposure_us,
-        exposures_us: scan.exposures_us,
-        laser_power: scan.laser_power,
-        keep_frames: scan.keep_frames,
-        background: scan.background,
-        record: scan.record,
+        settings: settings.clone(),
         calibration_id: None,
         resume_scan_id: None,
         measure: Vec::new(),

@@ -1,4 +1,4 @@
-//! Judges the scan of an inspection by another version of a recipe; the inspection itself is not changed.
+//! Re-evaluates the scan of an inspection with another version of a recipe; the inspection itself is not changed.
 
 use store::{InspectionRecord, ResultRef};
 
@@ -10,7 +10,7 @@ use crate::resources::inspections::{
 };
 use crate::resources::recipes::stored_version;
 
-/// Measures and judges.
+/// Measures the stored scan and stores a new inspection.
 pub fn run(input: &ReEvaluateInput, ctx: &ComputeContext) -> Result<Done, JobEnd> {
     let earlier = ctx.wait(ctx.ledger.read().inspection(&input.inspection_id))?;
     let before: InspectionBody = serde_json::from_value(earlier.body.clone())
@@ -34,7 +34,7 @@ pub fn run(input: &ReEvaluateInput, ctx: &ComputeContext) -> Result<Done, JobEnd
     })
 }
 
-/// Why an inspection cannot be judged anew.
+/// Why an inspection cannot be re-evaluated.
 pub(crate) fn without_scan(inspection: &InspectionRecord) -> AppError {
     AppError::new(ErrorKind::Conflict, format!("the scan of inspection {} was deleted", inspection.id))
         .remedy("inspect the part again")

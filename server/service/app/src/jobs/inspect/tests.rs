@@ -78,7 +78,7 @@ fn body(inspection: &InspectionRecord) -> InspectionBody {
 }
 
 #[test]
-fn a_part_is_scanned_and_judged_in_one_job_and_judged_anew_by_another_version() {
+fn a_part_is_inspected_in_one_job_and_re_evaluated_with_another_version() {
     let bench = bench();
     let id = bench.finish(inspect(1, &bench.job().ctx));
     let first = bench.inspection(&id);

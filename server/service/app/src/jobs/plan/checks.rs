@@ -4,14 +4,14 @@ use devices::Homing;
 use optics::{Calibration, StageKind};
 use station::StationStatus;
 
-use super::asked::{AskedRange, fields_of};
+use super::Rows;
 use super::motion::run_up;
 use super::params::{
     CLOSING_TURN_DEG, DEFAULT_LASER_POWER, DEFAULT_STEP_DEG, DEFAULT_STEP_MM, EXPOSURES, LEAST_EXPOSURE_RATIO,
     POINTS_LIMIT, RESOLUTION_SHARE, SMEAR_SHARE, STEP_MIN,
 };
 use super::prediction::Prediction;
-use super::{Rows, mode_of};
+use super::requested::{RequestedRange, fields_of};
 use crate::error::{AppError, ErrorKind};
 use crate::jobs::{ScanInput, ScanMode};
 use crate::resources::scan_run::{ScanRange, stage_kind};
@@ -22,12 +22,12 @@ pub fn refused(field: &str, detail: impl Into<String>, remedy: impl Into<String>
 
 /// Every number is finite and has the right sign.
 pub fn numbers(input: &ScanInput) -> Result<(), AppError> {
-    let ranges = [StageKind::Linear, StageKind::Rotary].map(|stage| AskedRange::of(input, stage));
+    let ranges = [StageKind::Linear, StageKind::Rotary].map(|stage| RequestedRange::of(&input.settings, stage));
     let signed = ranges.iter().flat_map(|range| {
         let names = fields_of(range.stage);
         range.given().map(move |(field, value)| (field, value, [names.step, names.speed].contains(&field)))
     });
-    let others = [("exposure_us", input.exposure_us), ("laser_power", input.laser_power)];
+    let others = [("exposure_us", input.settings.exposure_us), ("laser_power", input.settings.laser_power)];
     let others = others.into_iter().filter_map(|(field, value)| Some((field, value?, true)));
     for (field, value, positive) in signed.chain(others) {
         if !value.is_finite() || (positive && value <= 0.0) {
@@ -71,32 +71,32 @@ pub fn camera(calibration: &Calibration, status: &StationStatus) -> Result<(), A
 
 /// Range, step, mode and speed, requested or default.
 pub fn rows(input: &ScanInput, status: &StationStatus) -> Result<Rows, AppError> {
-    let asked = AskedRange::checked(input, stage_kind(status))?;
-    let names = fields_of(asked.stage);
+    let requested = RequestedRange::checked(&input.settings, stage_kind(status))?;
+    let names = fields_of(requested.stage);
     if status.stage.capabilities.frame_pitch_mm.is_some() {
-        belt(input, &asked)?;
+        belt(input, &requested)?;
     }
-    let ends = [(names.from, asked.from), (names.to, asked.to)];
+    let ends = [(names.from, requested.from), (names.to, requested.to)];
     if let Some((field, _)) = ends.iter().find(|(_, end)| end.is_none()) {
         let remedy = "give the first and last stage position";
         return Err(refused(field, format!("a scan from the station needs {field}"), remedy));
     }
-    if input.mode == Some(ScanMode::StopAndGo) && asked.speed.is_some() {
+    if input.settings.mode == Some(ScanMode::StopAndGo) && requested.speed.is_some() {
         let remedy = "omit it, or choose the mode continuous";
         return Err(refused(names.speed, "a stop-and-go scan has no speed", remedy));
     }
-    let (resolution, default_step) = (status.stage.capabilities.resolution_mm, default_step(asked.stage));
+    let (resolution, default_step) = (status.stage.capabilities.resolution_mm, default_step(requested.stage));
     let range = ScanRange {
-        stage: asked.stage,
-        from: asked.from.unwrap_or(0.0),
-        to: asked.to.unwrap_or(0.0),
-        step: asked.step.unwrap_or(default_step.max(resolution)),
+        stage: requested.stage,
+        from: requested.from.unwrap_or(0.0),
+        to: requested.to.unwrap_or(0.0),
+        step: requested.step.unwrap_or(default_step.max(resolution)),
         speed: None,
     };
-    let mut rows = Rows { mode: mode_of(input), range, frame_rate_hz: None };
+    let mut rows = Rows { mode: input.settings.mode(), range, frame_rate_hz: None };
     let amount = |way| range.amount(way);
     if rows.mode == ScanMode::Continuous {
-        sweep(&mut rows, &asked, status)?;
+        sweep(&mut rows, &requested, status)?;
     } else if range.step < resolution * RESOLUTION_SHARE {
         let (step, resolution) = (amount(range.step), amount(resolution));
         let detail = format!("a row spacing of {step} is finer than the stage resolution of {resolution}");
@@ -105,16 +105,16 @@ pub fn rows(input: &ScanInput, status: &StationStatus) -> Result<Rows, AppError>
     if rows.range.step < STEP_MIN {
         let (step, least) = (amount(rows.range.step), amount(STEP_MIN));
         let detail = format!("a row spacing of {step} is below the minimum of {least}");
-        let field = if asked.step.is_some() { names.step } else { names.speed };
+        let field = if requested.step.is_some() { names.step } else { names.speed };
         return Err(refused(field, detail, "use a larger step"));
     }
     Ok(rows)
 }
 
-/// A belt is not commanded, and does not come back.
-fn belt(input: &ScanInput, asked: &AskedRange) -> Result<(), AppError> {
+/// Refuses what a conveyor cannot do: it is not commanded and does not reverse.
+fn belt(input: &ScanInput, requested: &RequestedRange) -> Result<(), AppError> {
     let not_ours = "the belt is not controlled here";
-    if mode_of(input) != ScanMode::Continuous {
+    if input.settings.mode() != ScanMode::Continuous {
         return Err(refused(
             "mode",
             format!("{not_ours}: it does not stop for rows"),
@@ -124,14 +124,14 @@ fn belt(input: &ScanInput, asked: &AskedRange) -> Result<(), AppError> {
     if input.resume_scan_id.is_some() {
         return Err(refused("resume_scan_id", format!("{not_ours}: the part has passed"), "scan the part again"));
     }
-    if input.background.is_some() {
+    if input.settings.background.is_some() {
         let detail = format!("{not_ours}: it does not stop for a laser-off image");
         return Err(refused("background", detail, "omit it, and shield the station from ambient light"));
     }
-    if let (Some(from), Some(to)) = (asked.from, asked.to)
+    if let (Some(from), Some(to)) = (requested.from, requested.to)
         && from > to
     {
-        let names = fields_of(asked.stage);
+        let names = fields_of(requested.stage);
         return Err(refused(
             names.to,
             format!("{not_ours}: its position only increases"),
@@ -149,12 +149,12 @@ fn default_step(stage: StageKind) -> f64 {
 }
 
 /// Speed, step and frame rate of a continuous scan: what is not given follows from the others.
-fn sweep(rows: &mut Rows, asked: &AskedRange, status: &StationStatus) -> Result<(), AppError> {
+fn sweep(rows: &mut Rows, requested: &RequestedRange, status: &StationStatus) -> Result<(), AppError> {
     let stage = &status.stage.capabilities;
-    let (range, names) = (&mut rows.range, fields_of(asked.stage));
+    let (range, names) = (&mut rows.range, fields_of(requested.stage));
     if stage.follows_frames {
         let recorded = stage.resolution_mm;
-        if asked.step.is_some_and(|step| (step / recorded - 1.0).abs() > 1.0 - RESOLUTION_SHARE) {
+        if requested.step.is_some_and(|step| (step / recorded - 1.0).abs() > 1.0 - RESOLUTION_SHARE) {
             let recorded = range.amount(recorded);
             let detail = format!("the frames are {recorded} apart, which a continuous scan cannot change");
             return Err(refused(names.step, detail, "omit it, or scan stop-and-go"));
@@ -166,8 +166,8 @@ fn sweep(rows: &mut Rows, asked: &AskedRange, status: &StationStatus) -> Result<
         return Err(refused(names.to, detail, format!("give another {}, or scan stop-and-go", names.to)));
     }
     let rate_hz = status.camera_settings.frame_rate_hz;
-    let given_step = if stage.follows_frames { Some(range.step) } else { asked.step };
-    let (speed, frame_rate_hz) = match (asked.speed, given_step) {
+    let given_step = if stage.follows_frames { Some(range.step) } else { requested.step };
+    let (speed, frame_rate_hz) = match (requested.speed, given_step) {
         (Some(speed), Some(step)) => (speed, speed / step),
         (Some(speed), None) => (speed, rate_hz),
         (None, _) => (range.step * rate_hz, rate_hz),
@@ -177,7 +177,7 @@ fn sweep(rows: &mut Rows, asked: &AskedRange, status: &StationStatus) -> Result<
     if speed > top_speed {
         let (needed, top) = (range.amount(speed), range.amount(top_speed));
         let detail = format!("the scan needs {needed}/s, the maximum speed of the stage is {top}/s");
-        let field = if asked.speed.is_some() { names.speed } else { names.step };
+        let field = if requested.speed.is_some() { names.speed } else { names.step };
         return Err(refused(field, detail, "scan more slowly, or with a lower frame rate"));
     }
     if let Some(camera) = status.camera.capabilities.frame_rate_hz
@@ -243,8 +243,8 @@ pub fn travel(rows: &Rows, calibration: &Calibration, status: &StationStatus) ->
 pub fn exposure_us(input: &ScanInput, rows: &Rows, status: &StationStatus) -> Result<f64, AppError> {
     let set_us = status.camera_settings.exposure_us;
     let default_us = if status.simulated == Some("twin") { twin::live::LASER_EXPOSURE_US } else { set_us };
-    let exposure_us = input.exposure_us.unwrap_or(default_us);
-    if let (Some(range), Some(_)) = (status.camera.capabilities.exposure_us, input.exposure_us)
+    let exposure_us = input.settings.exposure_us.unwrap_or(default_us);
+    if let (Some(range), Some(_)) = (status.camera.capabilities.exposure_us, input.settings.exposure_us)
         && !(range.min..=range.max).contains(&exposure_us)
     {
         let detail = format!(
@@ -268,7 +268,7 @@ pub fn exposure_us(input: &ScanInput, rows: &Rows, status: &StationStatus) -> Re
 
 /// The exposures of every row, shortest first; empty for a single exposure.
 pub fn exposures_us(input: &ScanInput, rows: &Rows, status: &StationStatus) -> Result<Vec<f64>, AppError> {
-    let mut exposures_us = input.exposures_us.clone();
+    let mut exposures_us = input.settings.exposures_us.clone();
     if exposures_us.is_empty() {
         return Ok(exposures_us);
     }
@@ -277,18 +277,18 @@ pub fn exposures_us(input: &ScanInput, rows: &Rows, status: &StationStatus) -> R
     if !EXPOSURES.contains(&exposures_us.len()) {
         return refused(format!("{} exposures per row were requested", exposures_us.len()), "give two to four");
     }
-    if input.exposure_us.is_some() {
+    if input.settings.exposure_us.is_some() {
         return refused("exposure_us and exposures_us exclude each other".to_owned(), "omit one of them");
     }
     if rows.mode == ScanMode::Continuous {
         let detail = "several exposures per row need stop-and-go".to_owned();
         return refused(detail, "scan stop-and-go, or with one exposure");
     }
-    if input.background.is_some() {
+    if input.settings.background.is_some() {
         let detail = "ambient light subtraction is not available with several exposures per row".to_owned();
         return refused(detail, "omit background, or scan with one exposure");
     }
-    if input.keep_frames || input.record {
+    if input.settings.keep_frames || input.settings.record {
         let detail = "frames of rows with several exposures cannot be kept or recorded".to_owned();
         return refused(detail, "omit keep_frames and record, or scan with one exposure");
     }
@@ -309,7 +309,7 @@ pub fn exposures_us(input: &ScanInput, rows: &Rows, status: &StationStatus) -> R
 
 /// The requested laser power.
 pub fn laser_power(input: &ScanInput, status: &StationStatus) -> Result<f64, AppError> {
-    let power = input.laser_power.unwrap_or(DEFAULT_LASER_POWER);
+    let power = input.settings.laser_power.unwrap_or(DEFAULT_LASER_POWER);
     let (min, max) = status.laser.capabilities.power.map_or((0.0, 1.0), |range| (range.min, range.max));
     if (min..=max).contains(&power) {
         return Ok(power);
@@ -320,23 +320,23 @@ pub fn laser_power(input: &ScanInput, status: &StationStatus) -> Result<f64, App
 
 /// Laser-off images can be captured as requested.
 pub fn background(input: &ScanInput, rows: &Rows, status: &StationStatus) -> Result<(), AppError> {
-    let Some(asked) = input.background else { return Ok(()) };
+    let Some(requested) = input.settings.background else { return Ok(()) };
     if !status.laser.capabilities.switched {
         let detail = "the laser of this station cannot be switched off, so there are no laser-off images";
         return Err(refused("background", detail, "omit it, or connect the laser so that it can be switched"));
     }
-    if input.record {
+    if input.settings.record {
         let detail = "a recording does not distinguish laser-off images from other frames";
         return Err(refused("background", detail, "omit record or background; keep_frames keeps both"));
     }
-    if asked.every_rows == Some(0) {
+    if requested.every_rows == Some(0) {
         return Err(refused("background/every_rows", "every_rows is 0", "give 1 or more"));
     }
-    if asked.every_rows.is_some() && rows.mode == ScanMode::Continuous {
+    if requested.every_rows.is_some() && rows.mode == ScanMode::Continuous {
         let detail = "a continuous scan captures laser-off images only before and after it";
         return Err(refused("background/every_rows", detail, "omit it, or scan stop-and-go"));
     }
-    match asked.above_levels.filter(|levels| !(0.0..=255.0).contains(levels)) {
+    match requested.above_levels.filter(|levels| !(0.0..=255.0).contains(levels)) {
         None => Ok(()),
         Some(levels) => Err(refused(
             "background/above_levels",

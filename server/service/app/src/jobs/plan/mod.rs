@@ -1,27 +1,22 @@
 //! Plans a scan on the station before anything moves: rows, duration, point density, σ, depth range, disk space.
 
-mod asked;
 mod checks;
 mod motion;
 mod pace;
 mod params;
 mod prediction;
+mod requested;
 
 use optics::Calibration;
 use station::StationStatus;
 
 pub use crate::resources::scan_run::{ScanPlan, ScanRun};
-pub use asked::{AskedRange, fields_of};
 pub use pace::{Pace, TIMING};
+pub use requested::{RequestedRange, fields_of};
 
 use crate::error::AppError;
 use crate::jobs::{ScanInput, ScanMode};
 use crate::resources::scan_run::ScanRange;
-
-/// The motion of the stage from the input alone; the rest is checked by the plan.
-pub fn mode_of(input: &ScanInput) -> ScanMode {
-    if input.is_continuous() { ScanMode::Continuous } else { ScanMode::StopAndGo }
-}
 
 /// Plans a scan; `pace`: measured durations on this machine.
 ///
@@ -65,8 +60,8 @@ pub fn plan(
         exposure_us,
         exposures_us,
         laser_power,
-        keep_frames: input.keep_frames,
-        background: input.background,
+        keep_frames: input.settings.keep_frames,
+        background: input.settings.background,
         duration_s: acquisition_s + evaluation_s + measuring_s,
         acquisition_s,
         evaluation_s,
@@ -86,7 +81,7 @@ pub fn plan(
 
 /// Number of images kept: one frame per row, and at most as many laser-off images.
 fn n_kept(input: &ScanInput, n_rows: usize) -> usize {
-    match (input.keep_frames, input.background) {
+    match (input.settings.keep_frames, input.settings.background) {
         (false, _) => 0,
         (true, None) => n_rows,
         (true, Some(_)) => 2 * n_rows,

@@ -1,5 +1,5 @@
-//! Plans and refusals for the default simulated station, with its true parameters as the calibration. That the predicted
-//! σ is met is tested by actual scans.
+//! Plans and refusals for the default simulated station, with its true parameters as the calibration. That the
+//! predicted σ is met is tested by actual scans.
 
 use crate::error::ErrorKind;
 use devices::{
@@ -14,6 +14,7 @@ use twin::{StationModel, StationShape};
 use super::*;
 use crate::jobs::ScanSource;
 use crate::resources::measurements::{MeasureInput, ScanPurpose};
+use crate::resources::scan_run::ScanSettings;
 
 fn calibration() -> Calibration {
     let model = StationModel::seeded(7, &StationShape::default()).unwrap();
@@ -70,7 +71,7 @@ fn status() -> StationStatus {
             pixel_format: PixelFormat::Mono8,
             roi: Roi { left_px: 0, top_px: 0, width_px: 1280, height_px: 1024 },
         },
-        dark_use: station::DarkUse::NoDarkFrame,
+        dark_frame_use: station::DarkFrameUse::NoDarkFrame,
         frame_rate_hz: 0.0,
         stage: device(stage),
         position_mm: Some(0.0),
@@ -93,21 +94,7 @@ fn input(from_mm: f64, to_mm: f64) -> ScanInput {
     ScanInput {
         source: ScanSource::Station,
         name: None,
-        from_mm: Some(from_mm),
-        to_mm: Some(to_mm),
-        step_mm: None,
-        speed_mm_s: None,
-        from_deg: None,
-        to_deg: None,
-        step_deg: None,
-        speed_deg_s: None,
-        mode: None,
-        exposure_us: None,
-        exposures_us: Vec::new(),
-        laser_power: None,
-        keep_frames: false,
-        background: None,
-        record: false,
+        settings: ScanSettings { from_mm: Some(from_mm), to_mm: Some(to_mm), ..ScanSettings::default() },
         calibration_id: None,
         resume_scan_id: None,
         measure: Vec::new(),
@@ -117,12 +104,12 @@ fn input(from_mm: f64, to_mm: f64) -> ScanInput {
 
 /// Defaults for a machine that has not scanned yet.
 fn pace(input: &ScanInput) -> Pace {
-    Pace::unknown(mode_of(input))
+    Pace::unknown(input.settings.mode())
 }
 
-fn planned(change: impl FnOnce(&mut ScanInput)) -> Result<ScanPlan, AppError> {
+fn planned(change: impl FnOnce(&mut ScanSettings)) -> Result<ScanPlan, AppError> {
     let mut input = input(-20.0, 20.0);
-    change(&mut input);
+    change(&mut input.settings);
     plan(&input, &calibration(), &status(), &pace(&input))
 }
 
@@ -195,7 +182,7 @@ fn the_plan_uses_the_durations_of_recent_scans() {
 
 #[test]
 fn invalid_input_is_refused_with_its_place_and_a_remedy() {
-    let check = |change: &dyn Fn(&mut ScanInput), place: &str, words: &str| {
+    let check = |change: &dyn Fn(&mut ScanSettings), place: &str, words: &str| {
         let problem = planned(|input| change(input)).unwrap_err();
         assert_eq!(
             (problem.kind, problem.pointer.as_deref()),
@@ -262,7 +249,7 @@ fn motion_blur_and_an_unhomed_stage_are_noted() {
     let mut status = status();
     status.homed = false;
     let mut input = input(-20.0, 20.0);
-    (input.speed_mm_s, input.exposure_us) = (Some(6.0), Some(20_000.0));
+    (input.settings.speed_mm_s, input.settings.exposure_us) = (Some(6.0), Some(20_000.0));
     let notes = plan(&input, &calibration(), &status, &pace(&input)).unwrap().notes.join(" ");
     assert!(notes.contains("home it") && notes.contains("0.120 mm during an exposure"), "{notes}");
 }
@@ -278,9 +265,9 @@ fn kept_images_count_as_files_and_once_more_in_their_archive() {
 fn a_recording_is_scanned_row_by_row_in_its_own_steps() {
     let mut status = status();
     (status.simulated, status.stage.capabilities.resolution_mm) = (Some("replay"), 2.08);
-    let planned = |change: &dyn Fn(&mut ScanInput)| {
+    let planned = |change: &dyn Fn(&mut ScanSettings)| {
         let mut input = input(-15.6, 15.6);
-        change(&mut input);
+        change(&mut input.settings);
         plan(&input, &calibration(), &status, &pace(&input))
     };
     let own = planned(&|_| {}).unwrap();
@@ -295,9 +282,9 @@ fn a_sweep_over_a_recording_takes_its_own_frames_without_run_up() {
     let mut status = status();
     let stage = &mut status.stage.capabilities;
     (stage.follows_frames, stage.resolution_mm, stage.travel_mm) = (true, 2.08, (-15.6, 15.6));
-    let planned = |change: &dyn Fn(&mut ScanInput)| {
+    let planned = |change: &dyn Fn(&mut ScanSettings)| {
         let mut input = input(-15.6, 15.6);
-        change(&mut input);
+        change(&mut input.settings);
         plan(&input, &calibration(), &status, &pace(&input))
     };
     let whole = planned(&|input| input.mode = Some(ScanMode::Continuous)).unwrap();
@@ -323,11 +310,11 @@ fn turning() -> (StationStatus, Calibration) {
     (status, calibration)
 }
 
-fn turn(change: impl Fn(&mut ScanInput)) -> Result<ScanPlan, AppError> {
+fn turn(change: impl Fn(&mut ScanSettings)) -> Result<ScanPlan, AppError> {
     let (status, calibration) = turning();
     let mut input = input(0.0, 0.0);
-    (input.from_mm, input.to_mm, input.from_deg, input.to_deg) = (None, None, Some(0.0), Some(375.0));
-    change(&mut input);
+    input.settings = ScanSettings { from_deg: Some(0.0), to_deg: Some(375.0), ..ScanSettings::default() };
+    change(&mut input.settings);
     plan(&input, &calibration, &status, &pace(&input))
 }
 
@@ -346,7 +333,7 @@ fn a_turntable_scan_is_planned_in_degrees() {
 
 #[test]
 fn a_range_in_the_unit_of_the_other_stage_is_refused_by_name() {
-    let refused = |change: &dyn Fn(&mut ScanInput)| {
+    let refused = |change: &dyn Fn(&mut ScanSettings)| {
         let problem = turn(change).unwrap_err();
         (problem.pointer.unwrap_or_default(), problem.detail)
     };
@@ -358,7 +345,7 @@ fn a_range_in_the_unit_of_the_other_stage_is_refused_by_name() {
         "{field} {detail}"
     );
     let mut degrees = input(-20.0, 20.0);
-    degrees.step_deg = Some(1.0);
+    degrees.settings.step_deg = Some(1.0);
     let problem = plan(&degrees, &calibration(), &status(), &pace(&degrees)).unwrap_err();
     assert_eq!(problem.pointer.as_deref(), Some("/step_deg"));
 }
@@ -367,7 +354,7 @@ fn a_range_in_the_unit_of_the_other_stage_is_refused_by_name() {
 fn a_calibration_of_the_other_kind_of_stage_is_refused() {
     let (status, _) = turning();
     let mut turn = input(0.0, 0.0);
-    (turn.from_mm, turn.to_mm, turn.from_deg, turn.to_deg) = (None, None, Some(0.0), Some(90.0));
+    turn.settings = ScanSettings { from_deg: Some(0.0), to_deg: Some(90.0), ..ScanSettings::default() };
     let problem = plan(&turn, &calibration(), &status, &pace(&turn)).unwrap_err();
     assert!(problem.detail.contains("linear stage, the station's stage is rotary"), "{problem:?}");
 }
@@ -393,7 +380,7 @@ fn rows_of_several_exposures_take_their_sum_and_are_refused_where_they_cannot_be
     // Two more exposures with their overhead.
     let more_s = 201.0 * ((250.0 + 1_500.0) * 1e-6 + 2.0 * params::ROW_OVERHEAD_S);
     assert!((three.acquisition_s - one.acquisition_s - more_s).abs() < 1e-9, "{}", three.acquisition_s);
-    let refused = |exposures_us: &[f64], change: fn(&mut ScanInput)| {
+    let refused = |exposures_us: &[f64], change: fn(&mut ScanSettings)| {
         let problem = planned(|input| {
             input.exposures_us = exposures_us.to_vec();
             change(input);

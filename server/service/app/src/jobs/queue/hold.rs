@@ -1,4 +1,4 @@
-//! Holding back inspections: those that wait stay waiting, other jobs pass them.
+//! Hold of the inspection queue: waiting inspections are not started, other jobs are.
 
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
@@ -12,7 +12,7 @@ use crate::events::{Event, InspectionsHeld, event};
 use crate::jobs::queue::Queue;
 use crate::jobs::{JobInput, Jobs, Waiting};
 
-/// The setting that outlasts a restart.
+/// The setting that persists across restarts.
 const HOLD: &str = "inspections.hold";
 
 /// Why no inspection starts.
@@ -26,7 +26,7 @@ pub struct InspectionHold {
     pub since_ms: i64,
 }
 
-/// The hold of an earlier process. One that cannot be read still holds: nothing moves on a guess.
+/// The hold stored by an earlier process. An unreadable one counts as a hold.
 pub(in crate::jobs) async fn stored_hold(ledger: &EventedCatalogue) -> Option<InspectionHold> {
     let unreadable = |cause: String| {
         tracing::error!(cause, "the hold of inspections cannot be read: they are held");
@@ -42,7 +42,7 @@ pub(in crate::jobs) async fn stored_hold(ledger: &EventedCatalogue) -> Option<In
     }
 }
 
-/// Whether a hold is about this job.
+/// Whether a hold applies to this job.
 pub(in crate::jobs) fn is_inspection(waiting: &Waiting) -> bool {
     matches!(waiting.input, JobInput::Inspection(_))
 }
@@ -53,7 +53,7 @@ impl Jobs {
         self.0.hold.lock().clone()
     }
 
-    /// Starts no further inspection until [`Jobs::resume_inspections`], over restarts too.
+    /// Starts no further inspection until [`Jobs::resume_inspections`], across restarts too.
     ///
     /// # Errors
     /// The store cannot be written; then they are not held.
@@ -79,7 +79,7 @@ impl Queue {
     async fn set_hold(&self, hold: Option<InspectionHold>, what: Event) -> Result<(), AppError> {
         let _turn = self.turn.lock().await;
         let before = self.hold.lock().clone();
-        // A hold counts at once: nothing starts while it is being stored.
+        // The hold is effective at once: nothing starts while it is being stored.
         if hold.is_some() {
             self.hold.lock().clone_from(&hold);
         }

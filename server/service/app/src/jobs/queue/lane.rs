@@ -8,7 +8,7 @@ use store::JobRecord;
 
 use crate::access::lease::Authority;
 use crate::jobs::input::JobInput;
-use crate::jobs::queue::board::Board;
+use crate::jobs::queue::job_progress::JobProgress;
 
 /// A waiting job.
 #[derive(Clone)]
@@ -26,7 +26,7 @@ pub struct Waiting {
 pub(in crate::jobs) struct Running {
     pub id: String,
     pub cancel: CancelFlag,
-    pub board: Arc<Board>,
+    pub progress: Arc<JobProgress>,
     pub authority: Authority,
 }
 
@@ -55,7 +55,7 @@ impl Lane {
         let running = Running {
             id: waiting.record.id.clone(),
             cancel: CancelFlag::default(),
-            board: Arc::new(Board::new(waiting.record.clone())),
+            progress: Arc::new(JobProgress::new(waiting.record.clone())),
             authority: waiting.authority.clone(),
         };
         self.running = Some(running.clone());
@@ -90,7 +90,7 @@ mod tests {
     }
 
     #[test]
-    fn a_job_passes_those_that_are_held_and_these_keep_their_order() {
+    fn held_jobs_are_skipped_and_keep_their_order() {
         let part = |serial: &str| {
             let part = InspectedPart { serial: serial.into(), order: None, attributes: Default::default() };
             waiting(JobInput::Inspection(InspectInput { recipe_id: "r".into(), recipe_version: 1, part }))

@@ -1,8 +1,8 @@
 //! The two lanes and the threads that run their jobs.
 
-mod board;
 mod forecast;
 pub(in crate::jobs) mod hold;
+mod job_progress;
 pub(in crate::jobs) mod lane;
 pub(in crate::jobs) mod news;
 pub(in crate::jobs) mod params;
@@ -83,7 +83,7 @@ impl Queue {
         Ok(())
     }
 
-    /// After the stop line was pulled: removes all jobs waiting for the station and cancels the running one. Does not
+    /// After the stop was latched: removes all jobs waiting for the station and cancels the running one. Does not
     /// block.
     pub fn clear_station(&self) -> Vec<Waiting> {
         let mut lanes = self.lanes();
@@ -170,7 +170,7 @@ impl Queue {
     pub fn running_views(&self) -> Vec<JobView> {
         let mut running: Vec<Running> = self.lanes().iter().filter_map(|lane| lane.running.clone()).collect();
         running.extend_from_slice(&self.unsaved.lock());
-        running.iter().map(|running| running.board.view()).collect()
+        running.iter().map(|running| running.progress.view()).collect()
     }
 
     pub fn remember_unsaved(&self, running: &Running) {

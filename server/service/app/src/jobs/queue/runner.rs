@@ -17,6 +17,9 @@ use crate::jobs::{ComputeContext, Done, JobEnd, Queue, StationContext, Waiting, 
 /// Key of the timeline in a job's checkpoint, used to forecast similar jobs.
 const TIMELINE: &str = "timeline";
 
+/// Key of the class of similar jobs in a timeline; the value is a name of version 0.1, which stored timelines have.
+const CLASS: &str = "likeness";
+
 /// How a job ended, as it is stored and published.
 pub(in crate::jobs) struct End {
     outcome: JobOutcome,
@@ -128,8 +131,8 @@ impl Queue {
     pub(in crate::jobs) fn live(&self, waiting: Waiting, running: &Running) {
         let ticker = self.runtime.spawn(tick(self.this(), running.clone()));
         let kind = waiting.input.kind();
-        let (likeness, size) = (waiting.input.likeness(), waiting.input.size());
-        running.board.expect(self.forecast(&likeness, size));
+        let (class, size) = (waiting.input.duration_class(), waiting.input.size());
+        running.progress.set_forecast(self.forecast(&class, size));
         let result = self.begin(running, kind).map_err(JobEnd::from).and_then(|()| {
             let context = self.context(running);
             context.check_cancelled()?;
@@ -138,8 +141,8 @@ impl Queue {
         ticker.abort();
         let mut end = End::of(result, self.is_closing());
         if end.state() == JobState::Succeeded {
-            let mut timeline = running.board.timeline(size);
-            timeline["likeness"] = json!(likeness);
+            let mut timeline = running.progress.timeline(size);
+            timeline[CLASS] = json!(class);
             end.changes.push(Change::CheckpointJob {
                 id: running.id.clone(),
                 progress: 1.0,
@@ -151,12 +154,12 @@ impl Queue {
     }
 
     /// The forecast for this job, from recent similar jobs.
-    fn forecast(&self, likeness: &str, size: f64) -> Option<Forecast> {
+    fn forecast(&self, class: &str, size: f64) -> Option<Forecast> {
         let newest = Page { before: None, limit: FORECAST_JOBS };
         let ended =
             self.runtime.block_on(self.parts.ledger.read().jobs(Some(JobState::Succeeded), &newest)).ok()?;
         let timelines = ended.records.into_iter().filter_map(|record| Some(record.checkpoint?[TIMELINE].clone()));
-        let alike = timelines.filter(|timeline| timeline["likeness"] == likeness);
+        let alike = timelines.filter(|timeline| timeline[CLASS] == class);
         Forecast::of(&alike.take(FORECAST_ALIKE).collect::<Vec<_>>(), size)
     }
 
@@ -165,7 +168,7 @@ impl Queue {
         let start = Change::StartJob { id: running.id.clone(), at_ms };
         let started = event(&running.id, Event::JobRunning(job_event(&running.id, kind, JobState::Running)));
         self.runtime.block_on(self.parts.ledger.commit(vec![start, started]))?;
-        running.board.change(|record| {
+        running.progress.change(|record| {
             record.state = JobState::Running;
             record.started_at_ms = Some(at_ms);
         });
@@ -173,7 +176,7 @@ impl Queue {
     }
 
     fn context(&self, running: &Running) -> StationContext {
-        let board = running.board.clone();
+        let progress = running.progress.clone();
         let parts = self.parts.clone();
         let compute = ComputeContext {
             id: running.id.clone(),
@@ -183,7 +186,7 @@ impl Queue {
             artifacts: parts.artifacts,
             captures: parts.captures,
             runtime: self.runtime.clone(),
-            progress: Arc::new(move |fraction, step, words| board.report(fraction, step, words)),
+            progress: Arc::new(move |fraction, step, message| progress.report(fraction, step, message)),
         };
         StationContext {
             compute,
@@ -211,13 +214,13 @@ impl Queue {
                 tracing::error!(job = %running.id, %error, "the end of a job cannot be stored");
                 let failed = End::failed(&error.into());
                 if let Err(error) = commit(&failed) {
-                    tracing::error!(job = %running.id, %error, "nor can the failure be stored");
+                    tracing::error!(job = %running.id, %error, "the failure cannot be stored either");
                     self.remember_unsaved(running);
                 }
                 failed
             }
         };
-        running.board.change(|record| {
+        running.progress.change(|record| {
             record.state = end.state();
             record.message.clone_from(&end.message);
             record.result = end.result();
@@ -227,7 +230,7 @@ impl Queue {
                 record.progress = 1.0;
             }
         });
-        self.publish(running.board.view());
+        self.publish(running.progress.view());
     }
 }
 
@@ -238,12 +241,12 @@ async fn tick(queue: Arc<Queue>, running: Running) {
     interval.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Delay);
     loop {
         interval.tick().await;
-        if let Some(view) = running.board.news() {
+        if let Some(view) = running.progress.news() {
             queue.publish(view);
         }
         if stored_at.elapsed() >= CHECKPOINT_INTERVAL {
             stored_at = tokio::time::Instant::now();
-            if let Some(change) = running.board.checkpoint()
+            if let Some(change) = running.progress.checkpoint()
                 && let Err(error) = queue.parts.ledger.commit(vec![change]).await
             {
                 tracing::warn!(job = %running.id, %error, "progress cannot be stored");

@@ -7,7 +7,7 @@ use store::{FinishedFile, ScanState};
 
 use crate::error::disk_problem;
 use crate::error::{AppError, ErrorKind};
-use crate::jobs::plan::{AskedRange, Pace, ScanRun};
+use crate::jobs::plan::{Pace, RequestedRange, ScanRun};
 use crate::jobs::scan::{Evaluating, MadeScan, ScanStory, evaluated_share, made_scan};
 use crate::jobs::{ComputeContext, JobEnd, RecordedFrames, ScanInput, ScanMode};
 use crate::progress::Phase;
@@ -64,16 +64,16 @@ pub fn run(input: &ScanInput, frames: &RecordedFrames, ctx: &ComputeContext) -> 
 
 /// Refuses input fields that apply only to a station, by name.
 fn refuse_station_fields(input: &ScanInput) -> Result<(), AppError> {
-    let ranges = [StageKind::Linear, StageKind::Rotary].map(|stage| AskedRange::of(input, stage));
-    let given = ranges.iter().flat_map(AskedRange::given).map(|(field, _)| (field, true));
+    let ranges = [StageKind::Linear, StageKind::Rotary].map(|stage| RequestedRange::of(&input.settings, stage));
+    let given = ranges.iter().flat_map(RequestedRange::given).map(|(field, _)| (field, true));
     let others = [
-        ("mode", input.mode.is_some()),
-        ("exposure_us", input.exposure_us.is_some()),
-        ("exposures_us", !input.exposures_us.is_empty()),
-        ("laser_power", input.laser_power.is_some()),
-        ("keep_frames", input.keep_frames),
-        ("background", input.background.is_some()),
-        ("record", input.record),
+        ("mode", input.settings.mode.is_some()),
+        ("exposure_us", input.settings.exposure_us.is_some()),
+        ("exposures_us", !input.settings.exposures_us.is_empty()),
+        ("laser_power", input.settings.laser_power.is_some()),
+        ("keep_frames", input.settings.keep_frames),
+        ("background", input.settings.background.is_some()),
+        ("record", input.settings.record),
         ("resume_scan_id", input.resume_scan_id.is_some()),
     ];
     match given.chain(others).find(|(_, given)| *given) {

@@ -38,7 +38,7 @@ pub fn check_camera_of(frames: &PeaksFile, document: &CalibrationDocument) -> Re
 pub struct ScanStory {
     /// Id of the record.
     pub id: String,
-    /// What a person calls it.
+    /// Its name.
     pub name: String,
     /// Name in the header of the cloud; for a capture, the name of its scan.
     pub cloud_name: String,

@@ -4,10 +4,11 @@ use scanning::files::peaks::PeaksFile;
 use store::{ScanRecord, ScanState};
 
 use crate::error::{AppError, ErrorKind};
-use crate::jobs::plan::{AskedRange, ScanPlan, ScanRun, fields_of};
+use crate::jobs::plan::{RequestedRange, ScanPlan, ScanRun, fields_of};
 use crate::jobs::{JobEnd, ScanInput, ScanMode, StationContext};
 use crate::progress::Phase;
 use crate::resources::measurements::{MeasureInput, ScanPurpose};
+use crate::resources::scan_run::ScanSettings;
 use crate::resources::stored_scan::stored_peaks;
 
 /// The completed part of a scan.
@@ -36,7 +37,7 @@ pub fn earlier(input: &ScanInput, ctx: &StationContext) -> Result<Option<Earlier
     let record = ctx.wait(ctx.ledger.read().scan(id))?;
     if record.state != ScanState::Partial || record.recomputed_from.is_some() {
         let detail = format!("scan {id} is not a stopped scan of this station and cannot be resumed");
-        return Err(conflict(detail, "scan anew").into());
+        return Err(conflict(detail, "start a new scan").into());
     }
     if let Some(wanted) = input.calibration_id.as_ref().filter(|wanted| **wanted != record.calibration_id) {
         let detail = format!("scan {id} was started with calibration {}, not {wanted}", record.calibration_id);
@@ -56,27 +57,30 @@ impl Earlier {
     /// The input, completed from the earlier plan.
     pub fn filled(&self, input: &ScanInput) -> ScanInput {
         let plan = &self.plan;
-        let mode = input.mode.unwrap_or(plan.mode);
+        let own = &input.settings;
+        let mode = own.mode.unwrap_or(plan.mode);
         let continuous = mode == ScanMode::Continuous;
-        let asked = AskedRange::of(input, plan.range.stage);
-        let speed = asked.speed.or(plan.range.speed.filter(|_| continuous));
-        let step = asked.step.or(Some(plan.range.step));
-        let [from, to] = [asked.from.or(Some(plan.range.from)), asked.to.or(Some(plan.range.to))];
-        let ranged = AskedRange { from, to, step, speed, ..asked }.filled_into(input);
-        ScanInput {
+        let requested = RequestedRange::of(own, plan.range.stage);
+        let speed = requested.speed.or(plan.range.speed.filter(|_| continuous));
+        let step = requested.step.or(Some(plan.range.step));
+        let [from, to] = [requested.from.or(Some(plan.range.from)), requested.to.or(Some(plan.range.to))];
+        let ranged = RequestedRange { from, to, step, speed, ..requested }.filled_into(own);
+        let exposures_us = if own.exposures_us.is_empty() { &plan.exposures_us } else { &own.exposures_us };
+        let settings = ScanSettings {
             mode: Some(mode),
-            exposure_us: input.exposure_us.or(plan.exposures_us.is_empty().then_some(plan.exposure_us)),
-            exposures_us: Some(&input.exposures_us)
-                .filter(|own| !own.is_empty())
-                .unwrap_or(&plan.exposures_us)
-                .clone(),
-            laser_power: input.laser_power.or(Some(plan.laser_power)),
-            keep_frames: input.keep_frames || plan.keep_frames,
-            background: input.background.or(plan.background),
+            exposure_us: own.exposure_us.or(plan.exposures_us.is_empty().then_some(plan.exposure_us)),
+            exposures_us: exposures_us.clone(),
+            laser_power: own.laser_power.or(Some(plan.laser_power)),
+            keep_frames: own.keep_frames || plan.keep_frames,
+            background: own.background.or(plan.background),
+            ..ranged
+        };
+        ScanInput {
+            settings,
             calibration_id: Some(self.record.calibration_id.clone()),
             measure: self.measure.clone(),
             purpose: self.purpose,
-            ..ranged
+            ..input.clone()
         }
     }
 

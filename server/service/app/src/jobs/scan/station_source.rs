@@ -13,7 +13,7 @@ use store::{ArtifactId, RecordingRecord, ScanState};
 
 use crate::error::disk_problem;
 use crate::error::{AppError, ErrorKind};
-use crate::jobs::plan::{Pace, ScanPlan, ScanRun, TIMING, mode_of, plan};
+use crate::jobs::plan::{Pace, ScanPlan, ScanRun, TIMING, plan};
 use crate::jobs::scan::pictures::take_in;
 use crate::jobs::scan::resume::earlier;
 use crate::jobs::scan::taking::acquisition::{AmbientLight, gaps, take_frames};
@@ -44,7 +44,7 @@ pub fn run(input: &ScanInput, ctx: &StationContext) -> Result<MadeScan, JobEnd> 
     let input = earlier.as_ref().map_or_else(|| input.clone(), |earlier| earlier.filled(input));
     let document = ctx.wait(stored_document(&ctx.ledger, &*ctx.artifacts, input.calibration_id.as_deref()))?;
     let calibration = document.calibration();
-    let pace = ctx.wait(Pace::learned(&ctx.ledger, mode_of(&input)));
+    let pace = ctx.wait(Pace::learned(&ctx.ledger, input.settings.mode()));
     let planned = plan(&input, &calibration, &ctx.station.status(), &pace)?;
     let (note, earlier) = match earlier {
         Some(earlier) => {
@@ -75,7 +75,7 @@ pub fn run(input: &ScanInput, ctx: &StationContext) -> Result<MadeScan, JobEnd> 
         ctx.live.end_scan(&work.note.scan_id);
         if work.note.replaces { work.clear_but_pictures() } else { work.clear() }
     })?;
-    let dark_use = ctx.station.status().dark_use;
+    let dark_frame_use = ctx.station.status().dark_frame_use;
     let mut timing = Timing::default();
     let (n_before, began) = (positions.len(), Instant::now());
     let log = BackgroundLog::new(planned.keep_frames.then(|| (work.backgrounds(), work.pictures())))?;
@@ -105,7 +105,7 @@ pub fn run(input: &ScanInput, ctx: &StationContext) -> Result<MadeScan, JobEnd> 
         if !planned.exposures_us.is_empty() {
             made.record.report["exposures"] = fusion_json(&planned.exposures_us, &fusion);
         }
-        made.record.report["dark_frame"] = json!(dark_use.name());
+        made.record.report["dark_frame"] = json!(dark_frame_use.name());
         if let Some(background) = background {
             made.record.report[BACKGROUND] = background;
         }
@@ -181,7 +181,7 @@ fn start_recording(
     note: &WorkNote,
     needed_bytes: u64,
 ) -> Result<Option<String>, AppError> {
-    if !input.record {
+    if !input.settings.record {
         return Ok(None);
     }
     let of = RecordingOf::Scan {
@@ -285,7 +285,7 @@ fn background_json(planned: &ScanPlan, ambient: &AmbientLight, log: &BackgroundL
     Some(json!({
         "ambient_levels": ambient.levels,
         "ambient_levels_at_end": ambient.last_levels,
-        "n_pictures": ambient.n_pictures,
+        "n_images": ambient.n_images,
         "n_frames_with": counts.n_with,
         "n_frames_without": counts.n_without,
     }))

@@ -96,8 +96,11 @@ mod tests {
         (1..=1000).for_each(|ms| delays.add(Duration::from_millis(ms)));
         let class = 2f64.powf(1.0 / CLASSES_PER_DOUBLING);
         for (share, true_ms) in [(0.5, 500.0), (0.99, 990.0)] {
-            let told_ms = delays.quantile_ms(share);
-            assert!((true_ms..=true_ms * class).contains(&told_ms), "{told_ms} ms instead of {true_ms} ms");
+            let quantile_ms = delays.quantile_ms(share);
+            assert!(
+                (true_ms..=true_ms * class).contains(&quantile_ms),
+                "{quantile_ms} ms instead of {true_ms} ms"
+            );
         }
         assert_eq!(delays.quantile_ms(1.0), 1000.0);
     }

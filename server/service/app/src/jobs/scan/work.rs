@@ -29,7 +29,7 @@ const BACKGROUNDS: &str = "backgrounds";
 pub struct WorkNote {
     /// Id of the future record.
     pub scan_id: String,
-    /// What a person calls it.
+    /// Its name.
     pub name: String,
     /// Its plan.
     pub plan: Value,
@@ -102,7 +102,7 @@ impl Work {
                 ErrorKind::Conflict,
                 format!("the image of row {} is missing, the images of this scan cannot be completed", idx + 1),
             )
-            .remedy("scan anew")),
+            .remedy("start a new scan")),
         }
     }
 

@@ -29,6 +29,6 @@ pub async fn stored_document(
 async fn active_id(ledger: &EventedCatalogue) -> Result<String, AppError> {
     ledger.read().active().await?.and_then(|act| act.calibration_id).ok_or_else(|| {
         AppError::new(ErrorKind::Conflict, "no calibration is active")
-            .remedy("calibrate and activate the result, or name a calibration_id")
+            .remedy("calibrate and activate the result, or give a calibration_id")
     })
 }

@@ -1,17 +1,17 @@
 //! Limits of uploaded captures, each with its reason.
 
-/// Largest archive: ten thousand pictures of a 1280 × 1024 station as PNG need about 8 GiB less than this would
-/// suggest, because laser pictures are mostly dark (0.1–0.3 MB each).
+/// Largest archive: ten thousand images of a 1280 × 1024 camera as PNG need about 8 GiB less than this would
+/// suggest, because laser images are mostly dark (0.1–0.3 MB each).
 pub const ARCHIVE_LIMIT_BYTES: u64 = 2 << 30;
 
 /// Maximum unpacked size: four times the largest archive; images hardly shrink further.
 pub const UNPACKED_LIMIT_BYTES: u64 = 8 << 30;
 
-/// Most that unpacking may multiply the bytes by, beyond [`RATIO_FREE_BYTES`]. Deflate reaches 1032 on zeros; dark
-/// TIFF pictures, the emptiest honest content, stay below 150.
+/// Maximum compression ratio beyond [`RATIO_FREE_BYTES`]. Deflate reaches 1032 on zeros; dark
+/// TIFF images, the most compressible valid content, stay below 150.
 pub const RATIO_LIMIT: u64 = 200;
 
-/// Unpacked bytes to which the ratio does not apply: a small capture of empty pictures is no attack.
+/// Unpacked bytes to which the ratio does not apply: a small capture of empty images is not an attack.
 pub const RATIO_FREE_BYTES: u64 = 64 << 20;
 
 /// Maximum number of entries: twice a scan of ten thousand frames and a calibration.
@@ -26,7 +26,7 @@ pub const MANIFEST_LIMIT_BYTES: u64 = 4 << 20;
 /// Maximum folder depth.
 pub const DEPTH_LIMIT: usize = 8;
 
-/// Longest name of an entry: far below what file systems take (4096), far above what a recorder writes.
+/// Maximum length of an entry name: far below the limit of file systems (4096), far above what a recorder writes.
 pub const NAME_LIMIT_BYTES: usize = 512;
 
 /// Longest extended header of a tar entry: it holds a name and some times.

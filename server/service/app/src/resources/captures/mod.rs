@@ -102,14 +102,14 @@ impl Captures {
     /// Called within the runtime.
     ///
     /// # Errors
-    /// If the folder cannot be emptied and made.
+    /// If the folder cannot be created or emptied.
     pub fn new(ledger: EventedCatalogue, artifacts: Arc<dyn Artifacts>, cache: &Path) -> std::io::Result<Self> {
         let cache = Cache::new(cache, CACHE_LIMIT_BYTES)?;
         Ok(Self { ledger, artifacts, runtime: Handle::current(), cache, turn: Arc::default() })
     }
 
     /// Unpacks `archive` (a file under the artifacts' scratch folder) within all limits, checks the capture with every
-    /// picture in it, stores the archive, and returns the change that records it. Blocks; leaves nothing on failure.
+    /// image in it, stores the archive, and returns the change that records it. Blocks; leaves nothing on failure.
     pub fn take_in(
         &self,
         archive: &Path,

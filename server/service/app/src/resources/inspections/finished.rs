@@ -17,13 +17,13 @@ use crate::resources::stored_scan::new_id;
 pub struct VerdictChange {
     /// Its id in the plan.
     pub id: String,
-    /// The verdict before; `None`: it was not judged.
+    /// Earlier verdict; `None`: none.
     pub before: Option<String>,
-    /// The verdict now; `None`: it is not judged.
+    /// New verdict; `None`: none.
     pub after: Option<String>,
 }
 
-/// The record of a part that was judged; its number is given by the store.
+/// The record of a finished inspection; its number is assigned by the store.
 pub fn new_inspection(
     part: &InspectedPart,
     version: &RecipeVersion,

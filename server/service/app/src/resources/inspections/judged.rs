@@ -1,4 +1,4 @@
-//! The verdict on a part by a plan.
+//! Evaluation of a plan on the scan of a part.
 
 use metrology::{MeasureError, Plan, PlanResult, evaluate};
 use optics::Calibration;
@@ -9,11 +9,11 @@ use crate::error::AppError;
 use crate::resources::watches::why_invalid;
 use pipeline::Failure;
 
-/// Measures the plan on the cloud of a scan. A part that cannot be measured is invalid, and so is one whose scan allows no
+/// Measures the plan on the cloud of a scan. A part that cannot be measured is invalid, as is one whose scan allows no
 /// verdict.
 ///
 /// # Errors
-/// The calibration is not that of the cloud.
+/// If the calibration is not that of the cloud.
 pub fn judged(
     plan: &Plan,
     scan: &ScanRecord,

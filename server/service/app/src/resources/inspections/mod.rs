@@ -1,4 +1,4 @@
-//! Inspections: a part, scanned and judged by a version of a recipe.
+//! Inspections: a part scanned and measured with a version of a recipe, and its verdict.
 
 mod finished;
 mod judged;
@@ -11,7 +11,7 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
-/// Which part is inspected.
+/// The inspected part.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct InspectedPart {
     /// Its serial number.
@@ -19,7 +19,7 @@ pub struct InspectedPart {
     /// The order it is made for.
     #[serde(default)]
     pub order: Option<String>,
-    /// Handed on to other systems as they are.
+    /// Passed on unchanged to other systems.
     #[serde(default)]
     pub attributes: BTreeMap<String, String>,
 }
@@ -36,12 +36,12 @@ pub struct InspectionBody {
     pub calibration_id: String,
     /// Whether the devices were simulated, or a recording.
     pub simulated: bool,
-    /// Of the part.
+    /// Attributes of the part.
     #[serde(default)]
     pub attributes: BTreeMap<String, String>,
-    /// What was measured, as `sheaf measure --plan --json` prints it.
+    /// The results, as `sheaf measure --plan --json` prints them.
     pub result: Value,
-    /// Compared with the inspection that was judged anew.
+    /// Differences from the re-evaluated inspection.
     #[serde(default)]
     pub changed: Vec<VerdictChange>,
 }

@@ -25,7 +25,7 @@ const FIRST_RANGE_MM: (f64, f64) = (-20.0, 20.0);
 /// Distance of its rows, mm.
 const FIRST_STEP_MM: f64 = 0.2;
 
-/// The same on a turntable: a turn, and what shows how well it closes.
+/// The same on a turntable: a full turn plus the overlap that shows the closure.
 const FIRST_TURN_DEG: (f64, f64) = (0.0, 375.0);
 
 /// Angle between its rows.
@@ -37,7 +37,7 @@ const FIRST_TOLERANCE_MM: f64 = 0.05;
 /// A measurement plan.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct MeasurementPlan {
-    /// Where.
+    /// The scan range.
     #[serde(flatten)]
     pub range: PlannedRange,
     /// Exposure time of the frames, µs; `None`: chosen by the station.
@@ -73,7 +73,7 @@ pub enum PlannedRange {
 /// A plan with its version.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct KeptPlan {
-    /// 0: never.
+    /// Version; 0: never changed.
     pub version: u64,
     /// The plan.
     pub plan: MeasurementPlan,

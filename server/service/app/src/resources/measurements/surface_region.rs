@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 /// Voxels along the longest side of the bounding box: more make no visible difference.
 const CELLS_ALONG: f64 = 48.0;
 
-/// Most cells that are returned: some 10 kB in a measurement.
+/// Maximum number of cells returned: some 10 kB in a measurement.
 const CELLS_LIMIT: usize = 2_000;
 
 /// Smallest cell, mm: displayed points lie some hundredths of a millimetre from those of the cloud.

@@ -1,21 +1,21 @@
-//! What differs between two versions of a recipe.
+//! Differences between two versions of a recipe.
 
 use serde_json::Value;
 
 use crate::resources::recipes::Recipe;
 
-/// A place that differs.
+/// A change.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct PlaceChange {
     /// JSON pointer; features and characteristics are named by their id instead of their number.
     pub place: String,
-    /// What was there, as JSON; `None`: nothing.
+    /// Old value, as JSON; `None`: added.
     pub old: Option<String>,
-    /// What is there, as JSON; `None`: nothing.
+    /// New value, as JSON; `None`: removed.
     pub new: Option<String>,
 }
 
-/// The places that differ, in the order of their names.
+/// The changes, ordered by pointer.
 pub fn changes_between(old: &Recipe, new: &Recipe) -> Vec<PlaceChange> {
     let mut changes = Vec::new();
     compare("", Some(&old.to_value()), Some(&new.to_value()), &mut changes);
@@ -52,7 +52,7 @@ fn compare(place: &str, old: Option<&Value>, new: Option<&Value>, changes: &mut 
     changes.push(PlaceChange { place: place.to_owned(), old: text(old), new: text(new) });
 }
 
-/// The parts of an object by key, those of a list of things with ids by id; `None` for what is compared as a whole.
+/// Entries of an object by key, or of a list of objects with ids by id; `None` for values compared as a whole.
 fn children(value: &Value) -> Option<Vec<(String, Value)>> {
     match value {
         Value::Object(map) => {

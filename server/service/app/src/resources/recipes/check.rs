@@ -1,12 +1,13 @@
-//! Whether a recipe is one: every part of it, with the place of what is wrong.
+//! Validation of a recipe; each refusal has a JSON pointer and a remedy.
 
 use remedy::Remedy as _;
 use serde_json::Value;
 
 use crate::error::{AppError, ErrorKind};
 use crate::resources::labels::label;
+use crate::resources::recipes::Recipe;
 use crate::resources::recipes::serial_rule::SerialRule;
-use crate::resources::recipes::{Recipe, RecipeScan};
+use crate::resources::scan_run::ScanSettings;
 
 /// Longest id of a recipe: it appears in file names and topics.
 const LONGEST_ID: usize = 64;
@@ -24,18 +25,18 @@ pub(crate) fn refused(place: impl Into<String>, detail: impl Into<String>, remed
     AppError::new(ErrorKind::Impossible, detail).at(place).remedy(remedy)
 }
 
-/// Checks the id of a new recipe; it begins with a letter, so that it is never taken for a number.
+/// Checks the id of a new recipe; it starts with a letter, so that it is distinct from a number.
 pub(crate) fn check_id(id: &str) -> Result<(), AppError> {
     let is_word = |byte: u8| byte.is_ascii_lowercase() || byte.is_ascii_digit() || b"-_".contains(&byte);
     let begins = id.bytes().next().is_some_and(|byte| byte.is_ascii_lowercase());
     if begins && id.len() <= LONGEST_ID && id.bytes().all(is_word) {
         return Ok(());
     }
-    let remedy = "use up to 64 of a to z, 0 to 9, - and _, beginning with a letter";
-    Err(refused("/id", "this is no id of a recipe", remedy))
+    let remedy = "use up to 64 of a to z, 0 to 9, - and _, starting with a letter";
+    Err(refused("/id", "the id of the recipe is invalid", remedy))
 }
 
-/// Checks what is handed on to other systems.
+/// Checks attributes, which are passed on to other systems.
 pub(crate) fn check_attributes<'a>(
     attributes: impl ExactSizeIterator<Item = (&'a String, &'a String)>,
     place: &str,
@@ -54,14 +55,14 @@ pub(crate) fn check_attributes<'a>(
 }
 
 impl Recipe {
-    /// Checks every part of it; places begin with `/recipe`.
+    /// Validates it; pointers start with `/recipe`.
     ///
     /// # Errors
-    /// The first part that is wrong, with its place and remedy.
+    /// The first invalid part, with its pointer and remedy.
     pub fn check(&self) -> Result<(), AppError> {
         label(&self.name, "/recipe/name")?;
         if self.number == Some(0) {
-            return Err(refused("/recipe/number", "0 stands for no recipe", "give a number from 1"));
+            return Err(refused("/recipe/number", "0 is not a recipe number", "give a number from 1"));
         }
         if let Some(pattern) = &self.serial_pattern {
             SerialRule::new(pattern)?;
@@ -72,7 +73,7 @@ impl Recipe {
             problem.at(format!("/recipe/plan{}", error.pointer)).remedy(error.remedy().unwrap_or_default())
         })?;
         if self.plan.characteristics.is_empty() {
-            let detail = "the plan measures nothing";
+            let detail = "the plan has no characteristics";
             return Err(refused("/recipe/plan/characteristics", detail, "add a characteristic"));
         }
         for (idx, characteristic) in self.plan.characteristics.iter().enumerate() {
@@ -86,8 +87,8 @@ impl Recipe {
     }
 }
 
-impl RecipeScan {
-    /// Checks all that does not depend on a station; the rest is checked when an inspection is requested.
+impl ScanSettings {
+    /// Checks everything that does not depend on a station; the rest is checked when an inspection is requested.
     fn check(&self) -> Result<(), AppError> {
         let place = |field: &str| format!("/recipe/scan/{field}");
         let any = [
@@ -159,7 +160,7 @@ impl RecipeScan {
         }
         let are_good = self.exposures_us.iter().all(|us| us.is_finite() && *us > 0.0);
         if !N_EXPOSURES.contains(&self.exposures_us.len()) || !are_good {
-            return Err(refused(place, "these are no exposure times of an HDR scan", "give two to four above 0"));
+            return Err(refused(place, "invalid exposure times of an HDR scan", "give two to four above 0"));
         }
         Ok(())
     }

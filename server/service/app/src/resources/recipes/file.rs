@@ -1,4 +1,4 @@
-//! A recipe as one file, to be moved between stations.
+//! A recipe as one file, for transfer between stations.
 
 use std::borrow::Cow;
 
@@ -9,7 +9,7 @@ use crate::error::AppError;
 use crate::resources::recipes::check::{check_id, refused};
 use crate::resources::recipes::{Recipe, RecipeVersion};
 
-/// The version of the document.
+/// Version of the file format.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub enum RecipeFormat {
     /// The first.
@@ -18,7 +18,7 @@ pub enum RecipeFormat {
     V1,
 }
 
-/// An exported version of a recipe. Where it came from is for people; only `id`, `digest` and `recipe` are imported.
+/// An exported version of a recipe. Only `id`, `digest` and `recipe` are imported; the other fields are informative.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct RecipeFile {
@@ -37,21 +37,21 @@ pub struct RecipeFile {
     /// Why.
     #[serde(default)]
     pub reason: String,
-    /// What is scanned, measured and judged.
+    /// The content.
     pub recipe: Recipe,
 }
 
-/// A file that is no recipe.
+/// Why a file cannot be imported.
 #[derive(Debug, thiserror::Error)]
 pub enum RecipeFileError {
-    /// No JSON, or not of this form.
+    /// Not JSON, or another structure.
     #[error("the recipe cannot be read")]
     Json {
         /// Where and why.
         #[source]
         cause: serde_json::Error,
     },
-    /// A part of it is wrong.
+    /// The recipe is invalid.
     #[error("{}: {}", .0.pointer.as_deref().unwrap_or("/"), .0.detail)]
     Recipe(AppError),
 }
@@ -75,25 +75,25 @@ impl RecipeFile {
     /// Reads a file and checks it.
     ///
     /// # Errors
-    /// [`RecipeFileError`] with the line and column, or the part that is wrong.
+    /// [`RecipeFileError`] with the line and column, or the invalid part.
     pub fn from_json(text: &str) -> Result<Self, RecipeFileError> {
         let file: Self = serde_json::from_str(text).map_err(|cause| RecipeFileError::Json { cause })?;
         file.check().map_err(RecipeFileError::Recipe)?;
         Ok(file)
     }
 
-    /// Checks the recipe, and that it is the one that was exported.
+    /// Checks the recipe and its digest.
     ///
     /// # Errors
-    /// The part that is wrong, with its place.
+    /// The invalid part, with its pointer.
     pub fn check(&self) -> Result<(), AppError> {
         check_id(&self.id)?;
         self.recipe.check()?;
         match &self.digest {
             Some(digest) if *digest != self.recipe.digest() => Err(refused(
                 "/digest",
-                "the recipe is not the one that was exported: its digest differs",
-                "export it again, or leave out the digest of a file that was changed on purpose",
+                "the recipe does not match its digest",
+                "export it again, or omit the digest if the file was changed on purpose",
             )),
             _ => Ok(()),
         }

@@ -1,4 +1,4 @@
-//! Which recipe is meant: by id, version, number, or a rule on the serial number.
+//! Looking up a recipe by id, version, number, or serial number of the part.
 
 use store::{Page, RecipeFilter, RecipeRecord};
 
@@ -8,7 +8,7 @@ use crate::resources::recipes::RecipeVersion;
 use crate::resources::recipes::check::refused;
 use crate::resources::recipes::serial_rule::SerialRule;
 
-/// What names a recipe.
+/// A reference to a recipe.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum RecipeRef {
     /// `bracket`: its newest version; `bracket@7`: this one.
@@ -18,12 +18,12 @@ pub enum RecipeRef {
         /// The version; `None`: the newest.
         version: Option<i64>,
     },
-    /// By which a PLC calls it.
+    /// Number by which a PLC selects it.
     Number(i64),
 }
 
 impl RecipeRef {
-    /// Of `bracket`, `bracket@7` or `12`.
+    /// Parses `bracket`, `bracket@7` or `12`.
     pub fn parse(text: &str) -> Option<Self> {
         if let Ok(number) = text.parse() {
             return Some(Self::Number(number));
@@ -38,7 +38,7 @@ impl RecipeRef {
 /// A version of a recipe.
 ///
 /// # Errors
-/// It does not exist, or is damaged.
+/// If it does not exist or is damaged.
 pub async fn stored_version(ledger: &EventedCatalogue, id: &str, version: i64) -> Result<RecipeVersion, AppError> {
     RecipeVersion::of(ledger.read().recipe_version(id, version).await?)
 }
@@ -46,7 +46,7 @@ pub async fn stored_version(ledger: &EventedCatalogue, id: &str, version: i64) -
 /// The newest version of a recipe.
 ///
 /// # Errors
-/// It does not exist, or is damaged.
+/// If it does not exist or is damaged.
 pub async fn newest_version(
     ledger: &EventedCatalogue,
     id: &str,
@@ -56,10 +56,10 @@ pub async fn newest_version(
     Ok((recipe, version))
 }
 
-/// The version to inspect a part by: the one that is named, else that of the recipe whose rule the serial number matches.
+/// The version for inspecting a part: the requested one, else that of the recipe whose `serial_pattern` matches.
 ///
 /// # Errors
-/// None, more than one, or one that is archived.
+/// If no recipe or more than one matches, or it is archived.
 pub async fn found(
     ledger: &EventedCatalogue,
     named: Option<&RecipeRef>,
@@ -111,11 +111,12 @@ async fn by_rule(ledger: &EventedCatalogue, serial: &str) -> Result<RecipeVersio
     }
     if matching.len() > 1 {
         let ids: Vec<&str> = matching.iter().map(|version| version.id.as_str()).collect();
-        let detail = format!("the rules of several recipes match this serial number: {}", ids.join(", "));
-        return Err(refused("/recipe", detail, "name the recipe, or make the rules exclude each other"));
+        let detail =
+            format!("the serial_pattern of several recipes matches this serial number: {}", ids.join(", "));
+        return Err(refused("/recipe", detail, "give the recipe, or make the patterns mutually exclusive"));
     }
     matching.pop().ok_or_else(|| {
-        let detail = "no recipe is named, and no rule of a recipe matches this serial number";
-        refused("/recipe", detail, "name the recipe, or give it a serial_pattern")
+        let detail = "no recipe is given, and no serial_pattern matches this serial number";
+        refused("/recipe", detail, "give the recipe, or add a serial_pattern to it")
     })
 }

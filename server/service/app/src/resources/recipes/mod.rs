@@ -1,4 +1,4 @@
-//! Recipes: how a part is scanned, what is measured on it and within which limits; in versions that never change.
+//! Recipes: how a part is scanned, what is measured, and the limits; in immutable versions.
 
 mod changes;
 pub(crate) mod check;
@@ -11,7 +11,7 @@ mod version;
 pub use changes::{PlaceChange, changes_between};
 pub use file::{RecipeFile, RecipeFileError, RecipeFormat};
 pub use find::{RecipeRef, found, newest_version, stored_version};
-pub use recipe::{Recipe, RecipeScan};
+pub use recipe::Recipe;
 pub use version::RecipeVersion;
 
 #[cfg(test)]

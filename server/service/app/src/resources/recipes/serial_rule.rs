@@ -16,15 +16,19 @@ impl SerialRule {
     /// The rule of a recipe.
     pub(crate) fn new(pattern: &str) -> Result<Self, AppError> {
         let compiled = |text: &str| RegexBuilder::new(text).size_limit(SIZE_LIMIT_BYTES).build();
-        // Alone first: brackets that only balance within the whole would lift it from its ends.
+        // Compiled alone first: unbalanced parentheses could otherwise escape the anchors.
         let rule = compiled(pattern).and_then(|_| compiled(&format!("^(?:{pattern})$")));
         rule.map(Self).map_err(|cause| {
-            refused("/recipe/serial_pattern", "this is no regular expression", "see docs.rs/regex for what is one")
-                .because(cause.to_string().lines().last().unwrap_or_default())
+            refused(
+                "/recipe/serial_pattern",
+                "this is not a valid regular expression",
+                "see docs.rs/regex for the syntax",
+            )
+            .because(cause.to_string().lines().last().unwrap_or_default())
         })
     }
 
-    /// Whether it is about this part.
+    /// Whether it matches this serial number.
     pub(crate) fn matches(&self, serial: &str) -> bool {
         self.0.is_match(serial)
     }
@@ -35,7 +39,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_rule_is_about_whole_serial_numbers() {
+    fn a_serial_pattern_must_match_the_whole_serial_number() {
         let rule = SerialRule::new("BR-[0-9]{4}|X.*").unwrap();
         assert_eq!(
             ["BR-0001", "X", "BR-00012", "aX", "br-0001"].map(|serial| rule.matches(serial)),

@@ -31,7 +31,7 @@ fn with(pointer: &str, value: &Value) -> Recipe {
 }
 
 #[test]
-fn what_is_wrong_is_named_with_its_place() {
+fn an_invalid_recipe_is_refused_with_its_pointer() {
     ball(18.9, 0.05).check().unwrap();
     let characteristic = "/plan/characteristics/0";
     let mut attributed = ball(18.9, 0.05);
@@ -83,7 +83,7 @@ fn a_digest_is_of_the_content_and_not_of_how_it_is_written() {
 }
 
 #[test]
-fn a_version_that_is_not_what_was_published_is_damaged() {
+fn a_version_that_does_not_match_its_digest_is_damaged() {
     let recipe = ball(18.9, 0.05);
     let version = RecipeVersion {
         id: "ball".into(),
@@ -140,7 +140,7 @@ fn a_diff_names_features_and_characteristics_by_id() {
 }
 
 #[test]
-fn a_file_brings_a_recipe_over_and_tells_when_it_was_changed_on_the_way() {
+fn an_exported_recipe_is_imported_unchanged_and_a_modified_file_is_refused() {
     let recipe = ball(18.9, 0.05);
     let (id, author, reason) = ("ball".to_owned(), "Anna".to_owned(), "first".to_owned());
     let digest = Some(recipe.digest());
@@ -149,7 +149,7 @@ fn a_file_brings_a_recipe_over_and_tells_when_it_was_changed_on_the_way() {
     assert_eq!(RecipeFile::from_json(&text).unwrap(), file);
     let changed = text.replace("0.05", "0.06");
     let error = RecipeFile::from_json(&changed).unwrap_err();
-    assert!(error.to_string().starts_with("/digest: the recipe is not the one that was exported"), "{error}");
+    assert!(error.to_string().starts_with("/digest: the recipe does not match its digest"), "{error}");
     let by_hand = changed.lines().filter(|line| !line.contains("\"digest\"")).collect::<String>();
     assert_eq!(RecipeFile::from_json(&by_hand).unwrap().recipe.plan.characteristics[0].upper, Some(0.06));
     let error = RecipeFile::from_json(&text.replace("\"step_mm\"", "\"stp_mm\"")).unwrap_err();

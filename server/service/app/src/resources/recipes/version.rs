@@ -20,11 +20,11 @@ pub struct RecipeVersion {
     pub author: String,
     /// Why.
     pub reason: String,
-    /// The version whose content it has again.
+    /// The earlier version that it restores.
     pub restored_from: Option<i64>,
     /// When.
     pub created_at_ms: i64,
-    /// What is scanned, measured and judged.
+    /// The content.
     pub recipe: Recipe,
 }
 
@@ -34,13 +34,13 @@ impl Recipe {
         serde_json::to_value(self).expect("a recipe is numbers and texts with text keys")
     }
 
-    /// SHA-256 of the canonical content: JSON without spaces, keys sorted, absent entries left out.
+    /// SHA-256 of the canonical content: JSON without spaces, keys sorted, absent entries omitted.
     pub fn digest(&self) -> String {
         hash_hex(sorted(self.to_value()).to_string().as_bytes())
     }
 }
 
-/// The same with its keys in order, whatever order a map of the library keeps.
+/// The same value with sorted keys.
 fn sorted(value: Value) -> Value {
     match value {
         Value::Object(map) => {
@@ -76,7 +76,7 @@ impl RecipeVersion {
     /// From its record.
     ///
     /// # Errors
-    /// A problem if it was stored by an incompatible version, or is not what its digest says.
+    /// A problem if it was stored by an incompatible version, or does not match its digest.
     pub fn of(record: RecipeVersionRecord) -> Result<Self, AppError> {
         let RecipeVersionRecord {
             recipe_id,

@@ -41,10 +41,10 @@ pub enum ScanPurpose {
 /// When laser-off images are captured during a scan, for ambient light subtraction.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct BackgroundInput {
-    /// Stop-and-go: one at least every so many rows, 1 if not said; one that no longer shows what the frame shows is taken
-    /// anew. A continuous scan has one before it, and one after it to compare.
+    /// Stop-and-go: at least one every so many rows, default 1; an outdated one is captured
+    /// again. A continuous scan has one before it, and one after it for comparison.
     pub every_rows: Option<usize>,
-    /// Only while the ambient light, in levels of 255, is above this; `None`: always.
+    /// Only if the ambient light exceeds this level, of 255; `None`: always.
     pub above_levels: Option<f64>,
 }
 

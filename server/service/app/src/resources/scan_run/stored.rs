@@ -20,14 +20,14 @@ pub struct ScanRun {
     pub n_rows: usize,
     /// What is measured on it in the same job.
     pub measure: Vec<MeasureInput>,
-    /// What it is made for.
+    /// Its purpose.
     pub purpose: ScanPurpose,
     /// The plan on the station; `None` for a capture.
     pub plan: Option<ScanPlan>,
 }
 
 impl ScanRun {
-    /// Of a stored scan.
+    /// Reads it from a stored scan.
     ///
     /// # Errors
     /// A problem if it was stored by an incompatible version.
@@ -35,7 +35,7 @@ impl ScanRun {
         Self::from_stored(&scan.plan).map_err(|cause| {
             AppError::new(ErrorKind::Damaged, format!("how scan {} was made cannot be read", scan.id))
                 .because(cause.to_string())
-                .remedy("scan anew")
+                .remedy("scan the part again")
         })
     }
 
@@ -129,7 +129,7 @@ pub(crate) mod tests {
 
     use super::*;
 
-    /// As version 0.1 stored a scan from the station.
+    /// A station scan as stored by version 0.1.
     pub(crate) fn stored_by_the_station(mode: &str) -> Value {
         json!({
             "mode": mode, "from_mm": -1.0, "to_mm": 1.0, "step_mm": 0.5, "n_rows": 5, "speed_mm_s": null,

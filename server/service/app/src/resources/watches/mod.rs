@@ -121,6 +121,7 @@ pub fn verdicts_json(verdicts: &[WatchVerdict]) -> Value {
             "sigma": verdict.estimate.map(|estimate| estimate.sigma),
             "error_mm": verdict.error_mm,
             "position_mm": verdict.position_mm,
+            "reason_code": verdict.reason_code.code(),
             "reason": verdict.reason,
         })
     };
@@ -151,6 +152,7 @@ pub fn warning(scan_id: &str, verdict: &WatchVerdict) -> Change {
         value: verdict.estimate.map(|Estimate { value, .. }| value),
         sigma: verdict.estimate.map(|Estimate { sigma, .. }| sigma),
         position_mm: verdict.position_mm,
+        reason_code: Some(verdict.reason_code.code().to_owned()),
         reason: verdict.reason.clone(),
     };
     event(scan_id, Event::WatchWarned(body))

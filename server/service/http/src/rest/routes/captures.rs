@@ -252,7 +252,7 @@ async fn download_capture(State(app): State<App>, ApiPath(id): ApiPath<String>) 
 /// Deletes a capture.
 #[utoipa::path(
     delete, path = "/captures/{id}", tag = "captures", params(("id" = String, Path)),
-    responses((status = 204, description = "Forgotten"))
+    responses((status = 204, description = "Deleted"))
 )]
 async fn delete_capture(
     State(app): State<App>,

@@ -1,4 +1,4 @@
-//! Inspections: requested, listed, judged anew; and the hold of their queue.
+//! Inspections: start, list, re-evaluate; hold and resume their queue.
 
 use std::time::Duration;
 
@@ -27,7 +27,7 @@ use app::App;
 use app::recipes::RecipeRef;
 use app::use_cases;
 
-/// Longest time that an answer waits for a result.
+/// Longest time that a response waits for a result.
 const WAIT_LIMIT_S: u32 = 30;
 
 /// The routes.
@@ -41,7 +41,7 @@ pub fn routes() -> OpenApiRouter<Http> {
         .routes(routes!(resume_inspections))
 }
 
-/// Lists inspections, newest first; with `after_seq` oldest first from there on.
+/// Lists inspections, newest first; with `after_seq`, oldest first after that number.
 #[utoipa::path(
     get, path = "/inspections", tag = "inspections", params(InspectionsQuery),
     responses((status = 200, body = ListDto<InspectionDto>))
@@ -97,8 +97,8 @@ async fn list_inspections(
     Ok(Json(ListDto { next, ..list }))
 }
 
-/// Inspects a part: scans it, measures it by a recipe, and judges it. With `wait_s` the answer is the inspection if it is
-/// finished within that time; a job that fails meanwhile is answered with its problem.
+/// Inspects a part: scans it, measures it according to a recipe, and decides its verdict. With `wait_s` the response is the inspection if it is
+/// finished within that time, or the problem if the job fails.
 #[utoipa::path(
     post, path = "/inspections", tag = "inspections", request_body = InspectDto, params(WaitQuery),
     responses(
@@ -137,8 +137,8 @@ async fn get_inspection(
     Ok(Json(app.ledger.read().inspection(&id).await?.try_into()?))
 }
 
-/// Judges the scan of an inspection by another version of a recipe. The result is a new inspection that names this one and
-/// lists the verdicts that changed; this one stays as it is.
+/// Re-evaluates the scan of an inspection with another version of a recipe. The result is a new inspection that refers to this one and
+/// lists the verdicts that changed; this one is not changed.
 #[utoipa::path(
     post, path = "/inspections/{id}/re-evaluate", tag = "inspections", request_body = ReEvaluateDto,
     params(("id" = String, Path), WaitQuery),
@@ -177,7 +177,7 @@ fn limit_of(query: &WaitQuery) -> Result<Duration, Problem> {
     }
 }
 
-/// The inspection if its job ends in time, else the job as it is then.
+/// The inspection if its job ends in time, else the current state of the job.
 async fn waited(app: &App, accepted: Reply, limit: Duration) -> Result<Reply, Problem> {
     if limit.is_zero() {
         return Ok(accepted);
@@ -205,7 +205,7 @@ async fn waited(app: &App, accepted: Reply, limit: Duration) -> Result<Reply, Pr
     }
 }
 
-/// Returns the state of the queue of inspections.
+/// Returns the state of the inspection queue.
 #[utoipa::path(
     get, path = "/inspection-queue", tag = "inspections",
     responses((status = 200, body = InspectionQueueDto))
@@ -214,8 +214,8 @@ async fn get_inspection_queue(State(app): State<App>) -> Result<Json<InspectionQ
     Ok(Json(use_cases::inspection_queue(&app).await?.into()))
 }
 
-/// Holds the queue: no further inspection starts until it is resumed, over restarts too; a running one ends. Other jobs are
-/// not held.
+/// Holds the inspection queue: no further inspection starts until it is resumed, across restarts too; a running one completes. Other jobs are
+/// not affected.
 #[utoipa::path(
     post, path = "/inspection-queue/hold", tag = "inspections", request_body = HoldDto,
     responses((status = 200, body = InspectionQueueDto))
@@ -229,7 +229,7 @@ async fn hold_inspections(
     Ok(Json(use_cases::inspection_queue(&app).await?.into()))
 }
 
-/// Ends the hold: waiting inspections start in their order.
+/// Resumes the inspection queue: waiting inspections start in order.
 #[utoipa::path(
     post, path = "/inspection-queue/resume", tag = "inspections",
     responses((status = 200, body = InspectionQueueDto))

@@ -1,4 +1,4 @@
-//! Recipes: published in versions, compared, rolled back, archived, moved as files.
+//! Recipes: publish, compare, restore and archive versions; import and export files.
 
 use crate::Http;
 use app::error::ErrorKind;
@@ -52,7 +52,7 @@ fn published(version: &RecipeVersion) -> Reply {
     }
 }
 
-/// Lists recipes in their newest version, the one made last first.
+/// Lists recipes with their newest version, most recently created first.
 #[utoipa::path(
     get, path = "/recipes", tag = "recipes", params(RecipesQuery),
     responses((status = 200, body = ListDto<RecipeItemDto>))
@@ -81,7 +81,7 @@ async fn list_recipes(
     Ok(Json(ListDto { items, ..list }))
 }
 
-/// Makes a recipe: its version 1.
+/// Creates a recipe with version 1.
 #[utoipa::path(
     post, path = "/recipes", tag = "recipes", request_body = CreateRecipeDto,
     responses((status = 201, body = RecipeVersionDto,
@@ -103,8 +103,8 @@ async fn create_recipe(
     Ok(published(&version))
 }
 
-/// Imports a file: makes the recipe, or publishes its next version, for which `If-Match` is needed. A file whose content the
-/// newest version already has changes nothing.
+/// Imports a file: creates the recipe, or publishes its next version, which requires `If-Match`. If the newest version already has
+/// the same content, nothing is changed.
 #[utoipa::path(
     post, path = "/recipes/import", tag = "recipes", request_body = RecipeFileDto,
     params(("If-Match" = Option<String>, Header, description = "ETag of the recipe, or `*`, if there is one with this id")),
@@ -134,7 +134,7 @@ async fn import_recipe(
     Ok(published(&use_cases::import_recipe(&app, &by, file, after, and).await?))
 }
 
-/// Returns a recipe in its newest version, whose number is needed to change it.
+/// Returns a recipe with its newest version; the `ETag` is needed to change it.
 #[utoipa::path(
     get, path = "/recipes/{id}", tag = "recipes", params(("id" = String, Path)),
     responses((status = 200, body = NewestRecipeDto, headers(("ETag" = String, description = "The version"))))
@@ -172,7 +172,7 @@ async fn list_recipe_versions(
     Ok(Json(ListDto::whole_of(&format!("{}/versions", recipe_href(&id)), &page, listed, dto)))
 }
 
-/// Publishes the next version of a recipe. Inspections that were requested keep theirs.
+/// Publishes the next version of a recipe. Inspections already requested keep their version.
 #[utoipa::path(
     post, path = "/recipes/{id}/versions", tag = "recipes", request_body = PublishRecipeDto,
     params(
@@ -282,7 +282,7 @@ async fn roll_back_recipe(
     Ok(published(&version))
 }
 
-/// Archives a recipe: no part can be inspected by it, and its number is free. Its versions are kept.
+/// Archives a recipe: it can no longer be used for inspections, and its number becomes free. Its versions are kept.
 #[utoipa::path(
     post, path = "/recipes/{id}/archive", tag = "recipes", params(("id" = String, Path)),
     responses((status = 200, body = NewestRecipeDto, headers(("ETag" = String, description = "The version"))))
@@ -296,7 +296,7 @@ async fn archive_recipe(
     newest(&app, &id).await
 }
 
-/// Takes an archived recipe into use again.
+/// Restores an archived recipe.
 #[utoipa::path(
     post, path = "/recipes/{id}/restore", tag = "recipes", params(("id" = String, Path)),
     responses((status = 200, body = NewestRecipeDto, headers(("ETag" = String, description = "The version"))))

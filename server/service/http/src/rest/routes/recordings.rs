@@ -126,7 +126,7 @@ async fn download_recording(
 /// Deletes a recording and frees its disk space. A running recording must be stopped first.
 #[utoipa::path(
     delete, path = "/recordings/{id}", tag = "recordings", params(("id" = String, Path)),
-    responses((status = 204, description = "Forgotten"))
+    responses((status = 204, description = "Deleted"))
 )]
 async fn delete_recording(
     State(app): State<App>,

@@ -21,12 +21,13 @@ use crate::wire::paging::{ListDto, page, path_with};
 use crate::wire::scan::scan_runs::{ScanPlanDto, ScanPurposeDto};
 use crate::wire::scan::scans::{
     CloudQuery, MeshQuery, PointsQuery, RecomputeDto, ScanDto, ScanStateDto, ScansQuery, StartExportDto,
-    StartScanDto, StartVerificationDto,
+    StartVerificationDto,
 };
+use crate::wire::scan::settings::StartScanDto;
 use app::App;
 use app::calibrations::stored::stored_document;
 use app::jobs::export::{ExportFormat, bytes_to_artifact};
-use app::jobs::plan::{Pace, mode_of, plan};
+use app::jobs::plan::{Pace, plan};
 use app::jobs::{JobInput, RecomputeInput, ScanInput};
 use app::measurements::ScanPurpose;
 use app::measurements::parts::{PartFilter, part, parts};
@@ -107,7 +108,7 @@ async fn plan_scan(State(app): State<App>, body: ApiJson<StartScanDto>) -> Resul
     let input = ScanInput::from(body.value);
     let document = stored_document(&app.ledger, &*app.artifacts, input.calibration_id.as_deref()).await?;
     let status = app.station.status();
-    let pace = Pace::learned(&app.ledger, mode_of(&input)).await;
+    let pace = Pace::learned(&app.ledger, input.settings.mode()).await;
     let planned = blocking(move || plan(&input, &document.calibration(), &status, &pace)).await??;
     Ok(Json(planned.into()))
 }
@@ -141,7 +142,7 @@ async fn get_scan(State(app): State<App>, ApiPath(id): ApiPath<String>) -> Resul
 /// Deletes a scan and its measurements.
 #[utoipa::path(
     delete, path = "/scans/{id}", tag = "scans", params(("id" = String, Path)),
-    responses((status = 204, description = "Forgotten"))
+    responses((status = 204, description = "Deleted"))
 )]
 async fn delete_scan(
     State(app): State<App>,

@@ -19,7 +19,7 @@ pub struct SessionDto {
     pub version: i64,
     /// The content.
     pub body: SessionBodyDto,
-    /// What its steps have, and what a good calibration needs.
+    /// Requirements of a good calibration and how far they are met.
     pub needs: SessionNeedsDto,
     /// Time of creation, ms since 1970 (UTC).
     pub created_at_ms: i64,

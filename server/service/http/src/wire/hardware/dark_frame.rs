@@ -2,7 +2,7 @@
 
 use app::camera::dark_frame::KeptDarkFrame;
 use serde::{Deserialize, Serialize};
-use station::DarkUse;
+use station::DarkFrameUse;
 use utoipa::ToSchema;
 
 /// Hot pixels listed at most.
@@ -74,7 +74,7 @@ pub struct DarkFrameDto {
 
 impl DarkFrameDto {
     /// A dark frame and how it is used now.
-    pub fn new(kept: &KeptDarkFrame, used: DarkUse) -> Self {
+    pub fn new(kept: &KeptDarkFrame, used: DarkFrameUse) -> Self {
         let dark = &kept.dark;
         let figures = dark.frame.figures();
         Self {
@@ -99,14 +99,14 @@ impl DarkFrameDto {
     }
 }
 
-impl From<DarkUse> for DarkUseDto {
-    fn from(used: DarkUse) -> Self {
+impl From<DarkFrameUse> for DarkUseDto {
+    fn from(used: DarkFrameUse) -> Self {
         match used {
-            DarkUse::NoDarkFrame => Self::NoDarkFrame,
-            DarkUse::OtherCamera => Self::OtherCamera,
-            DarkUse::OtherFormat => Self::OtherFormat,
-            DarkUse::HotPixels => Self::HotPixels,
-            DarkUse::Whole => Self::Whole,
+            DarkFrameUse::NoDarkFrame => Self::NoDarkFrame,
+            DarkFrameUse::OtherCamera => Self::OtherCamera,
+            DarkFrameUse::OtherFormat => Self::OtherFormat,
+            DarkFrameUse::HotPixels => Self::HotPixels,
+            DarkFrameUse::Whole => Self::Whole,
         }
     }
 }

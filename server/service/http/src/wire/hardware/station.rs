@@ -78,8 +78,8 @@ pub struct StopResultDto {
 impl StopResultDto {
     /// The result of a Stop, with the state after it.
     pub fn new(outcome: StopOutcome, state: MachineState) -> Self {
-        let unrecorded =
-            (!outcome.recorded).then(|| "the Stop could not be stored: it will not outlast a restart".to_owned());
+        let unrecorded = (!outcome.recorded)
+            .then(|| "the Stop could not be stored: it will not persist across a restart".to_owned());
         Self {
             acknowledged: outcome.acknowledged.is_ok(),
             state: state_names(state).0,

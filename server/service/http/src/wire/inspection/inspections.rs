@@ -15,7 +15,7 @@ use crate::wire::measurement::measurements::VerdictDto;
 use crate::wire::recipe::recipes::version_href;
 use crate::wire::scan::scans::scan_href;
 
-/// The version of a recipe that a part was inspected by.
+/// The version of a recipe used for an inspection.
 #[derive(Debug, Serialize, ToSchema)]
 pub struct InspectedByDto {
     /// Id of the recipe.
@@ -35,13 +35,13 @@ pub struct InspectedByDto {
 pub struct VerdictChangeDto {
     /// Id of the characteristic.
     pub id: String,
-    /// The verdict before; absent if it was not judged.
+    /// Earlier verdict; absent if there was none.
     pub before: Option<VerdictDto>,
-    /// The verdict now; absent if it is not judged.
+    /// New verdict; absent if there is none.
     pub after: Option<VerdictDto>,
 }
 
-/// A part that was inspected; it never changes.
+/// An inspection of a part; it never changes.
 #[derive(Debug, Serialize, ToSchema)]
 pub struct InspectionDto {
     /// Its id.
@@ -52,9 +52,9 @@ pub struct InspectionDto {
     pub serial: String,
     /// The order it was made for.
     pub order: Option<String>,
-    /// What it was inspected by.
+    /// The recipe used.
     pub recipe: InspectedByDto,
-    /// The verdict on the part: the worst of its characteristics; `invalid` if none is judged. Accept only `ok`.
+    /// The verdict on the part: the worst of its characteristics; `invalid` if none has a verdict. Accept only `ok`.
     pub verdict: VerdictDto,
     /// The characteristics, in the order of the plan.
     pub results: Vec<CharacteristicResultDto>,
@@ -79,11 +79,11 @@ pub struct InspectionDto {
     pub calibration_id: String,
     /// Whether the devices were simulated, or a recording: no verdict on a real part.
     pub simulated: bool,
-    /// The inspection whose scan was judged anew.
+    /// The inspection that this one re-evaluates.
     pub re_evaluated_from: Option<String>,
     /// The verdicts that differ from that inspection.
     pub changed: Vec<VerdictChangeDto>,
-    /// Of the part.
+    /// Attributes of the part.
     pub attributes: BTreeMap<String, String>,
     /// The job that made it.
     pub job_id: Option<String>,
@@ -152,20 +152,20 @@ impl From<VerdictChange> for VerdictChangeDto {
     }
 }
 
-/// The queue of inspections.
+/// The inspection queue.
 #[derive(Debug, Serialize, ToSchema)]
 pub struct InspectionQueueDto {
-    /// Whether no further inspection starts.
+    /// Whether the queue is held: no further inspection starts.
     pub held: bool,
-    /// Who holds it.
+    /// Who held it.
     pub held_by: Option<String>,
     /// Why.
     pub reason: Option<String>,
     /// Since when, ms since 1970 (UTC).
     pub since_ms: Option<i64>,
-    /// Inspections that wait.
+    /// Number of waiting inspections.
     pub n_waiting: usize,
-    /// The job of the running one.
+    /// The job of the running inspection.
     pub running_job_id: Option<String>,
 }
 

@@ -10,7 +10,7 @@ use utoipa::{IntoParams, ToSchema};
 use crate::problem::{Problem, ProblemKind};
 use crate::wire::measurement::measurements::VerdictDto;
 
-/// Names a recipe: `bracket` (its newest version), `bracket@7`, or its number.
+/// Reference to a recipe: `bracket` (its newest version), `bracket@7`, or its number.
 #[derive(Debug, Clone, Deserialize, ToSchema)]
 #[serde(untagged)]
 #[schema(example = "bracket@7")]
@@ -28,7 +28,7 @@ impl TryFrom<RecipeRefDto> for RecipeRef {
         match dto {
             RecipeRefDto::Number(number) => Ok(Self::Number(number.into())),
             RecipeRefDto::Id(text) => Self::parse(&text).ok_or_else(|| {
-                Problem::new(ProblemKind::Impossible, "this names no recipe")
+                Problem::new(ProblemKind::Impossible, "this is not a reference to a recipe")
                     .at("/recipe")
                     .remedy("give an id, id@version, or the number of a recipe")
             }),
@@ -41,7 +41,7 @@ impl TryFrom<RecipeRefDto> for RecipeRef {
 #[serde(deny_unknown_fields)]
 #[schema(example = json!({ "recipe": "bracket", "serial": "BR-0042", "order": "4711" }))]
 pub struct InspectDto {
-    /// The recipe; without one, that whose rule the serial number matches.
+    /// The recipe; default: the one whose `serial_pattern` matches the serial number.
     pub recipe: Option<RecipeRefDto>,
     /// Serial number of the part.
     #[schema(max_length = 100)]
@@ -49,7 +49,7 @@ pub struct InspectDto {
     /// The order it is made for.
     #[schema(max_length = 100)]
     pub order: Option<String>,
-    /// Handed on to other systems as they are.
+    /// Passed on unchanged to other systems.
     #[serde(default)]
     pub attributes: BTreeMap<String, String>,
 }
@@ -61,12 +61,12 @@ impl InspectDto {
     }
 }
 
-/// Request to judge the scan of an inspection by another version of a recipe.
+/// Request to re-evaluate the scan of an inspection with another version of a recipe.
 #[derive(Debug, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 #[schema(example = json!({ "recipe": "bracket@8" }))]
 pub struct ReEvaluateDto {
-    /// The recipe; default: the newest version of the one it was made by.
+    /// The recipe; default: the newest version of the recipe of the inspection.
     pub recipe: Option<RecipeRefDto>,
 }
 
@@ -80,12 +80,12 @@ pub struct HoldDto {
     pub reason: Option<String>,
 }
 
-/// Whether the answer waits for the result.
+/// Whether the response waits for the result.
 #[derive(Debug, Deserialize, IntoParams)]
 #[serde(deny_unknown_fields)]
 #[into_params(parameter_in = Query)]
 pub struct WaitQuery {
-    /// Seconds to wait for the result, 0 to 30; default 0. The inspection goes on when the time is over.
+    /// Seconds to wait for the result, 0 to 30; default 0. The inspection continues after a timeout.
     #[param(minimum = 0, maximum = 30)]
     pub wait_s: Option<u32>,
 }
@@ -95,19 +95,19 @@ pub struct WaitQuery {
 #[serde(deny_unknown_fields)]
 #[into_params(parameter_in = Query)]
 pub struct InspectionsQuery {
-    /// Only of the part with this serial number.
+    /// Only inspections of the part with this serial number.
     pub serial: Option<String>,
-    /// Only for this order.
+    /// Only inspections for this order.
     pub order: Option<String>,
-    /// Only by this recipe: `bracket`, or `bracket@7` for one version.
+    /// Only inspections with this recipe: `bracket`, or `bracket@7` for one version.
     pub recipe: Option<String>,
-    /// Only with this verdict.
+    /// Only inspections with this verdict.
     pub verdict: Option<VerdictDto>,
-    /// Only those made at or after this, ms since 1970 (UTC).
+    /// Only inspections at or after this time, ms since 1970 (UTC).
     pub from_ms: Option<i64>,
-    /// Only those made before this, ms since 1970 (UTC).
+    /// Only inspections before this time, ms since 1970 (UTC).
     pub to_ms: Option<i64>,
-    /// Only those after this number, oldest first: for readers that follow without missing one.
+    /// Only inspections after this number, oldest first: for clients that must not miss any.
     pub after_seq: Option<i64>,
     /// Id of the last inspection of the previous page.
     pub before: Option<String>,

@@ -10,7 +10,7 @@ use utoipa::{PartialSchema, ToSchema};
 
 use crate::wire::measurement::measurements::VerdictDto;
 
-/// What a plan found on a part.
+/// Results of a plan on a part.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct PlanResultDto {
     /// The frame of all geometry: `datum`, or `part` (the frame of the scan) if there is no datum frame.
@@ -36,7 +36,7 @@ pub struct PoseDto {
     pub translation_mm: [f64; 3],
 }
 
-/// A characteristic as measured; values are in `unit`.
+/// A measured characteristic; values are in `unit`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct CharacteristicResultDto {
     /// Its id in the plan.
@@ -47,7 +47,7 @@ pub struct CharacteristicResultDto {
     pub unit: String,
     /// The actual value; absent if it could not be measured.
     pub value: Option<f64>,
-    /// Of an angle the turns about two axes, of a position the deviations along x, y, z.
+    /// For an angle: rotations about two axes; for a position: deviations along x, y, z.
     #[schema(min_items = 3, max_items = 3)]
     pub components: Option<[f64; 3]>,
     /// Nominal value.
@@ -70,30 +70,29 @@ pub struct CharacteristicResultDto {
     pub uncertainty_complete: bool,
     /// Names of the contributions missing from U.
     pub uncertainty_missing: Vec<String>,
-    /// Findings that question the features it rests on.
+    /// Findings that question the features used.
     pub findings: Vec<PlanFindingDto>,
-    /// The verdict by ISO 14253-1; absent without limits.
+    /// The verdict according to ISO 14253-1; absent without limits.
     pub verdict: Option<VerdictDto>,
-    /// Why it is undecided or invalid, in words.
+    /// Why it is undecided or invalid, in a sentence.
     #[serde(default)]
     pub reason: Option<String>,
     /// Why it could not be measured.
     pub failure: Option<String>,
     /// Notes, in sentences.
     pub notes: Vec<String>,
-    /// As the plan gave them.
+    /// Attributes from the plan, unchanged.
     pub attributes: BTreeMap<String, AttributeDto>,
 }
 
-/// A value that is handed on: a text, a number, true or false, as recipes are checked for.
+/// Value of an attribute: a text, a number, true or false.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(transparent)]
 pub struct AttributeDto(pub Value);
 
 impl PartialSchema for AttributeDto {
     fn schema() -> RefOr<Schema> {
-        let plain =
-            json!({ "type": ["string", "number", "boolean"], "description": "A value that is handed on." });
+        let plain = json!({ "type": ["string", "number", "boolean"], "description": "Value of an attribute." });
         serde_json::from_value(plain).expect("this is a schema")
     }
 }
@@ -112,20 +111,20 @@ pub struct PlanFindingDto {
     pub text: String,
 }
 
-/// A feature as found.
+/// A fitted feature.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct PlanFeatureDto {
     /// Its id in the plan.
     pub id: String,
-    /// What it is: `plane`, `circle`, …
+    /// Its kind: `plane`, `circle`, …
     pub kind: String,
     /// Its geometry; absent for a section, and if it was not found.
     pub geometry: Option<GeometryDto>,
-    /// Points (of a rim: crossings) the fit rests on.
+    /// Number of points used in the fit (for a rim: edge crossings).
     pub n_points: usize,
-    /// Points on or inside it that were left out.
+    /// Points on or inside it that were not used.
     pub n_left_out: usize,
-    /// RMS of the points about it.
+    /// RMS distance of the points from it.
     pub rms_mm: Option<f64>,
     /// Findings that question it.
     pub findings: Vec<PlanFindingDto>,
@@ -191,7 +190,7 @@ pub enum GeometryDto {
     },
     /// A point.
     Point {
-        /// Where it is.
+        /// Its position.
         at_mm: [f64; 3],
     },
 }

@@ -9,12 +9,12 @@ use utoipa::ToSchema;
 
 use crate::wire::calibration::calibrations::{CalibrationSourceDto, K3Dto, LightModelDto};
 use crate::wire::measurement::measurements::MeasureDto;
-use crate::wire::scan::scan_runs::ScanPurposeDto;
-use crate::wire::scan::scans::{BackgroundDto, ExportWhatDto, ReferencePartDto, ScanModeDto, ScanSourceDto};
+use crate::wire::scan::scans::{ExportWhatDto, ReferencePartDto, ScanSourceDto};
+use crate::wire::scan::settings::ScanJobDto;
 use app::inspections::InspectedPart;
 use app::jobs::{
-    CalibrateInput, ExportInput, InspectInput, JobInput, ReEvaluateInput, RecomputeInput, ScanInput, ScanMode,
-    ScanSource, Source, VerifyInput,
+    CalibrateInput, ExportInput, InspectInput, JobInput, ReEvaluateInput, RecomputeInput, ScanSource, Source,
+    VerifyInput,
 };
 use app::measurements::MeasureInput;
 
@@ -34,7 +34,7 @@ pub enum JobInputDto {
     Export(ExportJobDto),
     /// Inspect a part.
     Inspection(InspectionJobDto),
-    /// Judge the scan of an inspection by another version of a recipe.
+    /// Re-evaluate the scan of an inspection with another version of a recipe.
     ReEvaluation(ReEvaluationJobDto),
 }
 
@@ -43,17 +43,17 @@ pub enum JobInputDto {
 pub struct InspectionJobDto {
     /// The recipe.
     pub recipe_id: String,
-    /// Its version, decided when the job was accepted.
+    /// Its version, fixed when the job was accepted.
     pub recipe_version: i64,
     /// Serial number of the part.
     pub serial: String,
     /// The order it is made for.
     pub order: Option<String>,
-    /// Handed on to other systems as they are.
+    /// Passed on unchanged to other systems.
     pub attributes: BTreeMap<String, String>,
 }
 
-/// Judge the scan of an inspection by another version of a recipe.
+/// Re-evaluate the scan of an inspection with another version of a recipe.
 #[derive(Debug, Serialize, ToSchema)]
 pub struct ReEvaluationJobDto {
     /// The inspection.
@@ -79,58 +79,6 @@ pub struct CalibrationJobDto {
     pub n_poses: Option<usize>,
     /// The session whose images are used.
     pub session_id: Option<String>,
-}
-
-/// Scan a part: the fields of the request.
-#[derive(Debug, Serialize, ToSchema)]
-pub struct ScanJobDto {
-    /// Source of the frames.
-    pub source: ScanSourceDto,
-    /// Its name.
-    pub name: Option<String>,
-    /// First position of a linear stage.
-    pub from_mm: Option<f64>,
-    /// Last position of a linear stage.
-    pub to_mm: Option<f64>,
-    /// Distance between rows.
-    pub step_mm: Option<f64>,
-    /// Speed of a continuous scan on a linear stage; the step follows from the frame rate.
-    pub speed_mm_s: Option<f64>,
-    /// First angle of a turntable.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub from_deg: Option<f64>,
-    /// Last angle of a turntable.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub to_deg: Option<f64>,
-    /// Angle between rows.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub step_deg: Option<f64>,
-    /// Speed of a continuous scan on a turntable; the step follows from the frame rate.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub speed_deg_s: Option<f64>,
-    /// Motion of the stage; default: continuous if a speed is given, else stop-and-go.
-    pub mode: Option<ScanModeDto>,
-    /// Exposure time of the frames.
-    pub exposure_us: Option<f64>,
-    /// Two to four exposure times per row instead of one (HDR).
-    pub exposures_us: Vec<f64>,
-    /// Laser power, share of full power.
-    pub laser_power: Option<f64>,
-    /// Keep the frames as a capture.
-    pub keep_frames: bool,
-    /// When laser-off images are captured for ambient light subtraction.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub background: Option<BackgroundDto>,
-    /// Record everything that the camera delivers during the scan as an MCAP file.
-    pub record: bool,
-    /// The calibration; default: the active one.
-    pub calibration_id: Option<String>,
-    /// The partial scan to resume.
-    pub resume_scan_id: Option<String>,
-    /// What is measured in the same job.
-    pub measure: Vec<MeasureDto>,
-    /// Purpose of the scan.
-    pub purpose: ScanPurposeDto,
 }
 
 /// Recompute a scan from its peaks.
@@ -242,45 +190,6 @@ impl From<ScanSource> for ScanSourceDto {
     }
 }
 
-impl From<ScanMode> for ScanModeDto {
-    fn from(mode: ScanMode) -> Self {
-        match mode {
-            ScanMode::StopAndGo => Self::StopAndGo,
-            ScanMode::Continuous => Self::Continuous,
-        }
-    }
-}
-
-impl TryFrom<ScanInput> for ScanJobDto {
-    type Error = UnknownCode;
-
-    fn try_from(input: ScanInput) -> Result<Self, UnknownCode> {
-        Ok(Self {
-            purpose: input.purpose.into(),
-            source: input.source.into(),
-            name: input.name,
-            from_mm: input.from_mm,
-            to_mm: input.to_mm,
-            step_mm: input.step_mm,
-            speed_mm_s: input.speed_mm_s,
-            from_deg: input.from_deg,
-            to_deg: input.to_deg,
-            step_deg: input.step_deg,
-            speed_deg_s: input.speed_deg_s,
-            mode: input.mode.map(ScanModeDto::from),
-            exposure_us: input.exposure_us,
-            exposures_us: input.exposures_us,
-            laser_power: input.laser_power,
-            keep_frames: input.keep_frames,
-            background: input.background.map(BackgroundDto::from),
-            record: input.record,
-            calibration_id: input.calibration_id,
-            resume_scan_id: input.resume_scan_id,
-            measure: measure_dtos(input.measure)?,
-        })
-    }
-}
-
 /// A requested measurement.
 pub fn measure_dtos(inputs: Vec<MeasureInput>) -> Result<Vec<MeasureDto>, UnknownCode> {
     let dto = |input: MeasureInput| {
@@ -331,13 +240,12 @@ mod tests {
 
     use super::*;
 
-    /// Every kind of job stored by version 0.1 is returned in full.
+    /// Every kind of stored job is returned in full.
     #[test]
     fn stored_inputs_are_returned_in_full() {
         let scan = json!({
             "source": { "kind": "capture", "capture_id": "c", "scan": "gauge" }, "name": "n", "from_mm": -1.0,
-            "to_mm": 1.0, "step_mm": 0.5, "speed_mm_s": null, "mode": "stop_and_go", "exposure_us": 800.0,
-            "exposures_us": [],
+            "to_mm": 1.0, "step_mm": 0.5, "mode": "stop_and_go", "exposure_us": 800.0,
             "laser_power": 1.0, "keep_frames": true, "record": false, "calibration_id": "k", "resume_scan_id": null,
             "measure": [{ "tool": "sphere", "name": "ball", "nominal_mm": 18.9, "tolerance_mm": 0.1,
                 "region_mm": [0.0, 0.0, 0.0, 1.0, 1.0, 1.0], "seed": 3 }],

@@ -1,4 +1,4 @@
-//! Jobs and what they were asked to do, on the wire.
+//! Jobs and their inputs, on the wire.
 
 pub mod job_inputs;
 pub mod jobs;

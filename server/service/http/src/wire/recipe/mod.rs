@@ -3,4 +3,3 @@
 pub mod plan_document;
 pub mod recipes;
 pub mod requests;
-pub mod scan;

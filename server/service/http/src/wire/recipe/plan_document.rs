@@ -13,7 +13,7 @@ use utoipa::{PartialSchema, ToSchema};
 #[serde(transparent)]
 pub struct PlanDto(pub Plan);
 
-/// Name of the document among the types of the API, and how the names of its parts begin.
+/// Schema name of the document in the API, and prefix of the names of its parts.
 const NAME: &str = "Plan";
 
 impl PartialSchema for PlanDto {
@@ -38,7 +38,7 @@ impl ToSchema for PlanDto {
     }
 }
 
-/// A JSON schema as OpenAPI has it: parts have other addresses, a constant is a list of one, and attributes are plain
+/// A JSON schema converted for OpenAPI: other `$ref` paths, constants as one-element enums, and attributes as plain
 /// values.
 fn openapi_schema(mut schema: Value) -> RefOr<Schema> {
     adapt(&mut schema);

@@ -8,28 +8,28 @@ use store::RecipeRecord;
 use utoipa::ToSchema;
 
 use crate::wire::recipe::plan_document::PlanDto;
-use crate::wire::recipe::scan::RecipeScanDto;
+use crate::wire::scan::settings::ScanSettingsDto;
 
-/// How a part is scanned, measured and judged. It holds no calibration: an inspection uses the active one.
+/// How a part is scanned and measured, and its limits. It contains no calibration: an inspection uses the active one.
 #[derive(Debug, Clone, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct RecipeDto {
-    /// What people call it.
+    /// Display name.
     #[schema(max_length = 100)]
     pub name: String,
-    /// By which a PLC calls it; no two recipes in use have the same.
+    /// Number by which a PLC selects it; unique among recipes in use.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schema(minimum = 1)]
     pub number: Option<u32>,
-    /// A regular expression for whole serial numbers: the recipe is chosen for parts whose number matches.
+    /// A regular expression that must match the whole serial number: the recipe is selected for parts that match.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schema(example = "BR-[0-9]{4}")]
     pub serial_pattern: Option<String>,
     /// How the part is scanned.
-    pub scan: RecipeScanDto,
+    pub scan: ScanSettingsDto,
     /// What is measured, and within which limits.
     pub plan: PlanDto,
-    /// Handed on to other systems as they are.
+    /// Passed on unchanged to other systems.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     #[schema(required = false)]
     pub attributes: BTreeMap<String, String>,
@@ -48,19 +48,19 @@ pub struct RecipeVersionDto {
     pub author: String,
     /// Why.
     pub reason: String,
-    /// The version whose content it has again.
+    /// The earlier version that it restores.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub restored_from: Option<i64>,
     /// Time of publication, ms since 1970 (UTC).
     pub created_at_ms: i64,
-    /// What is scanned, measured and judged.
+    /// The content.
     pub recipe: RecipeDto,
 }
 
-/// A recipe in its newest version.
+/// A recipe with its newest version.
 #[derive(Debug, Serialize, ToSchema)]
 pub struct NewestRecipeDto {
-    /// No longer used; no part can be inspected by it.
+    /// Archived: no part can be inspected with it.
     pub archived: bool,
     /// The version.
     #[serde(flatten)]
@@ -76,13 +76,13 @@ pub struct RecipeItemDto {
     pub version: i64,
     /// Digest of that version.
     pub digest: String,
-    /// What people call it.
+    /// Display name.
     pub name: String,
-    /// By which a PLC calls it.
+    /// Number by which a PLC selects it.
     pub number: Option<u32>,
-    /// A regular expression for whole serial numbers.
+    /// A regular expression that must match the whole serial number.
     pub serial_pattern: Option<String>,
-    /// No longer used.
+    /// Archived.
     pub archived: bool,
     /// Who published the newest version.
     pub author: String,
@@ -100,7 +100,7 @@ pub enum RecipeFormatDto {
     V1,
 }
 
-/// A version of a recipe as one file. Where it came from is for people; `id`, `digest` and `recipe` are imported.
+/// A version of a recipe as one file. Only `id`, `digest` and `recipe` are imported; the other fields are informative.
 #[derive(Debug, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct RecipeFileDto {
@@ -110,7 +110,7 @@ pub struct RecipeFileDto {
     pub id: String,
     /// Its version on the station that exported it.
     pub version: i64,
-    /// SHA-256 of the canonical content; leave it out of a file that is written by hand.
+    /// SHA-256 of the canonical content; omit it in a file written by hand.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub digest: Option<String>,
     /// Who published it there.
@@ -119,32 +119,32 @@ pub struct RecipeFileDto {
     /// Why.
     #[serde(default)]
     pub reason: String,
-    /// What is scanned, measured and judged.
+    /// The content.
     pub recipe: RecipeDto,
 }
 
-/// What differs between two versions.
+/// Differences between two versions.
 #[derive(Debug, Serialize, ToSchema)]
 pub struct RecipeDifferenceDto {
-    /// The version before.
+    /// The earlier version.
     pub from: i64,
-    /// The version after.
+    /// The later version.
     pub to: i64,
-    /// The places that differ.
+    /// The changes.
     pub changes: Vec<PlaceChangeDto>,
 }
 
-/// A place that differs.
+/// A change.
 #[derive(Debug, Serialize, ToSchema)]
 pub struct PlaceChangeDto {
     /// JSON pointer; features and characteristics are named by their id instead of their number.
     #[schema(example = "/plan/characteristics/height/upper")]
     pub place: String,
-    /// What was there, as JSON; absent if there was nothing.
+    /// Old value, as JSON; absent if added.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schema(example = "0.05")]
     pub old: Option<String>,
-    /// What is there, as JSON; absent if there is nothing.
+    /// New value, as JSON; absent if removed.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schema(example = "0.1")]
     pub new: Option<String>,

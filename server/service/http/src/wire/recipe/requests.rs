@@ -5,17 +5,17 @@ use utoipa::{IntoParams, ToSchema};
 
 use crate::wire::recipe::recipes::RecipeDto;
 
-/// Request to make a recipe.
+/// Request to create a recipe.
 #[derive(Debug, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct CreateRecipeDto {
-    /// Its id: up to 64 of a to z, 0 to 9, `-` and `_`, beginning with a letter.
+    /// Its id: up to 64 of a to z, 0 to 9, `-` and `_`, starting with a letter.
     #[schema(max_length = 64, pattern = "^[a-z][a-z0-9_-]*$", example = "bracket")]
     pub id: String,
-    /// Why it is made.
+    /// Reason for creating it.
     #[schema(max_length = 100)]
     pub reason: String,
-    /// What is scanned, measured and judged.
+    /// The content.
     pub recipe: RecipeDto,
 }
 
@@ -23,10 +23,10 @@ pub struct CreateRecipeDto {
 #[derive(Debug, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PublishRecipeDto {
-    /// Why it is changed.
+    /// Reason for the change.
     #[schema(max_length = 100)]
     pub reason: String,
-    /// What is scanned, measured and judged, as a whole.
+    /// The complete content.
     pub recipe: RecipeDto,
 }
 
@@ -49,7 +49,7 @@ pub struct RollBackRecipeDto {
 pub struct RecipesQuery {
     /// Only archived ones, or only those in use.
     pub archived: Option<bool>,
-    /// Only the one with this number.
+    /// Only the recipe with this number.
     pub number: Option<i64>,
     /// Id of the last recipe of the previous page.
     pub before: Option<String>,
@@ -63,8 +63,8 @@ pub struct RecipesQuery {
 #[serde(deny_unknown_fields)]
 #[into_params(parameter_in = Query)]
 pub struct RecipeDiffQuery {
-    /// The version before; default: the one before `to`.
+    /// The earlier version; default: the one before `to`.
     pub from: Option<i64>,
-    /// The version after; default: the newest.
+    /// The later version; default: the newest.
     pub to: Option<i64>,
 }

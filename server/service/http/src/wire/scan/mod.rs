@@ -6,4 +6,5 @@ pub mod recordings;
 pub mod scan_reports;
 pub mod scan_runs;
 pub mod scans;
+pub mod settings;
 pub mod watches;

@@ -112,7 +112,8 @@ pub struct BackgroundReportDto {
     /// The same for the last laser-off image.
     pub ambient_levels_at_end: Option<f64>,
     /// Number of laser-off images.
-    pub n_pictures: usize,
+    #[serde(alias = "n_pictures")]
+    pub n_images: usize,
     /// Frames with ambient light subtracted.
     pub n_frames_with: usize,
     /// Frames processed without subtraction: the room was dark enough, or had changed.
@@ -190,4 +191,20 @@ pub struct LatencyDto {
     pub p99: f64,
     /// Maximum.
     pub max: f64,
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests {
+    use serde_json::json;
+
+    use super::*;
+
+    #[test]
+    fn a_background_report_of_version_0_1_is_read() {
+        let stored = json!({ "ambient_levels": 12.0, "ambient_levels_at_end": null, "n_pictures": 5,
+            "n_frames_with": 4, "n_frames_without": 1 });
+        let report: BackgroundReportDto = serde_json::from_value(stored).unwrap();
+        assert_eq!(serde_json::to_value(report).unwrap()["n_images"], 5);
+    }
 }

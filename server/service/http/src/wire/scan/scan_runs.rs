@@ -5,7 +5,8 @@ use utoipa::ToSchema;
 
 use crate::wire::job::job_inputs::{UnknownCode, measure_dtos};
 use crate::wire::measurement::measurements::MeasureDto;
-use crate::wire::scan::scans::{BackgroundDto, ScanModeDto, ScanSourceDto};
+use crate::wire::scan::scans::ScanSourceDto;
+use crate::wire::scan::settings::{BackgroundDto, ScanModeDto};
 use app::scan_run::{ScanPlan, ScanPurpose, ScanRange, ScanRun};
 use optics::StageKind;
 

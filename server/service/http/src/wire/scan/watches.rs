@@ -32,6 +32,46 @@ pub enum WatchStateDto {
     Invalid,
 }
 
+/// Why a watch has its state, as a code that clients translate.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum WatchReasonDto {
+    /// The stage lost steps.
+    StepsLost,
+    /// No steps were lost.
+    NoStepsLost,
+    /// Lost steps cannot be detected: no changing slopes seen by two orders.
+    LossUndetectable,
+    /// Too few places were seen by two orders.
+    LittleOverlap,
+    /// The light model has no wavelength.
+    NoWavelength,
+    /// No significant change of the wavelength.
+    WavelengthStable,
+    /// The wavelength changed; the scan is corrected.
+    WavelengthCorrected,
+    /// The wavelength changed, or the stage is tilted; not corrected.
+    WavelengthOrTilt,
+    /// The part has no changing slopes along the travel.
+    NoSlopes,
+    /// No significant error of the stage scale.
+    ScaleStable,
+    /// The scale of the stage is wrong.
+    ScaleWrong,
+    /// Too few places were seen by two orders without saturation.
+    LittleUnsaturatedOverlap,
+    /// The reference powers are still being measured.
+    ReferenceIncomplete,
+    /// No significant change of the order powers.
+    PowersStable,
+    /// Positive and negative orders changed in opposite directions: the grating rotated.
+    GratingRotated,
+    /// Positive and negative orders changed equally: the grating is dirty.
+    GratingDirty,
+    /// All orders lost power: the laser ages, or the parts are darker.
+    PowerLoss,
+}
+
 /// Result of one watch on a scan.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct WatchVerdictDto {
@@ -51,6 +91,9 @@ pub struct WatchVerdictDto {
     /// Stage position at which it starts.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub position_mm: Option<f64>,
+    /// Why, as a code; absent in results of version 0.1.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub reason_code: Option<WatchReasonDto>,
     /// The result in a sentence, with the remedy.
     pub reason: String,
 }
@@ -98,5 +141,29 @@ impl From<WatchHistory> for WatchHistoryDto {
             n_reference_scans_needed: app::watches::REFERENCE_SCANS,
             readings: history.readings.into_iter().map(reading).collect(),
         }
+    }
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests {
+    use scanning::WatchReason;
+    use serde_json::json;
+
+    use super::*;
+
+    #[test]
+    fn every_reason_has_a_code_on_the_wire() {
+        for reason in WatchReason::ALL {
+            let dto: WatchReasonDto = serde_json::from_value(json!(reason.code())).unwrap();
+            assert_eq!(serde_json::to_value(dto).unwrap(), reason.code());
+        }
+    }
+
+    #[test]
+    fn a_stored_result_of_version_0_1_is_read_without_a_code() {
+        let stored = json!({ "watch": "wavelength", "state": "blind", "reason": "no second order" });
+        let verdict: WatchVerdictDto = serde_json::from_value(stored).unwrap();
+        assert_eq!((verdict.reason_code, verdict.reason.as_str()), (None, "no second order"));
     }
 }

@@ -23,14 +23,14 @@ pub struct SlotFeed {
 impl SlotFeed {
     /// A new subscription.
     pub fn new(wanted: &Subscription, streams: &Streams) -> Self {
-        let sight = match wanted.stream {
+        let kind = match wanted.stream {
             Stream::Image => StreamKind::Image { scale: wanted.scale.unwrap_or(1) },
             _ => StreamKind::Profile,
         };
         let rate_hz = wanted.max_rate_hz.unwrap_or(DEFAULT_RATE_HZ);
-        let slot = streams.slots.of(sight).subscribe();
+        let slot = streams.slots.of(kind).subscribe();
         let newest = slot.borrow().number;
-        let demand = streams.sources.live.subscribe(sight, rate_hz);
+        let demand = streams.sources.live.subscribe(kind, rate_hz);
         Self { stream: wanted.stream, slot, meter: Meter::new(rate_hz, Instant::now(), newest), _demand: demand }
     }
 

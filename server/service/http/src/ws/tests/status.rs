@@ -42,7 +42,7 @@ pub fn first_status() -> StationStatus {
             pixel_format: PixelFormat::Mono8,
             roi: Roi { left_px: 0, top_px: 0, width_px: 64, height_px: 32 },
         },
-        dark_use: station::DarkUse::NoDarkFrame,
+        dark_frame_use: station::DarkFrameUse::NoDarkFrame,
         frame_rate_hz: 0.0,
         stage: absent(stage),
         position_mm: None,

@@ -42,7 +42,7 @@ async fn nothing_is_encoded_without_subscribers() {
 async fn a_frame_is_encoded_once_whatever_the_number_of_viewers() {
     const VIEWERS: usize = 10;
     const FRAMES: u64 = 5;
-    for (stream, opcode, sight) in
+    for (stream, opcode, kind) in
         [("image", 1, StreamKind::Image { scale: 1 }), ("profile", 2, StreamKind::Profile)]
     {
         let bench = Bench::start().await;
@@ -60,7 +60,7 @@ async fn a_frame_is_encoded_once_whatever_the_number_of_viewers() {
                 assert!(client.binary_of(opcode).await == first, "viewers were sent different bytes");
             }
         }
-        let encoded = bench.streams.slots.of(sight).borrow().number;
+        let encoded = bench.streams.slots.of(kind).borrow().number;
         assert_eq!(encoded, FRAMES, "{stream}: messages made");
     }
 }
@@ -160,7 +160,7 @@ async fn every_change_of_state_arrives_in_order_and_the_newest_state_too() {
 }
 
 #[tokio::test]
-async fn a_quiet_change_waits_for_the_rate_and_then_comes() {
+async fn a_minor_change_is_sent_when_the_rate_allows_it() {
     let bench = Bench::start().await;
     let mut client = bench.client().await;
     client.subscribe(json!({ "stream": "state", "max_rate_hz": 20 })).await;

@@ -1,4 +1,4 @@
-//! Calibrations and the log of which one was active when.
+//! Calibrations and the log of activations.
 
 use sqlx::sqlite::SqliteRow;
 use sqlx::{SqliteConnection, SqlitePool};
@@ -88,7 +88,7 @@ pub async fn activations(readers: &SqlitePool, page: &Page) -> Result<Listed<Act
     listed(rows, page.limit, "list activations", activation_from_row, every, |act| act.seq.to_string()).await
 }
 
-/// The same content twice is once.
+/// The same content is stored once.
 pub async fn insert(to: &mut SqliteConnection, calibration: &CalibrationRecord) -> Written {
     if exists(to, &calibration.id).await? {
         return Ok(());
@@ -126,7 +126,7 @@ pub async fn delete(to: &mut SqliteConnection, id: &str) -> Written {
     met(result, KIND, id)
 }
 
-/// What is active now; refused if that is not what the caller expected.
+/// The active calibration; refused if it is not the one the caller expected.
 pub async fn previous(to: &mut SqliteConnection, expected: ExpectedActive) -> Written<Option<String>> {
     let previous = last_activated(to).await?;
     match expected {

@@ -1,4 +1,4 @@
-//! The log of events, and the answers already given to requests with a key.
+//! The event log, and the stored responses to requests with an idempotency key.
 
 use serde_json::Value;
 use sqlx::sqlite::SqliteRow;

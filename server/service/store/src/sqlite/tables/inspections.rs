@@ -42,7 +42,7 @@ pub async fn one(readers: &SqlitePool, id: &str) -> Result<InspectionRecord, Sto
     }
 }
 
-/// What a filter asks for, after the place from which a list goes on.
+/// The conditions of a filter, after the start of the page.
 macro_rules! select {
     ($place:literal, $order:literal) => {
         concat!(
@@ -92,7 +92,7 @@ fn filtered<'q>(
         .bind(filter.to_ms)
 }
 
-/// Both get the inspection's number; the event is returned as stored.
+/// Record and event get the number of the inspection; the event is returned as stored.
 pub async fn insert(
     to: &mut SqliteConnection,
     inspection: InspectionRecord,

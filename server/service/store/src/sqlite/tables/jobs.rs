@@ -145,7 +145,7 @@ pub async fn end(to: &mut SqliteConnection, id: &str, outcome: &JobOutcome, mess
     moved(to, result.rows_affected(), id, "a job can end only once").await
 }
 
-/// Those that wait or run stay, whatever their age. Ids grow with time, so the newest are those with the largest.
+/// Queued and running jobs are kept regardless of age. Ids are ordered by time.
 pub async fn prune_ended(to: &mut SqliteConnection, before_ms: i64, keep_newest: u32) -> Written {
     sqlx::query(
         "DELETE FROM jobs WHERE state NOT IN ('queued', 'running')

@@ -33,8 +33,8 @@ pub async fn one(readers: &SqlitePool, id: &str) -> Result<MeasurementRecord, St
     }
 }
 
-/// What was asked and what came out are documents: they are looked into here, because a database that looks into a
-/// damaged one fails the whole list.
+/// Request and result are JSON documents, filtered here and not in SQL, because a JSON function on a
+/// damaged document fails the whole query.
 pub async fn page(
     readers: &SqlitePool,
     filter: &MeasurementFilter,

@@ -1,4 +1,4 @@
-//! One kind of record each: its rows, read and changed.
+//! Reading and writing of rows, one module per kind of record.
 
 pub mod calibrations;
 pub mod captures;

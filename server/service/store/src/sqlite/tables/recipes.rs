@@ -53,7 +53,7 @@ pub async fn one(readers: &SqlitePool, id: &str) -> Result<RecipeRecord, StoreEr
     from_row(&row_of(readers, id).await?)
 }
 
-/// By the order in which they were made: their ids are given by people.
+/// In order of creation: the ids are chosen by users.
 pub async fn page(
     readers: &SqlitePool,
     filter: &RecipeFilter,
@@ -144,7 +144,7 @@ pub async fn publish(to: &mut SqliteConnection, version: &RecipeVersionRecord, n
     inserted(result, KIND, &key)
 }
 
-/// A further version is the one after the newest.
+/// A new version must follow the newest one.
 async fn follow(to: &mut SqliteConnection, version: &RecipeVersionRecord, number: Option<i64>) -> Written {
     let result = sqlx::query(
         "UPDATE recipes SET newest = $2, number = $3 WHERE id = $1 AND newest = $2 - 1 AND archived = 0",
@@ -186,7 +186,7 @@ pub async fn archive(to: &mut SqliteConnection, id: &str, archived: bool) -> Wri
     Ok(())
 }
 
-/// Another recipe in use may have the number.
+/// Refuses a number that another recipe in use has.
 async fn refuse_taken(to: &mut SqliteConnection, id: &str, number: Option<i64>) -> Written {
     let Some(number) = number else { return Ok(()) };
     let other =

@@ -102,7 +102,7 @@ fn bind<'q>(
         .bind(scan.created_at_ms)
 }
 
-/// Its measurements go with it.
+/// Also deletes its measurements.
 pub async fn delete(to: &mut SqliteConnection, id: &str) -> Written {
     let result = sqlx::query("DELETE FROM scans WHERE id = $1").bind(id).execute(to).await?;
     met(result, KIND, id)

@@ -1,4 +1,4 @@
-//! Sessions: changed by people, one version after the other.
+//! Sessions, changed with optimistic concurrency: each change names the version it follows.
 
 use sqlx::sqlite::SqliteRow;
 use sqlx::{SqliteConnection, SqlitePool};

@@ -26,7 +26,7 @@ fn bytes_of(n_bytes: usize) -> Vec<u8> {
 }
 
 #[tokio::test]
-async fn an_artifact_is_named_by_its_hash_and_comes_back() {
+async fn an_artifact_is_stored_under_its_hash_and_read_back() {
     for fresh in stores().await {
         let artifacts = &fresh.store.artifacts;
         for n_bytes in [0, 1, 5_000, 3 * 1024 * 1024 + 17] {
@@ -62,7 +62,7 @@ async fn a_writer_takes_pieces_of_any_size_and_leaves_nothing_when_dropped() {
 }
 
 #[tokio::test]
-async fn an_artifact_is_read_at_any_place_by_many_at_once() {
+async fn an_artifact_can_be_read_at_any_offset_concurrently() {
     for fresh in stores().await {
         let artifacts = &fresh.store.artifacts;
         let bytes = bytes_of(300_000);
@@ -117,7 +117,7 @@ async fn a_scratch_file_is_adopted_and_a_file_from_elsewhere_is_not() {
 }
 
 #[tokio::test]
-async fn many_tasks_may_put_the_same_bytes() {
+async fn many_tasks_may_store_the_same_bytes() {
     for fresh in stores().await {
         let bytes = bytes_of(300_000);
         let puts: Vec<_> = (0..16)
@@ -134,7 +134,7 @@ async fn many_tasks_may_put_the_same_bytes() {
 }
 
 #[tokio::test]
-async fn a_sweep_deletes_what_was_named_and_is_no_longer() {
+async fn a_sweep_deletes_artifacts_that_are_no_longer_referenced() {
     for fresh in stores().await {
         let (catalogue, artifacts) = (&fresh.store.catalogue, &fresh.store.artifacts);
         let archive = artifacts.put(&bytes_of(1_000)).await.unwrap();
@@ -167,7 +167,7 @@ async fn a_sweep_deletes_what_was_named_and_is_no_longer() {
 }
 
 #[tokio::test]
-async fn what_two_made_alike_stays_until_both_records_are_there_and_gone() {
+async fn an_artifact_stored_twice_is_kept_until_both_records_were_deleted() {
     for fresh in stores().await {
         let (catalogue, artifacts) = (&fresh.store.catalogue, &fresh.store.artifacts);
         let sweep = async || fresh.store.sweep_unreferenced(|_| HashSet::new()).await.unwrap();
@@ -186,7 +186,7 @@ async fn what_two_made_alike_stays_until_both_records_are_there_and_gone() {
 }
 
 #[tokio::test]
-async fn what_is_to_be_named_anew_stays_when_its_record_goes_and_a_changed_record_lets_nothing_go_twice() {
+async fn an_artifact_held_for_a_new_record_is_kept_and_a_changed_record_releases_each_hold_once() {
     for fresh in stores().await {
         let (catalogue, artifacts) = (&fresh.store.catalogue, &fresh.store.artifacts);
         let sweep = async || fresh.store.sweep_unreferenced(|_| HashSet::new()).await.unwrap();
@@ -206,7 +206,7 @@ async fn what_is_to_be_named_anew_stays_when_its_record_goes_and_a_changed_recor
 }
 
 #[tokio::test]
-async fn what_a_cache_names_stays_with_what_a_record_names() {
+async fn artifacts_referenced_by_caches_are_kept_like_those_of_records() {
     for fresh in stores().await {
         let (catalogue, artifacts) = (&fresh.store.catalogue, &fresh.store.artifacts);
         let mut capture = capture();
@@ -229,7 +229,7 @@ async fn what_a_cache_names_stays_with_what_a_record_names() {
 
 /// Makers of the same few artifacts, their records deleted again and again, under one sweep after the other.
 #[tokio::test(flavor = "multi_thread")]
-async fn no_sweep_takes_what_is_stored_or_named_meanwhile() {
+async fn a_sweep_keeps_artifacts_stored_or_referenced_meanwhile() {
     const N_MAKERS: u8 = 4;
     const N_TURNS: u8 = 25;
     for fresh in stores().await {

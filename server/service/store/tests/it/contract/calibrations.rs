@@ -4,7 +4,7 @@ use super::stores;
 use crate::common::{activate, calibration, capture, first, scan};
 
 #[tokio::test]
-async fn a_calibration_comes_back_and_the_same_content_twice_is_once() {
+async fn a_stored_calibration_is_returned_and_equal_content_is_stored_once() {
     for fresh in stores().await {
         let catalogue = &fresh.store.catalogue;
         let (capture, mut made) = (capture(), calibration("c1"));
@@ -64,7 +64,7 @@ async fn activations_are_a_log_whose_last_entry_counts() {
 }
 
 #[tokio::test]
-async fn an_activation_checks_what_it_replaces_and_what_it_names() {
+async fn an_activation_checks_the_expected_calibration_and_its_reference() {
     for fresh in stores().await {
         let catalogue = &fresh.store.catalogue;
         let both = ["c1", "c2"].map(|id| Change::InsertCalibration(calibration(id)));

@@ -21,7 +21,7 @@ fn is_refused(error: &StoreError) -> bool {
 }
 
 #[tokio::test]
-async fn a_job_comes_back_as_it_was_stored() {
+async fn a_stored_job_is_returned_unchanged() {
     for fresh in stores().await {
         let mut full = job();
         full.state = JobState::Failed;
@@ -102,7 +102,7 @@ async fn the_queue_is_oldest_first_and_lists_are_newest_first() {
 }
 
 #[tokio::test]
-async fn recovery_interrupts_what_ran_and_leaves_what_waits() {
+async fn recovery_interrupts_running_jobs_and_keeps_queued_ones() {
     for fresh in stores().await {
         let catalogue = &fresh.store.catalogue;
         let (waiting, running, over) = (job(), job(), job());

@@ -36,7 +36,7 @@ async fn versions_follow_each_other_and_never_change() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn of_many_who_publish_the_same_version_one_does() {
+async fn one_of_many_concurrent_publishers_of_a_version_succeeds() {
     for fresh in stores().await {
         fresh.store.catalogue.commit(vec![publish("bracket", 1, None)]).await.unwrap();
         let tasks: Vec<_> = (0..8)
@@ -54,7 +54,7 @@ async fn of_many_who_publish_the_same_version_one_does() {
 }
 
 #[tokio::test]
-async fn a_number_calls_one_recipe_until_it_is_archived() {
+async fn a_number_is_unique_among_recipes_that_are_not_archived() {
     for fresh in stores().await {
         let catalogue = &fresh.store.catalogue;
         catalogue.commit(vec![publish("bracket", 1, Some(12)), publish("hinge", 1, None)]).await.unwrap();

@@ -5,7 +5,7 @@ use super::stores;
 use crate::common::{artifact, first, recording};
 
 #[tokio::test]
-async fn a_recording_comes_back_is_finished_and_goes_with_its_file() {
+async fn a_recording_is_stored_finished_and_deleted_with_its_file() {
     for fresh in stores().await {
         let catalogue = &fresh.store.catalogue;
         let begun = recording();

@@ -5,7 +5,7 @@ use super::stores;
 use crate::common::{calibration, capture, first, measurement, scan};
 
 #[tokio::test]
-async fn a_scan_comes_back_and_is_replaced_by_its_resumed_self() {
+async fn a_stored_scan_is_returned_and_replaced_by_its_resumed_version() {
     for fresh in stores().await {
         let catalogue = &fresh.store.catalogue;
         let mut partial = scan("c1");
@@ -27,7 +27,7 @@ async fn a_scan_comes_back_and_is_replaced_by_its_resumed_self() {
 }
 
 #[tokio::test]
-async fn a_scan_names_only_what_is_there() {
+async fn a_scan_refers_only_to_existing_records() {
     for fresh in stores().await {
         let catalogue = &fresh.store.catalogue;
         catalogue.commit(vec![Change::InsertCalibration(calibration("c1"))]).await.unwrap();
@@ -44,7 +44,7 @@ async fn a_scan_names_only_what_is_there() {
 }
 
 #[tokio::test]
-async fn a_deleted_scan_takes_its_measurements_along_and_leaves_its_recomputed_self() {
+async fn deleting_a_scan_deletes_its_measurements_and_keeps_its_recomputed_scan() {
     for fresh in stores().await {
         let catalogue = &fresh.store.catalogue;
         let capture = capture();

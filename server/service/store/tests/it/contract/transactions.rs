@@ -8,7 +8,7 @@ use super::stores;
 use crate::common::{activate, calibration, capture, event, first, idempotency, job, measurement, scan, session};
 
 #[tokio::test]
-async fn a_refused_change_takes_all_others_of_its_commit_back() {
+async fn a_refused_change_rolls_back_the_whole_commit() {
     for fresh in stores().await {
         let catalogue = &fresh.store.catalogue;
         let job = job();
@@ -110,7 +110,7 @@ async fn a_commit_whose_caller_goes_away_is_whole_and_blocks_nobody() {
 }
 
 #[tokio::test]
-async fn a_setting_is_what_it_was_put_to_last() {
+async fn the_last_value_of_a_setting_is_returned() {
     for fresh in stores().await {
         let catalogue = &fresh.store.catalogue;
         assert_eq!(catalogue.setting("camera").await.unwrap(), None);
@@ -139,7 +139,7 @@ async fn a_key_is_noted_before_its_answer_and_free_again_after_a_refusal() {
 }
 
 #[test]
-fn changes_survive_the_way_from_one_process_to_another() {
+fn changes_survive_serialisation_between_processes() {
     let job = job();
     let result = ResultRef { kind: "scan".into(), id: "s".into() };
     let setting = SettingRecord { name: "station.halted".into(), value: json!(true), changed_at_ms: 1 };

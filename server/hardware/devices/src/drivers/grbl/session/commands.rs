@@ -12,7 +12,7 @@ use crate::drivers::grbl::identity::{machine_from_stage, stage_from_machine};
 use crate::drivers::grbl::protocol::{HOLD, MachineState, RESET, RESUME};
 use crate::drivers::stage_checks::{check_numbers, check_travel};
 use crate::lines::serial_controller::Dialogue;
-use crate::params::{GRBL_ANSWER_LIMIT, GRBL_BRAKING_S, GRBL_BRAKING_SLACK, GRBL_LIT_BRAKING};
+use crate::params::{GRBL_ANSWER_LIMIT, GRBL_BRAKING_S, GRBL_BRAKING_SLACK, GRBL_LASER_ON_BRAKING};
 use crate::{
     AcceptedMove, DeviceIdentity, Homing, LASER_LEASE_LIMIT, LaserError, LaserState, StageCapabilities,
     StageError, StageState,
@@ -22,7 +22,7 @@ use crate::{
 const LASER_FEED_MM_MIN: u32 = 600;
 
 /// Statement for a controller that was never reached.
-const UNKNOWN_END: &str = "the laser may stay on: its controller was not reached";
+const UNKNOWN_END: &str = "the laser may stay on: its controller could not be reached";
 
 impl StageDialogue for Session {
     fn identity(&self) -> DeviceIdentity {
@@ -37,7 +37,8 @@ impl StageDialogue for Session {
     fn start_home(&mut self, now: Instant) -> Result<Option<u64>, StageError> {
         self.ready_to_move()?;
         if self.homing() == Homing::Absent {
-            self.zero_at_machine_mm = self.seen.map(|seen| seen.machine_mm).ok_or(StageError::NotHomed)?;
+            self.zero_at_machine_mm =
+                self.last_report.map(|last_report| last_report.machine_mm).ok_or(StageError::NotHomed)?;
             self.homed = true;
             return Ok(None);
         }
@@ -62,7 +63,7 @@ impl StageDialogue for Session {
         check_travel(target_mm, self.config.travel_mm)?;
         let machine_mm =
             self.on_a_step(machine_from_stage(target_mm, self.zero_at_machine_mm, self.config.reversed));
-        let speed_mm_s = self.held_speed(speed_mm_s);
+        let speed_mm_s = self.limited_speed(speed_mm_s);
         let axis = self.config.axis.letter();
         let line = format!("G21G90G94G53G1{axis}{machine_mm:.4}F{:.1}", speed_mm_s * 60.0);
         Ok(self.start_travel(line, machine_mm, speed_mm_s, false, now))
@@ -85,7 +86,7 @@ impl StageDialogue for Session {
         let target_mm = if self.homed { wanted_mm.clamp(low_mm, high_mm) } else { wanted_mm };
         let machine_mm =
             self.on_a_step(machine_from_stage(target_mm, self.zero_at_machine_mm, self.config.reversed));
-        let speed_mm_s = self.held_speed(speed_mm_s);
+        let speed_mm_s = self.limited_speed(speed_mm_s);
         let axis = self.config.axis.letter();
         let line = format!("$J=G21G90G53{axis}{machine_mm:.4}F{:.1}", speed_mm_s * 60.0);
         Ok(self.start_travel(line, machine_mm, speed_mm_s, true, now))
@@ -93,18 +94,20 @@ impl StageDialogue for Session {
 
     /// The stage as last reported.
     fn stage_state(&self, now: Instant) -> StageState {
-        let held = self.seen.is_some_and(|seen| matches!(seen.state, MachineState::Held | MachineState::Door));
-        let alone = self.seen.is_some_and(|seen| seen.state.in_motion());
+        let held = self
+            .last_report
+            .is_some_and(|last_report| matches!(last_report.state, MachineState::Held | MachineState::Door));
+        let unrequested_motion = self.last_report.is_some_and(|last_report| last_report.state.in_motion());
         let moving = match self.activity {
-            Activity::Rest => alone || self.reset_awaited() || !self.is_confirmed,
+            Activity::Rest => unrequested_motion || self.reset_awaited() || !self.is_confirmed,
             Activity::Travel(_) => !held,
             Activity::Homing { .. } | Activity::Stopping(_) => true,
         };
         let stopping = matches!(self.activity, Activity::Stopping(_));
-        let is_told = self.is_confirmed || self.activity != Activity::Rest;
+        let is_position_known = self.is_confirmed || self.activity != Activity::Rest;
         StageState {
-            position_mm: self.position_mm().filter(|_| self.homed && is_told),
-            measured_at: self.seen.map_or(now, |seen| seen.at),
+            position_mm: self.position_mm().filter(|_| self.homed && is_position_known),
+            measured_at: self.last_report.map_or(now, |last_report| last_report.at),
             moving,
             held: held && !stopping,
             homed: self.homed,
@@ -113,7 +116,7 @@ impl StageDialogue for Session {
 
     /// A jog is ended; a move can be continued by [`Session::resume`].
     fn hold(&mut self, now: Instant) -> Result<(), StageError> {
-        self.sound()?;
+        self.check_fault()?;
         match self.activity {
             Activity::Travel(travel) => {
                 if travel.jog {
@@ -128,7 +131,7 @@ impl StageDialogue for Session {
     }
 
     fn resume(&mut self, _now: Instant) -> Result<(), StageError> {
-        self.sound()?;
+        self.check_fault()?;
         if let Activity::Travel(_) = self.activity {
             self.outgoing.push(RESUME);
         }
@@ -163,7 +166,7 @@ impl StageDialogue for Session {
             self.fault = None;
         }
         if self.fault.is_none() {
-            if self.activity != Activity::Rest || self.lit.is_some() {
+            if self.activity != Activity::Rest || self.laser_lease.is_some() {
                 self.send_stop(self.stop_byte(), now);
             }
             return;
@@ -183,34 +186,38 @@ impl LaserDialogue for Session {
     }
 
     fn switch_on(&mut self, power: f64, lease: Duration, now: Instant) -> Result<u64, LaserError> {
-        self.laser_sound()?;
+        self.check_laser()?;
         if self.must_home {
-            let reason = "its controller is locked until the stage is homed".to_owned();
-            return Err(LaserError::Fault { reason, remedy: "home it" });
+            let reason = "the controller is locked until the stage is homed".to_owned();
+            return Err(LaserError::Fault { reason, remedy: "home the stage" });
         }
-        if self.activity == Activity::Rest && (self.reset_awaited() || self.dark_by.is_some()) {
-            return Err(LaserError::NotYet { reason: "its controller is being reset, or has not confirmed M5" });
+        if self.activity == Activity::Rest && (self.reset_awaited() || self.laser_off_deadline.is_some()) {
+            return Err(LaserError::NotYet { reason: "the controller is being reset, or has not confirmed M5" });
         }
         if self.activity != Activity::Rest {
             let reason =
-                "the stage is moving or being stopped, and the controller would wait for its end".to_owned();
-            return Err(LaserError::Fault { reason, remedy: "wait for the stage to stand still" });
+                "the stage is moving or being stopped, and the controller would execute the command only afterwards".to_owned();
+            return Err(LaserError::Fault { reason, remedy: "wait until the stage is at rest" });
         }
         let full = self.machine.as_ref().map_or(0.0, |machine| machine.full_power);
         let word = match self.config.laser_mode {
             LaserMode::Constant => "M3",
             LaserMode::Dynamic => "M4",
         };
-        self.lit = Some(LaserLease { power, until: now + lease.min(LASER_LEASE_LIMIT) });
+        self.laser_lease = Some(LaserLease { power, until: now + lease.min(LASER_LEASE_LIMIT) });
         // The laser is on in G1 only (`laser_mode.md`); no axis is given, so that nothing moves.
         let line = format!("G1F{LASER_FEED_MM_MIN}{word}S{:.1}", power * full);
         Ok(self.send_line(line, LineKind::LaserOn, now, now + GRBL_ANSWER_LIMIT))
     }
 
     fn renew(&mut self, lease: Duration, now: Instant) -> Result<(), LaserError> {
-        self.laser_sound()?;
-        if let Some(lit) = self.lit.as_mut().filter(|lit| now < lit.until && self.dark_by.is_none()) {
-            lit.until = now + lease.min(LASER_LEASE_LIMIT);
+        self.check_laser()?;
+        if let Some(laser_lease) = self
+            .laser_lease
+            .as_mut()
+            .filter(|laser_lease| now < laser_lease.until && self.laser_off_deadline.is_none())
+        {
+            laser_lease.until = now + lease.min(LASER_LEASE_LIMIT);
         }
         Ok(())
     }
@@ -233,8 +240,8 @@ impl LaserDialogue for Session {
     /// The laser's last known state.
     fn laser_state(&self) -> LaserState {
         LaserState {
-            emitting: self.lit.is_some(),
-            power: self.lit.map_or(0.0, |lit| lit.power),
+            emitting: self.laser_lease.is_some(),
+            power: self.laser_lease.map_or(0.0, |laser_lease| laser_lease.power),
             interlock_closed: None,
         }
     }
@@ -255,18 +262,20 @@ impl Session {
     ) -> (AcceptedMove, Option<u64>) {
         let target_mm = stage_from_machine(machine_mm, self.zero_at_machine_mm, self.config.reversed);
         let ticket = self.send_line(line, LineKind::Travel, now, now + GRBL_ANSWER_LIMIT);
-        let last_mm = self.seen.map_or(machine_mm, |seen| seen.machine_mm);
+        let last_mm = self.last_report.map_or(machine_mm, |last_report| last_report.machine_mm);
         let path = MotionPath { from_mm: last_mm, to_mm: machine_mm, speed_mm_s, since: now };
         self.path = Some(path);
         self.activity =
-            Activity::Travel(Travel { target_mm, path, jog, taken_at: None, last_mm, last_progress_at: now });
+            Activity::Travel(Travel { target_mm, path, jog, accepted_at: None, last_mm, last_progress_at: now });
         (AcceptedMove { target_mm, speed_mm_s }, Some(ticket))
     }
 
     /// Checks that there is no fault and nothing in progress.
     fn ready_to_move(&self) -> Result<(), StageError> {
-        self.sound()?;
-        let idle = self.seen.is_some_and(|seen| matches!(seen.state, MachineState::Idle | MachineState::Alarm));
+        self.check_fault()?;
+        let idle = self
+            .last_report
+            .is_some_and(|last_report| matches!(last_report.state, MachineState::Idle | MachineState::Alarm));
         if self.activity != Activity::Rest || self.reset_awaited() || !idle || !self.is_confirmed {
             return Err(StageError::Moving);
         }
@@ -287,18 +296,18 @@ impl Session {
         if self.fault.is_some() {
             return self.reset_sent(now);
         }
-        let braking = if self.lit.is_some() { GRBL_LIT_BRAKING } else { self.braking_limit() };
+        let braking = if self.laser_lease.is_some() { GRBL_LASER_ON_BRAKING } else { self.braking_limit() };
         let until = match self.activity {
             // Stopped again: it is already braking.
             Activity::Stopping(stopping) => stopping.until,
             _ => now + braking,
         };
         let only_jog = match self.activity {
-            Activity::Travel(travel) => travel.jog && self.pending.is_empty() && self.lit.is_none(),
+            Activity::Travel(travel) => travel.jog && self.pending.is_empty() && self.laser_lease.is_none(),
             _ => false,
         };
-        let behind_reset = byte == HOLD && self.reset_awaited();
-        self.activity = Activity::Stopping(Stopping { until, only_jog, behind_reset, idle_once: false });
+        let after_reset = byte == HOLD && self.reset_awaited();
+        self.activity = Activity::Stopping(Stopping { until, only_jog, after_reset, idle_once: false });
         if byte == RESET {
             self.reset_sent(now);
         } else {
@@ -314,8 +323,9 @@ impl Session {
         2 * Duration::from_secs_f64(braking_s) + GRBL_BRAKING_SLACK
     }
 
-    /// Faults of the stage alone do not concern a laser that is known to be off, except that it cannot be switched on.
-    fn laser_sound(&self) -> Result<(), LaserError> {
+    /// Faults of the stage do not concern a laser that is known to be off, except that it cannot be
+    /// switched on.
+    fn check_laser(&self) -> Result<(), LaserError> {
         match self.fault_of(Device::Laser) {
             Some(fault) => Err(fault.for_laser()),
             None => Ok(()),
@@ -326,7 +336,7 @@ impl Session {
         (machine_mm * self.config.steps_per_mm).round() / self.config.steps_per_mm
     }
 
-    fn held_speed(&self, speed_mm_s: f64) -> f64 {
+    fn limited_speed(&self, speed_mm_s: f64) -> f64 {
         self.machine.as_ref().map_or(speed_mm_s, |machine| speed_mm_s.min(machine.capabilities.max_speed_mm_s))
     }
 }

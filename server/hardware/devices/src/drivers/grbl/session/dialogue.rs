@@ -19,11 +19,11 @@ impl Dialogue for Session {
         matches!(self.link, Link::Down)
     }
 
-    fn opened_or_failed(&self) -> bool {
+    fn has_opened_or_failed(&self) -> bool {
         !self.should_be_open && !matches!(self.link, Link::Opening(_))
     }
 
-    fn sound(&self) -> Result<(), StageError> {
+    fn check_fault(&self) -> Result<(), StageError> {
         match self.fault_of(Device::Stage) {
             Some(fault) => Err(fault.for_stage()),
             None => Ok(()),
@@ -72,7 +72,7 @@ impl Dialogue for Session {
         code == HOLD
     }
 
-    fn farewell(&self) -> Vec<u8> {
+    fn shutdown_bytes(&self) -> Vec<u8> {
         vec![RESET]
     }
 
@@ -80,7 +80,7 @@ impl Dialogue for Session {
         (self.waited_for, self.refusal) = (Some(ticket), None);
     }
 
-    fn answered_or_gone(&self, ticket: u64) -> bool {
+    fn is_answered_or_discarded(&self, ticket: u64) -> bool {
         !self.pending.iter().any(|pending| pending.ticket == ticket)
     }
 
@@ -90,7 +90,7 @@ impl Dialogue for Session {
     }
 
     /// Real-time bytes are sent singly, lines as a whole: USB adapters forward a single byte at once.
-    fn piece(bytes: &[u8]) -> usize {
+    fn chunk_len(bytes: &[u8]) -> usize {
         let is_line_byte = |byte: u8| (b'$'..=b'Z').contains(&byte) && byte != b'?';
         if bytes.first().copied().is_some_and(is_line_byte) {
             bytes.iter().position(|&byte| byte == b'\n').map_or(bytes.len(), |at| at + 1)

@@ -20,7 +20,7 @@ const ALARM_HARD_LIMIT: u32 = 1;
 /// `ALARM:2`: the only alarm that keeps the position.
 const ALARM_SOFT_LIMIT: u32 = 2;
 /// `error:46`: unlocked by homing only.
-const ERROR_HOME_FIRST: u32 = 46;
+const ERROR_HOMING_REQUIRED: u32 = 46;
 /// Sent after a limit alarm, once a reset has effect again.
 const RESET_TO_CONTINUE: &str = "Reset to continue";
 
@@ -35,7 +35,7 @@ impl Session {
             Message::Banner(_) => self.banner(now),
             Message::Ok => match self.pending.pop_front() {
                 Some(pending) => {
-                    self.is_alive(now);
+                    self.note_response(now);
                     self.resting_since = None;
                     self.answered(&pending, now);
                 }
@@ -43,7 +43,7 @@ impl Session {
             },
             Message::Error(code) => match self.pending.pop_front() {
                 Some(pending) => {
-                    self.is_alive(now);
+                    self.note_response(now);
                     self.resting_since = None;
                     self.refused(pending, code, now);
                 }
@@ -62,8 +62,8 @@ impl Session {
         }
     }
 
-    /// An answer to a line also shows that the controller is alive: grblHAL's queries wait while it executes a line.
-    fn is_alive(&mut self, now: Instant) {
+    /// An answer to a line also shows that the controller responds: grblHAL's queries wait while it executes a line.
+    fn note_response(&mut self, now: Instant) {
         self.queries.unanswered_since = self.queries.unanswered_since.map(|_| now);
     }
 
@@ -76,18 +76,18 @@ impl Session {
         let was_faulted = self.fault.is_some();
         self.pending.clear();
         self.activity = match self.activity {
-            Activity::Stopping(stopping) if stopping.behind_reset => {
+            Activity::Stopping(stopping) if stopping.after_reset => {
                 let until = now + GRBL_BRAKING_SLACK;
-                Activity::Stopping(Stopping { until, only_jog: false, behind_reset: false, idle_once: false })
+                Activity::Stopping(Stopping { until, only_jog: false, after_reset: false, idle_once: false })
             }
             _ => Activity::Rest,
         };
-        (self.lit, self.dark_by, self.stray_reports) = (None, None, 0);
+        (self.laser_lease, self.laser_off_deadline, self.stray_reports) = (None, None, 0);
         (self.quiet_until, self.reset_again_at) = (None, None);
         self.queries.unanswered_since = None;
-        if let Some(seen) = &mut self.seen {
+        if let Some(last_report) = &mut self.last_report {
             let locked = self.reset.is_some_and(|reset| reset.locked);
-            seen.state = if locked { MachineState::Alarm } else { MachineState::Idle };
+            last_report.state = if locked { MachineState::Alarm } else { MachineState::Idle };
         }
         if let Some(reset) = &mut self.reset {
             reset.awaited = false;
@@ -97,7 +97,7 @@ impl Session {
             self.query(now);
         } else {
             self.homed = false;
-            tracing::warn!(place = self.place, "controller restarted unexpectedly");
+            tracing::warn!(port_name = self.port_name, "controller restarted unexpectedly");
             self.fault = Some(Fault::Restarted);
         }
     }
@@ -106,7 +106,7 @@ impl Session {
         match pending.kind {
             LineKind::Travel => {
                 if let Activity::Travel(travel) = &mut self.activity {
-                    (travel.taken_at, travel.last_progress_at) = (Some(now), now);
+                    (travel.accepted_at, travel.last_progress_at) = (Some(now), now);
                 }
             }
             LineKind::Home => {
@@ -115,7 +115,7 @@ impl Session {
                 }
                 self.query(now);
             }
-            LineKind::LaserOff => (self.lit, self.dark_by) = (None, None),
+            LineKind::LaserOff => (self.laser_lease, self.laser_off_deadline) = (None, None),
             LineKind::Unlock => self.unlocked(),
             LineKind::LaserOn | LineKind::Build | LineKind::Settings => {}
         }
@@ -129,7 +129,7 @@ impl Session {
     /// A line was refused: reported to the caller if it is still waiting, otherwise as a fault of the device that sent
     /// it.
     fn refused(&mut self, pending: Pending, code: u32, now: Instant) {
-        if pending.kind == LineKind::Unlock && code == ERROR_HOME_FIRST {
+        if pending.kind == LineKind::Unlock && code == ERROR_HOMING_REQUIRED {
             // Not a fault: it can be homed, and nothing else.
             self.must_home = true;
             return self.unlocked();
@@ -170,49 +170,49 @@ impl Session {
             self.homed = false;
             return;
         }
-        tracing::warn!(place = self.place, code, "controller raised an alarm");
+        tracing::warn!(port_name = self.port_name, code, "controller raised an alarm");
         self.homed = self.homed && code == ALARM_SOFT_LIMIT;
         // Pending lines are kept: their answers may still come.
         self.activity = Activity::Rest;
-        self.dark_by = None;
-        if dialect.turns_off_with(code) {
-            self.lit = None;
+        self.laser_off_deadline = None;
+        if dialect.turns_laser_off(code) {
+            self.laser_lease = None;
         }
         self.fault = Some(Fault::Alarm { code, dialect });
         if matches!(code, ALARM_HARD_LIMIT | ALARM_SOFT_LIMIT) {
             self.reset_again_at = Some(quiet_until + GRBL_RESET_AGAIN);
         }
-        if !dialect.resets_itself_after(code) {
+        if !dialect.resets_after(code) {
             self.soft_reset(now);
         }
     }
 
     pub(super) fn report(&mut self, report: Report, began_at: Instant, now: Instant) {
-        let asked_at = self.queries.last_sent_at.unwrap_or(began_at).min(began_at);
+        let queried_at = self.queries.last_sent_at.unwrap_or(began_at).min(began_at);
         self.queries.unanswered_since = None;
         if report.state == MachineState::Starting {
             return;
         }
         if matches!(report.state, MachineState::Sleep | MachineState::Check) {
-            let reason = format!("its controller is in the state {:?}", report.state);
+            let reason = format!("the controller is in the state {:?}", report.state);
             return self.down(Fault::Gone { reason });
         }
         let Some(machine_mm) = self.machine_mm(&report) else { return };
         // The report was generated between query and answer.
-        let at = asked_at + (began_at - asked_at) / 2;
-        let latest = LastReport { state: report.state, machine_mm, asked_at, at, received_at: now };
+        let at = queried_at + (began_at - queried_at) / 2;
+        let latest = LastReport { state: report.state, machine_mm, queried_at, at, received_at: now };
         if !self.accept(latest, now) {
             return;
         }
         if matches!(report.state, MachineState::Idle | MachineState::Alarm) {
-            self.resting_since.get_or_insert(asked_at);
+            self.resting_since.get_or_insert(queried_at);
         } else {
             self.resting_since = None;
         }
         self.undo_overrides(&report);
         self.watch_stray_light(report.spindle, now);
-        self.unlock_where_sound(report.state, now);
-        self.follow(report.state, machine_mm, asked_at, now);
+        self.unlock_if_no_fault(report.state, now);
+        self.follow(report.state, machine_mm, queried_at, now);
         if self.activity == Activity::Rest && !self.is_confirmed && !report.state.in_motion() {
             self.query(now);
         }
@@ -222,10 +222,10 @@ impl Session {
     pub(super) fn machine_mm(&mut self, report: &Report) -> Option<f64> {
         if let Some(offset_mm) = report.offset_mm {
             // It is constant over many reports: a new one is accepted when it is reported twice.
-            if self.doubted_offset_mm == Some(offset_mm) {
+            if self.unconfirmed_offset_mm == Some(offset_mm) {
                 (self.offset_mm, self.offset_known) = (offset_mm, true);
             }
-            self.doubted_offset_mm = Some(offset_mm);
+            self.unconfirmed_offset_mm = Some(offset_mm);
         }
         let idx = self.config.axis.idx();
         match report.position {
@@ -235,12 +235,12 @@ impl Session {
     }
 
     /// Applies the report to the current activity.
-    fn follow(&mut self, state: MachineState, machine_mm: f64, asked_at: Instant, now: Instant) {
+    fn follow(&mut self, state: MachineState, machine_mm: f64, queried_at: Instant, now: Instant) {
         match self.activity {
             Activity::Rest => {}
-            Activity::Travel(travel) => self.follow_travel(travel, state, machine_mm, asked_at, now),
+            Activity::Travel(travel) => self.follow_travel(travel, state, machine_mm, queried_at, now),
             Activity::Homing { done_at } => {
-                if done_at.is_some_and(|done_at| asked_at >= done_at) && state == MachineState::Idle {
+                if done_at.is_some_and(|done_at| queried_at >= done_at) && state == MachineState::Idle {
                     (self.activity, self.homed, self.must_home) = (Activity::Rest, true, false);
                 }
             }
@@ -269,10 +269,12 @@ impl Session {
         mut travel: Travel,
         state: MachineState,
         machine_mm: f64,
-        asked_at: Instant,
+        queried_at: Instant,
         now: Instant,
     ) {
-        let Some(taken_at) = travel.taken_at.filter(|taken_at| asked_at >= *taken_at) else { return };
+        let Some(accepted_at) = travel.accepted_at.filter(|accepted_at| queried_at >= *accepted_at) else {
+            return;
+        };
         let under_way = matches!(state, MachineState::Run | MachineState::Jog);
         if machine_mm != travel.last_mm || !(under_way || state == MachineState::Idle) {
             (travel.last_mm, travel.last_progress_at) = (machine_mm, now);
@@ -284,7 +286,7 @@ impl Session {
                 (self.activity, self.is_confirmed) = (Activity::Rest, true);
                 return;
             }
-            MachineState::Idle => asked_at - taken_at > GRBL_START,
+            MachineState::Idle => queried_at - accepted_at > GRBL_START,
             _ => under_way && now - travel.last_progress_at > GRBL_STALL,
         };
         if short {
@@ -298,7 +300,7 @@ impl Session {
     fn undo_overrides(&mut self, report: &Report) {
         if report.overrides.is_some_and(|percents| percents != [100; 3]) {
             tracing::warn!(
-                place = self.place,
+                port_name = self.port_name,
                 "feed or power was overridden at the controller; set back to 100 %"
             );
             self.outgoing.extend_from_slice(&OVERRIDES_OFF);
@@ -309,8 +311,8 @@ impl Session {
     fn watch_stray_light(&mut self, spindle: Option<f64>, now: Instant) {
         // Verified for GRBL's source only; some drivers of grblHAL report a programmed speed for a spindle at rest.
         let verified = self.dialect() == Dialect::Grbl;
-        let asked_for = self.lit.is_some() || self.reset_awaited();
-        if !verified || asked_for || spindle.is_none_or(|speed| speed == 0.0) {
+        let is_requested = self.laser_lease.is_some() || self.reset_awaited();
+        if !verified || is_requested || spindle.is_none_or(|speed| speed == 0.0) {
             self.stray_reports = 0;
             return;
         }

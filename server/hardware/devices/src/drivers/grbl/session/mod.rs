@@ -20,6 +20,7 @@ use super::fault::{Device, Fault};
 use super::identity::{Description, Machine, stage_from_machine};
 use super::protocol::{HOLD, JOG_CANCEL, MachineState, RESET, message_from_line};
 use crate::Homing;
+use crate::lines::line_reader::shortened;
 use crate::params::{GRBL_LINE_BYTES, GRBL_SILENCE};
 use opening::Opening;
 
@@ -54,7 +55,7 @@ struct Stopping {
     /// Whether only a jog was stopped, which ends at rest automatically: no reset.
     only_jog: bool,
     /// Whether its hold was sent after a reset, which does not answer for it: the hold takes effect after the banner.
-    behind_reset: bool,
+    after_reset: bool,
     /// Whether a report showed it idle. A report may precede a hold in the same pass, so that two are needed.
     idle_once: bool,
 }
@@ -76,7 +77,7 @@ struct Travel {
     path: MotionPath,
     jog: bool,
     /// When the controller accepted it.
-    taken_at: Option<Instant>,
+    accepted_at: Option<Instant>,
     /// The last position at which it had advanced, and when.
     last_mm: f64,
     last_progress_at: Instant,
@@ -110,7 +111,7 @@ struct LastReport {
     state: MachineState,
     machine_mm: f64,
     /// When it was requested: no part of it is older.
-    asked_at: Instant,
+    queried_at: Instant,
     at: Instant,
     /// When it was received: no part of it is newer.
     received_at: Instant,
@@ -146,7 +147,7 @@ struct OwnReset {
 /// See the module.
 pub struct Session {
     config: GrblConfig,
-    place: String,
+    port_name: String,
     link: Link,
     should_be_open: bool,
     fault: Option<Fault>,
@@ -165,12 +166,12 @@ pub struct Session {
     offset_mm: [f64; 3],
     offset_known: bool,
     /// An offset that was reported once.
-    doubted_offset_mm: Option<[f64; 3]>,
-    seen: Option<LastReport>,
+    unconfirmed_offset_mm: Option<[f64; 3]>,
+    last_report: Option<LastReport>,
     /// Whether the position at rest was reported twice, or is a move's target.
     is_confirmed: bool,
     /// A position that was reported once and differs from the expected one.
-    doubted: Option<LastReport>,
+    unconfirmed: Option<LastReport>,
     /// The path of the last move or jog.
     path: Option<MotionPath>,
     /// Since when every report showed rest with the same line pending.
@@ -186,20 +187,20 @@ pub struct Session {
     activity: Activity,
     homed: bool,
     zero_at_machine_mm: f64,
-    lit: Option<LaserLease>,
+    laser_lease: Option<LaserLease>,
     /// When a soft reset turns the laser off if `M5` did not.
-    dark_by: Option<Instant>,
+    laser_off_deadline: Option<Instant>,
     stray_reports: usize,
     garbage_at: VecDeque<Instant>,
 }
 
 impl Session {
-    /// A controller at `place`, to be opened.
-    pub fn new(config: GrblConfig, place: String) -> Self {
+    /// A controller at `port_name`, to be opened.
+    pub fn new(config: GrblConfig, port_name: String) -> Self {
         Self {
             zero_at_machine_mm: config.zero_at_machine_mm,
             config,
-            place,
+            port_name,
             link: Link::Down,
             should_be_open: true,
             fault: Some(being_opened()),
@@ -215,10 +216,10 @@ impl Session {
             machine: None,
             offset_mm: [0.0; 3],
             offset_known: false,
-            doubted_offset_mm: None,
-            seen: None,
+            unconfirmed_offset_mm: None,
+            last_report: None,
             is_confirmed: false,
-            doubted: None,
+            unconfirmed: None,
             path: None,
             resting_since: None,
             queries: Queries::default(),
@@ -228,8 +229,8 @@ impl Session {
             must_home: false,
             activity: Activity::Rest,
             homed: false,
-            lit: None,
-            dark_by: None,
+            laser_lease: None,
+            laser_off_deadline: None,
             stray_reports: 0,
             garbage_at: VecDeque::new(),
         }
@@ -244,7 +245,9 @@ impl Session {
     /// where a hold has no effect (homing, alarm), a soft reset.
     pub fn stop_byte(&self) -> u8 {
         let holdable = !matches!(self.activity, Activity::Homing { .. });
-        let locked = self.seen.is_none_or(|seen| matches!(seen.state, MachineState::Alarm | MachineState::Home));
+        let locked = self
+            .last_report
+            .is_none_or(|last_report| matches!(last_report.state, MachineState::Alarm | MachineState::Home));
         // While a reset is pending no other is sent: it would be unknown whether one or two banners follow.
         let up = matches!(self.link, Link::Up) && self.fault.is_none();
         if up && holdable && !locked { HOLD } else { RESET }
@@ -262,21 +265,21 @@ impl Session {
             self.incoming_since.get_or_insert(now);
             self.incoming.push(byte);
             if self.incoming.len() > GRBL_LINE_BYTES {
-                self.give_up_line(now);
+                self.discard_line(now);
             }
         }
     }
 
     /// Input without a line ending, or without one in time, is not part of the protocol.
-    fn give_up_line(&mut self, now: Instant) {
+    fn discard_line(&mut self, now: Instant) {
         let text = String::from_utf8_lossy(&std::mem::take(&mut self.incoming)).into_owned();
         self.incoming_since = None;
-        self.garbage(super::protocol::shortened(&text), now);
+        self.garbage(shortened(&text), now);
     }
 
     /// The link is lost because of `fault`: laser and motion are reset if the line still accepts a byte.
     pub fn down(&mut self, fault: Fault) {
-        tracing::warn!(place = self.place, "{}", fault.for_stage());
+        tracing::warn!(port_name = self.port_name, "{}", fault.for_stage());
         self.outgoing.clear();
         // Three times, because the line may lose bytes and there is no answer.
         self.outgoing.extend_from_slice(&[RESET; 3]);
@@ -295,14 +298,14 @@ impl Session {
         self.reset = None;
         (self.quiet_until, self.reset_again_at) = (None, None);
         self.activity = Activity::Rest;
-        (self.lit, self.dark_by, self.stray_reports) = (None, None, 0);
+        (self.laser_lease, self.laser_off_deadline, self.stray_reports) = (None, None, 0);
         self.garbage_at.clear();
         self.clearing = false;
     }
 
     /// A fault over a working link; a reset stops the motion and turns the laser off.
     fn raise(&mut self, fault: Fault, now: Instant) {
-        tracing::warn!(place = self.place, "{}", fault.for_stage());
+        tracing::warn!(port_name = self.port_name, "{}", fault.for_stage());
         self.fault = Some(fault);
         self.activity = Activity::Rest;
         self.soft_reset(now);
@@ -333,7 +336,7 @@ impl Session {
     }
 
     fn position_mm(&self) -> Option<f64> {
-        let machine_mm = self.seen?.machine_mm;
+        let machine_mm = self.last_report?.machine_mm;
         Some(stage_from_machine(machine_mm, self.zero_at_machine_mm, self.config.reversed))
     }
 

@@ -35,12 +35,12 @@ enum Step {
 }
 
 impl Session {
-    /// The line was opened: a soft reset stops the motion and turns off the laser left on by a dead owner.
+    /// The line was opened: a soft reset stops the motion and turns off the laser left on by a terminated program.
     pub fn line_opened(&mut self, now: Instant) {
         self.should_be_open = false;
         self.reset_dialogue();
         (self.homed, self.must_home) = (false, false);
-        (self.offset_known, self.doubted_offset_mm) = (false, None);
+        (self.offset_known, self.unconfirmed_offset_mm) = (false, None);
         self.fault = Some(being_opened());
         self.outgoing = vec![RESET];
         self.link = Link::Opening(Opening {
@@ -95,11 +95,11 @@ impl Session {
     fn opening_answered(&mut self, now: Instant) {
         let Some(pending) = self.pending.pop_front() else { return };
         let checked = match pending.kind {
-            LineKind::Build => self.description.check_name(&self.config, &self.place).map(|()| {
+            LineKind::Build => self.description.check_name(&self.config, &self.port_name).map(|()| {
                 self.send_line("$$".to_owned(), LineKind::Settings, now, now + self.config.open_limit);
                 Step::Settings
             }),
-            LineKind::Settings => self.description.machine(&self.config, &self.place).map(|machine| {
+            LineKind::Settings => self.description.machine(&self.config, &self.port_name).map(|machine| {
                 self.machine = Some(machine);
                 self.query(now);
                 Step::Report
@@ -123,7 +123,7 @@ impl Session {
         let command = refused.text;
         let expected = format!("an answer to `{command}`");
         let found = format!("error {code} ({})", error_meaning(code));
-        self.down(Fault::WrongDevice { place: self.place.clone(), expected, found });
+        self.down(Fault::WrongDevice { port_name: self.port_name.clone(), expected, found });
     }
 
     /// The controller is ready. Positions reported before are discarded.
@@ -131,7 +131,7 @@ impl Session {
         self.link = Link::Up;
         self.fault = None;
         self.must_home &= self.dialect() == Dialect::GrblHal;
-        (self.activity, self.seen, self.is_confirmed) = (Activity::Rest, None, true);
+        (self.activity, self.last_report, self.is_confirmed) = (Activity::Rest, None, true);
         self.zero_at_machine_mm = self.config.zero_at_machine_mm;
         self.queries = Queries { last_sent_at: self.queries.last_sent_at.or(Some(now)), unanswered_since: None };
     }
@@ -142,7 +142,7 @@ impl Session {
         if let Some((_, text)) = opening.foreign.take_if(|(at, _)| now - *at > GRBL_SILENCE) {
             let expected = "GRBL 1.1 or grblHAL".to_owned();
             return self.down(Fault::WrongDevice {
-                place: self.place.clone(),
+                port_name: self.port_name.clone(),
                 expected,
                 found: format!("`{text}`"),
             });
@@ -186,7 +186,7 @@ impl Session {
 
     /// The lock after a start or a reset on the way also keeps the laser off. It is removed if no fault is reported:
     /// that moves nothing, and moves are refused here until the stage is homed.
-    pub(super) fn unlock_where_sound(&mut self, state: MachineState, now: Instant) {
+    pub(super) fn unlock_if_no_fault(&mut self, state: MachineState, now: Instant) {
         let at_rest = self.activity == Activity::Rest && self.pending.is_empty() && !self.reset_awaited();
         if state == MachineState::Alarm
             && self.fault.is_none()

@@ -21,12 +21,13 @@ impl MotionPath {
     }
 
     /// Whether the move can have reached it by then at full speed since the last accepted position, up to the target.
-    fn leads_to(&self, latest: &LastReport, seen: &LastReport, rounding_mm: f64) -> bool {
-        let step_mm = self.step_mm(seen.machine_mm, latest.machine_mm);
-        let left_mm = self.step_mm(seen.machine_mm, self.to_mm).max(0.0);
-        let (received_at, asked_at) = (seen.received_at.max(self.since), seen.asked_at.max(self.since));
-        let shortest = latest.asked_at.saturating_duration_since(received_at + GRBL_REPORT_AGE);
-        let longest = latest.received_at.saturating_duration_since(asked_at) + GRBL_REPORT_AGE;
+    fn leads_to(&self, latest: &LastReport, last_report: &LastReport, rounding_mm: f64) -> bool {
+        let step_mm = self.step_mm(last_report.machine_mm, latest.machine_mm);
+        let left_mm = self.step_mm(last_report.machine_mm, self.to_mm).max(0.0);
+        let (received_at, queried_at) =
+            (last_report.received_at.max(self.since), last_report.queried_at.max(self.since));
+        let shortest = latest.queried_at.saturating_duration_since(received_at + GRBL_REPORT_AGE);
+        let longest = latest.received_at.saturating_duration_since(queried_at) + GRBL_REPORT_AGE;
         let least_mm = self.at_full_speed_mm(shortest).min(left_mm);
         let most_mm = self.at_full_speed_mm(longest).min(left_mm);
         (least_mm - rounding_mm..=most_mm + rounding_mm).contains(&step_mm)
@@ -35,19 +36,19 @@ impl MotionPath {
     /// Whether both can belong to one motion along the path, at any speed.
     fn agrees(&self, latest: &LastReport, before: &LastReport, rounding_mm: f64) -> bool {
         let step_mm = self.step_mm(before.machine_mm, latest.machine_mm);
-        let longest = latest.received_at.saturating_duration_since(before.asked_at) + GRBL_REPORT_AGE;
+        let longest = latest.received_at.saturating_duration_since(before.queried_at) + GRBL_REPORT_AGE;
         (-rounding_mm..=self.at_full_speed_mm(longest) + rounding_mm).contains(&step_mm)
     }
 }
 
 impl Session {
-    /// Accepts a report, or holds it as doubtful and queries again at once. A doubt that is not confirmed counts as
-    /// garbage.
+    /// Accepts a report, or keeps it as unconfirmed and queries again at once. An unconfirmed report that is not
+    /// repeated counts as garbage.
     pub(super) fn accept(&mut self, latest: LastReport, now: Instant) -> bool {
-        let doubted = self.doubted.take();
-        let is_confirmed_by_repeat = doubted.is_some_and(|doubted| self.agree(&latest, &doubted));
-        if let Some(doubted) = doubted.filter(|_| !is_confirmed_by_repeat) {
-            self.garbage(format!("a position of {} mm", doubted.machine_mm), now);
+        let unconfirmed = self.unconfirmed.take();
+        let is_confirmed_by_repeat = unconfirmed.is_some_and(|unconfirmed| self.agree(&latest, &unconfirmed));
+        if let Some(unconfirmed) = unconfirmed.filter(|_| !is_confirmed_by_repeat) {
+            self.garbage(format!("a position of {} mm", unconfirmed.machine_mm), now);
             if !matches!(self.link, Link::Up) {
                 return false;
             }
@@ -56,18 +57,18 @@ impl Session {
         if is_accepted {
             self.take(latest);
         } else {
-            self.doubted = Some(latest);
+            self.unconfirmed = Some(latest);
             self.query(now);
         }
         is_accepted
     }
 
     fn is_expected(&self, latest: &LastReport) -> bool {
-        let Some(seen) = &self.seen else { return true };
+        let Some(last_report) = &self.last_report else { return true };
         match (self.activity, &self.path) {
-            (Activity::Rest, _) => !self.is_confirmed || seen.machine_mm == latest.machine_mm,
+            (Activity::Rest, _) => !self.is_confirmed || last_report.machine_mm == latest.machine_mm,
             (Activity::Travel(_) | Activity::Stopping(_), Some(path)) => {
-                path.leads_to(latest, seen, self.rounding_mm())
+                path.leads_to(latest, last_report, self.rounding_mm())
             }
             // During these no position is reported before the end; and none stops without having moved.
             (Activity::Homing { .. } | Activity::Travel(_) | Activity::Stopping(_), _) => true,
@@ -83,11 +84,12 @@ impl Session {
     }
 
     fn take(&mut self, latest: LastReport) {
-        let rests = self.activity == Activity::Rest && !latest.state.in_motion();
-        let is_repeated =
-            self.seen.is_some_and(|seen| seen.machine_mm == latest.machine_mm && !seen.state.in_motion());
-        self.is_confirmed = rests && (self.is_confirmed || is_repeated);
-        self.seen = Some(latest);
+        let is_at_rest = self.activity == Activity::Rest && !latest.state.in_motion();
+        let is_repeated = self.last_report.is_some_and(|last_report| {
+            last_report.machine_mm == latest.machine_mm && !last_report.state.in_motion()
+        });
+        self.is_confirmed = is_at_rest && (self.is_confirmed || is_repeated);
+        self.last_report = Some(latest);
     }
 
     /// Tolerance of a reported position: a step and a half, and half of the last decimal.

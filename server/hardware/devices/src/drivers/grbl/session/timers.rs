@@ -6,8 +6,8 @@ use super::{Activity, LineKind, Link, Pending, Session, Stopping};
 use crate::drivers::grbl::fault::Fault;
 use crate::drivers::grbl::protocol::{HOLD, MachineState, QUERY};
 use crate::params::{
-    GRBL_ANSWER_LIMIT, GRBL_BRAKING_QUERY, GRBL_DARK_LIMIT, GRBL_IDLE_QUERY_HZ, GRBL_LINE_LOST, GRBL_LINE_TIME,
-    GRBL_LIT_BRAKING, GRBL_SILENCE,
+    GRBL_ANSWER_LIMIT, GRBL_BRAKING_QUERY, GRBL_IDLE_QUERY_HZ, GRBL_LASER_OFF_LIMIT, GRBL_LASER_ON_BRAKING,
+    GRBL_LINE_LOST, GRBL_LINE_TIME, GRBL_SILENCE,
 };
 
 /// Longest sleep of the thread at rest with the laser off; its queries are slower.
@@ -17,7 +17,7 @@ const RESTING_WAIT: Duration = Duration::from_millis(40);
 const BUSY_WAIT: Duration = Duration::from_millis(5);
 
 /// Interval after which an unanswered query is repeated; GRBL ignores duplicates, so that they do not accumulate.
-const QUERY_AGAIN: Duration = Duration::from_millis(200);
+const QUERY_RETRY: Duration = Duration::from_millis(200);
 
 impl Session {
     /// Processes what is due at `now`.
@@ -27,17 +27,17 @@ impl Session {
             Link::Opening(_) => self.opening_tick(now),
             Link::Up => {
                 if self.incoming_since.is_some_and(|since| now - since > GRBL_LINE_TIME) {
-                    self.give_up_line(now);
+                    self.discard_line(now);
                 }
                 self.reset_again(now);
                 self.end_lease(now);
                 self.end_braking(now);
-                self.unlock_if_wanted(now);
-                self.miss_answers(now);
+                self.unlock_if_requested(now);
+                self.check_timeouts(now);
             }
         }
         if matches!(self.link, Link::Up) {
-            self.ask(now);
+            self.query_if_due(now);
         }
     }
 
@@ -45,7 +45,7 @@ impl Session {
     pub fn wait(&self) -> Duration {
         let resting = matches!(self.link, Link::Up)
             && self.activity == Activity::Rest
-            && self.lit.is_none()
+            && self.laser_lease.is_none()
             && self.pending.is_empty()
             && !self.reset_awaited();
         if resting { RESTING_WAIT } else { BUSY_WAIT }
@@ -57,32 +57,37 @@ impl Session {
         self.queries.unanswered_since.get_or_insert(now);
     }
 
-    fn ask(&mut self, now: Instant) {
+    fn query_if_due(&mut self, now: Instant) {
         let period = match self.activity {
             Activity::Stopping(_) => GRBL_BRAKING_QUERY,
-            Activity::Rest if !self.alone_in_motion() => Duration::from_secs_f64(1.0 / GRBL_IDLE_QUERY_HZ),
+            Activity::Rest if !self.is_in_unrequested_motion() => {
+                Duration::from_secs_f64(1.0 / GRBL_IDLE_QUERY_HZ)
+            }
             Activity::Rest | Activity::Travel(_) | Activity::Homing { .. } => {
                 Duration::from_secs_f64(1.0 / self.config.moving_query_hz)
             }
         };
-        let period = if self.queries.unanswered_since.is_some() { period.max(QUERY_AGAIN) } else { period };
+        let period = if self.queries.unanswered_since.is_some() { period.max(QUERY_RETRY) } else { period };
         if !self.reset_awaited() && self.queries.last_sent_at.is_none_or(|at| now - at >= period) {
             self.query(now);
         }
     }
 
     /// Whether the last report shows a motion that is no longer requested.
-    fn alone_in_motion(&self) -> bool {
-        self.seen.is_some_and(|seen| !matches!(seen.state, MachineState::Idle | MachineState::Alarm))
+    fn is_in_unrequested_motion(&self) -> bool {
+        self.last_report
+            .is_some_and(|last_report| !matches!(last_report.state, MachineState::Idle | MachineState::Alarm))
     }
 
     fn end_lease(&mut self, now: Instant) {
-        if self.lit.is_some_and(|lit| now >= lit.until) && self.dark_by.is_none() {
-            tracing::warn!(place = self.place, "the laser's lease ended without its owner");
+        if self.laser_lease.is_some_and(|laser_lease| now >= laser_lease.until)
+            && self.laser_off_deadline.is_none()
+        {
+            tracing::warn!(port_name = self.port_name, "the laser's lease expired without a renewal");
             self.turn_laser_off(now);
         }
-        if self.dark_by.is_some_and(|by| now >= by) && !self.reset_awaited() {
-            self.dark_by = None;
+        if self.laser_off_deadline.is_some_and(|by| now >= by) && !self.reset_awaited() {
+            self.laser_off_deadline = None;
             match self.activity {
                 Activity::Rest | Activity::Homing { .. } => self.soft_reset(now),
                 // A move has begun: it brakes first.
@@ -108,17 +113,17 @@ impl Session {
     /// `M5` where it works at once; while moving it would wait for the end of the move (`spindle_control.c`:
     /// `protocol_buffer_synchronize`), so that the move is stopped.
     pub(super) fn turn_laser_off(&mut self, now: Instant) {
-        if self.lit.is_none() || self.dark_by.is_some() || self.reset_awaited() {
+        if self.laser_lease.is_none() || self.laser_off_deadline.is_some() || self.reset_awaited() {
             return;
         }
         match self.activity {
             Activity::Rest => {
-                self.dark_by = Some(now + GRBL_DARK_LIMIT);
-                self.send_line("M5".to_owned(), LineKind::LaserOff, now, now + 2 * GRBL_DARK_LIMIT);
+                self.laser_off_deadline = Some(now + GRBL_LASER_OFF_LIMIT);
+                self.send_line("M5".to_owned(), LineKind::LaserOff, now, now + 2 * GRBL_LASER_OFF_LIMIT);
             }
             Activity::Travel(_) | Activity::Homing { .. } => self.send_stop(HOLD, now),
             Activity::Stopping(stopping) => {
-                let until = stopping.until.min(now + GRBL_LIT_BRAKING);
+                let until = stopping.until.min(now + GRBL_LASER_ON_BRAKING);
                 self.activity = Activity::Stopping(Stopping { until, only_jog: false, ..stopping });
             }
         }
@@ -134,7 +139,7 @@ impl Session {
     }
 
     /// Clears an acknowledged fault, and unlocks an alarm, once the associated reset is done.
-    fn unlock_if_wanted(&mut self, now: Instant) {
+    fn unlock_if_requested(&mut self, now: Instant) {
         if !self.clearing || self.reset_awaited() || self.is_quiet(now) || self.reset_again_at.is_some() {
             return;
         }
@@ -148,7 +153,7 @@ impl Session {
         }
     }
 
-    fn miss_answers(&mut self, now: Instant) {
+    fn check_timeouts(&mut self, now: Instant) {
         if matches!(self.fault, Some(Fault::Alarm { .. })) && self.reset_unanswered(now).is_some() {
             // It answers, or the next query decides, and no reset has effect: its emergency stop is pressed. The alarm
             // persists until the reset has effect.
@@ -179,7 +184,8 @@ impl Session {
     /// `M5` may wait for a spindle.
     fn is_lost(&self, pending: &Pending) -> bool {
         let at_once = matches!(pending.kind, LineKind::Travel | LineKind::Home | LineKind::Unlock);
-        let rested = self.resting_since.zip(self.seen).map(|(since, seen)| seen.asked_at - since);
+        let rested =
+            self.resting_since.zip(self.last_report).map(|(since, last_report)| last_report.queried_at - since);
         at_once && rested.is_some_and(|rested| rested > GRBL_LINE_LOST)
     }
 
@@ -188,11 +194,11 @@ impl Session {
         if self.reset_awaited() || (matches!(self.activity, Activity::Homing { .. }) && !answers_while_homing) {
             return None;
         }
-        let asked_at = self.queries.unanswered_since?;
-        let since = self.quiet_until.map_or(asked_at, |until| until.max(asked_at));
+        let queried_at = self.queries.unanswered_since?;
+        let since = self.quiet_until.map_or(queried_at, |until| until.max(queried_at));
         let homing = matches!(self.activity, Activity::Homing { .. });
         let pause =
             self.machine.as_ref().filter(|_| homing).map_or(Duration::ZERO, |machine| machine.homing_pause);
-        (now.saturating_duration_since(since) > GRBL_SILENCE + pause).then(|| ("?".to_owned(), asked_at))
+        (now.saturating_duration_since(since) > GRBL_SILENCE + pause).then(|| ("?".to_owned(), queried_at))
     }
 }

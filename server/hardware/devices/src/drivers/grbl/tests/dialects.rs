@@ -6,7 +6,7 @@ use super::{Bench, SLACK, bench, home, rest, wait_until};
 use crate::drivers::grbl::protocol::{HOLD, JOG_CANCEL, RESET};
 use crate::drivers::grbl::{GrblConfig, GrblStage};
 use crate::params::GRBL_SILENCE;
-use crate::simulators::grbl_simulator::{Dialect, Event, SimulatorConfig, WitnessEvent};
+use crate::simulators::grbl_simulator::{Dialect, Event, LogEvent, SimulatorConfig};
 use crate::{Laser, LaserError, Stage, StageError};
 
 /// `promises.md` 5: a released jog stops within this, braking included.
@@ -25,36 +25,36 @@ fn at_the_low_end(dialect: Dialect) -> (Bench, GrblStage) {
 /// When it came to rest since the mark.
 fn rested_at(bench: &Bench, mark: usize) -> Instant {
     let ended = || {
-        let entries = bench.simulator.witness().since(mark);
-        entries.iter().find(|entry| matches!(entry.what, WitnessEvent::MotionEnded(_))).map(|entry| entry.at)
+        let entries = bench.simulator.event_log().since(mark);
+        entries.iter().find(|entry| matches!(entry.what, LogEvent::MotionEnded(_))).map(|entry| entry.at)
     };
     wait_until(Duration::from_secs(4), "it comes to rest", || ended().is_some());
     ended().unwrap()
 }
 
 #[test]
-fn a_jog_let_go_stops_at_once_and_keeps_the_position_without_a_reset() {
+fn a_released_jog_stops_at_once_and_keeps_the_position_without_a_reset() {
     for dialect in Dialect::ALL {
         for by_hold in [false, true] {
             let (bench, mut stage) = at_the_low_end(dialect);
             stage.start_jog(8.0, 4.0).unwrap();
-            wait_until(SLACK, "it jogs", || bench.simulator.witness().moving());
+            wait_until(SLACK, "it jogs", || bench.simulator.event_log().moving());
             // The jog is acknowledged.
             wait_until(SLACK, "it is moving", || stage.poll().unwrap().position_mm.unwrap() > -3.95);
-            let mark = bench.simulator.witness().mark();
-            let let_go_at = crate::time::now();
+            let mark = bench.simulator.event_log().mark();
+            let released_at = crate::time::now();
             if by_hold {
                 stage.hold().unwrap()
             } else {
                 stage.stop().unwrap()
             }
-            let took = rested_at(&bench, mark).saturating_duration_since(let_go_at);
-            println!("{dialect:?}: at rest {took:?} after the jog was let go");
+            let took = rested_at(&bench, mark).saturating_duration_since(released_at);
+            println!("{dialect:?}: at rest {took:?} after the jog was released");
             assert!(took < JOG_LIMIT, "{dialect:?}: {took:?}");
             let state = rest(&mut stage);
             assert!(state.homed && state.position_mm.unwrap() < 0.0, "{dialect:?}: {state:?}");
-            let witness = bench.simulator.witness();
-            assert!(witness.byte_since(mark, RESET).is_none(), "{dialect:?}: a needless reset");
+            let event_log = bench.simulator.event_log();
+            assert!(event_log.byte_since(mark, RESET).is_none(), "{dialect:?}: an unnecessary reset");
             stage.start_move(1.0, 50.0).unwrap();
             assert!((rest(&mut stage).position_mm.unwrap() - 1.0).abs() < 0.01);
         }
@@ -67,23 +67,19 @@ fn a_stop_is_a_hold_and_a_jog_cancel_and_one_reset_at_rest() {
         let (bench, mut stage) = at_the_low_end(dialect);
         stage.start_move(4.0, 10.0).unwrap();
         wait_until(SLACK, "it is moving", || stage.poll().unwrap().position_mm.unwrap() > -3.9);
-        let mark = bench.simulator.witness().mark();
+        let mark = bench.simulator.event_log().mark();
         // Requested twice: the second is not a reset in motion.
         stage.stop().unwrap();
         stage.stop().unwrap();
         let state = rest(&mut stage);
-        assert!(state.homed, "{dialect:?}: a stop cost the position");
-        let entries = bench.simulator.witness().since(mark);
-        let at = |what: WitnessEvent| entries.iter().position(|entry| entry.what == what);
-        let rested = entries.iter().position(|entry| matches!(entry.what, WitnessEvent::MotionEnded(_))).unwrap();
-        assert!(at(WitnessEvent::Byte(HOLD)).unwrap() < rested, "{dialect:?}: {entries:?}");
-        assert_eq!(
-            at(WitnessEvent::Byte(HOLD)).map(|at| at + 1),
-            at(WitnessEvent::Byte(JOG_CANCEL)),
-            "{dialect:?}"
-        );
-        let resets = entries.iter().filter(|entry| entry.what == WitnessEvent::Byte(RESET)).count();
-        assert!(resets == 1 && at(WitnessEvent::Byte(RESET)).unwrap() > rested, "{dialect:?}: {entries:?}");
+        assert!(state.homed, "{dialect:?}: a stop lost the position");
+        let entries = bench.simulator.event_log().since(mark);
+        let at = |what: LogEvent| entries.iter().position(|entry| entry.what == what);
+        let rested = entries.iter().position(|entry| matches!(entry.what, LogEvent::MotionEnded(_))).unwrap();
+        assert!(at(LogEvent::Byte(HOLD)).unwrap() < rested, "{dialect:?}: {entries:?}");
+        assert_eq!(at(LogEvent::Byte(HOLD)).map(|at| at + 1), at(LogEvent::Byte(JOG_CANCEL)), "{dialect:?}");
+        let resets = entries.iter().filter(|entry| entry.what == LogEvent::Byte(RESET)).count();
+        assert!(resets == 1 && at(LogEvent::Byte(RESET)).unwrap() > rested, "{dialect:?}: {entries:?}");
     }
 }
 
@@ -117,7 +113,7 @@ fn a_failed_probe_turns_the_laser_off_and_is_a_fault() {
 }
 
 #[test]
-fn the_silence_of_grbl_hal_while_homing_is_borne_and_no_setting_is_written() {
+fn the_silence_of_grbl_hal_while_homing_is_tolerated_and_no_setting_is_written() {
     let slow = SimulatorConfig { homing_mm_s: 4.0, start_at_mm: -8.0, ..SimulatorConfig::of(Dialect::GrblHal) };
     let bench = bench(slow);
     let (mut stage, _laser) = bench.open();
@@ -129,24 +125,24 @@ fn the_silence_of_grbl_hal_while_homing_is_borne_and_no_setting_is_written() {
 }
 
 #[test]
-fn grbl_hal_whose_reports_are_of_no_use_is_refused_with_what_to_send() {
+fn grbl_hal_with_unusable_report_settings_is_refused_with_the_command_to_send() {
     let of = || SimulatorConfig::of(Dialect::GrblHal);
     // Neither machine positions nor the work offset; work positions with the offset are sufficient.
-    let blind = bench(SimulatorConfig { report_mask: 511 & !(1 | 1 << 5), ..of() });
-    assert!(blind.refusal().to_string().contains("send $10=479"), "{}", blind.refusal());
+    let no_position = bench(SimulatorConfig { report_mask: 511 & !(1 | 1 << 5), ..of() });
+    assert!(no_position.refusal().to_string().contains("send $10=479"), "{}", no_position.refusal());
     let by_work_offset = bench(SimulatorConfig { report_mask: 510, ..of() });
     // The offset comes with the tenth report; the driver is ready as soon as it is open.
     home(&mut by_work_offset.open().0);
-    let deaf = bench(SimulatorConfig { hears_in_commands: false, ..of() });
-    assert!(deaf.refusal().to_string().contains("send $39=1"), "{}", deaf.refusal());
+    let no_realtime = bench(SimulatorConfig { realtime_in_commands: false, ..of() });
+    assert!(no_realtime.refusal().to_string().contains("send $39=1"), "{}", no_realtime.refusal());
 }
 
 fn bytes_received(bench: &Bench) -> Vec<u8> {
-    let byte = |happening: WitnessEvent| match happening {
-        WitnessEvent::Byte(byte) => Some(byte),
+    let byte = |happening: LogEvent| match happening {
+        LogEvent::Byte(byte) => Some(byte),
         _ => None,
     };
-    bench.simulator.witness().entries().into_iter().filter_map(|entry| byte(entry.what)).collect()
+    bench.simulator.event_log().entries().into_iter().filter_map(|entry| byte(entry.what)).collect()
 }
 
 #[test]
@@ -155,7 +151,7 @@ fn a_homing_lock_offers_homing_and_nothing_else() {
     let (mut stage, mut laser) = bench.open();
     wait_until(SLACK + GRBL_SILENCE, "the lock is known", || {
         let refusal = laser.switch_on(0.5, Duration::from_millis(100));
-        matches!(&refusal, Err(LaserError::Fault { remedy: "home it", .. }))
+        matches!(&refusal, Err(LaserError::Fault { remedy: "home the stage", .. }))
     });
     assert!(stage.poll().is_ok(), "a lock that homing opens is not a fault");
     home(&mut stage);
@@ -208,11 +204,11 @@ fn a_door_that_brakes_moves_and_one_at_rest_holds() {
         wait_until(Duration::from_secs(2), "it is fast", || stage.poll().unwrap().position_mm.unwrap() < -6.0);
         bench.simulator.receive(&[0x84]);
         wait_until(SLACK, "the door is reported", || !matches!(stage.poll().unwrap(), state if !state.moving));
-        let witness = bench.simulator.witness();
+        let event_log = bench.simulator.event_log();
         wait_until(Duration::from_secs(2), "it is held", || stage.poll().unwrap().held);
-        assert!(!witness.moving(), "{dialect:?}: held while it brakes");
+        assert!(!event_log.moving(), "{dialect:?}: held while it brakes");
         stage.stop().unwrap();
-        assert!(rest(&mut stage).homed, "{dialect:?}: a stop at an open door cost the position");
+        assert!(rest(&mut stage).homed, "{dialect:?}: a stop at an open door lost the position");
     }
 }
 
@@ -239,8 +235,8 @@ fn an_emergency_stop_stays_an_alarm_until_it_is_released() {
     bench.simulator.trigger_event(Event::EmergencyStop);
     bench.simulator.trigger_event(Event::Alarm(10));
     wait_until(SLACK, "it is reported", || stage.poll().is_err());
-    let told_at = crate::time::now();
-    while crate::time::since(told_at) < 2 * GRBL_SILENCE {
+    let acknowledged_at = crate::time::now();
+    while crate::time::since(acknowledged_at) < 2 * GRBL_SILENCE {
         assert!(matches!(stage.poll(), Err(StageError::Alarm { code: 10, .. })), "{:?}", stage.poll());
         crate::time::sleep(Duration::from_millis(20));
     }

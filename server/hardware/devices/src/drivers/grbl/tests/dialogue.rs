@@ -2,25 +2,25 @@
 
 use std::time::Duration;
 
-use super::{bench, home, rest, sound_bench, wait_until};
-use crate::simulators::grbl_simulator::{Dialect, Event, GrblSimulator, SimulatorConfig, WitnessEvent};
+use super::{bench, default_bench, home, rest, wait_until};
+use crate::simulators::grbl_simulator::{Dialect, Event, GrblSimulator, LogEvent, SimulatorConfig};
 use crate::simulators::simulator::LineFault;
 use crate::{Laser, LaserError, Stage, StageError};
 
 #[test]
-fn an_override_turned_at_the_machine_is_set_back_and_the_power_with_it() {
+fn an_override_changed_at_the_machine_is_reset_together_with_the_laser_power() {
     for dialect in Dialect::ALL {
         let bench = bench(SimulatorConfig::of(dialect));
         let (mut stage, mut laser) = bench.open();
         home(&mut stage);
         laser.switch_on(0.5, Duration::from_secs(1)).unwrap();
-        let mark = bench.simulator.witness().mark();
+        let mark = bench.simulator.event_log().mark();
         bench.simulator.trigger_event(Event::Override(0x9b));
         wait_until(Duration::from_secs(1), "it is set back", || {
             laser.renew(Duration::from_secs(1)).unwrap();
-            let since = bench.simulator.witness().since(mark);
+            let since = bench.simulator.event_log().since(mark);
             let powers = since.iter().filter_map(|entry| match entry.what {
-                WitnessEvent::LightOn(power) => Some(power),
+                LogEvent::LightOn(power) => Some(power),
                 _ => None,
             });
             powers.collect::<Vec<_>>() == [0.45, 0.5]
@@ -30,24 +30,27 @@ fn an_override_turned_at_the_machine_is_set_back_and_the_power_with_it() {
 
 #[test]
 fn identity_and_capabilities_are_read_from_the_controller() {
-    let bench = sound_bench();
+    let bench = default_bench();
     let (stage, _laser) = bench.open();
     let identity = stage.identity();
     assert_eq!((identity.model.as_str(), identity.serial.as_str()), ("Grbl", "simulated stage"));
     assert_eq!(identity.firmware, "1.1h.20190825");
-    let able = stage.capabilities();
-    assert_eq!((able.travel_mm, able.max_speed_mm_s, able.resolution_mm), ((-4.0, 4.0), 200.0, 1.0 / 400.0));
+    let capabilities = stage.capabilities();
+    assert_eq!(
+        (capabilities.travel_mm, capabilities.max_speed_mm_s, capabilities.resolution_mm),
+        ((-4.0, 4.0), 200.0, 1.0 / 400.0)
+    );
 }
 
 #[test]
 fn a_controller_that_differs_from_the_configuration_is_refused_with_the_difference() {
-    let sound = SimulatorConfig::default;
+    let default = SimulatorConfig::default;
     for (kind, found) in [
-        (SimulatorConfig { inches: true, ..sound() }, "$13=1"),
-        (SimulatorConfig { steps_per_mm: 80.0, ..sound() }, "80"),
-        (SimulatorConfig { laser_mode: 0, ..sound() }, "$32=0"),
+        (SimulatorConfig { inches: true, ..default() }, "$13=1"),
+        (SimulatorConfig { steps_per_mm: 80.0, ..default() }, "80"),
+        (SimulatorConfig { laser_mode: 0, ..default() }, "$32=0"),
         (SimulatorConfig { laser_mode: 2, ..SimulatorConfig::of(Dialect::GrblHal) }, "lathe mode: send $32=1"),
-        (SimulatorConfig { max_travel_mm: 5.0, ..sound() }, "-5 to 0 mm"),
+        (SimulatorConfig { max_travel_mm: 5.0, ..default() }, "-5 to 0 mm"),
     ] {
         let refusal = bench(kind).refusal();
         let StageError::WrongDevice { found: reported, .. } = &refusal else { panic!("{refusal}") };
@@ -59,7 +62,7 @@ fn a_controller_that_differs_from_the_configuration_is_refused_with_the_differen
 fn a_controller_of_another_name_is_refused() {
     // A part of a longer word is another name.
     for other in ["stage 7", "simulated stag"] {
-        let mut bench = sound_bench();
+        let mut bench = default_bench();
         bench.config.expected_name = Some(other.into());
         let refusal = bench.refusal().to_string();
         assert!(refusal.contains(&format!("`{other}`")) && refusal.contains("simulated stage"), "{refusal}");
@@ -95,7 +98,7 @@ fn another_device_is_refused_within_a_second_with_its_message() {
 
 #[test]
 fn a_silent_controller_and_a_missing_port_are_distinguished() {
-    let mut bench = sound_bench();
+    let mut bench = default_bench();
     bench.config.open_limit = Duration::from_millis(300);
     bench.simulator.fail(LineFault::Silence);
     assert!(matches!(bench.refusal(), StageError::NoReply { .. }));
@@ -104,15 +107,15 @@ fn a_silent_controller_and_a_missing_port_are_distinguished() {
 }
 
 #[test]
-fn opening_turns_the_laser_off_and_stops_motion_of_a_dead_owner() {
-    let bench = sound_bench();
+fn opening_stops_motion_and_turns_off_a_laser_left_on_by_a_terminated_program() {
+    let bench = default_bench();
     bench.simulator.receive(b"$X\nG1F600M3S1000\nG90G53G1X-90F60\n");
     wait_until(Duration::from_secs(1), "it moves with the laser on", || {
-        bench.light() && bench.simulator.witness().moving()
+        bench.light() && bench.simulator.event_log().moving()
     });
     let (mut stage, mut laser) = bench.open();
     assert!(
-        !bench.light() && !bench.simulator.witness().moving(),
+        !bench.light() && !bench.simulator.event_log().moving(),
         "opened, and the laser is still on or it moves"
     );
     let state = stage.poll().unwrap();
@@ -123,28 +126,28 @@ fn opening_turns_the_laser_off_and_stops_motion_of_a_dead_owner() {
 
 #[test]
 fn a_move_reaches_its_target_on_the_scale() {
-    let bench = sound_bench();
+    let bench = default_bench();
     let (mut stage, _laser) = bench.open();
     home(&mut stage);
     stage.start_move(2.5, 50.0).unwrap();
     rest(&mut stage);
-    let ends = |happening: WitnessEvent| match happening {
-        WitnessEvent::MotionEnded(at_mm) => Some(at_mm),
+    let ends = |happening: LogEvent| match happening {
+        LogEvent::MotionEnded(at_mm) => Some(at_mm),
         _ => None,
     };
-    let entries = bench.simulator.witness().entries();
+    let entries = bench.simulator.event_log().entries();
     let machine_mm = entries.iter().rev().find_map(|entry| ends(entry.what)).unwrap();
     assert_eq!(machine_mm, -3.5, "2.5 mm from a zero at -6 mm");
 }
 
 #[test]
-fn positions_on_the_way_are_timed_to_a_fraction_of_the_answer_s_way() {
-    let bench = sound_bench();
+fn positions_in_motion_are_timestamped_to_a_fraction_of_the_response_time() {
+    let bench = default_bench();
     let (mut stage, _laser) = bench.open();
     home(&mut stage);
     stage.start_move(-4.0, 50.0).unwrap();
     rest(&mut stage);
-    let mark = bench.simulator.witness().mark();
+    let mark = bench.simulator.event_log().mark();
     stage.start_move(4.0, 20.0).unwrap();
     let mut seen = Vec::new();
     loop {
@@ -155,8 +158,8 @@ fn positions_on_the_way_are_timed_to_a_fraction_of_the_answer_s_way() {
         seen.push((state.measured_at, state.position_mm.unwrap()));
         crate::time::sleep(Duration::from_millis(5));
     }
-    let began = bench.simulator.witness().since(mark);
-    let began = began.iter().find(|entry| matches!(entry.what, WitnessEvent::MotionBegan(_))).unwrap().at;
+    let began = bench.simulator.event_log().since(mark);
+    let began = began.iter().find(|entry| matches!(entry.what, LogEvent::MotionBegan(_))).unwrap().at;
     // While it cruises it is at v·t − v²/2a. 20 mm/s over 15 ms of latency on a loaded machine are 0.3 mm.
     let (speed_mm_s, lag_mm, tolerance_mm) = (20.0, 20.0 * 20.0 / (2.0 * 5000.0), 0.3);
     let mut n_cruising = 0;
@@ -171,9 +174,9 @@ fn positions_on_the_way_are_timed_to_a_fraction_of_the_answer_s_way() {
 }
 
 #[test]
-fn a_soft_limit_alarm_keeps_the_position_and_every_other_costs_it() {
+fn a_soft_limit_alarm_keeps_the_position_and_every_other_alarm_loses_it() {
     for (code, kept) in [(2, true), (1, false), (9, false)] {
-        let bench = sound_bench();
+        let bench = default_bench();
         let (mut stage, _laser) = bench.open();
         home(&mut stage);
         let before = stage.poll().unwrap().position_mm;
@@ -189,8 +192,8 @@ fn a_soft_limit_alarm_keeps_the_position_and_every_other_costs_it() {
 }
 
 #[test]
-fn a_machine_of_less_travel_at_the_same_place_is_refused() {
-    let bench = sound_bench();
+fn a_machine_with_less_travel_at_the_same_port_is_refused() {
+    let bench = default_bench();
     let (mut stage, _laser) = bench.open();
     bench.simulator.replug_as(SimulatorConfig { max_travel_mm: 3.0, ..SimulatorConfig::default() });
     wait_until(Duration::from_secs(1), "the change is noticed", || stage.poll().is_err());
@@ -200,7 +203,7 @@ fn a_machine_of_less_travel_at_the_same_place_is_refused() {
 
 #[test]
 fn the_laser_is_not_switched_while_the_stage_moves() {
-    let bench = sound_bench();
+    let bench = default_bench();
     let (mut stage, mut laser) = bench.open();
     home(&mut stage);
     stage.start_move(4.0, 20.0).unwrap();
@@ -212,7 +215,7 @@ fn the_laser_is_not_switched_while_the_stage_moves() {
 
 #[test]
 fn a_lease_that_ends_during_a_move_turns_the_laser_off_by_stopping_it() {
-    let bench = sound_bench();
+    let bench = default_bench();
     let (mut stage, mut laser) = bench.open();
     home(&mut stage);
     stage.start_move(-4.0, 100.0).unwrap();
@@ -237,18 +240,18 @@ fn an_error_of_the_controller_is_reported_with_its_meaning() {
 }
 
 #[test]
-fn a_witness_file_can_be_read_by_another_process() {
+fn an_event_log_file_can_be_read_by_another_process() {
     let folder = tempfile::TempDir::new().unwrap();
-    let (place, file) = (folder.path().join("controller"), folder.path().join("witness"));
-    let simulator = GrblSimulator::start(SimulatorConfig::default(), &place, Some(&file)).unwrap();
+    let (port_name, file) = (folder.path().join("controller"), folder.path().join("event_log"));
+    let simulator = GrblSimulator::start(SimulatorConfig::default(), &port_name, Some(&file)).unwrap();
     let config = crate::drivers::grbl::GrblConfig {
         zero_at_machine_mm: -6.0,
-        ..crate::drivers::grbl::GrblConfig::new(place.to_str().unwrap(), super::STEPS_PER_MM, (-4.0, 4.0))
+        ..crate::drivers::grbl::GrblConfig::new(port_name.to_str().unwrap(), super::STEPS_PER_MM, (-4.0, 4.0))
     };
     let (_stage, mut laser) = crate::drivers::grbl::open(&config).unwrap();
     laser.switch_on(0.25, Duration::from_secs(1)).unwrap();
     laser.switch_off().unwrap();
-    wait_until(Duration::from_secs(1), "dark", || !simulator.witness().light());
+    wait_until(Duration::from_secs(1), "laser off", || !simulator.event_log().light());
     let text = std::fs::read_to_string(&file).unwrap();
     let light: Vec<&str> = text.lines().filter_map(|line| line.split_once(' ')).map(|(_, what)| what).collect();
     let light: Vec<&str> = light.into_iter().filter(|what| what.starts_with("light")).collect();

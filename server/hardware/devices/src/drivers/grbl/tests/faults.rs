@@ -10,9 +10,9 @@ use crate::simulators::simulator::LineFault;
 use crate::{Laser, Stage, StageError};
 
 /// `promises.md`: serial faults are reported within a second.
-const NAMED_LIMIT: Duration = Duration::from_secs(1);
+const REPORT_LIMIT: Duration = Duration::from_secs(1);
 /// `promises.md` 3: laser off within half a second of every listed fault (here: of its report).
-const DARK_LIMIT: Duration = Duration::from_millis(500);
+const LASER_OFF_LIMIT: Duration = Duration::from_millis(500);
 
 /// FluidNC leaves the laser on after a limit alarm and accepts the reset after the pause; the reset raises `ALARM:14`,
 /// whose pause comes before the spindle is stopped (`protocol_do_rt_reset`). With `off_on_alarm` it is off at once.
@@ -102,7 +102,7 @@ fn cell(dialect: Dialect, what: FaultKind, when: When, expected: impl Fn(&StageE
     bring_to(&bench, &mut stage, &mut laser, when);
     let begin = crate::time::now();
     trigger_event(&bench, dialect, what);
-    wait_until(NAMED_LIMIT + SLACK, "the fault is reported", || {
+    wait_until(REPORT_LIMIT + SLACK, "the fault is reported", || {
         if matches!(when, When::Emitting | When::EmittingAndMoving) {
             laser.renew(Duration::from_secs(1)).ok();
         }
@@ -112,12 +112,12 @@ fn cell(dialect: Dialect, what: FaultKind, when: When, expected: impl Fn(&StageE
     let fault = stage.poll().unwrap_err();
     assert!(expected(&fault), "reported as: {fault}");
     assert!(stage.poll().is_err(), "reported once only");
-    assert!(stage.start_move(0.0, 10.0).is_err(), "a move was accepted in spite of the fault");
-    assert!(laser.switch_on(0.5, Duration::from_secs(1)).is_err(), "light was granted in spite of the fault");
-    let witness = bench.simulator.witness();
-    let dark_limit = if dialect == Dialect::FluidNc { DARK_LIMIT + FLUID_NC_PAUSES } else { DARK_LIMIT };
-    wait_until(dark_limit + SLACK, "it is off and at rest", || !witness.light() && !witness.moving());
-    comes_back_ready(&bench, &mut stage, &mut laser, what);
+    assert!(stage.start_move(0.0, 10.0).is_err(), "a move was accepted despite the fault");
+    assert!(laser.switch_on(0.5, Duration::from_secs(1)).is_err(), "the laser was switched on despite the fault");
+    let event_log = bench.simulator.event_log();
+    let off_limit = if dialect == Dialect::FluidNc { LASER_OFF_LIMIT + FLUID_NC_PAUSES } else { LASER_OFF_LIMIT };
+    wait_until(off_limit + SLACK, "it is off and at rest", || !event_log.light() && !event_log.moving());
+    recovers_ready(&bench, &mut stage, &mut laser, what);
 }
 
 fn bring_to(bench: &Bench, stage: &mut GrblStage, laser: &mut GrblLaser, when: When) {
@@ -134,7 +134,7 @@ fn bring_to(bench: &Bench, stage: &mut GrblStage, laser: &mut GrblLaser, when: W
         When::Homing => stage.start_home().unwrap(),
         When::Ready | When::Emitting => return,
     }
-    wait_until(SLACK, "it moves", || bench.simulator.witness().moving());
+    wait_until(SLACK, "it moves", || bench.simulator.event_log().moving());
 }
 
 fn trigger_event(bench: &Bench, dialect: Dialect, what: FaultKind) {
@@ -152,8 +152,8 @@ fn trigger_event(bench: &Bench, dialect: Dialect, what: FaultKind) {
 }
 
 /// The cause is removed and the fault acknowledged: no motion, laser off, and no position reported.
-fn comes_back_ready(bench: &Bench, stage: &mut GrblStage, laser: &mut GrblLaser, what: FaultKind) {
-    let mark = bench.simulator.witness().mark();
+fn recovers_ready(bench: &Bench, stage: &mut GrblStage, laser: &mut GrblLaser, what: FaultKind) {
+    let mark = bench.simulator.event_log().mark();
     match what {
         FaultKind::Unplugged => bench.simulator.replug(),
         _ => bench.simulator.repair(),
@@ -161,14 +161,17 @@ fn comes_back_ready(bench: &Bench, stage: &mut GrblStage, laser: &mut GrblLaser,
     if stage.clear_fault().is_err() {
         stage.reconnect().unwrap();
     }
-    wait_until(Duration::from_secs(5), "it comes back and rests", || {
+    wait_until(Duration::from_secs(5), "it is reconnected and at rest", || {
         stage.poll().is_ok_and(|state| !state.moving)
     });
     let state = stage.poll().unwrap();
-    assert!(!state.moving && !state.homed && state.position_mm.is_none(), "came back {state:?}");
-    assert!(!laser.poll().unwrap().emitting, "came back with the laser on");
-    assert!(!bench.light(), "came back with the laser on");
-    assert_eq!(bench.simulator.witness().n_motions_since(mark), 0, "a motion was repeated");
+    assert!(
+        !state.moving && !state.homed && state.position_mm.is_none(),
+        "state after the reconnection: {state:?}"
+    );
+    assert!(!laser.poll().unwrap().emitting, "the laser is on after the reconnection");
+    assert!(!bench.light(), "the laser is on after the reconnection");
+    assert_eq!(bench.simulator.event_log().n_motions_since(mark), 0, "a motion was repeated");
     home(stage);
     stage.start_move(1.0, 50.0).unwrap();
     let at_mm = rest(stage).position_mm.unwrap();
@@ -176,8 +179,8 @@ fn comes_back_ready(bench: &Bench, stage: &mut GrblStage, laser: &mut GrblLaser,
 }
 
 #[test]
-fn a_grbl_that_never_ends_homing_is_missed_at_the_homing_limit() {
-    let mut bench = super::sound_bench();
+fn homing_that_never_ends_is_reported_at_the_homing_limit() {
+    let mut bench = super::default_bench();
     bench.config.homing_limit = Duration::from_millis(400);
     let (mut stage, _laser) = bench.open();
     bench.simulator.trigger_event(Event::NoAcknowledgement);
@@ -189,38 +192,38 @@ fn a_grbl_that_never_ends_homing_is_missed_at_the_homing_limit() {
 
 #[test]
 fn an_m5_that_is_not_acknowledged_is_followed_by_a_reset() {
-    let bench = super::sound_bench();
+    let bench = super::default_bench();
     let (_stage, mut laser) = bench.open();
     laser.switch_on(0.5, Duration::from_secs(1)).unwrap();
     bench.simulator.trigger_event(Event::NoAcknowledgement);
-    let mark = bench.simulator.witness().mark();
+    let mark = bench.simulator.event_log().mark();
     laser.switch_off().unwrap();
-    wait_until(DARK_LIMIT + SLACK, "a reset follows", || {
-        bench.simulator.witness().byte_since(mark, crate::drivers::grbl::protocol::RESET).is_some()
+    wait_until(LASER_OFF_LIMIT + SLACK, "a reset follows", || {
+        bench.simulator.event_log().byte_since(mark, crate::drivers::grbl::protocol::RESET).is_some()
     });
     assert!(!bench.light());
 }
 
 #[test]
 fn unrequested_light_is_reset_and_reported() {
-    let bench = super::sound_bench();
+    let bench = super::default_bench();
     let (stage, mut laser) = bench.open();
     bench.simulator.trigger_event(Event::StrayLight);
     wait_until(SLACK, "it is on", || bench.light());
-    wait_until(NAMED_LIMIT + SLACK, "it is reported", || laser.poll().is_err());
-    wait_until(DARK_LIMIT + SLACK, "it is off", || !bench.light());
+    wait_until(REPORT_LIMIT + SLACK, "it is reported", || laser.poll().is_err());
+    wait_until(LASER_OFF_LIMIT + SLACK, "it is off", || !bench.light());
     drop(stage);
 }
 
 #[test]
-fn another_controller_at_the_same_place_is_refused_by_its_name() {
-    let mut bench = super::sound_bench();
+fn another_controller_at_the_same_port_is_refused_by_its_name() {
+    let mut bench = super::default_bench();
     bench.config.expected_name = Some("simulated stage".into());
     let (mut stage, mut laser) = bench.open();
     bench.simulator.replug_as(SimulatorConfig { name: "another".into(), ..Default::default() });
-    wait_until(NAMED_LIMIT + SLACK, "the change is noticed", || stage.poll().is_err());
+    wait_until(REPORT_LIMIT + SLACK, "the change is noticed", || stage.poll().is_err());
     stage.reconnect().unwrap();
-    wait_until(NAMED_LIMIT + SLACK, "it is reported", || {
+    wait_until(REPORT_LIMIT + SLACK, "it is reported", || {
         matches!(stage.poll(), Err(StageError::WrongDevice { .. }))
     });
     assert!(laser.poll().is_err(), "the laser of another controller was taken for ours");

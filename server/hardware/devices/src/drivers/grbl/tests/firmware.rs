@@ -166,7 +166,7 @@ fn all(controller: &Controller) {
     light_stops(&mut stage, &mut laser);
     alarms_are_recovered_from(controller, &mut stage);
     drop((stage, laser));
-    a_dead_host_is_followed_by_a_new_one(controller);
+    a_killed_host_is_replaced_by_a_new_one(controller);
 }
 
 /// Homes it; returns whether it found its zero. A failed homing can be cleared.
@@ -270,7 +270,7 @@ fn light_stops(stage: &mut GrblStage, laser: &mut GrblLaser) {
         }
     }
     print_times("Stop of a move with light to off, reported", times);
-    println!("of these, {n_lost} cost the position");
+    println!("of these, {n_lost} lost the position");
 }
 
 fn alarms_are_recovered_from(controller: &Controller, stage: &mut GrblStage) {
@@ -297,19 +297,19 @@ fn recovers(stage: &mut GrblStage, expected: u32) {
     wait_until(MOTION_LIMIT, "the alarm is reported", || stage.poll().is_err());
     let fault = stage.poll().unwrap_err();
     assert!(matches!(fault, StageError::Alarm { code, .. } if code == expected), "{fault}");
-    let told_after = begun_at.elapsed();
+    let reported_after = begun_at.elapsed();
     stage.clear_fault().unwrap();
     wait_until(MOTION_LIMIT, "the alarm is cleared", || stage.poll().is_ok());
     wait_until(MOTION_LIMIT, "it rests", || !stage.poll().unwrap().moving);
-    println!("ALARM:{expected}: reported after {told_after:?}, cleared after {:?}", begun_at.elapsed());
+    println!("ALARM:{expected}: reported after {reported_after:?}, cleared after {:?}", begun_at.elapsed());
 }
 
 /// A line whose owner is killed: from then on nothing is written.
-struct Mortal(PortLine, Arc<AtomicBool>);
+struct KillableLine(PortLine, Arc<AtomicBool>);
 
-impl SerialLine for Mortal {
-    fn place(&self) -> String {
-        self.0.place()
+impl SerialLine for KillableLine {
+    fn port_name(&self) -> String {
+        self.0.port_name()
     }
 
     fn reopen(&mut self) -> Result<(), SerialLineError> {
@@ -335,10 +335,10 @@ impl SerialLine for Mortal {
     }
 }
 
-fn a_dead_host_is_followed_by_a_new_one(controller: &Controller) {
+fn a_killed_host_is_replaced_by_a_new_one(controller: &Controller) {
     let config = controller.config();
     let killed = Arc::new(AtomicBool::new(false));
-    let line = Mortal(PortLine::new(&config.port, config.baud_rate), Arc::clone(&killed));
+    let line = KillableLine(PortLine::new(&config.port, config.baud_rate), Arc::clone(&killed));
     let (mut stage, mut laser) = open_line(&config, Box::new(line)).unwrap();
     assert!(home(&mut stage));
     laser.switch_on(0.5, Duration::from_secs(1)).unwrap();

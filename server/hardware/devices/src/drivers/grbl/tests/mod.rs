@@ -1,4 +1,4 @@
-//! The driver over the simulated firmware, whose witness records what really happened.
+//! The driver over the simulated firmware, whose event log records what really happened.
 //!
 //! Not covered: that a real board behaves like the simulation. The simulation follows the firmware's source and
 //! documents as described in `server/docs/devices/grbl.md`.
@@ -51,17 +51,17 @@ fn bench_in_real_time(kind: SimulatorConfig) -> Bench {
 
 fn bench_under(clock: Option<Membership>, kind: SimulatorConfig) -> Bench {
     let folder = TempDir::new().unwrap();
-    let place: PathBuf = folder.path().join("controller");
-    let simulator = Arc::new(GrblSimulator::start(kind, &place, None).unwrap());
+    let port_name: PathBuf = folder.path().join("controller");
+    let simulator = Arc::new(GrblSimulator::start(kind, &port_name, None).unwrap());
     let config = GrblConfig {
         zero_at_machine_mm: -6.0,
         moving_query_hz: 50.0,
-        ..GrblConfig::new(place.to_str().unwrap(), STEPS_PER_MM, (-4.0, 4.0))
+        ..GrblConfig::new(port_name.to_str().unwrap(), STEPS_PER_MM, (-4.0, 4.0))
     };
     Bench { simulator, config, _folder: folder, _clock: clock }
 }
 
-fn sound_bench() -> Bench {
+fn default_bench() -> Bench {
     bench(SimulatorConfig::default())
 }
 
@@ -79,13 +79,13 @@ impl Bench {
     }
 
     fn light(&self) -> bool {
-        self.simulator.witness().light()
+        self.simulator.event_log().light()
     }
 }
 
-fn wait_until(limit: Duration, what: &str, mut seen: impl FnMut() -> bool) {
+fn wait_until(limit: Duration, what: &str, mut condition: impl FnMut() -> bool) {
     let watch = Stopwatch::start();
-    while !seen() {
+    while !condition() {
         assert!(watch.own_time() < limit, "{what}: not within {limit:?}");
         crate::time::sleep(Duration::from_millis(1));
     }
@@ -99,5 +99,5 @@ fn rest(stage: &mut GrblStage) -> StageState {
 
 fn home(stage: &mut GrblStage) {
     stage.start_home().unwrap();
-    assert!(rest(stage).homed, "homing ended without a zero");
+    assert!(rest(stage).homed, "homing ended without a reference");
 }

@@ -3,7 +3,7 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
-use super::{SLACK, bench_in_real_time, home, rest, sound_bench, wait_until};
+use super::{SLACK, bench_in_real_time, default_bench, home, rest, wait_until};
 use crate::drivers::grbl::open_line;
 use crate::drivers::grbl::protocol::{HOLD, RESET};
 use crate::lines::serial_line::{PortLine, SerialLine, SerialLineError, SerialWriter};
@@ -11,7 +11,7 @@ use crate::params::GRBL_SILENCE;
 use crate::simulators::grbl_simulator::SimulatorConfig;
 use crate::{Laser, Stage};
 
-/// `promises.md` 4, from request to byte; the driver's part alone must meet it too.
+/// `promises.md` 4, from request to byte; the driver by itself must meet it, too.
 const P99_LIMIT: Duration = Duration::from_millis(50);
 /// The same for the maximum.
 const MAX_LIMIT: Duration = Duration::from_millis(200);
@@ -19,14 +19,14 @@ const MAX_LIMIT: Duration = Duration::from_millis(200);
 const N_STOPS: usize = 200;
 
 /// Delay injected between a stop's byte and its message to the session.
-const TAKEN_AWAY: Duration = Duration::from_millis(60);
+const STOP_DELAY: Duration = Duration::from_millis(60);
 
 /// A line in which the thread of a stop is delayed right after its byte was sent.
 struct Interrupted(PortLine);
 
 impl SerialLine for Interrupted {
-    fn place(&self) -> String {
-        self.0.place()
+    fn port_name(&self) -> String {
+        self.0.port_name()
     }
 
     fn reopen(&mut self) -> Result<(), SerialLineError> {
@@ -47,7 +47,7 @@ impl SerialLine for Interrupted {
             fn write_now(&mut self, bytes: &[u8]) -> Result<(), SerialLineError> {
                 self.0.write_now(bytes)?;
                 if matches!(bytes, [HOLD, ..] | [RESET]) {
-                    crate::time::sleep(TAKEN_AWAY);
+                    crate::time::sleep(STOP_DELAY);
                 }
                 Ok(())
             }
@@ -57,7 +57,7 @@ impl SerialLine for Interrupted {
 }
 
 #[test]
-fn an_answer_that_overtakes_its_stop_is_still_its_answer() {
+fn an_answer_received_before_its_stop_is_recorded_is_assigned_to_it() {
     let bench = bench_in_real_time(SimulatorConfig::default());
     let line = Interrupted(PortLine::new(&bench.config.port, bench.config.baud_rate));
     let (mut stage, _laser) = open_line(&bench.config, Box::new(line)).unwrap();
@@ -82,13 +82,13 @@ fn an_answer_that_overtakes_its_stop_is_still_its_answer() {
 
 /// Every stop arrives under any load; the latency is tested below.
 #[test]
-fn of_two_hundred_stops_under_load_each_reaches_the_controller() {
+fn two_hundred_stops_under_load_all_reach_the_controller() {
     stop_latencies();
 }
 
 #[test]
-#[ignore = "milliseconds: for a quiet machine"]
-fn of_two_hundred_stops_under_load_ninety_nine_in_a_hundred_are_out_in_time() {
+#[ignore = "measures milliseconds: run without other tests on an idle machine"]
+fn two_hundred_stops_under_load_are_sent_within_the_limits() {
     let mut latencies = stop_latencies();
     latencies.sort();
     let (p50, p99, max) = (latencies[N_STOPS / 2], latencies[N_STOPS * 99 / 100], latencies[N_STOPS - 1]);
@@ -96,7 +96,7 @@ fn of_two_hundred_stops_under_load_ninety_nine_in_a_hundred_are_out_in_time() {
     assert!(p99 <= P99_LIMIT && max <= MAX_LIMIT, "p99 {p99:?}, max {max:?}");
 }
 
-/// From the call of each stop to its byte at the witness, with commands and polls in flight all the time.
+/// From the call of each stop to its byte in the event log, with commands and polls in flight all the time.
 fn stop_latencies() -> Vec<Duration> {
     let bench = bench_in_real_time(SimulatorConfig::default());
     let (mut stage, mut laser) = bench.open();
@@ -125,9 +125,9 @@ impl Drop for EndOnDrop<'_> {
     }
 }
 
-/// From the call of `stop` to its byte at the witness, in the middle of a move.
+/// From the call of `stop` to its byte in the event log, in the middle of a move.
 fn stop_latency(bench: &super::Bench, stage: &mut crate::drivers::grbl::GrblStage, idx: usize) -> Duration {
-    let at_mm = rest(stage).position_mm.unwrap_or_else(|| panic!("stop {idx} cost the position"));
+    let at_mm = rest(stage).position_mm.unwrap_or_else(|| panic!("stop {idx} lost the position"));
     let target_mm = if at_mm > 0.0 { -4.0 } else { 4.0 };
     stage.start_move(target_mm, 20.0).unwrap();
     // At different times of the move, independent of a clock: 0 to 9 polls later.
@@ -135,33 +135,33 @@ fn stop_latency(bench: &super::Bench, stage: &mut crate::drivers::grbl::GrblStag
         stage.poll().unwrap();
         crate::time::sleep(Duration::from_millis(1));
     }
-    let witness = bench.simulator.witness();
-    let mark = witness.mark();
+    let event_log = bench.simulator.event_log();
+    let mark = event_log.mark();
     let called_at = crate::time::now();
     stage.stop().unwrap();
-    let byte = || witness.byte_since(mark, HOLD).or_else(|| witness.byte_since(mark, RESET));
+    let byte = || event_log.byte_since(mark, HOLD).or_else(|| event_log.byte_since(mark, RESET));
     super::wait_until(Duration::from_secs(1), "the stop's byte", || byte().is_some());
     byte().unwrap().saturating_duration_since(called_at)
 }
 
 #[test]
 fn a_stop_keeps_the_position_and_turns_the_laser_off() {
-    let bench = sound_bench();
+    let bench = default_bench();
     let (mut stage, mut laser) = bench.open();
     home(&mut stage);
     laser.switch_on(0.5, Duration::from_secs(1)).unwrap();
     stage.start_move(4.0, 20.0).unwrap();
-    super::wait_until(Duration::from_secs(1), "it moves", || bench.simulator.witness().moving());
+    super::wait_until(Duration::from_secs(1), "it moves", || bench.simulator.event_log().moving());
     stage.stop().unwrap();
-    super::wait_until(super::SLACK + Duration::from_millis(500), "dark", || !bench.light());
+    super::wait_until(super::SLACK + Duration::from_millis(500), "laser off", || !bench.light());
     let state = rest(&mut stage);
-    assert!(state.homed && state.position_mm.is_some(), "a stop cost the position: {state:?}");
+    assert!(state.homed && state.position_mm.is_some(), "a stop lost the position: {state:?}");
     assert!(!laser.poll().unwrap().emitting, "stopped, and the laser is commanded on");
 }
 
 #[test]
-fn stopping_again_and_again_leaves_it_sound() {
-    let bench = sound_bench();
+fn repeated_stops_leave_the_controller_ready() {
+    let bench = default_bench();
     let (mut stage, _laser) = bench.open();
     home(&mut stage);
     for _ in 0..20 {
@@ -174,8 +174,8 @@ fn stopping_again_and_again_leaves_it_sound() {
 }
 
 #[test]
-fn a_hold_that_goes_out_behind_a_reset_does_not_stay() {
-    let bench = sound_bench();
+fn a_hold_sent_after_a_reset_does_not_persist() {
+    let bench = default_bench();
     let (mut stage, _laser) = bench.open();
     home(&mut stage);
     // Some of these hit the moment between a reset and its banner.

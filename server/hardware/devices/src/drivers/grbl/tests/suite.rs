@@ -20,9 +20,9 @@ fn laser_of(dialect: Dialect) {
 }
 
 fn passes_as_laser(bench: &Bench) {
-    let witness = bench.simulator.witness().clone();
+    let event_log = bench.simulator.event_log().clone();
     let profile = LaserProfile {
-        light: Some(Box::new(move || witness.light())),
+        light: Some(Box::new(move || event_log.light())),
         // `promises.md` 3: off within 0.5 s.
         reaction_limit: Duration::from_millis(500),
         cable: Some(cable(bench)),

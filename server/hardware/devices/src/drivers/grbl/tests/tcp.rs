@@ -27,7 +27,7 @@ impl Bridge {
         let listener = TcpListener::bind("127.0.0.1:0").unwrap();
         let port = listener.local_addr().unwrap().port();
         let connection: Arc<Mutex<Option<TcpStream>>> = Arc::default();
-        let mut terminal = OpenOptions::new().read(true).write(true).open(bench.simulator.place()).unwrap();
+        let mut terminal = OpenOptions::new().read(true).write(true).open(bench.simulator.port_name()).unwrap();
         let (mut from, current) = (terminal.try_clone().unwrap(), Arc::clone(&connection));
         std::thread::spawn(move || {
             let mut buffer = [0; 256];
@@ -83,9 +83,9 @@ fn a_stage_over_tcp_passes_the_suite_but_for_its_cable() {
 #[test]
 fn a_laser_over_tcp_passes_the_suite_but_for_its_cable() {
     let (bench, _bridge) = bench_over_tcp();
-    let witness = bench.simulator.witness().clone();
+    let event_log = bench.simulator.event_log().clone();
     let profile = LaserProfile {
-        light: Some(Box::new(move || witness.light())),
+        light: Some(Box::new(move || event_log.light())),
         reaction_limit: Duration::from_millis(500),
         cable: None,
     };
@@ -104,8 +104,8 @@ fn a_lost_connection_is_reported_within_a_second_and_returns_unhomed() {
     wait_until(Duration::from_secs(1), "it is noticed", || stage.poll().is_err());
     assert!(matches!(stage.poll(), Err(StageError::Gone { .. })), "{:?}", stage.poll());
     stage.reconnect().unwrap();
-    wait_until(Duration::from_secs(5), "it comes back", || stage.poll().is_ok());
+    wait_until(Duration::from_secs(5), "it is reconnected", || stage.poll().is_ok());
     let state = stage.poll().unwrap();
     assert!(!state.homed && state.position_mm.is_none(), "{state:?}");
-    wait_until(Duration::from_secs(1), "it rests", || !bench.simulator.witness().moving());
+    wait_until(Duration::from_secs(1), "it rests", || !bench.simulator.event_log().moving());
 }

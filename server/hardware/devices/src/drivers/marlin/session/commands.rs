@@ -6,7 +6,7 @@ use super::{Activity, Device, LaserLease, LineKind, Link, Session, Stopping, Tra
 use crate::drivers::controller::{LaserDialogue, StageDialogue};
 use crate::drivers::stage_checks::{check_numbers, check_travel};
 use crate::lines::serial_controller::Dialogue;
-use crate::params::MARLIN_DARK_LIMIT;
+use crate::params::MARLIN_LASER_OFF_LIMIT;
 use crate::{
     AcceptedMove, DeviceIdentity, LASER_LEASE_LIMIT, LaserError, LaserState, StageCapabilities, StageError,
     StageState,
@@ -27,7 +27,7 @@ impl StageDialogue for Session {
         self.homed = false;
         self.activity = Activity::Homing { begun_at: now, done_at: None };
         let letter = self.config.axis.letter();
-        Ok(Some(self.want(format!("G28 {letter}"), LineKind::Home)))
+        Ok(Some(self.enqueue(format!("G28 {letter}"), LineKind::Home)))
     }
 
     fn start_move(
@@ -62,7 +62,7 @@ impl StageDialogue for Session {
     fn stage_state(&self, now: Instant) -> StageState {
         StageState {
             position_mm: if self.homed { self.position_mm() } else { None },
-            measured_at: self.seen.map_or(now, |seen| seen.at),
+            measured_at: self.last_report.map_or(now, |last_report| last_report.at),
             moving: !matches!(self.activity, Activity::Rest | Activity::Held(_)),
             held: matches!(self.activity, Activity::Held(_)),
             homed: self.homed,
@@ -71,7 +71,7 @@ impl StageDialogue for Session {
 
     /// No more pieces are sent; [`Session::resume`] sends the rest.
     fn hold(&mut self, now: Instant) -> Result<(), StageError> {
-        self.sound()?;
+        self.check_fault()?;
         if let Activity::Travel(travel) = self.activity {
             self.begin_stop(Some(travel), now);
         }
@@ -79,9 +79,9 @@ impl StageDialogue for Session {
     }
 
     fn resume(&mut self, now: Instant) -> Result<(), StageError> {
-        self.sound()?;
-        if let (Activity::Held(travel), Some(seen)) = (self.activity, self.seen) {
-            let (sent_steps, last_steps) = (seen.steps, seen.steps);
+        self.check_fault()?;
+        if let (Activity::Held(travel), Some(last_report)) = (self.activity, self.last_report) {
+            let (sent_steps, last_steps) = (last_report.steps, last_report.steps);
             self.activity = Activity::Travel(Travel {
                 sent_steps,
                 last_steps,
@@ -99,7 +99,7 @@ impl StageDialogue for Session {
             Some((fault, _)) if !matches!(self.link, Link::Up) => Err(fault.clone()),
             Some(_) => {
                 self.fault = None;
-                self.asked_position_at = None;
+                self.position_queried_at = None;
                 self.send_next(now);
                 Ok(())
             }
@@ -137,24 +137,28 @@ impl LaserDialogue for Session {
     }
 
     fn switch_on(&mut self, power: f64, lease: Duration, now: Instant) -> Result<u64, LaserError> {
-        self.laser_sound()?;
-        if self.activity == Activity::Rest && self.dark_by.is_some() {
-            return Err(LaserError::NotYet { reason: "its controller has not confirmed M5" });
+        self.check_laser()?;
+        if self.activity == Activity::Rest && self.laser_off_deadline.is_some() {
+            return Err(LaserError::NotYet { reason: "the controller has not confirmed M5" });
         }
         if self.activity != Activity::Rest {
             let reason =
-                "the stage is moving or being stopped, and the controller would wait for its end".to_owned();
-            return Err(LaserError::Fault { reason, remedy: "wait until the stage rests" });
+                "the stage is moving or being stopped, and the controller would execute the command only afterwards".to_owned();
+            return Err(LaserError::Fault { reason, remedy: "wait until the stage is at rest" });
         }
-        self.lit = Some(LaserLease { power, until: now + lease.min(LASER_LEASE_LIMIT) });
+        self.laser_lease = Some(LaserLease { power, until: now + lease.min(LASER_LEASE_LIMIT) });
         self.light_kept_at = Some(now);
-        Ok(self.want(format!("M3 S{:.0}", power * self.config.full_power), LineKind::LaserOn))
+        Ok(self.enqueue(format!("M3 S{:.0}", power * self.config.full_power), LineKind::LaserOn))
     }
 
     fn renew(&mut self, lease: Duration, now: Instant) -> Result<(), LaserError> {
-        self.laser_sound()?;
-        if let Some(lit) = self.lit.as_mut().filter(|lit| now < lit.until && self.dark_by.is_none()) {
-            lit.until = now + lease.min(LASER_LEASE_LIMIT);
+        self.check_laser()?;
+        if let Some(laser_lease) = self
+            .laser_lease
+            .as_mut()
+            .filter(|laser_lease| now < laser_lease.until && self.laser_off_deadline.is_none())
+        {
+            laser_lease.until = now + lease.min(LASER_LEASE_LIMIT);
         }
         Ok(())
     }
@@ -162,8 +166,8 @@ impl LaserDialogue for Session {
     /// Switches the laser off; returns the ticket of the line that does so.
     fn switch_off(&mut self, now: Instant) -> Option<u64> {
         self.turn_laser_off(now);
-        let off = self.wanted.iter().chain(self.pending.as_ref().map(|pending| &pending.wanted));
-        off.filter(|wanted| wanted.kind == LineKind::LaserOff).map(|wanted| wanted.ticket).max()
+        let off = self.queued.iter().chain(self.pending.as_ref().map(|pending| &pending.queued));
+        off.filter(|queued| queued.kind == LineKind::LaserOff).map(|queued| queued.ticket).max()
     }
 
     /// Checks that the laser's state is known. Over a working link it is.
@@ -178,8 +182,8 @@ impl LaserDialogue for Session {
     /// The laser's last known state.
     fn laser_state(&self) -> LaserState {
         LaserState {
-            emitting: self.lit.is_some(),
-            power: self.lit.map_or(0.0, |lit| lit.power),
+            emitting: self.laser_lease.is_some(),
+            power: self.laser_lease.map_or(0.0, |laser_lease| laser_lease.power),
             interlock_closed: None,
         }
     }
@@ -196,7 +200,7 @@ impl Session {
         speed_mm_s: f64,
         now: Instant,
     ) -> Result<(AcceptedMove, Option<u64>), StageError> {
-        let from_steps = self.seen.ok_or(StageError::NotHomed)?.steps;
+        let from_steps = self.last_report.ok_or(StageError::NotHomed)?.steps;
         let fastest = self.machine.as_ref().map_or(f64::INFINITY, |machine| machine.capabilities.max_speed_mm_s);
         let speed_mm_s = speed_mm_s.min(fastest);
         let target_steps = self.steps_from_mm(target_mm);
@@ -216,7 +220,7 @@ impl Session {
 
     /// Checks that there is no fault and nothing in progress.
     fn ready_to_move(&self) -> Result<(), StageError> {
-        self.sound()?;
+        self.check_fault()?;
         if self.activity != Activity::Rest { Err(StageError::Moving) } else { Ok(()) }
     }
 
@@ -225,8 +229,9 @@ impl Session {
         match self.activity {
             Activity::Travel(travel) => {
                 let until = now + self.run_out(travel.speed_mm_s);
-                self.activity = Activity::Stopping(Stopping { until, settled_at: None, then, cut_short: false });
-                self.want("M400".to_owned(), LineKind::Settle);
+                self.activity =
+                    Activity::Stopping(Stopping { until, settled_at: None, then, is_quick_stop: false });
+                self.enqueue("M400".to_owned(), LineKind::Settle);
                 self.send_next(now);
             }
             Activity::Held(_) => self.activity = Activity::Rest,
@@ -240,21 +245,21 @@ impl Session {
 
     /// `M5`, before anything else that waits; it comes after the motion, so that a move is stopped.
     pub(super) fn turn_laser_off(&mut self, now: Instant) {
-        let Some(_) = self.lit.filter(|_| self.dark_by.is_none()) else { return };
-        let mut limit = MARLIN_DARK_LIMIT;
+        let Some(_) = self.laser_lease.filter(|_| self.laser_off_deadline.is_none()) else { return };
+        let mut limit = MARLIN_LASER_OFF_LIMIT;
         if let Activity::Travel(travel) = self.activity {
             limit += self.run_out(travel.speed_mm_s);
             self.begin_stop(None, now);
         }
-        self.dark_by = Some(now + limit);
+        self.laser_off_deadline = Some(now + limit);
         // A light that was not sent yet is no longer sent.
-        self.wanted.retain(|wanted| wanted.kind != LineKind::LaserOn);
-        self.want("M5".to_owned(), LineKind::LaserOff);
-        self.wanted.rotate_right(1);
+        self.queued.retain(|queued| queued.kind != LineKind::LaserOn);
+        self.enqueue("M5".to_owned(), LineKind::LaserOff);
+        self.queued.rotate_right(1);
         self.send_next(now);
     }
 
-    fn laser_sound(&self) -> Result<(), LaserError> {
+    fn check_laser(&self) -> Result<(), LaserError> {
         self.fault_of(Device::Laser).map_or(Ok(()), |fault| Err(for_laser(fault)))
     }
 }

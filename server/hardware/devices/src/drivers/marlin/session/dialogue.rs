@@ -29,11 +29,11 @@ impl Dialogue for Session {
         matches!(self.link, Link::Down)
     }
 
-    fn opened_or_failed(&self) -> bool {
+    fn has_opened_or_failed(&self) -> bool {
         !self.should_be_open && !matches!(self.link, Link::Opening(_))
     }
 
-    fn sound(&self) -> Result<(), StageError> {
+    fn check_fault(&self) -> Result<(), StageError> {
         self.fault_of(Device::Stage).cloned().map_or(Ok(()), Err)
     }
 
@@ -68,7 +68,7 @@ impl Dialogue for Session {
     fn wait(&self) -> Duration {
         let resting = matches!(self.link, Link::Up)
             && self.activity == Activity::Rest
-            && self.lit.is_none()
+            && self.laser_lease.is_none()
             && self.pending.is_none();
         if resting { RESTING_WAIT } else { BUSY_WAIT }
     }
@@ -102,10 +102,10 @@ impl Dialogue for Session {
         false
     }
 
-    fn farewell(&self) -> Vec<u8> {
+    fn shutdown_bytes(&self) -> Vec<u8> {
         match self.activity {
             Activity::Homing { .. } => HALT.to_vec(),
-            _ if self.lit.is_some() => b"\nM5\n".to_vec(),
+            _ if self.laser_lease.is_some() => b"\nM5\n".to_vec(),
             _ => Vec::new(),
         }
     }
@@ -115,9 +115,9 @@ impl Dialogue for Session {
         self.send_next(crate::time::now());
     }
 
-    fn answered_or_gone(&self, ticket: u64) -> bool {
-        let waits = self.wanted.iter().any(|wanted| wanted.ticket == ticket);
-        !waits && self.pending.as_ref().is_none_or(|pending| pending.wanted.ticket != ticket)
+    fn is_answered_or_discarded(&self, ticket: u64) -> bool {
+        let waits = self.queued.iter().any(|queued| queued.ticket == ticket);
+        !waits && self.pending.as_ref().is_none_or(|pending| pending.queued.ticket != ticket)
     }
 
     fn end_wait(&mut self) -> Option<StageError> {

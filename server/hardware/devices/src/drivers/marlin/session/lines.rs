@@ -2,7 +2,7 @@
 
 use std::time::{Duration, Instant};
 
-use super::{Activity, LineKind, Link, Pending, Session, Travel, Wanted};
+use super::{Activity, LineKind, Link, Pending, QueuedLine, Session, Travel};
 use crate::drivers::marlin::protocol::numbered;
 use crate::params::{
     MARLIN_IDLE_QUERY_HZ, MARLIN_KEEPALIVE_S, MARLIN_LIGHT_KEEPALIVE, MARLIN_PIECE, MARLIN_SILENCE,
@@ -10,9 +10,9 @@ use crate::params::{
 
 impl Session {
     /// Queues a line; returns its ticket.
-    pub(super) fn want(&mut self, text: String, kind: LineKind) -> u64 {
+    pub(super) fn enqueue(&mut self, text: String, kind: LineKind) -> u64 {
         self.next_ticket += 1;
-        self.wanted.push_back(Wanted { ticket: self.next_ticket, text, kind });
+        self.queued.push_back(QueuedLine { ticket: self.next_ticket, text, kind });
         self.next_ticket
     }
 
@@ -21,13 +21,14 @@ impl Session {
         if self.pending.is_some() || matches!(self.link, Link::Down) {
             return;
         }
-        if let Some(wanted) = self.wanted.pop_front().or_else(|| self.chosen(now)) {
+        if let Some(queued) = self.queued.pop_front().or_else(|| self.chosen(now)) {
             self.last_number += 1;
-            self.outgoing.extend_from_slice(numbered(self.last_number, &wanted.text).as_bytes());
-            let answer_by = now + self.answer_limit(wanted.kind);
+            self.outgoing.extend_from_slice(numbered(self.last_number, &queued.text).as_bytes());
+            let answer_by = now + self.answer_limit(queued.kind);
             let number = self.last_number;
-            let (again_at, n_resends, unknown) = (None, 0, false);
-            self.pending = Some(Pending { wanted, number, sent_at: now, answer_by, again_at, n_resends, unknown });
+            let (resend_at, n_resends, unknown) = (None, 0, false);
+            self.pending =
+                Some(Pending { queued, number, sent_at: now, answer_by, resend_at, n_resends, unknown });
         }
     }
 
@@ -45,7 +46,7 @@ impl Session {
     }
 
     /// The next line when none is queued: a position query, a piece of a move, a keep-alive of the laser.
-    fn chosen(&mut self, now: Instant) -> Option<Wanted> {
+    fn chosen(&mut self, now: Instant) -> Option<QueuedLine> {
         if !matches!(self.link, Link::Up) {
             return None;
         }
@@ -53,15 +54,15 @@ impl Session {
             Activity::Rest | Activity::Held(_) => 1.0 / MARLIN_IDLE_QUERY_HZ,
             _ => 1.0 / self.config.moving_query_hz,
         };
-        let due = self.asked_position_at.is_none_or(|at| now - at >= Duration::from_secs_f64(period_s));
+        let due = self.position_queried_at.is_none_or(|at| now - at >= Duration::from_secs_f64(period_s));
         let resting = matches!(self.activity, Activity::Rest | Activity::Held(_));
         let (text, kind) = if due {
-            self.asked_position_at = Some(now);
+            self.position_queried_at = Some(now);
             ("M114".to_owned(), LineKind::Position)
         } else if let Some(text) = self.piece() {
             (text, LineKind::Piece)
         } else if resting
-            && self.lit.is_some()
+            && self.laser_lease.is_some()
             && self.light_kept_at.is_none_or(|at| now - at >= MARLIN_LIGHT_KEEPALIVE)
         {
             self.light_kept_at = Some(now);
@@ -71,13 +72,13 @@ impl Session {
             return None;
         };
         self.next_ticket += 1;
-        Some(Wanted { ticket: self.next_ticket, text, kind })
+        Some(QueuedLine { ticket: self.next_ticket, text, kind })
     }
 
     /// The next piece of a move, while less than the look-ahead is pending.
     fn piece(&mut self) -> Option<String> {
         let Activity::Travel(travel) = self.activity else { return None };
-        let at_steps = self.seen?.steps;
+        let at_steps = self.last_report?.steps;
         let per_mm = self.config.steps_per_mm;
         let ahead_steps = (self.ahead_mm(travel.speed_mm_s) * per_mm).round() as i64;
         let left_steps = travel.target_steps - travel.sent_steps;

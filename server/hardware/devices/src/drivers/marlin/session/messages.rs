@@ -36,7 +36,7 @@ impl Session {
             Message::Busy => self.is_busy(now),
             Message::Position(position) => self.position(position, began_at, now),
             Message::Halted(text) => {
-                self.lit = None;
+                self.laser_lease = None;
                 let reason = format!("it halted itself: {}; press its reset button", shortened(&text));
                 self.down(StageError::Gone { reason });
             }
@@ -59,7 +59,7 @@ impl Session {
     fn ok(&mut self, number: Option<u32>, now: Instant) {
         let Some(pending) = self.pending.take() else { return self.garbage("ok".to_owned(), now) };
         // Belongs to a line that is being resent, or to an earlier one.
-        if pending.again_at.is_some() || number.is_some_and(|number| number != pending.number) {
+        if pending.resend_at.is_some() || number.is_some_and(|number| number != pending.number) {
             self.pending = Some(pending);
             return;
         }
@@ -73,7 +73,7 @@ impl Session {
         match &mut self.pending {
             Some(pending) if pending.number == number && pending.n_resends < MARLIN_RESENDS => {
                 pending.n_resends += 1;
-                pending.again_at = Some(now + MARLIN_RESEND_PAUSE);
+                pending.resend_at = Some(now + MARLIN_RESEND_PAUSE);
             }
             // It counts from the beginning: another controller, or the same after a reset whose banner was lost.
             _ if number <= 1 => self.down(StageError::Restarted),
@@ -82,23 +82,23 @@ impl Session {
     }
 
     fn acknowledged(&mut self, pending: &Pending, now: Instant) {
-        match pending.wanted.kind {
+        match pending.queued.kind {
             LineKind::Settle => {
                 match &mut self.activity {
                     Activity::Travel(Travel { settled_at, .. })
                     | Activity::Stopping(Stopping { settled_at, .. }) => *settled_at = Some(now),
                     _ => {}
                 }
-                self.asked_position_at = None;
+                self.position_queried_at = None;
             }
             LineKind::Home => {
                 if let Activity::Homing { done_at, .. } = &mut self.activity {
                     *done_at = Some(now);
                 }
-                self.asked_position_at = None;
+                self.position_queried_at = None;
             }
-            LineKind::LaserOff => (self.lit, self.dark_by) = (None, None),
-            LineKind::Question
+            LineKind::LaserOff => (self.laser_lease, self.laser_off_deadline) = (None, None),
+            LineKind::Query
             | LineKind::Piece
             | LineKind::Setting
             | LineKind::Position
@@ -109,10 +109,10 @@ impl Session {
 
     /// A command that the firmware does not have.
     fn rejected(&mut self, pending: Pending, now: Instant) {
-        let by = match pending.wanted.kind {
+        let by = match pending.queued.kind {
             LineKind::LaserOn | LineKind::LaserOff => {
                 // It has no such output, hence no laser.
-                (self.lit, self.dark_by) = (None, None);
+                (self.laser_lease, self.laser_off_deadline) = (None, None);
                 Device::Laser
             }
             _ => {
@@ -124,11 +124,11 @@ impl Session {
             }
         };
         let refusal = StageError::Rejected {
-            command: pending.wanted.text,
+            command: pending.queued.text,
             reason: "unknown command".to_owned(),
             meaning: "the firmware was built without it".to_owned(),
         };
-        if self.waited_for == Some(pending.wanted.ticket) {
+        if self.waited_for == Some(pending.queued.ticket) {
             self.refusal = Some(refusal);
         } else if self.fault.is_none() {
             self.fault = Some((refusal, by));
@@ -138,8 +138,8 @@ impl Session {
     /// A position is accepted if its two forms agree with each other and with what was sent: there is no other
     /// protection of a line from Marlin against a damaged digit.
     fn position(&mut self, position: Position, began_at: Instant, now: Instant) {
-        let Some(asked_at) =
-            self.pending.as_ref().filter(|pending| pending.wanted.kind == LineKind::Position).map(|p| p.sent_at)
+        let Some(queried_at) =
+            self.pending.as_ref().filter(|pending| pending.queued.kind == LineKind::Position).map(|p| p.sent_at)
         else {
             return self.garbage("an unrequested position".to_owned(), now);
         };
@@ -148,9 +148,9 @@ impl Session {
         if !self.is_plausible(steps, planned_mm) {
             return self.garbage(format!("position {planned_mm} mm, {steps} steps"), now);
         }
-        let at = asked_at + began_at.saturating_duration_since(asked_at) / 2;
-        self.seen = Some(LastReport { steps, at });
-        self.follow(steps, asked_at, now);
+        let at = queried_at + began_at.saturating_duration_since(queried_at) / 2;
+        self.last_report = Some(LastReport { steps, at });
+        self.follow(steps, queried_at, now);
     }
 
     fn is_plausible(&self, steps: i64, planned_mm: f64) -> bool {
@@ -162,8 +162,8 @@ impl Session {
                 let way = last_steps.min(sent_steps) - SAME_STEPS..=last_steps.max(sent_steps) + SAME_STEPS;
                 agrees(sent_steps) && way.contains(&steps)
             }
-            Activity::Stopping(Stopping { settled_at: None, cut_short: false, .. }) => {
-                let last_steps = self.seen.map_or(steps, |seen| seen.steps);
+            Activity::Stopping(Stopping { settled_at: None, is_quick_stop: false, .. }) => {
+                let last_steps = self.last_report.map_or(steps, |last_report| last_report.steps);
                 let way = last_steps.min(planned_steps) - slack..=last_steps.max(planned_steps) + slack;
                 way.contains(&steps)
             }
@@ -173,31 +173,31 @@ impl Session {
     }
 
     /// Applies the position to the current activity.
-    fn follow(&mut self, steps: i64, asked_at: Instant, now: Instant) {
+    fn follow(&mut self, steps: i64, queried_at: Instant, now: Instant) {
         match self.activity {
             Activity::Rest | Activity::Held(_) => {}
-            Activity::Travel(travel) => self.follow_travel(travel, steps, asked_at, now),
+            Activity::Travel(travel) => self.follow_travel(travel, steps, queried_at, now),
             Activity::Homing { done_at, .. } => {
-                if done_at.is_some_and(|at| asked_at >= at) {
+                if done_at.is_some_and(|at| queried_at >= at) {
                     self.activity = Activity::Rest;
                     self.homed = self.fault.is_none();
                 }
             }
             Activity::Stopping(Stopping { settled_at, then, .. }) => {
-                if settled_at.is_some_and(|at| asked_at >= at) {
+                if settled_at.is_some_and(|at| queried_at >= at) {
                     self.activity = then.map_or(Activity::Rest, Activity::Held);
                 }
             }
         }
     }
 
-    fn follow_travel(&mut self, mut travel: Travel, steps: i64, asked_at: Instant, now: Instant) {
+    fn follow_travel(&mut self, mut travel: Travel, steps: i64, queried_at: Instant, now: Instant) {
         if steps != travel.last_steps {
             (travel.last_steps, travel.last_progress_at) = (steps, now);
         }
         self.activity = Activity::Travel(travel);
         let at_target = (steps - travel.target_steps).abs() <= SAME_STEPS;
-        let settled = travel.settled_at.is_some_and(|at| asked_at >= at);
+        let settled = travel.settled_at.is_some_and(|at| queried_at >= at);
         if settled && at_target {
             self.activity = Activity::Rest;
         } else if settled || now - travel.last_progress_at > GRBL_STALL {
@@ -206,9 +206,9 @@ impl Session {
         } else if at_target
             && travel.sent_steps == travel.target_steps
             && travel.settled_at.is_none()
-            && !self.wanted.iter().any(|wanted| wanted.kind == LineKind::Settle)
+            && !self.queued.iter().any(|queued| queued.kind == LineKind::Settle)
         {
-            self.want("M400".to_owned(), LineKind::Settle);
+            self.enqueue("M400".to_owned(), LineKind::Settle);
         }
     }
 

@@ -59,13 +59,13 @@ struct Stopping {
     /// The motion continued by [`crate::Stage::resume`].
     then: Option<Travel>,
     /// Whether it was cut short by a quick stop, at the cost of the position.
-    cut_short: bool,
+    is_quick_stop: bool,
 }
 
 /// Kind of a line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum LineKind {
-    Question,
+    Query,
     Setting,
     Position,
     Piece,
@@ -78,7 +78,7 @@ enum LineKind {
 
 /// A queued line.
 #[derive(Debug, Clone, PartialEq)]
-struct Wanted {
+struct QueuedLine {
     ticket: u64,
     text: String,
     kind: LineKind,
@@ -87,12 +87,12 @@ struct Wanted {
 /// The line sent and not acknowledged yet.
 #[derive(Debug)]
 struct Pending {
-    wanted: Wanted,
+    queued: QueuedLine,
     number: u32,
     sent_at: Instant,
     answer_by: Instant,
     /// When it is resent on request.
-    again_at: Option<Instant>,
+    resend_at: Option<Instant>,
     n_resends: u32,
     unknown: bool,
 }
@@ -126,12 +126,12 @@ enum Device {
 /// See the module.
 pub struct Session {
     config: MarlinConfig,
-    place: String,
+    port_name: String,
     link: Link,
     should_be_open: bool,
     fault: Option<(StageError, Device)>,
     outgoing: Vec<u8>,
-    wanted: VecDeque<Wanted>,
+    queued: VecDeque<QueuedLine>,
     pending: Option<Pending>,
     next_ticket: u64,
     last_number: u32,
@@ -140,28 +140,28 @@ pub struct Session {
     reader: LineReader,
     received_at: Option<Instant>,
     machine: Option<Machine>,
-    seen: Option<LastReport>,
-    asked_position_at: Option<Instant>,
+    last_report: Option<LastReport>,
+    position_queried_at: Option<Instant>,
     garbage_at: VecDeque<Instant>,
     activity: Activity,
     homed: bool,
-    lit: Option<LaserLease>,
+    laser_lease: Option<LaserLease>,
     /// When `M112` turns the laser off if `M5` did not.
-    dark_by: Option<Instant>,
+    laser_off_deadline: Option<Instant>,
     light_kept_at: Option<Instant>,
 }
 
 impl Session {
-    /// A controller at `place`, to be opened.
-    pub fn new(config: MarlinConfig, place: String) -> Self {
+    /// A controller at `port_name`, to be opened.
+    pub fn new(config: MarlinConfig, port_name: String) -> Self {
         Self {
             config,
-            place,
+            port_name,
             link: Link::Down,
             should_be_open: true,
             fault: Some((being_opened(), Device::Stage)),
             outgoing: Vec::new(),
-            wanted: VecDeque::new(),
+            queued: VecDeque::new(),
             pending: None,
             next_ticket: 0,
             last_number: 0,
@@ -170,13 +170,13 @@ impl Session {
             reader: LineReader::default(),
             received_at: None,
             machine: None,
-            seen: None,
-            asked_position_at: None,
+            last_report: None,
+            position_queried_at: None,
             garbage_at: VecDeque::new(),
             activity: Activity::Rest,
             homed: false,
-            lit: None,
-            dark_by: None,
+            laser_lease: None,
+            laser_off_deadline: None,
             light_kept_at: None,
         }
     }
@@ -189,8 +189,8 @@ impl Session {
     /// The link is lost. A laser that may be on, and homing, are halted permanently if the line still accepts it;
     /// pieces of a move run out.
     fn down(&mut self, fault: StageError) {
-        tracing::warn!(place = self.place, "{fault}");
-        let must_halt = self.lit.is_some() || matches!(self.activity, Activity::Homing { .. });
+        tracing::warn!(port_name = self.port_name, "{fault}");
+        let must_halt = self.laser_lease.is_some() || matches!(self.activity, Activity::Homing { .. });
         self.outgoing = if must_halt { HALT.to_vec() } else { Vec::new() };
         self.link = Link::Down;
         self.reset_dialogue();
@@ -199,13 +199,13 @@ impl Session {
     }
 
     fn reset_dialogue(&mut self) {
-        self.wanted.clear();
+        self.queued.clear();
         self.pending = None;
         self.reader.clear();
-        (self.received_at, self.asked_position_at, self.seen) = (None, None, None);
+        (self.received_at, self.position_queried_at, self.last_report) = (None, None, None);
         self.garbage_at.clear();
         self.activity = Activity::Rest;
-        (self.lit, self.dark_by, self.light_kept_at) = (None, None, None);
+        (self.laser_lease, self.laser_off_deadline, self.light_kept_at) = (None, None, None);
     }
 
     /// A fault over a working link: pieces run out, the laser goes off, and no position is trusted.
@@ -213,7 +213,7 @@ impl Session {
         if self.fault.is_some() {
             return;
         }
-        tracing::warn!(place = self.place, "{fault}");
+        tracing::warn!(port_name = self.port_name, "{fault}");
         self.begin_stop(None, now);
         self.turn_laser_off(now);
         self.homed = false;
@@ -222,7 +222,7 @@ impl Session {
 
     /// Halts the controller by `M112`: motors and laser are off, and only its reset button helps.
     fn halt(&mut self, why: &str) {
-        self.lit = None;
+        self.laser_lease = None;
         self.down(halted(why));
         self.outgoing = HALT.to_vec();
     }
@@ -234,7 +234,7 @@ impl Session {
     }
 
     fn position_mm(&self) -> Option<f64> {
-        Some(self.mm_from_steps(self.seen?.steps))
+        Some(self.mm_from_steps(self.last_report?.steps))
     }
 
     fn mm_from_steps(&self, steps: i64) -> f64 {

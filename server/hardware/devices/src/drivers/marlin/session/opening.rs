@@ -1,5 +1,5 @@
-//! From the first line to the first position: the motion and laser left on by a dead owner are stopped, identity and
-//! settings are read.
+//! From the first line to the first position: the motion and laser left on by a terminated program are stopped,
+//! identity and settings are read.
 
 use std::time::Instant;
 
@@ -11,14 +11,14 @@ use crate::{DeviceIdentity, Homing, StageCapabilities, StageError};
 /// Sent first, and repeated until there is an answer: drops moves, turns the laser off, restarts line numbers, queries
 /// the identity.
 /// `M410` reaches the emergency parser at once; the others wait until it has taken effect.
-const WAKE: &[u8] = b"\nM410\nM5\nN0 M110 N0*125\nM115\n";
+const FIRST_LINES: &[u8] = b"\nM410\nM5\nN0 M110 N0*125\nM115\n";
 
 /// Progress of an opening.
 #[derive(Debug)]
 pub struct Opening {
     since: Instant,
     step: Step,
-    woken_at: Instant,
+    contacted_at: Instant,
     /// The first line that is not Marlin's.
     foreign: Option<(Instant, String)>,
     description: Description,
@@ -27,11 +27,11 @@ pub struct Opening {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Step {
     /// Until it has stated its identity.
-    Waking,
+    Contacting,
     /// Until nothing more is received: late answers must not be taken for those of the numbered dialogue.
-    Quiet,
+    Draining,
     /// The numbered queries.
-    Asking,
+    Querying,
 }
 
 /// The controller's description of itself.
@@ -48,11 +48,11 @@ impl Session {
         self.reset_dialogue();
         self.homed = false;
         self.fault = Some((being_opened(), super::Device::Stage));
-        self.outgoing = WAKE.to_vec();
+        self.outgoing = FIRST_LINES.to_vec();
         self.link = Link::Opening(Opening {
             since: now,
-            step: Step::Waking,
-            woken_at: now,
+            step: Step::Contacting,
+            contacted_at: now,
             foreign: None,
             description: Description::default(),
         });
@@ -63,18 +63,18 @@ impl Session {
         match message {
             Message::Start => {
                 // It restarted with its port: earlier queries are lost.
-                (opening.step, opening.foreign) = (Step::Waking, None);
+                (opening.step, opening.foreign) = (Step::Contacting, None);
                 opening.description = Description::default();
-                opening.woken_at = now - MARLIN_OPENING_PERIOD + 2 * MARLIN_QUIET;
+                opening.contacted_at = now - MARLIN_OPENING_PERIOD + 2 * MARLIN_QUIET;
                 self.pending = None;
-                self.wanted.clear();
+                self.queued.clear();
             }
             Message::Text(text) => {
                 if let Some(firmware) = text.strip_prefix("FIRMWARE_NAME:") {
                     opening.description.firmware = Some(firmware.to_owned());
                     opening.foreign = None;
-                    if opening.step == Step::Waking {
-                        opening.step = Step::Quiet;
+                    if opening.step == Step::Contacting {
+                        opening.step = Step::Draining;
                     }
                 }
                 opening.description.lines.push(text);
@@ -86,16 +86,16 @@ impl Session {
             Message::Garbage(text) => {
                 opening.foreign.get_or_insert((now, text));
             }
-            Message::Resend(number) if opening.step == Step::Asking => self.resend(number, now),
-            Message::Ok(_) if opening.step == Step::Asking => {
-                let again = self.pending.as_ref().is_some_and(|pending| pending.again_at.is_some());
-                if !again && self.pending.take().is_some_and(|pending| pending.wanted.kind == LineKind::Position) {
+            Message::Resend(number) if opening.step == Step::Querying => self.resend(number, now),
+            Message::Ok(_) if opening.step == Step::Querying => {
+                let again = self.pending.as_ref().is_some_and(|pending| pending.resend_at.is_some());
+                if !again && self.pending.take().is_some_and(|pending| pending.queued.kind == LineKind::Position) {
                     self.reached(now);
                 }
             }
-            Message::Position(position) if opening.step == Step::Asking => {
+            Message::Position(position) if opening.step == Step::Querying => {
                 let steps = position.steps[self.config.axis.idx()];
-                self.seen = Some(LastReport { steps, at: began_at });
+                self.last_report = Some(LastReport { steps, at: began_at });
             }
             Message::Busy
             | Message::Ok(_)
@@ -109,63 +109,63 @@ impl Session {
     }
 
     pub(super) fn opening_tick(&mut self, now: Instant) {
-        self.send_again_if_asked(now);
+        self.resend_if_requested(now);
         let Link::Opening(opening) = &mut self.link else { return };
         let waited = now - opening.since;
         let foreign =
-            opening.foreign.take_if(|(at, _)| now - *at > MARLIN_SILENCE && opening.step == Step::Waking);
+            opening.foreign.take_if(|(at, _)| now - *at > MARLIN_SILENCE && opening.step == Step::Contacting);
         if let Some((_, text)) = foreign {
-            let (place, expected) = (self.place.clone(), "Marlin".to_owned());
-            return self.down(StageError::WrongDevice { place, expected, found: format!("`{text}`") });
+            let (port_name, expected) = (self.port_name.clone(), "Marlin".to_owned());
+            return self.down(StageError::WrongDevice { port_name, expected, found: format!("`{text}`") });
         }
         if waited > self.config.open_limit {
-            let command = self.pending.as_ref().map_or("M115", |pending| pending.wanted.text.as_str()).to_owned();
+            let command = self.pending.as_ref().map_or("M115", |pending| pending.queued.text.as_str()).to_owned();
             return self.down(StageError::NoReply { command, waited_ms: waited.as_millis() as u64 });
         }
         match opening.step {
-            Step::Waking if now - opening.woken_at > MARLIN_OPENING_PERIOD => {
-                opening.woken_at = now;
-                self.outgoing.extend_from_slice(WAKE);
+            Step::Contacting if now - opening.contacted_at > MARLIN_OPENING_PERIOD => {
+                opening.contacted_at = now;
+                self.outgoing.extend_from_slice(FIRST_LINES);
             }
-            Step::Quiet if self.received_at.is_some_and(|at| now - at > MARLIN_QUIET) => {
-                opening.step = Step::Asking;
+            Step::Draining if self.received_at.is_some_and(|at| now - at > MARLIN_QUIET) => {
+                opening.step = Step::Querying;
                 self.last_number = 0;
-                self.ask();
+                self.queue_opening_queries();
             }
             _ => {}
         }
     }
 
-    fn send_again_if_asked(&mut self, now: Instant) {
-        let again = self.pending.as_mut().filter(|pending| pending.again_at.is_some_and(|at| now >= at));
+    fn resend_if_requested(&mut self, now: Instant) {
+        let again = self.pending.as_mut().filter(|pending| pending.resend_at.is_some_and(|at| now >= at));
         if let Some(pending) = again {
-            pending.again_at = None;
-            let line = crate::drivers::marlin::protocol::numbered(pending.number, &pending.wanted.text);
+            pending.resend_at = None;
+            let line = crate::drivers::marlin::protocol::numbered(pending.number, &pending.queued.text);
             self.outgoing.extend_from_slice(line.as_bytes());
         }
     }
 
     /// A previous owner of the port left line numbers behind: they are restarted. Millimetres and absolute positions; a
     /// busy message every second during long lines; motors that stay on, because the position would be lost otherwise.
-    fn ask(&mut self) {
+    fn queue_opening_queries(&mut self) {
         let keepalive = format!("M113 S{MARLIN_KEEPALIVE_S}");
         let settings = ["M110 N1", "G21", "G90", &keepalive, "M84 S0", "M17"];
         for text in settings {
-            self.want(text.to_owned(), LineKind::Setting);
+            self.enqueue(text.to_owned(), LineKind::Setting);
         }
         for text in ["M503", "M211"] {
-            self.want(text.to_owned(), LineKind::Question);
+            self.enqueue(text.to_owned(), LineKind::Query);
         }
-        self.want("M114".to_owned(), LineKind::Position);
+        self.enqueue("M114".to_owned(), LineKind::Position);
     }
 
     fn reached(&mut self, now: Instant) {
         let Link::Opening(opening) = &self.link else { return };
-        match opening.description.machine(&self.config, &self.place) {
+        match opening.description.machine(&self.config, &self.port_name) {
             Ok(machine) => {
                 self.machine = Some(machine);
                 (self.link, self.fault, self.activity) = (Link::Up, None, Activity::Rest);
-                self.asked_position_at = Some(now);
+                self.position_queried_at = Some(now);
             }
             Err(fault) => self.down(fault),
         }
@@ -174,9 +174,9 @@ impl Session {
 
 impl Description {
     /// Checks identity, emergency parser, steps and travel; returns the settings used by the driver.
-    fn machine(&self, config: &super::MarlinConfig, place: &str) -> Result<Machine, StageError> {
+    fn machine(&self, config: &super::MarlinConfig, port_name: &str) -> Result<Machine, StageError> {
         let wrong = |expected: &str, found: String| {
-            Err(StageError::WrongDevice { place: place.to_owned(), expected: expected.to_owned(), found })
+            Err(StageError::WrongDevice { port_name: port_name.to_owned(), expected: expected.to_owned(), found })
         };
         let firmware = self.firmware.clone().unwrap_or_default();
         if let Some(expected) = config.expected_name.as_ref().filter(|name| !firmware.contains(name.as_str())) {

@@ -2,16 +2,16 @@
 
 use std::time::Duration;
 
-use super::{Bench, RUN_OUT, SLACK, bench, home, rest, sound_bench, wait_until};
+use super::{Bench, RUN_OUT, SLACK, bench, default_bench, home, rest, wait_until};
 use crate::simulators::marlin_simulator::{Event, SimulatorConfig};
-use crate::simulators::simulator::{LineFault, WitnessEvent};
+use crate::simulators::simulator::{LineFault, LogEvent};
 use crate::{Laser, LaserError, Stage, StageError};
 
 const SECOND: Duration = Duration::from_secs(1);
 
 fn received_since(bench: &Bench, mark: usize) -> String {
-    let bytes = bench.simulator.witness().since(mark).into_iter().filter_map(|entry| match entry.what {
-        WitnessEvent::Byte(byte) => Some(byte),
+    let bytes = bench.simulator.event_log().since(mark).into_iter().filter_map(|entry| match entry.what {
+        LogEvent::Byte(byte) => Some(byte),
         _ => None,
     });
     String::from_utf8(bytes.collect()).unwrap()
@@ -19,7 +19,7 @@ fn received_since(bench: &Bench, mark: usize) -> String {
 
 #[test]
 fn identity_and_capabilities_are_read_from_the_device() {
-    let (stage, laser) = sound_bench().open();
+    let (stage, laser) = default_bench().open();
     let (identity, can) = (stage.identity(), stage.capabilities());
     assert_eq!((identity.driver, identity.model.as_str()), ("marlin", "Simulated stage"));
     assert_eq!(identity.firmware, "Marlin 2.1.2.4");
@@ -30,7 +30,7 @@ fn identity_and_capabilities_are_read_from_the_device() {
 }
 
 #[test]
-fn a_board_without_emergency_parser_is_refused_with_what_to_build() {
+fn a_board_without_emergency_parser_is_refused_with_the_build_option() {
     let refusal = bench(SimulatorConfig { emergency_parser: false, ..SimulatorConfig::default() }).refusal();
     assert!(
         matches!(&refusal, StageError::WrongDevice { found, .. } if found.contains("EMERGENCY_PARSER")),
@@ -40,7 +40,7 @@ fn a_board_without_emergency_parser_is_refused_with_what_to_build() {
 
 #[test]
 fn other_steps_a_travel_too_long_another_name_and_another_firmware_are_refused() {
-    let mut bench = sound_bench();
+    let mut bench = default_bench();
     bench.config.steps_per_mm = 100.0;
     let refusal = bench.refusal();
     assert!(matches!(&refusal, StageError::WrongDevice { expected, .. } if expected.contains("M92")), "{refusal}");
@@ -69,7 +69,7 @@ fn other_steps_a_travel_too_long_another_name_and_another_firmware_are_refused()
 }
 
 #[test]
-fn opening_stops_motion_and_turns_the_laser_of_a_dead_owner_off() {
+fn opening_stops_motion_and_turns_off_a_laser_left_on_by_a_terminated_program() {
     let bench = bench(SimulatorConfig { laser_timeout_ms: 0, ..SimulatorConfig::default() });
     // It starts first.
     crate::time::sleep(Duration::from_millis(60));
@@ -81,14 +81,14 @@ fn opening_stops_motion_and_turns_the_laser_of_a_dead_owner_off() {
 }
 
 #[test]
-fn a_board_that_starts_when_its_port_is_opened_is_waited_for() {
+fn opening_waits_for_a_board_that_restarts_with_its_port() {
     let bench = bench(SimulatorConfig { boot: Duration::from_millis(1200), ..SimulatorConfig::default() });
     let (mut stage, _laser) = bench.open();
     home(&mut stage);
 }
 
 #[test]
-fn a_line_that_came_damaged_is_sent_again_and_done_once() {
+fn a_damaged_line_is_resent_and_executed_once() {
     for ok_after_resend in [false, true] {
         let bench = bench(SimulatorConfig { ok_after_resend, ..SimulatorConfig::default() });
         let (mut stage, _laser) = bench.open();
@@ -103,8 +103,8 @@ fn a_line_that_came_damaged_is_sent_again_and_done_once() {
 }
 
 #[test]
-fn a_stop_runs_out_keeps_the_position_and_nothing_moves_after_it() {
-    let bench = sound_bench();
+fn a_stop_completes_the_pieces_sent_and_keeps_the_position() {
+    let bench = default_bench();
     let (mut stage, _laser) = bench.open();
     home(&mut stage);
     let mut longest = Duration::ZERO;
@@ -119,24 +119,24 @@ fn a_stop_runs_out_keeps_the_position_and_nothing_moves_after_it() {
         wait_until(RUN_OUT, "it rests", || !bench.moving());
         longest = longest.max(crate::time::since(begun_at));
         let state = rest(&mut stage);
-        let mark = bench.simulator.witness().mark();
+        let mark = bench.simulator.event_log().mark();
         assert!(state.homed && state.position_mm.unwrap() < 3.0, "{state:?}");
         crate::time::sleep(Duration::from_millis(150));
         let received = received_since(&bench, mark);
         assert!(!received.contains("G1"), "a piece was sent after the stop: {received}");
-        assert_eq!(bench.simulator.witness().n_motions_since(mark), 0, "it moved after the stop");
+        assert_eq!(bench.simulator.event_log().n_motions_since(mark), 0, "it moved after the stop");
     }
     println!("Stop of a move at 8 mm/s: at rest after at most {longest:?}");
 }
 
 #[test]
-fn never_more_is_sent_than_is_over_soon() {
+fn pieces_are_sent_only_a_short_time_ahead() {
     let bench = bench(SimulatorConfig { acceleration_mm_s2: 500.0, ..SimulatorConfig::default() });
     let (mut stage, _laser) = bench.open();
     home(&mut stage);
     stage.start_move(-4.0, 40.0).unwrap();
     rest(&mut stage);
-    let mark = bench.simulator.witness().mark();
+    let mark = bench.simulator.event_log().mark();
     stage.start_move(4.0, 10.0).unwrap();
     wait_until(SECOND, "it moves", || bench.moving());
     crate::time::sleep(Duration::from_millis(200));
@@ -165,13 +165,13 @@ fn a_stop_while_homing_halts_the_controller_at_once_with_a_remedy() {
     assert!(fault.to_string().contains("press its reset button"), "{fault}");
     bench.simulator.trigger_event(Event::ResetButton);
     stage.reconnect().unwrap();
-    wait_until(Duration::from_secs(5), "it comes back", || stage.poll().is_ok());
+    wait_until(Duration::from_secs(5), "it is reconnected", || stage.poll().is_ok());
     assert!(!stage.poll().unwrap().homed);
 }
 
 #[test]
-fn what_does_not_run_out_is_dropped_at_the_price_of_the_position() {
-    let bench = sound_bench();
+fn pieces_not_completed_in_time_are_dropped_and_the_position_is_lost() {
+    let bench = default_bench();
     let (mut stage, _laser) = bench.open();
     home(&mut stage);
     stage.start_move(-4.0, 100.0).unwrap();
@@ -179,7 +179,7 @@ fn what_does_not_run_out_is_dropped_at_the_price_of_the_position() {
     stage.start_move(4.0, 8.0).unwrap();
     wait_until(SLACK, "it moves", || bench.moving());
     bench.simulator.trigger_event(Event::Stuck);
-    let mark = bench.simulator.witness().mark();
+    let mark = bench.simulator.event_log().mark();
     stage.stop().unwrap();
     wait_until(2 * SECOND, "a quick stop follows", || received_since(&bench, mark).contains("M410"));
     wait_until(4 * SECOND, "it rests", || stage.poll().is_ok_and(|state| !state.moving));
@@ -188,22 +188,22 @@ fn what_does_not_run_out_is_dropped_at_the_price_of_the_position() {
 }
 
 #[test]
-fn a_lit_laser_at_rest_outlasts_the_firmware_s_timeout() {
-    let bench = sound_bench();
+fn a_laser_on_at_rest_is_kept_on_beyond_the_firmwares_timeout() {
+    let bench = default_bench();
     let (_stage, mut laser) = bench.open();
     laser.switch_on(0.5, SECOND).unwrap();
     wait_until(SLACK, "it is on", || bench.light());
     let begun_at = crate::time::now();
     while crate::time::since(begun_at) < Duration::from_millis(1800) {
         laser.renew(SECOND).unwrap();
-        assert!(bench.light(), "the firmware's timeout ended a light that was renewed");
+        assert!(bench.light(), "the firmware's timeout turned a renewed laser off");
         crate::time::sleep(Duration::from_millis(20));
     }
 }
 
 #[test]
 fn turning_the_laser_off_while_moving_stops_the_move() {
-    let bench = sound_bench();
+    let bench = default_bench();
     let (mut stage, mut laser) = bench.open();
     home(&mut stage);
     stage.start_move(-4.0, 100.0).unwrap();
@@ -219,8 +219,8 @@ fn turning_the_laser_off_while_moving_stops_the_move() {
 }
 
 #[test]
-fn light_is_refused_while_it_moves() {
-    let bench = sound_bench();
+fn the_laser_is_not_switched_on_while_the_stage_moves() {
+    let bench = default_bench();
     let (mut stage, mut laser) = bench.open();
     home(&mut stage);
     stage.start_move(4.0, 4.0).unwrap();
@@ -249,7 +249,7 @@ fn an_m5_that_is_not_acknowledged_is_followed_by_m112() {
     laser.switch_on(0.5, SECOND).unwrap();
     wait_until(SLACK, "it is on", || bench.light());
     bench.simulator.trigger_event(Event::NoAcknowledgement);
-    let mark = bench.simulator.witness().mark();
+    let mark = bench.simulator.event_log().mark();
     laser.switch_off().ok();
     wait_until(Duration::from_millis(500) + SLACK, "it is halted", || {
         received_since(&bench, mark).contains("M112")

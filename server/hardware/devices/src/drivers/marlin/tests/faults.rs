@@ -10,13 +10,13 @@ use crate::simulators::simulator::LineFault;
 use crate::{Laser, Stage, StageError};
 
 /// `promises.md`: serial faults are reported within a second.
-const NAMED_LIMIT: Duration = Duration::from_secs(1);
+const REPORT_LIMIT: Duration = Duration::from_secs(1);
 
 /// While it is homing the firmware sends a message every second only (`M113 S1`).
-const HOMING_NAMED_LIMIT: Duration = Duration::from_millis(1700);
+const HOMING_REPORT_LIMIT: Duration = Duration::from_millis(1700);
 
 /// `promises.md` 3: laser off within half a second of every listed fault (here: of its report).
-const DARK_LIMIT: Duration = Duration::from_millis(500);
+const LASER_OFF_LIMIT: Duration = Duration::from_millis(500);
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum When {
@@ -85,7 +85,7 @@ fn cell(what: FaultKind, when: When, expected: impl Fn(&StageError) -> bool) {
     let (mut stage, mut laser) = bench.open();
     bring_to(&bench, &mut stage, &mut laser, when);
     trigger_event(&bench, what);
-    let limit = if when == When::Homing { HOMING_NAMED_LIMIT } else { NAMED_LIMIT };
+    let limit = if when == When::Homing { HOMING_REPORT_LIMIT } else { REPORT_LIMIT };
     wait_until(limit + SLACK, "the fault is reported", || {
         if matches!(when, When::Emitting | When::EmittingAndMoving) {
             laser.renew(Duration::from_secs(1)).ok();
@@ -95,15 +95,15 @@ fn cell(what: FaultKind, when: When, expected: impl Fn(&StageError) -> bool) {
     let fault = stage.poll().unwrap_err();
     assert!(expected(&fault), "reported as: {fault}");
     assert!(stage.poll().is_err(), "reported once only");
-    assert!(stage.start_move(0.0, 10.0).is_err(), "a move was accepted in spite of the fault");
-    assert!(laser.switch_on(0.5, Duration::from_secs(1)).is_err(), "light was granted in spite of the fault");
+    assert!(stage.start_move(0.0, 10.0).is_err(), "a move was accepted despite the fault");
+    assert!(laser.switch_on(0.5, Duration::from_secs(1)).is_err(), "the laser was switched on despite the fault");
     // A stuck axis prolongs the motion for which `M5` waits: the quick stop, or `M112`, ends it.
-    let dark_limit = if what == FaultKind::Stuck { Duration::from_secs(4) } else { DARK_LIMIT };
-    wait_until(dark_limit + SLACK, "it is off", || !bench.light());
+    let off_limit = if what == FaultKind::Stuck { Duration::from_secs(4) } else { LASER_OFF_LIMIT };
+    wait_until(off_limit + SLACK, "it is off", || !bench.light());
     if what != FaultKind::Stuck {
         wait_until(RUN_OUT + SLACK, "it rests", || !bench.moving());
     }
-    comes_back_ready(&bench, &mut stage, &mut laser);
+    recovers_ready(&bench, &mut stage, &mut laser);
 }
 
 fn bring_to(bench: &Bench, stage: &mut MarlinStage, laser: &mut MarlinLaser, when: When) {
@@ -141,13 +141,13 @@ fn trigger_event(bench: &Bench, what: FaultKind) {
 
 /// The cause is removed, the reset button pressed, the fault acknowledged: no motion, laser off, and no position
 /// reported.
-fn comes_back_ready(bench: &Bench, stage: &mut MarlinStage, laser: &mut MarlinLaser) {
+fn recovers_ready(bench: &Bench, stage: &mut MarlinStage, laser: &mut MarlinLaser) {
     bench.simulator.repair();
     bench.simulator.trigger_event(Event::Repair);
     bench.simulator.replug();
-    let mark = bench.simulator.witness().mark();
+    let mark = bench.simulator.event_log().mark();
     stage.reconnect().unwrap();
-    wait_until(Duration::from_secs(8), "it comes back", || {
+    wait_until(Duration::from_secs(8), "it is reconnected", || {
         if stage.clear_fault().is_err() {
             stage.reconnect().unwrap();
         }
@@ -155,9 +155,9 @@ fn comes_back_ready(bench: &Bench, stage: &mut MarlinStage, laser: &mut MarlinLa
     });
     wait_until(Duration::from_secs(4), "it rests", || stage.poll().is_ok_and(|state| !state.moving));
     let state = stage.poll().unwrap();
-    assert!(!state.homed && state.position_mm.is_none(), "came back {state:?}");
-    assert!(!laser.poll().unwrap().emitting && !bench.light(), "came back with the laser on");
-    assert_eq!(bench.simulator.witness().n_motions_since(mark), 0, "a motion was repeated");
+    assert!(!state.homed && state.position_mm.is_none(), "state after the reconnection: {state:?}");
+    assert!(!laser.poll().unwrap().emitting && !bench.light(), "the laser is on after the reconnection");
+    assert_eq!(bench.simulator.event_log().n_motions_since(mark), 0, "a motion was repeated");
     home(stage);
     stage.start_move(1.0, 50.0).unwrap();
     let at_mm = rest(stage).position_mm.unwrap();

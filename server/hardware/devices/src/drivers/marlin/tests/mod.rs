@@ -1,4 +1,4 @@
-//! The driver over the simulated firmware, whose witness records what really happened.
+//! The driver over the simulated firmware, whose event log records what really happened.
 //!
 //! Not covered: that a real board behaves like the simulation, which follows the firmware's documents and order.
 
@@ -39,18 +39,18 @@ fn bench(kind: SimulatorConfig) -> Bench {
 
 fn bench_under(clock: Option<Membership>, kind: SimulatorConfig) -> Bench {
     let folder = TempDir::new().unwrap();
-    let place = folder.path().join("controller");
+    let port_name = folder.path().join("controller");
     let steps_per_mm = kind.steps_per_mm;
-    let simulator = Arc::new(MarlinSimulator::start(kind, &place, None).unwrap());
+    let simulator = Arc::new(MarlinSimulator::start(kind, &port_name, None).unwrap());
     let config = MarlinConfig {
         zero_at_machine_mm: 6.0,
         moving_query_hz: 50.0,
-        ..MarlinConfig::new(place.to_str().unwrap(), steps_per_mm, (-4.0, 4.0))
+        ..MarlinConfig::new(port_name.to_str().unwrap(), steps_per_mm, (-4.0, 4.0))
     };
     Bench { simulator, config, _folder: folder, _clock: clock }
 }
 
-fn sound_bench() -> Bench {
+fn default_bench() -> Bench {
     bench(SimulatorConfig::default())
 }
 
@@ -67,17 +67,17 @@ impl Bench {
     }
 
     fn moving(&self) -> bool {
-        self.simulator.witness().moving()
+        self.simulator.event_log().moving()
     }
 
     fn light(&self) -> bool {
-        self.simulator.witness().light()
+        self.simulator.event_log().light()
     }
 }
 
-fn wait_until(limit: Duration, what: &str, mut seen: impl FnMut() -> bool) {
+fn wait_until(limit: Duration, what: &str, mut condition: impl FnMut() -> bool) {
     let watch = Stopwatch::start();
-    while !seen() {
+    while !condition() {
         assert!(watch.own_time() < limit, "{what}: not within {limit:?}");
         crate::time::sleep(Duration::from_millis(1));
     }
@@ -91,5 +91,5 @@ fn rest(stage: &mut MarlinStage) -> StageState {
 
 fn home(stage: &mut MarlinStage) {
     stage.start_home().unwrap();
-    assert!(rest(stage).homed, "homing ended without a zero");
+    assert!(rest(stage).homed, "homing ended without a reference");
 }

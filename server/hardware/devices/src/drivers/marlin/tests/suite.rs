@@ -3,7 +3,7 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use super::{Bench, RUN_OUT, bench, sound_bench};
+use super::{Bench, RUN_OUT, bench, default_bench};
 use crate::contract::{self, Cable, LaserProfile, StageProfile};
 use crate::simulators::marlin_simulator::{Event, SimulatorConfig};
 
@@ -32,7 +32,7 @@ fn stage_of(bench: &Bench) {
 
 #[test]
 fn a_marlin_stage_passes_the_suite() {
-    stage_of(&sound_bench());
+    stage_of(&default_bench());
 }
 
 #[test]
@@ -45,10 +45,10 @@ fn a_stage_on_y_against_the_machine_with_advanced_ok_passes_the_suite() {
 
 #[test]
 fn a_marlin_laser_passes_the_suite() {
-    let bench = sound_bench();
-    let witness = bench.simulator.witness().clone();
+    let bench = default_bench();
+    let event_log = bench.simulator.event_log().clone();
     let profile = LaserProfile {
-        light: Some(Box::new(move || witness.light())),
+        light: Some(Box::new(move || event_log.light())),
         // `promises.md` 3: off within 0.5 s.
         reaction_limit: Duration::from_millis(500),
         cable: Some(cable(&bench)),

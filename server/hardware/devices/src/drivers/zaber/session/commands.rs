@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use super::{Activity, Asked, Link, Session, Travel, being_opened};
+use super::{Activity, CommandKind, Link, Session, Travel, being_opened};
 use crate::drivers::controller::StageDialogue;
 use crate::drivers::stage_checks::{check_numbers, check_travel};
 use crate::lines::serial_controller::Dialogue;
@@ -24,8 +24,8 @@ impl StageDialogue for Session {
     fn start_home(&mut self, now: Instant) -> Result<Option<u64>, StageError> {
         self.ready_to_move()?;
         self.homed = false;
-        self.activity = Activity::Homing { begun_at: now, taken_at: None };
-        Ok(Some(self.send(self.config.axis, "home", Asked::Home, now)))
+        self.activity = Activity::Homing { begun_at: now, accepted_at: None };
+        Ok(Some(self.send(self.config.axis, "home", CommandKind::Home, now)))
     }
 
     fn start_move(
@@ -75,7 +75,7 @@ impl StageDialogue for Session {
 
     /// The protocol has no hold: a move is stopped, and sent again by [`Session::resume`].
     fn hold(&mut self, now: Instant) -> Result<(), StageError> {
-        self.sound()?;
+        self.check_fault()?;
         if let Activity::Travel(travel) = self.activity {
             self.send_stop(now);
             self.activity = Activity::Stopping { sent_at: now, then: Some(travel) };
@@ -84,7 +84,7 @@ impl StageDialogue for Session {
     }
 
     fn resume(&mut self, now: Instant) -> Result<(), StageError> {
-        self.sound()?;
+        self.check_fault()?;
         if let Activity::Held(travel) = self.activity {
             self.send_travel(travel, now);
         }
@@ -99,7 +99,7 @@ impl StageDialogue for Session {
             Some(fault) if !matches!(self.link, Link::Up) => Err(fault.clone()),
             Some(_) => {
                 self.clearing = true;
-                self.send(self.config.axis, "warnings clear", Asked::Clear, now);
+                self.send(self.config.axis, "warnings clear", CommandKind::Clear, now);
                 Ok(())
             }
         }
@@ -134,21 +134,21 @@ impl Session {
         let speed_data = ((speed_mm_s * self.steps_per_mm() * SPEED_DATA).round() as i64).max(1);
         let last_steps = self.seen.as_ref().map_or(target_steps, |seen| seen.steps);
         let travel =
-            Travel { target_mm, target_steps, speed_data, taken_at: None, last_steps, last_progress_at: now };
+            Travel { target_mm, target_steps, speed_data, accepted_at: None, last_steps, last_progress_at: now };
         (AcceptedMove { target_mm, speed_mm_s }, Some(self.send_travel(travel, now)))
     }
 
     fn send_travel(&mut self, travel: Travel, now: Instant) -> u64 {
-        self.activity = Activity::Travel(Travel { taken_at: None, last_progress_at: now, ..travel });
+        self.activity = Activity::Travel(Travel { accepted_at: None, last_progress_at: now, ..travel });
         let (axis, Travel { target_steps, speed_data, .. }) = (self.config.axis, travel);
-        self.send(axis, &format!("move abs {target_steps} {speed_data}"), Asked::Move, now)
+        self.send(axis, &format!("move abs {target_steps} {speed_data}"), CommandKind::Move, now)
     }
 
     /// Checks that there is no fault and nothing in progress.
     fn ready_to_move(&self) -> Result<(), StageError> {
-        self.sound()?;
+        self.check_fault()?;
         let busy = self.seen.as_ref().is_none_or(|seen| seen.busy);
-        let stopping = self.pending.iter().any(|pending| pending.what == Asked::Stop);
+        let stopping = self.pending.iter().any(|pending| pending.what == CommandKind::Stop);
         if self.activity != Activity::Rest || busy || stopping {
             return Err(StageError::Moving);
         }

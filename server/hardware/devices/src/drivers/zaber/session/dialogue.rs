@@ -23,11 +23,11 @@ impl Dialogue for Session {
         matches!(self.link, Link::Down)
     }
 
-    fn opened_or_failed(&self) -> bool {
+    fn has_opened_or_failed(&self) -> bool {
         !self.should_be_open && !matches!(self.link, Link::Opening(_))
     }
 
-    fn sound(&self) -> Result<(), StageError> {
+    fn check_fault(&self) -> Result<(), StageError> {
         self.fault.clone().map_or(Ok(()), Err)
     }
 
@@ -73,7 +73,7 @@ impl Dialogue for Session {
         self.stop_begun(now);
     }
 
-    fn farewell(&self) -> Vec<u8> {
+    fn shutdown_bytes(&self) -> Vec<u8> {
         self.stop_line()
     }
 
@@ -81,7 +81,7 @@ impl Dialogue for Session {
         (self.waited_for, self.refusal) = (Some(ticket), None);
     }
 
-    fn answered_or_gone(&self, ticket: u64) -> bool {
+    fn is_answered_or_discarded(&self, ticket: u64) -> bool {
         !self.pending.iter().any(|pending| pending.ticket == ticket)
     }
 

@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use super::{Activity, Asked, LastReport, Link, Pending, Session, Travel};
+use super::{Activity, CommandKind, LastReport, Link, Pending, Session, Travel};
 use crate::StageError;
 use crate::drivers::zaber::meanings::{Severity, flag_meaning, reason_meaning};
 use crate::drivers::zaber::protocol::{Kind, Message, Status, message_from_line};
@@ -36,17 +36,17 @@ impl Session {
 
     /// Joins continued lines; returns a complete message, or `None` so far.
     fn joined(&mut self, message: Message) -> Option<Message> {
-        let whole = match (self.begun.take(), &message.kind) {
-            (Some(begun), Kind::Info { continues: true }) => {
-                let text = format!("{} {}", begun.text, message.text);
-                Message { text, goes_on: message.goes_on, ..begun }
+        let whole = match (self.partial.take(), &message.kind) {
+            (Some(partial), Kind::Info { continues: true }) => {
+                let text = format!("{} {}", partial.text, message.text);
+                Message { text, has_continuation: message.has_continuation, ..partial }
             }
             // The beginning is lost, or another message came in between: the partial message is discarded.
             (_, Kind::Info { continues: true }) => return None,
             (_, _) => message,
         };
-        if whole.goes_on {
-            self.begun = Some(whole);
+        if whole.has_continuation {
+            self.partial = Some(whole);
             return None;
         }
         Some(whole)
@@ -58,7 +58,7 @@ impl Session {
             // Unsolicited values are not used; the value is asked for at once.
             Kind::Alert(_) => {
                 if message.axis == self.config.axis || message.axis == 0 {
-                    self.pending.retain(|pending| pending.what != Asked::Position);
+                    self.pending.retain(|pending| pending.what != CommandKind::Position);
                     self.query_position(now);
                 }
             }
@@ -78,30 +78,30 @@ impl Session {
 
     fn answered(&mut self, pending: &Pending, text: &str, status: &Status, began_at: Instant, now: Instant) {
         match pending.what {
-            Asked::Position => {
+            CommandKind::Position => {
                 let Ok(steps) = text.parse::<i64>() else { return self.garbage(text, now) };
                 // The position was read between query and answer.
                 let at = pending.sent_at + began_at.saturating_duration_since(pending.sent_at) / 2;
                 self.seen = Some(LastReport { steps, busy: status.busy, at });
-                if !self.judge_flag(&status.flag, pending.sent_at, now) {
+                if !self.evaluate_flag(&status.flag, pending.sent_at, now) {
                     self.follow(steps, status.busy, pending.sent_at, now);
                 }
             }
-            Asked::Serial => self.check_serial(text),
-            Asked::Move => {
+            CommandKind::Serial => self.check_serial(text),
+            CommandKind::Move => {
                 if let Activity::Travel(travel) = &mut self.activity {
-                    (travel.taken_at, travel.last_progress_at) = (Some(now), now);
+                    (travel.accepted_at, travel.last_progress_at) = (Some(now), now);
                 }
                 self.query_position(now);
             }
-            Asked::Home => {
-                if let Activity::Homing { taken_at, .. } = &mut self.activity {
-                    *taken_at = Some(now);
+            CommandKind::Home => {
+                if let Activity::Homing { accepted_at, .. } = &mut self.activity {
+                    *accepted_at = Some(now);
                 }
                 self.query_position(now);
             }
-            Asked::Clear => self.query_position(now),
-            Asked::Stop | Asked::Opening => {}
+            CommandKind::Clear => self.query_position(now),
+            CommandKind::Stop | CommandKind::Opening => {}
         }
     }
 
@@ -109,22 +109,22 @@ impl Session {
         let expected = self.machine.as_ref().map(|machine| machine.serial.clone()).unwrap_or_default();
         if text != expected {
             let (expected, found) = (format!("the device {expected}"), format!("the device {}", shortened(text)));
-            self.down(StageError::WrongDevice { place: self.place.clone(), expected, found });
+            self.down(StageError::WrongDevice { port_name: self.port_name.clone(), expected, found });
         }
     }
 
     fn rejected(&mut self, pending: Pending, reason: &str) {
-        if matches!(pending.what, Asked::Move | Asked::Home) {
+        if matches!(pending.what, CommandKind::Move | CommandKind::Home) {
             self.activity = Activity::Rest;
         }
-        if matches!(pending.what, Asked::Clear) {
+        if matches!(pending.what, CommandKind::Clear) {
             self.clearing = false;
         }
-        if reason == "BADMESSAGE" && matches!(pending.what, Asked::Position | Asked::Serial) {
+        if reason == "BADMESSAGE" && matches!(pending.what, CommandKind::Position | CommandKind::Serial) {
             return;
         }
         let meaning = reason_meaning(reason).to_owned();
-        let refusal = StageError::Rejected { command: pending.words, reason: shortened(reason), meaning };
+        let refusal = StageError::Rejected { command: pending.text, reason: shortened(reason), meaning };
         if self.waited_for == Some(pending.ticket) {
             self.refusal = Some(refusal);
         } else if self.fault.is_none() {
@@ -133,15 +133,15 @@ impl Session {
     }
 
     /// Evaluates the flag of an answer; returns whether it is a fault.
-    fn judge_flag(&mut self, flag: &str, asked_at: Instant, now: Instant) -> bool {
+    fn evaluate_flag(&mut self, flag: &str, queried_at: Instant, now: Instant) -> bool {
         let (severity, meaning) = flag_meaning(flag);
         self.last_flag_unreferenced = severity == Severity::Unreferenced;
         match severity {
             Severity::Fault => {
                 let fault = match self.activity {
                     // A flag from before: the motion that was started clears it.
-                    Activity::Travel(Travel { taken_at, .. }) | Activity::Homing { taken_at, .. }
-                        if taken_at.is_none_or(|at| asked_at < at) =>
+                    Activity::Travel(Travel { accepted_at, .. }) | Activity::Homing { accepted_at, .. }
+                        if accepted_at.is_none_or(|at| queried_at < at) =>
                     {
                         return false;
                     }
@@ -169,17 +169,19 @@ impl Session {
     }
 
     /// Applies the position to the current activity.
-    fn follow(&mut self, steps: i64, busy: bool, asked_at: Instant, now: Instant) {
+    fn follow(&mut self, steps: i64, busy: bool, queried_at: Instant, now: Instant) {
         match self.activity {
             Activity::Rest | Activity::Held(_) => {}
-            Activity::Travel(travel) => self.follow_travel(travel, steps, busy, asked_at, now),
-            Activity::Homing { taken_at, .. } => {
-                if !busy && taken_at.is_some_and(|at| asked_at >= at) {
+            Activity::Travel(travel) => self.follow_travel(travel, steps, busy, queried_at, now),
+            Activity::Homing { accepted_at, .. } => {
+                if !busy && accepted_at.is_some_and(|at| queried_at >= at) {
                     self.end_homing(now);
                 }
             }
             Activity::Stopping { sent_at, then } => {
-                if !busy && asked_at >= sent_at && !self.pending.iter().any(|pending| pending.what == Asked::Stop)
+                if !busy
+                    && queried_at >= sent_at
+                    && !self.pending.iter().any(|pending| pending.what == CommandKind::Stop)
                 {
                     self.activity = then.map_or(Activity::Rest, Activity::Held);
                 }
@@ -197,8 +199,8 @@ impl Session {
         }
     }
 
-    fn follow_travel(&mut self, mut travel: Travel, steps: i64, busy: bool, asked_at: Instant, now: Instant) {
-        if travel.taken_at.is_none_or(|taken_at| asked_at < taken_at) {
+    fn follow_travel(&mut self, mut travel: Travel, steps: i64, busy: bool, queried_at: Instant, now: Instant) {
+        if travel.accepted_at.is_none_or(|accepted_at| queried_at < accepted_at) {
             return;
         }
         if steps != travel.last_steps {
@@ -222,7 +224,7 @@ impl Session {
             Link::Opening(opening) => return opening.foreign_line(received, now),
             Link::Up => {}
         }
-        self.begun = None;
+        self.partial = None;
         self.garbage_at.retain(|at| now - *at < GARBAGE_WINDOW);
         self.garbage_at.push_back(now);
         if self.garbage_at.len() >= ZABER_GARBAGE_LINES {

@@ -40,7 +40,7 @@ enum Activity {
     /// When the device accepted the command.
     Homing {
         begun_at: Instant,
-        taken_at: Option<Instant>,
+        accepted_at: Option<Instant>,
     },
     /// Braking, by when it must be at rest, and the motion continued by [`crate::Stage::resume`].
     Stopping {
@@ -57,14 +57,14 @@ struct Travel {
     target_mm: f64,
     target_steps: i64,
     speed_data: i64,
-    taken_at: Option<Instant>,
+    accepted_at: Option<Instant>,
     last_steps: i64,
     last_progress_at: Instant,
 }
 
 /// Kind of a pending command.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Asked {
+enum CommandKind {
     Opening,
     Position,
     Serial,
@@ -79,8 +79,8 @@ enum Asked {
 struct Pending {
     ticket: u64,
     id: u8,
-    what: Asked,
-    words: String,
+    what: CommandKind,
+    text: String,
     sent_at: Instant,
 }
 
@@ -105,7 +105,7 @@ pub struct Machine {
 /// See the module.
 pub struct Session {
     config: ZaberConfig,
-    place: String,
+    port_name: String,
     link: Link,
     should_be_open: bool,
     fault: Option<StageError>,
@@ -118,12 +118,12 @@ pub struct Session {
     refusal: Option<StageError>,
     reader: LineReader,
     /// A line to be continued, with its text so far.
-    begun: Option<super::protocol::Message>,
+    partial: Option<super::protocol::Message>,
     machine: Option<Machine>,
     seen: Option<LastReport>,
     received_at: Option<Instant>,
-    asked_position_at: Option<Instant>,
-    asked_serial_at: Option<Instant>,
+    position_queried_at: Option<Instant>,
+    serial_queried_at: Option<Instant>,
     garbage_at: VecDeque<Instant>,
     activity: Activity,
     /// Whether the last position came without a reference.
@@ -132,11 +132,11 @@ pub struct Session {
 }
 
 impl Session {
-    /// A device at `place`, to be opened.
-    pub fn new(config: ZaberConfig, place: String) -> Self {
+    /// A device at `port_name`, to be opened.
+    pub fn new(config: ZaberConfig, port_name: String) -> Self {
         Self {
             config,
-            place,
+            port_name,
             link: Link::Down,
             should_be_open: true,
             fault: Some(being_opened()),
@@ -148,12 +148,12 @@ impl Session {
             waited_for: None,
             refusal: None,
             reader: LineReader::default(),
-            begun: None,
+            partial: None,
             machine: None,
             seen: None,
             received_at: None,
-            asked_position_at: None,
-            asked_serial_at: None,
+            position_queried_at: None,
+            serial_queried_at: None,
             garbage_at: VecDeque::new(),
             activity: Activity::Rest,
             last_flag_unreferenced: false,
@@ -168,7 +168,7 @@ impl Session {
 
     /// The link is lost; motion is stopped if the line still accepts bytes.
     fn down(&mut self, fault: StageError) {
-        tracing::warn!(place = self.place, "{fault}");
+        tracing::warn!(port_name = self.port_name, "{fault}");
         self.outgoing = self.stop_line();
         self.link = Link::Down;
         self.reset_dialogue();
@@ -179,8 +179,8 @@ impl Session {
     fn reset_dialogue(&mut self) {
         self.pending.clear();
         self.reader.clear();
-        self.begun = None;
-        (self.received_at, self.asked_position_at, self.asked_serial_at) = (None, None, None);
+        self.partial = None;
+        (self.received_at, self.position_queried_at, self.serial_queried_at) = (None, None, None);
         self.garbage_at.clear();
         self.activity = Activity::Rest;
         self.clearing = false;
@@ -191,7 +191,7 @@ impl Session {
         if self.fault.is_some() {
             return;
         }
-        tracing::warn!(place = self.place, "{fault}");
+        tracing::warn!(port_name = self.port_name, "{fault}");
         if self.activity != Activity::Rest {
             self.send_stop(now);
         }
@@ -219,20 +219,20 @@ impl Session {
     }
 
     /// Sends a command to the axis (`scope` 0: to the device); returns the ticket of the answer.
-    fn send(&mut self, scope: u8, words: &str, what: Asked, now: Instant) -> u64 {
+    fn send(&mut self, scope: u8, text: &str, what: CommandKind, now: Instant) -> u64 {
         self.next_id = (self.next_id + 1) % N_IDS;
-        let id = if what == Asked::Stop { STOP_ID } else { self.next_id };
-        let line = command(self.config.address, scope, id, words);
+        let id = if what == CommandKind::Stop { STOP_ID } else { self.next_id };
+        let line = command(self.config.address, scope, id, text);
         self.outgoing.extend_from_slice(line.as_bytes());
         self.next_ticket += 1;
         let ticket = self.next_ticket;
         self.pending.retain(|pending| pending.id != id);
-        self.pending.push_back(Pending { ticket, id, what, words: words.to_owned(), sent_at: now });
+        self.pending.push_back(Pending { ticket, id, what, text: text.to_owned(), sent_at: now });
         ticket
     }
 
     fn send_stop(&mut self, now: Instant) -> u64 {
-        self.send(self.config.axis, "stop", Asked::Stop, now)
+        self.send(self.config.axis, "stop", CommandKind::Stop, now)
     }
 
     /// A stop on a line of its own: a partial line that may precede it is ended first, and is then invalid.

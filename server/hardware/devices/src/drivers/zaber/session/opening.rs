@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
 
 use super::commands::SPEED_DATA;
-use super::{Activity, Asked, LastReport, Link, Machine, Session, being_opened};
+use super::{Activity, CommandKind, LastReport, Link, Machine, Session, being_opened};
 use crate::drivers::zaber::protocol::{Kind, Message};
 use crate::drivers::zaber::reason_meaning;
 use crate::lines::line_reader::shortened;
@@ -12,7 +12,7 @@ use crate::params::ZABER_SILENCE;
 use crate::{DeviceIdentity, Homing, StageCapabilities, StageError};
 
 /// Interval after which an unanswered query is repeated: a device may still be starting.
-const ASK_AGAIN: Duration = Duration::from_millis(300);
+const QUERY_RETRY: Duration = Duration::from_millis(300);
 
 /// The device's data for an acceleration of one microstep/s² (ASCII Protocol Manual, "data conversion").
 const ACCELERATION_DATA: f64 = 1.6384 / 10_000.0;
@@ -22,7 +22,7 @@ const ACCELERATION_DATA: f64 = 1.6384 / 10_000.0;
 const OLDEST_FIRMWARE: f64 = 7.25;
 
 /// The queries, in this order, and whether each is to the axis. Answers of the first ones may lack checksums.
-const QUESTIONS: [(&str, bool); 12] = [
+const QUERIES: [(&str, bool); 12] = [
     ("stop", true),
     ("get comm.checksum", false),
     ("set comm.checksum 1", false),
@@ -44,8 +44,8 @@ const N_UNCHECKED: usize = 3;
 #[derive(Debug)]
 pub struct Opening {
     since: Instant,
-    question: usize,
-    asked_at: Option<Instant>,
+    query: usize,
+    queried_at: Option<Instant>,
     /// The first line that is not Zaber's.
     foreign: Option<(Instant, String)>,
     answers: BTreeMap<&'static str, String>,
@@ -56,20 +56,20 @@ impl Opening {
         self.foreign.get_or_insert((now, received));
     }
 
-    fn text(&self, question: &str) -> &str {
-        self.answers.get(question).map_or("", String::as_str)
+    fn text(&self, query: &str) -> &str {
+        self.answers.get(query).map_or("", String::as_str)
     }
 
-    fn number(&self, question: &'static str, place: &str) -> Result<f64, StageError> {
-        let text = self.text(question);
+    fn number(&self, query: &'static str, port_name: &str) -> Result<f64, StageError> {
+        let text = self.text(query);
         text.parse().ok().filter(|value: &f64| value.is_finite()).ok_or_else(|| {
-            wrong(place, &format!("a number as answer to `{question}`"), format!("`{}`", shortened(text)))
+            wrong(port_name, &format!("a number as answer to `{query}`"), format!("`{}`", shortened(text)))
         })
     }
 }
 
 impl Session {
-    /// A stop first: a dead owner may have left it moving.
+    /// A stop first: a terminated program may have left it moving.
     pub(super) fn begin_opening(&mut self, now: Instant) {
         self.should_be_open = false;
         self.reset_dialogue();
@@ -78,8 +78,8 @@ impl Session {
         self.outgoing = self.stop_line();
         self.link = Link::Opening(Opening {
             since: now,
-            question: 0,
-            asked_at: None,
+            query: 0,
+            queried_at: None,
             foreign: None,
             answers: BTreeMap::new(),
         });
@@ -91,26 +91,26 @@ impl Session {
         let Kind::Reply { accepted, status } = &message.kind else { return };
         let at = self.pending.iter().position(|pending| Some(pending.id) == message.id);
         let Some(pending) = at.and_then(|at| self.pending.remove(at)) else { return };
-        let (question, _) = QUESTIONS[opening.question];
-        if pending.words != question || (opening.question >= N_UNCHECKED && !message.checked) {
+        let (query, _) = QUERIES[opening.query];
+        if pending.text != query || (opening.query >= N_UNCHECKED && !message.checked) {
             return;
         }
-        (opening.foreign, opening.asked_at) = (None, None);
+        (opening.foreign, opening.queried_at) = (None, None);
         if !accepted {
             let found = format!("`{}` ({})", shortened(&message.text), reason_meaning(&message.text));
-            return self.down(wrong(&self.place, &format!("an answer to `{question}`"), found));
+            return self.down(wrong(&self.port_name, &format!("an answer to `{query}`"), found));
         }
-        opening.answers.insert(question, message.text.clone());
+        opening.answers.insert(query, message.text.clone());
         // Written only if it is not set already.
-        opening.question += if question == "get comm.checksum" && message.text == "1" { 2 } else { 1 };
-        if opening.question < QUESTIONS.len() {
+        opening.query += if query == "get comm.checksum" && message.text == "1" { 2 } else { 1 };
+        if opening.query < QUERIES.len() {
             return self.opening_tick(now);
         }
         if status.busy {
-            opening.question = QUESTIONS.len() - 1;
+            opening.query = QUERIES.len() - 1;
             return;
         }
-        match self.described() {
+        match self.machine_and_position() {
             Ok((machine, steps)) => {
                 self.machine = Some(machine);
                 (self.link, self.fault, self.activity) = (Link::Up, None, Activity::Rest);
@@ -123,40 +123,40 @@ impl Session {
 
     pub(super) fn opening_tick(&mut self, now: Instant) {
         let Link::Opening(opening) = &mut self.link else { return };
-        let (question, of_axis) = QUESTIONS[opening.question];
+        let (query, of_axis) = QUERIES[opening.query];
         let waited = now - opening.since;
         if let Some((_, text)) = opening.foreign.take_if(|(at, _)| now - *at > ZABER_SILENCE) {
-            let fault = wrong(&self.place, "a device with Zaber's ASCII protocol", format!("`{text}`"));
+            let fault = wrong(&self.port_name, "a device with Zaber's ASCII protocol", format!("`{text}`"));
             return self.down(fault);
         }
         if waited > self.config.open_limit {
-            let (command, waited_ms) = (question.to_owned(), waited.as_millis() as u64);
+            let (command, waited_ms) = (query.to_owned(), waited.as_millis() as u64);
             return self.down(StageError::NoReply { command, waited_ms });
         }
         // The axis is queried at a slower pace while it brakes.
-        let pause = if question == "get pos" { ASK_AGAIN / 10 } else { ASK_AGAIN };
-        if opening.asked_at.is_none_or(|at| now - at > pause) {
-            opening.asked_at = Some(now);
+        let pause = if query == "get pos" { QUERY_RETRY / 10 } else { QUERY_RETRY };
+        if opening.queried_at.is_none_or(|at| now - at > pause) {
+            opening.queried_at = Some(now);
             let scope = if of_axis { self.config.axis } else { 0 };
-            self.send(scope, question, Asked::Opening, now);
+            self.send(scope, query, CommandKind::Opening, now);
         }
     }
 
     /// The settings used by the driver, and the position of the axis.
-    fn described(&self) -> Result<(Machine, i64), StageError> {
+    fn machine_and_position(&self) -> Result<(Machine, i64), StageError> {
         let Link::Opening(opening) = &self.link else { return Err(being_opened()) };
-        let (place, config) = (self.place.as_str(), &self.config);
+        let (port_name, config) = (self.port_name.as_str(), &self.config);
         let serial = opening.text("get system.serial").to_owned();
         if config.expected_serial.is_some_and(|expected| serial != expected.to_string()) {
             let expected = format!("the device {}", config.expected_serial.unwrap_or_default());
-            return Err(wrong(place, &expected, format!("the device {serial}")));
+            return Err(wrong(port_name, &expected, format!("the device {serial}")));
         }
-        let resolution = opening.number("get resolution", place)?;
+        let resolution = opening.number("get resolution", port_name)?;
         let steps_per_mm = resolution * config.steps_per_turn / config.travel_per_turn_mm;
         if !(steps_per_mm.is_finite() && steps_per_mm > 0.0) {
-            return Err(wrong(place, "a microstep with a length", format!("resolution {resolution}")));
+            return Err(wrong(port_name, "a resolution above 0", format!("resolution {resolution}")));
         }
-        let limits_mm = [opening.number("get limit.min", place)?, opening.number("get limit.max", place)?]
+        let limits_mm = [opening.number("get limit.min", port_name)?, opening.number("get limit.max", port_name)?]
             .map(|steps| steps / steps_per_mm);
         for end_mm in [config.travel_mm.0, config.travel_mm.1] {
             let from_zero_mm = if config.reversed { -end_mm } else { end_mm };
@@ -166,16 +166,16 @@ impl Session {
                 let expected = format!("a device that reaches {device_mm} mm (stage position {end_mm} mm)");
                 let [low_mm, high_mm] = limits_mm;
                 let found = format!("one of {low_mm:.3} to {high_mm:.3} mm (limit.min, limit.max)");
-                return Err(wrong(place, &expected, found));
+                return Err(wrong(port_name, &expected, found));
             }
         }
         let firmware = opening.text("get version").to_owned();
-        if opening.number("get version", place)? < OLDEST_FIRMWARE {
+        if opening.number("get version", port_name)? < OLDEST_FIRMWARE {
             let expected = format!("firmware {OLDEST_FIRMWARE} or newer");
-            return Err(wrong(place, &expected, format!("{firmware}: update it with Zaber Launcher")));
+            return Err(wrong(port_name, &expected, format!("{firmware}: update it with Zaber Launcher")));
         }
-        let fastest_mm_s = opening.number("get maxspeed", place)? / SPEED_DATA / steps_per_mm;
-        let acceleration_mm_s2 = opening.number("get accel", place)? / ACCELERATION_DATA / steps_per_mm;
+        let fastest_mm_s = opening.number("get maxspeed", port_name)? / SPEED_DATA / steps_per_mm;
+        let acceleration_mm_s2 = opening.number("get accel", port_name)? / ACCELERATION_DATA / steps_per_mm;
         let machine = Machine {
             identity: DeviceIdentity {
                 driver: "zaber",
@@ -198,10 +198,10 @@ impl Session {
             serial,
             steps_per_mm,
         };
-        Ok((machine, opening.number("get pos", place)? as i64))
+        Ok((machine, opening.number("get pos", port_name)? as i64))
     }
 }
 
-fn wrong(place: &str, expected: &str, found: String) -> StageError {
-    StageError::WrongDevice { place: place.to_owned(), expected: expected.to_owned(), found }
+fn wrong(port_name: &str, expected: &str, found: String) -> StageError {
+    StageError::WrongDevice { port_name: port_name.to_owned(), expected: expected.to_owned(), found }
 }

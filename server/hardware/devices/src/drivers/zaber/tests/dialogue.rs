@@ -2,15 +2,15 @@
 
 use std::time::Duration;
 
-use super::{SLACK, bench, home, rest, sound_bench, wait_until};
+use super::{SLACK, bench, default_bench, home, rest, wait_until};
 use crate::contract::Stopwatch;
-use crate::simulators::simulator::WitnessEvent;
+use crate::simulators::simulator::LogEvent;
 use crate::simulators::zaber_simulator::{Event, SimulatorConfig};
 use crate::{Stage, StageError, StageKind};
 
 fn received_since(bench: &super::Bench, mark: usize) -> String {
-    let bytes = bench.simulator.witness().since(mark).into_iter().filter_map(|entry| match entry.what {
-        WitnessEvent::Byte(byte) => Some(byte),
+    let bytes = bench.simulator.event_log().since(mark).into_iter().filter_map(|entry| match entry.what {
+        LogEvent::Byte(byte) => Some(byte),
         _ => None,
     });
     String::from_utf8(bytes.collect()).unwrap()
@@ -18,7 +18,7 @@ fn received_since(bench: &super::Bench, mark: usize) -> String {
 
 #[test]
 fn identity_and_capabilities_are_read_in_millimetres() {
-    let stage = sound_bench().open();
+    let stage = default_bench().open();
     let (identity, can) = (stage.identity(), stage.capabilities());
     assert_eq!((identity.driver, identity.model.as_str()), ("zaber", "device 50422"));
     assert_eq!((identity.serial.as_str(), identity.firmware.as_str()), ("80001", "7.38"));
@@ -30,14 +30,14 @@ fn identity_and_capabilities_are_read_in_millimetres() {
 }
 
 #[test]
-fn only_the_axis_is_spoken_to_and_every_command_has_its_checksum() {
+fn commands_address_the_axis_alone_and_have_a_checksum() {
     let bench = bench(SimulatorConfig { address: 7, n_axes: 2, ..SimulatorConfig::default() });
     let mut stage = bench.open();
     home(&mut stage);
     stage.start_move(1.0, 20.0).unwrap();
     rest(&mut stage);
     for line in received_since(&bench, 0).lines().filter(|line| !line.is_empty()) {
-        assert!(line.starts_with("/07 "), "{line} is for others too");
+        assert!(line.starts_with("/07 "), "{line} is not addressed to the axis");
         assert!(line.rsplit_once(':').is_some_and(|(_, sum)| sum.len() == 2), "{line} has no checksum");
         let of_axis = ["move", "home", "stop", "get pos", "warnings"].iter().any(|word| line.contains(word));
         assert_eq!(
@@ -54,17 +54,17 @@ fn only_the_axis_is_spoken_to_and_every_command_has_its_checksum() {
 
 #[test]
 fn checksums_of_replies_are_enabled_and_written_only_once() {
-    let bench = sound_bench();
+    let bench = default_bench();
     drop(bench.open());
     assert!(received_since(&bench, 0).contains("set comm.checksum 1"));
-    let mark = bench.simulator.witness().mark();
+    let mark = bench.simulator.event_log().mark();
     drop(bench.open());
     assert!(!received_since(&bench, mark).contains("set comm.checksum"));
 }
 
 #[test]
-fn another_serial_number_an_axis_it_has_not_and_a_travel_too_long_are_refused() {
-    let mut bench = sound_bench();
+fn another_serial_number_a_missing_axis_and_a_travel_too_long_are_refused() {
+    let mut bench = default_bench();
     bench.config.expected_serial = Some(12_345);
     let refusal = bench.refusal();
     assert!(
@@ -94,7 +94,7 @@ fn firmware_without_a_speed_parameter_of_moves_is_refused_with_a_remedy() {
 
 #[test]
 fn a_silent_device_and_a_missing_port_are_distinguished() {
-    let mut bench = sound_bench();
+    let mut bench = default_bench();
     bench.config.open_limit = Duration::from_millis(400);
     bench.simulator.fail(crate::simulators::simulator::LineFault::Silence);
     let refusal = bench.refusal();
@@ -105,7 +105,7 @@ fn a_silent_device_and_a_missing_port_are_distinguished() {
 }
 
 #[test]
-fn what_a_dead_owner_left_moving_is_stopped_when_it_is_opened() {
+fn a_motion_left_by_a_terminated_program_is_stopped_when_the_device_is_opened() {
     let bench = bench(SimulatorConfig { homing_mm_s: 2.0, start_at_mm: 90.0, ..SimulatorConfig::default() });
     bench.simulator.receive(b"/1 1 home\n");
     wait_until(SLACK, "it moves", || bench.moving());
@@ -114,8 +114,8 @@ fn what_a_dead_owner_left_moving_is_stopped_when_it_is_opened() {
 }
 
 #[test]
-fn stops_reach_the_device_in_time_while_others_poll_and_the_last_word_is_stop() {
-    let bench = sound_bench();
+fn stops_reach_the_device_in_time_during_polls_and_no_move_follows() {
+    let bench = default_bench();
     let mut stage = bench.open();
     home(&mut stage);
     let mut waits = Vec::new();
@@ -124,12 +124,12 @@ fn stops_reach_the_device_in_time_while_others_poll_and_the_last_word_is_stop() 
         rest(&mut stage);
         stage.start_move(4.0, 8.0).unwrap();
         wait_until(SLACK, "it moves", || bench.moving());
-        let (mark, begun_at, watch) = (bench.simulator.witness().mark(), crate::time::now(), Stopwatch::start());
+        let (mark, begun_at, watch) = (bench.simulator.event_log().mark(), crate::time::now(), Stopwatch::start());
         stage.stop().unwrap();
         wait_until(SLACK, "it rests", || !bench.moving());
         waits.push(watch.own_time());
         let state = rest(&mut stage);
-        assert!(state.homed && state.position_mm.is_some(), "a stop cost the position: {state:?}");
+        assert!(state.homed && state.position_mm.is_some(), "a stop lost the position: {state:?}");
         let received = received_since(&bench, mark);
         assert!(received.contains(" stop:"), "{received}");
         assert!(
@@ -145,7 +145,7 @@ fn stops_reach_the_device_in_time_while_others_poll_and_the_last_word_is_stop() 
 
 #[test]
 fn a_refused_move_returns_the_reason_of_the_device() {
-    let bench = sound_bench();
+    let bench = default_bench();
     let mut stage = bench.open();
     home(&mut stage);
     // Pressed and released between two polls: the driver requests a move in the meantime.

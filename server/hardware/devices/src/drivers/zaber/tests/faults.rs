@@ -3,14 +3,14 @@
 
 use std::time::Duration;
 
-use super::{Bench, SLACK, home, rest, sound_bench, wait_until};
+use super::{Bench, SLACK, default_bench, home, rest, wait_until};
 use crate::drivers::zaber::ZaberStage;
 use crate::simulators::simulator::LineFault;
 use crate::simulators::zaber_simulator::{Event, SimulatorConfig};
 use crate::{Stage, StageError};
 
 /// `promises.md`: serial faults are reported within a second.
-const NAMED_LIMIT: Duration = Duration::from_secs(1);
+const REPORT_LIMIT: Duration = Duration::from_secs(1);
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum When {
@@ -24,7 +24,7 @@ enum FaultKind {
     Silence,
     Garbage,
     Stall,
-    StuckUnnoticed,
+    StuckUndetected,
     EmergencyStop,
     Knob,
     Push,
@@ -51,7 +51,7 @@ cells! {
     garbage_while_homing: Garbage, Homing => StageError::Garbage { .. } | StageError::NoReply { .. },
     a_stall_while_moving: Stall, Moving => StageError::Stalled { .. },
     a_stall_while_homing: Stall, Homing => StageError::Warned { .. },
-    an_unnoticed_stall_while_moving: StuckUnnoticed, Moving => StageError::Stalled { .. },
+    an_undetected_stall_while_moving: StuckUndetected, Moving => StageError::Stalled { .. },
     an_emergency_stop_when_ready: EmergencyStop, Ready => StageError::Warned { .. },
     an_emergency_stop_while_moving: EmergencyStop, Moving => StageError::Warned { .. },
     an_emergency_stop_while_homing: EmergencyStop, Homing => StageError::Warned { .. },
@@ -68,19 +68,19 @@ cells! {
 }
 
 fn cell(what: FaultKind, when: When, expected: impl Fn(&StageError) -> bool) {
-    let bench = sound_bench();
+    let bench = default_bench();
     let mut stage = bench.open();
     bring_to(&bench, &mut stage, when);
     trigger_event(&bench, what);
-    wait_until(NAMED_LIMIT + SLACK, "the fault is reported", || stage.poll().is_err());
+    wait_until(REPORT_LIMIT + SLACK, "the fault is reported", || stage.poll().is_err());
     let fault = stage.poll().unwrap_err();
     assert!(expected(&fault), "reported as: {fault}");
     assert!(stage.poll().is_err(), "reported once only");
-    assert!(stage.start_move(0.0, 10.0).is_err(), "a move was accepted in spite of the fault");
-    if what != FaultKind::StuckUnnoticed {
+    assert!(stage.start_move(0.0, 10.0).is_err(), "a move was accepted despite the fault");
+    if what != FaultKind::StuckUndetected {
         wait_until(SLACK, "it rests", || !bench.moving());
     }
-    comes_back_ready(&bench, &mut stage, what);
+    recovers_ready(&bench, &mut stage, what);
 }
 
 fn bring_to(bench: &Bench, stage: &mut ZaberStage, when: When) {
@@ -102,7 +102,7 @@ fn trigger_event(bench: &Bench, what: FaultKind) {
         FaultKind::Silence => simulator.fail(LineFault::Silence),
         FaultKind::Garbage => simulator.fail(LineFault::Garbage),
         FaultKind::Stall => simulator.trigger_event(Event::Stall),
-        FaultKind::StuckUnnoticed => simulator.trigger_event(Event::StuckUnnoticed),
+        FaultKind::StuckUndetected => simulator.trigger_event(Event::StuckUndetected),
         FaultKind::EmergencyStop => simulator.trigger_event(Event::EmergencyStop),
         FaultKind::Knob => simulator.trigger_event(Event::Knob),
         FaultKind::Push => simulator.trigger_event(Event::Push),
@@ -115,23 +115,26 @@ fn trigger_event(bench: &Bench, what: FaultKind) {
 }
 
 /// The cause is removed and the fault acknowledged: no motion, and no position reported.
-fn comes_back_ready(bench: &Bench, stage: &mut ZaberStage, what: FaultKind) {
+fn recovers_ready(bench: &Bench, stage: &mut ZaberStage, what: FaultKind) {
     bench.simulator.repair();
     bench.simulator.trigger_event(Event::Repair);
     if what == FaultKind::Unplugged {
         bench.simulator.replug();
     }
     wait_until(SLACK, "it rests", || !bench.moving());
-    let mark = bench.simulator.witness().mark();
+    let mark = bench.simulator.event_log().mark();
     if stage.clear_fault().is_err() {
         stage.reconnect().unwrap();
     }
-    wait_until(Duration::from_secs(5), "it comes back and rests", || {
+    wait_until(Duration::from_secs(5), "it is reconnected and at rest", || {
         stage.poll().is_ok_and(|state| !state.moving)
     });
     let state = stage.poll().unwrap();
-    assert!(!state.moving && !state.homed && state.position_mm.is_none(), "came back {state:?}");
-    assert_eq!(bench.simulator.witness().n_motions_since(mark), 0, "a motion was repeated");
+    assert!(
+        !state.moving && !state.homed && state.position_mm.is_none(),
+        "state after the reconnection: {state:?}"
+    );
+    assert_eq!(bench.simulator.event_log().n_motions_since(mark), 0, "a motion was repeated");
     home(stage);
     stage.start_move(1.0, 50.0).unwrap();
     let at_mm = rest(stage).position_mm.unwrap();
@@ -140,12 +143,12 @@ fn comes_back_ready(bench: &Bench, stage: &mut ZaberStage, what: FaultKind) {
 
 #[test]
 fn a_device_exchanged_on_a_live_line_is_detected_by_its_serial_number() {
-    let mut bench = sound_bench();
+    let mut bench = default_bench();
     bench.config.expected_serial = Some(80_001);
     let mut stage = bench.open();
     home(&mut stage);
     bench.simulator.replug_as(SimulatorConfig { serial: 666, ..SimulatorConfig::default() });
-    wait_until(NAMED_LIMIT + SLACK, "it is noticed", || stage.poll().is_err());
+    wait_until(REPORT_LIMIT + SLACK, "it is noticed", || stage.poll().is_err());
     stage.reconnect().unwrap();
     wait_until(Duration::from_secs(2), "it is reported", || {
         matches!(stage.poll(), Err(StageError::WrongDevice { .. }))
@@ -154,11 +157,11 @@ fn a_device_exchanged_on_a_live_line_is_detected_by_its_serial_number() {
 
 #[test]
 fn an_emergency_stop_that_stays_pressed_stays_a_fault() {
-    let bench = sound_bench();
+    let bench = default_bench();
     let mut stage = bench.open();
     home(&mut stage);
     bench.simulator.trigger_event(Event::EmergencyStop);
-    wait_until(NAMED_LIMIT + SLACK, "it is reported", || stage.poll().is_err());
+    wait_until(REPORT_LIMIT + SLACK, "it is reported", || stage.poll().is_err());
     stage.clear_fault().unwrap();
     for _ in 0..200 {
         assert!(matches!(stage.poll(), Err(StageError::Warned { .. })), "cleared while it is pressed");

@@ -1,4 +1,4 @@
-//! The driver over the simulated device, whose witness records what really happened.
+//! The driver over the simulated device, whose event log records what really happened.
 //!
 //! Not covered: that a real device behaves like the simulation, which follows the protocol's document.
 
@@ -36,20 +36,20 @@ fn bench(kind: SimulatorConfig) -> Bench {
 
 fn bench_under(clock: Option<Membership>, kind: SimulatorConfig) -> Bench {
     let folder = TempDir::new().unwrap();
-    let place = folder.path().join("device");
+    let port_name = folder.path().join("device");
     let travel_per_turn_mm = kind.travel_per_turn_mm;
     let address = kind.address;
-    let simulator = Arc::new(ZaberSimulator::start(kind, &place, None).unwrap());
+    let simulator = Arc::new(ZaberSimulator::start(kind, &port_name, None).unwrap());
     let config = ZaberConfig {
         address,
         zero_at_device_mm: 6.0,
         moving_query_hz: 50.0,
-        ..ZaberConfig::new(place.to_str().unwrap(), travel_per_turn_mm, (-4.0, 4.0))
+        ..ZaberConfig::new(port_name.to_str().unwrap(), travel_per_turn_mm, (-4.0, 4.0))
     };
     Bench { simulator, config, _folder: folder, _clock: clock }
 }
 
-fn sound_bench() -> Bench {
+fn default_bench() -> Bench {
     bench(SimulatorConfig::default())
 }
 
@@ -66,13 +66,13 @@ impl Bench {
     }
 
     fn moving(&self) -> bool {
-        self.simulator.witness().moving()
+        self.simulator.event_log().moving()
     }
 }
 
-fn wait_until(limit: Duration, what: &str, mut seen: impl FnMut() -> bool) {
+fn wait_until(limit: Duration, what: &str, mut condition: impl FnMut() -> bool) {
     let watch = Stopwatch::start();
-    while !seen() {
+    while !condition() {
         assert!(watch.own_time() < limit, "{what}: not within {limit:?}");
         crate::time::sleep(Duration::from_millis(1));
     }
@@ -86,5 +86,5 @@ fn rest(stage: &mut ZaberStage) -> StageState {
 
 fn home(stage: &mut ZaberStage) {
     stage.start_home().unwrap();
-    assert!(rest(stage).homed, "homing ended without a zero");
+    assert!(rest(stage).homed, "homing ended without a reference");
 }

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use super::{Bench, bench, sound_bench};
+use super::{Bench, bench, default_bench};
 use crate::contract::{self, Cable, StageProfile};
 use crate::simulators::zaber_simulator::SimulatorConfig;
 
@@ -26,7 +26,7 @@ fn profile(bench: &Bench) -> StageProfile {
 
 #[test]
 fn a_zaber_stage_passes_the_suite() {
-    let bench = sound_bench();
+    let bench = default_bench();
     contract::stage(&mut || Box::new(bench.open()), &profile(&bench));
 }
 
@@ -38,7 +38,7 @@ fn the_first_axis_of_two_on_the_third_device_passes_the_suite() {
 
 #[test]
 fn a_stage_against_the_device_s_direction_passes_the_suite() {
-    let mut bench = sound_bench();
+    let mut bench = default_bench();
     bench.config.reversed = true;
     contract::stage(&mut || Box::new(bench.open()), &profile(&bench));
 }

@@ -33,7 +33,7 @@ impl Firmware {
     pub(super) fn reset_received(&mut self, now: Instant) {
         self.advance(now);
         // grblHAL ignores it while its emergency stop is pressed.
-        if self.lasting == Some(Event::EmergencyStop) {
+        if self.active_event == Some(Event::EmergencyStop) {
             return;
         }
         match &mut self.pause {
@@ -45,7 +45,7 @@ impl Firmware {
                 }
                 // `mc_reset` of GRBL stops the spindle in the interrupt; the others do it in their main loop.
                 if self.config.dialect == Dialect::Grbl {
-                    self.dark(now);
+                    self.turn_laser_off(now);
                 }
             }
         }
@@ -59,7 +59,7 @@ impl Firmware {
                 self.halt(now);
                 // FluidNC stops its spindle after the pause.
                 if self.config.dialect != Dialect::FluidNc {
-                    self.dark(now);
+                    self.turn_laser_off(now);
                 }
                 self.homed &= self.config.dialect == Dialect::FluidNc;
                 self.alarm(3, State::Alarm, Next::Restart, now);
@@ -87,16 +87,16 @@ impl Firmware {
     /// The main program restarts: laser off, everything cleared but position and lock.
     fn restart(&mut self, now: Instant) {
         self.halt(now);
-        self.dark(now);
+        self.turn_laser_off(now);
         self.overrides = [100; 3];
         self.was_reset = true;
         self.banner();
-        self.insist_on_homing(now);
+        self.require_homing(now);
     }
 
     /// Power-on.
     pub(super) fn boot(&mut self, now: Instant) {
-        self.dark(now);
+        self.turn_laser_off(now);
         (self.homed, self.was_reset) = (false, false);
         let homing = self.config.homing;
         let locked = homing && self.config.dialect != Dialect::GrblHal;
@@ -106,14 +106,14 @@ impl Firmware {
             Dialect::FluidNc if homing => {
                 self.alarm(FLUID_NC_UNHOMED, State::Alarm, Next::Nothing, now);
             }
-            _ => self.insist_on_homing(now),
+            _ => self.require_homing(now),
         }
     }
 
     /// grblHAL with bit 2 of `$22`.
-    fn insist_on_homing(&mut self, now: Instant) {
-        let insists = self.config.dialect == Dialect::GrblHal && self.config.homing && self.config.homing_lock;
-        if insists && !self.homed {
+    fn require_homing(&mut self, now: Instant) {
+        let is_required = self.config.dialect == Dialect::GrblHal && self.config.homing && self.config.homing_lock;
+        if is_required && !self.homed {
             self.must_home = true;
             self.alarm(GRBL_HAL_MUST_HOME, State::Alarm, Next::Nothing, now);
         }
@@ -125,7 +125,7 @@ impl Firmware {
         let turns_laser_off = self.config.dialect != Dialect::FluidNc && !matches!(code, 4 | 5);
         self.halt(now);
         if turns_laser_off {
-            self.dark(now);
+            self.turn_laser_off(now);
         }
         self.homed &= code == 2;
         match code {
@@ -140,7 +140,7 @@ impl Firmware {
     /// Homing failed without finding a zero.
     pub(super) fn homing_failed(&mut self, code: u32, now: Instant) {
         self.halt(now);
-        self.dark(now);
+        self.turn_laser_off(now);
         let next = if self.config.dialect == Dialect::Grbl { Next::OkAndRestart } else { Next::Restart };
         self.alarm(code, State::Alarm, next, now);
     }

@@ -34,9 +34,9 @@ impl Firmware {
 
     /// A hold, a door, homing and sleep leave lines unread; so does GRBL after a limit alarm.
     fn reads(&self) -> bool {
-        let deaf = self.state == State::Critical && self.config.dialect == Dialect::Grbl;
+        let ignores_lines = self.state == State::Critical && self.config.dialect == Dialect::Grbl;
         let busy = matches!(self.state, State::Home | State::Hold | State::Door | State::Sleep);
-        self.pause.is_none() && !busy && !deaf
+        self.pause.is_none() && !busy && !ignores_lines
     }
 
     /// Spindle words and dwells wait until the planned moves are done; moves wait for room in the planner.
@@ -70,7 +70,7 @@ impl Firmware {
             }
             "$SLP" if idle => {
                 self.send_line("ok");
-                self.dark(now);
+                self.turn_laser_off(now);
                 self.state = State::Sleep;
             }
             "$I" | "$$" | "$H" if !idle => self.send_line("error:8"),
@@ -111,7 +111,7 @@ impl Firmware {
         match line.strip_prefix("$10=").and_then(|value| value.parse().ok()) {
             Some(_) if !idle => self.send_line("error:8"),
             Some(_) if self.config.dialect == Dialect::GrblHal && self.was_reset => {
-                self.dead = true;
+                self.hung = true;
             }
             Some(mask) => {
                 self.report_mask = mask;

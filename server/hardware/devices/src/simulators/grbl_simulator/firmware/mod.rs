@@ -15,7 +15,7 @@ use std::time::{Duration, Instant};
 use super::dialect::Dialect;
 use super::motion::Motion;
 use super::{Event, SimulatorConfig};
-use crate::simulators::simulator::{Firmware as SimulatedFirmware, Witness, WitnessEvent};
+use crate::simulators::simulator::{EventLog, Firmware as SimulatedFirmware, LogEvent};
 use alarms::Pause;
 
 /// Time to resume after the door was closed.
@@ -67,7 +67,7 @@ const START_MODAL: Modal =
 /// A controller with its machine.
 pub struct Firmware {
     config: SimulatorConfig,
-    witness: Witness,
+    event_log: EventLog,
     state: State,
     modal: Modal,
     at_mm: f64,
@@ -99,9 +99,9 @@ pub struct Firmware {
     /// Whether it was reset since power-on.
     was_reset: bool,
     /// An event that persists.
-    lasting: Option<Event>,
+    active_event: Option<Event>,
     /// It hangs: no more output.
-    dead: bool,
+    hung: bool,
     outgoing: Vec<u8>,
 }
 
@@ -109,12 +109,12 @@ impl SimulatedFirmware for Firmware {
     type Config = SimulatorConfig;
     type Event = Event;
 
-    fn new(config: SimulatorConfig, witness: Witness) -> Self {
+    fn new(config: SimulatorConfig, event_log: EventLog) -> Self {
         Self {
             at_mm: config.start_at_mm,
             report_mask: config.report_mask,
             config,
-            witness,
+            event_log,
             state: State::Idle,
             modal: START_MODAL,
             motion: None,
@@ -134,22 +134,22 @@ impl SimulatedFirmware for Firmware {
             door_open: false,
             restored_at: None,
             was_reset: false,
-            lasting: None,
-            dead: false,
+            active_event: None,
+            hung: false,
             outgoing: Vec::new(),
         }
     }
 
     fn power_on(&mut self, now: Instant) {
-        self.witness.saw(now, WitnessEvent::PoweredOn);
-        self.dead = false;
+        self.event_log.record(now, LogEvent::PoweredOn);
+        self.hung = false;
         self.boot(now);
     }
 
     /// Motion and laser off, in any state.
     fn power_off(&mut self, now: Instant) {
         self.halt(now);
-        self.dark(now);
+        self.turn_laser_off(now);
         self.outgoing.clear();
     }
 
@@ -157,7 +157,7 @@ impl SimulatedFirmware for Firmware {
         self.receive_bytes(bytes, now);
     }
 
-    fn pass(&mut self, now: Instant) {
+    fn advance_time(&mut self, now: Instant) {
         self.advance(now);
         if let Some(pause) = self.pause {
             if now < pause.until {
@@ -167,7 +167,7 @@ impl SimulatedFirmware for Firmware {
         }
         self.end_restoring(now);
         self.read_lines(now);
-        if self.query && !self.deaf() {
+        if self.query && !self.ignores_queries() {
             self.query = false;
             self.report(now);
         }
@@ -175,8 +175,8 @@ impl SimulatedFirmware for Firmware {
     }
 
     fn take_outgoing(&mut self) -> Vec<u8> {
-        let said = std::mem::take(&mut self.outgoing);
-        if self.dead { Vec::new() } else { said }
+        let output = std::mem::take(&mut self.outgoing);
+        if self.hung { Vec::new() } else { output }
     }
 
     fn trigger_event(&mut self, event: Event, now: Instant) {
@@ -187,14 +187,14 @@ impl SimulatedFirmware for Firmware {
             Event::DoorOpen(open) => self.door_open = open,
             Event::Stall => {
                 self.stall(now);
-                self.lasting = Some(event);
+                self.active_event = Some(event);
             }
-            Event::NoAcknowledgement | Event::EmergencyStop => self.lasting = Some(event),
+            Event::NoAcknowledgement | Event::EmergencyStop => self.active_event = Some(event),
         }
     }
 
     fn repair(&mut self) {
-        self.lasting = None;
+        self.active_event = None;
     }
 }
 
@@ -214,7 +214,7 @@ impl Firmware {
 
     /// Whether queries are not answered: GRBL does not answer them during homing and limit alarms, and grblHAL not
     /// during homing unless bit 12 of `$10` is set.
-    fn deaf(&self) -> bool {
+    fn ignores_queries(&self) -> bool {
         match (self.config.dialect, self.state) {
             (Dialect::Grbl, State::Home | State::Critical) => true,
             (Dialect::GrblHal, State::Home) => self.report_mask & (1 << 12) == 0,
@@ -225,17 +225,17 @@ impl Firmware {
     fn advance(&mut self, now: Instant) {
         loop {
             let Some(motion) = self.motion else { return };
-            if self.lasting == Some(Event::Stall) {
+            if self.active_event == Some(Event::Stall) {
                 return;
             }
             if now < motion.ends_at() {
                 self.at_mm = motion.at(now).0;
-                return self.witness.saw_axis_at(now, self.at_mm);
+                return self.event_log.record_position(now, self.at_mm);
             }
             let ended_at = motion.ends_at();
             self.at_mm = self.snapped(motion.at(ended_at).0);
             self.motion = None;
-            self.witness.saw(ended_at, WitnessEvent::MotionEnded(self.at_mm));
+            self.event_log.record(ended_at, LogEvent::MotionEnded(self.at_mm));
             self.motion_ended(ended_at, now);
         }
     }
@@ -284,17 +284,17 @@ impl Firmware {
     }
 
     fn begin(&mut self, to_mm: f64, speed_mm_s: f64, now: Instant) {
-        self.witness.saw(now, WitnessEvent::MotionBegan(self.at_mm));
+        self.event_log.record(now, LogEvent::MotionBegan(self.at_mm));
         self.motion = Some(Motion::travel(self.at_mm, to_mm, speed_mm_s, self.config.acceleration_mm_s2, now));
     }
 
     /// Stops abruptly, and discards planned moves and received bytes.
     fn halt(&mut self, now: Instant) {
         if let Some(motion) = self.motion.take() {
-            if self.lasting != Some(Event::Stall) {
+            if self.active_event != Some(Event::Stall) {
                 self.at_mm = self.snapped(motion.at(now).0);
             }
-            self.witness.saw(now, WitnessEvent::MotionEnded(self.at_mm));
+            self.event_log.record(now, LogEvent::MotionEnded(self.at_mm));
         }
         self.planned.clear();
         self.homing_legs.clear();
@@ -307,12 +307,12 @@ impl Firmware {
     fn update_light(&mut self, now: Instant) {
         let moving = self.motion.is_some();
         let held = matches!(self.state, State::Hold | State::Door) && !moving && self.restored_at.is_none();
-        let gives_out = match self.modal.spindle {
+        let is_output_on = match self.modal.spindle {
             Spindle::Off => false,
             Spindle::Constant => self.modal.feeds && !held,
             Spindle::Dynamic => self.modal.feeds && moving,
         };
-        let lit = (gives_out && self.modal.speed > 0.0).then(|| {
+        let lit = (is_output_on && self.modal.speed > 0.0).then(|| {
             // Per cent of the programmed speed, up to full power.
             (self.modal.speed / self.config.max_spindle * f64::from(self.overrides[2]) / 100.0).min(1.0)
         });
@@ -320,16 +320,16 @@ impl Firmware {
             return;
         }
         self.lit = lit;
-        self.witness.saw(now, lit.map_or(WitnessEvent::LightOff, WitnessEvent::LightOn));
+        self.event_log.record(now, lit.map_or(LogEvent::LightOff, LogEvent::LightOn));
     }
 
-    fn dark(&mut self, now: Instant) {
+    fn turn_laser_off(&mut self, now: Instant) {
         self.modal = START_MODAL;
         self.update_light(now);
     }
 
     fn send_line(&mut self, line: &str) {
-        if line == "ok" && self.lasting == Some(Event::NoAcknowledgement) {
+        if line == "ok" && self.active_event == Some(Event::NoAcknowledgement) {
             return;
         }
         self.outgoing.extend_from_slice(line.as_bytes());

@@ -1,4 +1,4 @@
-//! Single bytes that act at once, whatever is being done.
+//! Realtime commands: single bytes executed at once, in every state.
 
 use std::time::Instant;
 

@@ -34,8 +34,8 @@ impl Firmware {
         let feed_mm_min = self.motion.map_or(0.0, |motion| motion.at(now).1 * 60.0);
         let speed = if self.modal.spindle == Spindle::Off { 0.0 } else { self.modal.speed };
         let hal = self.config.dialect == Dialect::GrblHal;
-        let tells_offset = !hal || self.report_mask & (1 << 5) != 0;
-        let offset = if tells_offset && self.reports % 30 == if hal { 9 } else { 0 } {
+        let includes_offset = !hal || self.report_mask & (1 << 5) != 0;
+        let offset = if includes_offset && self.reports % 30 == if hal { 9 } else { 0 } {
             "|WCO:0.000,0.000,0.000"
         } else {
             ""
@@ -99,7 +99,9 @@ impl Firmware {
         }
         match config.dialect {
             Dialect::Grbl => {}
-            Dialect::GrblHal => settings.extend([(39, flag(config.hears_in_commands)), (62, flag(config.sleeps))]),
+            Dialect::GrblHal => {
+                settings.extend([(39, flag(config.realtime_in_commands)), (62, flag(config.sleeps))])
+            }
             Dialect::FluidNc => settings.retain(|(number, _)| ![13, 27, 31].contains(number)),
         }
         settings.sort_by_key(|(number, _)| *number);

@@ -16,12 +16,12 @@ use crate::progress::Phase;
 use crate::resources::scan_run::ScanRange;
 
 /// Minimum interval of progress reports during a continuous scan: faster is not readable.
-const TOLD_EVERY: Duration = Duration::from_millis(50);
+const REPORT_INTERVAL: Duration = Duration::from_millis(50);
 
 /// Maximum number of frames until a new exposure takes effect.
 const LATE_FRAMES: usize = 5;
 
-/// The camera rounds what is asked for.
+/// Relative tolerance of an exposure: the camera rounds the requested value.
 const SAME_EXPOSURE: f64 = 0.02;
 /// A room that was dark enough is checked again after this many rows.
 const AMBIENT_CHECK_ROWS: usize = 50;
@@ -34,7 +34,7 @@ pub struct AmbientLight {
     /// In the last laser-off image.
     pub last_levels: Option<f64>,
     /// Number of laser-off images.
-    pub n_pictures: usize,
+    pub n_images: usize,
 }
 
 /// Captures the missing frames and passes them on. Losses are added to `losses` as text.
@@ -63,7 +63,7 @@ pub fn take_frames(
         losses,
         log,
         done: positions.len(),
-        told_at: None,
+        reported_at: None,
         ambient: AmbientLight::default(),
         background: None,
         looked_at: None,
@@ -85,7 +85,7 @@ struct Run<'a> {
     /// Rows captured.
     done: usize,
     /// When that was last reported.
-    told_at: Option<Instant>,
+    reported_at: Option<Instant>,
     ambient: AmbientLight,
     /// The laser-off image for the next frames.
     background: Option<Arc<Background>>,
@@ -132,7 +132,7 @@ impl Run<'_> {
         self.plan.exposures_us.iter().map(|exposure_us| self.exposed(*exposure_us)).collect()
     }
 
-    /// A frame that was exposed so long. A camera takes over a new exposure some frames late; it says with each which it
+    /// A frame with this exposure. A camera applies a new exposure some frames later; each frame states the one it
     /// had.
     fn exposed(&self, exposure_us: f64) -> Result<SharedFrame, JobEnd> {
         let wanted = CameraRequest { exposure_us: Some(exposure_us), ..CameraRequest::default() };
@@ -158,8 +158,8 @@ impl Run<'_> {
         self.looked_at.is_none_or(|looked_at| row >= looked_at + every)
     }
 
-    /// Takes a picture with the laser off where the stage stands, to be taken away from frames if the room is that bright;
-    /// the laser stays off. Returns how many frames were lost on their way.
+    /// Captures a laser-off image at the current stage position, to be subtracted from frames if the ambient light requires it;
+    /// the laser stays off. Returns the number of frames lost meanwhile.
     fn capture_background(&mut self, row: usize) -> Result<u64, JobEnd> {
         let Some(asked) = self.plan.background else { return Ok(0) };
         self.lease.laser_off()?;
@@ -167,7 +167,7 @@ impl Run<'_> {
         let background = Background::new(row, &frame);
         let levels = background.ambient_levels();
         let ambient = &mut self.ambient;
-        ambient.n_pictures += 1;
+        ambient.n_images += 1;
         ambient.levels.get_or_insert(levels);
         ambient.last_levels = Some(levels);
         self.looked_at = Some(row);
@@ -210,7 +210,7 @@ impl Run<'_> {
         let others = [(nowhere, "have no stage position"), (unlit, "were captured with the laser off")];
         let others = others.into_iter().filter(|(n, _)| *n > 0);
         self.losses.extend(others.map(|(n, what)| format!("{n} frames {what}")));
-        match stream.broken() {
+        match stream.end_reason() {
             Some(refusal) => return Err(refusal.into()),
             None => self.lease.laser_off()?,
         }
@@ -223,11 +223,11 @@ impl Run<'_> {
     fn give(&mut self, frames: Vec<SharedFrame>, position: f64) -> Result<(), JobEnd> {
         self.hand.give(frames, self.plan.range.stage.position(position), self.background.clone())?;
         self.done += 1;
-        let soon = self.told_at.is_some_and(|at| at.elapsed() < TOLD_EVERY);
+        let soon = self.reported_at.is_some_and(|at| at.elapsed() < REPORT_INTERVAL);
         if self.plan.mode == ScanMode::Continuous && soon && self.done < self.plan.n_rows {
             return Ok(());
         }
-        self.told_at = Some(Instant::now());
+        self.reported_at = Some(Instant::now());
         let n_rows = self.plan.n_rows.max(self.done);
         let words = format!("row {} of {n_rows}", self.done);
         self.lease.activity(&format!("scanning, {words}"));
@@ -242,8 +242,8 @@ fn dark(row: usize) -> AppError {
         .remedy("check laser and interlock, then resume the scan")
 }
 
-/// Gaps between the first and the last position of a continuous scan, as text: frames lost without being counted leave a
-/// gap.
+/// Gaps between the first and the last position of a continuous scan, as text: frames lost without being counted leave
+/// a gap.
 pub fn gaps(range: &ScanRange, positions: &[f64]) -> Vec<String> {
     /// A missing frame doubles the step; a camera on a busy machine exposes at most half a period late.
     const GAP_STEPS: f64 = 1.75;

@@ -4,7 +4,7 @@ use twin::{Scene, StationShape};
 
 use super::bench::{Bench, from_station, shape};
 use crate::jobs::{ScanInput, ScanMode, ScanSource};
-use crate::resources::scan_run::BackgroundInput;
+use crate::resources::scan_run::{BackgroundInput, ScanSettings};
 use store::{ScanRecord, ScanState};
 
 /// Levels of white in laser frames: a bright hall.
@@ -19,11 +19,13 @@ fn bench(ambient_levels: f64) -> Bench {
 }
 
 fn with(background: BackgroundInput) -> ScanInput {
-    ScanInput { background: Some(background), ..from_station(-2.0, 2.0, 1.0) }
+    let mut input = from_station(-2.0, 2.0, 1.0);
+    input.settings.background = Some(background);
+    input
 }
 
 fn figures(scan: &ScanRecord) -> [u64; 3] {
-    ["n_pictures", "n_frames_with", "n_frames_without"].map(|key| scan.report["background"][key].as_u64().unwrap())
+    ["n_images", "n_frames_with", "n_frames_without"].map(|key| scan.report["background"][key].as_u64().unwrap())
 }
 
 #[test]
@@ -33,7 +35,9 @@ fn ambient_light_is_subtracted_and_the_kept_images_give_the_same_cloud() {
     let in_the_dark = n_points(&dark.scan(from_station(-2.0, 2.0, 1.0)));
     let as_it_is = n_points(&bright.scan(from_station(-2.0, 2.0, 1.0)));
     let every_other = BackgroundInput { every_rows: Some(2), above_levels: None };
-    let scan = bright.scan(ScanInput { keep_frames: true, ..with(every_other) });
+    let mut kept = with(every_other);
+    kept.settings.keep_frames = true;
+    let scan = bright.scan(kept);
     println!(
         "{in_the_dark} points in the dark, {as_it_is} in a bright room, {} after subtraction",
         n_points(&scan)
@@ -46,13 +50,8 @@ fn ambient_light_is_subtracted_and_the_kept_images_give_the_same_cloud() {
     let off = |n: f64| (n / in_the_dark - 1.0).abs();
     assert!(off(n_points(&scan)) < 0.05 && off(n_points(&scan)) < off(as_it_is), "{}", scan.report);
     let source = ScanSource::Capture { capture_id: scan.capture_id.clone().unwrap(), scan: None };
-    let again = bright.scan(ScanInput {
-        source,
-        from_mm: None,
-        to_mm: None,
-        step_mm: None,
-        ..from_station(0.0, 0.0, 1.0)
-    });
+    let again =
+        bright.scan(ScanInput { source, settings: ScanSettings::default(), ..from_station(0.0, 0.0, 1.0) });
     assert_eq!(bright.cloud(&again), bright.cloud(&scan));
     assert_eq!(bright.operator.laser_power(), 0.0);
 }
@@ -71,15 +70,16 @@ fn a_dark_room_is_checked_once_and_nothing_is_subtracted() {
 #[test]
 fn a_continuous_scan_has_laser_off_images_before_and_after() {
     let bench = Bench::of(&StationShape { ambient_levels: BRIGHT, ..shape() });
-    let sweep = ScanInput {
+    let mut sweep = with(BackgroundInput::default());
+    sweep.settings = ScanSettings {
         mode: Some(ScanMode::Continuous),
         speed_mm_s: Some(2.0),
         step_mm: Some(0.4),
-        ..with(BackgroundInput::default())
+        ..sweep.settings
     };
     let scan = bench.scan(sweep);
-    let [n_pictures, n_with, n_without] = figures(&scan);
-    assert_eq!((scan.state, n_pictures), (ScanState::Complete, 2), "{}", scan.report);
+    let [n_images, n_with, n_without] = figures(&scan);
+    assert_eq!((scan.state, n_images), (ScanState::Complete, 2), "{}", scan.report);
     assert_eq!(n_with + n_without, scan.report["n_frames"].as_u64().unwrap());
     assert!(n_with > 0, "{}", scan.report);
 }

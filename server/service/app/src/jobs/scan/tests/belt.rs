@@ -14,6 +14,7 @@ use super::bench::{Bench, from_station, run, shape};
 use super::measured::sphere;
 use crate::error::ErrorKind;
 use crate::jobs::{JobEnd, ScanInput, ScanMode};
+use crate::resources::scan_run::ScanSettings;
 
 const PITCH_MM: f64 = 0.5;
 
@@ -29,12 +30,10 @@ fn belt() -> Bench {
 /// The ball passes the lines about as far after the first trigger as the belt starts before them.
 fn ball() -> ScanInput {
     let range = (-BELT_START_MM - 8.0, -BELT_START_MM + 8.0);
-    ScanInput {
-        mode: Some(ScanMode::Continuous),
-        step_mm: None,
-        measure: vec![sphere(18.9)],
-        ..from_station(range.0, range.1, PITCH_MM)
-    }
+    let mut input = from_station(range.0, range.1, PITCH_MM);
+    (input.settings.mode, input.settings.step_mm) = (Some(ScanMode::Continuous), None);
+    input.measure = vec![sphere(18.9)];
+    input
 }
 
 #[test]
@@ -63,15 +62,20 @@ fn a_frame_lost_on_a_belt_makes_the_scan_invalid_and_moves_no_point() {
 }
 
 #[test]
-fn what_would_need_the_belt_to_stop_is_refused_by_name() {
+fn requests_that_need_the_belt_to_stop_are_refused_by_name() {
     let bench = belt();
     let refused = |input: ScanInput| match run(input, &bench.job().ctx) {
         Err(JobEnd::Failed(error)) => error,
         other => panic!("{other:?}"),
     };
-    let stopping = refused(ScanInput { mode: Some(ScanMode::StopAndGo), ..ball() });
+    let with = |change: fn(&mut ScanSettings)| {
+        let mut input = ball();
+        change(&mut input.settings);
+        refused(input)
+    };
+    let stopping = with(|settings| settings.mode = Some(ScanMode::StopAndGo));
     assert_eq!((stopping.kind, stopping.pointer.as_deref()), (ErrorKind::Impossible, Some("/mode")));
     assert!(stopping.detail.contains("not controlled here"), "{}", stopping.detail);
-    let backwards = refused(ScanInput { from_mm: Some(20.0), to_mm: Some(10.0), ..ball() });
+    let backwards = with(|settings| (settings.from_mm, settings.to_mm) = (Some(20.0), Some(10.0)));
     assert_eq!(backwards.pointer.as_deref(), Some("/to_mm"));
 }

@@ -26,6 +26,7 @@ use crate::jobs::{ComputeContext, Done, JobEnd, JobInput, ScanInput, ScanSource,
 use crate::recordings::{RecordingParts, Recordings};
 use crate::resources::captures::Captures;
 use crate::resources::measurements::ScanPurpose;
+use crate::resources::scan_run::ScanSettings;
 
 /// The progress a job has reported so far.
 pub type Kept<T> = Arc<Mutex<Vec<T>>>;
@@ -254,21 +255,12 @@ pub fn from_station(from_mm: f64, to_mm: f64, step_mm: f64) -> ScanInput {
     ScanInput {
         source: ScanSource::Station,
         name: None,
-        from_mm: Some(from_mm),
-        to_mm: Some(to_mm),
-        step_mm: Some(step_mm),
-        speed_mm_s: None,
-        from_deg: None,
-        to_deg: None,
-        step_deg: None,
-        speed_deg_s: None,
-        mode: None,
-        exposure_us: None,
-        exposures_us: Vec::new(),
-        laser_power: None,
-        keep_frames: false,
-        background: None,
-        record: false,
+        settings: ScanSettings {
+            from_mm: Some(from_mm),
+            to_mm: Some(to_mm),
+            step_mm: Some(step_mm),
+            ..ScanSettings::default()
+        },
         calibration_id: None,
         resume_scan_id: None,
         measure: Vec::new(),
@@ -279,9 +271,7 @@ pub fn from_station(from_mm: f64, to_mm: f64, step_mm: f64) -> ScanInput {
 /// The rest of a stopped scan.
 pub fn resumed(id: &str) -> ScanInput {
     ScanInput {
-        from_mm: None,
-        to_mm: None,
-        step_mm: None,
+        settings: ScanSettings::default(),
         resume_scan_id: Some(id.to_owned()),
         ..from_station(0.0, 0.0, 1.0)
     }

@@ -11,17 +11,18 @@ use super::bench::{Bench, from_station, run, true_document};
 use crate::jobs::export::{ExportFormat, bytes_to_artifact};
 use crate::jobs::{ExportInput, RecomputeInput, ScanInput, ScanSource, export, recompute};
 use crate::progress::Silent;
+use crate::resources::scan_run::ScanSettings;
 use pipeline::{open_capture, scan_capture};
 
 fn from_capture(capture_id: &str, scan: Option<&str>) -> ScanInput {
     let source = ScanSource::Capture { capture_id: capture_id.to_owned(), scan: scan.map(str::to_owned) };
-    ScanInput { source, from_mm: None, to_mm: None, step_mm: None, ..from_station(0.0, 0.0, 1.0) }
+    ScanInput { source, settings: ScanSettings::default(), ..from_station(0.0, 0.0, 1.0) }
 }
 
 /// A scan with kept images.
 fn with_pictures(bench: &Bench) -> (ScanRecord, String) {
     let mut input = from_station(-3.0, 3.0, 1.5);
-    (input.keep_frames, input.name) = (true, Some("ball".to_owned()));
+    (input.settings.keep_frames, input.name) = (true, Some("ball".to_owned()));
     let scan = bench.scan(input);
     let capture_id = scan.capture_id.clone().expect("the images are kept");
     (scan, capture_id)
@@ -85,7 +86,7 @@ fn the_only_scan_of_a_capture_needs_no_name_and_several_are_listed() {
     let unknown = refused(from_capture(&capture_id, Some("cube")));
     assert!(unknown.detail.contains("cube") && format!("{unknown:?}").contains("ball"), "{unknown:?}");
     let mut with_range = from_capture(&capture_id, None);
-    with_range.step_mm = Some(0.1);
+    with_range.settings.step_mm = Some(0.1);
     assert_eq!(refused(with_range).pointer.as_deref(), Some("/step_mm"));
     // A capture with two scans: the same images under two names.
     let folder = bench.captures.check_out(&capture_id).unwrap();

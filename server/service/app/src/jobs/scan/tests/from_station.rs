@@ -45,7 +45,7 @@ fn every_row_is_in_the_scan_at_its_position_and_shown_live() {
 fn a_sweep_takes_a_frame_at_every_step() {
     let bench = Bench::new();
     let mut input = from_station(-2.0, 2.0, 0.4);
-    (input.mode, input.speed_mm_s) = (Some(ScanMode::Continuous), Some(2.0));
+    (input.settings.mode, input.settings.speed_mm_s) = (Some(ScanMode::Continuous), Some(2.0));
     let scan = bench.scan(input);
     assert_eq!(scan.state, ScanState::Complete, "{}", scan.report);
     let peaks = read_peaks(Cursor::new(bench.bytes(&scan.peaks))).unwrap();
@@ -60,7 +60,7 @@ fn a_scan_that_lost_frames_is_invalid_and_reports_it() {
     let bench = Bench::new();
     bench.operator.set_fault(TwinFault::LostFrames { every: 4 });
     let mut input = from_station(-2.0, 2.0, 0.4);
-    (input.mode, input.speed_mm_s) = (Some(ScanMode::Continuous), Some(2.0));
+    (input.settings.mode, input.settings.speed_mm_s) = (Some(ScanMode::Continuous), Some(2.0));
     let scan = bench.scan(input);
     assert_eq!(scan.state, ScanState::Invalid);
     let losses = scan.report["losses"].to_string();

@@ -14,9 +14,11 @@ use crate::jobs::{JobEnd, ScanInput, ScanMode, ScanSource};
 use crate::recordings::RecordingOf;
 use crate::recordings::figures::{Ended, RecordingFigures};
 use crate::resources::captures::CaptureOrigin;
+use crate::resources::scan_run::ScanSettings;
 
-fn recorded(input: ScanInput) -> ScanInput {
-    ScanInput { record: true, name: Some("ball".to_owned()), ..input }
+fn recorded(mut input: ScanInput) -> ScanInput {
+    (input.settings.record, input.name) = (true, Some("ball".to_owned()));
+    input
 }
 
 fn recordings(bench: &Bench) -> Vec<RecordingRecord> {
@@ -40,7 +42,7 @@ fn cloud_of_recording(bench: &Bench, file: &RecordingFile) -> Vec<u8> {
     let (record, change) = bench.captures.take_in_folder(&folder, CaptureOrigin::Upload, "exported").unwrap();
     bench.runtime.block_on(bench.ledger.commit(vec![change])).unwrap();
     let source = ScanSource::Capture { capture_id: record.id, scan: None };
-    let input = ScanInput { source, from_mm: None, to_mm: None, step_mm: None, ..from_station(0.0, 0.0, 1.0) };
+    let input = ScanInput { source, settings: ScanSettings::default(), ..from_station(0.0, 0.0, 1.0) };
     bench.cloud(&bench.scan(input))
 }
 
@@ -69,7 +71,7 @@ fn a_recorded_stop_and_go_scan_is_recomputed_bit_by_bit() {
 fn a_recorded_continuous_scan_is_recomputed_bit_by_bit_and_also_has_its_run_up_frames() {
     let bench = Bench::new();
     let mut input = recorded(from_station(-2.0, 2.0, 0.4));
-    (input.mode, input.speed_mm_s) = (Some(ScanMode::Continuous), Some(2.0));
+    (input.settings.mode, input.settings.speed_mm_s) = (Some(ScanMode::Continuous), Some(2.0));
     let scan = bench.scan(input);
     check_same_cloud(&bench, &scan);
     let (_, figures, file) = only_recording(&bench);

@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use super::bench::{Bench, from_station};
 use crate::config::limits::FREE_FLOOR_BYTES;
 use crate::jobs::plan::{Pace, plan};
-use crate::jobs::{JobEnd, JobInput, JobParts, Jobs, ScanInput, ScanMode};
+use crate::jobs::{JobEnd, JobInput, JobParts, Jobs, ScanMode};
 
 /// A queue on the bench whose jobs do nothing, on a disk with the given free space.
 fn queue(bench: &Bench, free_bytes: Arc<AtomicU64>) -> Jobs {
@@ -32,7 +32,8 @@ fn a_scan_that_keeps_its_images_is_refused_without_disk_space_for_them() {
     let jobs = queue(&bench, free_bytes.clone());
     let submit = |keep_frames: bool, free: u64| {
         free_bytes.store(free, Ordering::SeqCst);
-        let input = ScanInput { keep_frames, ..from_station(-6.0, 6.0, 0.2) };
+        let mut input = from_station(-6.0, 6.0, 0.2);
+        input.settings.keep_frames = keep_frames;
         bench.runtime.block_on(jobs.submit(JobInput::Scan(input), "test"))
     };
     let calibration = bench.document.calibration();

@@ -45,7 +45,7 @@ fn a_scan_cancelled_at_any_step_turns_the_laser_off_and_keeps_its_rows() {
 fn a_resumed_scan_equals_an_uninterrupted_one_bit_by_bit() {
     let whole = Bench::new();
     let mut input = from_station(-3.0, 3.0, 1.0);
-    input.keep_frames = true;
+    input.settings.keep_frames = true;
     let expected = whole.scan(input.clone());
     let bench = Bench::new();
     cancelled(&bench, input, "row 3 of");
@@ -77,7 +77,7 @@ fn a_scan_is_resumed_only_with_its_own_settings() {
             other => panic!("{:?}", other.map(|done| done.message)),
         }
     };
-    let (kind, detail) = refused(&|input| input.step_mm = Some(0.5));
+    let (kind, detail) = refused(&|input| input.settings.step_mm = Some(0.5));
     assert_eq!(kind, ErrorKind::Conflict);
     assert!(detail.contains("step_mm 0.5 instead of 1"), "{detail}");
     let (kind, detail) = refused(&|input| input.calibration_id = Some("other000".into()));

@@ -14,7 +14,7 @@ use twin::StationShape;
 use super::bench::{Bench, from_station, resumed, run, shape};
 use crate::jobs::{JobEnd, ScanInput, ScanMode, ScanSource};
 use crate::resources::measurements::MeasureInput;
-use crate::resources::scan_run::ScanRun;
+use crate::resources::scan_run::{ScanRun, ScanSettings};
 
 /// Tolerance for points of a sphere at most 30 mm off the axis, rows 7.5° apart: noise of 0.05 px and the row spacing.
 const CLOSURE_RMS_MM: f64 = 0.1;
@@ -28,12 +28,12 @@ fn bench() -> Bench {
 
 fn turn(from_deg: f64, to_deg: f64, step_deg: f64) -> ScanInput {
     ScanInput {
-        from_mm: None,
-        to_mm: None,
-        step_mm: None,
-        from_deg: Some(from_deg),
-        to_deg: Some(to_deg),
-        step_deg: Some(step_deg),
+        settings: ScanSettings {
+            from_deg: Some(from_deg),
+            to_deg: Some(to_deg),
+            step_deg: Some(step_deg),
+            ..ScanSettings::default()
+        },
         ..from_station(0.0, 0.0, 1.0)
     }
 }
@@ -53,12 +53,9 @@ fn a_sphere_is_scanned_over_a_full_turn_measured_and_rescanned_from_its_images()
         region_mm: None,
         seed: None,
     };
-    let scan = bench.scan(ScanInput {
-        keep_frames: true,
-        name: Some("ball".into()),
-        measure: vec![ball],
-        ..turn(0.0, 375.0, 7.5)
-    });
+    let mut whole = ScanInput { name: Some("ball".into()), measure: vec![ball], ..turn(0.0, 375.0, 7.5) };
+    whole.settings.keep_frames = true;
+    let scan = bench.scan(whole);
     assert_eq!(scan.state, ScanState::Complete, "{}", scan.report);
     assert_eq!(positions(&bench, &scan)[50], StagePosition::RotaryDeg(375.0));
     assert_eq!((scan.plan["to_deg"].as_f64(), scan.plan["to_mm"].as_f64()), (Some(375.0), None));
@@ -76,8 +73,7 @@ fn a_sphere_is_scanned_over_a_full_turn_measured_and_rescanned_from_its_images()
     // Rows are 2.5 mm apart here, too coarse to exclude steep flanks; U is tested against the truth in `metrology`.
     assert!((radius_mm - 18.9).abs() < COARSE_MM && u_mm < 0.1, "{result}");
     let source = ScanSource::Capture { capture_id: scan.capture_id.clone().unwrap(), scan: None };
-    let again =
-        bench.scan(ScanInput { source, from_deg: None, to_deg: None, step_deg: None, ..turn(0.0, 0.0, 1.0) });
+    let again = bench.scan(ScanInput { source, settings: ScanSettings::default(), ..turn(0.0, 0.0, 1.0) });
     assert_eq!(bench.cloud(&again), bench.cloud(&scan));
 }
 
@@ -86,7 +82,7 @@ fn a_continuous_turntable_scan_has_constant_speed_and_a_stopped_one_is_resumed()
     let bench = bench();
     // Rows close enough that orders see the same surfaces even if a busy machine varies their spacing.
     let mut sweep = turn(0.0, 60.0, 3.0);
-    (sweep.mode, sweep.speed_deg_s) = (Some(ScanMode::Continuous), Some(30.0));
+    (sweep.settings.mode, sweep.settings.speed_deg_s) = (Some(ScanMode::Continuous), Some(30.0));
     let swept = bench.scan(sweep);
     assert_eq!(swept.state, ScanState::Complete, "{}", swept.report);
     let angles: Vec<f64> = positions(&bench, &swept).iter().map(|at| at.deg().unwrap()).collect();

@@ -6,13 +6,14 @@ use twin::Scene;
 
 use super::bench::{Bench, from_station, verify};
 use crate::jobs::{JobEnd, ScanInput, VerifyInput};
+use crate::resources::scan_run::ScanSettings;
 
 /// Maximum error of a height with the true calibration: noise of thousands of points, and the line thickness at half the
 /// resolution of the default station.
 const WITHIN_MM: f64 = 0.02;
 
 fn gauge(tolerance_mm: f64) -> VerifyInput {
-    let scan = ScanInput { from_mm: None, to_mm: None, step_mm: None, ..from_station(0.0, 0.0, 1.0) };
+    let scan = ScanInput { settings: ScanSettings::default(), ..from_station(0.0, 0.0, 1.0) };
     VerifyInput { reference_part: "gauge".into(), nominal_mm: 8.9, tolerance_mm: Some(tolerance_mm), scan }
 }
 

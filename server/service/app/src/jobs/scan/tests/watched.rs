@@ -47,7 +47,7 @@ fn rows_of_two_exposures_replace_saturated_points_and_restore_the_camera_setting
     let bench = Bench::new();
     let before_us = bench.station.status().camera_settings.exposure_us;
     let mut input = from_station(-2.0, 2.0, 0.5);
-    input.exposures_us = vec![8000.0, 1000.0];
+    input.settings.exposures_us = vec![8000.0, 1000.0];
     let scan = bench.scan(input);
     assert_eq!(scan.state, ScanState::Complete, "{}", scan.report);
     assert_eq!(scan.report["n_frames"], 9);

@@ -128,7 +128,7 @@ async fn get_session(
 /// Deletes a session; calibrations computed from it are kept.
 #[utoipa::path(
     delete, path = "/calibration-sessions/{id}", tag = "calibration sessions", params(("id" = String, Path)),
-    responses((status = 204, description = "Forgotten"))
+    responses((status = 204, description = "Deleted"))
 )]
 async fn delete_session(
     State(app): State<App>,
@@ -290,7 +290,7 @@ async fn solve_session(
 /// Sets where the virtual operator of the simulated station holds the board.
 #[utoipa::path(
     put, path = "/simulation/board", tag = "simulation", request_body = VirtualBoardDto,
-    responses((status = 204, description = "The board is there"))
+    responses((status = 204, description = "Placed"))
 )]
 async fn place_board(
     State(app): State<App>,

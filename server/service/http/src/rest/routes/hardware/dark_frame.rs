@@ -29,7 +29,7 @@ pub fn routes() -> OpenApiRouter<Http> {
 )]
 async fn get_dark_frame(State(app): State<App>) -> Result<Json<DarkFrameDto>, Problem> {
     let kept = app.dark_frames.get().await.ok_or_else(no_dark_frame)?;
-    Ok(Json(DarkFrameDto::new(&kept, app.station.status().dark_use)))
+    Ok(Json(DarkFrameDto::new(&kept, app.station.status().dark_frame_use)))
 }
 
 /// Takes a dark frame at the current camera settings: cover the lens first. The laser is off meanwhile. From then on all

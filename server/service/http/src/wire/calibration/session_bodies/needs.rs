@@ -17,7 +17,7 @@ pub struct CameraEstimateDto {
     pub problem: Option<String>,
 }
 
-/// What the steps of a session have and need.
+/// The requirements of the steps of a session.
 #[derive(Debug, Clone, Serialize, ToSchema)]
 pub struct SessionNeedsDto {
     /// Boards with detected corners.
@@ -33,7 +33,7 @@ pub struct SessionNeedsDto {
     /// Whether all requirements of the camera step are met.
     pub camera_met: bool,
     /// Boards with detected laser lines.
-    pub lit_boards: RequirementDto,
+    pub laser_boards: RequirementDto,
     /// Stage positions with a detected board.
     pub stage_views: RequirementDto,
 }
@@ -42,9 +42,9 @@ pub struct SessionNeedsDto {
 #[derive(Debug, Clone, Serialize, ToSchema)]
 pub struct RequirementDto {
     /// Current value.
-    pub have: f64,
+    pub actual: f64,
     /// Required value.
-    pub want: f64,
+    pub required: f64,
     /// Whether the requirement is met.
     pub met: bool,
 }
@@ -94,7 +94,7 @@ impl From<SessionNeeds> for SessionNeedsDto {
             tilted_deg,
             distance_mm,
             camera_met,
-            lit_boards,
+            laser_boards,
             stage_views,
         } = of;
         Self {
@@ -104,7 +104,7 @@ impl From<SessionNeeds> for SessionNeedsDto {
             tilted_deg,
             distance_mm: distance_mm.into(),
             camera_met,
-            lit_boards: lit_boards.into(),
+            laser_boards: laser_boards.into(),
             stage_views: stage_views.into(),
         }
     }
@@ -112,8 +112,8 @@ impl From<SessionNeeds> for SessionNeedsDto {
 
 impl From<Need> for RequirementDto {
     fn from(of: Need) -> Self {
-        let Need { have, want, met } = of;
-        Self { have, want, met }
+        let Need { actual, required, met } = of;
+        Self { actual, required, met }
     }
 }
 

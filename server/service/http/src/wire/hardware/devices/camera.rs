@@ -213,7 +213,7 @@ impl From<&StationStatus> for CameraDto {
                 roi: can.roi,
             },
             settings: (&status.camera_settings).into(),
-            dark_frame: status.dark_use.into(),
+            dark_frame: status.dark_frame_use.into(),
             measured_rate_hz: status.frame_rate_hz,
         }
     }

@@ -16,8 +16,7 @@ use crate::wire::scan::scan_runs::{ScanPurposeDto, ScanRunDto};
 
 pub use formats::{CloudFormatDto, CloudQuery, MeshFormatDto, MeshQuery};
 pub use inputs::{
-    BackgroundDto, ExportWhatDto, RecomputeDto, ReferencePartDto, ScanModeDto, ScanSourceDto, StartExportDto,
-    StartScanDto, StartVerificationDto,
+    ExportWhatDto, RecomputeDto, ReferencePartDto, ScanSourceDto, StartExportDto, StartVerificationDto,
 };
 
 /// State of a scan.

@@ -1,4 +1,4 @@
-//! Record of what really happened at the simulated controller: light, motion and every byte, with times.
+//! Log of the actual events at the simulated controller: laser, motion and every received byte, with times.
 
 use parking_lot::{Mutex, MutexGuard};
 use std::collections::VecDeque;
@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 
 /// A recorded event.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum WitnessEvent {
+pub enum LogEvent {
     /// Power-on: the firmware starts.
     PoweredOn,
     /// The laser went on, with this fraction of full power.
@@ -31,12 +31,12 @@ pub struct Entry {
     /// Time by this computer's monotonic clock.
     pub at: Instant,
     /// The event.
-    pub what: WitnessEvent,
+    pub what: LogEvent,
 }
 
-/// The record of a simulated controller. Clones share it.
+/// The event log of a simulated controller. Clones share it.
 #[derive(Debug, Clone)]
-pub struct Witness {
+pub struct EventLog {
     inner: Arc<Mutex<Record>>,
 }
 
@@ -54,7 +54,7 @@ struct Record {
 /// How long positions of the axis are kept.
 const PATH: Duration = Duration::from_secs(3);
 
-impl Witness {
+impl EventLog {
     /// An empty record; every entry is also written to `file` at once as a line `µs-since-start what value`, so that
     /// another process can follow it.
     ///
@@ -92,7 +92,7 @@ impl Witness {
     pub fn byte_since(&self, mark: usize, byte: u8) -> Option<Instant> {
         let record = self.lock();
         let entries = record.entries.get(mark..).unwrap_or_default();
-        entries.iter().find(|entry| entry.what == WitnessEvent::Byte(byte)).map(|entry| entry.at)
+        entries.iter().find(|entry| entry.what == LogEvent::Byte(byte)).map(|entry| entry.at)
     }
 
     /// Whether the laser is on.
@@ -107,7 +107,7 @@ impl Witness {
 
     /// How many motions began since the mark.
     pub fn n_motions_since(&self, mark: usize) -> usize {
-        let began = |entry: &Entry| matches!(entry.what, WitnessEvent::MotionBegan(_));
+        let began = |entry: &Entry| matches!(entry.what, LogEvent::MotionBegan(_));
         self.since(mark).into_iter().filter(began).count()
     }
 
@@ -122,7 +122,7 @@ impl Witness {
         Some(within)
     }
 
-    pub(crate) fn saw_axis_at(&self, at: Instant, at_mm: f64) {
+    pub(crate) fn record_position(&self, at: Instant, at_mm: f64) {
         let path = &mut self.lock().path;
         while path.front().is_some_and(|(before, _)| at.saturating_duration_since(*before) > PATH)
             && path.len() > 1
@@ -132,17 +132,17 @@ impl Witness {
         path.push_back((at, at_mm));
     }
 
-    pub(crate) fn saw(&self, at: Instant, what: WitnessEvent) {
-        if let WitnessEvent::MotionBegan(at_mm) | WitnessEvent::MotionEnded(at_mm) = what {
-            self.saw_axis_at(at, at_mm);
+    pub(crate) fn record(&self, at: Instant, what: LogEvent) {
+        if let LogEvent::MotionBegan(at_mm) | LogEvent::MotionEnded(at_mm) = what {
+            self.record_position(at, at_mm);
         }
         let mut record = self.lock();
         match what {
-            WitnessEvent::LightOn(_) => record.light = true,
-            WitnessEvent::LightOff => record.light = false,
-            WitnessEvent::MotionBegan(_) => record.moving = true,
-            WitnessEvent::MotionEnded(_) => record.moving = false,
-            WitnessEvent::PoweredOn | WitnessEvent::Byte(_) => {}
+            LogEvent::LightOn(_) => record.light = true,
+            LogEvent::LightOff => record.light = false,
+            LogEvent::MotionBegan(_) => record.moving = true,
+            LogEvent::MotionEnded(_) => record.moving = false,
+            LogEvent::PoweredOn | LogEvent::Byte(_) => {}
         }
         record.entries.push(Entry { at, what });
         let since_us = at.saturating_duration_since(record.begun_at).as_micros();
@@ -157,13 +157,13 @@ impl Witness {
     }
 }
 
-fn text_of(what: WitnessEvent) -> String {
+fn text_of(what: LogEvent) -> String {
     match what {
-        WitnessEvent::PoweredOn => "powered-on".to_owned(),
-        WitnessEvent::LightOn(power) => format!("light-on {power}"),
-        WitnessEvent::LightOff => "light-off".to_owned(),
-        WitnessEvent::MotionBegan(at_mm) => format!("motion-began {at_mm:.4}"),
-        WitnessEvent::MotionEnded(at_mm) => format!("motion-ended {at_mm:.4}"),
-        WitnessEvent::Byte(byte) => format!("byte {byte:#04x}"),
+        LogEvent::PoweredOn => "powered-on".to_owned(),
+        LogEvent::LightOn(power) => format!("light-on {power}"),
+        LogEvent::LightOff => "light-off".to_owned(),
+        LogEvent::MotionBegan(at_mm) => format!("motion-began {at_mm:.4}"),
+        LogEvent::MotionEnded(at_mm) => format!("motion-ended {at_mm:.4}"),
+        LogEvent::Byte(byte) => format!("byte {byte:#04x}"),
     }
 }

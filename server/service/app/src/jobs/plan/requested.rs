@@ -4,11 +4,11 @@ use optics::StageKind;
 
 use super::checks::refused;
 use crate::error::AppError;
-use crate::jobs::ScanInput;
+use crate::resources::scan_run::ScanSettings;
 
 /// The requested range; absent fields follow from the others.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct AskedRange {
+pub struct RequestedRange {
     /// The kind of stage.
     pub stage: StageKind,
     /// Position of the first row.
@@ -40,12 +40,12 @@ pub fn fields_of(stage: StageKind) -> RangeFields {
     }
 }
 
-impl AskedRange {
-    /// The range in `input` in the unit of this kind of stage.
-    pub fn of(input: &ScanInput, stage: StageKind) -> Self {
+impl RequestedRange {
+    /// The range in `settings` in the unit of this kind of stage.
+    pub fn of(settings: &ScanSettings, stage: StageKind) -> Self {
         let [from, to, step, speed] = match stage {
-            StageKind::Linear => [input.from_mm, input.to_mm, input.step_mm, input.speed_mm_s],
-            StageKind::Rotary => [input.from_deg, input.to_deg, input.step_deg, input.speed_deg_s],
+            StageKind::Linear => [settings.from_mm, settings.to_mm, settings.step_mm, settings.speed_mm_s],
+            StageKind::Rotary => [settings.from_deg, settings.to_deg, settings.step_deg, settings.speed_deg_s],
         };
         Self { stage, from, to, step, speed }
     }
@@ -58,32 +58,34 @@ impl AskedRange {
         fields.into_iter().filter_map(|(name, value)| Some((name, value?)))
     }
 
-    /// `input` with this range.
-    pub fn filled_into(&self, input: &ScanInput) -> ScanInput {
+    /// `settings` with this range.
+    pub fn filled_into(&self, settings: &ScanSettings) -> ScanSettings {
         let Self { stage, from, to, step, speed } = *self;
-        let input = input.clone();
+        let settings = settings.clone();
         match stage {
-            StageKind::Linear => ScanInput { from_mm: from, to_mm: to, step_mm: step, speed_mm_s: speed, ..input },
+            StageKind::Linear => {
+                ScanSettings { from_mm: from, to_mm: to, step_mm: step, speed_mm_s: speed, ..settings }
+            }
             StageKind::Rotary => {
-                ScanInput { from_deg: from, to_deg: to, step_deg: step, speed_deg_s: speed, ..input }
+                ScanSettings { from_deg: from, to_deg: to, step_deg: step, speed_deg_s: speed, ..settings }
             }
         }
     }
 
-    /// The range in `input` for the station's stage.
+    /// The range in `settings` for the station's stage.
     ///
     /// # Errors
     /// A field in the unit of the other kind of stage.
-    pub fn checked(input: &ScanInput, stage: StageKind) -> Result<Self, AppError> {
+    pub fn checked(settings: &ScanSettings, stage: StageKind) -> Result<Self, AppError> {
         let (other, does) = match stage {
             StageKind::Linear => (StageKind::Rotary, "travels"),
             StageKind::Rotary => (StageKind::Linear, "turns"),
         };
-        if let Some((field, _)) = Self::of(input, other).given().next() {
+        if let Some((field, _)) = Self::of(settings, other).given().next() {
             let names = fields_of(stage);
             let remedy = format!("give {}, {} and {} instead", names.from, names.to, names.step);
             return Err(refused(field, format!("{field} is given, but the station's stage {does}"), remedy));
         }
-        Ok(Self::of(input, stage))
+        Ok(Self::of(settings, stage))
     }
 }

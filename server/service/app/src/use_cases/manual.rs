@@ -13,7 +13,7 @@ use crate::control::{Request, admit};
 use crate::error::AppError;
 use crate::events::{CameraConfigured, Event, LaserSwitched, LiveView, StageMotion, by_kind, event};
 
-/// The holder of control may always turn things off, whatever the station does.
+/// The holder of control may turn devices off in every state of the station.
 fn in_control(app: &App, by: &Principal) -> Result<(), AppError> {
     app.control.command(by.control_id.as_deref(), Instant::now()).map(drop)
 }

@@ -37,7 +37,7 @@ impl StopRequest {
 struct Guarded {
     requests: Vec<StopRequest>,
     /// Requests that the station thread is carrying out.
-    obeyed: Vec<StopRequest>,
+    in_progress: Vec<StopRequest>,
     /// Who requested the first of them.
     actor: String,
     /// It was requested, and the devices have not been stopped since.
@@ -48,22 +48,22 @@ struct Guarded {
 
 /// Pending Stops. Bounded by the number of connections that the server accepts.
 #[derive(Default)]
-pub struct StopLine {
-    pulled: AtomicBool,
+pub struct StopLatch {
+    pending: AtomicBool,
     latched: AtomicBool,
     epoch: AtomicU64,
     guarded: Mutex<Guarded>,
     changed: Condvar,
 }
 
-impl StopLine {
-    /// A stop line, latched or not by an earlier process.
-    pub fn latched(latched: bool) -> Self {
+impl StopLatch {
+    /// A stop latch, set or not by an earlier process.
+    pub fn new(latched: bool) -> Self {
         Self { latched: AtomicBool::new(latched), ..Self::default() }
     }
 
     /// Requests a Stop: from now on nothing authorised before can take the station.
-    pub fn pull(&self, request: StopRequest) {
+    pub fn request(&self, request: StopRequest) {
         let mut guarded = self.lock();
         if !guarded.is_due {
             guarded.actor.clone_from(&request.actor);
@@ -72,13 +72,13 @@ impl StopLine {
         guarded.is_due = true;
         self.epoch.fetch_add(1, Ordering::SeqCst);
         self.latched.store(true, Ordering::SeqCst);
-        self.pulled.store(true, Ordering::SeqCst);
+        self.pending.store(true, Ordering::SeqCst);
         self.changed.notify_all();
     }
 
     /// Whether a Stop is pending.
-    pub fn is_pulled(&self) -> bool {
-        self.pulled.load(Ordering::SeqCst)
+    pub fn is_pending(&self) -> bool {
+        self.pending.load(Ordering::SeqCst)
     }
 
     /// Whether a Stop was requested since the last reset.
@@ -94,23 +94,23 @@ impl StopLine {
     /// The station thread begins to stop its devices; returns who requested it.
     pub fn begin_stop(&self) -> String {
         let mut guarded = self.lock();
-        self.pulled.store(false, Ordering::SeqCst);
-        guarded.obeyed = std::mem::take(&mut guarded.requests);
+        self.pending.store(false, Ordering::SeqCst);
+        guarded.in_progress = std::mem::take(&mut guarded.requests);
         guarded.actor.clone()
     }
 
-    /// All devices were sent the stop; returns the requests that wait for it.
-    pub fn obeyed(&self) -> Vec<StopRequest> {
+    /// All devices were sent the stop command; returns the requests that wait for it.
+    pub fn finish_stop(&self) -> Vec<StopRequest> {
         let mut guarded = self.lock();
-        guarded.is_due = self.is_pulled();
+        guarded.is_due = self.is_pending();
         self.changed.notify_all();
-        std::mem::take(&mut guarded.obeyed)
+        std::mem::take(&mut guarded.in_progress)
     }
 
     /// A reset has succeeded: releases the latch, unless a Stop is requested at the same moment.
     pub fn release(&self) {
-        let _no_pull_meanwhile = self.lock();
-        if !self.is_pulled() {
+        let _no_request_meanwhile = self.lock();
+        if !self.is_pending() {
             self.latched.store(false, Ordering::SeqCst);
         }
     }
@@ -120,19 +120,19 @@ impl StopLine {
         self.lock().handles.push(handle);
     }
 
-    /// Ends [`StopLine::guard`].
+    /// Ends [`StopLatch::guard`].
     pub fn close(&self) {
         self.lock().is_closed = true;
         self.changed.notify_all();
     }
 
-    /// Stops the devices if the station thread has not done so within `patience` after a Stop, and answers its
-    /// requesters; returns after [`StopLine::close`].
-    pub fn guard(&self, patience: Duration) {
+    /// Stops the devices if the station thread has not done so within `delay` after a Stop, and answers its
+    /// requesters; returns after [`StopLatch::close`].
+    pub fn guard(&self, delay: Duration) {
         let mut guarded = self.lock();
         while !guarded.is_closed {
             guarded = self.wait_while(guarded, Duration::MAX, |guarded| !guarded.is_due);
-            guarded = self.wait_while(guarded, patience, |guarded| guarded.is_due);
+            guarded = self.wait_while(guarded, delay, |guarded| guarded.is_due);
             if guarded.is_closed || !guarded.is_due {
                 continue;
             }
@@ -143,8 +143,8 @@ impl StopLine {
             guarded = self.lock();
             guarded.is_due = false;
             // The Stop stays pending: the thread carries it out after the call.
-            let Guarded { requests, obeyed, .. } = &mut *guarded;
-            obeyed.drain(..).chain(requests.drain(..)).for_each(|request| request.answer(Ok(())));
+            let Guarded { requests, in_progress, .. } = &mut *guarded;
+            in_progress.drain(..).chain(requests.drain(..)).for_each(|request| request.answer(Ok(())));
         }
     }
 
@@ -154,8 +154,8 @@ impl StopLine {
         limit: Duration,
         holds: impl Fn(&Guarded) -> bool,
     ) -> MutexGuard<'a, Guarded> {
-        let goes_on = |guarded: &mut Guarded| !guarded.is_closed && holds(guarded);
-        self.changed.wait_while_for(&mut guarded, goes_on, limit);
+        let keep_waiting = |guarded: &mut Guarded| !guarded.is_closed && holds(guarded);
+        self.changed.wait_while_for(&mut guarded, keep_waiting, limit);
         guarded
     }
 
@@ -173,18 +173,18 @@ mod tests {
     }
 
     #[test]
-    fn a_pulled_line_stays_latched_until_it_is_released_and_a_pull_beats_the_release() {
-        let line = StopLine::default();
-        let before = line.epoch();
-        line.pull(request());
-        assert!(line.is_pulled() && line.is_latched() && line.epoch() > before);
-        line.release();
-        assert!(line.is_latched(), "the Stop was not carried out yet");
-        assert_eq!(line.begin_stop(), "a person");
-        assert_eq!(line.obeyed().len(), 1);
-        assert!(line.is_latched(), "carrying it out does not release it");
-        line.release();
-        assert!(!line.is_latched());
-        assert!(line.epoch() > before, "the earlier authorisation stays outdated");
+    fn the_latch_stays_set_until_released_and_a_pending_stop_prevents_the_release() {
+        let latch = StopLatch::default();
+        let before = latch.epoch();
+        latch.request(request());
+        assert!(latch.is_pending() && latch.is_latched() && latch.epoch() > before);
+        latch.release();
+        assert!(latch.is_latched(), "the Stop was not carried out yet");
+        assert_eq!(latch.begin_stop(), "a person");
+        assert_eq!(latch.finish_stop().len(), 1);
+        assert!(latch.is_latched(), "carrying it out does not release it");
+        latch.release();
+        assert!(!latch.is_latched());
+        assert!(latch.epoch() > before, "the earlier authorisation stays outdated");
     }
 }

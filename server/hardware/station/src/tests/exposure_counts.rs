@@ -5,7 +5,7 @@ use std::sync::atomic::Ordering;
 use twin::TwinFault;
 
 use super::bench::{Bench, bench_of, never_cancelled, small_devices};
-use super::spied::{Spy, spied};
+use super::spy_camera::{Spy, spied};
 use crate::StationRefusal;
 use crate::params::FRAME_BUFFERS;
 

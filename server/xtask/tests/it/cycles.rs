@@ -98,7 +98,7 @@ fn imports(folder: &Path) -> Imports {
 }
 
 /// The modules that remain after repeatedly removing modules without imports: the cycles and their importers.
-fn circles(mut imports: Imports) -> BTreeSet<String> {
+fn cycles(mut imports: Imports) -> BTreeSet<String> {
     loop {
         let free: Vec<String> =
             imports.iter().filter(|(_, to)| to.is_empty()).map(|(name, _)| name.clone()).collect();
@@ -117,7 +117,7 @@ fn imports_between_the_top_modules_of_a_crate_run_one_way() {
     assert!(crates.len() > 15, "{crates:?}");
     for folder in crates {
         let name = folder.file_name().unwrap().to_string_lossy().into_owned();
-        assert_eq!(circles(imports(&folder)), BTreeSet::new(), "circles in {name}");
+        assert_eq!(cycles(imports(&folder)), BTreeSet::new(), "cycles in {name}");
     }
 }
 
@@ -128,6 +128,6 @@ fn a_circle_is_found_and_lists_in_braces_are_read() {
         let to = |to: &[&str]| to.iter().map(|name| (*name).to_owned()).collect();
         list.iter().map(|(from, names)| ((*from).to_owned(), to(names))).collect()
     };
-    assert!(circles(arrows(&[("a", &["b"]), ("b", &["c"]), ("c", &[])])).is_empty());
-    assert_eq!(circles(arrows(&[("a", &["b"]), ("b", &["a"]), ("c", &[])])).len(), 2);
+    assert!(cycles(arrows(&[("a", &["b"]), ("b", &["c"]), ("c", &[])])).is_empty());
+    assert_eq!(cycles(arrows(&[("a", &["b"]), ("b", &["a"]), ("c", &[])])).len(), 2);
 }

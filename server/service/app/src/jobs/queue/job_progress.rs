@@ -12,10 +12,10 @@ use crate::jobs::queue::remaining::Remaining;
 use crate::progress::Step;
 
 /// Smallest change of the forecast progress that is published: less is not visible on a progress bar.
-const TOLD_STEP: f64 = 0.005;
+const PUBLISHED_STEP: f64 = 0.005;
 
 /// The progress of one running job.
-pub(in crate::jobs) struct Board {
+pub(in crate::jobs) struct JobProgress {
     began: Instant,
     state: Mutex<State>,
 }
@@ -49,7 +49,7 @@ impl State {
     }
 }
 
-impl Board {
+impl JobProgress {
     /// For a job that starts now.
     pub fn new(record: JobRecord) -> Self {
         let state = State {
@@ -67,7 +67,7 @@ impl Board {
     }
 
     /// Forecast from the last jobs of its kind.
-    pub fn expect(&self, forecast: Option<Forecast>) {
+    pub fn set_forecast(&self, forecast: Option<Forecast>) {
         self.state().forecast = forecast;
     }
 
@@ -112,7 +112,7 @@ impl Board {
     pub fn news(&self) -> Option<JobView> {
         let view = self.view();
         let mut state = self.state();
-        let moved = view.record.progress - state.published >= TOLD_STEP;
+        let moved = view.record.progress - state.published >= PUBLISHED_STEP;
         let news = std::mem::take(&mut state.unpublished) || moved;
         if news {
             state.published = view.record.progress;

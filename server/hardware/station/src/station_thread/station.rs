@@ -1,10 +1,10 @@
-//! State of the station thread, and its turn.
+//! State of the station thread, and its cycle.
 
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, TryRecvError};
 use std::time::{Duration, Instant};
 
-use crate::params::{COMMANDS_PER_TURN, IDLE_TURN, TURN};
+use crate::params::{COMMANDS_PER_CYCLE, CYCLE_TIME, IDLE_CYCLE_TIME};
 use crate::parts::acquisition::Acquisition;
 use crate::parts::devices::StationDevices;
 use crate::parts::light::Light;
@@ -24,7 +24,7 @@ use crate::station_thread::stamping::Stamping;
 use crate::station_thread::status_publisher::StatusPublisher;
 use crate::station_thread::task::Task;
 
-/// The job that has the station.
+/// The job that uses the station.
 pub struct LeaseHolder {
     /// Number of its lease.
     pub lease: u64,
@@ -78,7 +78,7 @@ pub struct Station {
 }
 
 impl Station {
-    /// Creates a station that begins to open its devices; Halted if the stop line is latched.
+    /// Creates a station that begins to open its devices; Halted if the stop latch is set.
     pub fn new(commands: Receiver<Command>, publisher: StatusPublisher, devices: StationDevices) -> Self {
         let mut station = Self {
             commands,
@@ -87,7 +87,7 @@ impl Station {
             camera: None,
             stage: None,
             laser: None,
-            machine: if publisher.stop_line.is_latched() {
+            machine: if publisher.stop_latch.is_latched() {
                 MachineState::Halted
             } else {
                 MachineState::Preoperational
@@ -117,18 +117,18 @@ impl Station {
         station
     }
 
-    /// One turn: Stop, commands, frame, stage, laser, and their consequences. `false` ends the thread.
-    pub fn turn(&mut self) -> bool {
+    /// One cycle: Stop, commands, frame, stage, laser, and their consequences. `false` ends the thread.
+    pub fn run_cycle(&mut self) -> bool {
         self.execute_stop();
         self.execute_commands();
-        self.tend_openings();
-        self.tend_camera();
-        self.tend_stage();
-        self.tend_laser();
-        self.tend_task();
-        self.tend_run();
-        self.tend_live();
-        self.tend_reset();
+        self.update_openings();
+        self.update_camera();
+        self.update_stage();
+        self.update_laser();
+        self.update_task();
+        self.update_run();
+        self.update_live_view();
+        self.update_reset();
         self.update_readiness();
         self.publish_and_reply();
         !self.ending
@@ -142,7 +142,7 @@ impl Station {
         }
     }
 
-    /// Sends an answer at the end of this turn.
+    /// Sends an answer at the end of this cycle.
     pub(crate) fn answer<T: Send + 'static>(&mut self, reply: Reply<T>, answer: Answer<T>) {
         self.answers.push(Box::new(move || reply.send(answer)));
     }
@@ -153,7 +153,7 @@ impl Station {
             Some(state) => {
                 self.machine = state;
                 // Back at idle, whether a scan can start is determined at once.
-                let equipped = if self.is_equipped() { Event::Equipped } else { Event::Lacking };
+                let equipped = if self.can_scan() { Event::ScanPossible } else { Event::ScanNotPossible };
                 self.machine = machine::next(self.machine, equipped).unwrap_or(self.machine);
                 self.history.enter(self.machine);
                 true
@@ -169,19 +169,19 @@ impl Station {
             || self.resetting.is_some()
             || self.is_opening()
             || self.stage.as_ref().is_some_and(Motion::is_moving)
-            || self.laser.as_ref().is_some_and(Light::is_wanted)
+            || self.laser.as_ref().is_some_and(Light::is_requested)
             || self.stamping.is_waiting()
     }
 
     fn execute_stop(&mut self) {
-        if self.publisher.stop_line.is_pulled() {
+        if self.publisher.stop_latch.is_pending() {
             self.stop_everything();
         }
     }
 
     fn execute_commands(&mut self) {
         let mut wait = self.wait_for_commands();
-        for _ in 0..COMMANDS_PER_TURN {
+        for _ in 0..COMMANDS_PER_CYCLE {
             let command = match wait.take() {
                 Some(wait) => self.commands.recv_timeout(wait),
                 None => self.commands.try_recv().map_err(|error| match error {
@@ -204,32 +204,32 @@ impl Station {
     /// How long to wait for a command: not at all while frames may arrive, since then the thread waits for frames.
     fn wait_for_commands(&self) -> Option<Duration> {
         if self.is_faulted("camera") || !self.camera.as_ref().is_some_and(Acquisition::expects_frames) {
-            return Some(if self.is_busy() { TURN } else { IDLE_TURN });
+            return Some(if self.is_busy() { CYCLE_TIME } else { IDLE_CYCLE_TIME });
         }
         None
     }
 
-    fn is_equipped(&self) -> bool {
+    fn can_scan(&self) -> bool {
         self.calibrated && self.stage.as_ref().is_some_and(Motion::homed)
     }
 
     fn update_readiness(&mut self) {
-        self.transition(if self.is_equipped() { Event::Equipped } else { Event::Lacking });
+        self.transition(if self.can_scan() { Event::ScanPossible } else { Event::ScanNotPossible });
     }
 
-    fn tend_stage(&mut self) {
+    fn update_stage(&mut self) {
         if self.is_faulted("stage") {
             return;
         }
         let Some(stage) = &mut self.stage else { return };
-        match stage.tend(Instant::now()) {
-            Ok(Some(arrival)) => self.arrived(arrival),
+        match stage.update(Instant::now()) {
+            Ok(Some(completed)) => self.motion_completed(completed),
             Ok(None) => {}
             Err(error) => self.fail(error.into()),
         }
     }
 
-    fn tend_laser(&mut self) {
+    fn update_laser(&mut self) {
         if self.is_faulted("laser") {
             return;
         }
@@ -239,7 +239,7 @@ impl Station {
         if let Some(due) = due {
             laser.expect_frame(due);
         }
-        if let Err(error) = laser.tend(now) {
+        if let Err(error) = laser.update(now) {
             self.fail(error.into());
         }
     }
@@ -259,12 +259,12 @@ impl Station {
     pub(crate) fn refuse_all(&mut self) {
         self.end_work(|_| StationRefusal::ShuttingDown);
         self.end_reset(|| StationRefusal::ShuttingDown);
-        self.publisher.stop_line.begin_stop();
-        for request in self.publisher.stop_line.obeyed() {
+        self.publisher.stop_latch.begin_stop();
+        for request in self.publisher.stop_latch.finish_stop() {
             // Motion and light have ended, which is what the Stop requested.
             self.answers.push(Box::new(move || request.answer(Ok(()))));
         }
         self.publish_and_reply();
-        self.publisher.stop_line.close();
+        self.publisher.stop_latch.close();
     }
 }

@@ -13,7 +13,7 @@ use crate::shared::status::OperationalState::SingleExecution;
 use crate::shared::tap::FrameTap;
 use crate::station_thread::command::{Command, JobCall, Reply};
 use crate::station_thread::handle::{Manual, Purpose};
-use crate::station_thread::owner::{LeaseHolder, Revoked, Station};
+use crate::station_thread::station::{LeaseHolder, Revoked, Station};
 use crate::station_thread::task::Task;
 
 impl Station {
@@ -30,10 +30,10 @@ impl Station {
             }
             Command::CalibrationChanged(active) => self.calibrated = active,
             Command::DarkFrame(dark) => self.dark_frame = dark,
-            Command::Lease(purpose, reply) => self.give_lease(purpose, reply),
+            Command::Lease(purpose, reply) => self.grant_lease(purpose, reply),
             Command::Job(lease, call) => self.execute_job(lease, call),
             Command::Release(lease, reply) => {
-                self.take_back(lease);
+                self.release_lease(lease);
                 self.answer(reply, Ok(()));
             }
             Command::Alarm(fault) => self.raise(fault),
@@ -63,10 +63,10 @@ impl Station {
     fn execute_manual(&mut self, manual: Manual, reply: Reply<Option<AcceptedMove>>) {
         let done = match manual {
             Manual::Reset => return self.begin_reset(reply),
-            Manual::Configure(wanted) => self.configure_by_hand(wanted),
-            Manual::Laser { power: 0.0 } => self.darken_by_hand(),
-            _ => match self.person_may_act() {
-                Ok(()) => self.act_by_hand(manual),
+            Manual::Configure(wanted) => self.configure_manually(wanted),
+            Manual::Laser { power: 0.0 } => self.turn_laser_off_manually(),
+            _ => match self.check_manual_allowed() {
+                Ok(()) => self.move_manually(manual),
                 Err(refusal) => Err(refusal),
             },
         };
@@ -77,9 +77,9 @@ impl Station {
     }
 
     /// Whether a person may move the stage or use the laser now.
-    pub(crate) fn person_may_act(&self) -> Result<(), StationRefusal> {
+    pub(crate) fn check_manual_allowed(&self) -> Result<(), StationRefusal> {
         match self.machine {
-            _ if self.publisher.stop_line.is_latched() => Err(StationRefusal::Halted),
+            _ if self.publisher.stop_latch.is_latched() => Err(StationRefusal::Halted),
             Preoperational | Error => Err(self.in_error()),
             Halted => Err(StationRefusal::Halted),
             Operational(SingleExecution) => Err(StationRefusal::Busy { activity: self.activity().to_owned() }),
@@ -87,7 +87,7 @@ impl Station {
         }
     }
 
-    fn act_by_hand(&mut self, manual: Manual) -> Result<Option<AcceptedMove>, StationRefusal> {
+    fn move_manually(&mut self, manual: Manual) -> Result<Option<AcceptedMove>, StationRefusal> {
         let stage = self.stage.as_mut().ok_or(StationRefusal::Absent { device: "stage" })?;
         match manual {
             Manual::Home => Ok(stage.start_home().map(|()| None)?),
@@ -107,7 +107,7 @@ impl Station {
         }
     }
 
-    fn darken_by_hand(&mut self) -> Result<Option<AcceptedMove>, StationRefusal> {
+    fn turn_laser_off_manually(&mut self) -> Result<Option<AcceptedMove>, StationRefusal> {
         if let Operational(SingleExecution) = self.machine {
             return Err(StationRefusal::Busy { activity: self.activity().to_owned() });
         }
@@ -115,7 +115,7 @@ impl Station {
         Ok(laser.off().map(|()| None)?)
     }
 
-    fn configure_by_hand(
+    fn configure_manually(
         &mut self,
         mut wanted: devices::CameraRequest,
     ) -> Result<Option<AcceptedMove>, StationRefusal> {
@@ -133,9 +133,9 @@ impl Station {
         Ok(camera.configure(&wanted).map(|_| None)?)
     }
 
-    fn give_lease(&mut self, purpose: Purpose, reply: Reply<u64>) {
+    fn grant_lease(&mut self, purpose: Purpose, reply: Reply<u64>) {
         let by_hand = self.task.is_some() || self.stage.as_ref().is_some_and(Motion::is_under_way);
-        let stopped_since = purpose.epoch != self.publisher.stop_line.epoch();
+        let stopped_since = purpose.epoch != self.publisher.stop_latch.epoch();
         let refusal = match self.machine {
             _ if stopped_since => Some(StationRefusal::Stopped { actor: self.stopped_by.clone() }),
             Halted => Some(StationRefusal::Halted),
@@ -156,7 +156,7 @@ impl Station {
     }
 
     /// The job releases the station: laser off, stage at rest, camera settings restored.
-    fn take_back(&mut self, lease: u64) {
+    fn release_lease(&mut self, lease: u64) {
         if self.holder.as_ref().is_none_or(|holder| holder.lease != lease) {
             return;
         }
@@ -176,11 +176,11 @@ impl Station {
 
     fn execute_job(&mut self, lease: u64, call: JobCall) {
         if self.holder.as_ref().is_none_or(|holder| holder.lease != lease) {
-            return call.refuse(self.why_revoked(lease));
+            return call.refuse(self.revoked_reason(lease));
         }
-        if let JobCall::Activity(words) = call {
+        if let JobCall::Activity(activity) = call {
             if let Some(holder) = &mut self.holder {
-                holder.purpose.activity = words;
+                holder.purpose.activity = activity;
             }
             return;
         }
@@ -211,7 +211,7 @@ impl Station {
         }
     }
 
-    fn why_revoked(&self, lease: u64) -> StationRefusal {
+    fn revoked_reason(&self, lease: u64) -> StationRefusal {
         match &self.revoked {
             Some((revoked, Revoked::Stopped { actor })) if *revoked == lease => {
                 StationRefusal::Stopped { actor: actor.clone() }

@@ -36,7 +36,7 @@ pub struct FakeOptions {
 pub struct FakeCamera {
     options: FakeOptions,
     process: Option<Child>,
-    _alone: Flock<File>,
+    _lock: Flock<File>,
 }
 
 impl FakeCamera {
@@ -52,8 +52,8 @@ impl FakeCamera {
     /// An error of the operating system, or a camera that does not answer.
     pub fn start(options: FakeOptions) -> std::io::Result<Self> {
         let file = File::create(std::env::temp_dir().join("sheaf-fake-gige-camera.lock"))?;
-        let alone = Flock::lock(file, FlockArg::LockExclusive).map_err(|(_, error)| error)?;
-        let mut camera = Self { options, process: None, _alone: alone };
+        let lock = Flock::lock(file, FlockArg::LockExclusive).map_err(|(_, error)| error)?;
+        let mut camera = Self { options, process: None, _lock: lock };
         camera.restart()?;
         Ok(camera)
     }

@@ -10,7 +10,7 @@ use tokio::sync::oneshot;
 
 /// The slots.
 #[derive(Clone)]
-pub struct StopPlaces {
+pub struct StopSlots {
     limit: usize,
     held: Arc<Mutex<Held>>,
 }
@@ -19,7 +19,7 @@ pub struct StopPlaces {
 struct Held {
     next: u64,
     /// Oldest first.
-    places: VecDeque<Occupied>,
+    slots: VecDeque<Occupied>,
 }
 
 struct Occupied {
@@ -29,29 +29,29 @@ struct Occupied {
 }
 
 /// One slot.
-pub struct Place {
+pub struct Slot {
     number: u64,
     evicted: oneshot::Receiver<()>,
-    places: StopPlaces,
+    slots: StopSlots,
 }
 
-impl StopPlaces {
+impl StopSlots {
     /// `n` slots.
     pub fn new(limit: usize) -> Self {
         Self { limit, held: Arc::default() }
     }
 
     /// A slot for a connection from `address`.
-    pub fn take(&self, address: IpAddr) -> Place {
+    pub fn take(&self, address: IpAddr) -> Slot {
         let (evict, evicted) = oneshot::channel();
         let mut held = self.held();
-        if held.places.len() >= self.limit {
+        if held.slots.len() >= self.limit {
             held.evict_one();
         }
         let number = held.next;
         held.next += 1;
-        held.places.push_back(Occupied { number, address, _evict: evict });
-        Place { number, evicted, places: self.clone() }
+        held.slots.push_back(Occupied { number, address, _evict: evict });
+        Slot { number, evicted, slots: self.clone() }
     }
 
     fn held(&self) -> MutexGuard<'_, Held> {
@@ -63,18 +63,18 @@ impl Held {
     /// Drops the sender of the oldest connection of the address with the most slots, which closes that connection.
     fn evict_one(&mut self) {
         let mut counts: HashMap<IpAddr, usize> = HashMap::new();
-        for place in &self.places {
-            *counts.entry(place.address).or_default() += 1;
+        for slot in &self.slots {
+            *counts.entry(slot.address).or_default() += 1;
         }
         let most = counts.values().copied().max().unwrap_or(0);
-        let oldest = self.places.iter().position(|place| counts[&place.address] == most);
+        let oldest = self.slots.iter().position(|slot| counts[&slot.address] == most);
         if let Some(idx) = oldest {
-            drop(self.places.remove(idx));
+            drop(self.slots.remove(idx));
         }
     }
 }
 
-impl Place {
+impl Slot {
     /// Runs the connection until it ends or is evicted.
     pub async fn hold(mut self, connection: impl Future<Output = ()>) {
         tokio::select! {
@@ -84,9 +84,9 @@ impl Place {
     }
 }
 
-impl Drop for Place {
+impl Drop for Slot {
     fn drop(&mut self) {
-        self.places.held().places.retain(|place| place.number != self.number);
+        self.slots.held().slots.retain(|slot| slot.number != self.number);
     }
 }
 
@@ -96,17 +96,17 @@ mod tests {
 
     #[tokio::test]
     async fn many_connections_from_one_address_evict_each_other_and_not_one_from_another() {
-        let places = StopPlaces::new(3);
+        let slots = StopSlots::new(3);
         let (crowd, other) = ("10.0.0.1".parse().unwrap(), "10.0.0.2".parse().unwrap());
-        let first = places.take(crowd);
-        let mut single = places.take(other);
-        let mut second = places.take(crowd);
-        let mut third = places.take(crowd);
-        for place in [&mut single, &mut second, &mut third] {
-            assert_eq!(place.evicted.try_recv(), Err(oneshot::error::TryRecvError::Empty));
+        let first = slots.take(crowd);
+        let mut single = slots.take(other);
+        let mut second = slots.take(crowd);
+        let mut third = slots.take(crowd);
+        for slot in [&mut single, &mut second, &mut third] {
+            assert_eq!(slot.evicted.try_recv(), Err(oneshot::error::TryRecvError::Empty));
         }
         // The oldest of the many is evicted; if it were kept, this would never return.
         first.hold(std::future::pending()).await;
-        assert_eq!(places.held().places.len(), 3);
+        assert_eq!(slots.held().slots.len(), 3);
     }
 }

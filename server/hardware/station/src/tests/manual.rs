@@ -12,11 +12,11 @@ use crate::{LaserLight, LiveRequest, MachineState, Manual, OperationalState, Sta
 const LIVE: LiveRequest = LiveRequest { running: true, laser_power: 0.5 };
 
 #[test]
-fn a_person_moves_homes_and_looks() {
+fn a_person_moves_homes_and_takes_a_snapshot() {
     let bench = bench();
     let accepted = bench.manual(Manual::Move { target_mm: 4.0, speed_mm_s: None }).unwrap().unwrap();
     assert_eq!(accepted.target_mm, 4.0);
-    bench.wait_for("there", |status| status.position_mm == Some(4.0) && !status.moving);
+    bench.wait_for("at the target", |status| status.position_mm == Some(4.0) && !status.moving);
     let frame = wait(bench.station.snapshot()).unwrap();
     assert_eq!((frame.position_mm, frame.laser_on), (Some(4.0), false));
     bench.manual(Manual::Home).unwrap();
@@ -44,7 +44,7 @@ fn the_live_view_shows_frames_with_light_and_a_job_takes_over() {
     for _ in 0..5 {
         wait(frames.changed()).unwrap();
     }
-    bench.wait_for("lit", |status| status.laser_light == LaserLight::On && status.frame_rate_hz > 0.0);
+    bench.wait_for("laser on", |status| status.laser_light == LaserLight::On && status.frame_rate_hz > 0.0);
     let lease = bench.lease();
     assert_eq!(bench.control.laser_power(), 0.0, "the job decides about light");
     lease.grab(&never_cancelled()).unwrap();
@@ -52,7 +52,7 @@ fn the_live_view_shows_frames_with_light_and_a_job_takes_over() {
 }
 
 #[test]
-fn live_light_goes_out_without_a_viewer_before_the_view_ends_and_stays_out_when_one_comes_back() {
+fn the_laser_of_an_unwatched_live_view_goes_off_before_the_view_ends_and_stays_off_for_a_returning_viewer() {
     let watch = Watch { light: Duration::from_millis(400), view: Duration::from_millis(1200) };
     let bench = bench_with(small_devices(), watch, false);
     bench.wait_for("ready", |status| status.activity == "ready");
@@ -61,23 +61,23 @@ fn live_light_goes_out_without_a_viewer_before_the_view_ends_and_stays_out_when_
         bench.station.note_viewer(Instant::now());
         std::thread::sleep(Duration::from_millis(50));
     }
-    assert!(bench.control.laser_power() > 0.0, "it stays on while it is watched");
+    assert!(bench.control.laser_power() > 0.0, "the laser stays on while the view is watched");
     let live = MachineState::Operational(OperationalState::ContinuousExecution);
-    wait_until("dark", || bench.control.laser_power() == 0.0);
+    wait_until("laser off", || bench.control.laser_power() == 0.0);
     assert_eq!(bench.station.status().state, live, "the camera continues");
     for _ in 0..10 {
         bench.station.note_viewer(Instant::now());
         std::thread::sleep(Duration::from_millis(20));
-        assert_eq!(bench.control.laser_power(), 0.0, "only a person lights it again");
+        assert_eq!(bench.control.laser_power(), 0.0, "only a person turns the laser on again");
     }
     bench.manual(Manual::Laser { power: 0.5 }).unwrap();
-    wait_until("lit", || bench.control.laser_power() > 0.0);
+    wait_until("laser on", || bench.control.laser_power() > 0.0);
     bench.wait_for("ended", |status| status.state == MachineState::Operational(OperationalState::Ready));
     assert_eq!(bench.control.laser_power(), 0.0);
 }
 
 #[test]
-fn a_speed_that_the_stage_does_not_have_is_refused_by_name() {
+fn a_speed_outside_the_stages_range_is_refused() {
     let bench = bench();
     for speed_mm_s in [5e-324, 1e-9, 0.0, -1.0, 1e9, f64::INFINITY, f64::NAN] {
         let moved = bench.manual(Manual::Move { target_mm: 1.0, speed_mm_s: Some(speed_mm_s) });
@@ -120,7 +120,7 @@ fn a_jog_of_zero_stops_at_once_and_another_direction_turns_back() {
     bench.manual(Manual::Jog { velocity_mm_s: 0.0 }).unwrap();
     bench.wait_for("at rest", |status| !status.moving);
     let turned = bench.control.true_position_mm();
-    wait_until("going back", || {
+    wait_until("moving back", || {
         bench.manual(Manual::Jog { velocity_mm_s: -20.0 }).unwrap();
         bench.control.true_position_mm() < turned
     });
@@ -144,11 +144,11 @@ fn a_stopped_station_refuses_commands_until_it_is_reset() {
     assert!(matches!(wait(bench.station.live(LIVE)), Err(StationRefusal::Halted)));
     bench.manual(Manual::Reset).unwrap();
     assert_eq!(bench.station.status().state, MachineState::Operational(OperationalState::Ready));
-    assert_eq!(bench.control.laser_power(), 0.0, "ready, never active");
+    assert_eq!(bench.control.laser_power(), 0.0, "a reset leaves laser and motion off");
 }
 
 #[test]
-fn light_by_hand_needs_a_live_view() {
+fn manual_laser_control_needs_a_live_view() {
     let bench = bench();
     assert!(matches!(bench.manual(Manual::Laser { power: 0.5 }), Err(StationRefusal::NoLiveView)));
     assert_eq!(bench.control.laser_power(), 0.0);
