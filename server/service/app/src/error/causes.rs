@@ -205,6 +205,6 @@ mod tests {
         let meaning = "a limit switch was hit; the position is lost".to_owned();
         let problem = AppError::from(StationRefusal::Stage(devices::StageError::Alarm { code: 1, meaning }));
         assert!(problem.detail.ends_with("(a limit switch was hit; the position is lost)"), "{problem:?}");
-        assert_eq!(problem.remedy.as_deref(), Some("remove the cause, clear the alarm and home"));
+        assert_eq!(problem.remedy.as_deref(), Some("remove the cause, clear the alarm and home the stage"));
     }
 }
