@@ -1,9 +1,12 @@
 //! Statistics of samples.
 //!
-//! The one median of all crates, so that results for the same data agree everywhere. Fitting, weighting and rejection
-//! belong to the callers.
+//! The single definition of the median for all crates, so that results for the same data agree everywhere. Fitting,
+//! weighting and outlier rejection belong to the callers.
 
 use std::cmp::Ordering;
+
+/// σ of a normal distribution whose median absolute deviation is 1: 1 / Φ⁻¹(3/4).
+pub const SIGMA_PER_MAD: f64 = 1.4826;
 
 /// A number with a total order.
 pub trait Number: Copy {
@@ -23,7 +26,7 @@ impl Number for f64 {
     }
 }
 
-/// The median, the upper one of two; `None` if empty. Reorders `values`.
+/// The median, for an even number of values the upper of the two middle ones; `None` if empty. Reorders `values`.
 pub fn median<T: Number>(values: &mut [T]) -> Option<T> {
     let middle = values.len() / 2;
     (!values.is_empty()).then(|| *values.select_nth_unstable_by(middle, T::order).1)
@@ -34,7 +37,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_median_is_the_upper_one_of_two_and_none_of_nothing() {
+    fn the_median_of_an_even_number_of_values_is_the_upper_middle_one_and_of_none_is_none() {
         assert_eq!(median(&mut [3.0, 1.0, 2.0]), Some(2.0));
         assert_eq!(median(&mut [4.0_f32, 1.0, 3.0, 2.0]), Some(3.0));
         assert_eq!(median::<f64>(&mut []), None);

@@ -6,12 +6,11 @@
 use nalgebra::{Matrix6, Rotation3, SymmetricEigen, Vector3, Vector6};
 use optics::{PartFrame, Rigid};
 use rayon::prelude::*;
-use statistics::median;
+use statistics::{SIGMA_PER_MAD, median};
 
 use crate::cad::comparison::CompareError;
 use crate::cad::nominal::Nominal;
 use crate::evaluation::alignment::DatumFrame;
-use crate::fitting::robust::SIGMA_PER_MAD;
 use crate::params::{BEST_FIT_LOCK_RATIO, BEST_FIT_MIN_POINTS, CAUCHY_SIGMAS, MIN_COSINE};
 
 /// Steps of the fit; each finds the nearest places anew.

@@ -2,13 +2,12 @@
 
 use nalgebra::Vector3;
 use optics::Calibration;
-use statistics::median;
+use statistics::{SIGMA_PER_MAD, median};
 
 use crate::evaluation::chain::{Chain, Set, SetUse};
 use crate::evaluation::fitted::Fitted;
 use crate::evaluation::values::{State, form_residuals};
 use crate::fitting::features::Found;
-use crate::fitting::robust::SIGMA_PER_MAD;
 use crate::fitting::sample::thinned;
 use crate::interface::request::MeasureError;
 use crate::interface::shape::Shape;

@@ -1,15 +1,12 @@
 //! Robust fits: they converge to the points that belong together, and count the others.
 
 use rayon::prelude::*;
-use statistics::median;
+use statistics::{SIGMA_PER_MAD, median};
 
 use crate::fitting::fit::{Points, Weighted, fit};
 use crate::fitting::sample::{Sample, Samples, thinned};
 use crate::interface::shape::Shape;
 use crate::params::{MAX_TRIM_SIGMAS, MIN_FEATURE_POINTS, MIN_TRIM_SIGMAS, TRIM_POINTS, TRIM_ROUNDS, TRIM_SIGMAS};
-
-/// Scale from the median of |x| to the standard deviation of a normal distribution.
-pub(crate) const SIGMA_PER_MAD: f64 = 1.4826;
 
 /// The trim has converged when it changes by less than this fraction.
 const TRIM_TOLERANCE: f64 = 0.01;

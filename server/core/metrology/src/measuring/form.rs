@@ -4,11 +4,11 @@
 //! error much larger than the noise). The value is the mean of the two corrections; half their difference is the limit
 //! of the correction's error (eq. 6).
 
-use statistics::median;
+use statistics::{SIGMA_PER_MAD, median};
 
 use crate::fitting::features::Found;
 use crate::fitting::fit::{Points, Weighted, fit};
-use crate::fitting::robust::{SIGMA_PER_MAD, normalised_distance, within};
+use crate::fitting::robust::{normalised_distance, within};
 use crate::fitting::sample::Samples;
 use crate::measuring::noise::{correlation_px, redundancy, spacing_px};
 use crate::measuring::value::band_width;

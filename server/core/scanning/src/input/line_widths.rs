@@ -2,15 +2,12 @@
 //! (`docs/maths/labelling.md`, "Widths").
 
 use optics::DepthRangeMm;
-use statistics::median;
+use statistics::{SIGMA_PER_MAD, median};
 
 use crate::params::{
     WIDTH_BIN_SAMPLES, WIDTH_BINS, WIDTH_DENIED_RATIO, WIDTH_FIT_ROUNDS, WIDTH_FITS_SIGMAS, WIDTH_HELD_SIGMAS,
     WIDTH_RIVAL_SIGMAS, WIDTH_SIGMA_FLOOR,
 };
-
-/// Standard deviations per median absolute deviation of normal noise.
-const SIGMAS_PER_MAD: f64 = 1.4826;
 
 /// An order and the depth of a line under it.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -81,8 +78,7 @@ impl LineWidths {
         }
         let misses =
             samples.iter().filter_map(|sample| Some((sample.log_width - widths.log_width(sample.label)?).abs()));
-        widths.sigma =
-            median_of(misses).map_or(f64::INFINITY, |mad| (SIGMAS_PER_MAD * mad).max(WIDTH_SIGMA_FLOOR));
+        widths.sigma = median_of(misses).map_or(f64::INFINITY, |mad| (SIGMA_PER_MAD * mad).max(WIDTH_SIGMA_FLOOR));
         widths
     }
 

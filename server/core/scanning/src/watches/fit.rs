@@ -7,7 +7,7 @@
 use std::collections::BTreeMap;
 
 use nalgebra::{DMatrix, DVector};
-use statistics::median;
+use statistics::{SIGMA_PER_MAD, median};
 
 use crate::params::watches::{CUT_SIGMAS, FIT_ROUNDS, SHARED_DIFFERENCES};
 
@@ -47,7 +47,7 @@ pub fn fit(differences: &[Difference], chosen: &[usize], known: &[bool]) -> Opti
     let (mut parameters, mut inverse, mut weights) = (DVector::zeros(n), DMatrix::zeros(n, n), Vec::new());
     for _ in 0..FIT_ROUNDS {
         // Without any noise all weights are equal.
-        let scale = 1.4826 * median(&mut residuals.iter().map(|r| r.abs()).collect::<Vec<_>>())?;
+        let scale = SIGMA_PER_MAD * median(&mut residuals.iter().map(|r| r.abs()).collect::<Vec<_>>())?;
         let variance = scale.powi(2).max(f64::MIN_POSITIVE) * SHARED_DIFFERENCES;
         let weight = |r: &f64| if r.abs() <= CUT_SIGMAS * scale { 1.0 / variance } else { 0.0 };
         weights = residuals.iter().map(weight).collect();

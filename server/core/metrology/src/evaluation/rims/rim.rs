@@ -2,14 +2,13 @@
 
 use nalgebra::{Vector2, Vector3};
 use rand_pcg::Pcg64Mcg;
-use statistics::median;
+use statistics::{SIGMA_PER_MAD, median};
 
 use crate::evaluation::fitted::Fitted;
 use crate::evaluation::geometry::Geometry;
 use crate::evaluation::rims::contour::{self, Contour};
 use crate::evaluation::rims::crossings::{Crossing, crossings};
 use crate::fitting::features::Found;
-use crate::fitting::robust::SIGMA_PER_MAD;
 use crate::fitting::sample::Samples;
 use crate::interface::doubts::Finding;
 use crate::interface::request::MeasureError;
