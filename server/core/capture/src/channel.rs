@@ -4,7 +4,7 @@ use std::fmt;
 use std::str::FromStr;
 
 use serde::{Deserialize, Serialize};
-use vision::{CentrelineParams, Channel, ChannelView, ColourImage, Picture, laser_channel};
+use vision::{CameraImage, CentrelineParams, Channel, ChannelScore, ColourImage, laser_channel};
 
 use crate::params::CHANNEL_SAMPLE_PICTURES;
 
@@ -84,7 +84,7 @@ pub enum ChannelBasis {
         /// Their number.
         n_pictures: usize,
         /// The result for each channel.
-        views: Vec<ChannelView>,
+        views: Vec<ChannelScore>,
     },
 }
 
@@ -107,12 +107,16 @@ impl LaserChannel {
     ///
     /// `read`: picture by index, with the background already subtracted if there is one; `None` if it cannot be read.
     /// `params`: settings of the extraction, one for each direction the lines may run in.
-    pub fn decided(n_lit: usize, read: impl Fn(usize) -> Option<Picture>, params: &[CentrelineParams]) -> Self {
+    pub fn decided(
+        n_lit: usize,
+        read: impl Fn(usize) -> Option<CameraImage>,
+        params: &[CentrelineParams],
+    ) -> Self {
         let n_looks = n_lit.min(CHANNEL_SAMPLE_PICTURES);
         let looks = (0..n_looks).map(|k| (2 * k + 1) * n_lit / (2 * n_looks));
         let pictures: Vec<ColourImage> = looks
             .filter_map(|idx| match read(idx) {
-                Some(Picture::Colour(image)) => Some(image),
+                Some(CameraImage::Colour(image)) => Some(image),
                 _ => None,
             })
             .collect();

@@ -4,7 +4,7 @@ use std::borrow::Cow;
 use std::path::PathBuf;
 
 use remedy::Remedy;
-use vision::RoomChange;
+use vision::SceneChange;
 
 use crate::image_file::ImageFileError;
 use crate::params::{FORMAT, IMAGE_LIMIT_PX, ORDER_LIMIT};
@@ -49,7 +49,7 @@ pub enum CaptureError {
         /// Entry of the picture with the laser on.
         of: String,
         /// What differs.
-        change: RoomChange,
+        change: SceneChange,
     },
     /// The manifest is too large.
     #[error("{} has {size_bytes} bytes, more than the {limit_bytes} a manifest may have",

@@ -4,7 +4,7 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
-use vision::{CentrelineParams, GreyImage, Picture, room_change};
+use vision::{CameraImage, CentrelineParams, GreyImage, scene_change};
 
 use crate::channel::{ChannelBasis, LaserChannel};
 use crate::checks::check_values;
@@ -49,7 +49,7 @@ pub struct NamedFile {
 
 /// A picture with the laser on, and its background (laser off).
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct LaserPicture {
+pub struct LaserImage {
     /// Path of keys, as `poses[4].laser`.
     pub entry: String,
     /// Relative to the folder, as written.
@@ -115,8 +115,8 @@ impl Capture {
     /// format, truncated) or [`CaptureError::ImageSize`].
     pub fn image(&self, entry: &str, path: &Path) -> Result<GreyImage, CaptureError> {
         match self.photograph(entry, path)?.picture {
-            Picture::Grey(image) => Ok(image),
-            Picture::Colour(image) => {
+            CameraImage::Grey(image) => Ok(image),
+            CameraImage::Colour(image) => {
                 let laser = self.laser_channel().channel;
                 Ok(image.channel(if self.is_board(path) { laser.for_boards() } else { laser }))
             }
@@ -145,9 +145,9 @@ impl Capture {
             if let Some(channel) = self.manifest.camera.channel.fixed() {
                 return LaserChannel { channel, basis: ChannelBasis::Given };
             }
-            let lit = self.laser_pictures();
+            let lit = self.laser_images();
             let read = |idx: usize| {
-                let LaserPicture { entry, path, background, .. } = &lit[idx];
+                let LaserImage { entry, path, background, .. } = &lit[idx];
                 let on = self.photograph(entry, path).ok()?.picture;
                 match background {
                     Some((entry, path)) => on.minus(&self.photograph(entry, path).ok()?.picture),
@@ -162,7 +162,7 @@ impl Capture {
     }
 
     /// Every picture with the laser on, poses first, with its background.
-    pub fn laser_pictures(&self) -> Vec<LaserPicture> {
+    pub fn laser_images(&self) -> Vec<LaserImage> {
         let manifest = &self.manifest;
         let poses = manifest.poses.iter().enumerate().flat_map(|(idx, pose)| {
             let (of, own) = (format!("poses[{idx}]"), pose.background.as_deref());
@@ -170,7 +170,7 @@ impl Capture {
             let several = (0..).zip(&pose.lasers).map(|(line, path): (i8, &PathBuf)| {
                 self.laser_picture(&of, &format!("lasers[{line}]"), path, own, Some(line))
             });
-            one.chain(several).collect::<Vec<LaserPicture>>()
+            one.chain(several).collect::<Vec<LaserImage>>()
         });
         let frames = manifest.scans.iter().enumerate().flat_map(|(scan_idx, scan)| {
             scan.frames.iter().enumerate().map(move |(idx, frame)| {
@@ -188,22 +188,22 @@ impl Capture {
         path: &Path,
         background: Option<&Path>,
         line: Option<i8>,
-    ) -> LaserPicture {
+    ) -> LaserImage {
         let own = background.map(|path| (format!("{of}.background"), path.to_owned()));
         let of_all = || self.manifest.background.clone().map(|path| ("background".to_owned(), path));
         let background = own.or_else(of_all);
-        LaserPicture { entry: format!("{of}.{key}"), path: path.to_owned(), background, line }
+        LaserImage { entry: format!("{of}.{key}"), path: path.to_owned(), background, line }
     }
 
     /// Reads the laser's channel of a picture with the laser on, minus its background.
     ///
     /// # Errors
     /// As [`Capture::image`], for either picture; [`CaptureError::BackgroundMismatch`] if they show different scenes.
-    pub fn laser_image(&self, laser: &LaserPicture) -> Result<GreyImage, CaptureError> {
+    pub fn laser_image(&self, laser: &LaserImage) -> Result<GreyImage, CaptureError> {
         let Some((entry, path)) = &laser.background else { return self.image(&laser.entry, &laser.path) };
         let on = self.photograph(&laser.entry, &laser.path)?.picture;
         let off = self.photograph(entry, path)?.picture;
-        match room_change(&on, &off) {
+        match scene_change(&on, &off) {
             None => Ok(self.laser_light(&on, &off)),
             Some(change) => Err(CaptureError::BackgroundMismatch {
                 entry: entry.clone(),
@@ -215,7 +215,7 @@ impl Capture {
     }
 
     /// The laser's channel of a picture of this capture with the laser on, minus `off`.
-    pub fn laser_light(&self, on: &Picture, off: &Picture) -> GreyImage {
+    pub fn laser_light(&self, on: &CameraImage, off: &CameraImage) -> GreyImage {
         let difference = on.minus(off).expect("the images of a capture have one size and one bit depth");
         difference.channel(self.laser_channel().channel)
     }

@@ -21,7 +21,7 @@ mod target_check;
 
 pub use channel::{ChannelBasis, ChannelChoice, LaserChannel};
 pub use error::CaptureError;
-pub use folder::{Capture, LaserPicture, NamedFile, lossy_warning, write_manifest};
+pub use folder::{Capture, LaserImage, NamedFile, lossy_warning, write_manifest};
 pub use image_file::{
     ImageFileError, ImageHeader, Photograph, read_grey_image, read_photograph, sha256_of, write_png,
 };

@@ -1,4 +1,4 @@
-//! The one image type of the processing core: one channel, 8 or 16 bit, row-major.
+//! The image type of the processing core: one channel, 8 or 16 bit, row-major.
 
 /// Grey levels, row-major, top row first.
 #[derive(Debug, Clone, PartialEq)]
@@ -9,7 +9,7 @@ pub enum Pixels {
     Sixteen(Vec<u16>),
 }
 
-/// Grey levels of an image that are being changed.
+/// Mutable access to the grey levels of an image.
 #[derive(Debug)]
 pub enum LevelsMut<'a> {
     /// 0–255.
@@ -29,15 +29,15 @@ pub struct GreyImage {
     pixels: Pixels,
 }
 
-/// Why an image cannot be made from a buffer.
+/// Why an image cannot be created from a buffer.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum ImageError {
     /// The buffer does not hold `width` × `height` pixels.
     #[error("an image of {width}×{height} needs {needed} pixels, got {got}")]
     WrongLength {
-        /// Columns asked for.
+        /// Requested columns.
         width: usize,
-        /// Rows asked for.
+        /// Requested rows.
         height: usize,
         /// `width * height`.
         needed: usize,
@@ -45,9 +45,7 @@ pub enum ImageError {
         got: usize,
     },
     /// One of the sides is longer than [`MAX_SIDE_PX`].
-    #[error(
-        "an image of {width}×{height} has a side of more than {MAX_SIDE_PX} pixels; crop it or make it smaller"
-    )]
+    #[error("an image of {width}×{height} has a side of more than {MAX_SIDE_PX} pixels; crop or downscale it")]
     TooLarge {
         /// Columns asked for.
         width: usize,
@@ -146,7 +144,7 @@ impl GreyImage {
         &self.pixels
     }
 
-    /// The grey levels, row-major, for changing them in place.
+    /// The grey levels, row-major, for modification in place.
     pub fn levels_mut(&mut self) -> LevelsMut<'_> {
         match &mut self.pixels {
             Pixels::Eight(levels) => LevelsMut::Eight(levels),

@@ -1,4 +1,4 @@
-//! Image in, sub-pixel points with standard deviations out: laser centrelines and board corners.
+//! Sub-pixel laser centrelines and board corners from images, with standard deviations.
 //!
 //! Pixel (0, 0) is the centre of the top-left pixel; u runs along rows (right), v down columns. Cameras, gratings and
 //! millimetres do not belong here.
@@ -10,18 +10,18 @@ pub mod dark_frame;
 pub mod image;
 pub mod laser_channel;
 pub mod params;
-mod room;
+mod scene_change;
 
 pub use centreline::{
     CentrelineExtractor, CentrelineMethod, CentrelineParams, CentrelinePoint, Centrelines, LineDirection, Segment,
     find_centrelines,
 };
-pub use colour::{Channel, ColourImage, Picture};
+pub use colour::{CameraImage, Channel, ColourImage};
 pub use corners::{
     BoardCorners, CharucoError, CharucoParams, CircleParams, Corner, CornerError, CornerParams, find_charuco,
     find_circles, find_corners,
 };
-pub use dark_frame::{Correction, DarkFigures, DarkFrame, DarkFrameError, DarkFrames};
+pub use dark_frame::{Correction, DarkFrame, DarkFrameAccumulator, DarkFrameError, DarkFrameStatistics};
 pub use image::{GreyImage, ImageError, LevelsMut, Pixels};
-pub use laser_channel::{ChannelView, laser_channel};
-pub use room::{RoomChange, room_change};
+pub use laser_channel::{ChannelScore, laser_channel};
+pub use scene_change::{SceneChange, scene_change};

@@ -27,7 +27,7 @@ pub const LEVEL_SURE: f32 = 1.0;
 /// Two crossings of one column closer than this, in widths of the wider, are detections of the same line.
 pub const LEVEL_NEAR_WIDTHS: f32 = 0.75;
 /// Fraction of a coarse line that may coincide with finer lines: beyond, it is several of them merged.
-pub const LEVEL_CLAIMED_SHARE: f32 = 0.3;
+pub const LEVEL_CLAIMED_FRACTION: f32 = 0.3;
 /// Largest step between pieces of one line from two levels, in line widths.
 pub const LEVEL_STITCH_WIDTHS: f32 = 0.5;
 /// Unexplained light in neighbouring strips that triggers another level, in units of what a line of that level lights
@@ -37,7 +37,7 @@ pub const LEVEL_LEAST_LIGHT: f32 = 8.0;
 /// belong to the finer level.
 pub const LEVEL_NARROWEST: f32 = 0.5 * LEVEL_SURE;
 /// Full width across the line, px, of the widest light accepted as a line: the widest supported line, 40 px, plus a
-/// quarter. A part that is lit as a whole is wider.
+/// quarter. A part that is lit all over is wider.
 pub const LEVEL_WIDEST_PX: f32 = 50.0;
 /// Smallest length, in its own width, of a line from a coarser level: a glow is about as long as it is wide.
 pub const LEVEL_LEAST_LENGTH_WIDTHS: f32 = 2.5;
@@ -45,26 +45,27 @@ pub const LEVEL_LEAST_LENGTH_WIDTHS: f32 = 2.5;
 /// height is the mean of three rows, which is less than the line's (3 to 5 px: 4.4 to 4.7).
 pub const LEVEL_MEASURED_PX2: f32 = 4.4;
 /// Columns over which a line of a coarser level is tested for being two: enough to average speckle.
-pub const DOUBLE_COLUMNS: usize = 256;
-/// Columns whose mean counts once: speckle is shared by no more.
-pub const DOUBLE_BLOCK_COLUMNS: usize = 4;
-/// Fewest of them: a scatter is known to a quarter then.
-pub const DOUBLE_LEAST_BLOCKS: usize = 8;
-/// Rows on either side that are tested, in widths of the coarse line: two tops lie within half of it.
-pub const DOUBLE_REACH_WIDTHS: f32 = 0.75;
-/// Rows that are averaged against speckle, in widths of the coarse line.
-pub const DOUBLE_SMOOTH_WIDTHS: f32 = 0.12;
-/// Depth of the valley, of the lower top: two bells a width apart have 6 %, averaged over rows less.
-pub const DOUBLE_DIP: f32 = 0.03;
-/// The same in standard deviations, for both tops.
-pub const DOUBLE_SIGMAS: f32 = 4.5;
+pub const TOUCHING_COLUMNS: usize = 256;
+/// Columns averaged to one sample: speckle is not correlated over more.
+pub const TOUCHING_BLOCK_COLUMNS: usize = 4;
+/// Fewest of them: the scatter is then known to a quarter.
+pub const TOUCHING_LEAST_BLOCKS: usize = 8;
+/// Rows on either side that are tested, in widths of the coarse line: two maxima lie within half of it.
+pub const TOUCHING_REACH_WIDTHS: f32 = 0.75;
+/// Rows averaged to reduce speckle, in widths of the coarse line.
+pub const TOUCHING_SMOOTH_WIDTHS: f32 = 0.12;
+/// Depth of the minimum relative to the lower maximum: two Gaussian profiles a width apart have 6 %, less after
+/// averaging over rows.
+pub const TOUCHING_DIP: f32 = 0.03;
+/// The same in standard deviations, for both maxima.
+pub const TOUCHING_SIGMAS: f32 = 4.5;
 /// Rows lit by a line, in its widths: a Gaussian profile does not exceed the noise over more.
 pub const LEVEL_LIT_WIDTHS: f32 = 3.0;
 /// Rows of the level that cells and their margins add to that.
 pub const LEVEL_LIT_PX: f32 = 12.0;
 
-/// How far around a peak its base is searched while measuring widths. Lines wider than half of this are not laser
-/// lines.
+/// Distance from a peak within which its base is searched while measuring widths. Lines wider than half of this are not
+/// laser lines.
 pub const WIDTH_SEARCH_PX: usize = 32;
 /// Smallest prominence, in noise standard deviations, of peaks used for the width.
 pub const WIDTH_MIN_SNR: f32 = 8.0;
@@ -88,13 +89,14 @@ pub const WIDTH_NEIGHBOURS: usize = 4;
 pub const CELL_WIDTH_PX: usize = 8;
 /// Rows of a cell: half of the widest flank of a narrow line.
 pub const CELL_HEIGHT_PX: usize = 4;
-/// Columns searched together, a whole number of cells: more cost rows where lines slope, fewer cost steps.
+/// Columns searched together, a whole number of cells: with more, sloping lines cover more rows; with fewer, there are
+/// more steps.
 pub const STRIP_WIDTH_PX: usize = 16;
 /// Smallest brightness of a searched cell over its surroundings, in its standard deviations. A line at the threshold of
 /// candidates has seven; for pure noise one cell in three thousand passes.
 pub const CELL_MIN_SNR: f32 = 5.0;
-/// Rows beyond bright cells that are searched as well: a line's middle lies in a bright cell, but the columns of a
-/// sloping line share one.
+/// Rows beyond bright cells that are searched as well: the columns of a sloping line share a cell, so not all of its
+/// middle lies in it.
 pub const CELL_MARGIN_PX: usize = 2;
 /// Cells above and below from which the darkest is taken: farther than the flank of the widest line (37 pixels).
 pub const CELLS_BESIDE: usize = 10;
@@ -105,14 +107,13 @@ pub const CELLS_AT_BORDER: usize = 4;
 pub const BOX_HEIGHT_WIDTHS: f32 = 0.7;
 /// Distance of the flanking boxes in line widths: the line's own light has fallen below 1 % there.
 pub const FLANK_DISTANCE_WIDTHS: f32 = 1.5;
-/// Detection threshold on box minus brighter flank, in its standard deviations. Pure noise passes a few
-/// dozen times per megapixel, never in [`MIN_SEGMENT_COLUMNS`] neighbouring columns.
+/// Detection threshold on box minus brighter flank, in its standard deviations. Pure noise exceeds it a few dozen times
+/// per megapixel, never in [`MIN_SEGMENT_COLUMNS`] neighbouring columns.
 pub const CANDIDATE_MIN_SNR: f32 = 4.0;
 /// Two candidates of one column closer than this, in line widths, are detections of the same line.
 pub const CANDIDATE_SEPARATION_WIDTHS: f32 = 0.75;
 
-/// Largest distance of a candidate from the extrapolated segment, in line widths. Beyond it the line has jumped and a
-/// new segment begins.
+/// Largest distance of a candidate from the extrapolated segment, in line widths. Beyond it a new segment begins.
 pub const LINK_GATE_WIDTHS: f32 = 0.5;
 /// Smallest link gate: candidates are on whole pixels.
 pub const LINK_GATE_MIN_PX: f32 = 2.0;
@@ -162,7 +163,7 @@ pub const BORDER_WIDTHS: f32 = 1.0;
 /// Contrast, relative to a line's own, above which a neighbour matters; fainter ones are the line's own speckled
 /// flanks.
 pub const RIVAL_CONTRAST: f32 = 0.2;
-/// Where another line is closer than this, in line widths, the two are one blob and neither centre is accepted.
+/// If another line is closer than this, in line widths, the two merge and neither centre is accepted.
 pub const CLEARANCE_MIN_WIDTHS: f32 = 1.7;
 /// Lines farther apart than this, in line widths, do not disturb each other: the kernel of a line twice as wide as the
 /// typical one ends there.
@@ -170,8 +171,8 @@ pub const CLEARANCE_MATTERS_WIDTHS: f32 = 6.0;
 /// Near another line the kernel is that of a line with a width of this fraction of the distance: the neighbour is then
 /// four standard deviations away.
 pub const CLEARANCE_KERNEL_WIDTH: f32 = 0.37;
-/// Largest difference of the two flanks, in contrasts, that is taken as a gradient of ambient light; beyond, something
-/// else begins there and the kernel avoids it.
+/// Largest difference of the two flanks, in contrasts, that is treated as a gradient of ambient light; beyond, the
+/// flank contains other light and the kernel avoids it.
 pub const FLANK_STEP_EVEN: f32 = 0.2;
 /// Difference of the two flanks, in contrasts, beyond which another line or a bright edge touches this one and
 /// no centre is accepted.

@@ -1,95 +1,96 @@
-//! Whether a picture with the laser off shows the same scene as one with the laser on.
+//! Whether the images with the laser off and on show the same scene in the same ambient light.
 
 use std::fmt;
 
-use crate::colour::{Channel, Picture};
+use crate::colour::{CameraImage, Channel};
 use crate::image::GreyImage;
 use statistics::median;
 
-/// Side of the blocks whose means are compared between laser on and off: the noise of a mean is a quarter of a pixel's.
+/// Side of the blocks whose means are compared between laser on and off: the noise of a block's mean is a quarter of a
+/// pixel's.
 const BLOCK_PX: usize = 4;
 /// Level difference, relative to full scale, by which a block may be darker with the laser on: the noise of a block's
 /// mean is a sixth of it.
 const DARKER: f32 = 6.0 / 255.0;
-/// Fraction of the blocks that may be darker with the laser on than off: a picture of the same pose has none.
-const DARKER_SHARE: f64 = 0.005;
-/// The room may have become darker by this share before it is said.
+/// Fraction of the blocks that may be darker with the laser on than off: images of the same pose have none.
+const DARKER_FRACTION: f64 = 0.005;
+/// Ratio of ambient brightness below which a change is reported.
 const DIMMER: f32 = 0.9;
-/// Contrast of the background, of full scale, from which it shows by what gain the room changed; noise has less.
+/// Smallest contrast of the background, as a fraction of full scale, from which the gain is estimated; noise has less.
 const CONTRAST: f32 = 0.04;
-/// Brightness, of full scale, from which a picture without contrast shows how bright the room was.
+/// Smallest brightness, as a fraction of full scale, from which an image without contrast shows the ambient brightness.
 const BRIGHT: f32 = 0.06;
-/// Rounds of fitting how the room changed and leaving out what does not follow: the laser's light, and what moved.
+/// Iterations of fitting the change of ambient light and rejecting outliers: laser light, and moved objects.
 const FIT_ROUNDS: usize = 8;
-/// Blocks farther off than so many standard deviations of the others, and than [`DARKER`], do not follow.
+/// A block is an outlier if its residual exceeds both this many standard deviations and [`DARKER`].
 const FOLLOW_SIGMAS: f32 = 3.0;
-/// Median absolute deviation of normal values, in standard deviations.
+/// Median absolute deviation over standard deviation of a normal distribution.
 const MAD_PER_SIGMA: f32 = 0.6745;
 
-/// What changed between a picture with the laser off and one with it on, so that they cannot be subtracted.
+/// Change between the images with the laser off and on, because of which they cannot be subtracted.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum RoomChange {
-    /// Another pose or part.
-    AnotherPose {
-        /// Fraction of the picture that is darker with the laser on than off.
-        darker_share: f64,
+pub enum SceneChange {
+    /// Another pose, or another part.
+    PoseChanged {
+        /// Fraction of the image that is darker with the laser on than off.
+        darker_fraction: f64,
     },
-    /// The room was darker in the picture with the laser on.
-    Dimmer {
-        /// Its brightness relative to the picture without the laser.
-        share: f32,
+    /// Ambient light was dimmer in the image with the laser on.
+    DimmerAmbient {
+        /// Its brightness relative to the image with the laser off.
+        ratio: f32,
     },
 }
 
-impl fmt::Display for RoomChange {
+impl fmt::Display for SceneChange {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::AnotherPose { darker_share } => write!(
+            Self::PoseChanged { darker_fraction } => write!(
                 f,
-                "the background seems to show another pose: {:.1} % of the picture is darker with the laser on than off",
-                100.0 * darker_share
+                "the background seems to show another pose: {:.1} % of the image is darker with the laser on than off",
+                100.0 * darker_fraction
             ),
-            Self::Dimmer { share } => write!(
+            Self::DimmerAmbient { ratio } => write!(
                 f,
-                "the room was darker than in the background ({:.0} %): exposure or lamps changed in between",
-                100.0 * share
+                "the room was darker than in the background ({:.0} %): exposure or lighting changed in between",
+                100.0 * ratio
             ),
         }
     }
 }
 
-/// Compares what ordinary light shows in both pictures: with the laser on nothing is darker, unless something moved or the
-/// room became darker as a whole. A room that is darker as a whole, with other stray light or another black level, follows
-/// the background by one gain and one offset; another pose does not.
-pub fn room_change(on: &Picture, off: &Picture) -> Option<RoomChange> {
+/// Compares the two images: with the laser on no area is darker, unless something moved or ambient light became dimmer.
+/// Dimmer ambient light, other stray light or another black level change the image by one gain and one offset; another
+/// pose does not. `None` if the scene is unchanged.
+pub fn scene_change(on: &CameraImage, off: &CameraImage) -> Option<SceneChange> {
     let (on, off) = (on.channel(Channel::Luma), off.channel(Channel::Luma));
     let full = on.full_scale();
     let blocks: Vec<[f32; 2]> = block_means(&off).into_iter().zip(block_means(&on)).map(|(a, b)| [a, b]).collect();
-    let room = Room::of(&blocks, full);
-    let darker = blocks.iter().filter(|[off, on]| room.at(*off).min(*off) - on > DARKER * full).count();
-    let darker_share = darker as f64 / blocks.len().max(1) as f64;
-    if darker_share > DARKER_SHARE {
-        return Some(RoomChange::AnotherPose { darker_share });
+    let ambient = AmbientModel::of(&blocks, full);
+    let darker = blocks.iter().filter(|[off, on]| ambient.at(*off).min(*off) - on > DARKER * full).count();
+    let darker_fraction = darker as f64 / blocks.len().max(1) as f64;
+    if darker_fraction > DARKER_FRACTION {
+        return Some(SceneChange::PoseChanged { darker_fraction });
     }
-    let share = room.share(&blocks, full);
-    (share < DIMMER).then_some(RoomChange::Dimmer { share })
+    let ratio = ambient.ratio(&blocks, full);
+    (ratio < DIMMER).then_some(SceneChange::DimmerAmbient { ratio })
 }
 
-/// How the room's light in one picture follows that in the other: gain · light + offset.
+/// Ambient light with the laser on as a function of that with the laser off: gain · light + offset.
 #[derive(Debug, Clone, Copy)]
-struct Room {
+struct AmbientModel {
     gain: f32,
     offset: f32,
 }
 
-impl Room {
-    /// What most blocks (off, on) follow: least squares, again and again without those that do not. Where the background
-    /// has no contrast nothing is known of a gain.
+impl AmbientModel {
+    /// Robust fit to the blocks (off, on): least squares, repeated without outliers. If the background has no contrast,
+    /// the gain is 1.
     fn of(blocks: &[[f32; 2]], full_scale: f32) -> Self {
         let mut off: Vec<f32> = blocks.iter().map(|[off, _]| *off).collect();
         off.sort_by(f32::total_cmp);
-        let quantile = |share: f64| off.get((share * off.len() as f64) as usize).copied().unwrap_or(0.0);
-        let (dark, bright) = (quantile(DARKER_SHARE), quantile(1.0 - DARKER_SHARE));
+        let quantile = |fraction: f64| off.get((fraction * off.len() as f64) as usize).copied().unwrap_or(0.0);
+        let (dark, bright) = (quantile(DARKER_FRACTION), quantile(1.0 - DARKER_FRACTION));
         let middle = |of: &dyn Fn(&[f32; 2]) -> Option<f32>| {
             median(&mut blocks.iter().filter_map(of).collect::<Vec<f32>>()).unwrap_or(0.0)
         };
@@ -100,18 +101,18 @@ impl Room {
         let of_darker = |of: usize| middle(&|block| (block[0] <= half_way).then_some(block[of]));
         let of_brighter = |of: usize| middle(&|block| (block[0] > half_way).then_some(block[of]));
         let gain = (of_brighter(1) - of_darker(1)) / (of_brighter(0) - of_darker(0));
-        let mut room = Self { gain, offset: of_darker(1) - gain * of_darker(0) };
+        let mut ambient = Self { gain, offset: of_darker(1) - gain * of_darker(0) };
         for _ in 0..FIT_ROUNDS {
-            let sigma = middle(&|[off, on]| Some((on - room.at(*off)).abs())) / MAD_PER_SIGMA;
+            let sigma = middle(&|[off, on]| Some((on - ambient.at(*off)).abs())) / MAD_PER_SIGMA;
             let reach = (FOLLOW_SIGMAS * sigma).max(DARKER * full_scale);
-            let follows = |block: &&[f32; 2]| (block[1] - room.at(block[0])).abs() <= reach;
+            let follows = |block: &&[f32; 2]| (block[1] - ambient.at(block[0])).abs() <= reach;
             let Some(next) = Self::through(blocks.iter().filter(follows)) else { break };
-            room = next;
+            ambient = next;
         }
-        room
+        ambient
     }
 
-    /// Least squares; `None` where the blocks are all alike.
+    /// Least squares; `None` if all blocks have the same level.
     fn through<'a>(blocks: impl Iterator<Item = &'a [f32; 2]> + Clone) -> Option<Self> {
         let n = blocks.clone().count() as f64;
         let mean = |of: usize| blocks.clone().map(|block| f64::from(block[of])).sum::<f64>() / n;
@@ -124,13 +125,13 @@ impl Room {
         gain.is_finite().then_some(Self { gain: gain as f32, offset: (on_mean - gain * off_mean) as f32 })
     }
 
-    /// The room's light in the picture with the laser on where the other shows `off`.
+    /// Predicted level with the laser on where it is `off` with the laser off.
     fn at(&self, off: f32) -> f32 {
         self.gain * off + self.offset
     }
 
-    /// The room's brightness in the picture with the laser on, of that without: of its contrast, and of its brighter tenth.
-    fn share(&self, blocks: &[[f32; 2]], full_scale: f32) -> f32 {
+    /// Ratio of ambient brightness, laser on over off: the smaller of the gain and the ratio at the 90 % quantile.
+    fn ratio(&self, blocks: &[[f32; 2]], full_scale: f32) -> f32 {
         let mut off: Vec<f32> = blocks.iter().map(|[off, _]| *off).collect();
         off.sort_by(f32::total_cmp);
         let bright = off.get(off.len() * 9 / 10).filter(|bright| **bright > BRIGHT * full_scale);
@@ -156,9 +157,9 @@ mod tests {
 
     const SIZE_PX: [usize; 2] = [320, 240];
 
-    /// A board of squares of 40 px in a dim room, `[across, down]` px from its place, seen through (gain, offset), with the noise
-    /// of picture `seed`; with a laser line where `lit`.
-    fn picture([across, down]: [usize; 2], (gain, offset): (f32, f32), lit: bool, seed: u32) -> Picture {
+    /// A board with squares of 40 px in dim ambient light, shifted to `[across, down]` px, with brightness changed by
+    /// (gain, offset) and the noise of `seed`; with a laser line if `lit`.
+    fn scene_image([across, down]: [usize; 2], (gain, offset): (f32, f32), lit: bool, seed: u32) -> CameraImage {
         let mut state = seed.wrapping_mul(2_654_435_761) | 1;
         let mut noise = || {
             state ^= state << 13;
@@ -171,7 +172,7 @@ mod tests {
             for u in 0..SIZE_PX[0] {
                 let on_board = (140..340).contains(&(u + 100 - across)) && (120..280).contains(&(v + 100 - down));
                 let bright = ((u + 100 - across) / 40 + (v + 100 - down) / 40) % 2 == 0;
-                let room = if !on_board {
+                let ambient = if !on_board {
                     25.0
                 } else if bright {
                     120.0
@@ -179,39 +180,41 @@ mod tests {
                     40.0
                 };
                 let laser = if lit { 90.0 * (-0.5 * ((v as f32 - 120.0) / 2.0).powi(2)).exp() } else { 0.0 };
-                levels.push((gain * room + offset + laser + noise()).round().clamp(0.0, 255.0) as u8);
+                levels.push((gain * ambient + offset + laser + noise()).round().clamp(0.0, 255.0) as u8);
             }
         }
-        Picture::Grey(GreyImage::new(SIZE_PX[0], SIZE_PX[1], Pixels::Eight(levels)).unwrap())
+        CameraImage::Grey(GreyImage::new(SIZE_PX[0], SIZE_PX[1], Pixels::Eight(levels)).unwrap())
     }
 
-    const AS_IT_WAS: (f32, f32) = (1.0, 0.0);
+    const UNCHANGED: (f32, f32) = (1.0, 0.0);
 
     #[test]
-    fn the_same_room_with_a_laser_line_has_not_changed() {
-        for room in [AS_IT_WAS, (1.0, 6.0), (1.15, 0.0), (0.95, 2.0)] {
-            let change = room_change(&picture([20, 20], room, true, 2), &picture([20, 20], AS_IT_WAS, false, 1));
+    fn a_laser_line_alone_is_not_a_change_of_the_scene() {
+        for room in [UNCHANGED, (1.0, 6.0), (1.15, 0.0), (0.95, 2.0)] {
+            let change =
+                scene_change(&scene_image([20, 20], room, true, 2), &scene_image([20, 20], UNCHANGED, false, 1));
             assert_eq!(change, None, "{room:?}");
         }
-        let dark = |seed| picture([20, 20], (0.0, 5.0), false, seed);
-        assert_eq!(room_change(&dark(2), &dark(1)), None, "a dark room");
+        let dark = |seed| scene_image([20, 20], (0.0, 5.0), false, seed);
+        assert_eq!(scene_change(&dark(2), &dark(1)), None, "no ambient light");
     }
 
     #[test]
-    fn a_dimmer_room_is_no_other_pose_whatever_its_offset() {
+    fn dimmer_ambient_light_is_not_a_changed_pose_at_any_offset() {
         for (gain, offset) in [(0.8, 0.0), (0.6, 10.0), (0.6, -8.0), (0.3, 25.0), (0.8, 40.0), (1.0, -30.0)] {
-            let on = picture([20, 20], (gain, offset), true, 2);
-            let change = room_change(&on, &picture([20, 20], AS_IT_WAS, false, 1));
-            assert!(matches!(change, Some(RoomChange::Dimmer { .. })), "{gain} {offset}: {change:?}");
+            let on = scene_image([20, 20], (gain, offset), true, 2);
+            let change = scene_change(&on, &scene_image([20, 20], UNCHANGED, false, 1));
+            assert!(matches!(change, Some(SceneChange::DimmerAmbient { .. })), "{gain} {offset}: {change:?}");
         }
     }
 
     #[test]
-    fn another_pose_is_one_in_a_dimmer_and_in_a_brighter_room_too() {
+    fn a_changed_pose_is_detected_in_dimmer_and_brighter_ambient_light() {
         for place in [[24, 20], [20, 40], [60, 60], [0, 0]] {
-            for room in [AS_IT_WAS, (0.8, 0.0), (0.6, 10.0), (1.2, 0.0)] {
-                let change = room_change(&picture(place, room, true, 2), &picture([20, 20], AS_IT_WAS, false, 1));
-                assert!(matches!(change, Some(RoomChange::AnotherPose { .. })), "{place:?} {room:?}: {change:?}");
+            for room in [UNCHANGED, (0.8, 0.0), (0.6, 10.0), (1.2, 0.0)] {
+                let change =
+                    scene_change(&scene_image(place, room, true, 2), &scene_image([20, 20], UNCHANGED, false, 1));
+                assert!(matches!(change, Some(SceneChange::PoseChanged { .. })), "{place:?} {room:?}: {change:?}");
             }
         }
     }

@@ -107,13 +107,13 @@ fn a_whole_board_gives_all_its_corners() {
 }
 
 #[test]
-fn a_board_partly_outside_the_picture_gives_its_visible_corners() {
+fn a_board_partly_outside_the_image_gives_its_visible_corners() {
     let n = check("partial", &view(0.2, 620.0, 200.0));
     assert!((20..50).contains(&n), "{n}");
 }
 
 #[test]
-fn a_picture_without_markers_has_no_board() {
+fn an_image_without_markers_has_no_board() {
     let params = board();
     let plain = GreyImage::new(WIDTH_PX, HEIGHT_PX, Pixels::Eight(vec![128; WIDTH_PX * HEIGHT_PX])).unwrap();
     assert_eq!(find_charuco(&plain, &params), Err(CornerError::NotFound { inner_columns: 9, inner_rows: 6 }));

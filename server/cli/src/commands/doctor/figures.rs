@@ -2,7 +2,7 @@
 
 use calibration::BoardGeometry;
 use nalgebra::Vector2;
-use vision::{BoardCorners, DarkFrames, GreyImage};
+use vision::{BoardCorners, DarkFrameAccumulator, GreyImage};
 
 /// Rate and steadiness of a free run.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -76,10 +76,10 @@ pub struct Dark {
 
 /// The dark frame of pictures; `None` if they are too few or show light.
 pub fn dark_frame(pictures: &[&GreyImage]) -> Option<Dark> {
-    let mut frames = DarkFrames::default();
+    let mut frames = DarkFrameAccumulator::default();
     pictures.iter().try_for_each(|picture| frames.add(picture)).ok()?;
     let dark = frames.finish().ok()?;
-    let (figures, n_hot_pixels) = (dark.figures(), dark.hot_pixels().len());
+    let (figures, n_hot_pixels) = (dark.statistics(), dark.hot_pixels().len());
     let percent = 100.0 / f64::from(pictures.first()?.full_scale());
     Some(Dark {
         noise_percent: figures.noise * percent,

@@ -7,7 +7,7 @@ use std::sync::Arc;
 use capture::{Capture, ChannelBasis, LaserChannel, lossy_warning};
 use rayon::prelude::*;
 use serde_json::{Value, json};
-use vision::{Centrelines, ChannelView};
+use vision::{Centrelines, ChannelScore};
 
 use crate::answer::exit::Exit;
 use crate::answer::output::{create_folder, file_names_after, write_file};
@@ -210,7 +210,7 @@ pub fn channel_json(laser: &LaserChannel) -> Value {
         ChannelBasis::Decided { views, .. } => ("auto", Some(views)),
     };
     let views: Option<Vec<Value>> = views.map(|views| {
-        let view = |view: &ChannelView| {
+        let view = |view: &ChannelScore| {
             json!({ "channel": view.channel.name(), "n_laser_points": view.n_laser_points,
                 "n_other_points": view.n_other_points })
         };

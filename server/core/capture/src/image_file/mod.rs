@@ -14,7 +14,7 @@ use image::{
 };
 use remedy::Remedy;
 use sha2::{Digest, Sha256};
-use vision::{Channel, ColourImage, GreyImage, ImageError, Picture, Pixels};
+use vision::{CameraImage, Channel, ColourImage, GreyImage, ImageError, Pixels};
 
 use crate::params::{DECODE_LIMIT_BYTES, IMAGE_LIMIT_PX};
 
@@ -122,7 +122,7 @@ pub struct ImageHeader {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Photograph {
     /// Grey or colour.
-    pub picture: Picture,
+    pub picture: CameraImage,
     /// Quality of a JPEG's compression, 1–100; `None` if nothing is lost.
     pub jpeg_quality: Option<u8>,
 }
@@ -235,11 +235,11 @@ fn open(path: &Path) -> Result<(ImageFormat, impl ImageDecoder + use<>), ImageFi
     Ok((format, decoder))
 }
 
-fn picture_from_decoder(path: &Path, decoder: impl ImageDecoder) -> Result<Picture, ImageFileError> {
+fn picture_from_decoder(path: &Path, decoder: impl ImageDecoder) -> Result<CameraImage, ImageFileError> {
     let decoded = DynamicImage::from_decoder(decoder).map_err(|cause| undecodable(path, cause))?;
     let (width, height) = (decoded.width() as usize, decoded.height() as usize);
-    let grey = |pixels| GreyImage::new(width, height, pixels).map(Picture::Grey);
-    let colour = |pixels| ColourImage::new(width, height, pixels).map(Picture::from_colour);
+    let grey = |pixels| GreyImage::new(width, height, pixels).map(CameraImage::Grey);
+    let colour = |pixels| ColourImage::new(width, height, pixels).map(CameraImage::from_colour);
     let picture = match decoded {
         DynamicImage::ImageLuma8(image) => grey(Pixels::Eight(image.into_raw())),
         DynamicImage::ImageLuma16(image) => grey(Pixels::Sixteen(image.into_raw())),

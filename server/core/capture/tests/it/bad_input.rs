@@ -250,7 +250,7 @@ fn every_laser_picture_has_its_own_background_or_that_of_the_capture() {
     put(folder.path(), "scan/000.png", &level(90));
     let capture = Capture::open(folder.path()).unwrap();
     assert_eq!(capture.warnings, Vec::<String>::new());
-    let pictures = capture.laser_pictures();
+    let pictures = capture.laser_images();
     let entries: Vec<_> =
         pictures.iter().map(|p| (p.entry.as_str(), p.background.as_ref().unwrap().0.as_str())).collect();
     let expected = [("poses[0].laser", "poses[0].background"), ("scans[0].frames[0].image", "background")];

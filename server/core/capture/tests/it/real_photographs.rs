@@ -1,7 +1,7 @@
 //! Selection of the channel from photographs taken by others.
 
 use capture::{LaserChannel, read_photograph};
-use vision::{CentrelineParams, Channel, LineDirection, Picture};
+use vision::{CameraImage, CentrelineParams, Channel, LineDirection};
 
 const SETS: [[&str; 2]; 3] = [
     ["laser_on_object/laser.png", "laser_on_object/laser_background.png"],
@@ -17,7 +17,7 @@ fn a_red_laser_in_a_room_is_red() {
     let params = [CentrelineParams { line_direction, ..CentrelineParams::default() }];
     for [on, off] in SETS {
         let (on_picture, off_picture) = (read(on), read(off));
-        let decided = |picture: &Picture| LaserChannel::decided(1, |_| Some(picture.clone()), &params);
+        let decided = |picture: &CameraImage| LaserChannel::decided(1, |_| Some(picture.clone()), &params);
         let alone = decided(&on_picture);
         assert!(matches!(alone.channel, Channel::Red | Channel::RedMinusOthers), "{on}: {alone:?}");
         let without_room = decided(&on_picture.minus(&off_picture).unwrap());

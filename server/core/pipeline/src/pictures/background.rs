@@ -3,14 +3,14 @@
 use std::path::{Path, PathBuf};
 
 use capture::read_photograph;
-use vision::Picture;
+use vision::CameraImage;
 
 use crate::failure::Failure;
 
 /// The camera's view without the laser.
 pub struct Background {
     path: PathBuf,
-    picture: Picture,
+    picture: CameraImage,
 }
 
 impl Background {
@@ -23,17 +23,17 @@ impl Background {
     /// Laser on minus laser off, level by level, clamped at zero.
     ///
     /// Both pictures must have the same size and bit depth; `path` names the one with the laser on.
-    pub fn taken_from(&self, picture: &Picture, path: &Path) -> Result<Picture, Failure> {
+    pub fn taken_from(&self, picture: &CameraImage, path: &Path) -> Result<CameraImage, Failure> {
         picture.minus(&self.picture).ok_or_else(|| self.mismatch(picture, path))
     }
 
     /// The picture itself.
-    pub fn picture(&self) -> &Picture {
+    pub fn picture(&self) -> &CameraImage {
         &self.picture
     }
 
-    fn mismatch(&self, picture: &Picture, path: &Path) -> Failure {
-        let format = |picture: &Picture| {
+    fn mismatch(&self, picture: &CameraImage, path: &Path) -> Failure {
+        let format = |picture: &CameraImage| {
             format!("{}×{} pixels of {} bits", picture.width(), picture.height(), picture.bit_depth())
         };
         Failure::bad_input(format!(
@@ -54,8 +54,8 @@ mod tests {
     use super::*;
     use vision::{ColourImage, GreyImage, Pixels};
 
-    fn grey(width: usize, pixels: Pixels) -> Picture {
-        Picture::Grey(GreyImage::new(width, 1, pixels).unwrap())
+    fn grey(width: usize, pixels: Pixels) -> CameraImage {
+        CameraImage::Grey(GreyImage::new(width, 1, pixels).unwrap())
     }
 
     fn background(pixels: Pixels) -> Background {
@@ -76,7 +76,7 @@ mod tests {
     #[test]
     fn a_background_without_colour_is_taken_from_all_three() {
         let colour =
-            |levels: &[u8]| Picture::Colour(ColourImage::new(3, 1, Pixels::Eight(levels.to_vec())).unwrap());
+            |levels: &[u8]| CameraImage::Colour(ColourImage::new(3, 1, Pixels::Eight(levels.to_vec())).unwrap());
         let off = background(Pixels::Eight(vec![0, 10, 20]));
         let on = colour(&[9, 8, 7, 19, 9, 10, 50, 60, 70]);
         let expected = colour(&[9, 8, 7, 9, 0, 0, 30, 40, 50]);

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use vision::{Centrelines, GreyImage, LineDirection, Picture, RoomChange, find_centrelines, room_change};
+use vision::{CameraImage, Centrelines, GreyImage, LineDirection, SceneChange, find_centrelines, scene_change};
 
 use crate::pictures::search::{Directions, LineSearch, runs_along};
 use crate::pictures::strong_light::{StrongLight, strong_light};
@@ -87,9 +87,9 @@ impl fmt::Display for Finding {
                 "laser on and off seem to be swapped: the background shows lines ({swapped} points against {own})"
             ),
             Self::BackgroundOfAnotherPose { darker_share } => {
-                RoomChange::AnotherPose { darker_share: *darker_share }.fmt(f)
+                SceneChange::PoseChanged { darker_fraction: *darker_share }.fmt(f)
             }
-            Self::DimmerRoom { share } => RoomChange::Dimmer { share: *share }.fmt(f),
+            Self::DimmerRoom { share } => SceneChange::DimmerAmbient { ratio: *share }.fmt(f),
         }
     }
 }
@@ -120,7 +120,12 @@ fn other_direction(image: &GreyImage, lines: &Centrelines, search: &LineSearch) 
 }
 
 /// Findings about a pair of laser on and off; `found`: points found in on minus off.
-pub(crate) fn pair_findings(on: &Picture, off: &Picture, found: usize, search: &LineSearch) -> Option<Finding> {
+pub(crate) fn pair_findings(
+    on: &CameraImage,
+    off: &CameraImage,
+    found: usize,
+    search: &LineSearch,
+) -> Option<Finding> {
     if found < SUSPICIOUS_POINTS * LIKELIER
         && let Some(reversed) = off.minus(on)
     {
@@ -135,16 +140,18 @@ pub(crate) fn pair_findings(on: &Picture, off: &Picture, found: usize, search: &
     room_finding(on, off)
 }
 
-/// Change of the room between two pictures, see [`vision::room_change`].
-pub fn room_finding(on: &Picture, off: &Picture) -> Option<Finding> {
-    room_change(on, off).map(Finding::from)
+/// Change of the room between two pictures, see [`vision::scene_change`].
+pub fn room_finding(on: &CameraImage, off: &CameraImage) -> Option<Finding> {
+    scene_change(on, off).map(Finding::from)
 }
 
-impl From<RoomChange> for Finding {
-    fn from(change: RoomChange) -> Self {
+impl From<SceneChange> for Finding {
+    fn from(change: SceneChange) -> Self {
         match change {
-            RoomChange::AnotherPose { darker_share } => Self::BackgroundOfAnotherPose { darker_share },
-            RoomChange::Dimmer { share } => Self::DimmerRoom { share },
+            SceneChange::PoseChanged { darker_fraction: darker_share } => {
+                Self::BackgroundOfAnotherPose { darker_share }
+            }
+            SceneChange::DimmerAmbient { ratio: share } => Self::DimmerRoom { share },
         }
     }
 }

@@ -1,4 +1,4 @@
-//! The classic baseline for the extraction: grey-level centroids of the lines found, one scan column at a time.
+//! The classic baseline: grey-level centroid (centre of gravity) of each line found, one scan column at a time.
 
 use super::lines::candidates::Boxes;
 use super::lines::crossing::Crossing;

@@ -16,7 +16,7 @@ mod view;
 use crate::{GreyImage, Pixels};
 use view::{Level, View};
 
-/// Which way the laser lines run across the image.
+/// Direction of the laser lines in the image.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum LineDirection {
     /// Lines run along rows: one crossing per column and line.
@@ -26,7 +26,7 @@ pub enum LineDirection {
     Columns,
 }
 
-/// How the centre of a line is found.
+/// Method of locating the centre of a line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum CentrelineMethod {
     /// Gaussian derivatives, Hessian, offset along the normal (Steger 1998).
@@ -39,9 +39,9 @@ pub enum CentrelineMethod {
 /// Settings of the extraction; the defaults suit any station.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct CentrelineParams {
-    /// How the centre is found.
+    /// Method of locating the centre of a line.
     pub method: CentrelineMethod,
-    /// Which way the lines run.
+    /// Direction of the lines.
     pub line_direction: LineDirection,
 }
 
@@ -76,7 +76,7 @@ impl CentrelinePoint {
         saturated: false,
     };
 
-    /// Position along and across lines that run in this direction, px.
+    /// Position (along, across) relative to lines of this direction, px.
     pub fn along_across(&self, direction: LineDirection) -> (f64, f64) {
         match direction {
             LineDirection::Rows => (self.u_px, self.v_px),
@@ -103,7 +103,7 @@ pub struct Centrelines {
     /// Distance along the line, in scan columns (rows), over which neighbouring points share their noise:
     /// the mean of `n` neighbouring points has variance sigma² · min(1, correlation_px / n).
     pub correlation_px: f64,
-    /// Number of the line, where lines are switched on one by one and only this one was on. Not set by the extraction.
+    /// Number of the only line that was on, if the lines are switched on one by one. Not set by the extraction.
     pub lit_line: Option<i8>,
 }
 

@@ -38,11 +38,11 @@ pub fn enlarged<T: Level>(view: &View<T>) -> Enlarged<T> {
     Enlarged { pixels, width, height, full_scale: view.full_scale }
 }
 
-/// Keeps only what lies in the first `width` columns and `height` rows.
+/// Keeps only the points in the first `width` columns and `height` rows.
 pub fn crop(found: &mut Centrelines, width: usize, height: usize) {
     let (last_u, last_v) = ((width - 1) as f64, (height - 1) as f64);
     for segment in &mut found.segments {
-        // Lines that leave the image at the bottom and come back are mirror images of those above.
+        // Lines that continue beyond the lower border are mirror images of those above it.
         let inside = |point: &super::CentrelinePoint| point.u_px <= last_u && point.v_px <= last_v;
         let n_inside = segment.points.iter().take_while(|point| inside(point)).count();
         segment.points.truncate(n_inside);

@@ -16,8 +16,8 @@ const ROWS_COUNTED: usize = 8;
 /// An absolute difference, as an integer.
 pub trait Difference: Copy + Default + Send + Sync {
     /// The largest possible difference.
-    const MOST: i32;
-    /// The difference of this size, not negative and at most [`Self::MOST`].
+    const MAX: i32;
+    /// The difference of this size, not negative and at most [`Self::MAX`].
     fn of(int: i32) -> Self;
     /// The difference as an integer.
     fn int(self) -> i32;
@@ -32,7 +32,7 @@ pub trait Difference: Copy + Default + Send + Sync {
 macro_rules! difference {
     ($whole:ty) => {
         impl Difference for $whole {
-            const MOST: i32 = <$whole>::MAX as i32;
+            const MAX: i32 = <$whole>::MAX as i32;
             #[inline(always)]
             fn of(int: i32) -> Self {
                 int as Self
@@ -83,15 +83,15 @@ fn n_up_to<D: Difference>(tile: &[[D; COLUMNS]], limit: D) -> usize {
 }
 
 /// Standard deviation of absolute differences: the root mean square of those below three times the median (2.02 σ for a
-/// Gaussian), which a line in the tile hardly affects. `median` is carried from tile to tile as a first guess, because
-/// neighbouring tiles are alike.
+/// Gaussian), which a line in the tile hardly affects. `median` is the initial guess, carried from tile to tile because
+/// neighbouring tiles are similar.
 #[inline(always)]
 pub fn sigma_of<D: Difference>(tile: &[[D; COLUMNS]], median: &mut D) -> f32 {
     if tile.is_empty() {
         return 0.0;
     }
     *median = median_of(tile, *median);
-    let cut = D::of(median.int().saturating_mul(3).clamp(3, D::MOST));
+    let cut = D::of(median.int().saturating_mul(3).clamp(3, D::MAX));
     (D::squares_up_to(tile, cut) / (n_up_to(tile, cut) as f32).max(1.0)).sqrt() / CUT_RMS
 }
 
@@ -110,10 +110,10 @@ fn median_of<D: Difference>(tile: &[[D; COLUMNS]], guess: D) -> D {
             low = (high - step).max(-1);
         }
     } else {
-        high = (high + near).min(D::MOST);
-        while high < D::MOST && n_up_to(tile, D::of(high)) <= rank {
+        high = (high + near).min(D::MAX);
+        while high < D::MAX && n_up_to(tile, D::of(high)) <= rank {
             (low, step) = (high, 2 * step);
-            high = low.saturating_add(step).min(D::MOST);
+            high = low.saturating_add(step).min(D::MAX);
         }
     }
     while high - low > (low / MEDIAN_PART).max(1) {

@@ -3,7 +3,7 @@
 
 use super::*;
 
-/// A small seeded generator, so that the images never change.
+/// A small seeded generator, so that the images are reproducible.
 struct Noise(u64);
 
 impl Noise {
@@ -44,7 +44,7 @@ impl Scene<'_> {
 
 const SIZE: (usize, usize) = (256, 128);
 
-/// Bell of standard deviation 2 px across a line through row `v0` with `slope`.
+/// Gaussian profile of standard deviation 2 px across a line through row `v0` with `slope`.
 fn bell(u: f64, v: f64, v0: f64, slope: f64) -> f64 {
     let d = (v - v0 - slope * u) / slope.hypot(1.0);
     (-0.5 * d * d / 4.0).exp()
@@ -143,14 +143,14 @@ fn an_image_without_light_gives_no_segment() {
 }
 
 #[test]
-fn images_smaller_than_a_line_are_no_error() {
+fn images_smaller_than_a_line_are_not_an_error() {
     for size in [(1, 1), (3, 2), (2, 40), (40, 2)] {
         steger(&Scene { size, light: &|_, v| 100.0 * v, noise: 0.0 }.eight());
     }
 }
 
 #[test]
-fn a_line_in_a_small_image_is_found_where_it_is() {
+fn a_line_in_a_small_image_is_located_accurately() {
     for size in [(300, 40), (50, 200), (40, 40)] {
         let (middle, slope) = (0.4 * size.1 as f64, 0.05);
         let image = Scene { size, light: &|u, v| 5.0 + 150.0 * bell(u, v, middle, slope), noise: 1.5 }.eight();
@@ -164,13 +164,13 @@ fn a_line_in_a_small_image_is_found_where_it_is() {
 }
 
 #[test]
-fn images_with_a_side_of_more_than_a_camera_has_are_refused() {
+fn images_with_too_long_a_side_are_refused() {
     let long = GreyImage::new(1, 16_385, Pixels::Eight(vec![0; 16_385]));
     assert!(long.unwrap_err().to_string().contains("more than 16384"), "the limit is named");
 }
 
 #[test]
-fn sixteen_bits_give_what_eight_bits_give() {
+fn sixteen_bit_images_give_the_same_points_as_eight_bit_images() {
     let eight = Scene { size: SIZE, light: &|u, v| 5.0 + 150.0 * bell(u, v, 60.3, 0.1), noise: 1.5 }.eight();
     let Pixels::Eight(levels) = eight.pixels() else { unreachable!() };
     let sixteen = Pixels::Sixteen(levels.iter().map(|&l| u16::from(l) * 257).collect());

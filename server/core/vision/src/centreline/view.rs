@@ -9,7 +9,7 @@ use crate::params::{CELL_HEIGHT_PX, CELL_WIDTH_PX};
 pub trait Sum: Copy + Default + Ord + Send + Sync {
     /// One grey level.
     const ONE: Self;
-    /// More than any sum.
+    /// Larger than any sum.
     const MAX: Self;
     /// Sum.
     fn plus(self, other: Self) -> Self;
@@ -139,7 +139,7 @@ impl Level for u8 {
     #[inline(always)]
     fn cell_sums([a, b, c, d]: [&CellRow<Self>; CELL_HEIGHT_PX], sums: &mut [i16]) {
         const EVEN: u64 = 0x00FF_00FF_00FF_00FF;
-        /// Cells per iteration: as many as compilers vectorise without shuffling first.
+        /// Cells per iteration: the number that compilers vectorise without shuffles.
         const BLOCK: usize = 4;
         let n = sums.len();
         let (some, rest) = sums.as_chunks_mut::<BLOCK>();

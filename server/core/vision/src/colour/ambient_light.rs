@@ -1,45 +1,43 @@
-//! How one colour of a picture follows from the other two in ordinary light, so that a laser stands out.
+//! Predicts one colour of an image from the other two in ambient light, so that the excess is laser light.
 //!
 //! Grey objects reflect daylight or lamp light with the same ratio of colours everywhere: one colour is a weighted sum
-//! of the other two. Any excess is light of another kind. The weights are fitted to each picture, so that the white
-//! balance of the camera and the colour temperature of a lamp cancel. Subtracting just the brighter of the other
-//! colours leaves a tenth of a board's squares, whose edges interrupt the lines.
+//! of the other two. Any excess is other light. The weights are fitted to each image, so that white balance and colour
+//! temperature cancel. Subtracting only the brighter of the other colours would leave a tenth of the contrast of a
+//! board's squares, whose edges interrupt the lines.
 
-use statistics::median;
+use statistics::{SIGMA_PER_MAD, median};
 
 use super::{ColourImage, Level};
 
-/// Samples along each side of the picture to which the weights are fitted: enough for a thousandth, and fast.
+/// Samples along each side of the image to which the weights are fitted: enough for a thousandth, and fast.
 const SAMPLES_PER_SIDE: usize = 160;
-/// Brightness, as a fraction of full scale, above which a pixel shows a colour rather than noise.
+/// Brightness, as a fraction of full scale, above which a pixel's colour is not just noise.
 const BRIGHT: f32 = 0.06;
 /// Darkest colour over brightest, above which a pixel may be a grey object in ambient light; laser light is far below.
 const GREY_RATIO: f32 = 0.5;
 /// Fraction of full scale above which a colour may be clipped, so that its brightness is unknown.
 const CLIPPED: f32 = 0.97;
-/// Fewest pixels for a fit of the weights; with fewer there is no significant ordinary light.
+/// Fewest pixels for a fit of the weights; with fewer, ambient light is insignificant.
 const MIN_SAMPLES: usize = 100;
 /// Repetitions of the fit without its outliers: the laser and coloured objects.
 const TRIMS: usize = 4;
 /// Residual, in standard deviations, above which a pixel is an outlier.
 const TRIM_SIGMAS: f32 = 3.0;
-/// Standard deviations per median absolute residual of a normal distribution.
-const SIGMA_PER_MEDIAN: f32 = 1.4826;
 /// Weight of the regularisation towards equal weights, relative to the sum of squares: it decides only where the other
 /// two colours do not differ.
 const EVEN_WEIGHT: f64 = 1e-3;
 
-/// How one colour follows from the other two in ordinary light.
+/// Ambient light: one colour as a weighted sum of the other two.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct OrdinaryLight {
+pub(super) struct AmbientLight {
     colour: usize,
     others: [usize; 2],
-    /// Weights of the other two; `None` in the dark, where the brighter of them is subtracted.
+    /// Weights of the other two; `None` without ambient light, when the brighter of them is subtracted.
     weights: Option<[f32; 2]>,
 }
 
-impl OrdinaryLight {
-    /// Fits the weights for `colour` (0 red, 1 green, 2 blue) of a picture.
+impl AmbientLight {
+    /// Fits the weights for `colour` (0 red, 1 green, 2 blue) of an image.
     pub(super) fn of(image: &ColourImage, colour: usize) -> Self {
         let others = [(colour + 1) % 3, (colour + 2) % 3];
         let mut samples = grey_samples(image, colour, others);
@@ -54,13 +52,13 @@ impl OrdinaryLight {
             let mut departures: Vec<f32> = samples.iter().map(departure).collect();
             let typical = median(&mut departures).unwrap_or(0.0);
             // Rounding to grey levels alone makes residuals of half a level.
-            let limit = TRIM_SIGMAS * (SIGMA_PER_MEDIAN * typical).max(image.full_scale() / 255.0);
+            let limit = TRIM_SIGMAS * (SIGMA_PER_MAD as f32 * typical).max(image.full_scale() / 255.0);
             samples.retain(|sample| departure(sample) <= limit);
         }
         Self { colour, others, weights }
     }
 
-    /// Excess of the colour over ordinary light in a pixel; zero where there is none.
+    /// Excess of the colour over ambient light in a pixel; zero where there is none.
     pub(super) fn excess<T: Level>(&self, rgb: [T; 3]) -> T {
         let [a, b] = self.others.map(|other| rgb[other]);
         match self.weights {
@@ -106,7 +104,7 @@ mod tests {
     use super::*;
     use crate::{Channel, Pixels};
 
-    /// Grey objects of many shades in light of that colour, with a stripe of red light over them.
+    /// Grey objects of several shades in light of this colour, with a stripe of red light on them.
     fn lit(light: [f64; 3], stripe: f64) -> ColourImage {
         let pixel = |idx: usize| {
             let (u, v) = (idx % 200, idx / 200);
@@ -118,7 +116,7 @@ mod tests {
     }
 
     #[test]
-    fn ordinary_light_of_any_warmth_leaves_nothing_but_the_laser() {
+    fn ambient_light_of_any_colour_temperature_is_removed() {
         for light in [[1.0, 1.0, 1.0], [1.2, 1.0, 0.75], [0.75, 1.0, 1.2]] {
             let excess = lit(light, 60.0).channel(Channel::RedMinusOthers);
             for (u, v) in (0..200).flat_map(|u| (0..100).map(move |v| (u, v))) {
@@ -130,7 +128,7 @@ mod tests {
     }
 
     #[test]
-    fn in_the_dark_the_laser_itself_is_not_taken_for_ordinary_light() {
+    fn without_ambient_light_the_laser_is_not_subtracted() {
         // A red laser that also lights a tenth of the other pixels, and no other light.
         let pixel = |idx: usize| if idx / 200 % 20 < 4 { [200_u8, 20, 16] } else { [3, 3, 3] };
         let image = ColourImage::new(200, 100, Pixels::Eight((0..200 * 100).flat_map(pixel).collect())).unwrap();

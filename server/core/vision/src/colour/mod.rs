@@ -1,29 +1,28 @@
-//! Pictures as cameras deliver them, grey or in colour, and the one channel that is evaluated.
+//! Grey and colour images as delivered by cameras, and the channel that is evaluated.
 
-mod ordinary_light;
+mod ambient_light;
 
 use std::borrow::Cow;
 
 use crate::{GreyImage, ImageError, Pixels};
-use ordinary_light::OrdinaryLight;
+use ambient_light::AmbientLight;
 
-/// How the grey levels are derived from a colour picture.
+/// How the grey levels are derived from a colour image.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Channel {
-    /// The red channel: lines of a red laser at the sharpness of the camera.
+    /// The red channel: full resolution for a red laser.
     Red,
     /// The green channel.
     Green,
     /// The blue channel.
     Blue,
-    /// Luma (ITU-R BT.601): boards, white light, grey cameras.
+    /// Luma (ITU-R BT.601): boards, white light, monochrome cameras.
     Luma,
-    /// Red minus the red expected in the picture's ordinary light from green and blue, zero where that is negative: a
-    /// red laser in daylight.
+    /// Red minus the red of ambient light predicted from green and blue, clamped at zero: a red laser in daylight.
     RedMinusOthers,
-    /// The same for green, from red and blue.
+    /// Green minus the green of ambient light, predicted from red and blue.
     GreenMinusOthers,
-    /// The same for blue, from red and green.
+    /// Blue minus the blue of ambient light, predicted from red and green.
     BlueMinusOthers,
 }
 
@@ -39,7 +38,7 @@ impl Channel {
         Self::BlueMinusOthers,
     ];
 
-    /// Its name on the command line and in `camera.channel` of a capture.
+    /// Name on the command line and in `camera.channel` of a capture.
     pub fn name(self) -> &'static str {
         match self {
             Self::Red => "red",
@@ -52,8 +51,8 @@ impl Channel {
         }
     }
 
-    /// The channel for images of a board with the same camera: without subtracting ordinary light, which would remove
-    /// black and white. It keeps the colour, because lenses image each colour slightly differently.
+    /// The channel for images of a board with the same camera: without subtraction of ambient light, which would remove
+    /// black and white. The colour stays the same, because of the lens's chromatic aberration.
     pub fn for_boards(self) -> Self {
         match self {
             Self::RedMinusOthers => Self::Red,
@@ -63,7 +62,7 @@ impl Channel {
         }
     }
 
-    /// The laser colour it is meant for, 0 red, 1 green, 2 blue; `None` for luma.
+    /// Index of its colour: 0 red, 1 green, 2 blue; `None` for luma.
     pub(crate) fn colour(self) -> Option<usize> {
         match self {
             Self::Red | Self::RedMinusOthers => Some(0),
@@ -130,11 +129,11 @@ impl ColourImage {
         }
     }
 
-    /// The grey levels of one channel, with the bit depth of the picture.
+    /// The grey levels of one channel, with the bit depth of the image.
     pub fn channel(&self, channel: Channel) -> GreyImage {
         let pixels = match (channel.colour(), channel == channel.for_boards()) {
             (Some(colour), false) => {
-                let light = OrdinaryLight::of(self, colour);
+                let light = AmbientLight::of(self, colour);
                 match &self.pixels {
                     Pixels::Eight(p) => Pixels::Eight(triples(p).map(|rgb| light.excess(rgb)).collect()),
                     Pixels::Sixteen(p) => Pixels::Sixteen(triples(p).map(|rgb| light.excess(rgb)).collect()),
@@ -152,7 +151,7 @@ impl ColourImage {
         GreyImage::new(self.width, self.height, pixels).expect("a third of the samples fits the same sides")
     }
 
-    /// Whether red, green and blue are equal everywhere: the picture of a grey camera in a colour file.
+    /// Whether red, green and blue are equal everywhere: the image of a monochrome camera in a colour file.
     fn is_grey(&self) -> bool {
         fn equal<T: PartialEq>(pixels: &[T]) -> bool {
             pixels.chunks_exact(3).all(|rgb| rgb[0] == rgb[1] && rgb[1] == rgb[2])
@@ -164,22 +163,23 @@ impl ColourImage {
     }
 }
 
-/// A picture as a camera delivers it.
+/// An image as delivered by a camera.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Picture {
+pub enum CameraImage {
     /// One channel.
     Grey(GreyImage),
-    /// Three.
+    /// Red, green and blue.
     Colour(ColourImage),
 }
 
-impl Picture {
-    /// A colour picture, or a grey one if its three channels are equal everywhere.
+impl CameraImage {
+    /// A colour image, or a grey one if its three channels are equal everywhere.
     pub fn from_colour(image: ColourImage) -> Self {
         if image.is_grey() { Self::Grey(image.channel(Channel::Green)) } else { Self::Colour(image) }
     }
 
-    /// Laser on minus laser off, level by level, clamped at zero. `None` if size or bit depth differ.
+    /// This image (laser on) minus `off` (laser off), pixel by pixel, clamped at zero. `None` if size or bit depth
+    /// differ.
     pub fn minus(&self, off: &Self) -> Option<Self> {
         if let (Self::Grey(on), Self::Grey(off)) = (self, off) {
             let same_size = (on.width(), on.height()) == (off.width(), off.height());
@@ -192,7 +192,7 @@ impl Picture {
         ColourImage::new(on.width, on.height, pixels).ok().map(Self::Colour)
     }
 
-    /// The picture with three channels.
+    /// The image with three channels.
     fn to_colour(&self) -> Cow<'_, ColourImage> {
         fn tripled<T: Copy>(levels: &[T]) -> Vec<T> {
             levels.iter().flat_map(|&level| [level; 3]).collect()
@@ -220,7 +220,7 @@ impl Picture {
         }
     }
 
-    /// The grey levels of one channel; a grey picture is returned unchanged for any channel.
+    /// The grey levels of one channel; a grey image is returned unchanged for any channel.
     pub fn channel(&self, channel: Channel) -> GreyImage {
         match self {
             Self::Grey(image) => image.clone(),
@@ -245,7 +245,7 @@ impl Picture {
     }
 }
 
-/// Level by level, clamped at zero; `None` if the bit depths differ.
+/// Pixel by pixel, clamped at zero; `None` if the bit depths differ.
 fn difference(on: &Pixels, off: &Pixels) -> Option<Pixels> {
     fn levels<T: Level>(on: &[T], off: &[T]) -> Vec<T> {
         on.iter().zip(off).map(|(on, off)| on.above(*off)).collect()
@@ -300,7 +300,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_channel_takes_its_part_of_a_colour() {
+    fn every_channel_is_derived_from_a_colour_image() {
         let image = ColourImage::new(2, 1, Pixels::Eight(vec![200, 10, 30, 40, 90, 50])).unwrap();
         let expected = [
             (Channel::Red, [200, 40]),
@@ -320,9 +320,9 @@ mod tests {
     }
 
     #[test]
-    fn a_colour_file_of_a_grey_camera_is_grey() {
+    fn a_colour_file_of_a_monochrome_camera_is_grey() {
         let grey = ColourImage::new(1, 2, Pixels::Eight(vec![7, 7, 7, 9, 9, 9])).unwrap();
-        let Picture::Grey(image) = Picture::from_colour(grey) else { panic!("three equal channels") };
+        let CameraImage::Grey(image) = CameraImage::from_colour(grey) else { panic!("three equal channels") };
         assert_eq!(image.pixels(), &Pixels::Eight(vec![7, 9]));
     }
 }

@@ -19,7 +19,7 @@ use super::fitting::refine::refine;
 use super::fitting::warp::BoardWarp;
 use super::fitting::window::{Reach, window_around};
 use super::params::{
-    BLUR_START_PX, CHARUCO_MAX_MISS_MEDIANS, CHARUCO_WINDOW_SHARE, FIRST_WINDOW_MAX_PX, MAX_RESIDUAL_RATIO,
+    BLUR_START_PX, CHARUCO_MAX_MISS_MEDIANS, CHARUCO_WINDOW_FRACTION, FIRST_WINDOW_MAX_PX, MAX_RESIDUAL_RATIO,
     MIN_SEED_CORNERS, RECENTRE_PX, WINDOW_MAX_PX,
 };
 use super::{BoardCorners, Corner, CornerError};
@@ -102,7 +102,7 @@ impl CharucoParams {
     }
 }
 
-/// Finds the visible inner corners of a ChArUco board, with standard deviations.
+/// Finds the visible inner corners of a ChArUco board and their standard deviations.
 ///
 /// # Errors
 /// [`CornerError::NotFound`] without readable markers, [`CornerError::Incomplete`] with fewer than
@@ -113,7 +113,7 @@ pub fn find_charuco(image: &GreyImage, params: &CharucoParams) -> Result<BoardCo
     let places = marked_places(image, params).ok_or(missed)?;
     let incomplete =
         |found| CornerError::Incomplete { inner_columns, inner_rows, found, needed: inner_columns * inner_rows };
-    let reach_squares = CHARUCO_WINDOW_SHARE * 0.5 * (1.0 - params.marker_share);
+    let reach_squares = CHARUCO_WINDOW_FRACTION * 0.5 * (1.0 - params.marker_share);
     let (indices, first) = first_fits(image, &places, reach_squares).ok_or_else(|| incomplete(places.len()))?;
     if first.len() < MIN_SEED_CORNERS {
         return Err(incomplete(first.len()));
@@ -132,7 +132,7 @@ pub fn find_charuco(image: &GreyImage, params: &CharucoParams) -> Result<BoardCo
     Ok(BoardCorners { inner_columns, inner_rows, corners: corners.collect() })
 }
 
-/// Which corners agree with the smooth board model; a fit to a marker's edge does not.
+/// Which corners agree with the smooth board model; fits to a marker's edge do not.
 pub(super) fn agreeing(indices: &[[usize; 2]], fits: &[CornerFit]) -> Vec<bool> {
     let place = |index: &[usize; 2]| index.map(|at| at as f64);
     let pairs: Vec<_> = indices.iter().zip(fits).map(|(index, fit)| (place(index), fit.position_px)).collect();
@@ -176,7 +176,8 @@ fn marked_places(image: &GreyImage, params: &CharucoParams) -> Option<Vec<([usiz
     Some(places)
 }
 
-/// A fit around every place, without those that are not a saddle point. `None` where the places do not span a board.
+/// Fits a corner at every position and drops those that are not saddle points. `None` if the positions do not span a
+/// board.
 fn first_fits(
     image: &GreyImage,
     places: &[([usize; 2], [f64; 2])],

@@ -1,14 +1,14 @@
 //! Inner corners of a chessboard, with sub-pixel positions and standard deviations.
 //!
 //! # Rows and columns
-//! Columns × rows turn the same way as u × v (the board is seen from its front, never mirrored). Of the
-//! orientations that fit the configured size, the one whose corner (0, 0) has a **dark** square diagonally
-//! outside is taken; for a board with one even and one odd count of inner corners this makes row r, column c
-//! the same physical corner in every view. A board that looks the same after half a turn (both counts even or
-//! both odd) are indistinguishable by its colours: there the columns run as nearly as possible towards +u.
+//! Columns × rows have the same handedness as u × v (the board is seen from its front, never mirrored). Of the
+//! orientations that fit the configured size, the one whose corner (0, 0) has a **dark** square diagonally outside is
+//! chosen; for a board with one even and one odd count of inner corners this makes row r, column c the same physical
+//! corner in every view. A board with both counts even or both odd looks the same after a rotation by 180°: its columns
+//! run as nearly as possible towards +u.
 //!
-//! # Way of working
-//! 1. `quick`: the lattice of a board that is plain to see; else `detect`: seeds from `calib-targets`, in several views
+//! # Method
+//! 1. `fast`: the lattice of a clearly visible board; otherwise `detect`: seeds from `calib-targets`, in several views
 //!    of the image.
 //! 2. `lattice`: seeds verified, holes filled, grown to the rim.
 //! 3. `orientation`: size check and corner (0, 0).
@@ -27,9 +27,9 @@ use crate::GreyImage;
 use finding::detect::search_seeds;
 use finding::lattice::Lattice;
 use finding::orientation::{Board, read_board};
-use finding::part::{Part, read_part};
+use finding::partial::{PartialBoard, read_partial_board};
 use fitting::window::Reach;
-use params::{PART_MAX_SIGMA_MEDIANS, VERDICT_SHARE, WINDOW_MAX_PX, WINDOW_SQUARES};
+use params::{CONCLUSIVE_FRACTION, PART_MAX_SIGMA_MEDIANS, WINDOW_MAX_PX, WINDOW_SQUARES};
 
 pub use charuco::{CharucoError, CharucoParams, find_charuco};
 pub use circles::{CircleParams, find_circles};
@@ -97,7 +97,7 @@ pub enum CornerError {
     },
     /// A part of the board was detected whose position on the board is ambiguous.
     #[error(
-        "found {found} inner corners of the {inner_columns}×{inner_rows} board, but their position on it is ambiguous: the picture shows too little of the board's border"
+        "found {found} inner corners of the {inner_columns}×{inner_rows} board, but their position on it is ambiguous: too little of the board's border is visible"
     )]
     Ambiguous {
         /// Configured inner columns.
@@ -131,19 +131,20 @@ pub enum CornerError {
     },
 }
 
-/// Finds the inner corners of the configured chessboard that can be seen.
+/// Finds the visible inner corners of the configured chessboard.
 ///
-/// `image`: 8 or 16 bit, raw sensor pixels. Typical error per axis 0.005–0.01 px at squares of 60–90 px, a blur of
-/// 1 px and 2 % noise; each corner states its own `sigma_px` (photon and read noise as seen in the residuals; the
-/// flatness and print of a real board come on top).
+/// `image`: 8 or 16 bit, raw sensor pixels. Typical error per axis 0.005–0.01 px at squares of 60–90 px, a blur of 1 px
+/// and 2 % noise; each corner has its own `sigma_px` (photon and read noise as estimated from the residuals; flatness
+/// and print of a real board are not included).
 ///
-/// Corners out of the picture or covered are missing from the result, as long as it is clear which ones the others are:
-/// on a board of one even and one odd count, by the rims that are in the picture.
+/// Corners outside the image or covered are missing from the result, provided that the others can be identified: on a
+/// board with one even and one odd count, by the borders that are visible.
 ///
 /// # Errors
-/// [`CornerError::NotFound`] without any chessboard, [`CornerError::WrongSize`] if the largest one seen has another
-/// size, [`CornerError::Ambiguous`] if it shows a part of the board but not which, [`CornerError::Incomplete`] if too
-/// many corners are covered, or some of a board that looks the same after half a turn.
+/// [`CornerError::NotFound`] without any chessboard, [`CornerError::WrongSize`] if the largest one found has another
+/// size, [`CornerError::Ambiguous`] if a part of the board is visible but its position on the board is ambiguous,
+/// [`CornerError::Incomplete`] if too many corners are covered, or any of a board that looks the same after a rotation
+/// by 180°.
 pub fn find_corners(image: &GreyImage, params: &CornerParams) -> Result<BoardCorners, CornerError> {
     let CornerParams { inner_columns, inner_rows } = *params;
     let mut failure = CornerError::NotFound { inner_columns, inner_rows };
@@ -155,14 +156,15 @@ pub fn find_corners(image: &GreyImage, params: &CornerParams) -> Result<BoardCor
             Ok(first) => return Some(Ok(first)),
             Err(error) => error,
         };
-        match read_part(&lattice, inner_columns, inner_rows, [image.width(), image.height()]) {
-            Part::Numbered(part) if part.len() > largest_part.len() => largest_part = part,
-            Part::Ambiguous { found } if !matches!(error, CornerError::Incomplete { .. }) => {
+        match read_partial_board(&lattice, inner_columns, inner_rows, [image.width(), image.height()]) {
+            PartialBoard::Numbered(part) if part.len() > largest_part.len() => largest_part = part,
+            PartialBoard::Ambiguous { found } if !matches!(error, CornerError::Incomplete { .. }) => {
                 error = CornerError::Ambiguous { inner_columns, inner_rows, found };
             }
-            Part::Numbered(_) | Part::Ambiguous { .. } | Part::Other => {}
+            PartialBoard::Numbered(_) | PartialBoard::Ambiguous { .. } | PartialBoard::Other => {}
         }
-        let substantial = lattice.corners.len() as f64 >= VERDICT_SHARE * (inner_columns * inner_rows) as f64;
+        let substantial =
+            lattice.corners.len() as f64 >= CONCLUSIVE_FRACTION * (inner_columns * inner_rows) as f64;
         if substantial && error == failure {
             return Some(Err(error));
         }
@@ -205,7 +207,8 @@ fn refined(
     BoardCorners { inner_columns, inner_rows, corners: corners.collect() }
 }
 
-/// Which corners of a part are as good as the others: beside what cuts the board off, windows hold little of it.
+/// Which corners of a partial board are as accurate as the others: next to an occlusion, windows contain little of the
+/// board.
 fn usable(indices: &[[usize; 2]], fits: &[fitting::fit::CornerFit]) -> Vec<bool> {
     let mut sigmas: Vec<f64> = fits.iter().map(|fit| fit.sigma_px).collect();
     sigmas.sort_by(f64::total_cmp);

@@ -72,7 +72,8 @@ impl Scene {
         p
     }
 
-    /// Light of the sharp board at an image position; dark outside corner (0, 0), with a bright margin of one square.
+    /// Brightness of the sharp board at an image position; the square outside corner (0, 0) is dark, with a bright
+    /// margin of one square around the board.
     fn light(&self, inverse: &nalgebra::Matrix3<f64>, p: [f64; 2]) -> f64 {
         let ideal = self.ideal(p);
         let q = inverse * nalgebra::Vector3::new(ideal[0], ideal[1], 1.0);
@@ -100,8 +101,8 @@ impl Scene {
             .collect();
         let kernel = blurred_box(self.blur_px, fine_per_px);
         let rows = summed(&samples, w, h, fine_per_px, &kernel);
-        let turned: Vec<f64> = (0..self.width * h).map(|k| rows[(k % h) * self.width + k / h]).collect();
-        let columns = summed(&turned, h, self.width, fine_per_px, &kernel);
+        let rotated: Vec<f64> = (0..self.width * h).map(|k| rows[(k % h) * self.width + k / h]).collect();
+        let columns = summed(&rotated, h, self.width, fine_per_px, &kernel);
         (0..self.width * self.height).map(|k| columns[(k % self.width) * self.height + k / self.width]).collect()
     }
 
@@ -168,7 +169,7 @@ fn errors(found: &[Corner], truth: impl Fn(&Corner) -> [f64; 2]) -> (f64, f64) {
 }
 
 /// The image after `turn` quarter turns clockwise.
-fn turned_image(image: &GreyImage, turn: usize) -> GreyImage {
+fn rotated_image(image: &GreyImage, turn: usize) -> GreyImage {
     let (w, h) = (image.width(), image.height());
     let (tw, th) = if turn.is_multiple_of(2) { (w, h) } else { (h, w) };
     let Pixels::Eight(p) = image.pixels() else { panic!("8-bit test images only") };
@@ -183,7 +184,7 @@ fn turned_image(image: &GreyImage, turn: usize) -> GreyImage {
 }
 
 /// Where pixel (u, v) of the image lies after `turn` quarter turns clockwise.
-fn turned_place(image: &GreyImage, p: [f64; 2], turn: usize) -> [f64; 2] {
+fn rotated_position(image: &GreyImage, p: [f64; 2], turn: usize) -> [f64; 2] {
     let (w, h) = (image.width() as f64 - 1.0, image.height() as f64 - 1.0);
     match turn {
         1 => [h - p[1], p[0]],
@@ -238,13 +239,13 @@ fn edges_along_the_pixel_grid_are_as_accurate_as_others_even_if_sharper_than_a_p
 }
 
 #[test]
-fn a_turned_image_gives_the_same_physical_corners() {
+fn a_rotated_image_gives_the_same_physical_corners() {
     let image = SCENE.image();
     let upright = find_corners(&image, &SCENE.params()).unwrap();
     for turn in 1..4 {
-        let turned = find_corners(&turned_image(&image, turn), &SCENE.params()).unwrap();
-        for (a, b) in upright.corners.iter().zip(&turned.corners) {
-            let expected = turned_place(&image, [a.u_px, a.v_px], turn);
+        let rotated = find_corners(&rotated_image(&image, turn), &SCENE.params()).unwrap();
+        for (a, b) in upright.corners.iter().zip(&rotated.corners) {
+            let expected = rotated_position(&image, [a.u_px, a.v_px], turn);
             // The window's pixels differ by rounding only.
             assert!(
                 (b.u_px - expected[0]).hypot(b.v_px - expected[1]) < 0.01,
@@ -259,7 +260,7 @@ fn the_columns_of_an_ambiguous_board_run_to_the_right() {
     let scene = Scene { columns: 7, rows: 5, ..SCENE };
     let image = scene.image();
     for turn in [0, 2] {
-        let board = find_corners(&turned_image(&image, turn), &scene.params()).unwrap();
+        let board = find_corners(&rotated_image(&image, turn), &scene.params()).unwrap();
         assert!(board.corners[1].u_px > board.corners[0].u_px + 20.0);
         assert!(board.corners[7].v_px > board.corners[0].v_px + 20.0);
     }
@@ -319,7 +320,7 @@ fn a_covered_board_gives_its_visible_corners() {
 }
 
 #[test]
-fn a_board_partly_outside_the_picture_gives_its_visible_corners() {
+fn a_board_partly_outside_the_image_gives_its_visible_corners() {
     // Cut off at the right, below, at the left and above, and at two sides.
     for (shift, size, least) in [
         ([0.0, 0.0], (300, 360), 16),
@@ -343,7 +344,7 @@ fn a_board_partly_outside_the_picture_gives_its_visible_corners() {
 
 #[test]
 fn a_part_with_several_possible_positions_is_refused() {
-    // Cut off on both sides, and a part of a board that looks the same after half a turn.
+    // Cut off on both sides, and a part of a board that looks the same after a rotation by 180°.
     let both =
         Scene { width: 200, homography: [[47.0, 4.0, -40.0], SCENE.homography[1], [2e-4, 8e-4, 1.0]], ..SCENE };
     let refused = find_corners(&both.image(), &both.params()).unwrap_err();
@@ -457,8 +458,8 @@ fn strongly_bent_edges_do_not_move_the_corners() {
 }
 
 #[test]
-fn the_quick_search_finds_every_corner_of_a_clear_board() {
-    let seed = finding::quick::quick_seed(&SCENE.image());
+fn the_fast_search_finds_every_corner_of_a_clear_board() {
+    let seed = finding::fast::fast_seed(&SCENE.image());
     assert_eq!(seed.len(), 28);
     for place in seed.values() {
         let corners = (0..28).map(|k| SCENE.truth(k % 7, k / 7));
@@ -469,24 +470,23 @@ fn the_quick_search_finds_every_corner_of_a_clear_board() {
 }
 
 #[test]
-fn without_the_quick_search_the_board_is_the_same() {
+fn the_exhaustive_search_finds_the_same_board() {
     let image = SCENE.image();
-    let patient = finding::detect::patient_search(&image, |seed| {
+    let exhaustive = finding::detect::exhaustive_search(&image, |seed| {
         board_from_lattice(&Lattice::from_seed(&image, seed)?, &SCENE.params()).ok()
     });
-    let numbered = patient.unwrap().into_iter().enumerate().map(|(k, fit)| ([k % 7, k / 7], fit)).collect();
-    let patient = refined(&image, numbered, &SCENE.params());
+    let numbered = exhaustive.unwrap().into_iter().enumerate().map(|(k, fit)| ([k % 7, k / 7], fit)).collect();
+    let exhaustive = refined(&image, numbered, &SCENE.params());
     let quick = find_corners(&image, &SCENE.params()).unwrap();
-    for (a, b) in patient.corners.iter().zip(&quick.corners) {
+    for (a, b) in exhaustive.corners.iter().zip(&quick.corners) {
         assert_eq!((a.row, a.column), (b.row, b.column));
-        // The windows follow the first fits, which end within 0.02 px: some pixels at their edges differ, and their
-        // noise with them.
+        // The windows follow the first fits, which agree within 0.02 px: some pixels at their edges differ.
         assert!((a.u_px - b.u_px).hypot(a.v_px - b.v_px) < 0.5 * a.sigma_px, "{a:?} {b:?}");
     }
 }
 
 #[test]
-fn a_window_holds_the_pixels_of_its_parallelogram_once() {
+fn a_window_contains_each_pixel_of_its_parallelogram_once() {
     let image = SCENE.image();
     let reach = fitting::window::Reach { squares: 0.4, max_px: 9.0 };
     for square_px in [[[30.0, 0.0], [0.0, 25.0]], [[20.0, 9.0], [-7.0, 31.0]], [[3.0, -28.0], [24.0, 4.0]]] {
@@ -514,7 +514,7 @@ fn a_window_holds_the_pixels_of_its_parallelogram_once() {
 
 /// A tilted board of 7 × 4 corners in integer arithmetic: the image does not depend on any library's `exp` or `sin`. A
 /// pixel is the mean over a box of two pixels, sampled in eighths of a pixel.
-fn whole_number_board() -> GreyImage {
+fn integer_board() -> GreyImage {
     const SIDES: (i64, i64) = (420, 300);
     const PER_PX: i64 = 8;
     /// Board columns and rows grow by this many units per eighth of a pixel along u and v, starting from these values …
@@ -551,8 +551,8 @@ fn whole_number_board() -> GreyImage {
 
 #[test]
 fn every_architecture_finds_the_stored_corners() {
-    /// Promised for every instruction set; differences of the system's trigonometric and logarithm functions are within
-    /// it.
+    /// Guaranteed for every instruction set; differences between the systems' trigonometric and logarithm functions are
+    /// within it.
     const AGREEMENT_PX: f64 = 1e-6;
     /// The first and last corner of the first and last row. A deliberate change of the fit updates them.
     const EXPECTED: [(usize, [f64; 2]); 4] = [
@@ -561,7 +561,7 @@ fn every_architecture_finds_the_stored_corners() {
         (21, [52.554_561_091, 204.810_249_013]),
         (27, [307.255_192_736, 239.539_363_641]),
     ];
-    let board = find_corners(&whole_number_board(), &CornerParams { inner_columns: 7, inner_rows: 4 }).unwrap();
+    let board = find_corners(&integer_board(), &CornerParams { inner_columns: 7, inner_rows: 4 }).unwrap();
     let found = EXPECTED.map(|(idx, _)| (idx, [board.corners[idx].u_px, board.corners[idx].v_px]));
     for ((_, [u, v]), (_, expected)) in found.iter().zip(EXPECTED) {
         let apart_px = (u - expected[0]).hypot(v - expected[1]);

@@ -4,11 +4,11 @@ use crate::dark_frame::{Correction, DarkFrame, neighbours};
 use crate::{GreyImage, LevelsMut, LineDirection};
 
 impl DarkFrame {
-    /// Corrects an image, whose top-left pixel is column `left`, row `top` of the dark frame. `None` if the image is not
-    /// within the dark frame, or has another bit depth where the pattern is wanted; it is then unchanged.
+    /// Corrects an image whose top-left pixel is column `left`, row `top` of the dark frame. `None`, with the image
+    /// unchanged, if it is not within the dark frame, or if the pattern is to be subtracted and the bit depths differ.
     ///
-    /// A pixel at full scale stays there: it is saturated whatever its pattern. `direction`: along which way a line's light
-    /// stays the same, so that hot pixels are replaced from there.
+    /// A pixel at full scale is kept: it is saturated. `direction`: direction of the laser lines, along which hot
+    /// pixels are preferably replaced.
     pub fn correct(
         &self,
         image: &mut GreyImage,
@@ -20,7 +20,7 @@ impl DarkFrame {
         if left + width > self.width || top + height > self.height {
             return None;
         }
-        if wanted == Correction::Whole && image.bit_depth() != self.figures.bit_depth {
+        if wanted == Correction::Full && image.bit_depth() != self.statistics.bit_depth {
             return None;
         }
         match image.levels_mut() {
@@ -38,7 +38,7 @@ impl DarkFrame {
         direction: LineDirection,
         wanted: Correction,
     ) {
-        if wanted == Correction::Whole {
+        if wanted == Correction::Full {
             for (v, row) in levels.chunks_exact_mut(width).enumerate() {
                 let start = (top + v) * self.width + left;
                 L::subtract(row, &self.pattern[start..start + width]);
@@ -55,7 +55,8 @@ impl DarkFrame {
         }
     }
 
-    /// Mean of the nearest pair of good neighbours, else of the good ones within two pixels; `None` without any.
+    /// Mean of the nearest pair of good neighbours, otherwise of the good ones within two pixels; `None` if there are
+    /// none.
     fn replacement<L: Level>(
         &self,
         levels: &[L],
@@ -85,7 +86,7 @@ impl DarkFrame {
 trait Level: Copy + Into<u16> {
     /// From a number that is within its range.
     fn from_u32(level: u32) -> Self;
-    /// Subtracts a pattern from a row; what is at full scale stays there.
+    /// Subtracts a pattern from a row; pixels at full scale are kept.
     fn subtract(row: &mut [Self], pattern: &[i16]);
 }
 

@@ -1,4 +1,5 @@
-//! Dark frames of a synthetic sensor with known defects. Glow, temperature and the tails of real sensors are not covered.
+//! Dark frames of a synthetic sensor with known defects. Amplifier glow, temperature and the noise tails of real
+//! sensors are not covered.
 
 use rand::{Rng as _, SeedableRng as _};
 use rand_pcg::Pcg64;
@@ -14,7 +15,7 @@ const NOISE: f64 = 1.5;
 /// Peak of the laser line, levels.
 const LINE: f64 = 120.0;
 
-/// A sensor with hot pixels, two bright rows and a pattern of its columns.
+/// A sensor with hot pixels, two bright rows and a fixed column pattern.
 struct Sensor {
     offsets: Vec<f64>,
     hot: Vec<usize>,
@@ -33,7 +34,7 @@ impl Sensor {
         Self { offsets, hot, random }
     }
 
-    fn sees(&mut self, light: impl Fn(f64, f64) -> f64) -> GreyImage {
+    fn capture(&mut self, light: impl Fn(f64, f64) -> f64) -> GreyImage {
         let offsets = &self.offsets;
         let random = &mut self.random;
         let level = |idx: usize| {
@@ -44,8 +45,8 @@ impl Sensor {
     }
 
     fn dark_frame(&mut self) -> DarkFrame {
-        let mut frames = DarkFrames::default();
-        (0..32).for_each(|_| frames.add(&self.sees(|_, _| 0.0)).unwrap());
+        let mut frames = DarkFrameAccumulator::default();
+        (0..32).for_each(|_| frames.add(&self.capture(|_, _| 0.0)).unwrap());
         frames.finish().unwrap()
     }
 }
@@ -71,7 +72,7 @@ fn points(image: &GreyImage) -> Vec<CentrelinePoint> {
 
 fn corrected(image: &GreyImage, dark: &DarkFrame) -> GreyImage {
     let mut image = image.clone();
-    dark.correct(&mut image, (0, 0), LineDirection::Rows, Correction::Whole).unwrap();
+    dark.correct(&mut image, (0, 0), LineDirection::Rows, Correction::Full).unwrap();
     image
 }
 
@@ -81,7 +82,7 @@ fn error_px(point: &CentrelinePoint) -> f64 {
 }
 
 #[test]
-fn the_hot_pixels_and_the_pattern_are_found_as_they_are() {
+fn the_hot_pixels_and_the_pattern_match_the_simulated_sensor() {
     let mut sensor = Sensor::new();
     let dark = sensor.dark_frame();
     let mut hot: Vec<usize> = sensor.hot.clone();
@@ -89,19 +90,19 @@ fn the_hot_pixels_and_the_pattern_are_found_as_they_are() {
     hot.dedup();
     let found: Vec<usize> = dark.hot_pixels().map(|(u, v)| v * SIZE.0 + u).collect();
     assert_eq!(found, hot);
-    let figures = dark.figures();
-    assert!((figures.noise / NOISE.hypot((1.0_f64 / 12.0).sqrt()) - 1.0).abs() < 0.02, "{figures:?}");
+    let statistics = dark.statistics();
+    assert!((statistics.noise / NOISE.hypot((1.0_f64 / 12.0).sqrt()) - 1.0).abs() < 0.02, "{statistics:?}");
     let good = (0..dark.pattern.len()).filter(|idx| hot.binary_search(idx).is_err());
-    let off = good.map(|idx| (f64::from(dark.pattern[idx]) + figures.level - 12.0 - sensor.offsets[idx]).abs());
+    let off = good.map(|idx| (f64::from(dark.pattern[idx]) + statistics.level - 12.0 - sensor.offsets[idx]).abs());
     // Half a level of rounding and five standard deviations of a mean of 32.
-    assert!(off.fold(0.0, f64::max) < 0.5 + 5.0 * figures.noise / 32.0_f64.sqrt() + 0.5);
+    assert!(off.fold(0.0, f64::max) < 0.5 + 5.0 * statistics.noise / 32.0_f64.sqrt() + 0.5);
 }
 
 #[test]
-fn bright_rows_and_hot_pixels_are_lines_without_a_dark_frame_and_none_with_it() {
+fn bright_rows_and_hot_pixels_give_false_lines_only_without_a_dark_frame() {
     let mut sensor = Sensor::new();
     let dark = sensor.dark_frame();
-    let image = sensor.sees(line);
+    let image = sensor.capture(line);
     let is_false = |point: &&CentrelinePoint| error_px(point).abs() > 1.0;
     let before = points(&image);
     assert!(before.iter().filter(is_false).count() > SIZE.0 / 2, "{}", before.len());
@@ -110,7 +111,7 @@ fn bright_rows_and_hot_pixels_are_lines_without_a_dark_frame_and_none_with_it() 
     assert!(after.len() >= SIZE.0 - 2, "{} of {}", after.len(), SIZE.0);
 }
 
-/// Root mean square of the errors of twenty frames, in their standard deviations.
+/// RMS over twenty frames of the errors over their standard deviations.
 fn whitened(frame: &mut dyn FnMut() -> GreyImage) -> f64 {
     let errors: Vec<f64> =
         (0..20).flat_map(|_| points(&frame())).map(|point| error_px(&point) / point.sigma_px).collect();
@@ -118,23 +119,23 @@ fn whitened(frame: &mut dyn FnMut() -> GreyImage) -> f64 {
 }
 
 #[test]
-fn the_sigmas_of_corrected_frames_are_as_honest_as_those_of_a_sound_sensor() {
-    let mut sound = Sensor { offsets: vec![0.0; SIZE.0 * SIZE.1], hot: Vec::new(), ..Sensor::new() };
-    let mut worn = Sensor::new();
-    let dark = worn.dark_frame();
-    let of_sound = whitened(&mut || sound.sees(line));
-    let of_worn = whitened(&mut || corrected(&worn.sees(line), &dark));
-    // What rounding leaves of the pattern adds 0.29 levels to a noise of 1.5.
+fn the_sigmas_of_corrected_frames_are_as_realistic_as_those_of_an_ideal_sensor() {
+    let mut ideal = Sensor { offsets: vec![0.0; SIZE.0 * SIZE.1], hot: Vec::new(), ..Sensor::new() };
+    let mut defective = Sensor::new();
+    let dark = defective.dark_frame();
+    let of_ideal = whitened(&mut || ideal.capture(line));
+    let of_defective = whitened(&mut || corrected(&defective.capture(line), &dark));
+    // The rounding of the pattern adds 0.29 levels to a noise of 1.5.
     assert!(
-        (of_worn / of_sound - 1.0).abs() < 0.15,
-        "{of_worn:.2} of the worn sensor, {of_sound:.2} of the sound one"
+        (of_defective / of_ideal - 1.0).abs() < 0.15,
+        "{of_defective:.2} of the defective sensor, {of_ideal:.2} of the ideal one"
     );
-    assert!(of_worn < 1.0, "{of_worn:.2}");
+    assert!(of_defective < 1.0, "{of_defective:.2}");
 }
 
 #[test]
-fn a_flickering_pixel_is_hot_although_its_mean_is_ordinary() {
-    let mut frames = DarkFrames::default();
+fn a_flickering_pixel_is_hot_although_its_mean_is_normal() {
+    let mut frames = DarkFrameAccumulator::default();
     let mut random = Pcg64::seed_from_u64(3);
     for n in 0..32 {
         let mut levels: Vec<u8> = (0..64 * 64).map(|_| (10.0 + 1.5 * gauss(&mut random)).round() as u8).collect();
@@ -146,10 +147,10 @@ fn a_flickering_pixel_is_hot_although_its_mean_is_ordinary() {
 }
 
 #[test]
-fn a_sound_sensor_has_no_hot_pixels() {
+fn an_ideal_sensor_has_no_hot_pixels() {
     for noise in [0.0, 0.2, 1.0, 3.0] {
         let mut random = Pcg64::seed_from_u64(9);
-        let mut frames = DarkFrames::default();
+        let mut frames = DarkFrameAccumulator::default();
         for _ in 0..16 {
             let levels = (0..200 * 200).map(|_| (10.4 + noise * gauss(&mut random)).round() as u8).collect();
             frames.add(&GreyImage::new(200, 200, Pixels::Eight(levels)).unwrap()).unwrap();
@@ -159,23 +160,23 @@ fn a_sound_sensor_has_no_hot_pixels() {
 }
 
 #[test]
-fn frames_that_show_a_scene_are_no_dark_frame() {
-    let seen = |light: fn(f64, f64) -> f64| {
+fn frames_that_show_a_scene_are_refused() {
+    let averaged = |light: fn(f64, f64) -> f64| {
         let mut sensor = Sensor::new();
-        let mut frames = DarkFrames::default();
-        (0..8).for_each(|_| frames.add(&sensor.sees(light)).unwrap());
+        let mut frames = DarkFrameAccumulator::default();
+        (0..8).for_each(|_| frames.add(&sensor.capture(light)).unwrap());
         frames.finish().map(drop)
     };
-    assert_eq!(seen(|_, _| 0.0), Ok(()));
-    assert!(matches!(seen(|u, _| if u < 100.0 { 12.0 } else { 0.0 }), Err(DarkFrameError::Lit { .. })));
-    assert!(matches!(seen(|_, _| 60.0), Err(DarkFrameError::Lit { .. })));
+    assert_eq!(averaged(|_, _| 0.0), Ok(()));
+    assert!(matches!(averaged(|u, _| if u < 100.0 { 12.0 } else { 0.0 }), Err(DarkFrameError::Lit { .. })));
+    assert!(matches!(averaged(|_, _| 60.0), Err(DarkFrameError::Lit { .. })));
 }
 
 #[test]
-fn a_region_of_the_sensor_is_corrected_by_its_own_part_and_saturation_stays() {
+fn a_region_of_interest_is_corrected_by_its_part_of_the_dark_frame_and_saturation_is_kept() {
     let mut pattern = vec![0; 16];
     pattern[6] = 3;
-    let figures = DarkFigures {
+    let statistics = DarkFrameStatistics {
         n_frames: 8,
         bit_depth: 8,
         level: 10.0,
@@ -184,28 +185,28 @@ fn a_region_of_the_sensor_is_corrected_by_its_own_part_and_saturation_stays() {
         hot_above: 5.0,
         hot_noise_above: 3.0,
     };
-    let dark = DarkFrame { width: 4, height: 4, figures, pattern, hot: vec![10] };
+    let dark = DarkFrame { width: 4, height: 4, statistics, pattern, hot: vec![10] };
     let region = |levels: [u8; 6]| GreyImage::new(3, 2, Pixels::Eight(levels.to_vec())).unwrap();
     let mut image = region([50, 50, 50, 50, 200, 60]);
-    dark.correct(&mut image, (1, 1), LineDirection::Rows, Correction::Whole).unwrap();
+    dark.correct(&mut image, (1, 1), LineDirection::Rows, Correction::Full).unwrap();
     // Column 2, row 1 of the sensor has a pattern of 3; the hot one below it lies between 50 and 60.
     assert_eq!(image, region([50, 47, 50, 50, 55, 60]));
     let mut saturated = region([0, 255, 0, 0, 0, 0]);
-    dark.correct(&mut saturated, (1, 1), LineDirection::Rows, Correction::Whole).unwrap();
+    dark.correct(&mut saturated, (1, 1), LineDirection::Rows, Correction::Full).unwrap();
     assert_eq!(saturated, region([0, 255, 0, 0, 0, 0]));
     let mut hot_only = region([50, 50, 50, 50, 200, 60]);
     dark.correct(&mut hot_only, (1, 1), LineDirection::Rows, Correction::HotPixels).unwrap();
     assert_eq!(hot_only, region([50, 50, 50, 50, 55, 60]));
     let mut beyond = region([1; 6]);
-    assert_eq!(dark.correct(&mut beyond, (2, 1), LineDirection::Rows, Correction::Whole), None);
+    assert_eq!(dark.correct(&mut beyond, (2, 1), LineDirection::Rows, Correction::Full), None);
 }
 
 #[test]
-fn a_dark_frame_is_read_back_from_its_bytes_and_damaged_ones_are_refused() {
+fn a_dark_frame_is_read_back_from_its_bytes_and_damaged_bytes_are_refused() {
     let dark = Sensor::new().dark_frame();
     let bytes = dark.to_bytes();
-    assert_eq!(DarkFrame::from_bytes(SIZE.0, SIZE.1, *dark.figures(), &bytes), Some(dark.clone()));
+    assert_eq!(DarkFrame::from_bytes(SIZE.0, SIZE.1, *dark.statistics(), &bytes), Some(dark.clone()));
     for damaged in [&bytes[1..], &bytes[..bytes.len() - 1], &[]] {
-        assert_eq!(DarkFrame::from_bytes(SIZE.0, SIZE.1, *dark.figures(), damaged), None);
+        assert_eq!(DarkFrame::from_bytes(SIZE.0, SIZE.1, *dark.statistics(), damaged), None);
     }
 }

@@ -1,12 +1,12 @@
 //! Centrelines of the rendered station with known truth. Not covered: real light, and the speckle of other stations.
-//! The truth is a point every 7 columns; between them a parabola through three is exact to 0.001 px on the plate, which
-//! is why only the straight orders of the gauge scan are compared.
+//! The truth is a point every 7 columns; interpolation between them is exact to 0.001 px only on the plate, so only the
+//! straight orders of the gauge scan are compared.
 
 use vision::{
     CentrelineMethod, CentrelineParams, CentrelinePoint, Centrelines, GreyImage, Pixels, find_centrelines,
 };
 
-/// Frames used here: enough for 19,000 points, quick enough for every run.
+/// Frames used here: enough for 19,000 points, few enough to run every time.
 const FRAMES: [usize; 3] = [0, 16, 32];
 
 /// Noise-free crossing of one order.
@@ -76,7 +76,7 @@ fn noise_is_well_below_that_of_a_column_centroid_and_as_predicted() {
     );
     // A depth noise of 32 µm where the centroid has 38 needs 0.84; measured 0.45.
     assert!(steger < 0.6 * centroid, "{steger} px against {centroid} px");
-    // Weights and verdicts further on rely on sigma.
+    // Subsequent weights and verdicts depend on sigma.
     assert!((0.8..1.25).contains(&normalised), "{normalised}");
     assert!((0.8..1.25).contains(&centroid_normalised), "{centroid_normalised}");
     // 0.06 px over some 1500 independent stretches: 0.0015 px; four times that.

@@ -17,7 +17,7 @@ const NOISE: f64 = 2.0;
 /// Contrast of the speckle.
 const SPECKLE: f64 = 0.28;
 
-/// A line across the picture.
+/// A line across the image.
 pub struct Line {
     /// Row of the middle by column, and its slope.
     row: Box<dyn Fn(f64, f64) -> (f64, f64)>,
@@ -37,11 +37,11 @@ pub fn line(at: f64, fwhm: impl Fn(f64) -> f64 + 'static) -> Line {
     Line { row: Box::new(level), at, fwhm: Box::new(fwhm), columns: 0..WIDTH }
 }
 
-pub fn picture(lines: &[Line], seed: u64) -> GreyImage {
-    picture_of(lines, HEIGHT, seed)
+pub fn rendered(lines: &[Line], seed: u64) -> GreyImage {
+    rendered_height(lines, HEIGHT, seed)
 }
 
-fn picture_of(lines: &[Line], height: usize, seed: u64) -> GreyImage {
+fn rendered_height(lines: &[Line], height: usize, seed: u64) -> GreyImage {
     let mut grey = vec![DARK; WIDTH * height];
     for line in lines {
         for u in line.columns.clone() {
@@ -142,11 +142,11 @@ pub fn found(lines: &Centrelines, line: &Line, height: usize) -> Found {
 }
 
 fn centrelines(lines: &[Line], seed: u64) -> Centrelines {
-    find_centrelines(&picture(lines, seed), &CentrelineParams::default())
+    find_centrelines(&rendered(lines, seed), &CentrelineParams::default())
 }
 
-/// Pictures of one scene, each with its own noise and speckle.
-const PICTURES: u64 = 4;
+/// Images per scene, each with its own noise and speckle.
+const N_IMAGES: u64 = 4;
 
 /// Asserts that at least `share` of every line is found, each column once, that σ is realistic and that nothing else is
 /// found.
@@ -157,14 +157,14 @@ fn assert_found(name: &str, lines: &[Line], share: f64) {
 
 /// [`assert_found`] with the accepted range of the error over σ.
 #[track_caller]
-fn assert_found_within(name: &str, lines: &[Line], share: f64, honest: std::ops::Range<f64>) {
+fn assert_found_within(name: &str, lines: &[Line], share: f64, accepted: std::ops::Range<f64>) {
     let (mut least, mut squares, mut n_points, mut n_own, mut n_twice) = (1.0f64, 0.0, 0, 0.0, 0);
     let mut widths = Vec::new();
-    for seed in 0..PICTURES {
-        let of_picture = centrelines(lines, seed);
-        n_points += of_picture.segments.iter().map(|segment| segment.points.len()).sum::<usize>();
+    for seed in 0..N_IMAGES {
+        let extracted = centrelines(lines, seed);
+        n_points += extracted.segments.iter().map(|segment| segment.points.len()).sum::<usize>();
         for line in lines {
-            let found = found(&of_picture, line, HEIGHT);
+            let found = found(&extracted, line, HEIGHT);
             let n_columns = found.share * line.columns.len() as f64;
             least = least.min(found.share);
             squares += found.rms_sigmas.powi(2) * n_columns;
@@ -187,7 +187,7 @@ fn assert_found_within(name: &str, lines: &[Line], share: f64, honest: std::ops:
         stated.iter().all(|width| (0.88..1.12).contains(width)),
         "{name}: widths stated {stated:?} of the true ones"
     );
-    assert!(honest.contains(&by_sigma), "{name}: error {by_sigma} σ");
+    assert!(accepted.contains(&by_sigma), "{name}: error {by_sigma} σ");
     assert!(n_points as f64 <= n_own * 1.01 + 10.0, "{name}: {n_points} points, {n_own} on lines");
 }
 
@@ -208,13 +208,13 @@ fn lines_of_different_widths_are_found_side_by_side() {
 }
 
 #[test]
-fn a_line_may_change_its_width() {
+fn lines_of_varying_width_are_found() {
     let growing = [120.0, 380.0, 640.0].map(|at| line(at, |u| 3.0 + 27.0 * u / WIDTH as f64));
     assert_found("growing", &growing, 0.97);
 }
 
 #[test]
-fn a_narrow_base_line_with_wide_lines_on_blocks_is_whole() {
+fn a_narrow_base_line_and_wide_lines_on_blocks_are_complete() {
     // As on gauge blocks: the line jumps to other rows and is three times wider there.
     let mut lines = Vec::new();
     for (idx, from) in [100, 400, 700].into_iter().enumerate() {
@@ -268,7 +268,7 @@ fn seventeen(widths: [f64; 2], steepest_deg: f64, pitch_px: f64) -> (Vec<Line>, 
 }
 
 #[test]
-fn seventeen_lines_are_whole_at_every_width_and_slope() {
+fn seventeen_lines_are_complete_at_every_width_and_slope() {
     for (widths, steepest_deg, pitch_px) in [
         ([2.0, 4.0], 75.0, 70.0),
         ([4.0, 12.0], 75.0, 150.0),
@@ -276,13 +276,13 @@ fn seventeen_lines_are_whole_at_every_width_and_slope() {
         ([20.0, 40.0], 30.0, 190.0),
     ] {
         let (lines, height) = seventeen(widths, steepest_deg, pitch_px);
-        let image = picture_of(&lines, height, 3);
-        let of_picture = find_centrelines(&image, &CentrelineParams::default());
+        let image = rendered_height(&lines, height, 3);
+        let extracted = find_centrelines(&image, &CentrelineParams::default());
         let name = format!("{widths:?} px, to {steepest_deg}°");
         let (mut squares, mut n) = (0.0, 0.0);
         let mut by_slope = [[0usize; 2]; 6];
         for line in &lines {
-            let of_line = found(&of_picture, line, height);
+            let of_line = found(&extracted, line, height);
             assert_eq!(of_line.twice, 0, "{name}");
             squares += of_line.rms_sigmas.powi(2);
             n += 1.0;
@@ -308,20 +308,20 @@ fn log_parabola(image: &GreyImage, u: usize, row: f64) -> f64 {
 }
 
 #[test]
-fn steps_of_blocks_are_nearer_to_the_truth_than_by_a_plain_peak_finder() {
+fn steps_on_blocks_are_more_accurate_than_with_a_log_parabola_peak_finder() {
     let mut lines = Vec::new();
     for (idx, from) in (100..900).step_by(200).enumerate() {
         let (at, fwhm) = (150.0 + 70.0 * idx as f64, 10.0 + 0.3 * idx as f64);
         lines.push(Line { columns: from..from + 100, ..line(at, move |_| fwhm) });
         lines.push(Line { columns: from + 100..from + 200, ..line(560.0, |_| 3.0) });
     }
-    let image = picture(&lines, 8);
-    let of_picture = find_centrelines(&image, &CentrelineParams::default());
+    let image = rendered(&lines, 8);
+    let extracted = find_centrelines(&image, &CentrelineParams::default());
     let (mut ours, mut plain, mut n) = (0.0, 0.0, 0.0);
     for line in &lines {
         for u in line.columns.clone() {
             let (row, _) = (line.row)(u as f64, line.at);
-            let points = of_picture.segments.iter().flat_map(|segment| &segment.points);
+            let points = extracted.segments.iter().flat_map(|segment| &segment.points);
             let here: Vec<f64> =
                 points.filter(|p| p.u_px == u as f64 && (p.v_px - row).abs() < 8.0).map(|p| p.v_px).collect();
             let [found] = here[..] else { panic!("column {u}: {here:?} for {row}") };
@@ -337,7 +337,7 @@ fn steps_of_blocks_are_nearer_to_the_truth_than_by_a_plain_peak_finder() {
 
 #[test]
 fn a_lit_ball_is_not_mistaken_for_the_line_on_it() {
-    // As in photographs by others: a saturated line 11 px wide on a ball lit by the room.
+    // As in published photographs: a saturated line 11 px wide on a ball lit by the room.
     let mut grey = vec![DARK; WIDTH * HEIGHT];
     let at = |u: usize| 400.0 + 0.0006 * (u as f64 - 512.0).powi(2);
     for (idx, level) in grey.iter_mut().enumerate() {

@@ -1,4 +1,4 @@
-//! Centrelines and circle grids of rendered pictures with known truth.
+//! Centrelines and circle grids of rendered images with known truth.
 
 #![allow(clippy::unwrap_used)]
 

@@ -84,7 +84,7 @@ impl CameraDarkFrame {
             && roi.top_px + roi.height_px <= own.top_px + own.height_px;
         match () {
             () if !self.camera.is(camera) => DarkFrameUse::OtherCamera,
-            () if !covered || self.frame.figures().bit_depth != bits => DarkFrameUse::OtherFormat,
+            () if !covered || self.frame.statistics().bit_depth != bits => DarkFrameUse::OtherFormat,
             () if (self.gain_db - settings.gain_db).abs() > SAME_GAIN_DB => DarkFrameUse::HotPixels,
             () => DarkFrameUse::Whole,
         }
@@ -93,7 +93,7 @@ impl CameraDarkFrame {
     /// Corrects a frame of this camera at these settings as far as it applies.
     pub(crate) fn correct(&self, image: &mut GreyImage, camera: &DeviceIdentity, settings: &CameraSettings) {
         let wanted = match self.use_for(camera, settings) {
-            DarkFrameUse::Whole => Correction::Whole,
+            DarkFrameUse::Whole => Correction::Full,
             DarkFrameUse::HotPixels => Correction::HotPixels,
             DarkFrameUse::NoDarkFrame | DarkFrameUse::OtherCamera | DarkFrameUse::OtherFormat => return,
         };

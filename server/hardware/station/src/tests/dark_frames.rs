@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use devices::{CameraRequest, Roi, Trigger};
 use twin::{SceneKind, StationModel, StationShape, TwinFault, TwinOptions, TwinStation};
-use vision::{CentrelineParams, CentrelinePoint, DarkFrames, LineDirection, find_centrelines};
+use vision::{CentrelineParams, CentrelinePoint, DarkFrameAccumulator, LineDirection, find_centrelines};
 
 use super::bench::{Bench, bench_of, never_cancelled};
 use crate::{CameraDarkFrame, CameraName, DarkFrameUse, StationDevices};
@@ -28,7 +28,7 @@ impl Bench {
         let status = self.station.status();
         let lease = self.lease();
         lease.configure(&software()).unwrap();
-        let mut frames = DarkFrames::default();
+        let mut frames = DarkFrameAccumulator::default();
         (0..16).for_each(|_| frames.add(&lease.grab(&never_cancelled()).unwrap().image).unwrap());
         self.control.clear_fault(TwinFault::LensCovered.name());
         Arc::new(CameraDarkFrame {

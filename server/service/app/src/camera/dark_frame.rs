@@ -12,7 +12,7 @@ use station::wall_clock::now_ms;
 use station::{CameraDarkFrame, CameraName, Purpose, StationHandle};
 use store::disk::write_durably;
 use tokio::sync::Mutex;
-use vision::{DarkFigures, DarkFrame, DarkFrames, LineDirection};
+use vision::{DarkFrame, DarkFrameAccumulator, DarkFrameStatistics, LineDirection};
 
 use crate::error::disk_problem;
 use crate::error::{AppError, ErrorKind};
@@ -168,7 +168,7 @@ fn taken(station: &StationHandle, n_frames: usize, direction: LineDirection) -> 
     station.set_dark_frame(None);
     let settings =
         lease.configure(&CameraRequest { trigger: Some(Trigger::Software), ..CameraRequest::default() })?;
-    let (mut frames, cancel) = (DarkFrames::default(), CancelFlag::default());
+    let (mut frames, cancel) = (DarkFrameAccumulator::default(), CancelFlag::default());
     for _ in 0..n_frames {
         frames.add(&lease.grab(&cancel)?.image).map_err(not_dark)?;
     }
@@ -189,7 +189,7 @@ fn not_dark(error: vision::DarkFrameError) -> AppError {
 
 fn sealed(kept: &KeptDarkFrame) -> Result<Vec<u8>, AppError> {
     let dark = &kept.dark;
-    let (figures, roi, bytes) = (dark.frame.figures(), dark.roi, dark.frame.to_bytes());
+    let (figures, roi, bytes) = (dark.frame.statistics(), dark.roi, dark.frame.to_bytes());
     let CameraName { driver, model, serial } = dark.camera.clone();
     let mut header = Header {
         format: FORMAT.to_owned(),
@@ -231,7 +231,7 @@ fn opened(bytes: &[u8], direction: LineDirection) -> Option<KeptDarkFrame> {
         return None;
     }
     let [left_px, top_px, width_px, height_px] = header.roi;
-    let figures = DarkFigures {
+    let figures = DarkFrameStatistics {
         n_frames: header.n_frames,
         bit_depth: header.bit_depth,
         level: header.level,

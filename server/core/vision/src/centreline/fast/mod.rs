@@ -4,7 +4,7 @@
 //! Noise from a sample of rows → sums of small cells, which show where lines can be → candidates there (a box brighter
 //! than both flanks) → traces → every crossing straightened into a window, sixteen columns at a time, and measured by
 //! derivatives across the line → averaging along the line. All arithmetic is done per lane and without fused
-//! multiply-add, so that every instruction set gives the same bits.
+//! multiply-add, so that every instruction set gives bit-identical results.
 
 #![allow(
     clippy::needless_range_loop,
@@ -43,8 +43,8 @@ use statistics::median;
 /// Smallest image side, in pixels, that holds the tiles and strips of the search.
 pub const MIN_SIDE_PX: usize = 64;
 
-/// Segments whose memory is kept between images: enough for usual scenes, so that the memory of a picture full of noise
-/// is freed.
+/// Segments whose memory is kept between images: enough for usual scenes, so that the memory used for a very noisy
+/// image is freed.
 const SPARE_SEGMENTS: usize = 64;
 
 /// Whether an image is large enough; see [`super::small`].
@@ -94,8 +94,8 @@ macro_rules! extraction {
             }
             #[inherit_target]
             #[inline(never)]
-            fn learn_width(view: &View<$level>, memory: &mut Memory<$level>) {
-                memory.learn_width(view);
+            fn estimate_width(view: &View<$level>, memory: &mut Memory<$level>) {
+                memory.estimate_width(view);
             }
             #[inherit_target]
             #[inline(never)]
@@ -114,15 +114,15 @@ macro_rules! extraction {
             }
             #[inherit_target]
             #[inline(never)]
-            fn describe(memory: &mut Memory<$level>, found: &mut Centrelines) {
-                memory.describe(found);
+            fn average_along_lines(memory: &mut Memory<$level>, found: &mut Centrelines) {
+                memory.average_along_lines(found);
             }
             read(view, memory);
-            learn_width(view, memory);
+            estimate_width(view, memory);
             measure_box_noise(view, memory);
             search(view, memory);
             measure(view, memory);
-            describe(memory, found);
+            average_along_lines(memory, found);
         }
     };
 }
@@ -165,7 +165,7 @@ impl<T: Level> Memory<T> {
         self.cells.begin(view);
         self.pixel_noise.begin(view);
         for v0 in (0..view.height).step_by(NOISE_TILE_PX) {
-            // What is read from memory here is still cached when its noise is measured.
+            // The rows read here are still cached when their noise is measured.
             self.cells.sum_up(view, v0..(v0 + NOISE_TILE_PX).min(view.height));
             self.pixel_noise.measure(view, v0);
         }
@@ -174,7 +174,7 @@ impl<T: Level> Memory<T> {
 
     /// Estimates the width of the lines.
     #[inline(always)]
-    fn learn_width(&mut self, view: &View<T>) {
+    fn estimate_width(&mut self, view: &View<T>) {
         self.width_px = self.given_width_px.unwrap_or_else(|| {
             search::width::typical_width_px(view, self.pixel_noise.map(), &self.strips, &mut self.peaks)
         });
@@ -212,7 +212,7 @@ impl<T: Level> Memory<T> {
 
     /// Averages along the lines.
     #[inline(always)]
-    fn describe(&mut self, found: &mut Centrelines) {
+    fn average_along_lines(&mut self, found: &mut Centrelines) {
         let Self { crossings, pieces, differences, averager, gains, spare, width_px, .. } = self;
         let lines = pieces.iter().map(|piece| PieceOf { crossings, piece });
         let scatter = Scatter::measure(lines, 0.0, differences);

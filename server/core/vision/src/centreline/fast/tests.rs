@@ -1,6 +1,6 @@
-//! Tests of the extraction against itself on other instruction sets; its *correctness* is tested in the module above.
-//! Instruction sets that the machine lacks are not run; their result is stored here, and
-//! `cargo xtask neon` runs another architecture's.
+//! Compares the extraction between instruction sets; its *correctness* is tested in the parent module. Instruction sets
+//! that the machine lacks are not run; their result is stored here, and `cargo xtask neon` runs the extraction for
+//! aarch64.
 
 use super::*;
 
@@ -41,11 +41,11 @@ fn eight(pixels: &[u8]) -> Centrelines {
 #[inline(always)]
 fn extract<T: Level>(view: &View<T>, memory: &mut Memory<T>, found: &mut Centrelines) {
     memory.read(view);
-    memory.learn_width(view);
+    memory.estimate_width(view);
     memory.measure_box_noise(view);
     memory.search(view);
     memory.measure(view);
-    memory.describe(found);
+    memory.average_along_lines(found);
 }
 
 /// The version for AVX2, which a machine with AVX-512 would not choose.
@@ -123,7 +123,7 @@ fn fingerprint(found: &Centrelines) -> u64 {
 }
 
 /// The fingerprint of the integer image's lines. A deliberate change of the extraction updates it: it does not show
-/// that the result is right, only that AVX-512, AVX2, NEON and the baseline agree.
+/// that the result is correct, only that AVX-512, AVX2, NEON and the baseline agree.
 ///
 /// The remaining possible difference is `exp` and `ln` of the system's library, from which the extraction computes its
 /// weights; those of glibc agree on x86-64 and aarch64.
@@ -150,7 +150,7 @@ fn earlier_images_do_not_affect_the_result() {
 }
 
 #[test]
-fn a_faint_line_on_a_gradient_is_found_wherever_it_lies_in_its_cells() {
+fn a_faint_line_on_a_gradient_is_found_at_any_position_relative_to_the_cells() {
     for offset in 0..8 {
         let row = 60.0 + f64::from(offset) * 0.5;
         let mut state = 5u64;

@@ -1,4 +1,4 @@
-//! Binning of rows, and conversion of what is found there to the coordinates of the image.
+//! Binning of rows, and conversion of the points found to image coordinates.
 
 use super::super::CentrelinePoint;
 use super::super::view::{Level, View};

@@ -1,4 +1,4 @@
-//! Column by column: the points found, whether they explain the light, and which of two detections of one line is kept.
+//! The points found, listed by column: whether they explain the light, and which of two detections of one line is kept.
 
 use std::ops::Range;
 
@@ -6,8 +6,9 @@ use super::super::Centrelines;
 use super::super::fast::Strip;
 use super::marks::{Line, Mark, Place, Spot, kept, stitched, without};
 use crate::params::{
-    LEVEL_BAND, LEVEL_CLAIMED_SHARE, LEVEL_FIRST_BAND, LEVEL_LEAST_LENGTH_WIDTHS, LEVEL_LEAST_LIGHT, LEVEL_LIT_PX,
-    LEVEL_LIT_WIDTHS, LEVEL_NARROWEST, LEVEL_SURE, LEVEL_WIDEST_PX, MIN_SEGMENT_COLUMNS, STRIP_WIDTH_PX,
+    LEVEL_BAND, LEVEL_CLAIMED_FRACTION, LEVEL_FIRST_BAND, LEVEL_LEAST_LENGTH_WIDTHS, LEVEL_LEAST_LIGHT,
+    LEVEL_LIT_PX, LEVEL_LIT_WIDTHS, LEVEL_NARROWEST, LEVEL_SURE, LEVEL_WIDEST_PX, MIN_SEGMENT_COLUMNS,
+    STRIP_WIDTH_PX,
 };
 
 /// All marks by column; its memory is reused.
@@ -26,8 +27,8 @@ impl Columns {
         self.spots.resize_with(width, Vec::new);
     }
 
-    /// Takes the lines found in an image.
-    pub fn take_found(&mut self, found: &Centrelines, width: usize) {
+    /// Lists the lines found in an image by column.
+    pub fn index_found(&mut self, found: &Centrelines, width: usize) {
         self.clear(width);
         for (line, segment) in found.segments.iter().enumerate() {
             for (at, point) in segment.points.iter().enumerate() {
@@ -36,8 +37,8 @@ impl Columns {
         }
     }
 
-    /// Takes the lines of several levels.
-    pub fn take(&mut self, lines: &[Line], width: usize) {
+    /// Lists the lines of several levels by column.
+    pub fn index_lines(&mut self, lines: &[Line], width: usize) {
         self.clear(width);
         for (line, marks) in lines.iter().enumerate() {
             for (at, mark) in marks.iter().enumerate() {
@@ -48,7 +49,7 @@ impl Columns {
 
     /// Whether neighbouring strips hold enough unexplained light in the same rows: lit ranges higher than the lines in
     /// them. `rows`: image rows per row of the strips.
-    pub fn leave_light(&mut self, strips: &[Strip], rows: usize, base_px: f32) -> bool {
+    pub fn has_unexplained_light(&mut self, strips: &[Strip], rows: usize, base_px: f32) -> bool {
         self.before.clear();
         // Cells make lit ranges higher than the light is.
         let narrow_px = (LEVEL_BAND * base_px + LEVEL_LIT_PX) * rows as f32;
@@ -77,8 +78,7 @@ impl Columns {
         let explained_px = |spot: &Spot| {
             LEVEL_LIT_WIDTHS * spot.width_px + spot.slope * STRIP_WIDTH_PX as f32 + LEVEL_LIT_PX * rows
         };
-        // The image itself measures lines slightly wider than its own as well as a level would, and every level costs
-        // time.
+        // The image itself measures slightly wider lines as well as a level would, and every level costs time.
         let widest = if rows > 1.0 { LEVEL_BAND } else { LEVEL_FIRST_BAND };
         let is_explained = |column: &&Vec<Spot>| {
             let own = column.iter().filter(|spot| lit_px.contains(&spot.v_px) && spot.fit(base_px) <= widest);
@@ -88,7 +88,7 @@ impl Columns {
     }
 
     /// Marks of `found` that duplicate a mark of a longer line in their column.
-    pub fn second_looks(&self, found: &Centrelines) -> Vec<Place> {
+    pub fn duplicates(&self, found: &Centrelines) -> Vec<Place> {
         let mut seconds = Vec::new();
         let n_points = |place: &Place| found.segments[place.0].points.len();
         for column in &self.spots {
@@ -102,8 +102,8 @@ impl Columns {
         seconds
     }
 
-    /// `lines`, found so far, merged with those of a coarser level; every crossing once, from the level in whose band
-    /// its width lies. `single`: the parts of a coarse line that are one line.
+    /// `lines`, found so far, merged with those of a coarser level; every crossing is kept once, from the level whose
+    /// band contains its width. `single`: splits a coarse line into the parts that are a single line.
     pub fn merged(
         &self,
         lines: Vec<Line>,
@@ -111,7 +111,7 @@ impl Columns {
         base_px: f32,
         single: impl Fn(Line) -> Vec<Line>,
     ) -> Vec<Line> {
-        let mut gone = Vec::new();
+        let mut removed = Vec::new();
         let mut added = Vec::new();
         let is_own =
             |mark: &Mark| mark.spot().fit(base_px) > LEVEL_NARROWEST && mark.point.width_px <= LEVEL_WIDEST_PX;
@@ -124,15 +124,15 @@ impl Columns {
             let is_claimed = |others: &Vec<&Spot>| others.iter().any(|other| other.fit(base_px) <= LEVEL_SURE);
             let claimed: Vec<bool> = others.iter().map(is_claimed).collect();
             let n_claimed = claimed.iter().filter(|claimed| **claimed).count();
-            if n_claimed as f32 > LEVEL_CLAIMED_SHARE * line.len() as f32 {
+            if n_claimed as f32 > LEVEL_CLAIMED_FRACTION * line.len() as f32 {
                 continue;
             }
             let beaten = others.iter().zip(&claimed).filter(|(_, claimed)| !**claimed);
-            gone.extend(beaten.flat_map(|(others, _)| others.iter().map(|other| other.place)));
+            removed.extend(beaten.flat_map(|(others, _)| others.iter().map(|other| other.place)));
             let mut claimed = claimed.into_iter();
             added.extend(kept(line, |_| !claimed.next().expect("one per mark")));
         }
-        let mut lines = without(lines, &gone);
+        let mut lines = without(lines, &removed);
         lines.extend(added);
         let mut lines = stitched(lines);
         lines.retain(|line| line.len() >= MIN_SEGMENT_COLUMNS && !is_glow(line));
@@ -140,7 +140,7 @@ impl Columns {
     }
 }
 
-/// Whether light detected at a coarser level is too short for its width to be a line.
+/// Whether a line detected at a coarser level is too short for its width: a glow, not a line.
 fn is_glow(line: &Line) -> bool {
     let widths_px: f32 = line.iter().map(|mark| mark.point.width_px).sum();
     let n_columns = line.len() as f32;

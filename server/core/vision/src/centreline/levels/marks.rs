@@ -18,7 +18,7 @@ pub type Line = Vec<Mark>;
 /// Indices of a mark: line, position in it.
 pub type Place = (usize, usize);
 
-/// A mark as listed by column: its position and the light it explains.
+/// A mark in the list of its column: its position and the light that it explains.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Spot {
     /// Line and position in it.
@@ -40,7 +40,7 @@ impl Spot {
         let (along, across) = (point.normal[0].abs() as f32, point.normal[1].abs() as f32);
         let per_across = 1.0 / across.max(f32::MIN_POSITIVE);
         let (width_px, slope) = (point.width_px * per_across, along * per_across);
-        // As measured, which is the width that levels search with.
+        // The width as measured: levels search for lines of that width.
         let width_px = (width_px * width_px + LEVEL_MEASURED_PX2 * rows * rows).sqrt();
         Self { place, v_px: point.v_px as f32, width_px, slope, rows }
     }
@@ -75,12 +75,12 @@ pub fn as_lines(found: &Centrelines, rows: f32) -> Vec<Line> {
 }
 
 /// The lines without some marks, split at the gaps.
-pub fn without(lines: Vec<Line>, gone: &[Place]) -> Vec<Line> {
-    let mut is_gone: Vec<Vec<bool>> = lines.iter().map(|line| vec![false; line.len()]).collect();
-    gone.iter().for_each(|&(line, at)| is_gone[line][at] = true);
-    let pieces = lines.into_iter().zip(is_gone).flat_map(|(line, is_gone)| {
-        let mut is_gone = is_gone.into_iter();
-        kept(line, |_| !is_gone.next().expect("one per mark"))
+pub fn without(lines: Vec<Line>, removed: &[Place]) -> Vec<Line> {
+    let mut is_removed: Vec<Vec<bool>> = lines.iter().map(|line| vec![false; line.len()]).collect();
+    removed.iter().for_each(|&(line, at)| is_removed[line][at] = true);
+    let pieces = lines.into_iter().zip(is_removed).flat_map(|(line, is_removed)| {
+        let mut is_removed = is_removed.into_iter();
+        kept(line, |_| !is_removed.next().expect("one per mark"))
     });
     pieces.collect()
 }

@@ -1,23 +1,23 @@
-//! Lines wider than the others of their image: searched for in the same image with binned rows.
+//! Search for lines wider than the others of their image, in the same image with binned rows.
 //!
 //! Averaging two, four, eight … rows into one makes a line half, a quarter, an eighth as wide and as steep, with still
-//! one crossing per column. So the same extraction runs again wherever the lines found so far do not explain the light,
-//! and each level is responsible for its own band of line widths.
+//! one crossing per column. The same extraction therefore runs again while the lines found so far do not explain the
+//! light, and each level covers its own band of line widths.
 
 mod bins;
 mod columns;
-mod doubles;
 mod marks;
+mod touching;
 
 use super::fast::{self, Memory};
 use super::view::{Level, View};
 use super::{Centrelines, LineDirection, Segment};
 use bins::{binned, unbin};
 use columns::Columns;
-use doubles::without_doubles;
 use marks::{Line, as_lines, without};
+use touching::without_touching_lines;
 
-/// Searches for wide lines; its memory is reused from image to image.
+/// Search for wide lines; its memory is reused from image to image.
 #[derive(Default)]
 pub struct Levels {
     memory: Memory<u16>,
@@ -32,17 +32,17 @@ impl Levels {
     /// and line.
     pub fn add_wide_lines<T: Level>(&mut self, view: &View<T>, memory: &Memory<T>, found: &mut Centrelines) {
         let base_px = memory.width_px();
-        self.columns.take_found(found, view.width);
-        let second_looks = self.columns.second_looks(found);
-        let mut is_light_left = self.columns.leave_light(memory.strips(), 1, base_px);
-        if !is_light_left && second_looks.is_empty() {
+        self.columns.index_found(found, view.width);
+        let duplicates = self.columns.duplicates(found);
+        let mut is_light_unexplained = self.columns.has_unexplained_light(memory.strips(), 1, base_px);
+        if !is_light_unexplained && duplicates.is_empty() {
             return;
         }
-        let mut lines = without(as_lines(found, 1.0), &second_looks);
+        let mut lines = without(as_lines(found, 1.0), &duplicates);
         let mut correlation = Correlation::default();
         correlation.add(found.correlation_px, &lines);
         let mut shift = 1;
-        while is_light_left && fast::fits(view.width, view.height >> shift) {
+        while is_light_unexplained && fast::fits(view.width, view.height >> shift) {
             let rows = 1 << shift;
             let gain = binned(view, shift, &mut self.pixels);
             let (height, full_scale) = (view.height >> shift, view.full_scale * gain);
@@ -53,10 +53,10 @@ impl Levels {
             points.for_each(|point| unbin(point, rows, gain));
             let coarse = as_lines(&self.coarse, rows as f32);
             correlation.add(self.coarse.correlation_px, &coarse);
-            self.columns.take(&lines, view.width);
-            lines = self.columns.merged(lines, coarse, base_px, |line| without_doubles(line, view));
-            self.columns.take(&lines, view.width);
-            is_light_left = self.columns.leave_light(self.memory.strips(), rows, base_px);
+            self.columns.index_lines(&lines, view.width);
+            lines = self.columns.merged(lines, coarse, base_px, |line| without_touching_lines(line, view));
+            self.columns.index_lines(&lines, view.width);
+            is_light_unexplained = self.columns.has_unexplained_light(self.memory.strips(), rows, base_px);
             shift += 1;
         }
         found.correlation_px = correlation.mean_px().unwrap_or(found.correlation_px);

@@ -1,39 +1,39 @@
-//! Two lines that touch, which a coarser level takes for one, twice as wide.
+//! Two touching lines, which a coarser level detects as one line of twice the width.
 
 use super::super::view::{Level, View};
 use super::marks::{Line, Mark};
 use crate::params::{
-    DOUBLE_BLOCK_COLUMNS, DOUBLE_COLUMNS, DOUBLE_DIP, DOUBLE_LEAST_BLOCKS, DOUBLE_REACH_WIDTHS, DOUBLE_SIGMAS,
-    DOUBLE_SMOOTH_WIDTHS,
+    TOUCHING_BLOCK_COLUMNS, TOUCHING_COLUMNS, TOUCHING_DIP, TOUCHING_LEAST_BLOCKS, TOUCHING_REACH_WIDTHS,
+    TOUCHING_SIGMAS, TOUCHING_SMOOTH_WIDTHS,
 };
 
-/// A line of a coarser level without the stretches that are two lines beside each other: where the image itself shows two
-/// tops and a valley between them that is beyond its noise and speckle.
-pub fn without_doubles<T: Level>(line: Line, view: &View<T>) -> Vec<Line> {
-    // The last stretch takes what is too short for one of its own.
-    let n_stretches = (line.len() / DOUBLE_COLUMNS).max(1);
-    let start = |stretch: usize| if stretch == n_stretches { line.len() } else { stretch * DOUBLE_COLUMNS };
+/// A line of a coarser level without the stretches that are two adjacent lines: where the profile in the image itself
+/// has two maxima with a minimum between them, significant against noise and speckle.
+pub fn without_touching_lines<T: Level>(line: Line, view: &View<T>) -> Vec<Line> {
+    // The last stretch includes a remainder that is too short for a separate one.
+    let n_stretches = (line.len() / TOUCHING_COLUMNS).max(1);
+    let start = |stretch: usize| if stretch == n_stretches { line.len() } else { stretch * TOUCHING_COLUMNS };
     let stretches = (0..n_stretches).map(|stretch| &line[start(stretch)..start(stretch + 1)]);
     let mut pieces: Vec<Line> = Vec::new();
-    let mut goes_on = false;
+    let mut continues = false;
     for stretch in stretches {
-        if is_double(stretch, view) {
-            goes_on = false;
-        } else if goes_on {
+        if is_touching_pair(stretch, view) {
+            continues = false;
+        } else if continues {
             pieces.last_mut().expect("it goes on").extend_from_slice(stretch);
         } else {
             pieces.push(stretch.to_vec());
-            goes_on = true;
+            continues = true;
         }
     }
     pieces
 }
 
-fn is_double<T: Level>(stretch: &[Mark], view: &View<T>) -> bool {
+fn is_touching_pair<T: Level>(stretch: &[Mark], view: &View<T>) -> bool {
     let width_px = stretch.iter().map(Mark::width_px).sum::<f32>() / stretch.len() as f32;
-    let reach = (DOUBLE_REACH_WIDTHS * width_px) as usize;
-    let n_smoothed = ((DOUBLE_SMOOTH_WIDTHS * width_px) as usize).max(1);
-    // Neighbouring columns share their speckle: their means count once.
+    let reach = (TOUCHING_REACH_WIDTHS * width_px) as usize;
+    let n_smoothed = ((TOUCHING_SMOOTH_WIDTHS * width_px) as usize).max(1);
+    // Neighbouring columns share their speckle: the mean of a block counts once.
     let block = |columns: &[Mark]| -> Option<Vec<f32>> {
         let mut sums = vec![0.0f32; 2 * reach + 1];
         for mark in columns {
@@ -46,8 +46,8 @@ fn is_double<T: Level>(stretch: &[Mark], view: &View<T>) -> bool {
         }
         Some(sums.windows(n_smoothed).map(|rows| rows.iter().sum()).collect())
     };
-    let blocks: Vec<Vec<f32>> = stretch.chunks_exact(DOUBLE_BLOCK_COLUMNS).filter_map(block).collect();
-    if blocks.len() < DOUBLE_LEAST_BLOCKS {
+    let blocks: Vec<Vec<f32>> = stretch.chunks_exact(TOUCHING_BLOCK_COLUMNS).filter_map(block).collect();
+    if blocks.len() < TOUCHING_LEAST_BLOCKS {
         return false;
     }
     let mut whole = vec![0.0f32; blocks[0].len()];
@@ -62,6 +62,6 @@ fn is_double<T: Level>(stretch: &[Mark], view: &View<T>) -> bool {
         let n = blocks.len() as f32;
         let dip = dips().sum::<f32>() / n;
         let variance = dips().map(|of_block| (of_block - dip).powi(2)).sum::<f32>() / (n - 1.0);
-        n * dip > DOUBLE_DIP * (whole[top] - floor) && dip > DOUBLE_SIGMAS * (variance / n).sqrt()
+        n * dip > TOUCHING_DIP * (whole[top] - floor) && dip > TOUCHING_SIGMAS * (variance / n).sqrt()
     })
 }

@@ -1,8 +1,8 @@
-//! Where lines may be: local maxima of a box that stands out from both its flanks.
+//! Candidate positions of lines: local maxima of a box that is brighter than both its flanks.
 
 use crate::params::{BOX_HEIGHT_WIDTHS, FLANK_DISTANCE_WIDTHS};
 
-/// A place where a column may cross a line.
+/// A position at which a column may cross a line.
 #[derive(Debug, Clone, Copy)]
 pub struct Candidate {
     /// Column.
@@ -25,7 +25,7 @@ pub struct Boxes {
 }
 
 impl Boxes {
-    /// Boxes fit for lines of this full width at half height.
+    /// Boxes for lines of this full width at half height.
     pub fn for_width(width_px: f32) -> Self {
         let half_height = (0.5 * BOX_HEIGHT_WIDTHS * width_px).round().max(1.0) as usize;
         let flank = (FLANK_DISTANCE_WIDTHS * width_px).ceil() as usize + 1;

@@ -1,4 +1,4 @@
-//! The ends of interrupted lines, where blur shows light beyond the line.
+//! The ends of interrupted lines, where blur spreads light beyond the line.
 
 use std::ops::Range;
 

@@ -30,8 +30,8 @@ impl NoiseMap {
         }
     }
 
-    /// A broad line can fill most of a tile and look like noise; the tiles above and below do not have it. Each of the
-    /// `suspicious` tiles (column, row) is limited to [`NOISE_OVER_NEIGHBOURS`] times the lower quartile of its
+    /// A broad line can fill most of a tile and resemble noise; the tiles above and below do not contain it. Each of
+    /// the `suspicious` tiles (column, row) is limited to [`NOISE_OVER_NEIGHBOURS`] times the lower quartile of its
     /// surroundings in `limited`, which is otherwise a copy of this map.
     pub fn limit_by_neighbours(&self, suspicious: &[(usize, usize)], limited: &mut Self) {
         let sigmas = limited.begin(self.tiles_across);

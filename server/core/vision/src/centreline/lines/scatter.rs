@@ -167,7 +167,7 @@ impl Samples {
         if self.clipped_excess(LEAST, gain) <= 0.0 {
             return 0.0;
         }
-        let mut search = FallingZero::about(SPECKLE_PRIOR.ln(), LEAST.ln(), 1e2f64.ln());
+        let mut search = RootSearch::about(SPECKLE_PRIOR.ln(), LEAST.ln(), 1e2f64.ln());
         while let Some(speckle) = search.next() {
             search.add_value(self.clipped_excess(speckle.exp(), gain));
         }
@@ -177,7 +177,7 @@ impl Samples {
     /// The factor by which the squares exceed those of unit Gaussians.
     #[inline(always)]
     fn excess(&self, speckle: f64) -> f64 {
-        let mut search = FallingZero::about(0.0, 1e-4f64.ln(), 1e2f64.ln());
+        let mut search = RootSearch::about(0.0, 1e-4f64.ln(), 1e2f64.ln());
         while let Some(factor) = search.next() {
             search.add_value(self.clipped_excess(speckle, factor.exp()));
         }
@@ -185,10 +185,10 @@ impl Samples {
     }
 }
 
-/// Root search for a decreasing function: steps from a guess until the sign changes, then the Illinois variant of
-/// regula falsi, which keeps the root bracketed and halves the weight of the end that stays. The caller evaluates the
-/// function, so that the evaluation is vectorised; a closure passed in would not be.
-struct FallingZero {
+/// Root search for a decreasing function: steps from an initial guess until the sign changes, then the Illinois variant
+/// of regula falsi, which keeps the root bracketed and halves the weight of the end that is retained. The caller
+/// evaluates the function, because a closure passed in would not be vectorised.
+struct RootSearch {
     /// Limits of the search.
     limits: (f64, f64),
     /// The nearest known points on either side of the root, with their function values.
@@ -199,7 +199,7 @@ struct FallingZero {
     done: bool,
 }
 
-impl FallingZero {
+impl RootSearch {
     /// The search ends with a smaller step: logarithms to a thousandth.
     const TOLERANCE: f64 = 1e-3;
     /// The first steps from the guess: a factor of two.
@@ -210,7 +210,7 @@ impl FallingZero {
         Self { limits: (low, high), before: None, after: None, found: guess, n_steps: 0, done: false }
     }
 
-    /// Where the function is to be evaluated next; `None` when the root is found.
+    /// The next point at which the function must be evaluated; `None` when the root is found.
     fn next(&mut self) -> Option<f64> {
         let last = self.found;
         self.found = match (self.before, self.after) {
@@ -234,7 +234,7 @@ impl FallingZero {
         Self::STRIDE * f64::from(1u32 << self.n_steps.clamp(1, 16) as u32 >> 1)
     }
 
-    /// Takes the function value at that point.
+    /// Records the function value at the current point.
     fn add_value(&mut self, value: f64) {
         let here = Some((self.found, value));
         let halved = |end: Option<(f64, f64)>| end.map(|(place, value)| (place, 0.5 * value));

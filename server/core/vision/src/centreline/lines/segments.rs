@@ -3,7 +3,7 @@
 use std::cmp::Ordering;
 
 use super::candidates::Candidate;
-use super::traces::{ALONE, Open, Stretch, Trace, are_apart};
+use super::traces::{NO_NEIGHBOUR, Open, Stretch, Trace, are_apart};
 use crate::params::{LINK_GATE_MIN_PX, LINK_GATE_WIDTHS, LINK_MAX_GAP_COLUMNS, MIN_SEGMENT_COLUMNS};
 
 /// Links candidates into traces; its memory is reused from image to image.
@@ -56,7 +56,7 @@ impl Linker {
             if significant[idx].is_significant() {
                 let n = significant[idx].len();
                 significant[idx].clearance_px.clear();
-                significant[idx].clearance_px.resize(n, ALONE);
+                significant[idx].clearance_px.resize(n, NO_NEIGHBOUR);
                 idx += 1;
             } else {
                 spare.push(significant.swap_remove(idx));

@@ -1,4 +1,4 @@
-//! Traces of lines over the columns of an image, and how they grow.
+//! Traces: lines followed over the columns of an image.
 
 use std::ops::Range;
 
@@ -25,7 +25,7 @@ pub struct Trace {
 }
 
 /// Clearance of a trace without neighbours.
-pub const ALONE: f32 = f32::INFINITY;
+pub const NO_NEIGHBOUR: f32 = f32::INFINITY;
 
 /// Columns in a [`Stretch`].
 pub const STRETCH: usize = STRIP_WIDTH_PX;
@@ -62,7 +62,7 @@ impl Trace {
         self.n_clear += usize::from(candidate.snr >= SHORT_SEGMENT_MIN_SNR);
     }
 
-    /// Whether this is a line rather than a chance row of noise, by the median of its signal-to-noise ratio.
+    /// Whether this is a line rather than noise, by the median of its signal-to-noise ratio.
     #[inline(always)]
     pub fn is_significant(&self) -> bool {
         let n = self.len();

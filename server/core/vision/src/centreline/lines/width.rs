@@ -8,7 +8,7 @@ pub fn collect_widths(column: &[f32], min_prominence: impl Fn(usize) -> f32, wid
     let floor = least(column);
     for v in peaks(column) {
         let peak = column[v];
-        // No base is below the floor, so a peak that does not stand out from the floor is skipped.
+        // No base is below the floor, so a peak that is not prominent above the floor is skipped.
         if peak - floor < min_prominence(v) {
             continue;
         }
@@ -56,7 +56,7 @@ fn peaks(column: &[f32]) -> impl Iterator<Item = usize> {
     })
 }
 
-/// The least of some numbers.
+/// The smallest of some numbers.
 #[inline(always)]
 fn least(numbers: &[f32]) -> f32 {
     let (some, rest) = numbers.as_chunks::<8>();
@@ -82,7 +82,7 @@ fn base_before_rise<'a>(levels: impl Iterator<Item = &'a f32>, peak: f32) -> Opt
     base.is_finite().then_some(base)
 }
 
-/// Distance (pixels) from a peak to where `levels`, walking away from it, first fall below `half`.
+/// Distance (px) from a peak to the position at which `levels`, in order away from the peak, first fall below `half`.
 fn crossing<'a>(levels: impl Iterator<Item = &'a f32>, peak: f32, half: f32) -> Option<f32> {
     let mut previous = peak;
     for (steps, &level) in levels.enumerate() {

@@ -26,11 +26,11 @@ impl Blob {
     }
 }
 
-/// Blobs that an ellipse fits, away from the picture's border. A pixel belongs to a blob by its difference from the
-/// mean of a square of `radius_px` around it.
+/// Elliptic blobs that do not touch the image border. A pixel belongs to a blob if it differs enough from the mean of
+/// the square of half-side `radius_px` around it.
 pub(super) fn find_blobs(image: &GreyImage, polarity: Polarity, radius_px: usize) -> Vec<Blob> {
     let (width, height) = (image.width(), image.height());
-    let mut inside = marked(image, polarity, radius_px);
+    let mut inside = above_threshold(image, polarity, radius_px);
     let mut blobs = Vec::new();
     let mut open = Vec::new();
     for first in 0..width * height {
@@ -101,7 +101,7 @@ impl Moments {
 }
 
 /// Pixels that differ from the mean of their surroundings by a fraction of the surroundings' spread.
-fn marked(image: &GreyImage, polarity: Polarity, radius_px: usize) -> Vec<bool> {
+fn above_threshold(image: &GreyImage, polarity: Polarity, radius_px: usize) -> Vec<bool> {
     let (width, height) = (image.width(), image.height());
     let sign = if polarity == Polarity::Dark { -1.0 } else { 1.0 };
     let mut sums = vec![[0.0f64; 2]; (width + 1) * (height + 1)];
@@ -114,7 +114,7 @@ fn marked(image: &GreyImage, polarity: Polarity, radius_px: usize) -> Vec<bool> 
             sums[(v + 1) * (width + 1) + u + 1] = [above[0] + row[0], above[1] + row[1]];
         }
     }
-    let mut marked = Vec::with_capacity(width * height);
+    let mut above_threshold = Vec::with_capacity(width * height);
     for v in 0..height {
         let (v0, v1) = (v.saturating_sub(radius_px), (v + radius_px + 1).min(height));
         for u in 0..width {
@@ -126,8 +126,8 @@ fn marked(image: &GreyImage, polarity: Polarity, radius_px: usize) -> Vec<bool> 
             };
             let spread = (mean(1) - mean(0) * mean(0)).max(0.0).sqrt();
             let above = sign * (f64::from(image.at(u, v)) - mean(0));
-            marked.push(above > BLOB_THRESHOLD_SPREADS * spread);
+            above_threshold.push(above > BLOB_THRESHOLD_SPREADS * spread);
         }
     }
-    marked
+    above_threshold
 }

@@ -2,19 +2,19 @@
 //!
 //! With g = |A(x − c)|, the rim is g = 1 and d = (g − 1)/|∇g| the distance from it near the rim; the model is I = b₀ +
 //! b₁X + b₂Y + a·erf(d/√2σ). Only pixels near the rim are used. The model's errors, from the blur of a curved edge and
-//! from the first-order distance, are even about the centre: they change the ellipse's size, not its centre.
+//! from the first-order distance, are symmetric about the centre: they affect the ellipse's size, not its centre.
 
 use nalgebra::{Matrix2, SMatrix, SVector, SymmetricEigen, Vector2};
 
 use crate::GreyImage;
 
 use super::super::params::{
-    DISC_BAND_PX, DISC_GAP_SHARE, DISC_MAX_ITERATIONS, DISC_MAX_RESIDUAL_RATIO, DISC_MAX_SHIFT_PX,
+    DISC_BAND_PX, DISC_GAP_FRACTION, DISC_MAX_ITERATIONS, DISC_MAX_RESIDUAL_RATIO, DISC_MAX_SHIFT_PX,
     STEP_TOLERANCE_PX, TUKEY_SIGMAS,
 };
 use super::blobs::Blob;
 
-/// u, v, three of the symmetric matrix A, blur, brightness with two slopes, half the contrast.
+/// Parameters: u, v, three of the symmetric matrix A, blur, brightness with two slopes, half the contrast.
 const N: usize = 10;
 type Params = SVector<f64, N>;
 
@@ -35,7 +35,7 @@ struct Sample {
     level: f64,
 }
 
-/// Fits the disc shown by `blob`, whose nearest neighbour is `nearest_px` away. `None` if it is not a disc.
+/// Fits a disc to `blob`, whose nearest neighbour is `nearest_px` away. `None` if the blob is not a disc.
 pub(super) fn fit_disc(image: &GreyImage, blob: &Blob, nearest_px: f64) -> Option<Disc> {
     let [uu, uv, vv] = blob.spread_px2;
     // The variance of a filled ellipse along a semi-axis is a quarter of its square.
@@ -44,7 +44,7 @@ pub(super) fn fit_disc(image: &GreyImage, blob: &Blob, nearest_px: f64) -> Optio
     let shape =
         axes.eigenvectors * Matrix2::from_diagonal(&radii.map(|r| 1.0 / r)) * axes.eigenvectors.transpose();
     let longest_px = radii.max();
-    let band_px = DISC_BAND_PX.min(DISC_GAP_SHARE * (nearest_px - 2.0 * longest_px)).max(1.5);
+    let band_px = DISC_BAND_PX.min(DISC_GAP_FRACTION * (nearest_px - 2.0 * longest_px)).max(1.5);
     let unit_px = longest_px + band_px;
     let samples = samples(image, blob.centre_px, &shape, band_px, unit_px)?;
     let mut state = Params::zeros();

@@ -36,7 +36,7 @@ fn radius(discs: &[Disc], places: &[[f64; 2]], warp: &BoardWarp) -> f64 {
 /// Offset (px) of the centre of the ellipse that best fits the disc's rim from the image of the disc's centre.
 ///
 /// For each pair of opposite rim points, the midpoint minus the image of the centre is the part that no ellipse about
-/// that centre explains. The shift of the ellipse is its least-squares fit along the rim's normals.
+/// that centre can represent. The shift is the least-squares fit of these parts along the rim's normals.
 fn eccentricity(warp: &BoardWarp, place: [f64; 2], radius: f64) -> Option<[f64; 2]> {
     let centre = warp.at(place);
     let on_rim = |k: usize| {

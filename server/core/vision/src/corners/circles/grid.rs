@@ -9,7 +9,7 @@ use super::blobs::Blob;
 /// Blobs by their steps along two directions from a seed.
 type Lattice = BTreeMap<[i32; 2], usize>;
 
-/// A quarter turn of lattice steps: x to y.
+/// Rotations of the lattice by multiples of 90°, as matrices of lattice steps.
 const QUARTER_TURNS: [[[i32; 2]; 2]; 4] =
     [[[1, 0], [0, 1]], [[0, -1], [1, 0]], [[-1, 0], [0, -1]], [[0, 1], [-1, 0]]];
 
@@ -18,7 +18,7 @@ pub(super) fn find_grid(blobs: &[Blob], params: &CircleParams) -> Result<Vec<Blo
     let mut largest = 0;
     for seed in seeds(blobs) {
         for steps in pairs_of_steps(blobs, seed) {
-            let lattice = grown(blobs, seed, steps);
+            let lattice = grow(blobs, seed, steps);
             largest = largest.max(lattice.len());
             if lattice.len() >= params.columns * params.rows
                 && let Some(grid) = read_grid(blobs, &lattice, params)
@@ -30,7 +30,7 @@ pub(super) fn find_grid(blobs: &[Blob], params: &CircleParams) -> Result<Vec<Blo
     Err(largest)
 }
 
-/// Seed blobs, from the middle of all outwards: there neighbours are on every side.
+/// Seed blobs, ordered from the middle of all blobs outwards: central ones have neighbours on every side.
 fn seeds(blobs: &[Blob]) -> Vec<usize> {
     let mean = |k: usize| {
         let mut values: Vec<f64> = blobs.iter().map(|blob| blob.centre_px[k]).collect();
@@ -44,7 +44,7 @@ fn seeds(blobs: &[Blob]) -> Vec<usize> {
     order
 }
 
-/// Pairs of steps to nearby blobs, short ones first; the second is on the right of the first, as v is of u.
+/// Pairs of steps to nearby blobs, short ones first; the two have the same handedness as u and v.
 fn pairs_of_steps(blobs: &[Blob], seed: usize) -> Vec<[[f64; 2]; 2]> {
     let mut near: Vec<usize> = (0..blobs.len()).filter(|&k| k != seed).collect();
     near.sort_by(|&a, &b| blobs[a].distance_px(&blobs[seed]).total_cmp(&blobs[b].distance_px(&blobs[seed])));
@@ -65,7 +65,7 @@ fn pairs_of_steps(blobs: &[Blob], seed: usize) -> Vec<[[f64; 2]; 2]> {
 }
 
 /// All blobs reached from `seed` by steps that change little from one to the next.
-fn grown(blobs: &[Blob], seed: usize, steps: [[f64; 2]; 2]) -> Lattice {
+fn grow(blobs: &[Blob], seed: usize, steps: [[f64; 2]; 2]) -> Lattice {
     let mut lattice = Lattice::from([([0, 0], seed)]);
     let mut used = BTreeSet::from([seed]);
     let mut open = std::collections::VecDeque::from([([0, 0], steps)]);

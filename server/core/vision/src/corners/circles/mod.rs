@@ -14,7 +14,7 @@ use rayon::prelude::*;
 
 use crate::GreyImage;
 
-use super::params::{BLOB_WINDOW_SHARES, CIRCLES_MIN};
+use super::params::{BLOB_WINDOW_DIVISORS, CIRCLES_MIN};
 use super::{BoardCorners, Corner, CornerError};
 use blobs::{Blob, Polarity, find_blobs};
 use disc::fit_disc;
@@ -48,18 +48,18 @@ impl CircleParams {
 /// Finds the centres of the configured grid of discs.
 ///
 /// Positions are the images of the discs' centres in raw (distorted) pixels: perspective and distortion shift an
-/// ellipse's own centre, which is corrected from the grid itself. Columns × rows turn the same way as u × v. A
-/// symmetric grid, and a staggered one with an even number of rows, look the same after half a turn: there the columns
-/// run as nearly as possible towards +u. Typical error per axis 0.004 px for discs of 25 px, a blur of 0.8 px and 2 %
-/// noise.
+/// ellipse's own centre, which is corrected from the grid itself. Columns × rows have the same handedness as u × v. A
+/// symmetric grid, and a staggered one with an even number of rows, look the same after a rotation by 180°: their
+/// columns run as nearly as possible towards +u. Typical error per axis 0.004 px for discs of 25 px, a blur of 0.8 px
+/// and 2 % noise.
 ///
 /// # Errors
-/// [`CornerError::NoCircles`] unless the whole grid is in the picture.
+/// [`CornerError::NoCircles`] unless the whole grid is visible.
 pub fn find_circles(image: &GreyImage, params: &CircleParams) -> Result<BoardCorners, CornerError> {
     let (columns, rows) = (params.columns, params.rows);
     let mut found = 0;
     for polarity in [Polarity::Dark, Polarity::Bright] {
-        for share in BLOB_WINDOW_SHARES {
+        for share in BLOB_WINDOW_DIVISORS {
             let radius_px = (image.width().max(image.height()) / share).max(4);
             let blobs = find_blobs(image, polarity, radius_px);
             if blobs.len() < CIRCLES_MIN {

@@ -1,7 +1,7 @@
-//! Seeds: labelled corners from the quick search, then from `calib-targets` (ChESS responses, topological grid) in
+//! Seeds: labelled corners from the fast search, then from `calib-targets` (ChESS responses, topological grid) in
 //! several views of the image.
 //!
-//! They are starting points only: the detector may miss border corners of a dim board and add false ones beyond the
+//! They are initial estimates only: the detector may miss border corners of a dim board and add false ones beyond the
 //! border.
 
 use std::collections::BTreeMap;
@@ -13,10 +13,10 @@ use calib_targets::detect::{DetectorConfig, ImageRefiner, default_chess_config};
 
 use crate::{GreyImage, Pixels};
 
+use super::fast::fast_seed;
 use super::lattice::Node;
-use super::quick::quick_seed;
 use crate::corners::params::{
-    DETECTION_MIN_SIDE_PX, DETECTION_THRESHOLDS, DOUBLE_MAX_PIXELS, MIN_SEED_CORNERS, STRETCH_CLIP_SHARE,
+    DETECTION_MIN_SIDE_PX, DETECTION_THRESHOLDS, DOUBLE_MAX_PIXELS, MIN_SEED_CORNERS, STRETCH_CLIP_FRACTION,
     STRETCH_SAMPLE_STEP,
 };
 
@@ -41,41 +41,41 @@ enum View {
 /// All views, in the order in which they are tried.
 const VIEWS: [View; 5] = [View::Half, View::Plain, View::Flattened, View::Quarter, View::Double];
 
-/// An 8-bit picture for the detector.
-struct Picture {
+/// A preprocessed, possibly rescaled image for the detector.
+struct ScaledImage {
     width: usize,
     height: usize,
     levels: Vec<f32>,
-    /// Pixels of the original per pixel of the picture.
+    /// Pixels of the original image per pixel of this one.
     scale: f64,
 }
 
-/// Passes seeds to `accept`, from the quick search and the cheapest view to the most tolerant one, until it returns a
+/// Passes seeds to `accept`, from the fast search and the cheapest view to the most tolerant one, until it returns a
 /// value.
 pub fn search_seeds<T>(image: &GreyImage, mut accept: impl FnMut(&Seed) -> Option<T>) -> Option<T> {
-    let quick = quick_seed(image);
+    let quick = fast_seed(image);
     let accepted = if quick.len() >= MIN_SEED_CORNERS { accept(&quick) } else { None };
-    accepted.or_else(|| patient_search(image, accept))
+    accepted.or_else(|| exhaustive_search(image, accept))
 }
 
 /// Seeds of all views.
 ///
 /// Within a view the detector's settings are varied: thresholds of the corner response, then tolerances of the grid;
 /// the largest grid of each comes first. No seed is passed twice.
-pub fn patient_search<T>(image: &GreyImage, mut accept: impl FnMut(&Seed) -> Option<T>) -> Option<T> {
+pub fn exhaustive_search<T>(image: &GreyImage, mut accept: impl FnMut(&Seed) -> Option<T>) -> Option<T> {
     let too_large = |view: View| view == View::Double && image.width() * image.height() > DOUBLE_MAX_PIXELS;
     for view in VIEWS.into_iter().filter(|view| !too_large(*view)) {
-        let picture = picture(image, view);
-        if picture.width.min(picture.height) < DETECTION_MIN_SIDE_PX {
+        let scaled = scaled(image, view);
+        if scaled.width.min(scaled.height) < DETECTION_MIN_SIDE_PX {
             continue;
         }
-        let bytes = stretched(&picture.levels);
+        let bytes = stretched(&scaled.levels);
         let frame =
-            calib_targets::core::GrayImageView { width: picture.width, height: picture.height, data: &bytes };
+            calib_targets::core::GrayImageView { width: scaled.width, height: scaled.height, data: &bytes };
         let mut offered = Vec::new();
         for threshold in DETECTION_THRESHOLDS {
             let corners = detect_corners(&frame, &front_end(threshold));
-            for seed in grids(&corners, threshold).map(|grid| seed_from_detection(&grid, picture.scale)) {
+            for seed in grids(&corners, threshold).map(|grid| seed_from_detection(&grid, scaled.scale)) {
                 if seed.len() < MIN_SEED_CORNERS || offered.contains(&seed) {
                     continue;
                 }
@@ -109,7 +109,7 @@ fn seed_from_detection(detection: &ChessboardDetection, scale: f64) -> Seed {
     detection.corners.iter().map(corner).collect()
 }
 
-fn picture(image: &GreyImage, view: View) -> Picture {
+fn scaled(image: &GreyImage, view: View) -> ScaledImage {
     match view {
         View::Plain => plain(image),
         View::Half => binned(&plain(image)),
@@ -119,27 +119,26 @@ fn picture(image: &GreyImage, view: View) -> Picture {
     }
 }
 
-fn plain(image: &GreyImage) -> Picture {
+fn plain(image: &GreyImage) -> ScaledImage {
     let levels = match image.pixels() {
         Pixels::Eight(p) => p.iter().map(|&l| f32::from(l)).collect(),
         Pixels::Sixteen(p) => p.iter().map(|&l| f32::from(l)).collect(),
     };
-    Picture { width: image.width(), height: image.height(), levels, scale: 1.0 }
+    ScaledImage { width: image.width(), height: image.height(), levels, scale: 1.0 }
 }
 
-fn binned(picture: &Picture) -> Picture {
-    let (width, height) = ((picture.width / 2).max(1), (picture.height / 2).max(1));
-    let at =
-        |u: usize, v: usize| picture.levels[v.min(picture.height - 1) * picture.width + u.min(picture.width - 1)];
+fn binned(scaled: &ScaledImage) -> ScaledImage {
+    let (width, height) = ((scaled.width / 2).max(1), (scaled.height / 2).max(1));
+    let at = |u: usize, v: usize| scaled.levels[v.min(scaled.height - 1) * scaled.width + u.min(scaled.width - 1)];
     let mean = |u: usize, v: usize| {
         0.25 * (at(2 * u, 2 * v) + at(2 * u + 1, 2 * v) + at(2 * u, 2 * v + 1) + at(2 * u + 1, 2 * v + 1))
     };
     let levels = (0..height).flat_map(|v| (0..width).map(move |u| (u, v))).map(|(u, v)| mean(u, v)).collect();
-    Picture { width, height, levels, scale: 2.0 * picture.scale }
+    ScaledImage { width, height, levels, scale: 2.0 * scaled.scale }
 }
 
-fn doubled(picture: &Picture) -> Picture {
-    let (width, height) = (2 * picture.width, 2 * picture.height);
+fn doubled(scaled: &ScaledImage) -> ScaledImage {
+    let (width, height) = (2 * scaled.width, 2 * scaled.height);
     // Bilinear: weights 3/4 and 1/4 of the two nearest pixels.
     let pair = |k: usize, side: usize| {
         let near = k / 2;
@@ -148,26 +147,26 @@ fn doubled(picture: &Picture) -> Picture {
     };
     let mut levels = Vec::with_capacity(width * height);
     for v in 0..height {
-        let (v0, v1) = pair(v, picture.height);
+        let (v0, v1) = pair(v, scaled.height);
         for u in 0..width {
-            let (u0, u1) = pair(u, picture.width);
-            let at = |u: usize, v: usize| picture.levels[v * picture.width + u];
+            let (u0, u1) = pair(u, scaled.width);
+            let at = |u: usize, v: usize| scaled.levels[v * scaled.width + u];
             let rows = [0.75 * at(u0, v0) + 0.25 * at(u1, v0), 0.75 * at(u0, v1) + 0.25 * at(u1, v1)];
             levels.push(0.75 * rows[0] + 0.25 * rows[1]);
         }
     }
-    Picture { width, height, levels, scale: 0.5 * picture.scale }
+    ScaledImage { width, height, levels, scale: 0.5 * scaled.scale }
 }
 
 /// Each pixel's difference from the mean of its surroundings over their spread, in a square of a twelfth of the image.
-fn flattened(picture: &Picture) -> Picture {
-    let (w, h) = (picture.width, picture.height);
+fn flattened(scaled: &ScaledImage) -> ScaledImage {
+    let (w, h) = (scaled.width, scaled.height);
     let radius = (w.max(h) / 24).max(4);
     let mut sums = vec![[0.0f64; 2]; (w + 1) * (h + 1)];
     for v in 0..h {
         let mut row = [0.0; 2];
         for u in 0..w {
-            let level = f64::from(picture.levels[v * w + u]);
+            let level = f64::from(scaled.levels[v * w + u]);
             row = [row[0] + level, row[1] + level * level];
             let above = sums[v * (w + 1) + u + 1];
             sums[(v + 1) * (w + 1) + u + 1] = [above[0] + row[0], above[1] + row[1]];
@@ -186,10 +185,10 @@ fn flattened(picture: &Picture) -> Picture {
                 (at(u1, v1) - at(u0, v1) - at(u1, v0) + at(u0, v0)) / n
             };
             let spread = (sum(1) - sum(0) * sum(0)).max(0.0).sqrt().max(spread_floor);
-            levels.push(((f64::from(picture.levels[v * w + u]) - sum(0)) / spread).clamp(-2.0, 2.0) as f32);
+            levels.push(((f64::from(scaled.levels[v * w + u]) - sum(0)) / spread).clamp(-2.0, 2.0) as f32);
         }
     }
-    Picture { width: w, height: h, levels, scale: picture.scale }
+    ScaledImage { width: w, height: h, levels, scale: scaled.scale }
 }
 
 /// The image as 8-bit levels for the detector, stretched.
@@ -201,7 +200,7 @@ pub fn bytes_of(image: &GreyImage) -> Vec<u8> {
 fn stretched(levels: &[f32]) -> Vec<u8> {
     let mut sorted: Vec<f32> = levels.iter().step_by(STRETCH_SAMPLE_STEP).copied().collect();
     sorted.sort_unstable_by(f32::total_cmp);
-    let clipped = (STRETCH_CLIP_SHARE * sorted.len() as f64) as usize;
+    let clipped = (STRETCH_CLIP_FRACTION * sorted.len() as f64) as usize;
     let (low, high) = (sorted[clipped], sorted[sorted.len() - 1 - clipped]);
     let gain = if high > low { 255.0 / (high - low) } else { 0.0 };
     levels.iter().map(|l| ((l - low) * gain).round().clamp(0.0, 255.0) as u8).collect()

@@ -1,9 +1,9 @@
-//! The quick search: the lattice of a clearly visible chessboard, in a tenth of the time of the patient search.
+//! The fast search: the lattice of a clearly visible chessboard, ten times as fast as the exhaustive search.
 //!
 //! A crossing of two edges appears on a ring around it as bright, dark, bright, dark, with opposite positions alike
 //! (the ChESS response of Bennett & Lasenby 2014, here in integers on the image at half size). The four transitions on
 //! the ring are the directions of the edges; crossings that point at each other along an edge, with bright and dark on
-//! the matching sides, are neighbours. The result is a seed like any other: every corner of it is still verified.
+//! the matching sides, are neighbours. The result is a seed like any other: each of its corners is verified afterwards.
 
 use std::collections::BTreeMap;
 
@@ -12,8 +12,7 @@ use multiversion::multiversion;
 use super::detect::Seed;
 use super::lattice::Node;
 use crate::corners::params::{
-    QUICK_MAX_PEAKS, QUICK_MIN_RESPONSE, QUICK_MIN_RESPONSE_SHARE, QUICK_POINTING_BACK_COSINE,
-    QUICK_POINTING_COSINE,
+    FAST_MAX_PEAKS, FAST_MIN_RESPONSE, FAST_MIN_RESPONSE_FRACTION, FAST_POINTING_BACK_COSINE, FAST_POINTING_COSINE,
 };
 use crate::{GreyImage, Pixels};
 
@@ -64,7 +63,7 @@ struct Ray {
 }
 
 /// The largest lattice of crossings, or an empty one.
-pub fn quick_seed(image: &GreyImage) -> Seed {
+pub fn fast_seed(image: &GreyImage) -> Seed {
     let half = halved(image);
     let peaks = peaks(&half);
     let links: Vec<[Option<(usize, usize)>; 4]> =
@@ -89,7 +88,7 @@ fn halved(image: &GreyImage) -> Half {
     match image.pixels() {
         Pixels::Eight(pixels) => halve_eight(pixels, image.width(), width, &mut levels),
         Pixels::Sixteen(pixels) => {
-            // Drops as many low bits as the brightest pixel has beyond eight.
+            // Drops the low bits beyond the eight highest used ones.
             let bits = u16::BITS - pixels.iter().fold(0, |all, &level| all | level).leading_zeros();
             halve_sixteen(pixels, image.width(), width, bits.saturating_sub(8), &mut levels);
         }
@@ -138,7 +137,7 @@ fn peaks(half: &Half) -> Vec<Peak> {
         response_row(&ring, &cross, &mut responses[v * w + RIM..(v + 1) * w - RIM]);
     }
     let strongest = responses.iter().copied().fold(0, i16::max);
-    let least = QUICK_MIN_RESPONSE.max((QUICK_MIN_RESPONSE_SHARE * f32::from(strongest)) as i16);
+    let least = FAST_MIN_RESPONSE.max((FAST_MIN_RESPONSE_FRACTION * f32::from(strongest)) as i16);
     let mut found: Vec<(i16, usize)> = Vec::new();
     for v in RIM + APART..h - RIM - APART {
         let row = &responses[v * w..(v + 1) * w];
@@ -155,7 +154,7 @@ fn peaks(half: &Half) -> Vec<Peak> {
         }
     }
     found.sort_unstable_by_key(|&(response, place)| (std::cmp::Reverse(response), place));
-    found.truncate(QUICK_MAX_PEAKS);
+    found.truncate(FAST_MAX_PEAKS);
     found.iter().filter_map(|&(_, place)| peak_at(half, &responses, place % w, place / w)).collect()
 }
 
@@ -219,7 +218,7 @@ fn peak_at(half: &Half, responses: &[i16], u: usize, v: usize) -> Option<Peak> {
         rays[n_rays] = Ray { direction: place.map(|p| p / length), bright_ahead: b > 0.0 };
         n_rays += 1;
     }
-    let straight = |k: usize| dot(rays[k].direction, rays[k + 2].direction) < -QUICK_POINTING_BACK_COSINE;
+    let straight = |k: usize| dot(rays[k].direction, rays[k + 2].direction) < -FAST_POINTING_BACK_COSINE;
     if n_rays < 4 || !straight(0) || !straight(1) {
         return None;
     }
@@ -252,12 +251,11 @@ fn neighbour(peaks: &[Peak], a: usize, k: usize) -> Option<(usize, usize)> {
             continue;
         }
         let distance = step[0].hypot(step[1]);
-        if distance >= nearest_distance || along < QUICK_POINTING_COSINE * distance {
+        if distance >= nearest_distance || along < FAST_POINTING_COSINE * distance {
             continue;
         }
         let points_back = |other: &Ray| {
-            dot(other.direction, step) < -QUICK_POINTING_COSINE * distance
-                && other.bright_ahead != ray.bright_ahead
+            dot(other.direction, step) < -FAST_POINTING_COSINE * distance && other.bright_ahead != ray.bright_ahead
         };
         if let Some(back) = to.rays.iter().position(points_back) {
             (nearest, nearest_distance) = (Some((b, back)), distance);

@@ -1,8 +1,8 @@
 //! From a detector's labelled corners to every corner of the board, each verified against the image.
 //!
-//! The detector only gives the seed. Its corners are fitted, and those that do not look like a chessboard corner are
-//! dropped. Then holes are filled and the lattice grows outwards, as long as a corner of the right colouring and
-//! contrast is found where the neighbours predict one.
+//! The detector only provides the seed. Its corners are fitted, and those that are not chessboard corners are dropped.
+//! Then gaps are filled and the lattice grows outwards, as long as a corner of the right polarity and contrast is found
+//! where the neighbours predict one.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -16,15 +16,15 @@ use crate::corners::fitting::model::CrossShape;
 use crate::corners::fitting::warp::edge_normals;
 use crate::corners::fitting::window::{Reach, window_around};
 use crate::corners::params::{
-    BLUR_START_PX, FIRST_WINDOW_BLURS, FIRST_WINDOW_MAX_PX, FIRST_WINDOW_SQUARES, GLANCE_MIN_CONTRAST_RATIO,
-    GLANCE_MIN_SQUARE_PX, MAX_RESIDUAL_RATIO, MAX_SHIFT_SQUARES, MAX_SLOPE_RATIO, MAX_TURN_RAD,
-    MIN_CONTRAST_RATIO, MIN_SEED_CORNERS, RECENTRE_PX,
+    BLUR_START_PX, FIRST_WINDOW_BLURS, FIRST_WINDOW_MAX_PX, FIRST_WINDOW_SQUARES, MAX_RESIDUAL_RATIO,
+    MAX_SHIFT_SQUARES, MAX_SLOPE_RATIO, MAX_TURN_RAD, MIN_CONTRAST_RATIO, MIN_SEED_CORNERS,
+    PRECHECK_MIN_CONTRAST_RATIO, PRECHECK_MIN_SQUARE_PX, RECENTRE_PX,
 };
 
 /// Lattice index (i, j); the axes are the detector's, not yet the board's.
 pub type Node = (i32, i32);
 
-/// Verified corners of one board.
+/// Verified corners of a board.
 #[derive(Debug, Clone, Default)]
 pub struct Lattice {
     /// Fits by lattice index.
@@ -40,7 +40,7 @@ pub struct Lattice {
 const AXES: [Node; 2] = [(1, 0), (0, 1)];
 
 impl Lattice {
-    /// Verifies the seed's corners, then fills and grows.
+    /// Verifies the seed's corners, then fills gaps and grows the lattice.
     ///
     /// `None` if fewer than [`MIN_SEED_CORNERS`] of the seed are chessboard corners.
     pub fn from_seed(image: &GreyImage, seed: &BTreeMap<Node, [f64; 2]>) -> Option<Self> {
@@ -51,7 +51,7 @@ impl Lattice {
             Some((node, lattice.fit_at(image, seed[&node], square_px)?))
         };
         let mut fits: BTreeMap<Node, CornerFit> = nodes.par_iter().filter_map(verify).collect();
-        lattice.learn(&fits)?;
+        lattice.estimate(&fits)?;
         fits.retain(|node, fit| lattice.fits_in(*node, fit));
         lattice.corners = fits;
         lattice.keep_main_component();
@@ -62,7 +62,7 @@ impl Lattice {
     }
 
     /// Estimates sign, contrast and blur of the board from corners some of which may be false.
-    fn learn(&mut self, fits: &BTreeMap<Node, CornerFit>) -> Option<()> {
+    fn estimate(&mut self, fits: &BTreeMap<Node, CornerFit>) -> Option<()> {
         let vote: f64 = fits.iter().map(|(node, fit)| parity(*node) * fit.contrast).sum();
         self.parity_sign = vote.signum();
         self.contrast = median(&mut fits.values().map(|fit| fit.contrast.abs()).collect::<Vec<f64>>())?;
@@ -98,8 +98,8 @@ impl Lattice {
         if shift_px(&fit) > RECENTRE_PX {
             fit = fit_from(fit.position_px, fit.shape)?;
         }
-        let turned = |k: usize| angle_between(fit.shape.normal_rad[k], normal_rad[k]).abs() > MAX_TURN_RAD;
-        (shift_px(&fit) <= MAX_SHIFT_SQUARES * shortest && !turned(0) && !turned(1)).then_some(fit)
+        let rotated = |k: usize| angle_between(fit.shape.normal_rad[k], normal_rad[k]).abs() > MAX_TURN_RAD;
+        (shift_px(&fit) <= MAX_SHIFT_SQUARES * shortest && !rotated(0) && !rotated(1)).then_some(fit)
     }
 
     /// Drops corners not connected with the largest connected group.
@@ -167,9 +167,9 @@ impl Lattice {
     }
 
     /// A quick check before the fit: whether the middles of the four squares around `centre` alternate between dark and
-    /// bright as the node's colouring requires. Small squares and places at the border of the image pass unchecked.
+    /// bright as required at this node. Small squares and positions at the image border pass unchecked.
     fn alternates(&self, image: &GreyImage, node: Node, centre: [f64; 2], [c, r]: [[f64; 2]; 2]) -> bool {
-        if c[0].hypot(c[1]).min(r[0].hypot(r[1])) < GLANCE_MIN_SQUARE_PX {
+        if c[0].hypot(c[1]).min(r[0].hypot(r[1])) < PRECHECK_MIN_SQUARE_PX {
             return true;
         }
         let sign = parity(node) * self.parity_sign;
@@ -184,7 +184,7 @@ impl Lattice {
         else {
             return true;
         };
-        a.min(b) - c.max(d) >= GLANCE_MIN_CONTRAST_RATIO * self.contrast
+        a.min(b) - c.max(d) >= PRECHECK_MIN_CONTRAST_RATIO * self.contrast
     }
 }
 

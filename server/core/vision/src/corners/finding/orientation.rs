@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use super::lattice::{Lattice, Node};
 use crate::corners::fitting::fit::CornerFit;
-use crate::corners::params::FULL_LINE_SHARE;
+use crate::corners::params::FULL_LINE_FRACTION;
 
 /// The content of the lattice compared with the configured board.
 pub enum Board {
@@ -65,7 +65,7 @@ pub fn full_lines(corners: &BTreeMap<Node, CornerFit>, of: impl Fn(&Node) -> i32
         *count.entry(of(node)).or_default() += 1;
     }
     let fullest = count.values().copied().max().unwrap_or(0) as f64;
-    let full = count.iter().filter(|(_, n)| **n as f64 >= FULL_LINE_SHARE * fullest).map(|(line, _)| *line);
+    let full = count.iter().filter(|(_, n)| **n as f64 >= FULL_LINE_FRACTION * fullest).map(|(line, _)| *line);
     let lines: Vec<i32> = full.collect();
     (lines.first().copied().unwrap_or(0), lines.last().copied().unwrap_or(-1))
 }
@@ -99,7 +99,7 @@ fn mean_step(corners: &BTreeMap<Node, CornerFit>, axis: Node) -> [f64; 2] {
     sum
 }
 
-/// Whether columns × rows turn the same way as u × v: the board is seen from its front.
+/// Whether columns × rows have the same handedness as u × v: the board is seen from its front.
 pub fn is_right_handed(corners: &BTreeMap<Node, CornerFit>, axes: &Axes) -> bool {
     let (c, r) = (mean_step(corners, axes.by_column), mean_step(corners, axes.by_row));
     c[0] * r[1] - c[1] * r[0] > 0.0
@@ -107,7 +107,7 @@ pub fn is_right_handed(corners: &BTreeMap<Node, CornerFit>, axes: &Axes) -> bool
 
 /// Whether the square diagonally outside corner (0, 0) is dark, by majority of all corners.
 pub fn starts_dark(corners: &BTreeMap<Node, CornerFit>, axes: &Axes) -> bool {
-    let vote: f64 = corners.iter().map(|(node, fit)| step_parity(*node, axes) * turned(fit, axes).contrast).sum();
+    let vote: f64 = corners.iter().map(|(node, fit)| step_parity(*node, axes) * rotated(fit, axes).contrast).sum();
     vote < 0.0
 }
 
@@ -123,24 +123,24 @@ fn column_direction(corners: &BTreeMap<Node, CornerFit>, axes: &Axes) -> f64 {
 }
 
 /// The fit with its edges and contrast expressed along the board's axes.
-pub fn turned(fit: &CornerFit, axes: &Axes) -> CornerFit {
+pub fn rotated(fit: &CornerFit, axes: &Axes) -> CornerFit {
     let signs = [axes.by_column.0 + axes.by_column.1, axes.by_row.0 + axes.by_row.1];
     let source = if axes.by_column.0 == 0 { [1, 0] } else { [0, 1] };
-    let mut turned = *fit;
+    let mut rotated = *fit;
     for k in 0..2 {
         let flip = if signs[k] < 0 { std::f64::consts::PI } else { 0.0 };
-        turned.shape.normal_rad[k] = fit.shape.normal_rad[source[k]] + flip;
-        turned.shape.curvature_per_px[k] = f64::from(signs[k]) * fit.shape.curvature_per_px[source[k]];
+        rotated.shape.normal_rad[k] = fit.shape.normal_rad[source[k]] + flip;
+        rotated.shape.curvature_per_px[k] = f64::from(signs[k]) * fit.shape.curvature_per_px[source[k]];
     }
-    turned.contrast = fit.contrast * f64::from(signs[0] * signs[1]);
-    turned
+    rotated.contrast = fit.contrast * f64::from(signs[0] * signs[1]);
+    rotated
 }
 
 fn gather(corners: &BTreeMap<Node, CornerFit>, axes: &Axes, columns: usize, rows: usize) -> Board {
     let cells = (0..rows as i32).flat_map(|row| (0..columns as i32).map(move |column| (column, row)));
     let found: Vec<CornerFit> = cells
         .filter_map(|(column, row)| corners.get(&axes.node([column, row])))
-        .map(|fit| turned(fit, axes))
+        .map(|fit| rotated(fit, axes))
         .collect();
     if found.len() == columns * rows { Board::Whole(found) } else { Board::Incomplete { found: found.len() } }
 }

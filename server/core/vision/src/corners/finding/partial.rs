@@ -1,24 +1,24 @@
-//! Which corners of the board a partial view shows.
+//! Identifies the corners of a partially visible board.
 //!
-//! A part is numbered by where the board's other corners would be: those that are not detected must lie outside the
-//! picture, or be few. Of all placements of the part on the board (the square beyond corner (0, 0) dark), one must
-//! explain clearly more than every other; a part that fits at several positions, such as one cut off on both sides,
-//! cannot be numbered. Boards that look the same after half a turn are numbered only whole: a part of them is ambiguous
-//! by that turn.
+//! The detected part is located on the board by the predicted positions of the undetected corners: these must lie
+//! outside the image, or be few. Of all placements of the part on the board (the square beyond corner (0, 0) dark), one
+//! must leave clearly fewer corners unexplained than every other; a part that fits at several positions, such as one
+//! cut off on both sides, cannot be numbered. Boards that look the same after a rotation by 180° are numbered only when
+//! complete: a part of them is ambiguous.
 
 use std::collections::BTreeMap;
 
 use super::lattice::{Lattice, Node};
-use super::orientation::{Axes, full_lines, is_right_handed, starts_dark, turned};
+use super::orientation::{Axes, full_lines, is_right_handed, rotated, starts_dark};
 use crate::corners::fitting::fit::CornerFit;
 use crate::corners::fitting::warp::BoardWarp;
 use crate::corners::params::{
-    PART_MARGIN_SQUARES, PART_MAX_UNEXPLAINED_SHARE, PART_MIN_CORNERS, PART_MIN_LINES, PART_MIN_SHARE,
+    PART_MARGIN_SQUARES, PART_MAX_UNEXPLAINED_FRACTION, PART_MIN_CORNERS, PART_MIN_FRACTION, PART_MIN_LINES,
     PART_RUNNER_UP_LINES,
 };
 
-/// Result of reading a part of a board.
-pub enum Part {
+/// Result of locating a part of a board.
+pub enum PartialBoard {
     /// Corners with their (column, row), row by row.
     Numbered(Vec<([usize; 2], CornerFit)>),
     /// A part of the board at an unknown position.
@@ -33,12 +33,12 @@ pub enum Part {
 /// One placement of the part on the board.
 struct Placement {
     axes: Axes,
-    /// Corners of the board that should be visible in the picture but were not detected.
+    /// Corners of the board that should be visible in the image but were not detected.
     unexplained: usize,
 }
 
-/// Reads the lattice as a part of a board of `columns` × `rows` inner corners in a picture of `size` (width, height).
-pub fn read_part(lattice: &Lattice, columns: usize, rows: usize, size: [usize; 2]) -> Part {
+/// Locates the lattice on a board of `columns` × `rows` inner corners in an image of `size` (width, height).
+pub fn read_partial_board(lattice: &Lattice, columns: usize, rows: usize, size: [usize; 2]) -> PartialBoard {
     let ((i0, i1), (j0, j1)) = (full_lines(&lattice.corners, |n| n.0), full_lines(&lattice.corners, |n| n.1));
     let full: BTreeMap<Node, CornerFit> = lattice
         .corners
@@ -46,39 +46,39 @@ pub fn read_part(lattice: &Lattice, columns: usize, rows: usize, size: [usize; 2
         .filter(|(node, _)| (i0..=i1).contains(&node.0) && (j0..=j1).contains(&node.1))
         .map(|(node, fit)| (*node, *fit))
         .collect();
-    // Corners beyond the well-filled lines are taken as the board's, unless they do not fit on it.
+    // Corners beyond the well-filled lines are assumed to belong to the board, unless they do not fit on it.
     [&lattice.corners, &full]
         .into_iter()
         .map(|corners| read(corners, columns, rows, size))
-        .find(|part| !matches!(part, Part::Other))
-        .unwrap_or(Part::Other)
+        .find(|part| !matches!(part, PartialBoard::Other))
+        .unwrap_or(PartialBoard::Other)
 }
 
-fn read(corners: &BTreeMap<Node, CornerFit>, columns: usize, rows: usize, size: [usize; 2]) -> Part {
+fn read(corners: &BTreeMap<Node, CornerFit>, columns: usize, rows: usize, size: [usize; 2]) -> PartialBoard {
     let found = corners.len();
     let n_lines = |of: fn(&Node) -> i32| corners.keys().map(of).collect::<std::collections::BTreeSet<_>>().len();
-    let enough = found >= PART_MIN_CORNERS && found as f64 >= PART_MIN_SHARE * (columns * rows) as f64;
+    let enough = found >= PART_MIN_CORNERS && found as f64 >= PART_MIN_FRACTION * (columns * rows) as f64;
     if !enough || n_lines(|n| n.0).min(n_lines(|n| n.1)) < PART_MIN_LINES {
-        return Part::Other;
+        return PartialBoard::Other;
     }
     let mut placements = placements(corners, columns, rows, size);
     placements.sort_by_key(|placement| placement.unexplained);
-    let Some(best) = placements.first() else { return Part::Other };
-    if best.unexplained as f64 > PART_MAX_UNEXPLAINED_SHARE * found as f64 {
-        return Part::Other;
+    let Some(best) = placements.first() else { return PartialBoard::Other };
+    if best.unexplained as f64 > PART_MAX_UNEXPLAINED_FRACTION * found as f64 {
+        return PartialBoard::Other;
     }
     let clear = best.unexplained as f64 + PART_RUNNER_UP_LINES * columns.min(rows) as f64;
     let is_symmetric = (columns + rows).is_multiple_of(2);
     if is_symmetric || placements.get(1).is_some_and(|other| (other.unexplained as f64) < clear) {
-        return Part::Ambiguous { found };
+        return PartialBoard::Ambiguous { found };
     }
     let number = |(node, fit): (&Node, &CornerFit)| {
         let [column, row] = best.axes.place(*node);
-        ([column as usize, row as usize], turned(fit, &best.axes))
+        ([column as usize, row as usize], rotated(fit, &best.axes))
     };
     let mut numbered: Vec<_> = corners.iter().map(number).collect();
     numbered.sort_by_key(|([column, row], _)| (*row, *column));
-    Part::Numbered(numbered)
+    PartialBoard::Numbered(numbered)
 }
 
 /// All placements of the corners on the board.
@@ -117,7 +117,7 @@ fn placements(
     all
 }
 
-/// Corners of the board that are not among `corners` although their position is in the picture.
+/// Corners of the board that are not among `corners` although their position is in the image.
 fn unexplained(
     corners: &BTreeMap<Node, CornerFit>,
     axes: &Axes,

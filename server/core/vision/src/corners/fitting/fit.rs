@@ -1,8 +1,8 @@
 //! Fits the blurred-corner model to one window of pixels.
 //!
-//! I(u, v) = b₀ + b₁X + b₂Y + (a₀ + a₁X + a₂Y) · S, with S from [`model`](super::model) and X, Y the pixel
-//! relative to the window's centre in units of its half-side: brightness and contrast may both slope.
-//! Levenberg–Marquardt over the eleven parameters, Tukey weights around the expected noise.
+//! I(u, v) = b₀ + b₁X + b₂Y + (a₀ + a₁X + a₂Y) · S, with S from [`model`](super::model) and X, Y the pixel relative to
+//! the window's centre in units of its half-side: brightness and contrast may both vary linearly. Levenberg–Marquardt
+//! over the eleven parameters, Tukey weights around the expected noise.
 
 use nalgebra::{SMatrix, SVector};
 
@@ -61,7 +61,7 @@ impl Window {
     }
 
     /// The window with its last block padded.
-    pub fn filled(mut self) -> Self {
+    pub fn padded(mut self) -> Self {
         self.n_pixels = self.level.len();
         self.present.resize(self.n_pixels, 1.0);
         for values in [&mut self.x, &mut self.y, &mut self.level, &mut self.present] {
@@ -120,7 +120,7 @@ pub fn fit_corner(window: &Window, start: CornerState, noise: Option<&NoiseModel
         }
         let step = damped.cholesky()?.solve(&Step::from(sums.gradient)) * stretch(&sums);
         let candidate = moved(&state, &step);
-        // The last step is taken without re-evaluation: its effect on the sums is far below their noise.
+        // The last step is applied without re-evaluation: its effect on the sums is far below their noise.
         if step[0].hypot(step[1]) < tolerance_px {
             state = candidate;
             break;

@@ -274,7 +274,7 @@ fn window() -> (Window, CornerState) {
             window.push_run(u as f32, v as f32, &[(level + 2.0 * (3.1 * x + 1.7 * y).sin()) as f32]);
         }
     }
-    (window.filled(), state)
+    (window.padded(), state)
 }
 
 /// Single precision over some hundred pixels, relative to the largest of a kind.

@@ -6,7 +6,7 @@
 use std::collections::HashMap;
 
 use rayon::prelude::*;
-use statistics::median;
+use statistics::{SIGMA_PER_MAD, median};
 
 use crate::GreyImage;
 
@@ -21,7 +21,7 @@ use crate::corners::params::{
 
 /// Refits all corners; `indices`: their (column, row), row by row.
 ///
-/// A corner whose refit fails keeps its first fit, with the larger sigma that goes with it.
+/// A corner whose refit fails keeps its first fit, with its larger sigma.
 pub fn refine(image: &GreyImage, first: &[CornerFit], indices: &[[usize; 2]], reach: Reach) -> Vec<CornerFit> {
     let Some(warp) = BoardWarp::fit(&indexed(first, indices)) else { return first.to_vec() };
     let all = (0..first.len()).into_par_iter();
@@ -73,7 +73,7 @@ fn noise_from(starts: &[(Window, Option<CornerState>)]) -> NoiseModel {
     let (dark, bright) = samples.split_at(middle);
     let level = |half: &[[f32; 2]]| median_of(half.iter().map(|s| s[0]));
     let variance = |half: &[[f32; 2]]| {
-        let deviation = 1.4826 * median_of(half.iter().map(|s| s[1].abs()));
+        let deviation = SIGMA_PER_MAD * median_of(half.iter().map(|s| s[1].abs()));
         (deviation * deviation).max(QUANTISATION_VARIANCE)
     };
     let (x0, x1) = (level(dark), level(bright));
@@ -88,7 +88,7 @@ fn median_of(values: impl Iterator<Item = f32>) -> f64 {
 }
 
 /// Raises each sigma to the scatter of its neighbourhood: along rows and columns, the corners scatter about the smooth
-/// board by more than the noise where the print, the sensor or an edge parallel to the pixel grid disturbs them.
+/// board by more than the noise where print, sensor or an edge parallel to the pixel grid affects them.
 ///
 /// Fourth differences of the deviation from the [`BoardWarp`] over five neighbours cancel everything smooth; with
 /// weights 1, −4, 6, −4, 1 their variance is 70 σ². Boards with fewer than five corners in both directions have none.

@@ -1,8 +1,8 @@
 //! The sums of a corner fit over the pixels of its window, in single precision and several pixels at a time.
 //!
-//! Each sum is eight interleaved partial sums that are added up in a fixed order, and no multiplication is fused with
-//! an addition: the result is identical, bit for bit, for every instruction set. The straightforward version in double
-//! precision is the tests' `reference`.
+//! Each sum is eight interleaved partial sums that are added up in a fixed order, without fused multiply-add: the
+//! result is bit-identical for every instruction set. The straightforward version in double precision is the tests'
+//! `reference`.
 
 // Several rows of a block are filled together by a shared index.
 #![allow(clippy::needless_range_loop)]

@@ -1,7 +1,7 @@
 //! The smooth map from board to image: a homography and a low-degree polynomial for the lens.
 //!
-//! It is used for directions and curvatures only. Positions are never taken from it, so the errors of the corners stay
-//! independent of each other.
+//! It is used for directions and curvatures only, not for positions, so that the errors of the corners remain
+//! independent.
 
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 

@@ -72,7 +72,7 @@ fn collected<T: Copy + Into<f32>>(
             passed += run.len();
         }
     }
-    window.filled()
+    window.padded()
 }
 
 /// Half-sides of a window along the columns and along the rows (px).

@@ -98,14 +98,14 @@ fn a_staggered_grid_of_odd_rows_upside_down_gives_the_same_physical_discs() {
 }
 
 #[test]
-fn bright_discs_on_dark_are_a_grid_as_well() {
+fn bright_discs_on_dark_are_found() {
     let view = View::random(&SYMMETRIC, 0.3, 0.3, 2);
     let board = find_circles(&changed(&view.image(), |k, levels| 255 - levels[k]), &SYMMETRIC).unwrap();
     assert!(errors(&board, &view).0 < 0.012);
 }
 
 #[test]
-fn a_covered_disc_and_an_empty_picture_are_refused_with_what_was_found() {
+fn a_covered_disc_and_an_empty_image_are_refused_with_the_number_found() {
     let view = View::random(&SYMMETRIC, 0.3, 0.2, 3);
     let [u, v] = view.truth(3, 2).map(|x| x as usize);
     let covered = changed(&view.image(), |k, levels| {
@@ -117,7 +117,7 @@ fn a_covered_disc_and_an_empty_picture_are_refused_with_what_was_found() {
     assert_eq!(find_circles(&empty, &SYMMETRIC), Err(CornerError::NoCircles { columns: 8, rows: 6, found: 0 }));
 }
 
-/// Centres found by OpenCV: one line per picture, empty where it finds no grid.
+/// Centres found by OpenCV: one line per image, empty where it finds no grid.
 const OPENCV: &str = "
 import sys, cv2
 flags = cv2.CALIB_CB_ASYMMETRIC_GRID if sys.argv[3] == 'true' else cv2.CALIB_CB_SYMMETRIC_GRID
@@ -164,7 +164,7 @@ fn at_least_as_many_grids_as_opencv_are_found_with_more_accurate_centres() {
             let (Ok(board), false) = (board, theirs.is_empty()) else { continue };
             n_both += 1.0;
             ours += errors(&board, view).0.powi(2);
-            // Independent of the order in which OpenCV counts: each of its centres is compared with the nearest truth.
+            // Independent of OpenCV's order of the centres: each is compared with the nearest true centre.
             let truths: Vec<[f64; 2]> = board.corners.iter().map(|c| view.truth(c.column, c.row)).collect();
             let square = |at: &[f64; 2]| {
                 let distances = truths.iter().map(|t| (t[0] - at[0]).powi(2) + (t[1] - at[1]).powi(2));

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use capture::{Capture, LaserPicture};
+use capture::{Capture, LaserImage};
 use vision::GreyImage;
 
 use super::sequence::{RecordedFrame, Source, copy};
@@ -12,7 +12,7 @@ use crate::StageKind;
 /// A capture folder, with the files that are played.
 pub struct Folder {
     capture: Capture,
-    files: Vec<LaserPicture>,
+    files: Vec<LaserImage>,
 }
 
 impl Folder {
@@ -58,12 +58,12 @@ impl Source for Folder {
     }
 }
 
-fn images_of(capture: &Capture, wanted: &ImageSelection) -> Result<Vec<(LaserPicture, Option<f64>)>, ReplayError> {
+fn images_of(capture: &Capture, wanted: &ImageSelection) -> Result<Vec<(LaserImage, Option<f64>)>, ReplayError> {
     let manifest = &capture.manifest;
     let board =
-        |entry: String, path: &PathBuf| LaserPicture { entry, path: path.clone(), background: None, line: None };
+        |entry: String, path: &PathBuf| LaserImage { entry, path: path.clone(), background: None, line: None };
     let laser_files = |beginning: &str| {
-        let mut files = capture.laser_pictures();
+        let mut files = capture.laser_images();
         files.retain(|file| file.entry.starts_with(beginning));
         files
     };

@@ -8,7 +8,7 @@ use capture::{LaserChannel, read_photograph};
 use nalgebra::Vector2;
 use photograph::{Agreement, GREEN_LASER, RED_LASER, agreement, photograph, write_jpeg};
 use twin::{Renderer, Scene, StationModel, StationShape, poses::board_poses};
-use vision::{CentrelineParams, Channel, Picture, find_centrelines};
+use vision::{CameraImage, CentrelineParams, Channel, find_centrelines};
 
 const WIDTH: usize = 800;
 const HEIGHT: usize = 640;
@@ -37,21 +37,21 @@ impl Pose {
         photograph(&self.renderer, &self.scene, level, laser, picture)
     }
 
-    fn picture(&self, level: f64, laser: [f32; 3], picture: u64) -> Picture {
+    fn picture(&self, level: f64, laser: [f32; 3], picture: u64) -> CameraImage {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("photograph.png");
         self.image(level, laser, picture).save(&path).unwrap();
         read_photograph(&path).unwrap().picture
     }
 
-    fn compressed(&self, level: f64, quality: u8) -> Picture {
+    fn compressed(&self, level: f64, quality: u8) -> CameraImage {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("photograph.jpg");
         write_jpeg(&path, &self.image(level, RED_LASER, 1), quality);
         read_photograph(&path).unwrap().picture
     }
 
-    fn lines(&self, picture: &Picture, channel: Channel) -> Agreement {
+    fn lines(&self, picture: &CameraImage, channel: Channel) -> Agreement {
         let lines = find_centrelines(&picture.channel(channel), &CentrelineParams::default());
         let points: Vec<_> = lines.segments.iter().flat_map(|segment| segment.points.clone()).collect();
         let truth = self.renderer.truth_points(&self.scene, 0.0);
@@ -61,7 +61,7 @@ impl Pose {
     }
 }
 
-fn auto(picture: &Picture) -> Channel {
+fn auto(picture: &CameraImage) -> Channel {
     LaserChannel::decided(1, |_| Some(picture.clone()), &[CentrelineParams::default()]).channel
 }
 
@@ -96,7 +96,7 @@ fn in_the_dark_the_plain_channel_of_the_laser_is_taken() {
 fn a_grey_laser_image_in_a_colour_file_is_read_as_grey() {
     let pose = Pose::new(0);
     let picture = pose.picture(0.0, [0.0; 3], 1);
-    let Picture::Colour(_) = &picture else { panic!("every colour has its own noise") };
+    let CameraImage::Colour(_) = &picture else { panic!("every colour has its own noise") };
     // Without any coloured line it is brightness.
     assert_eq!(auto(&picture), Channel::Luma);
 }

@@ -76,7 +76,7 @@ impl DarkFrameDto {
     /// A dark frame and how it is used now.
     pub fn new(kept: &KeptDarkFrame, used: DarkFrameUse) -> Self {
         let dark = &kept.dark;
-        let figures = dark.frame.figures();
+        let figures = dark.frame.statistics();
         Self {
             used: used.into(),
             taken_at_ms: kept.taken_at_ms,

@@ -1,4 +1,4 @@
-//! Sixteen steps of a trace at a time, and the rows about which the image is sampled for them.
+//! Blocks of sixteen steps of a trace, and the rows around which the image is sampled for them.
 
 use super::taps::Taps;
 use super::window::{LANES, Places, SHARING};
@@ -50,8 +50,8 @@ fn nearest_row(v: f32) -> u32 {
     (v + WHOLE).to_bits() - WHOLE.to_bits()
 }
 
-/// Lets neighbouring columns with similar rows share one window row, so that their pixels are copied together.
-/// `idx` numbers the groups of a trace.
+/// Assigns one common row to neighbouring columns with similar rows, so that their pixels are copied together. `idx`
+/// numbers the groups of a trace.
 #[inline(always)]
 fn share_row(rows: &mut [u32; SHARING], idx: usize) {
     let n = SHARING as u32;

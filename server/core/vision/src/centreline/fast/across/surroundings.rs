@@ -1,4 +1,4 @@
-//! What is measured around a crossing before its ridge is located: background, height, area, width.
+//! Measurements around a crossing before its ridge is located: background, height, area, width.
 
 use super::block::{Block, Image, Lanes};
 use super::pieces::WIDTH_PER_AREA;

@@ -84,7 +84,7 @@ mod tests {
     }
 
     #[test]
-    fn each_derivative_is_exact_on_its_power_and_blind_to_the_lower_ones() {
+    fn each_derivative_is_exact_on_its_monomial_and_zero_on_lower_ones() {
         for taps in SCALES.iter() {
             let reach = taps.reach as i32;
             let apply = |k: usize, power: i32| -> f64 {

@@ -1,7 +1,7 @@
-//! Where lines can be: cells of 8 × 4 pixels brighter than the cells above and below them.
+//! Regions that may contain lines: cells of 8 × 4 pixels brighter than the cells above and below them.
 //!
 //! This is the only pass over every pixel. A cell averages 32 pixels, so that a line at the detection limit of one
-//! column stands out clearly. The threshold is low, because a cell too many only costs time.
+//! column stands out clearly. The threshold is low, because a false cell only costs time.
 
 use crate::centreline::lines::noise::NoiseMap;
 use crate::centreline::view::{Level, Sum, View};

@@ -34,7 +34,7 @@ impl<T: Level> Latest<T> {
         }
     }
 
-    /// Takes the responses of a row where `lead` is not negative; of two candidates that are too close the stronger is
+    /// Adds the responses of a row where `lead` is not negative; of two candidates that are too close, the stronger is
     /// kept. Returns non-negative lanes where the previous candidate became final.
     #[inline(always)]
     pub fn push_row(&mut self, lead: &Lanes<T>, response: &Lanes<T>, v: usize) -> Lanes<T> {

@@ -1,4 +1,4 @@
-//! How much the boxes of a strip exceed both flanks, row by row.
+//! Contrast of the boxes of a strip against both flanks, row by row.
 
 use std::ops::Range;
 

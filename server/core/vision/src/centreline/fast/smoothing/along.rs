@@ -1,10 +1,10 @@
 //! Averaging along the line, several columns at a time, by local parabolas in the longest window that fits the line.
 //!
 //! Noise falls with the length of the window, and a parabola preserves curvature. Where a longer window contradicts a
-//! shorter one by more than their noise, the shorter one is used (after
-//! Lepski 1991: the largest bandwidth that is consistent with all smaller ones). All crossings of a window have equal
-//! weight: the noise estimated from a single column is mostly speckle, and weights derived from it reduce accuracy. So
-//! fits are sums with fixed kernels.
+//! shorter one by more than their noise, the shorter one is used (after Lepski 1991: the largest bandwidth that is
+//! consistent with all smaller ones). All crossings of a window have equal weight: the noise estimated from a single
+//! column is mostly speckle, and weights derived from it reduce accuracy. Fits are therefore convolutions with fixed
+//! kernels.
 
 use super::kernels::{MAX_LAG, RUN};
 use super::means::{AllWindows, MAX_WINDOWS, Mean, Shape};
@@ -120,8 +120,8 @@ impl Averager {
         near.iter_mut().zip(&rows[from..to]).for_each(|(near, &row)| *near = (row - base) as f32);
     }
 
-    /// For every lane the longest window that agrees with all shorter ones, and its fit. The block begins at index
-    /// `at` of the rows; `WHOLE` if no window is cut by the ends of the piece.
+    /// The longest window of every lane that agrees with all shorter ones, and its fit. The block begins at index `at`
+    /// of the rows; `WHOLE` if no window is cut by the ends of the piece.
     #[inline(always)]
     fn chosen<const WHOLE: bool>(&mut self, block: Block, at: usize) -> Chosen {
         let agreement = (ALONG_AGREEMENT_SIGMAS * ALONG_AGREEMENT_SIGMAS) as f32;

@@ -33,7 +33,7 @@ pub struct Near {
     pub is_last: bool,
     /// Lanes whose windows are truncated.
     pub first: usize,
-    pub behind: usize,
+    pub past_last: usize,
 }
 
 impl Near {
@@ -41,17 +41,17 @@ impl Near {
     /// beginning.
     #[inline(always)]
     pub fn beginning(start: usize, half_length: usize) -> Option<Self> {
-        let behind = half_length.saturating_sub(start).min(LANES);
-        (behind > 0).then_some(Self { offset: LANES + start, is_last: false, first: 0, behind })
+        let past_last = half_length.saturating_sub(start).min(LANES);
+        (past_last > 0).then_some(Self { offset: LANES + start, is_last: false, first: 0, past_last })
     }
 
     /// The same for windows truncated by the line's end.
     #[inline(always)]
     pub fn end(start: usize, n: usize, half_length: usize) -> Option<Self> {
-        let behind = LANES.min(n - start);
+        let past_last = LANES.min(n - start);
         let first = n.saturating_sub(half_length + start);
         // The last lane is as far from the end as the first column counted from there.
-        (first < behind).then(|| Self { offset: n - start, is_last: true, first, behind })
+        (first < past_last).then(|| Self { offset: n - start, is_last: true, first, past_last })
     }
 }
 
@@ -168,7 +168,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn columns_side_by_side_are_fitted_as_each_by_its_own_kernel() {
+    fn columns_fitted_together_agree_with_individual_kernels() {
         const HALF: usize = 20;
         const N: usize = 55;
         let mut kernels = Kernels::default();
@@ -189,7 +189,7 @@ mod tests {
         for start in (0..N).step_by(LANES) {
             for near in [Near::beginning(start, HALF), Near::end(start, N, HALF)].into_iter().flatten() {
                 let ((mean, valid), shape) = (cut.mean(near, &rows, &variances), cut.shape(near, &rows));
-                for i in near.first..near.behind {
+                for i in near.first..near.past_last {
                     let (before, after) = ((start + i).min(HALF), (N - 1 - start - i).min(HALF));
                     assert!(before < HALF || after < HALF, "column {} is not cut", start + i);
                     let kernel = kernels.at(before, after);

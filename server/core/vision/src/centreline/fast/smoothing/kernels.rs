@@ -137,15 +137,15 @@ impl Kernel {
         let products = |lag: usize| rows.iter().zip(rows.iter().skip(lag)).map(|(a, b)| a[0] * b[0]).sum::<f64>();
         kernel.autocorrelation = std::array::from_fn(|lag| products(lag) / products(0));
         kernel.bend_gain_alone = rows.iter().map(|row| row[2] * row[2]).sum::<f64>() / products(0);
-        let filled_up = |weight: fn(&[f64; 3]) -> f64| {
+        let padded = |weight: fn(&[f64; 3]) -> f64| {
             let mut weights: Vec<f32> = rows.iter().map(|row| weight(row) as f32).collect();
             weights.resize(rows.len().next_multiple_of(RUN), 0.0);
             weights
         };
-        kernel.value = filled_up(|row| row[0]);
-        kernel.squared = filled_up(|row| row[0] * row[0]);
-        kernel.slope = filled_up(|row| row[1]);
-        kernel.bend = filled_up(|row| row[2]);
+        kernel.value = padded(|row| row[0]);
+        kernel.squared = padded(|row| row[0] * row[0]);
+        kernel.slope = padded(|row| row[1]);
+        kernel.bend = padded(|row| row[2]);
         kernel
     }
 
@@ -164,7 +164,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_kernel_returns_the_parabola_it_is_given() {
+    fn every_kernel_reproduces_a_parabola() {
         let mut kernels = Kernels::default();
         kernels.prepare(7, &[0.0; MAX_LAG + 1]);
         for (before, after) in [(7, 7), (0, 7), (7, 2), (3, 3)] {

@@ -49,7 +49,7 @@ impl Windows {
             for near in block.near_ends(kernels.half_length()) {
                 let (rows, variances) = (block.towards(near, rows), block.towards(near, variances));
                 let (of_cut, holds_enough) = cut.mean(near, rows, variances);
-                for i in near.first..near.behind {
+                for i in near.first..near.past_last {
                     mean.value.0[i] = of_cut.value.0[i];
                     mean.variance.0[i] = of_cut.variance.0[i];
                     valid.0[i] = holds_enough.0[i];
@@ -75,7 +75,7 @@ impl Windows {
         if cut.is_for(block.n) {
             for near in block.near_ends(kernels.half_length()) {
                 let of_cut = cut.shape(near, block.towards(near, rows));
-                for i in (near.first..near.behind).filter(is_chosen) {
+                for i in (near.first..near.past_last).filter(is_chosen) {
                     shape.slope.0[i] = of_cut.slope.0[i];
                     shape.bend.0[i] = of_cut.bend.0[i];
                     shape.bend_gain.0[i] = of_cut.bend_gain.0[i];

@@ -8,7 +8,7 @@ use std::sync::Arc;
 use capture::write_png;
 use parking_lot::Mutex;
 use station::SharedFrame;
-use vision::{GreyImage, Picture, room_change};
+use vision::{CameraImage, GreyImage, scene_change};
 
 use crate::error::AppError;
 use crate::error::disk_problem;
@@ -24,7 +24,7 @@ const LOOK_STRIDE_PX: usize = 7;
 pub struct Background {
     /// The row before which it was captured.
     pub row: usize,
-    picture: Picture,
+    picture: CameraImage,
 }
 
 /// Counts of frames with and without ambient light subtraction.
@@ -46,29 +46,29 @@ pub struct BackgroundLog {
 impl Background {
     /// From a laser-off frame captured before `row`.
     pub fn new(row: usize, frame: &SharedFrame) -> Self {
-        Self { row, picture: Picture::Grey(frame.image.clone()) }
+        Self { row, picture: CameraImage::Grey(frame.image.clone()) }
     }
 
     /// Whether it matches `frame` except for the laser.
     pub fn suits(&self, frame: &GreyImage) -> bool {
-        room_change(&Picture::Grey(frame.clone()), &self.picture).is_none()
+        scene_change(&CameraImage::Grey(frame.clone()), &self.picture).is_none()
     }
 
     /// The frame with it subtracted; `None` if it does not match.
     pub fn taken_from(&self, frame: &GreyImage) -> Option<GreyImage> {
-        let on = Picture::Grey(frame.clone());
-        if room_change(&on, &self.picture).is_some() {
+        let on = CameraImage::Grey(frame.clone());
+        if scene_change(&on, &self.picture).is_some() {
             return None;
         }
         match on.minus(&self.picture)? {
-            Picture::Grey(image) => Some(image),
-            Picture::Colour(_) => None,
+            CameraImage::Grey(image) => Some(image),
+            CameraImage::Colour(_) => None,
         }
     }
 
     /// Its ambient level, of 255, exceeded by 5 % of the pixels.
     pub fn ambient_levels(&self) -> f64 {
-        let Picture::Grey(image) = &self.picture else { return 0.0 };
+        let CameraImage::Grey(image) = &self.picture else { return 0.0 };
         let pixels = (0..image.height())
             .flat_map(|v| (v % LOOK_STRIDE_PX..image.width()).step_by(LOOK_STRIDE_PX).map(move |u| (u, v)));
         let mut levels: Vec<f32> = pixels.map(|(u, v)| image.at(u, v)).collect();
@@ -89,7 +89,9 @@ impl BackgroundLog {
 
     /// Stores a laser-off image beside the frames.
     pub fn keep(&self, background: &Background) -> Result<(), AppError> {
-        let (Some(folder), Picture::Grey(image)) = (&self.pictures, &background.picture) else { return Ok(()) };
+        let (Some(folder), CameraImage::Grey(image)) = (&self.pictures, &background.picture) else {
+            return Ok(());
+        };
         std::fs::create_dir_all(background_folder_in(folder)).map_err(disk_problem)?;
         write_png(&folder.join(background_path(background.row)), image).map_err(disk_problem)
     }
@@ -141,7 +143,7 @@ mod tests {
     }
 
     fn background(image: GreyImage) -> Background {
-        Background { row: 3, picture: Picture::Grey(image) }
+        Background { row: 3, picture: CameraImage::Grey(image) }
     }
 
     #[test]
