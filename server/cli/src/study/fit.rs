@@ -34,7 +34,7 @@ pub fn fitted(
         camera: &boards.camera,
         poses: &boards.poses,
         orders: &orders,
-        sheet_wavelength_over_period: Some(regime.wavelength_over_period()),
+        nominal_wavelength_over_period: Some(regime.wavelength_over_period()),
     };
     let light = fit_light(&scene, &simulation.laser, kind, None).ok()?.light;
     if kind != LightModelKind::Grating {
@@ -58,7 +58,7 @@ pub fn joint_bundle(
         camera: &station.camera,
         poses: &station.poses,
         orders: &orders,
-        sheet_wavelength_over_period: Some(regime.wavelength_over_period()),
+        nominal_wavelength_over_period: Some(regime.wavelength_over_period()),
     };
     let light_only = station
         .light

@@ -1,5 +1,5 @@
 //! The joint refinement of 15 boards with five lines each: `cargo bench --package sheaf-calibration --bench joint`. The
-//! promise is 1,000 columns within a second, and a time per point that does not grow with their number;
+//! target is 1,000 columns within a second, with a time per point that does not grow with their number;
 //! `RAYON_NUM_THREADS=1` measures one thread.
 
 use criterion::{BatchSize, BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};

@@ -7,7 +7,7 @@ use crate::error::CalibrationError;
 use crate::findings::report::{CalibrationReport, CrossValidation};
 use crate::first::camera_fit::{CameraFit, fit_camera};
 use crate::fits::cross_validation::cross_validate;
-use crate::fits::joint::{JointFit, fit_joint, turn_of, turn_warnings};
+use crate::fits::joint::{JointFit, axis_of, axis_warnings, fit_joint};
 use crate::fits::laser_points::{LaserPoints, laser_points};
 use crate::fits::light_fit::Scene;
 use crate::fits::stage_fit::{check_kinds, check_positions, positions_mm, stage_line, stage_report};
@@ -26,22 +26,22 @@ pub struct CalibrationResult {
     pub report: CalibrationReport,
 }
 
-/// Whether a long computation continues.
+/// Whether the computation continues.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ProgressControl {
     /// Continue.
     Continue,
-    /// ProgressControl with [`CalibrationError::Cancelled`].
+    /// Stop with [`CalibrationError::Cancelled`].
     Cancel,
 }
 
 /// Calibrates a station.
 ///
-/// `progress` gets the step in the operator's words and the fraction done, and may cancel. Without laser pictures the
-/// result is a camera (and stage) alone.
+/// `progress` receives the current step as text for the operator and the fraction done, and may cancel. Without laser
+/// images only the camera (and stage) is calibrated.
 ///
 /// # Errors
-/// [`CalibrationError`], which names what the data do not determine.
+/// [`CalibrationError`] with the quantity that the data do not determine.
 pub fn calibrate(
     input: &CalibrationInput,
     options: &CalibrationOptions,
@@ -57,7 +57,7 @@ pub fn calibrate(
     let positions = positions_mm(&input.stage_views);
     check_positions(&positions, input.board.square_mm.min())?;
     let camera_fit = fit_camera(input.width_px, input.height_px, views(input), options.estimate_k3)?;
-    let n_laser_poses = input.poses.iter().filter(|pose| pose.is_lit()).count();
+    let n_laser_poses = input.poses.iter().filter(|pose| pose.has_laser_image()).count();
     if n_laser_poses == 0 {
         return camera_only(input, camera_fit, &positions);
     }
@@ -69,7 +69,7 @@ pub fn calibrate(
         camera: &camera_fit.station.camera,
         poses: &camera_fit.station.poses,
         orders: &input.projector.orders,
-        sheet_wavelength_over_period: input.projector.grating.map(|grating| grating.wavelength_over_period()),
+        nominal_wavelength_over_period: input.projector.grating.map(|grating| grating.wavelength_over_period()),
     };
     let points = laser_points(input, &scene)?;
     step("comparing the light models on poses left out", 0.35)?;
@@ -90,7 +90,7 @@ fn check_orders(orders: &[i8]) -> Result<(), CalibrationError> {
     Ok(())
 }
 
-/// One view per picture, poses first; view i is block i.
+/// One view per image, poses first; view i is block i.
 fn views(input: &CalibrationInput) -> Vec<CornerView> {
     let at_rest = input.poses.iter().map(|pose| (&pose.corners, 0.0));
     let carried = input.stage_views.iter().map(|view| (&view.corners, view.position.mm().unwrap_or(0.0)));
@@ -134,7 +134,7 @@ fn camera_only(
     let line = stage_line(&fit, positions_mm, &board_centre_mm);
     let poses = &fit.station.poses;
     let direction = line.as_ref().map(|line| line.derived(CAMERA_PARAMETERS, poses, &board_centre_mm));
-    let turn = turn_of(input, poses, &fit.normal, &board_centre_mm)?;
+    let turn = axis_of(input, poses, &fit.normal, &board_centre_mm)?;
     let axis = turn.as_ref().map(|turn| turn.derived(CAMERA_PARAMETERS, poses.len()));
     let derived = direction.or(axis).unwrap_or(Derived::none(CAMERA_PARAMETERS));
     let covariance = fit.normal.with_derived(&fit.covariance, &derived);
@@ -154,8 +154,8 @@ fn camera_only(
         let n = CAMERA_PARAMETERS;
         stage_report(line, &line.direction, &calibration.covariance.fixed_view::<3, 3>(n, n).into_owned())
     });
-    let mut warnings = vec!["no laser pictures: camera and stage alone were calibrated".to_owned()];
-    warnings.extend(turn.iter().flat_map(turn_warnings));
+    let mut warnings = vec!["no laser images: only camera and stage were calibrated".to_owned()];
+    warnings.extend(turn.iter().flat_map(axis_warnings));
     let report = CalibrationReport {
         camera: camera_report(input, &fit, &fit.station, &fit.views, &fit.covariance),
         light: None,

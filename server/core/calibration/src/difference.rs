@@ -19,7 +19,7 @@ pub enum DifferenceError {
         "one calibration is for images of {one_width_px}×{one_height_px} pixels, the other for \
          {other_width_px}×{other_height_px}"
     )]
-    OtherCamera {
+    ImageSizeMismatch {
         /// Columns of the first.
         one_width_px: usize,
         /// Rows of the first.
@@ -29,23 +29,23 @@ pub enum DifferenceError {
         /// Rows of the second.
         other_height_px: usize,
     },
-    /// At no pixel do both give a depth within the first one's working volume.
-    #[error("the calibrations share no order in their working volumes")]
-    NothingShared,
+    /// No pixel has a depth from both within the working volume of the first.
+    #[error("the calibrations have no order in common within the working volume")]
+    NoCommonOrder,
 }
 
 impl Remedy for DifferenceError {
     fn remedy(&self) -> Option<Cow<'_, str>> {
         Some(Cow::Borrowed(match self {
-            Self::OtherCamera { .. } => "compare calibrations of one camera at one resolution",
-            Self::NothingShared => "compare calibrations of one station",
+            Self::ImageSizeMismatch { .. } => "compare calibrations of one camera at one resolution",
+            Self::NoCommonOrder => "compare calibrations of one station",
         }))
     }
 }
 
-/// Where the difference is largest.
+/// Pixel with the largest difference.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct WorstPlace {
+pub struct LargestDifference {
     /// Order of the line.
     pub order: i8,
     /// Column of the pixel.
@@ -68,7 +68,7 @@ pub struct DepthDifference {
     /// The difference of largest magnitude, signed.
     pub max_mm: f64,
     /// Where it occurs.
-    pub worst: WorstPlace,
+    pub worst: LargestDifference,
 }
 
 /// The difference on the line of one order.
@@ -103,7 +103,12 @@ pub fn difference(one: &Calibration, other: &Calibration) -> Result<CalibrationD
     let size = |calibration: &Calibration| (calibration.camera.width_px, calibration.camera.height_px);
     if size(one) != size(other) {
         let ((one_width_px, one_height_px), (other_width_px, other_height_px)) = (size(one), size(other));
-        return Err(DifferenceError::OtherCamera { one_width_px, one_height_px, other_width_px, other_height_px });
+        return Err(DifferenceError::ImageSizeMismatch {
+            one_width_px,
+            one_height_px,
+            other_width_px,
+            other_height_px,
+        });
     }
     let (mut all, mut orders) = (Sum::default(), Vec::new());
     for &order in one.orders.iter().filter(|order| other.orders.contains(order)) {
@@ -114,7 +119,7 @@ pub fn difference(one: &Calibration, other: &Calibration) -> Result<CalibrationD
             orders.push(OrderDifference { order, total, depth_mm });
         }
     }
-    let total = all.total().ok_or(DifferenceError::NothingShared)?;
+    let total = all.total().ok_or(DifferenceError::NoCommonOrder)?;
     Ok(CalibrationDifference { columns: GRID.0, rows: GRID.1, total, orders })
 }
 
@@ -133,7 +138,7 @@ fn compare(one: &Calibration, other: &Calibration, order: i8, pixel: &Vector2<f6
         return None;
     }
     let difference_mm = other.triangulate(order, pixel, None)?.hit.depth_mm - depth_mm;
-    sum.add(difference_mm, WorstPlace { order, u_px: pixel.x, v_px: pixel.y, depth_mm });
+    sum.add(difference_mm, LargestDifference { order, u_px: pixel.x, v_px: pixel.y, depth_mm });
     Some(difference_mm)
 }
 
@@ -142,11 +147,11 @@ struct Sum {
     n_pixels: usize,
     sum_mm: f64,
     squares_mm2: f64,
-    worst: Option<(f64, WorstPlace)>,
+    worst: Option<(f64, LargestDifference)>,
 }
 
 impl Sum {
-    fn add(&mut self, difference_mm: f64, place: WorstPlace) {
+    fn add(&mut self, difference_mm: f64, place: LargestDifference) {
         self.n_pixels += 1;
         self.sum_mm += difference_mm;
         self.squares_mm2 += difference_mm * difference_mm;
@@ -162,7 +167,7 @@ impl Sum {
         }
     }
 
-    fn keep_worst(&mut self, difference_mm: f64, place: WorstPlace) {
+    fn keep_worst(&mut self, difference_mm: f64, place: LargestDifference) {
         if self.worst.is_none_or(|(worst_mm, _)| difference_mm.abs() > worst_mm.abs()) {
             self.worst = Some((difference_mm, place));
         }
@@ -243,20 +248,20 @@ mod tests {
     }
 
     #[test]
-    fn a_calibration_does_not_differ_from_itself_and_the_sign_follows_the_second() {
+    fn a_calibration_does_not_differ_from_itself_and_the_sign_is_second_minus_first() {
         let found = difference(&calibration(1.0), &calibration(1.0)).unwrap();
         assert_eq!((found.total.rms_mm, found.total.max_mm), (0.0, 0.0));
         assert!(difference(&calibration(1.0), &calibration(0.999)).unwrap().total.mean_mm < 0.0);
     }
 
     #[test]
-    fn what_cannot_be_compared_is_refused() {
+    fn incomparable_calibrations_are_refused() {
         let mut small = calibration(1.0);
         small.camera.width_px = 640;
         let refused = difference(&calibration(1.0), &small);
-        assert!(matches!(refused, Err(DifferenceError::OtherCamera { other_width_px: 640, .. })));
+        assert!(matches!(refused, Err(DifferenceError::ImageSizeMismatch { other_width_px: 640, .. })));
         let mut other = calibration(1.0);
         other.orders = vec![7];
-        assert_eq!(difference(&calibration(1.0), &other), Err(DifferenceError::NothingShared));
+        assert_eq!(difference(&calibration(1.0), &other), Err(DifferenceError::NoCommonOrder));
     }
 }

@@ -1,21 +1,21 @@
-//! Why a calibration is refused, each with a remedy.
+//! Reasons for refusing a calibration, each with a remedy.
 
 use std::borrow::Cow;
 
 use remedy::Remedy;
 
-/// Why a calibration was refused.
+/// Reason for refusing a calibration.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum CalibrationError {
-    /// The caller asked to stop.
+    /// The caller cancelled the calibration.
     #[error("the calibration was cancelled")]
     Cancelled,
-    /// Fewer pictures of the board than the camera needs.
-    #[error("the camera needs {needed} pictures of the board, got {got}")]
+    /// Fewer images of the board than the camera needs.
+    #[error("the camera needs {needed} images of the board, got {got}")]
     TooFewViews {
-        /// Pictures needed.
+        /// Images needed.
         needed: usize,
-        /// Pictures available.
+        /// Images available.
         got: usize,
     },
     /// Fewer poses with laser light than the light sheets need.
@@ -64,11 +64,11 @@ pub enum CalibrationError {
         /// Different angles available.
         got: usize,
     },
-    /// A board did not turn by the stated angle.
+    /// A board did not rotate by the stated angle.
     #[error(
-        "the board of stage view {view} turned by {seen_deg:.2}° against {reference}, but its angle_deg states {stated_deg:.2}°"
+        "the board in stage view {view} rotated by {observed_deg:.2}° relative to {reference}, but angle_deg states {stated_deg:.2}°"
     )]
-    TurnMismatch {
+    RotationMismatch {
         /// The view with the largest disagreement.
         view: String,
         /// The view with the smallest disagreement.
@@ -76,11 +76,11 @@ pub enum CalibrationError {
         /// Stated rotation between them.
         stated_deg: f64,
         /// Observed rotation of the board.
-        seen_deg: f64,
+        observed_deg: f64,
     },
     /// The views do not determine the axis.
     #[error(
-        "the axis of the turntable is unobservable: its position is uncertain by ± {shift_mm:.2} mm and its direction by ± {tilt_deg:.2}°"
+        "the axis of the turntable is unobservable: σ of its position is {shift_mm:.2} mm, of its direction {tilt_deg:.2}°"
     )]
     AxisUnobservable {
         /// σ across the axis.
@@ -107,7 +107,7 @@ pub enum CalibrationError {
     /// The corner positions do not fit any camera.
     #[error("the camera is unobservable: the board's corners fit no pinhole camera")]
     CameraUnobservable,
-    /// Too few laser pictures with a line on the board.
+    /// Too few laser images with a line on the board.
     #[error(
         "the light sheets need {needed} board poses with laser light, but only {got} have a line on the board (none in {dark})"
     )]
@@ -119,27 +119,27 @@ pub enum CalibrationError {
         /// The other poses, by name.
         dark: String,
     },
-    /// The orders of the data sheet are not monotonic.
+    /// The listed orders are not monotonic.
     #[error("the orders {orders:?} are not strictly increasing or decreasing")]
     OrdersUnsorted {
         /// As given.
         orders: Vec<i8>,
     },
-    /// Too few pictures show all lines side by side, so the lines cannot be assigned to orders.
+    /// Too few images contain all lines side by side, so the lines cannot be assigned to orders.
     #[error(
-        "the orders are unobservable: {pictures} laser pictures show all {needed} lines side by side, {needed_pictures} are needed (most lines in one picture: {seen})"
+        "the orders are unobservable: {images} laser images show all {needed} lines side by side, {needed_images} are needed (most lines in one image: {seen})"
     )]
     OrdersUnobservable {
         /// Lines listed.
         needed: usize,
-        /// Most lines side by side in one picture.
+        /// Most lines side by side in one image.
         seen: usize,
-        /// Pictures that show them all.
-        pictures: usize,
-        /// Such pictures needed.
-        needed_pictures: usize,
+        /// Images that show them all.
+        images: usize,
+        /// Such images needed.
+        needed_images: usize,
     },
-    /// An order was never observed with certainty.
+    /// An order was observed on too few boards.
     #[error("order {order} is unobservable: it was found on {got} boards, {needed} are needed")]
     OrderUnseen {
         /// The order.
@@ -164,7 +164,7 @@ pub enum CalibrationError {
     LightModel {
         /// The model's name.
         model: &'static str,
-        /// Why, in words.
+        /// The reason.
         reason: String,
     },
 }
@@ -178,14 +178,14 @@ impl Remedy for CalibrationError {
             Self::FocalUnobservable { .. } => "add poses with the board tilted by 15–30° about both of its axes and filling the image".into(),
             Self::TooFewStageViews { .. } => "add stage views at other positions, or leave them all out and calibrate without a stage".into(),
             Self::TooFewStageAngles { .. } => "add stage views at other angles, or leave them all out and calibrate without a stage".into(),
-            Self::TurnMismatch { .. } => "correct angle_deg, remove the view, or check that the board is fixed to the table and turns with it".into(),
+            Self::RotationMismatch { .. } => "correct angle_deg, remove the view, or check that the board is fixed to the table and rotates with it".into(),
             Self::AxisUnobservable { .. } => "add stage views at angles that are 30–90° apart".into(),
-            Self::MixedStages { .. } => "state all positions of one kind".into(),
-            Self::NotConverged { .. } => "look for inconsistent pictures (a board or camera that was moved, another focus) and remove or retake them".into(),
+            Self::MixedStages { .. } => "state all positions for the same kind of stage".into(),
+            Self::NotConverged { .. } => "look for inconsistent images (board, camera or focus changed) and remove or capture them again".into(),
             Self::CameraUnobservable => "check the board's size in the capture".into(),
             Self::LinesOffBoard { .. } => "check exposure and laser, and that the light falls on the board".into(),
             Self::OrdersUnsorted { .. } => "list them from the top (left) of the image".into(),
-            Self::OrdersUnobservable { .. } => "check the listed orders, or take poses that show them all".into(),
+            Self::OrdersUnobservable { .. } => "check the listed orders, or add poses that show all lines".into(),
             Self::OrderUnseen { .. } => "add poses in which it falls on the board".into(),
             Self::NoDepthRange { .. } => "move the board nearer and farther between poses".into(),
             Self::LightModel { .. } => "choose another light model, or add poses at other depths and tilts".into(),

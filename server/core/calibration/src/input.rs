@@ -1,4 +1,4 @@
-//! The input of a calibration: features of every picture, data sheets, options.
+//! The input of a calibration: features of every image, nominal values, options.
 
 use nalgebra::{Vector2, Vector3};
 use optics::{LightModelKind, StagePosition};
@@ -23,7 +23,7 @@ pub enum BoardPattern {
     /// Dark and bright squares.
     #[default]
     Squares,
-    /// Markers in the bright squares: lines are used on the dark ones only.
+    /// Markers in the bright squares: laser lines are used on the dark ones only.
     Markers,
     /// Discs, with their centres as corners.
     Circles {
@@ -57,8 +57,8 @@ impl BoardGeometry {
         matches!(self.pattern, BoardPattern::Circles { staggered: true, .. })
     }
 
-    /// The field at a position of the board (squares from corner (0, 0)): positions in the same field have no edge
-    /// between them unless they are far apart.
+    /// The field at a position of the board (squares from corner (0, 0)): between nearby positions in the same field
+    /// there is no edge.
     pub(crate) fn field(&self, at: Vector2<f64>) -> BoardField {
         let BoardPattern::Circles { staggered, diameter_mm } = self.pattern else {
             // The square beyond corner (0, 0) is dark.
@@ -90,33 +90,33 @@ pub(crate) struct BoardField {
     pub holds_marker: bool,
 }
 
-/// The line projector, by its data sheets.
+/// The line projector by its nominal values (data sheets).
 #[derive(Debug, Clone, PartialEq)]
-pub struct ProjectorSheet {
-    /// The grating; `None` if the lines are independent, each with a plane of its own.
-    pub grating: Option<GratingSheet>,
+pub struct NominalProjector {
+    /// The grating; `None` if the lines are independent, each in its own plane.
+    pub grating: Option<NominalGrating>,
     /// Orders (without a grating: numbers) of the lines from the top (left) of the image downwards (rightwards);
     /// strictly increasing or decreasing.
     pub orders: Vec<i8>,
 }
 
-/// Laser and grating by their data sheets.
+/// Nominal values of laser and grating (data sheets).
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct GratingSheet {
+pub struct NominalGrating {
     /// Wavelength of the laser.
     pub wavelength_nm: f64,
     /// Grooves per millimetre.
     pub lines_per_mm: f64,
 }
 
-impl GratingSheet {
+impl NominalGrating {
     /// λ/d_g: nm × lines/mm.
     pub fn wavelength_over_period(&self) -> f64 {
         self.wavelength_nm * 1e-6 * self.lines_per_mm
     }
 }
 
-/// Features of the board at rest.
+/// Features of one board pose, off the stage.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PoseInput {
     /// Name for reports, such as `board/003.png`.
@@ -126,19 +126,19 @@ pub struct PoseInput {
     /// Laser lines found at low exposure; `None` if the pose is for the camera alone, or its lines were switched on one
     /// by one.
     pub centrelines: Option<Centrelines>,
-    /// The same for every line that was switched on alone, by [`Centrelines::lit_line`].
-    pub lit_alone: Vec<Centrelines>,
+    /// The lines of images in which only one line was switched on, see [`Centrelines::lit_line`].
+    pub single_line_images: Vec<Centrelines>,
 }
 
 impl PoseInput {
-    /// Whether there is a picture of it in laser light.
-    pub fn is_lit(&self) -> bool {
-        self.centrelines.is_some() || !self.lit_alone.is_empty()
+    /// Whether there is an image with laser light.
+    pub fn has_laser_image(&self) -> bool {
+        self.centrelines.is_some() || !self.single_line_images.is_empty()
     }
 
-    /// Its pictures in laser light.
-    pub(crate) fn laser_pictures(&self) -> impl Iterator<Item = &Centrelines> {
-        self.centrelines.iter().chain(&self.lit_alone)
+    /// Its images with laser light.
+    pub(crate) fn laser_images(&self) -> impl Iterator<Item = &Centrelines> {
+        self.centrelines.iter().chain(&self.single_line_images)
     }
 }
 
@@ -163,7 +163,7 @@ pub struct CalibrationInput {
     /// The target.
     pub board: BoardGeometry,
     /// The light source.
-    pub projector: ProjectorSheet,
+    pub projector: NominalProjector,
     /// Board poses.
     pub poses: Vec<PoseInput>,
     /// Stage views, all of one kind of stage.
@@ -172,7 +172,7 @@ pub struct CalibrationInput {
     pub angle_sigma_deg: Option<f64>,
 }
 
-/// Which light model is used in the result.
+/// Selection of the light model of the result.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum LightModelChoice {
     /// The one recommended by cross-validation.
@@ -196,7 +196,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_staggered_grid_has_its_discs_between_each_other() {
+    fn the_rows_of_a_staggered_grid_are_offset_by_a_step() {
         let pattern = BoardPattern::Circles { staggered: true, diameter_mm: 12.0 };
         let grid =
             BoardGeometry { inner_columns: 4, inner_rows: 11, square_mm: Vector2::new(15.0, 14.0), pattern };
@@ -207,7 +207,7 @@ mod tests {
     }
 
     #[test]
-    fn a_disc_is_a_field_of_its_own() {
+    fn each_disc_is_a_separate_field() {
         let pattern = BoardPattern::Circles { staggered: true, diameter_mm: 12.0 };
         let grid = BoardGeometry { inner_columns: 4, inner_rows: 11, square_mm: Vector2::repeat(15.0), pattern };
         let field = |x: f64, y: f64| grid.field(Vector2::new(x, y));

@@ -1,4 +1,4 @@
-//! Board corners and centrelines to a calibrated station: camera, light sheets, stage, with covariance.
+//! Calibration of a station from board corners and centrelines: camera, light sheets and stage, with covariance.
 //!
 //! Residuals are pixels, weighted by the observations' own standard deviations; the mathematics is in
 //! `server/docs/maths/calibration.md`.
@@ -23,7 +23,7 @@ mod params;
 
 pub use calibrate::{CalibrationResult, ProgressControl, calibrate};
 pub use difference::{
-    CalibrationDifference, DepthDifference, DifferenceError, OrderDifference, WorstPlace, difference,
+    CalibrationDifference, DepthDifference, DifferenceError, LargestDifference, OrderDifference, difference,
 };
 pub use document::{CalibrationDocument, CalibrationText, DocumentError, InputHash};
 pub use error::CalibrationError;
@@ -31,10 +31,10 @@ pub use findings::report::{
     AxisReport, CalibrationReport, CameraReport, CrossValidation, LaserPoint, LightReport, ModelScore,
     OrderResidual, PoseResidual, Rejections, StageReport,
 };
+pub use fits::axis_checks::check_angles as check_stage_angles;
 pub use fits::stage_fit::check_positions as check_stage_positions;
-pub use fits::turn_checks::check_angles as check_stage_angles;
 pub use input::{
-    BoardGeometry, BoardPattern, CalibrationInput, CalibrationOptions, GratingSheet, LightModelChoice, PoseInput,
-    ProjectorSheet, StageViewInput,
+    BoardGeometry, BoardPattern, CalibrationInput, CalibrationOptions, LightModelChoice, NominalGrating,
+    NominalProjector, PoseInput, StageViewInput,
 };
 pub use solving::solver::Termination;

@@ -1,6 +1,6 @@
 //! Constants of the calibration, each with its unit and reason.
 
-/// Pictures of the board needed for the camera: Zhang's closed form has two equations per view and five unknowns.
+/// Images of the board needed for the camera: Zhang's closed form has two equations per view and five unknowns.
 pub const MIN_CAMERA_VIEWS: usize = 3;
 
 /// Board poses with laser light needed for the light sheets: with two, a sheet is a plane through two lines and nothing
@@ -17,16 +17,16 @@ pub const MIN_TIED_ORDERS: usize = 2;
 /// straightness, and a variance from fewer than three degrees of freedom has no finite mean.
 pub const MIN_STAGE_POSITIONS: usize = 3;
 
-/// Stage views closer than this fraction of a square of the board count as one position: any stage is straight over so
-/// short a distance.
+/// Stage views closer than this fraction of a square of the board count as one position: any stage is straight over
+/// such a short distance.
 pub const MIN_STAGE_SPACING_SQUARES: f64 = 0.01;
 
 /// Angles of a turntable closer than this count as one angle.
 pub const MIN_STAGE_ANGLE_DEG: f64 = 0.5;
 
-/// Boards on a turntable that deviate from the stated rotation by more than this did not rotate as stated: a hundred
-/// times the error of usual tables, far less than a mistyped angle or a board detected upside down.
-pub const MAX_TURN_MISMATCH_RAD: f64 = 0.05;
+/// Deviation from the stated rotation beyond which a board did not rotate as stated: a hundred times the error of usual
+/// tables, far less than a mistyped angle or a board detected upside down.
+pub const MAX_ROTATION_MISMATCH_RAD: f64 = 0.05;
 
 /// Largest σ of an axis' direction: with more, a part of 50 mm would be off by 0.25 mm.
 pub const MAX_AXIS_TILT_SIGMA_RAD: f64 = 0.005;
@@ -38,7 +38,7 @@ pub const MAX_RELATIVE_AXIS_SHIFT_SIGMA: f64 = 0.002;
 pub const MIN_VIEWS_FOR_ANGLE_SIGMA: usize = 4;
 
 /// Ratio of the boards' deviations from a pure rotation to their noise, above which there is a warning.
-pub const PURE_TURN_MAX_NOISE_RATIO: f64 = 1.5;
+pub const PURE_ROTATION_MAX_NOISE_RATIO: f64 = 1.5;
 
 /// Smallest spread of the boards' normals; with less, focal length and distance cannot be separated.
 pub const MIN_TILT_SPREAD_RAD: f64 = 0.05;
@@ -74,11 +74,11 @@ pub const PRINCIPAL_POINT_PRIOR_RELATIVE: f64 = 0.25;
 /// λ/d_g of the data sheets, relative σ: laser diodes vary by a few nm between samples and with temperature.
 pub const WAVELENGTH_OVER_PERIOD_RELATIVE_SIGMA: f64 = 0.003;
 
-/// Typical distance from a line generator to its grating, and how far built projectors are from it, mm: the housings of
-/// laser modules are as large at any working distance. Where the pictures determine the gap it counts for nothing.
+/// Typical distance from a line generator to its grating, and its scatter between projectors (σ), mm: laser modules are
+/// about equally large for any working distance. It has no influence if the images determine the gap.
 pub const GAP_PRIOR_MM: (f64, f64) = (15.0, 20.0);
 
-/// σ of the angles at which built projectors have the grating perpendicular to the axis, and its grooves along the
+/// σ, over real projectors, of the grating's deviation from perpendicular to the axis, and of its grooves from the
 /// line.
 pub const GRATING_ANGLE_PRIOR_RAD: f64 = 0.1;
 
@@ -108,7 +108,8 @@ pub const JOIN_END_POINTS: usize = 40;
 /// Pieces are joined across gaps up to this many times their own lengths: one dark square between two bright ones.
 pub const JOIN_MAX_GAP_LENGTHS: f64 = 1.5;
 
-/// … if the distance of their continuations is not more than this fraction of the distance between neighbouring lines.
+/// Pieces are joined if the distance between their extrapolations is at most this fraction of the distance between
+/// neighbouring lines.
 pub const JOIN_TOLERANCE_PITCHES: f64 = 0.06;
 
 /// A line on the board needs this many columns to be used.
@@ -118,10 +119,10 @@ pub const MIN_LINE_COLUMNS: usize = 24;
 pub const MIN_RANK_AGREEMENT: f64 = 0.8;
 
 /// A line gets the label of a predicted curve within this fraction of the line pitch.
-pub const PREDICTED_LABEL_PITCH_SHARE: f64 = 0.2;
+pub const PREDICTED_LABEL_PITCH_FRACTION: f64 = 0.2;
 
-/// Pictures among which every three are tried as the start of a hypothesis about labels.
-pub const SEED_PICTURES: usize = 6;
+/// Images among which every three are tried as the start of a hypothesis about labels.
+pub const SEED_IMAGES: usize = 6;
 
 /// Points of a line that determine its position in the section: more would be redundant.
 pub const SECTION_POINTS_PER_LINE: usize = 40;
@@ -136,19 +137,19 @@ pub const SECTION_CAP_PITCHES: f64 = 0.5;
 /// gives some hundredths, a wrong assignment more than a quarter somewhere.
 pub const HYPOTHESIS_MAX_RMS_PITCHES: f64 = 0.12;
 
-/// Ratio of the RMS distance of any other assignment to that of the accepted one.
+/// Smallest ratio of the RMS distance of any other assignment to that of the accepted one.
 pub const HYPOTHESIS_MARGIN: f64 = 2.0;
 
-/// Ratio of the RMS residuals of the points from the sheets of any other plausible assignment. Labels shifted by one
-/// order put the flat order 0 where the light is bowed.
+/// Smallest ratio of the RMS residuals of any other plausible assignment to those of the accepted one. Labels shifted
+/// by one order assign the flat order 0 to a bowed sheet.
 pub const BOW_MARGIN: f64 = 1.3;
 
-/// Lines closer to each other than this fraction of the picture's largest gap are one: lines of five orders are farther
+/// Lines closer to each other than this fraction of the image's largest gap are one: lines of five orders are farther
 /// apart.
-pub const SAME_LINE_GAP_SHARE: f64 = 0.15;
+pub const SAME_LINE_GAP_FRACTION: f64 = 0.15;
 
 /// Fraction of the lines with different labels from which two assignments count as different.
-pub const HYPOTHESIS_OTHER_SHARE: f64 = 0.2;
+pub const HYPOTHESIS_OTHER_FRACTION: f64 = 0.2;
 
 /// Laser points kept for residual maps.
 pub const MAX_REPORT_POINTS: usize = 6000;
@@ -174,7 +175,7 @@ pub const DEPTH_RANGE_MARGIN: f64 = 0.1;
 pub const POINTS_PER_CORRELATION: f64 = 2.0;
 
 /// A parameter whose σ after the fit exceeds this fraction of its prior's σ was not determined by the data.
-pub const UNDETERMINED_PRIOR_SHARE: f64 = 0.7;
+pub const UNDETERMINED_PRIOR_FRACTION: f64 = 0.7;
 
 /// Range within which residuals are linear in lengths (relative to the boards' distance), focal lengths and λ/d_g.
 pub const STEP_LENGTH_RELATIVE: f64 = 0.03;

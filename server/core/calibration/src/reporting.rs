@@ -1,4 +1,4 @@
-//! Compiles the report of a finished fit.
+//! Assembles the report of a finished fit.
 
 use nalgebra::{DMatrix, Matrix3, Vector2};
 use optics::{CAMERA_PARAMETERS, Calibration, LightSurfaces};
@@ -7,10 +7,10 @@ use crate::findings::report::{
     AxisReport, CameraReport, LaserPoint, LightReport, OrderResidual, PoseResidual, StageReport,
 };
 use crate::first::camera_fit::{CameraFit, residuals};
+use crate::fits::axis_fit::AxisFit;
 use crate::fits::joint::JointFit;
 use crate::fits::laser_points::LaserPoints;
 use crate::fits::stage_fit::stage_report;
-use crate::fits::turn_fit::TurnFit;
 use crate::input::CalibrationInput;
 use crate::params::{MAX_REPORT_POINTS, WAVELENGTH_OVER_PERIOD_RELATIVE_SIGMA};
 use crate::solving::bundle::sheet_residual;
@@ -110,7 +110,7 @@ pub fn light_report(
         residuals: lines,
         rejections: points.rejections,
         points: kept,
-        wavelength_over_period: wavelength_figures(input, calibration),
+        wavelength_over_period: wavelength_estimate(input, calibration),
         systematic_sigma_mm: systematic_sigma(calibration),
         termination: joint.termination,
     }
@@ -129,8 +129,8 @@ fn new_line(pose: &str, block: usize, order: i8, points: &LaserPoints) -> OrderR
     }
 }
 
-/// Estimated λ/d_g, its σ, the data sheet's value.
-fn wavelength_figures(input: &CalibrationInput, calibration: &Calibration) -> Option<[f64; 3]> {
+/// Estimated λ/d_g, its σ, the nominal value.
+fn wavelength_estimate(input: &CalibrationInput, calibration: &Calibration) -> Option<[f64; 3]> {
     let (value, idx) = match &calibration.light {
         LightSurfaces::Planes(_) => return None,
         LightSurfaces::Pencil(pencil) => (pencil.wavelength_over_period, CAMERA_PARAMETERS + 5),
@@ -165,7 +165,7 @@ fn systematic_sigma(calibration: &Calibration) -> f64 {
 }
 
 /// The section of a turntable's axis, whose covariance is the last of `covariance`.
-pub fn axis_section(turn: &TurnFit, covariance: &DMatrix<f64>) -> AxisReport {
+pub fn axis_section(turn: &AxisFit, covariance: &DMatrix<f64>) -> AxisReport {
     let start = covariance.nrows() - 4;
     turn.report(&covariance.fixed_view::<4, 4>(start, start).into_owned())
 }

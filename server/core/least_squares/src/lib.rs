@@ -1,28 +1,28 @@
 //! Common parts of the least-squares solvers: Levenberg–Marquardt damping, and termination reasons.
 //!
-//! Equations, the unit of damping, and tolerances belong to each problem; no formula of optics, calibration or
-//! metrology is here.
+//! Equations, units of damping and tolerances belong to each problem; formulas of optics, calibration or metrology do
+//! not belong here.
 
 /// Factor by which damping is reduced after a good step and increased after a bad one.
 const FACTOR: f64 = 10.0;
 
-/// Damping up to which the length of a step indicates the distance of the minimum: as if every parameter had a prior of
-/// thirty times its unit. Steps with stronger damping are short at any distance.
-const LIGHT: f64 = 1e-3;
+/// Damping up to which the length of a step indicates the distance to the minimum: equivalent to a prior with σ of
+/// thirty units on every parameter. Steps with stronger damping are short at any distance.
+const WEAK: f64 = 1e-3;
 
 /// Multiple of its squared unit added to the diagonal of the normal equations for every parameter.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Damping {
     value: f64,
-    least: f64,
-    most: f64,
+    min: f64,
+    max: f64,
 }
 
 impl Damping {
-    /// Damping that starts at `first` and stays between `least`, below which it has no effect, and `most`, above which
-    /// no step is worth trying.
-    pub fn new(first: f64, least: f64, most: f64) -> Self {
-        Self { value: first, least, most }
+    /// Damping that starts at `first` and is limited to `min` (below it has no effect) and `max` (above no step is
+    /// worth trying).
+    pub fn new(first: f64, min: f64, max: f64) -> Self {
+        Self { value: first, min, max }
     }
 
     /// Current value.
@@ -30,25 +30,25 @@ impl Damping {
         self.value
     }
 
-    /// Whether the length of a step indicates the distance of the minimum.
-    pub fn is_light(&self) -> bool {
-        self.value <= LIGHT
+    /// Whether damping is so weak that the length of a step indicates the distance to the minimum.
+    pub fn is_weak(&self) -> bool {
+        self.value <= WEAK
     }
 
-    /// After a step that reduced the cost.
-    pub fn ease(&mut self) {
-        self.value = (self.value / FACTOR).max(self.least);
+    /// Call after a step that reduced the cost.
+    pub fn decrease(&mut self) {
+        self.value = (self.value / FACTOR).max(self.min);
     }
 
-    /// After a step that did not; `false` if no step with stronger damping is worth trying.
+    /// Call after a step that did not reduce the cost; `false` if the maximum is exceeded.
     #[must_use]
-    pub fn raise(&mut self) -> bool {
+    pub fn increase(&mut self) -> bool {
         self.value *= FACTOR;
-        self.value <= self.most
+        self.value <= self.max
     }
 }
 
-/// Why a solver ended.
+/// Why a solver terminated.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Termination {
     /// The gradient vanished: the predicted gain of the full step was negligible.
@@ -94,12 +94,12 @@ mod tests {
     #[test]
     fn damping_stays_in_its_range_and_reports_its_limit() {
         let mut damping = Damping::new(1e-2, 1e-4, 1.0);
-        assert!(!damping.is_light());
+        assert!(!damping.is_weak());
         for expected in [1e-3, 1e-4, 1e-4] {
-            damping.ease();
-            assert!((damping.value() / expected - 1.0).abs() < 1e-12 && damping.is_light());
+            damping.decrease();
+            assert!((damping.value() / expected - 1.0).abs() < 1e-12 && damping.is_weak());
         }
-        let raised: Vec<bool> = (0..5).map(|_| damping.raise()).collect();
-        assert_eq!(raised, [true, true, true, true, false]);
+        let increased: Vec<bool> = (0..5).map(|_| damping.increase()).collect();
+        assert_eq!(increased, [true, true, true, true, false]);
     }
 }

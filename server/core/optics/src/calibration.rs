@@ -5,7 +5,7 @@ use nalgebra::{DMatrix, DVector, Vector2, Vector3};
 use crate::camera::{CAMERA_PARAMETER_NAMES, CAMERA_PARAMETERS, Camera};
 use crate::frames::{CameraFrame, PointMm};
 use crate::modes::independent_steps;
-use crate::stage::{ANGLE_NODES, Stage, StageSpread};
+use crate::stage::{ANGLE_NODES, Stage, StageUncertainty};
 use crate::surface::{LightSurfaces, SurfaceHit};
 
 /// Parameters of a linear stage's travel.
@@ -36,7 +36,7 @@ impl DepthRangeMm {
 /// A calibrated station: camera, light sheets, stage, and the joint covariance of all their parameters.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Calibration {
-    /// Identifies the document this value came from.
+    /// Id of the calibration document.
     pub id: String,
     /// The camera.
     pub camera: Camera,
@@ -107,7 +107,7 @@ impl Calibration {
         })
     }
 
-    /// Movement of the hit along its ray per parameter (mm per unit), for the camera and light parameters.
+    /// Displacement of the hit along its ray per parameter (mm per unit), for the camera and light parameters.
     pub fn range_by_parameters(&self, order: i8, point: &TriangulatedPoint) -> Option<DVector<f64>> {
         let ideal = point.ray.xy();
         let distorted = self.camera.distort(&ideal);
@@ -116,31 +116,31 @@ impl Calibration {
         let light = self.light.normal_motion_by_parameters(order, &point.ray, &point.hit)?;
         let normal = point.hit.normal;
         let per_normal = point.ray.norm() / normal.dot(&point.ray);
-        let mut reach = DVector::zeros(CAMERA_PARAMETERS + light.len());
+        let mut range = DVector::zeros(CAMERA_PARAMETERS + light.len());
         for column in 0..CAMERA_PARAMETERS {
             let ray_step = ideal_by_camera.column(column);
             let slide = normal.x * ray_step[0] + normal.y * ray_step[1];
-            reach[column] = -point.hit.depth_mm * slide * per_normal;
+            range[column] = -point.hit.depth_mm * slide * per_normal;
         }
-        for (slot, motion) in reach.iter_mut().skip(CAMERA_PARAMETERS).zip(light) {
+        for (slot, motion) in range.iter_mut().skip(CAMERA_PARAMETERS).zip(light) {
             *slot = motion * per_normal;
         }
-        Some(reach)
+        Some(range)
     }
 
     /// Standard deviation along the ray, mm, at a point, from the calibration's covariance.
     pub fn systematic_sigma_mm(&self, order: i8, point: &TriangulatedPoint) -> Option<f64> {
-        let reach = self.range_by_parameters(order, point)?;
-        let n = reach.len();
+        let range = self.range_by_parameters(order, point)?;
+        let n = range.len();
         let covariance = self.covariance.view((0, 0), (n, n));
-        Some((reach.transpose() * covariance * &reach)[(0, 0)].max(0.0).sqrt())
+        Some((range.transpose() * covariance * &range)[(0, 0)].max(0.0).sqrt())
     }
 
-    /// The uncertainty of the stage itself, for the σ of single points.
-    pub fn stage_spread(&self) -> StageSpread {
+    /// The stage's own uncertainty, for the σ of single points.
+    pub fn stage_uncertainty(&self) -> StageUncertainty {
         let n = self.stage.map_or(0, |stage| stage.parameters()).min(self.covariance.nrows());
         let first = self.covariance.nrows() - n;
-        StageSpread::new(self.stage.as_ref(), &self.covariance.view((first, first), (n, n)).into_owned())
+        StageUncertainty::new(self.stage.as_ref(), &self.covariance.view((first, first), (n, n)).into_owned())
     }
 
     /// The calibration moved by a parameter step in the order of [`Calibration::parameter_names`], optionally followed
@@ -163,9 +163,9 @@ impl Calibration {
     /// Independent one-σ steps for [`Calibration::stepped`]: those whose outer products sum to the covariance, largest
     /// first, then one per node and axis of the stage's straightness, or per node of a turntable's angle, if known.
     ///
-    /// Re-evaluating any result at `stepped(mode)` and summing the squared changes propagates covariance, straightness
-    /// and angle. A deviation at a node has also rotated the straight line fitted to all nodes, so a node's step
-    /// subtracts that rotation; the covariance contains the same rotation, and is used without it.
+    /// Re-evaluating any result at `stepped(mode)` and summing the squared changes propagates the covariance,
+    /// straightness and angle error. A deviation at a node has also rotated the straight line fitted to all nodes, so a
+    /// node's step subtracts that rotation; the covariance contains the same rotation, and is used without it.
     pub fn sigma_modes(&self) -> Vec<Vec<f64>> {
         let straightness = self.stage.and_then(|stage| stage.linear()?.straightness);
         let angle_error = self.stage.and_then(|stage| stage.rotary()?.angle_error);
@@ -176,7 +176,7 @@ impl Calibration {
             for (node, axis) in (0..straightness.n_nodes()).flat_map(|node| (0..3).map(move |axis| (node, axis))) {
                 let mut mode = vec![0.0; n + 3 * straightness.n_nodes()];
                 mode[n + 3 * node + axis] = straightness.sigma_mm();
-                mode[n - STAGE_PARAMETERS + axis] = -straightness.share_of_slope(node) * straightness.sigma_mm();
+                mode[n - STAGE_PARAMETERS + axis] = -straightness.slope_weight(node) * straightness.sigma_mm();
                 of_nodes.push(mode);
             }
             for i in n - STAGE_PARAMETERS..n {

@@ -41,7 +41,8 @@ impl<F> Sub for PointMm<F> {
     }
 }
 
-/// A rigid motion from frame `From` to frame `To`; named `to_from_from` so that neighbours cancel.
+/// A rigid transform from frame `From` to frame `To`; variables are named `to_from_from`, so that adjacent frames
+/// cancel.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Rigid<To, From> {
     /// Rotation part.
@@ -85,8 +86,8 @@ impl<To, From> Rigid<To, From> {
 /// Removes the rounding errors that accumulate in products of rotations, by one step of Newton's iteration for the
 /// nearest rotation: R' = R (3·1 − RᵀR) / 2.
 ///
-/// With RᵀR = 1 + E it gives R'ᵀR' = 1 − ¾E² + ¼E³: a product of two rotations, whose E is rounding, is orthonormal to
-/// rounding again; no iteration is needed.
+/// With RᵀR = 1 + E it gives R'ᵀR' = 1 − ¾E² + ¼E³. For a product of two rotations E is of the order of rounding, so
+/// one step suffices.
 fn orthonormal(rotation: &Rotation3<f64>) -> Rotation3<f64> {
     let matrix = rotation.matrix();
     let towards = Matrix3::from_diagonal_element(1.5) - matrix.tr_mul(matrix) * 0.5;
@@ -117,9 +118,9 @@ mod tests {
     fn a_motion_and_its_inverse_cancel() {
         let camera_from_board: Rigid<CameraFrame, BoardFrame> =
             Rigid::new(Rotation3::new(Vector3::new(0.1, -0.4, 0.2)), Vector3::new(3.0, -2.0, 400.0));
-        let there_and_back = camera_from_board.inverse() * camera_from_board;
+        let round_trip = camera_from_board.inverse() * camera_from_board;
         let point = PointMm::<BoardFrame>::new(Vector3::new(12.0, 24.0, 0.0));
-        assert!(((there_and_back * point).xyz - point.xyz).norm() < 1e-12);
+        assert!(((round_trip * point).xyz - point.xyz).norm() < 1e-12);
     }
 
     #[test]

@@ -3,7 +3,7 @@
 
 use nalgebra::Vector3;
 
-use crate::rotation::turned;
+use crate::rotation::rotated;
 
 /// Free parameters of a grating: source 3, fan plane 2 angles, grating normal 2 angles, groove angle,
 /// gap, wavelength over period.
@@ -92,9 +92,9 @@ impl Grating {
         })
     }
 
-    /// Movement of the sheet of `order` along its unit `normal`, at `path_length_mm` from the grating along the ray of φ, per
-    /// local parameter (mm per unit): normal · (dQ + reach · dk'), by `docs/maths/grating.md`, eq. 6–8, in reverse
-    /// mode, so that the ten parameters share nearly all of the work.
+    /// Displacement of the sheet of `order` along its unit `normal`, at `path_length_mm` from the grating along the ray
+    /// of φ, per local parameter (mm per unit): normal · (dQ + path length · dk'), by `docs/maths/grating.md`, eq. 6–8.
+    /// Differentiated in reverse mode, so that the ten parameters share nearly all of the work.
     ///
     /// `None` where there is no such ray.
     pub fn normal_motion(
@@ -134,9 +134,8 @@ impl Grating {
         ])
     }
 
-    /// Distance from the source along the axis to its point nearest to the camera's optical axis: the middle of the
-    /// common volume. The fan pitches about this point, so that its position there and its angle are estimated
-    /// independently.
+    /// Distance from the source along the axis to the point nearest to the camera's optical axis: the middle of the
+    /// common volume. The fan pitches about this point, which decorrelates its position there from its angle.
     fn pivot_distance_mm(&self) -> f64 {
         let across_z = 1.0 - self.axis.z * self.axis.z;
         if across_z < PARALLEL_AXES {
@@ -147,9 +146,9 @@ impl Grating {
 
     /// Moved by a local step, in the order of [`GRATING_PARAMETER_NAMES`]; directions stay unit and perpendicular.
     ///
-    /// The fan pitches about the point of its axis nearest to the camera's optical axis, and the gap grows by moving
-    /// the source away from the lit line: both leave the position of the sheets in the scene to the source's own
-    /// coordinates.
+    /// The fan pitches about the point of its axis nearest to the camera's optical axis, and an increase of the gap
+    /// moves the source back from the grating. Neither shifts the sheets in the scene; only the source's own
+    /// coordinates do.
     pub fn stepped(&self, step: &[f64; GRATING_PARAMETERS]) -> Self {
         let across = self.axis.cross(&self.fan);
         let fan = (self.fan + across * step[3]).normalize();
@@ -176,10 +175,14 @@ impl Grating {
         }
     }
 
-    /// The same surfaces with the fan's axis rotated by `angle_rad` within the fan plane, which only shifts φ.
-    pub fn with_axis_turned(&self, angle_rad: f64) -> Self {
+    /// The same surfaces with the fan's axis rotated by `angle_rad` within the fan plane, which is a shift of φ.
+    pub fn with_axis_rotated(&self, angle_rad: f64) -> Self {
         let across = self.axis.cross(&self.fan);
-        Self { axis: turned(&self.axis, &across, angle_rad), fan: turned(&self.fan, &across, angle_rad), ..*self }
+        Self {
+            axis: rotated(&self.axis, &across, angle_rad),
+            fan: rotated(&self.fan, &across, angle_rad),
+            ..*self
+        }
     }
 }
 
@@ -229,21 +232,21 @@ pub(crate) mod tests {
         const PATH_LENGTHS_MM: [f64; 2] = [0.0, 400.0];
         let grating = grating();
         for (phi, order) in [(0.25, -2), (-0.1, 1), (0.3, 4)] {
-            for reach in PATH_LENGTHS_MM {
+            for path_length_mm in PATH_LENGTHS_MM {
                 let point = |step: &[f64; GRATING_PARAMETERS]| {
                     let ray = grating.stepped(step).ray(phi, order).unwrap();
-                    ray.origin_mm + ray.direction * reach
+                    ray.origin_mm + ray.direction * path_length_mm
                 };
                 for axis in 0..3 {
                     let normal = Vector3::ith(axis, 1.0);
-                    let exact = grating.normal_motion(phi, order, reach, &normal).unwrap();
+                    let exact = grating.normal_motion(phi, order, path_length_mm, &normal).unwrap();
                     for parameter in 0..GRATING_PARAMETERS {
                         let mut step = [0.0; GRATING_PARAMETERS];
                         step[parameter] = STEP;
                         let moved = point(&step) - point(&step.map(|size| -size));
                         let difference = moved[axis] / (2.0 * STEP);
                         assert!(
-                            (difference - exact[parameter]).abs() < TOLERANCE * (1.0 + reach),
+                            (difference - exact[parameter]).abs() < TOLERANCE * (1.0 + path_length_mm),
                             "{parameter}: {difference} {}",
                             exact[parameter]
                         );

@@ -1,4 +1,4 @@
-//! A covariance as independent steps.
+//! Decomposition of a covariance into independent steps.
 
 use nalgebra::{DMatrix, DVector};
 

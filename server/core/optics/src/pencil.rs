@@ -4,7 +4,7 @@
 use nalgebra::Vector3;
 
 use crate::plane::Plane;
-use crate::rotation::turned;
+use crate::rotation::rotated;
 
 /// Free parameters of a pencil: common line 4, angle of plane 0 about it, wavelength over period.
 pub const PENCIL_PARAMETERS: usize = 6;
@@ -39,7 +39,7 @@ impl Pencil {
         if sine.abs() >= 1.0 {
             return None;
         }
-        let normal = turned(&self.base_normal, &self.direction, sine.asin());
+        let normal = rotated(&self.base_normal, &self.direction, sine.asin());
         Some(Plane::through(&self.point_mm, normal))
     }
 

@@ -3,7 +3,7 @@
 use nalgebra::{Rotation3, Unit, Vector3};
 
 /// `vector` rotated about the unit vector `axis` by `angle_rad`.
-pub(crate) fn turned(vector: &Vector3<f64>, axis: &Vector3<f64>, angle_rad: f64) -> Vector3<f64> {
+pub(crate) fn rotated(vector: &Vector3<f64>, axis: &Vector3<f64>, angle_rad: f64) -> Vector3<f64> {
     Rotation3::from_axis_angle(&Unit::new_unchecked(*axis), angle_rad) * vector
 }
 

@@ -114,7 +114,7 @@ impl LightSurfaces {
         Some(SurfaceHit { depth_mm, normal: plane.normal, phi_rad: 0.0, path_length_mm: 0.0 })
     }
 
-    /// Movement of the sheet along its normal at `hit`, per local parameter (mm per unit).
+    /// Displacement of the sheet along its normal at `hit`, per local parameter (mm per unit).
     pub fn normal_motion_by_parameters(
         &self,
         order: i8,
@@ -207,14 +207,14 @@ fn ray_by_phi(grating: &Grating, phi: f64, order: i8) -> Option<RayByPhi> {
     let n = grating.normal;
     let incidence = k.dot(&n);
     let incidence_by_phi = k_by_phi.dot(&n);
-    let reach = grating.gap_mm / incidence;
+    let path_length_mm = grating.gap_mm / incidence;
     let forward = ray.direction.dot(&n);
     let tangential_by_phi = k_by_phi - n * incidence_by_phi;
     let forward_by_phi = -(ray.direction - n * forward).dot(&tangential_by_phi) / forward;
     Some(RayByPhi {
         origin: ray.origin_mm,
         direction: ray.direction,
-        origin_by_phi: k_by_phi * reach - k * (reach * incidence_by_phi / incidence),
+        origin_by_phi: k_by_phi * path_length_mm - k * (path_length_mm * incidence_by_phi / incidence),
         direction_by_phi: tangential_by_phi + n * forward_by_phi,
     })
 }
@@ -227,8 +227,8 @@ fn phi_from_flat_sheet(grating: &Grating, order: i8, ray: &Vector3<f64>) -> Opti
     let depth = Plane::through(&centre.origin, normal).depth_along(ray)?;
     let seen = ray * depth - grating.source_mm;
     let along = seen.dot(&grating.fan);
-    let reach = (seen - grating.fan * along).norm();
-    Some(along.atan2(reach))
+    let path_length_mm = (seen - grating.fan * along).norm();
+    Some(along.atan2(path_length_mm))
 }
 
 fn intersection(grating: &Grating, order: i8, ray: &Vector3<f64>, phi: f64) -> Option<SurfaceHit> {
@@ -257,11 +257,13 @@ mod tests {
     use crate::grating::tests::grating;
 
     #[test]
-    fn a_lit_point_is_found_again_on_its_camera_ray() {
+    fn triangulation_recovers_a_lit_point_on_its_camera_ray() {
         let grating = grating();
-        for (phi, order, reach) in [(0.3, -2, 380.0), (-0.25, 2, 500.0), (0.0, 0, 300.0), (0.42, 4, 400.0)] {
+        for (phi, order, path_length_mm) in
+            [(0.3, -2, 380.0), (-0.25, 2, 500.0), (0.0, 0, 300.0), (0.42, 4, 400.0)]
+        {
             let light = grating.ray(phi, order).unwrap();
-            let point = light.origin_mm + light.direction * reach;
+            let point = light.origin_mm + light.direction * path_length_mm;
             let ray = point / point.z;
             let hit = LightSurfaces::Grating(grating).hit(order, &ray, None).unwrap();
             assert!((hit.depth_mm - point.z).abs() < 1e-9, "{phi} {order}: {} {}", hit.depth_mm, point.z);
@@ -270,7 +272,7 @@ mod tests {
     }
 
     #[test]
-    fn a_ray_turns_with_phi_as_predicted() {
+    fn derivatives_by_phi_agree_with_central_differences() {
         // Second-order truncation of the differences.
         const STEP: f64 = 1e-5;
         const TOLERANCE: f64 = 1e-7;
@@ -287,7 +289,7 @@ mod tests {
     }
 
     #[test]
-    fn the_sheet_moves_along_its_normal_as_predicted() {
+    fn the_normal_motion_of_a_sheet_agrees_with_central_differences() {
         let surfaces = LightSurfaces::Grating(grating());
         let ray = Vector3::new(0.2, 0.05, 1.0);
         let hit = surfaces.hit(2, &ray, None).unwrap();

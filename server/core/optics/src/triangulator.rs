@@ -1,4 +1,4 @@
-//! Triangulation by tables: the exact solution, approximated cell by cell on demand (`docs/maths/grating.md`).
+//! Triangulation by lookup tables: the exact solution, approximated cell by cell on demand (`docs/maths/grating.md`).
 
 mod cell;
 
@@ -10,7 +10,7 @@ use nalgebra::{DVector, Vector2, Vector3};
 use crate::calibration::Calibration;
 use crate::cubic::CubicFit;
 use crate::frames::{CameraFrame, PointMm};
-use cell::{CELL_PX, Cell, DEPTHS_TOGETHER, HitsMut, TOGETHER};
+use cell::{CELL_PX, Cell, DEPTH_LANES, HitsMut, LANES};
 
 /// Largest relative depth error of a cell that is used: 0.02 µm at 400 mm.
 const TOLERANCE: f64 = 5e-8;
@@ -36,7 +36,7 @@ pub struct Triangulator {
     cells: Vec<OnceLock<Option<Box<Cell>>>>,
 }
 
-/// Hits of the rays through several pixels on one sheet: one entry per pixel in every list.
+/// Intersections of the rays of several pixels with one sheet: every list has one entry per pixel.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Hits {
     /// x of the hit in the camera frame; NaN for no hit, as in all lists.
@@ -52,7 +52,7 @@ pub struct Hits {
 }
 
 impl Hits {
-    /// One of them; all numbers are NaN for no hit.
+    /// The hit at `idx`; all numbers are NaN for no hit.
     #[inline]
     pub fn at(&self, idx: usize) -> RayHit {
         RayHit {
@@ -109,7 +109,8 @@ impl Triangulator {
         &self.calibration
     }
 
-    /// The hits of raw pixels on the sheet of the order at `order_idx`; fastest for consecutive neighbours.
+    /// Intersects the rays of raw pixels with the sheet of the order at `order_idx`; fastest if consecutive pixels are
+    /// neighbours.
     pub fn triangulate_all(&self, order_idx: usize, u_px: &[f64], v_px: &[f64], hits: &mut Hits) {
         let n = u_px.len().min(v_px.len());
         for list in [&mut hits.x_mm, &mut hits.y_mm, &mut hits.z_mm, &mut hits.range_by_u, &mut hits.range_by_v] {
@@ -118,8 +119,8 @@ impl Triangulator {
         find_hits(self, order_idx, &u_px[..n], &v_px[..n], hits);
     }
 
-    /// Only the depths of [`Triangulator::triangulate_all`], mm; NaN for no hit. All pixels under the first order, then
-    /// under the next.
+    /// Only the depths of [`Triangulator::triangulate_all`], mm; NaN for no hit. Order-major: all pixels for the first
+    /// order, then for the next.
     pub fn depths(&self, u_px: &[f64], v_px: &[f64], depths_mm: &mut Vec<f64>) {
         let n = u_px.len().min(v_px.len());
         depths_mm.resize(n * self.calibration.orders.len(), f64::NAN);
@@ -149,13 +150,13 @@ impl Triangulator {
     #[cold]
     fn solve(&self, order_idx: usize, u_px: f64, v_px: f64) -> RayHit {
         let order = self.calibration.orders[order_idx];
-        let nowhere = RayHit {
+        let miss = RayHit {
             in_camera: PointMm::new(Vector3::repeat(f64::NAN)),
             range_by_pixel: Vector2::repeat(f64::NAN),
         };
         self.calibration
             .triangulate(order, &Vector2::new(u_px, v_px), None)
-            .map_or(nowhere, |hit| RayHit { in_camera: hit.hit_in_camera, range_by_pixel: hit.range_by_pixel })
+            .map_or(miss, |hit| RayHit { in_camera: hit.hit_in_camera, range_by_pixel: hit.range_by_pixel })
     }
 
     /// A cell fitted to the exact solution; `None` if a ray misses the sheet or the fit is not accurate.
@@ -170,7 +171,7 @@ impl Triangulator {
             guess = Some(hit.hit.phi_rad);
             Some((pixel, hit))
         };
-        let samples: Vec<[f64; 3]> = CubicFit::places()
+        let samples: Vec<[f64; 3]> = CubicFit::nodes()
             .map(|(s, t)| exact(s, t).map(|(_, hit)| [hit.ray.x, hit.ray.y, 1.0 / hit.hit.depth_mm]))
             .collect::<Option<_>>()?;
         let fit =
@@ -187,8 +188,8 @@ impl Triangulator {
     }
 }
 
-/// Column or row of the cell of a pixel, at `shifted` from the beginning of the first cell; outside the image a number
-/// that no cell has.
+/// Column or row of the cell that contains a pixel, from its distance `shifted` to the first cell's edge; `u32::MAX`
+/// before that edge.
 #[inline(always)]
 fn place(shifted: f64) -> u32 {
     if shifted >= 0.0 { (shifted * (1.0 / CELL_PX)) as u32 } else { u32::MAX }
@@ -208,8 +209,8 @@ fn find_hits(triangulator: &Triangulator, order_idx: usize, u_px: &[f64], v_px: 
     while first < n {
         let (cell, length) = run(&u_px[first..], &v_px[first..]);
         if let Some(cell) = triangulator.cell(order_idx, cell) {
-            // Whole registers: what is written beyond the run is overwritten by the next run.
-            let range = first..n.min(first + length.next_multiple_of(TOGETHER));
+            // Whole vectors: values written beyond the run are overwritten by the next run.
+            let range = first..n.min(first + length.next_multiple_of(LANES));
             let out = HitsMut {
                 x: &mut hits.x_mm[range.clone()],
                 y: &mut hits.y_mm[range.clone()],
@@ -237,7 +238,7 @@ fn find_depths(triangulator: &Triangulator, u_px: &[f64], v_px: &[f64], depths_m
         for order_idx in 0..triangulator.calibration.orders.len() {
             let depths_mm = &mut depths_mm[order_idx * n..][..n];
             if let Some(cell) = triangulator.cell(order_idx, cell) {
-                let range = first..n.min(first + length.next_multiple_of(DEPTHS_TOGETHER));
+                let range = first..n.min(first + length.next_multiple_of(DEPTH_LANES));
                 cell.depths(&u_px[range.clone()], &v_px[range.clone()], &mut depths_mm[range]);
             } else {
                 for i in first..first + length {
@@ -249,14 +250,14 @@ fn find_depths(triangulator: &Triangulator, u_px: &[f64], v_px: &[f64], depths_m
     }
 }
 
-/// Column and row of the cell of the first pixel, and how many consecutive pixels lie in it; one outside the image.
+/// Column and row of the first pixel's cell, and the number of consecutive pixels in it; 1 outside the image.
 #[inline(always)]
 fn run(u_px: &[f64], v_px: &[f64]) -> ((u32, u32), usize) {
     let (column, row) = (place(u_px[0] + MARGIN_PX), place(v_px[0] + MARGIN_PX));
     let (left, top) = (f64::from(column) * CELL_PX, f64::from(row) * CELL_PX);
     let mut length = 1;
-    while length + TOGETHER <= u_px.len() {
-        let (u, v) = (&u_px[length..length + TOGETHER], &v_px[length..length + TOGETHER]);
+    while length + LANES <= u_px.len() {
+        let (u, v) = (&u_px[length..length + LANES], &v_px[length..length + LANES]);
         let mut all_within = true;
         for (u, v) in u.iter().zip(v) {
             all_within &= is_within(u + MARGIN_PX, left) & is_within(v + MARGIN_PX, top);
@@ -264,7 +265,7 @@ fn run(u_px: &[f64], v_px: &[f64]) -> ((u32, u32), usize) {
         if !all_within {
             break;
         }
-        length += TOGETHER;
+        length += LANES;
     }
     while length < u_px.len()
         && is_within(u_px[length] + MARGIN_PX, left) & is_within(v_px[length] + MARGIN_PX, top)

@@ -1,4 +1,4 @@
-//! Effect of a stage that is not quite straight on a length along its travel.
+//! Effect of a stage's straightness deviations on a length along its travel.
 
 #![allow(clippy::unwrap_used)]
 
@@ -10,7 +10,7 @@ use optics::{CAMERA_PARAMETERS, Calibration, Camera, DepthRangeMm, LightSurfaces
 /// σ of the straightness, far above the covariance's.
 const SIGMA_MM: f64 = 0.003;
 
-/// A camera and a stage whose direction is exact except for the effect of straightness.
+/// A camera and a stage whose direction is exact apart from the effect of straightness.
 fn calibration(straightness: Option<Straightness>) -> Calibration {
     let matrix = [[2518.0, 0.0, 635.0], [0.0, 2516.0, 502.0], [0.0, 0.0, 1.0]];
     let plane = Plane::through(&Vector3::new(0.0, 0.0, 400.0), Vector3::new(0.0, -0.9, 0.4).normalize());
@@ -53,7 +53,7 @@ fn the_uncertainty_of_a_length_along_the_travel_matches_a_line_through_five_view
 }
 
 #[test]
-fn straightness_is_constant_between_and_beyond_the_nodes() {
+fn the_sigma_of_straightness_is_constant_between_and_beyond_the_nodes() {
     let calibration = calibration(Straightness::new(SIGMA_MM, -20.0, 20.0, 5));
     let n = calibration.covariance.nrows();
     for position_mm in [-20.0, -17.3, -15.0, 3.3, 19.9, 20.0, 31.0] {
@@ -76,7 +76,7 @@ fn a_stage_of_unknown_straightness_has_no_modes_for_it() {
 }
 
 #[test]
-fn more_views_than_nodes_are_spaced_wider_and_impossible_ones_are_refused() {
+fn more_views_than_nodes_are_limited_and_invalid_arguments_are_refused() {
     assert_eq!(Straightness::new(SIGMA_MM, 0.0, 1.0, 40).unwrap().n_nodes(), MAX_STRAIGHTNESS_NODES);
     for (sigma_mm, last_mm, n_nodes) in [(0.0, 1.0, 3), (f64::NAN, 1.0, 3), (0.1, 0.0, 3), (0.1, 1.0, 1)] {
         assert_eq!(Straightness::new(sigma_mm, 0.0, last_mm, n_nodes), None);

@@ -33,7 +33,7 @@ impl From<CalibrationError> for Failure {
             CalibrationError::OrdersUnsorted { .. } => {
                 failure_of(FailureKind::BadInput, &error).at_entry("projector.orders")
             }
-            CalibrationError::TurnMismatch { .. } | CalibrationError::MixedStages { .. } => {
+            CalibrationError::RotationMismatch { .. } | CalibrationError::MixedStages { .. } => {
                 failure_of(FailureKind::BadInput, &error).at_entry("stage_views")
             }
             _ => failure_of(FailureKind::Unobservable, &error),

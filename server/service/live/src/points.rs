@@ -31,7 +31,7 @@ fn display_points(
     calibration: &Calibration,
 ) -> impl Iterator<Item = DisplayPoint> {
     // With a calibration of the other kind of stage, points stay in the camera frame.
-    let motion = calibration.stage.and_then(|stage| stage.motion(position)).unwrap_or_else(Motion::at_rest);
+    let motion = calibration.stage.and_then(|stage| stage.motion(position)).unwrap_or_else(Motion::identity);
     let display = move |point: &scanning::ProfilePoint| {
         let in_part = motion.part_from_camera(&point.hit_in_camera).xyz;
         let [across_u, across_v] = point.seen.normal.map(f64::abs);

@@ -44,7 +44,7 @@ fn axis_is_true(found: &Value) {
     let (point, direction) = (numbers(&found["point_mm"]), numbers(&found["direction"]));
     let (point, direction) = (Vector3::from_column_slice(&point), Vector3::from_column_slice(&direction));
     let (first, second) = optics::rotation::completing_frame(&direction);
-    let off = AXIS.described_near(&point).point_mm - point;
+    let off = AXIS.with_point_near(&point).point_mm - point;
     let (shifts, tilts) = (numbers(&found["shift_sigma_mm"]), numbers(&found["tilt_sigma_deg"]));
     for (way, (shift_mm, tilt_deg)) in [first, second].iter().zip(shifts.iter().zip(&tilts)) {
         let (shift, tilt) = (way.dot(&off) / shift_mm, way.dot(&AXIS.direction).to_degrees() / tilt_deg);

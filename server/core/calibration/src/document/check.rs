@@ -1,4 +1,4 @@
-//! Validity checks of a document that can be read.
+//! Validity checks of a parsed document.
 
 use nalgebra::Vector3;
 use optics::stage::AngleError;

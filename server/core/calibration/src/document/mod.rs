@@ -1,6 +1,6 @@
-//! The calibration document: one versioned JSON text with everything to use, compare and reproduce a calibration.
+//! The calibration document: versioned JSON with everything needed to use, compare and reproduce a calibration.
 //!
-//! It contains no time stamp: the same inputs give the same bytes, and the id is the hash of the content.
+//! It contains no time stamp: identical inputs give identical bytes, and the id is the hash of the content.
 
 mod check;
 mod text;
@@ -27,7 +27,7 @@ pub const FORMAT: &str = "sheaf-calibration/1";
 /// Hexadecimal digits of the content's hash used as the id.
 const ID_DIGITS: usize = 16;
 
-/// An input file by its content.
+/// An input file, identified by its content.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct InputHash {
     /// Path within the capture.
@@ -36,7 +36,7 @@ pub struct InputHash {
     pub sha256: String,
 }
 
-/// The program that made the document.
+/// The program that created the document.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Software {
     /// `sheaf`.
@@ -51,7 +51,7 @@ pub struct CalibrationDocument {
     /// The calibration itself.
     #[serde(flatten)]
     pub calibration: CalibrationText,
-    /// The program that made it.
+    /// The program that created it.
     pub software: Software,
     /// The files it was computed from.
     pub inputs: Vec<InputHash>,
@@ -85,7 +85,7 @@ pub enum DocumentError {
 
 impl Remedy for DocumentError {
     fn remedy(&self) -> Option<Cow<'_, str>> {
-        Some("make it again with `sheaf calibrate`".into())
+        Some("create it again with `sheaf calibrate`".into())
     }
 }
 
@@ -103,8 +103,8 @@ impl CalibrationDocument {
         document
     }
 
-    /// The same with another calibration, whose stage was determined in another way: `how`, in words, from the
-    /// additional `inputs`.
+    /// The same document with another calibration, whose stage was determined from the additional `inputs`. `how`
+    /// describes the method and is added to the warnings.
     pub fn with_stage_of(&self, calibration: &Calibration, how: &str, inputs: Vec<InputHash>) -> Self {
         let mut document = Self { calibration: CalibrationText::of(calibration), ..self.clone() };
         document.inputs.extend(inputs);

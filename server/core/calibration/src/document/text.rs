@@ -1,4 +1,4 @@
-//! The text form of a calibration: every entry by its name, with its unit.
+//! The serialised form of a calibration: named entries with units.
 
 use serde::{Deserialize, Serialize};
 
@@ -68,9 +68,9 @@ pub struct AxisText {
     pub kind: RotaryTag,
     /// A point of the axis.
     pub point_mm: [f64; 3],
-    /// Unit vector about which increasing angles turn the part by the right-hand rule.
+    /// Unit vector about which increasing angles rotate the part by the right-hand rule.
     pub direction: [f64; 3],
-    /// One standard deviation of the table's angles; absent if unknown.
+    /// Standard deviation of the table's angles; absent if unknown.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub angle_sigma_deg: Option<f64>,
 }

@@ -1,4 +1,4 @@
-//! Conversion between a calibration and its text form.
+//! Conversion between a calibration and its serialised form.
 
 use nalgebra::{DMatrix, Vector3};
 use optics::stage::{AngleError, Straightness};
@@ -13,7 +13,7 @@ use crate::document::text::{
 use crate::document::{DocumentError, FORMAT};
 
 impl CalibrationText {
-    /// The text of a value.
+    /// The serialised form of a calibration.
     pub fn of(value: &Calibration) -> Self {
         let camera = &value.camera;
         let n = value.covariance.nrows();
@@ -47,7 +47,7 @@ impl CalibrationText {
         }
     }
 
-    /// Reads the text form, as in a cloud's header.
+    /// Parses the serialised form, as in a point cloud's header.
     ///
     /// # Errors
     /// [`DocumentError`] names the entry that is wrong.

@@ -1,4 +1,4 @@
-//! The report as stored in the calibration document: figures without point lists (which are plotted, not stored).
+//! The report as stored in the calibration document: without the point lists, which are only plotted.
 
 use serde::{Deserialize, Serialize};
 
@@ -6,23 +6,23 @@ use crate::findings::report::{
     AxisReport, CalibrationReport, CameraReport, CrossValidation, LightReport, StageReport,
 };
 
-/// The report's figures.
+/// Summary of the report.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[allow(missing_docs)]
 pub struct ReportText {
-    pub camera: CameraFigures,
-    pub light: Option<LightFigures>,
-    pub cross_validation: Option<CrossValidationFigures>,
-    pub stage: Option<StageFigures>,
+    pub camera: CameraSummary,
+    pub light: Option<LightSummary>,
+    pub cross_validation: Option<CrossValidationSummary>,
+    pub stage: Option<StageSummary>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub axis: Option<AxisFigures>,
+    pub axis: Option<AxisSummary>,
     pub warnings: Vec<String>,
 }
 
 /// Camera fit.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[allow(missing_docs)]
-pub struct CameraFigures {
+pub struct CameraSummary {
     pub rms_px: f64,
     pub corner_sigma_px: f64,
     /// Termination reason of the fit: `gradient`, `step` or `cost`; absent in documents of versions that did not state
@@ -32,13 +32,13 @@ pub struct CameraFigures {
     pub k3: String,
     /// One-σ of fx, fy, cx, cy, k1, k2, p1, p2, k3.
     pub sigma: [f64; 9],
-    pub views: Vec<ViewFigures>,
+    pub views: Vec<ViewSummary>,
 }
 
-/// One picture of the board.
+/// One image of the board.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[allow(missing_docs)]
-pub struct ViewFigures {
+pub struct ViewSummary {
     pub name: String,
     pub rms_px: f64,
     pub n_corners: usize,
@@ -47,16 +47,16 @@ pub struct ViewFigures {
 /// Light fit.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[allow(missing_docs)]
-pub struct LightFigures {
+pub struct LightSummary {
     pub model: String,
     pub rms_px: f64,
     pub systematic_sigma_mm: f64,
     /// As for the camera.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub termination: Option<String>,
-    /// Estimate, one-σ, data sheet; absent for `planes`.
+    /// Estimate, one-σ, nominal value; absent for `planes`.
     pub wavelength_over_period: Option<[f64; 3]>,
-    pub lines: Vec<LineFigures>,
+    pub lines: Vec<LineSummary>,
     pub rejected_off_board: usize,
     pub rejected_square_edge: usize,
     pub rejected_unlabelled: usize,
@@ -66,7 +66,7 @@ pub struct LightFigures {
 /// One order on one board.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[allow(missing_docs)]
-pub struct LineFigures {
+pub struct LineSummary {
     pub pose: String,
     pub order: i8,
     pub n_points: usize,
@@ -79,16 +79,16 @@ pub struct LineFigures {
 /// Comparison of the models.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[allow(missing_docs)]
-pub struct CrossValidationFigures {
-    pub models: Vec<ModelFigures>,
+pub struct CrossValidationSummary {
+    pub models: Vec<ModelSummary>,
     pub recommended: String,
     pub reason: String,
 }
 
-/// Held-out error of one model; figures are absent if it could not be fitted.
+/// Held-out error of one model; values are absent if it could not be fitted.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[allow(missing_docs)]
-pub struct ModelFigures {
+pub struct ModelSummary {
     pub model: String,
     pub held_out_rms_px: Option<f64>,
     pub held_out_rms_mm: Option<f64>,
@@ -100,7 +100,7 @@ pub struct ModelFigures {
 /// Stage fit.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[allow(missing_docs)]
-pub struct StageFigures {
+pub struct StageSummary {
     pub sigma: [f64; 3],
     pub scale_error: f64,
     pub scale_sigma: f64,
@@ -112,7 +112,7 @@ pub struct StageFigures {
 /// Axis of a turntable.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[allow(missing_docs)]
-pub struct AxisFigures {
+pub struct AxisSummary {
     pub tilt_sigma_deg: [f64; 2],
     pub shift_sigma_mm: [f64; 2],
     pub angle_sigma_deg: Option<f64>,
@@ -123,26 +123,26 @@ pub struct AxisFigures {
 }
 
 impl ReportText {
-    /// The figures of a report.
+    /// The summary of a report.
     pub fn of(report: &CalibrationReport) -> Self {
         Self {
-            camera: camera_figures(&report.camera),
-            light: report.light.as_ref().map(light_figures),
-            cross_validation: report.cross_validation.as_ref().map(cross_validation_figures),
-            stage: report.stage.as_ref().map(stage_figures),
-            axis: report.axis.as_ref().map(axis_figures),
+            camera: camera_summary(&report.camera),
+            light: report.light.as_ref().map(light_summary),
+            cross_validation: report.cross_validation.as_ref().map(cross_validation_summary),
+            stage: report.stage.as_ref().map(stage_summary),
+            axis: report.axis.as_ref().map(axis_summary),
             warnings: report.warnings.clone(),
         }
     }
 }
 
-fn camera_figures(camera: &CameraReport) -> CameraFigures {
+fn camera_summary(camera: &CameraReport) -> CameraSummary {
     let views = camera
         .poses
         .iter()
-        .map(|pose| ViewFigures { name: pose.name.clone(), rms_px: pose.rms_px, n_corners: pose.n_corners })
+        .map(|pose| ViewSummary { name: pose.name.clone(), rms_px: pose.rms_px, n_corners: pose.n_corners })
         .collect();
-    CameraFigures {
+    CameraSummary {
         rms_px: camera.rms_px,
         corner_sigma_px: camera.corner_sigma_px,
         termination: Some(camera.termination.name().to_owned()),
@@ -152,11 +152,11 @@ fn camera_figures(camera: &CameraReport) -> CameraFigures {
     }
 }
 
-fn light_figures(light: &LightReport) -> LightFigures {
+fn light_summary(light: &LightReport) -> LightSummary {
     let lines = light
         .residuals
         .iter()
-        .map(|line| LineFigures {
+        .map(|line| LineSummary {
             pose: line.pose.clone(),
             order: line.order,
             n_points: line.n_points,
@@ -166,7 +166,7 @@ fn light_figures(light: &LightReport) -> LightFigures {
             n_outliers: line.n_outliers,
         })
         .collect();
-    LightFigures {
+    LightSummary {
         model: light.model.name().to_owned(),
         rms_px: light.rms_px,
         systematic_sigma_mm: light.systematic_sigma_mm,
@@ -180,12 +180,12 @@ fn light_figures(light: &LightReport) -> LightFigures {
     }
 }
 
-fn cross_validation_figures(comparison: &CrossValidation) -> CrossValidationFigures {
+fn cross_validation_summary(comparison: &CrossValidation) -> CrossValidationSummary {
     let finite = |value: f64| value.is_finite().then_some(value);
     let models = comparison
         .scores
         .iter()
-        .map(|score| ModelFigures {
+        .map(|score| ModelSummary {
             model: score.model.name().to_owned(),
             held_out_rms_px: finite(score.held_out_rms_px),
             held_out_rms_mm: finite(score.held_out_rms_mm),
@@ -194,15 +194,15 @@ fn cross_validation_figures(comparison: &CrossValidation) -> CrossValidationFigu
             failure: score.failure.clone(),
         })
         .collect();
-    CrossValidationFigures {
+    CrossValidationSummary {
         models,
         recommended: comparison.recommended.name().to_owned(),
         reason: comparison.reason.clone(),
     }
 }
 
-fn stage_figures(stage: &StageReport) -> StageFigures {
-    StageFigures {
+fn stage_summary(stage: &StageReport) -> StageSummary {
+    StageSummary {
         sigma: stage.sigma,
         scale_error: stage.scale_error,
         scale_sigma: stage.scale_sigma,
@@ -211,8 +211,8 @@ fn stage_figures(stage: &StageReport) -> StageFigures {
     }
 }
 
-fn axis_figures(axis: &AxisReport) -> AxisFigures {
-    AxisFigures {
+fn axis_summary(axis: &AxisReport) -> AxisSummary {
+    AxisSummary {
         tilt_sigma_deg: axis.tilt_sigma_deg,
         shift_sigma_mm: axis.shift_sigma_mm,
         angle_sigma_deg: axis.angle_sigma_deg,

@@ -9,24 +9,24 @@ use crate::solving::solver::Termination;
 pub struct CalibrationReport {
     /// Camera fit.
     pub camera: CameraReport,
-    /// Light fit of the chosen model; `None` without laser pictures.
+    /// Light fit of the chosen model; `None` without laser images.
     pub light: Option<LightReport>,
-    /// Comparison of the three models; `None` without laser pictures.
+    /// Comparison of the three models; `None` without laser images.
     pub cross_validation: Option<CrossValidation>,
     /// Stage fit; `None` without stage views.
     pub stage: Option<StageReport>,
     /// Axis of a turntable; `None` without views of one.
     pub axis: Option<AxisReport>,
-    /// Warnings for the operator, in words.
+    /// Warnings for the operator.
     pub warnings: Vec<String>,
 }
 
-/// Camera fit over all board pictures.
+/// Camera fit over all board images.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CameraReport {
     /// RMS distance between observed and predicted corners (2-D), as in OpenCV.
     pub rms_px: f64,
-    /// Per picture.
+    /// Per image.
     pub poses: Vec<PoseResidual>,
     /// One-σ of fx, fy, cx, cy, k1, k2, p1, p2, k3 (0 for a fixed one).
     pub sigma: [f64; 9],
@@ -38,10 +38,10 @@ pub struct CameraReport {
     pub termination: Termination,
 }
 
-/// Corner residuals of one picture.
+/// Corner residuals of one image.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PoseResidual {
-    /// The picture.
+    /// The image.
     pub name: String,
     /// RMS distance, 2-D.
     pub rms_px: f64,
@@ -64,7 +64,7 @@ pub struct LightReport {
     pub rejections: Rejections,
     /// Points of the fit, thinned for plots.
     pub points: Vec<LaserPoint>,
-    /// Estimated λ/d_g, its σ, and the data-sheet value.
+    /// Estimated λ/d_g, its σ, and the nominal value.
     pub wavelength_over_period: Option<[f64; 3]>,
     /// Predicted systematic depth σ over the working volume, RMS, mm.
     pub systematic_sigma_mm: f64,
@@ -76,7 +76,7 @@ pub struct LightReport {
 /// Residuals of one order in one pose.
 #[derive(Debug, Clone, PartialEq)]
 pub struct OrderResidual {
-    /// The picture.
+    /// The image.
     pub pose: String,
     /// The order.
     pub order: i8,
@@ -99,7 +99,7 @@ pub struct Rejections {
     pub off_board: usize,
     /// Close to an edge between a dark and a bright square.
     pub square_edge: usize,
-    /// The segment could not be labelled with certainty.
+    /// On a segment that could not be labelled reliably.
     pub unlabelled: usize,
     /// Too far from the fitted surface.
     pub outlier: usize,
@@ -125,9 +125,9 @@ pub struct LaserPoint {
 pub struct CrossValidation {
     /// One score per model, simplest first.
     pub scores: Vec<ModelScore>,
-    /// The model supported by the evidence.
+    /// The recommended model.
     pub recommended: LightModelKind,
-    /// Why, in a sentence for the engineer.
+    /// Reason for the recommendation, as a sentence.
     pub reason: String,
 }
 
@@ -173,7 +173,7 @@ pub struct StageReport {
 pub struct AxisReport {
     /// The point of the axis nearest to the boards, camera frame.
     pub point_mm: [f64; 3],
-    /// Unit vector about which increasing angles turn the part by the right-hand rule, camera frame.
+    /// Unit vector about which increasing angles rotate the part by the right-hand rule, camera frame.
     pub direction: [f64; 3],
     /// One-σ of the direction, along the two vectors across it.
     pub tilt_sigma_deg: [f64; 2],
@@ -181,7 +181,7 @@ pub struct AxisReport {
     pub shift_sigma_mm: [f64; 2],
     /// One-σ of the table's angles; `None` if unknown.
     pub angle_sigma_deg: Option<f64>,
-    /// Whether that was stated; otherwise it was estimated from the views.
+    /// Whether this σ was specified; otherwise it was estimated from the views.
     pub angle_sigma_stated: bool,
     /// Per view: angle in degrees, and deviation of the board's middle from a pure rotation (along the rotation,
     /// radially, along the axis), µm.

@@ -9,7 +9,7 @@ use crate::findings::report::Rejections;
 use crate::input::BoardGeometry;
 use crate::params::{
     BOARD_MARGIN_SQUARES, EDGE_MARGIN_WIDTHS, MARGIN_REJECT_SIGMAS, MIN_LINE_COLUMNS, MIN_RANK_AGREEMENT,
-    PREDICTED_LABEL_PITCH_SHARE,
+    PREDICTED_LABEL_PITCH_FRACTION,
 };
 use crate::solving::bundle::sheet_residual;
 use crate::solving::bundle_state::BoardPose;
@@ -24,40 +24,39 @@ pub struct BoardPiece {
     pub points: Vec<CentrelinePoint>,
     /// Order, once known.
     pub order: Option<i8>,
-    /// Whether the order is known because no other line was switched on.
+    /// Whether the order is known because only this line was switched on.
     pub is_alone: bool,
     /// Whether it lies on the squares, as opposed to the margin of one square's width that most boards leave blank.
     pub on_pattern: bool,
 }
 
-/// The pieces of one picture.
+/// The pieces of one image.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct PictureLines {
+pub struct ImageLines {
     /// Pieces on the board.
     pub pieces: Vec<BoardPiece>,
     /// Rejected points, by reason.
     pub rejections: Rejections,
     /// Most lines side by side in a column.
     pub most_side_by_side: usize,
-    /// Distance between neighbouring lines, px; for a single line, the picture's side across it.
+    /// Distance between neighbouring lines, px; for a single line, the image's side across it.
     pub pitch_px: f64,
     /// Noise correlation along the lines, px.
     pub correlation_px: f64,
 }
 
-/// Cuts the centrelines of a picture into pieces on the board and labels them by rank where all
+/// Cuts the centrelines of an image into pieces on the board and labels them by rank where all
 /// `orders.len()` lines are side by side.
-pub fn picture_lines(
+pub fn image_lines(
     block: usize,
     centrelines: &Centrelines,
     camera: &Camera,
     pose: &BoardPose,
     board: &BoardGeometry,
     orders: &[i8],
-) -> PictureLines {
+) -> ImageLines {
     let line_direction = centrelines.direction;
-    let mut lines =
-        PictureLines { correlation_px: centrelines.correlation_px.max(1.0), ..PictureLines::default() };
+    let mut lines = ImageLines { correlation_px: centrelines.correlation_px.max(1.0), ..ImageLines::default() };
     let places: Vec<Vec<Place>> = centrelines
         .segments
         .iter()
@@ -86,8 +85,8 @@ pub fn picture_lines(
     lines
 }
 
-impl PictureLines {
-    /// The same for a picture in which only the line `order` was switched on.
+impl ImageLines {
+    /// These lines for an image in which only the line `order` was switched on.
     pub fn of_line(mut self, order: i8) -> Self {
         for piece in &mut self.pieces {
             (piece.order, piece.is_alone) = (Some(order), true);
@@ -151,7 +150,9 @@ pub fn label_by_prediction(
             .collect();
         distances.sort_by(|a, b| a.0.total_cmp(&b.0));
         piece.order = match distances.as_slice() {
-            [(near, order), (next, _), ..] if *near < PREDICTED_LABEL_PITCH_SHARE * (near + next) => Some(*order),
+            [(near, order), (next, _), ..] if *near < PREDICTED_LABEL_PITCH_FRACTION * (near + next) => {
+                Some(*order)
+            }
             [(_, order)] => Some(*order),
             _ => None,
         };

@@ -1,4 +1,5 @@
-//! The camera from board corners: initial estimate from homographies, bundle adjustment, noise level, k3, checks.
+//! The camera from board corners: initial estimate from homographies, bundle adjustment, noise level, decision on k3,
+//! checks.
 
 use nalgebra::{DMatrix, Vector2};
 use optics::{CAMERA_PARAMETERS, Camera};

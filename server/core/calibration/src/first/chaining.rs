@@ -1,7 +1,7 @@
 //! Joins the pieces of one line across the dark squares and edges between them.
 //!
-//! On a board the lit curves are nearly straight and never cross, so two pieces belong together when each points at the
-//! other. Whole lines can be ranked where single columns show too few of them.
+//! On a board the lit curves are nearly straight and never cross, so two pieces belong together if the extrapolation of
+//! each meets the other. Whole lines can be ranked even if single columns contain too few of them.
 
 use nalgebra::Vector2;
 use vision::LineDirection;
@@ -9,9 +9,9 @@ use vision::LineDirection;
 use crate::first::board_lines::BoardPiece;
 use crate::params::{JOIN_END_POINTS, JOIN_MAX_GAP_LENGTHS, JOIN_TOLERANCE_PITCHES, MIN_LINE_COLUMNS};
 
-/// Joins the pieces of one picture to whole lines and applies the lines' labels to all their pieces; where no piece has
+/// Joins the pieces of one image to whole lines and applies the lines' labels to all their pieces; where no piece has
 /// a label and there are as many lines as orders, their ranks are the labels. Returns the lines from the top (left),
-/// each as indices of its pieces. `pitch_px`: distance between neighbouring lines of the picture.
+/// each as indices of its pieces. `pitch_px`: distance between neighbouring lines of the image.
 pub fn label_whole_lines(
     pieces: &mut [BoardPiece],
     orders: &[i8],
@@ -107,7 +107,7 @@ fn slope(points: &[Vector2<f64>]) -> f64 {
     points.iter().map(|p| (p.x - middle.x) * (p.y - middle.y)).sum::<f64>() / spread
 }
 
-/// Groups of pieces, each piece joined to the nearest follower at which it points within `tolerance_px`.
+/// Groups of pieces, each piece joined to the nearest following one that its extrapolation meets within `tolerance_px`.
 fn joined(ends: &[Ends], tolerance_px: f64) -> Vec<Vec<usize>> {
     let mut line_of: Vec<usize> = (0..ends.len()).collect();
     for (idx, piece) in ends.iter().enumerate() {

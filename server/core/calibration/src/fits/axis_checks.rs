@@ -6,8 +6,8 @@ use nalgebra::{Matrix3, Vector3};
 use optics::RotaryAxis;
 
 use crate::error::CalibrationError;
-use crate::fits::turn_fit::TurnView;
-use crate::params::{MAX_TURN_MISMATCH_RAD, MIN_STAGE_ANGLE_DEG, MIN_STAGE_POSITIONS};
+use crate::fits::axis_fit::RotaryView;
+use crate::params::{MAX_ROTATION_MISMATCH_RAD, MIN_STAGE_ANGLE_DEG, MIN_STAGE_POSITIONS};
 
 /// Checks that there are enough different angles, modulo full turns.
 ///
@@ -26,10 +26,12 @@ pub fn check_angles(angles_deg: impl IntoIterator<Item = f64>) -> Result<(), Cal
     Err(CalibrationError::TooFewStageAngles { needed: MIN_STAGE_POSITIONS, got: apart.len() })
 }
 
-/// Checks that between any two views the board has rotated by the stated angle, for any axis.
-pub fn check_turns(views: &[TurnView]) -> Result<(), CalibrationError> {
+/// Checks that between any two views the board has rotated by the stated angle, about any axis.
+pub fn check_rotations(views: &[RotaryView]) -> Result<(), CalibrationError> {
     let misses: Vec<usize> = (0..views.len())
-        .map(|idx| views.iter().filter(|other| turn_error_rad(&views[idx], other) > MAX_TURN_MISMATCH_RAD).count())
+        .map(|idx| {
+            views.iter().filter(|other| rotation_error_rad(&views[idx], other) > MAX_ROTATION_MISMATCH_RAD).count()
+        })
         .collect();
     let Some(worst) = (0..views.len()).max_by_key(|&idx| misses[idx]).filter(|&idx| misses[idx] > 0) else {
         return Ok(());
@@ -38,27 +40,27 @@ pub fn check_turns(views: &[TurnView]) -> Result<(), CalibrationError> {
     let best = (0..views.len()).min_by_key(|&idx| misses[idx]).unwrap_or(0);
     let (view, reference) = (&views[worst], &views[best]);
     let stated_deg = view.angle_deg - reference.angle_deg;
-    let seen_deg = seen_turn_rad(view, reference).to_degrees();
-    Err(CalibrationError::TurnMismatch {
+    let observed_deg = observed_rotation_rad(view, reference).to_degrees();
+    Err(CalibrationError::RotationMismatch {
         view: view.name.clone(),
         reference: reference.name.clone(),
         stated_deg,
-        seen_deg,
+        observed_deg,
     })
 }
 
-fn seen_turn_rad(one: &TurnView, other: &TurnView) -> f64 {
+fn observed_rotation_rad(one: &RotaryView, other: &RotaryView) -> f64 {
     (one.pose.rotation * other.pose.rotation.inverse()).angle()
 }
 
-fn turn_error_rad(one: &TurnView, other: &TurnView) -> f64 {
+fn rotation_error_rad(one: &RotaryView, other: &RotaryView) -> f64 {
     let stated = (one.angle_deg - other.angle_deg).to_radians().rem_euclid(TAU);
-    (stated.min(TAU - stated).min(PI) - seen_turn_rad(one, other)).abs()
+    (stated.min(TAU - stated).min(PI) - observed_rotation_rad(one, other)).abs()
 }
 
 /// The axis in closed form: its direction from the antisymmetric parts of the rotations between all views, its point
 /// from (1 − R)c = t_j − R·t_i.
-pub fn first_axis(views: &[TurnView]) -> Option<RotaryAxis> {
+pub fn first_axis(views: &[RotaryView]) -> Option<RotaryAxis> {
     let mut direction = Vector3::zeros();
     let (mut normal, mut right) = (Matrix3::zeros(), Vector3::zeros());
     for (idx, later) in views.iter().enumerate() {

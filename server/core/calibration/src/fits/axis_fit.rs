@@ -6,7 +6,7 @@ use optics::{BoardFrame, CameraFrame, PartFrame, Rigid, RotaryAxis};
 
 use crate::error::CalibrationError;
 use crate::findings::report::AxisReport;
-use crate::fits::turn_checks::{check_angles, check_turns, first_axis};
+use crate::fits::axis_checks::{check_angles, check_rotations, first_axis};
 use crate::params::{MAX_AXIS_TILT_SIGMA_RAD, MAX_RELATIVE_AXIS_SHIFT_SIGMA, MIN_VIEWS_FOR_ANGLE_SIGMA};
 use crate::solving::bundle_state::BoardPose;
 use crate::solving::normal::Derived;
@@ -20,7 +20,7 @@ const BOARD_PARAMETERS: usize = 6;
 /// Step of the numerical derivatives (mm, rad): the error of central differences is then 1e-10.
 const DERIVATIVE_STEP: f64 = 1e-5;
 
-/// Gauss–Newton steps: the initial axis is within a thousandth, and each step squares that.
+/// Gauss–Newton steps: the initial axis is accurate to a thousandth, and each step squares the error.
 const STEPS: usize = 8;
 
 /// Bisections of the interval of the angle's σ.
@@ -33,20 +33,20 @@ type Gain = SMatrix<f64, 4, 6>;
 
 /// One board on the table, as determined by the camera's fit.
 #[derive(Debug, Clone)]
-pub struct TurnView {
+pub struct RotaryView {
     /// Name for reports.
     pub name: String,
     /// Stated angle of the table.
     pub angle_deg: f64,
     /// Pose of the board.
     pub pose: BoardPose,
-    /// Covariance of (translation, rotation) for a fixed camera.
+    /// Covariance of the pose (translation, rotation) for a fixed camera.
     pub noise: Matrix6<f64>,
 }
 
 /// The axis, and its dependence on the boards.
 #[derive(Debug, Clone, PartialEq)]
-pub struct TurnFit {
+pub struct AxisFit {
     /// The axis, referred to its point nearest to the boards.
     pub axis: RotaryAxis,
     gains: Vec<Gain>,
@@ -101,7 +101,7 @@ impl Turn {
     }
 }
 
-/// Difference of `seen` from `expected`: translation, mm, and rotation vector, rad.
+/// Difference `seen` − `expected`: translation, mm, and rotation vector, rad.
 fn pose_difference(seen: &BoardPose, expected: &BoardPose) -> Vector6<f64> {
     let shift = seen.translation_mm - expected.translation_mm;
     let turn = small_rotation_vector(&(seen.rotation * expected.rotation.inverse()));
@@ -123,18 +123,18 @@ fn small_rotation_vector(turn: &Rotation3<f64>) -> Vector3<f64> {
 ///
 /// # Errors
 /// Too few angles, boards that did not rotate as stated, an axis that they do not determine.
-pub fn turn_fit(
-    views: &[TurnView],
+pub fn axis_fit(
+    views: &[RotaryView],
     board_centre_mm: &Vector3<f64>,
     angle_sigma_deg: Option<f64>,
-) -> Result<TurnFit, CalibrationError> {
+) -> Result<AxisFit, CalibrationError> {
     check_angles(views.iter().map(|view| view.angle_deg))?;
-    check_turns(views)?;
+    check_rotations(views)?;
     let axis = first_axis(views).ok_or_else(|| unobservable(f64::INFINITY, f64::INFINITY))?;
     let centres: Vec<Vector3<f64>> =
         views.iter().map(|view| view.pose.rotation * board_centre_mm + view.pose.translation_mm).collect();
     let middle_mm = centres.iter().sum::<Vector3<f64>>() / centres.len() as f64;
-    let start = Turn::through(&views[0], axis.described_near(&middle_mm));
+    let start = Turn::through(&views[0], axis.with_point_near(&middle_mm));
     let stated_rad = angle_sigma_deg.map(f64::to_radians);
     let (mut turn, mut solved) = minimise(start, views, stated_rad.unwrap_or(0.0))?;
     let mut sigma_rad = stated_rad;
@@ -160,7 +160,7 @@ fn unobservable(shift_mm: f64, tilt_deg: f64) -> CalibrationError {
 
 impl Turn {
     /// With the board where `view` observed it.
-    fn through(view: &TurnView, axis: RotaryAxis) -> Self {
+    fn through(view: &RotaryView, axis: RotaryAxis) -> Self {
         let angle_rad = view.angle_deg.to_radians();
         let motion = axis.motion(angle_rad);
         let back = Rotation3::from_axis_angle(&nalgebra::Unit::new_unchecked(axis.direction), -angle_rad);
@@ -182,7 +182,7 @@ impl Solved {
     }
 }
 
-fn minimise(mut turn: Turn, views: &[TurnView], sigma_rad: f64) -> Result<(Turn, Solved), CalibrationError> {
+fn minimise(mut turn: Turn, views: &[RotaryView], sigma_rad: f64) -> Result<(Turn, Solved), CalibrationError> {
     let lost = || unobservable(f64::INFINITY, f64::INFINITY);
     for _ in 0..STEPS {
         let (normal, right, _) = equations(&turn, views, sigma_rad).ok_or_else(lost)?;
@@ -191,7 +191,7 @@ fn minimise(mut turn: Turn, views: &[TurnView], sigma_rad: f64) -> Result<(Turn,
     }
     let (normal, _, chi_squared) = equations(&turn, views, sigma_rad).ok_or_else(lost)?;
     let covariance = normal.cholesky().ok_or_else(lost)?.inverse();
-    let gain = |view: &TurnView| -> Option<Gain> {
+    let gain = |view: &RotaryView| -> Option<Gain> {
         let angle_rad = view.angle_deg.to_radians();
         let weight = weight(&turn, view, sigma_rad)?;
         let whole = covariance * turn.jacobian(angle_rad).transpose() * weight;
@@ -203,7 +203,7 @@ fn minimise(mut turn: Turn, views: &[TurnView], sigma_rad: f64) -> Result<(Turn,
 
 type Equations = (SMatrix<f64, PARAMETERS, PARAMETERS>, Parameters, f64);
 
-fn equations(turn: &Turn, views: &[TurnView], sigma_rad: f64) -> Option<Equations> {
+fn equations(turn: &Turn, views: &[RotaryView], sigma_rad: f64) -> Option<Equations> {
     let (mut normal, mut right, mut chi_squared) = (SMatrix::zeros(), Parameters::zeros(), 0.0);
     for view in views {
         let angle_rad = view.angle_deg.to_radians();
@@ -217,15 +217,15 @@ fn equations(turn: &Turn, views: &[TurnView], sigma_rad: f64) -> Option<Equation
 }
 
 /// Inverse covariance of a pose, including the angle's error.
-fn weight(turn: &Turn, view: &TurnView, sigma_rad: f64) -> Option<Matrix6<f64>> {
+fn weight(turn: &Turn, view: &RotaryView, sigma_rad: f64) -> Option<Matrix6<f64>> {
     let by_angle = turn.by_angle(view.angle_deg.to_radians());
     Some((view.noise + by_angle * by_angle.transpose() * (sigma_rad * sigma_rad)).cholesky()?.inverse())
 }
 
-/// The σ of the angle that explains the boards' deviations along the rotation; where their noise does, the σ that the
-/// noise could hide. As [`super::stage_fit`] does for straightness.
-fn angle_sigma_rad(turn: &Turn, views: &[TurnView]) -> f64 {
-    let along = |view: &TurnView| {
+/// The σ of the angle that explains the boards' deviations along the rotation; if their noise does, the σ that the
+/// noise could hide; as in [`super::stage_fit`] for straightness.
+fn angle_sigma_rad(turn: &Turn, views: &[RotaryView]) -> f64 {
+    let along = |view: &RotaryView| {
         let angle_rad = view.angle_deg.to_radians();
         let (by_angle, error) = (turn.by_angle(angle_rad), pose_difference(&view.pose, &turn.pose(angle_rad)));
         let weight = view.noise.cholesky()?.inverse();
@@ -253,10 +253,10 @@ fn angle_sigma_rad(turn: &Turn, views: &[TurnView]) -> f64 {
 fn finished(
     turn: &Turn,
     solved: &Solved,
-    views: &[TurnView],
+    views: &[RotaryView],
     (centres, sigma_rad): (&[Vector3<f64>], f64),
     angle_sigma_stated: bool,
-) -> TurnFit {
+) -> AxisFit {
     let degrees = (6 * views.len() - PARAMETERS) as f64;
     let noise_ratio = (solved.chi_squared / degrees).sqrt();
     let mut own = solved.axis_covariance() * (noise_ratio * noise_ratio - 1.0).max(0.0);
@@ -275,7 +275,7 @@ fn finished(
         let [along, radial, axial] = [along, radial, axis.direction].map(|way| 1e3 * way.dot(&off));
         [view.angle_deg, along, radial, axial]
     });
-    TurnFit {
+    AxisFit {
         axis,
         gains: solved.gains.clone(),
         own,
@@ -285,7 +285,7 @@ fn finished(
     }
 }
 
-impl TurnFit {
+impl AxisFit {
     /// Factor on the covariance from the residuals.
     fn widening(&self) -> f64 {
         (self.noise_ratio * self.noise_ratio).max(1.0)

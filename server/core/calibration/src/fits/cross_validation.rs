@@ -1,4 +1,4 @@
-//! Comparison of the three light models on poses they were not fitted to.
+//! Comparison of the three light models by cross-validation over poses.
 
 use optics::LightModelKind;
 use rayon::prelude::*;
@@ -151,7 +151,7 @@ fn recommendation(scores: &[ModelScore]) -> (LightModelKind, String) {
         (true, _) => "and no other model could be fitted".to_owned(),
     };
     let reason = format!(
-        "on poses left out of the fit, `{}` is wrong by {:.1} µm in depth (means along the lines, RMS), {}",
+        "on poses left out of the fit, `{}` has a depth error of {:.1} µm (means along the lines, RMS), {}",
         best.model,
         1e3 * best.held_out_bias_mm,
         rest

@@ -6,13 +6,13 @@ use optics::{CAMERA_PARAMETERS, LightModelKind, LightSurfaces, Rigid};
 
 use crate::error::CalibrationError;
 use crate::first::camera_fit::{CameraFit, residuals};
+use crate::fits::axis_fit::{AxisFit, RotaryView, axis_fit};
 use crate::fits::laser_points::LaserPoints;
 use crate::fits::light_fit::{LightFit, Scene, fit_light, light_priors, lit_points, scaled_to_residuals};
 use crate::fits::stage_fit::{StageLine, positions_mm, stage_line, straight_line};
-use crate::fits::turn_fit::{TurnFit, TurnView, turn_fit};
 use crate::input::CalibrationInput;
 use crate::params::{
-    GAP_PRIOR_MM, PURE_TURN_MAX_NOISE_RATIO, STRAIGHT_STAGE_MAX_NOISE_RATIO, UNDETERMINED_PRIOR_SHARE,
+    GAP_PRIOR_MM, PURE_ROTATION_MAX_NOISE_RATIO, STRAIGHT_STAGE_MAX_NOISE_RATIO, UNDETERMINED_PRIOR_FRACTION,
 };
 use crate::solving::bundle::Bundle;
 use crate::solving::bundle_state::{BoardPose, BundleState};
@@ -33,15 +33,15 @@ pub struct JointFit {
     /// The unconstrained line through the stage views, if there are any.
     pub stage_line: Option<StageLine>,
     /// The rotation fitted to the stage views of a turntable, if there are any.
-    pub turn: Option<TurnFit>,
+    pub turn: Option<AxisFit>,
     /// Termination reason of the last fit.
     pub termination: Termination,
-    /// Warnings in words.
+    /// Warnings.
     pub warnings: Vec<String>,
 }
 
-/// Refines everything. With the plane models, camera and boards keep their values from the corners alone: the model
-/// error must not bias the camera.
+/// Refines all parameters together. With the plane models, camera and boards keep their values from the corners alone:
+/// the model error must not bias the camera.
 ///
 /// # Errors
 /// [`CalibrationError::LightModel`] if the data do not determine the model, [`CalibrationError::NotConverged`] without
@@ -66,7 +66,7 @@ pub fn fit_joint(
             return Ok(with_warnings(fit, warnings));
         }
         warnings.push(format!(
-            "the stage does not travel straight: corners of its views miss a straight travel by {ratio:.1} times \
+            "the stage does not travel straight: the corners in its views deviate from straight travel by {ratio:.1} times \
              their noise; its direction is the mean over the travel"
         ));
     }
@@ -139,7 +139,7 @@ impl Refinement<'_> {
             derived = derived.and(&line.derived(covariance.nrows(), &station.poses, &self.board_centre_mm));
             station.stage = Some(line.direction);
         }
-        let turn = turn_of(self.input, &station.poses, &normal, &self.board_centre_mm)?;
+        let turn = axis_of(self.input, &station.poses, &normal, &self.board_centre_mm)?;
         if let Some(turn) = &turn {
             derived = derived.and(&turn.derived(covariance.nrows(), station.poses.len()));
         }
@@ -152,7 +152,7 @@ impl Refinement<'_> {
             stage += line.straightness_covariance();
         }
         let mut warnings = undetermined_parameters(&station, &covariance);
-        warnings.extend(turn.iter().flat_map(turn_warnings));
+        warnings.extend(turn.iter().flat_map(axis_warnings));
         let stage_line = line.clone();
         Ok((JointFit { station, views, covariance, stage_line, turn, termination, warnings }, ratio))
     }
@@ -217,33 +217,33 @@ impl Refinement<'_> {
 }
 
 /// The axis of a turntable from the stage views, which are the last poses; `None` without views of one.
-pub fn turn_of(
+pub fn axis_of(
     input: &CalibrationInput,
     poses: &[BoardPose],
     normal: &ArrowNormal,
     board_centre_mm: &Vector3<f64>,
-) -> Result<Option<TurnFit>, CalibrationError> {
+) -> Result<Option<AxisFit>, CalibrationError> {
     let first_view = poses.len().saturating_sub(input.stage_views.len());
     let mut views = Vec::new();
     for (idx, view) in input.stage_views.iter().enumerate() {
         let Some(angle_deg) = view.position.deg() else { continue };
         let block = first_view + idx;
         let noise = normal.block_covariance(block).ok_or(CalibrationError::CameraUnobservable)?;
-        views.push(TurnView { name: view.name.clone(), angle_deg, pose: poses[block], noise });
+        views.push(RotaryView { name: view.name.clone(), angle_deg, pose: poses[block], noise });
     }
     if views.is_empty() {
         return Ok(None);
     }
-    turn_fit(&views, board_centre_mm, input.angle_sigma_deg).map(Some)
+    axis_fit(&views, board_centre_mm, input.angle_sigma_deg).map(Some)
 }
 
 /// Warnings about a turntable.
-pub fn turn_warnings(turn: &TurnFit) -> Vec<String> {
+pub fn axis_warnings(turn: &AxisFit) -> Vec<String> {
     let mut warnings = Vec::new();
-    if turn.noise_ratio() > PURE_TURN_MAX_NOISE_RATIO {
+    if turn.noise_ratio() > PURE_ROTATION_MAX_NOISE_RATIO {
         warnings.push(format!(
-            "the turntable does not turn about one axis: its boards miss a pure turn by {:.1} times their noise; the axis's \
-             covariance is wider by that",
+            "the turntable does not rotate about a fixed axis: its boards deviate from a pure rotation by {:.1} times their noise; \
+             the covariance of the axis is widened by that factor",
             turn.noise_ratio()
         ));
     }
@@ -268,12 +268,12 @@ fn with_stage_last(covariance: &DMatrix<f64>, n_light: usize) -> DMatrix<f64> {
     DMatrix::from_fn(n, n, |i, j| covariance[(before(i), before(j))])
 }
 
-/// Warnings about grating parameters that the data did not move from their prior.
+/// Warnings about grating parameters that are determined by their prior instead of the data.
 fn undetermined_parameters(station: &BundleState, covariance: &DMatrix<f64>) -> Vec<String> {
     let Some(LightSurfaces::Grating(grating)) = &station.light else { return Vec::new() };
     let gap = CAMERA_PARAMETERS + 8;
     let sigma_mm = covariance[(gap, gap)].sqrt();
-    if sigma_mm <= UNDETERMINED_PRIOR_SHARE * GAP_PRIOR_MM.1 {
+    if sigma_mm <= UNDETERMINED_PRIOR_FRACTION * GAP_PRIOR_MM.1 {
         return Vec::new();
     }
     vec![format!(

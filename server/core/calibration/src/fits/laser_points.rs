@@ -1,14 +1,15 @@
-//! From the centrelines of all laser pictures to labelled observations without outliers.
+//! From the centrelines of all laser images to labelled observations without outliers.
 
 use std::collections::BTreeSet;
 
 use optics::{DepthRangeMm, LightSurfaces};
+use statistics::SIGMA_PER_MAD;
 use vision::Centrelines;
 
 use crate::error::CalibrationError;
 use crate::findings::report::Rejections;
 use crate::first::board_lines::{
-    BoardPiece, PictureLines, label_by_prediction, observations, picture_lines, unlabel_beyond_board,
+    BoardPiece, ImageLines, image_lines, label_by_prediction, observations, unlabel_beyond_board,
 };
 use crate::first::chaining::label_whole_lines;
 use crate::fits::light_fit::{Scene, fit_light, lit_points};
@@ -32,23 +33,23 @@ pub struct LaserPoints {
     pub outliers: Vec<(usize, i8)>,
     /// Depth range of the observed lines, with a margin.
     pub depth_range_mm: DepthRangeMm,
-    /// Warnings in words.
+    /// Warnings.
     pub warnings: Vec<String>,
 }
 
 /// Finds and labels the laser points of all poses and removes outliers.
 ///
 /// # Errors
-/// A picture without lines, orders that cannot be determined, boards without depth range.
+/// An image without lines, orders that cannot be determined, boards without depth range.
 pub fn laser_points(input: &CalibrationInput, scene: &Scene) -> Result<LaserPoints, CalibrationError> {
     let mut rejections = Rejections::default();
     let mut pieces: Vec<BoardPiece> = Vec::new();
     let (mut most_side_by_side, mut correlation_px) = (0, 1.0_f64);
-    let mut lines_of_pictures: Vec<Vec<Vec<usize>>> = Vec::new();
+    let mut lines_of_images: Vec<Vec<Vec<usize>>> = Vec::new();
     let (mut lit, mut dark) = (BTreeSet::new(), Vec::new());
-    let pictures = input.poses.iter().enumerate();
-    let pictures = pictures.flat_map(|(block, pose)| pose.laser_pictures().map(move |lines| (block, pose, lines)));
-    for (block, pose, centrelines) in pictures {
+    let images = input.poses.iter().enumerate();
+    let images = images.flat_map(|(block, pose)| pose.laser_images().map(move |lines| (block, pose, lines)));
+    for (block, pose, centrelines) in images {
         let mut lines = lines_on_board(input, scene, block, centrelines);
         if lines.pieces.iter().filter(|piece| piece.on_pattern).map(|piece| piece.points.len()).sum::<usize>()
             < MIN_LINE_COLUMNS
@@ -66,7 +67,7 @@ pub fn laser_points(input: &CalibrationInput, scene: &Scene) -> Result<LaserPoin
         most_side_by_side = most_side_by_side.max(lines.most_side_by_side).max(whole.len());
         correlation_px = correlation_px.max(lines.correlation_px);
         let n_before = pieces.len();
-        lines_of_pictures
+        lines_of_images
             .push(whole.into_iter().map(|line| line.into_iter().map(|idx| idx + n_before).collect()).collect());
         pieces.extend(lines.pieces);
     }
@@ -80,7 +81,7 @@ pub fn laser_points(input: &CalibrationInput, scene: &Scene) -> Result<LaserPoin
     let spacing = (correlation_px / POINTS_PER_CORRELATION).round().max(1.0) as usize;
     let mut ranked = on_pattern(&pieces, spacing, correlation_px);
     if boards(ranked.iter()).len() < MIN_LASER_POSES
-        && label_partial_sets(&mut pieces, &lines_of_pictures, scene, spacing)
+        && label_partial_sets(&mut pieces, &lines_of_images, scene, spacing)
     {
         ranked = on_pattern(&pieces, spacing, correlation_px);
     }
@@ -94,14 +95,15 @@ pub fn laser_points(input: &CalibrationInput, scene: &Scene) -> Result<LaserPoin
     let mut warnings = check_seen(scene, &labelled)?;
     if !dark.is_empty() {
         let (n, names) = (dark.len(), dark.join(", "));
-        warnings.push(format!("left out of the light: {n} laser pictures without a line on the board ({names})"));
+        warnings
+            .push(format!("excluded from the light fit: {n} laser images without a line on the board ({names})"));
     }
     let light = fit_light(scene, &labelled, kind, Some(&light))?.light;
     let (observations, outliers, noise_ratio) = without_outliers(scene, &light, labelled);
     if noise_ratio > MAX_LINE_NOISE_RATIO {
         warnings.push(format!(
             "the lines scatter about the light model `{kind}` by {noise_ratio:.1} times their noise: boards that bend or \
-             moved between their two pictures, curved sheets modelled as planes, or a surface that scatters light"
+             moved between their two images, curved sheets modelled as planes, or a surface that scatters light"
         ));
     }
     rejections.outlier = outliers.len();
@@ -109,15 +111,10 @@ pub fn laser_points(input: &CalibrationInput, scene: &Scene) -> Result<LaserPoin
     Ok(LaserPoints { observations, rejections, outliers, depth_range_mm, warnings })
 }
 
-/// The pieces of a picture; a line that was switched on alone has all of them.
-fn lines_on_board(
-    input: &CalibrationInput,
-    scene: &Scene,
-    block: usize,
-    centrelines: &Centrelines,
-) -> PictureLines {
+/// The pieces of an image; if only one line was switched on, all belong to it.
+fn lines_on_board(input: &CalibrationInput, scene: &Scene, block: usize, centrelines: &Centrelines) -> ImageLines {
     let of =
-        |orders: &[i8]| picture_lines(block, centrelines, scene.camera, &scene.poses[block], &input.board, orders);
+        |orders: &[i8]| image_lines(block, centrelines, scene.camera, &scene.poses[block], &input.board, orders);
     match centrelines.lit_line {
         None => of(scene.orders),
         Some(order) => of(&[order]).of_line(order),
@@ -130,15 +127,15 @@ pub(super) fn on_pattern(pieces: &[BoardPiece], spacing: usize, correlation_px: 
     observations(&on_pattern, spacing, correlation_px)
 }
 
-/// Ranks on fewer than two boards determine no sheet from which to predict the others.
+/// Checks that lines are ranked on at least two boards: fewer do not determine a sheet that predicts the others.
 fn check_ranked(scene: &Scene, ranked: &[LaserObservation], seen: usize) -> Result<(), CalibrationError> {
-    let pictures = boards(ranked.iter()).len();
-    if pictures < MIN_RANKED_BOARDS {
+    let images = boards(ranked.iter()).len();
+    if images < MIN_RANKED_BOARDS {
         return Err(CalibrationError::OrdersUnobservable {
             needed: scene.orders.len(),
             seen,
-            pictures,
-            needed_pictures: MIN_RANKED_BOARDS,
+            images,
+            needed_images: MIN_RANKED_BOARDS,
         });
     }
     Ok(())
@@ -151,7 +148,8 @@ fn check_seen(scene: &Scene, laser: &[LaserObservation]) -> Result<Vec<String>, 
     let seen_on = |order: i8| boards(laser.iter().filter(|p| p.order == order)).len();
     let rare: Vec<(i8, usize)> =
         scene.orders.iter().map(|&order| (order, seen_on(order))).filter(|(_, got)| *got < needed).collect();
-    let tied = scene.sheet_wavelength_over_period.is_some() && scene.orders.len() - rare.len() >= MIN_TIED_ORDERS;
+    let tied =
+        scene.nominal_wavelength_over_period.is_some() && scene.orders.len() - rare.len() >= MIN_TIED_ORDERS;
     match rare.first() {
         Some(&(order, got)) if !tied => Err(CalibrationError::OrderUnseen { order, got, needed }),
         _ => Ok(rare
@@ -200,8 +198,7 @@ fn without_outliers(
 fn robust_scale(z: &[f64]) -> f64 {
     let mut sorted: Vec<f64> = z.iter().copied().filter(|z| z.is_finite()).collect();
     sorted.sort_by(f64::total_cmp);
-    // 1.4826 converts the median of |z| of a Gaussian to its σ.
-    let mut scale = sorted.get(sorted.len() / 2).map_or(1.0, |median| 1.4826 * median);
+    let mut scale = sorted.get(sorted.len() / 2).map_or(1.0, |median| SIGMA_PER_MAD * median);
     for _ in 0..10 {
         let sum: f64 = sorted.iter().map(|z| huber(z / scale, LASER_HUBER_SIGMAS).1 * z * z).sum();
         scale = (sum / sorted.len().max(1) as f64).sqrt();

@@ -23,22 +23,22 @@ pub struct Scene<'a> {
     pub poses: &'a [BoardPose],
     /// The listed orders.
     pub orders: &'a [i8],
-    /// λ/d_g by the data sheets; `None` without a grating.
-    pub sheet_wavelength_over_period: Option<f64>,
+    /// Nominal λ/d_g; `None` without a grating.
+    pub nominal_wavelength_over_period: Option<f64>,
 }
 
 impl Scene<'_> {
     /// The possible models, simplest first: without a grating nothing relates the lines to each other.
     pub fn models(&self) -> &'static [LightModelKind] {
-        match self.sheet_wavelength_over_period {
+        match self.nominal_wavelength_over_period {
             Some(_) => &LightModelKind::ALL,
             None => &[LightModelKind::Planes],
         }
     }
 
-    /// The model used to label lines and find outliers: the most exact one that so many lines determine.
+    /// The model used to label lines and find outliers: the most exact one that this number of lines determines.
     pub fn working_model(&self) -> LightModelKind {
-        match self.sheet_wavelength_over_period {
+        match self.nominal_wavelength_over_period {
             Some(_) if self.orders.len() >= MIN_TIED_ORDERS => LightModelKind::Grating,
             _ => LightModelKind::Planes,
         }
@@ -81,8 +81,8 @@ pub fn fit_light(
     Ok(LightFit { light: state.light.ok_or_else(undetermined)?, termination })
 }
 
-/// Improves an initial estimate by a fit with σ widened to its residuals. The finer the pixels, the larger the bow
-/// missing in a flat estimate is in units of their σ; if the points were treated as outliers, the fit would not move.
+/// Improves an initial estimate by a fit with σ widened to its residuals. The finer the pixels, the larger is the bow,
+/// which a flat estimate lacks, in units of their σ; if the points were treated as outliers, the fit would not move.
 fn approached(
     scene: &Scene,
     laser: &[LaserObservation],
@@ -164,7 +164,7 @@ pub fn light_priors(scene: &Scene, light: &LightSurfaces, points: &[LitPoint]) -
     };
     Priors {
         camera: Vec::new(),
-        wavelength_over_period: scene.sheet_wavelength_over_period.map(Priors::of_wavelength_over_period),
+        wavelength_over_period: scene.nominal_wavelength_over_period.map(Priors::of_wavelength_over_period),
         grating,
     }
 }
@@ -191,7 +191,7 @@ fn first_light(
     let planes =
         planes_from_points(&seen, points).ok_or_else(|| refused("an order has too few points on the boards"))?;
     let pencil = scene
-        .sheet_wavelength_over_period
+        .nominal_wavelength_over_period
         .and_then(|sheet| pencil_from_planes(&planes, points, sheet))
         .ok_or_else(|| refused("it needs at least two orders"))?;
     if kind == LightModelKind::Pencil {

@@ -1,4 +1,6 @@
 //! Fits of light, stage and everything together; comparison of models.
+pub(crate) mod axis_checks;
+pub(crate) mod axis_fit;
 pub(crate) mod cross_validation;
 pub(crate) mod joint;
 pub(crate) mod laser_points;
@@ -6,5 +8,3 @@ pub mod light_fit;
 pub(crate) mod partial_sets;
 pub(crate) mod section;
 pub(crate) mod stage_fit;
-pub(crate) mod turn_checks;
-pub(crate) mod turn_fit;

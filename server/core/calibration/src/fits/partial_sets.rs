@@ -1,8 +1,8 @@
-//! Labels by hypothesis for pictures that show only some of the lines.
+//! Labelling by hypothesis of images that contain only some of the lines.
 //!
 //! Every lit line lies on a known board. In the plane across the lines each of them is a point, and each light sheet a
-//! ray. A hypothesis assigns the lines of three pictures to orders; it is tested against the lines of all other
-//! pictures. It is accepted only if every other assignment is clearly worse (`docs/maths/calibration.md`, section 3).
+//! ray. A hypothesis assigns the lines of three images to orders; it is tested against the lines of all other
+//! images. It is accepted only if every other assignment is clearly worse (`docs/maths/calibration.md`, section 3).
 
 use nalgebra::{Vector2, Vector3};
 use optics::{LightModelKind, LightSurfaces};
@@ -13,14 +13,14 @@ use crate::fits::laser_points::on_pattern;
 use crate::fits::light_fit::{Scene, board_hit, fit_light};
 use crate::fits::section::{Rays, SectionModel};
 use crate::params::{
-    BOW_MARGIN, HYPOTHESIS_MARGIN, HYPOTHESIS_MAX_RMS_PITCHES, HYPOTHESIS_OTHER_SHARE, LASER_REJECT_SIGMAS,
-    MIN_LASER_POSES, MIN_LINE_COLUMNS, SAME_LINE_GAP_SHARE, SECTION_CAP_PITCHES, SECTION_POINTS_PER_LINE,
-    SEED_PICTURES, STEP_ROUNDING,
+    BOW_MARGIN, HYPOTHESIS_MARGIN, HYPOTHESIS_MAX_RMS_PITCHES, HYPOTHESIS_OTHER_FRACTION, LASER_REJECT_SIGMAS,
+    MIN_LASER_POSES, MIN_LINE_COLUMNS, SAME_LINE_GAP_FRACTION, SECTION_CAP_PITCHES, SECTION_POINTS_PER_LINE,
+    SEED_IMAGES, STEP_ROUNDING,
 };
 use crate::solving::bundle::sheet_residual;
 use crate::solving::observation::LaserObservation;
 
-/// A line of a picture in the plane across the lines: (across, along the light), mm.
+/// A line of an image in the plane across the lines: (across, along the light), mm.
 #[derive(Debug, Clone)]
 pub(super) struct SectionLine {
     /// Its pieces.
@@ -29,31 +29,31 @@ pub(super) struct SectionLine {
     pub at: Vector2<f64>,
 }
 
-/// A line of a picture on its board, camera frame.
+/// A line of an image on its board, camera frame.
 struct LineInSpace {
     pieces: Vec<usize>,
     hits: Vec<Vector3<f64>>,
 }
 
-/// The lines of one picture from the top (left), and the labels they may have.
-struct Picture {
+/// The lines of one image from the top (left), and the labels they may have.
+struct SectionImage {
     lines: Vec<SectionLine>,
     /// Indices into the orders, one list per possible assignment.
-    answers: Vec<Vec<usize>>,
+    assignments: Vec<Vec<usize>>,
 }
 
-/// An assignment for all pictures with its cost.
+/// An assignment for all images with its cost.
 struct Hypothesis {
-    /// Per picture: index of its assignment; `None` where none fits.
-    answers: Vec<Option<usize>>,
+    /// Per image: index of its assignment; `None` where none fits.
+    assignments: Vec<Option<usize>>,
     /// Mean square of the lines' distances from their rays, in line pitches.
     cost: f64,
 }
 
-/// Assigns the lines of all pictures to orders; changes nothing and returns `false` if the pictures do not determine
+/// Assigns the lines of all images to orders; changes nothing and returns `false` if the images do not determine
 /// them.
 ///
-/// `lines`: per picture its whole lines from the top (left), as indices of pieces. `spacing`: columns between the
+/// `lines`: per image its whole lines from the top (left), as indices of pieces. `spacing`: columns between the
 /// points used by a fit.
 pub(super) fn label_partial_sets(
     pieces: &mut [BoardPiece],
@@ -61,21 +61,21 @@ pub(super) fn label_partial_sets(
     scene: &Scene,
     spacing: usize,
 ) -> bool {
-    let pictures = pictures(pieces, lines, scene);
-    if pictures.len() < MIN_LASER_POSES {
+    let images = images(pieces, lines, scene);
+    if images.len() < MIN_LASER_POSES {
         return false;
     }
     let models = SectionModel::candidates(scene);
-    let mut hypotheses: Vec<Hypothesis> = models.iter().flat_map(|model| hypotheses(&pictures, model)).collect();
+    let mut hypotheses: Vec<Hypothesis> = models.iter().flat_map(|model| hypotheses(&images, model)).collect();
     hypotheses.sort_by(|a, b| a.cost.total_cmp(&b.cost));
     let Some(limit) = hypotheses.first().map(|best| HYPOTHESIS_MARGIN.powi(2) * best.cost) else { return false };
     let mut plausible: Vec<Vec<BoardPiece>> = Vec::new();
-    let mut taken: Vec<&Hypothesis> = Vec::new();
+    let mut accepted: Vec<&Hypothesis> = Vec::new();
     for hypothesis in hypotheses.iter().take_while(|hypothesis| hypothesis.cost <= limit) {
-        let is_new = taken.iter().all(|other| differs(hypothesis, other, &pictures));
+        let is_new = accepted.iter().all(|other| differs(hypothesis, other, &images));
         if is_new && hypothesis.cost <= HYPOTHESIS_MAX_RMS_PITCHES.powi(2) {
-            taken.push(hypothesis);
-            plausible.push(labelled_pieces(pieces, &pictures, hypothesis, scene));
+            accepted.push(hypothesis);
+            plausible.push(labelled_pieces(pieces, &images, hypothesis, scene));
         }
     }
     let Some(chosen) = best_plausible(plausible, scene, spacing) else { return false };
@@ -86,15 +86,16 @@ pub(super) fn label_partial_sets(
 /// The pieces with the labels of a hypothesis.
 fn labelled_pieces(
     pieces: &[BoardPiece],
-    pictures: &[Picture],
+    images: &[SectionImage],
     hypothesis: &Hypothesis,
     scene: &Scene,
 ) -> Vec<BoardPiece> {
     let mut labelled = pieces.to_vec();
-    for (picture, answer) in pictures.iter().zip(&hypothesis.answers) {
-        for (idx, line) in picture.lines.iter().enumerate() {
+    for (image, assignment) in images.iter().zip(&hypothesis.assignments) {
+        for (idx, line) in image.lines.iter().enumerate() {
             for &piece in &line.pieces {
-                labelled[piece].order = answer.map(|answer| scene.orders[picture.answers[answer][idx]]);
+                labelled[piece].order =
+                    assignment.map(|assignment| scene.orders[image.assignments[assignment][idx]]);
             }
         }
     }
@@ -136,30 +137,30 @@ fn residual_rms(scene: &Scene, light: &LightSurfaces, laser: &[LaserObservation]
     (squares.iter().sum::<f64>() / squares.len().max(1) as f64).sqrt()
 }
 
-/// Whether two hypotheses give many lines different labels: single lines may be clutter.
-fn differs(a: &Hypothesis, b: &Hypothesis, pictures: &[Picture]) -> bool {
+/// Whether two hypotheses assign different labels to many lines: single lines may be clutter.
+fn differs(a: &Hypothesis, b: &Hypothesis, images: &[SectionImage]) -> bool {
     let (mut n_lines, mut n_different) = (0, 0);
-    for (picture, (a, b)) in pictures.iter().zip(a.answers.iter().zip(&b.answers)) {
-        n_lines += picture.lines.len();
-        n_different += if a == b { 0 } else { picture.lines.len() };
+    for (image, (a, b)) in images.iter().zip(a.assignments.iter().zip(&b.assignments)) {
+        n_lines += image.lines.len();
+        n_different += if a == b { 0 } else { image.lines.len() };
     }
-    n_different as f64 > HYPOTHESIS_OTHER_SHARE * n_lines as f64
+    n_different as f64 > HYPOTHESIS_OTHER_FRACTION * n_lines as f64
 }
 
-/// Every assignment of every three of the fullest pictures, tested on all pictures.
-fn hypotheses(pictures: &[Picture], model: &SectionModel) -> Vec<Hypothesis> {
-    let mut fullest: Vec<usize> = (0..pictures.len()).collect();
-    fullest.sort_by_key(|&idx| std::cmp::Reverse(pictures[idx].lines.len()));
-    fullest.truncate(SEED_PICTURES);
+/// Every assignment of every three of the fullest images, tested on all images.
+fn hypotheses(images: &[SectionImage], model: &SectionModel) -> Vec<Hypothesis> {
+    let mut fullest: Vec<usize> = (0..images.len()).collect();
+    fullest.sort_by_key(|&idx| std::cmp::Reverse(images[idx].lines.len()));
+    fullest.truncate(SEED_IMAGES);
     let mut tried = Vec::new();
     for (i, &a) in fullest.iter().enumerate() {
         for (j, &b) in fullest.iter().enumerate().skip(i + 1) {
             for &c in &fullest[j + 1..] {
-                for answer_a in 0..pictures[a].answers.len() {
-                    for answer_b in 0..pictures[b].answers.len() {
-                        for answer_c in 0..pictures[c].answers.len() {
-                            let seed = [(a, answer_a), (b, answer_b), (c, answer_c)];
-                            tried.extend(extended_to_all(pictures, model, &seed));
+                for assignment_a in 0..images[a].assignments.len() {
+                    for assignment_b in 0..images[b].assignments.len() {
+                        for assignment_c in 0..images[c].assignments.len() {
+                            let seed = [(a, assignment_a), (b, assignment_b), (c, assignment_c)];
+                            tried.extend(extended_to_all(images, model, &seed));
                         }
                     }
                 }
@@ -169,70 +170,69 @@ fn hypotheses(pictures: &[Picture], model: &SectionModel) -> Vec<Hypothesis> {
     tried
 }
 
-/// The rays of a seed label all pictures; the rays fitted to all pictures label them again.
-fn extended_to_all(pictures: &[Picture], model: &SectionModel, seed: &[(usize, usize)]) -> Option<Hypothesis> {
-    let mut answers = vec![None; pictures.len()];
-    for &(picture, answer) in seed {
-        answers[picture] = Some(answer);
+/// The rays of a seed label all images; the rays fitted to all images label them again.
+fn extended_to_all(images: &[SectionImage], model: &SectionModel, seed: &[(usize, usize)]) -> Option<Hypothesis> {
+    let mut assignments = vec![None; images.len()];
+    for &(image, assignment) in seed {
+        assignments[image] = Some(assignment);
     }
     let mut made = None;
     for _ in 0..3 {
-        let rays = model.rays(&labelled(pictures, &answers))?;
-        let best: Vec<(Option<usize>, f64)> = pictures.iter().map(|picture| best_answer(picture, &rays)).collect();
-        let n_lines: usize = pictures.iter().map(|picture| picture.lines.len()).sum();
+        let rays = model.rays(&labelled(images, &assignments))?;
+        let best: Vec<(Option<usize>, f64)> = images.iter().map(|image| best_assignment(image, &rays)).collect();
+        let n_lines: usize = images.iter().map(|image| image.lines.len()).sum();
         let cost = best.iter().map(|(_, cost)| cost).sum::<f64>() / n_lines as f64;
-        answers = best.into_iter().map(|(answer, _)| answer).collect();
-        made = Some(Hypothesis { answers: answers.clone(), cost });
+        assignments = best.into_iter().map(|(assignment, _)| assignment).collect();
+        made = Some(Hypothesis { assignments: assignments.clone(), cost });
     }
     made
 }
 
 /// The labelled lines: (label, position).
-fn labelled(pictures: &[Picture], answers: &[Option<usize>]) -> Vec<(usize, Vector2<f64>)> {
-    let of_picture = |(picture, answer): (&Picture, &Option<usize>)| {
-        let labels = answer.map_or(&[][..], |answer| &picture.answers[answer][..]);
-        labels.iter().copied().zip(picture.lines.iter().map(|line| line.at)).collect::<Vec<_>>()
+fn labelled(images: &[SectionImage], assignments: &[Option<usize>]) -> Vec<(usize, Vector2<f64>)> {
+    let of_image = |(image, assignment): (&SectionImage, &Option<usize>)| {
+        let labels = assignment.map_or(&[][..], |assignment| &image.assignments[assignment][..]);
+        labels.iter().copied().zip(image.lines.iter().map(|line| line.at)).collect::<Vec<_>>()
     };
-    pictures.iter().zip(answers).flat_map(of_picture).collect()
+    images.iter().zip(assignments).flat_map(of_image).collect()
 }
 
 /// The assignment with rays closest to the lines, if it is better than none, and the sum of its squares.
-fn best_answer(picture: &Picture, rays: &Rays) -> (Option<usize>, f64) {
+fn best_assignment(image: &SectionImage, rays: &Rays) -> (Option<usize>, f64) {
     let cap = SECTION_CAP_PITCHES.powi(2);
-    let none = cap * picture.lines.len() as f64;
+    let none = cap * image.lines.len() as f64;
     let cost = |labels: &[usize]| -> f64 {
         let of_line =
             |(line, &label): (&SectionLine, &usize)| rays.distance_pitches(label, &line.at).map(|d| d * d);
-        picture.lines.iter().zip(labels).map(|pair| of_line(pair).unwrap_or(cap).min(cap)).sum()
+        image.lines.iter().zip(labels).map(|pair| of_line(pair).unwrap_or(cap).min(cap)).sum()
     };
-    let costs = picture.answers.iter().map(|labels| cost(labels)).enumerate();
+    let costs = image.assignments.iter().map(|labels| cost(labels)).enumerate();
     match costs.min_by(|a, b| a.1.total_cmp(&b.1)) {
-        Some((answer, cost)) if cost < none => (Some(answer), cost),
+        Some((assignment, cost)) if cost < none => (Some(assignment), cost),
         _ => (None, none),
     }
 }
 
-/// The pictures with at least two lines on their boards, each line a point of the section.
-fn pictures(pieces: &[BoardPiece], lines: &[Vec<Vec<usize>>], scene: &Scene) -> Vec<Picture> {
+/// The images with at least two lines on their boards, each line a point of the section.
+fn images(pieces: &[BoardPiece], lines: &[Vec<Vec<usize>>], scene: &Scene) -> Vec<SectionImage> {
     let in_space: Vec<Vec<LineInSpace>> = lines
         .iter()
-        .map(|of_picture| {
-            let all = of_picture
-                .iter()
-                .map(|line| LineInSpace { pieces: line.clone(), hits: hits(pieces, line, scene) });
+        .map(|of_image| {
+            let all =
+                of_image.iter().map(|line| LineInSpace { pieces: line.clone(), hits: hits(pieces, line, scene) });
             all.filter(|line| line.hits.len() >= 2).collect()
         })
         .collect();
     let Some(section) = Section::across(in_space.iter().flatten().map(|line| line.hits.as_slice())) else {
         return Vec::new();
     };
-    let picture = |of_picture: Vec<LineInSpace>| {
+    let image = |of_image: Vec<LineInSpace>| {
         let seen = |line: LineInSpace| SectionLine { pieces: line.pieces, at: section.place_of(&line.hits) };
-        let lines = merged(of_picture.into_iter().map(seen).collect());
-        let answers = answers(&lines, scene)?;
-        Some(Picture { lines, answers })
+        let lines = merged(of_image.into_iter().map(seen).collect());
+        let assignments = assignments(&lines, scene)?;
+        Some(SectionImage { lines, assignments })
     };
-    in_space.into_iter().filter(|of_picture| of_picture.len() >= 2).filter_map(picture).collect()
+    in_space.into_iter().filter(|of_image| of_image.len() >= 2).filter_map(image).collect()
 }
 
 /// Merges lines at the same position: they are unjoined pieces of one line.
@@ -240,7 +240,7 @@ fn merged(lines: Vec<SectionLine>) -> Vec<SectionLine> {
     let largest = lines.windows(2).map(|pair| (pair[1].at - pair[0].at).norm()).fold(0.0, f64::max);
     let mut merged: Vec<SectionLine> = Vec::with_capacity(lines.len());
     for line in lines {
-        match merged.last_mut().filter(|last| (line.at - last.at).norm() < SAME_LINE_GAP_SHARE * largest) {
+        match merged.last_mut().filter(|last| (line.at - last.at).norm() < SAME_LINE_GAP_FRACTION * largest) {
             Some(last) => last.pieces.extend(line.pieces),
             None => merged.push(line),
         }
@@ -268,13 +268,13 @@ fn hits(pieces: &[BoardPiece], line: &[usize], scene: &Scene) -> Vec<Vector3<f64
         .collect()
 }
 
-/// Possible labels of the lines of a picture; `None` if their distances show that they are not neighbours of one set.
+/// Possible labels of the lines of an image; `None` if their distances show that they are not neighbours of one set.
 ///
 /// Behind a grating the lines are evenly spaced, so that a missing one is visible; of independent lasers any may be
 /// missing.
-fn answers(lines: &[SectionLine], scene: &Scene) -> Option<Vec<Vec<usize>>> {
+fn assignments(lines: &[SectionLine], scene: &Scene) -> Option<Vec<Vec<usize>>> {
     let n_orders = scene.orders.len();
-    if scene.sheet_wavelength_over_period.is_none() {
+    if scene.nominal_wavelength_over_period.is_none() {
         return Some(choices(n_orders, lines.len()));
     }
     let gaps: Vec<f64> = lines.windows(2).map(|pair| (pair[1].at - pair[0].at).norm()).collect();
@@ -288,12 +288,12 @@ fn answers(lines: &[SectionLine], scene: &Scene) -> Option<Vec<Vec<usize>>> {
         places.push(places.last().copied().unwrap_or(0) + steps.round() as usize);
     }
     // Even the smallest gap may contain a missing line.
-    let answers = [1, 2].into_iter().flat_map(|pitches| {
+    let assignments = [1, 2].into_iter().flat_map(|pitches| {
         let places: Vec<usize> = places.iter().map(|at| pitches * at).collect();
         let reach = places.last().copied().unwrap_or(0);
         (0..n_orders.saturating_sub(reach)).map(move |first| places.iter().map(|at| first + at).collect())
     });
-    Some(answers.collect())
+    Some(assignments.collect())
 }
 
 /// Every increasing choice of `n_chosen` labels.

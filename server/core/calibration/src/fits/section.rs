@@ -13,13 +13,13 @@ pub(super) enum SectionModel {
     Free(usize),
 }
 
-/// One ray per label: across = `at_mm` + `slope` · away. `None` where its lines do not determine it.
+/// One ray per label: across = `at_mm` + `slope` · away. `None` if its lines do not determine it.
 pub(super) struct Rays(Vec<Option<(f64, f64)>>);
 
 impl SectionModel {
     /// The possible models of a scene: with increasing order the light may rotate either way.
     pub fn candidates(scene: &Scene) -> Vec<Self> {
-        let Some(sine) = scene.sheet_wavelength_over_period else { return vec![Self::Free(scene.orders.len())] };
+        let Some(sine) = scene.nominal_wavelength_over_period else { return vec![Self::Free(scene.orders.len())] };
         let tangents =
             |side: f64| scene.orders.iter().map(|&order| (side * f64::from(order) * sine).asin().tan()).collect();
         vec![Self::Grating(tangents(1.0)), Self::Grating(tangents(-1.0))]
@@ -84,7 +84,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_fan_is_found_from_three_places_per_ray() {
+    fn a_fan_is_determined_by_three_positions_per_ray() {
         // Rays from (−150, 20), rotated by asin(0.033 m) about 0.4 rad.
         let tangents: Vec<f64> = (-2..=2).map(|m| (0.033 * f64::from(m)).asin().tan()).collect();
         let slope = |label: usize| (0.4f64 + tangents[label].atan()).tan();

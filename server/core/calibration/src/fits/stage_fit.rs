@@ -153,7 +153,7 @@ fn centre_by_pose(pose: &BoardPose, board_centre_mm: &Vector3<f64>) -> Matrix3x6
 ///
 /// The σ for which Σ dᵀ(σ²·1 + C)⁻¹d is two less than its 3(n − 2) degrees of freedom: with so few views the usual
 /// estimate is too small too often, and a quantity divided by it follows not the normal distribution but Student's t,
-/// which has this variance (GUM, Supplement 1). Where noise explains the deviations, the σ that the noise could hide.
+/// which has this variance (GUM, Supplement 1). If noise explains the deviations, the σ that the noise could hide.
 fn straightness_sigma_mm(deviations: &[Vector3<f64>], noises: &[Matrix3<f64>]) -> f64 {
     let views_left = deviations.len() as f64 - 2.0;
     let expected = 3.0 * views_left - 2.0;

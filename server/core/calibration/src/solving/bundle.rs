@@ -1,4 +1,4 @@
-//! The joint bundle adjustment: camera, light sheets, stage and board poses against all pixels together
+//! Joint bundle adjustment of camera, light sheets, stage and board poses, with all pixels
 //! (`docs/maths/calibration.md`, eq. 1–3).
 
 use nalgebra::{Vector2, Vector3, Vector6};
@@ -17,7 +17,7 @@ use crate::solving::solver::Problem;
 
 /// The observations and the free parameters.
 pub struct Bundle {
-    /// Pictures of the board.
+    /// Images of the board.
     pub views: Vec<CornerView>,
     /// Laser points, in any order.
     pub laser: Vec<LaserObservation>,
@@ -25,7 +25,7 @@ pub struct Bundle {
     pub free: Vec<bool>,
     /// Whether the board poses are estimated.
     pub free_poses: bool,
-    /// Weak prior knowledge from data sheets.
+    /// Weak priors.
     pub priors: Priors,
     /// Corner residuals beyond this many σ count linearly.
     corner_limit_sigmas: f64,
@@ -171,7 +171,8 @@ impl Bundle {
     }
 }
 
-/// Cost of a laser point whose ray misses its sheet: that of an outlier of thirty σ, so that no step gains by it.
+/// Cost of a laser point whose ray misses its sheet: that of an outlier of thirty σ, so that no step benefits from
+/// losing points.
 const LOST_POINT_COST: f64 = 30.0 * LASER_HUBER_SIGMAS;
 
 impl Problem for Bundle {

@@ -131,7 +131,8 @@ impl Derived {
 /// Range of each parameter within which its residuals are linear: the unit of damping.
 ///
 /// Damping by these, and not by the diagonal, restrains only the directions that the data hardly determine, and lets
-/// the solver follow the curved valleys in which several parameters have nearly the same effect on the light.
+/// the solver follow curved valleys of the cost, along which several parameters have nearly the same effect on the
+/// light.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Ranges {
     /// One per global parameter.
@@ -238,11 +239,11 @@ impl ArrowNormal {
         let gg = &self.globals.gg;
         let n = gg.nrows() - first;
         let own = inverse_scaled(&gg.view((first, first), (n, n)).into_owned())?;
-        let felt =
+        let dependent =
             self.blocks.iter().enumerate().filter(|(_, block)| block.gb.rows(first, n).iter().any(|v| *v != 0.0));
         Some(Derived {
             by_globals: -&own * gg.view((first, 0), (n, first)),
-            by_block: felt.map(|(idx, block)| (idx, -&own * block.gb.rows(first, n))).collect(),
+            by_block: dependent.map(|(idx, block)| (idx, -&own * block.gb.rows(first, n))).collect(),
             own,
         })
     }

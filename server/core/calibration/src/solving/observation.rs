@@ -2,7 +2,7 @@
 
 use nalgebra::{Vector2, Vector3};
 
-/// One board corner observed in one picture.
+/// One board corner observed in one image.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CornerObservation {
     /// Position on the board, mm, z = 0.
@@ -13,7 +13,7 @@ pub struct CornerObservation {
     pub sigma_px: f64,
 }
 
-/// One picture of the board.
+/// One image of the board.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CornerView {
     /// Index of the pose block.

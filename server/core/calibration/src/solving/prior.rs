@@ -1,4 +1,5 @@
-//! Weak prior knowledge from data sheets and from how such projectors are built, as extra residuals on the globals.
+//! Weak priors from nominal values and from the typical construction of projectors, as additional residuals of the
+//! globals.
 
 use optics::{CAMERA_PARAMETERS, GRATING_PARAMETERS, Grating, LightSurfaces};
 
@@ -52,12 +53,12 @@ impl Priors {
         let focal = GaussianPrior { mean: focal_px, sigma: focal_px * FOCAL_PRIOR_RELATIVE };
         let centre =
             |side: f64| GaussianPrior { mean: (side - 1.0) / 2.0, sigma: side * PRINCIPAL_POINT_PRIOR_RELATIVE };
-        let mut beliefs = vec![focal, focal, centre(w), centre(h)];
-        beliefs.extend(DISTORTION_PRIOR_SIGMA.map(|sigma| GaussianPrior { mean: 0.0, sigma }));
-        beliefs
+        let mut priors = vec![focal, focal, centre(w), centre(h)];
+        priors.extend(DISTORTION_PRIOR_SIGMA.map(|sigma| GaussianPrior { mean: 0.0, sigma }));
+        priors
     }
 
-    /// Prior of λ/d_g around its data-sheet value.
+    /// Prior of λ/d_g around its nominal value.
     pub fn of_wavelength_over_period(sheet: f64) -> GaussianPrior {
         GaussianPrior { mean: sheet, sigma: sheet * WAVELENGTH_OVER_PERIOD_RELATIVE_SIGMA }
     }

@@ -17,8 +17,7 @@ const MAX_DAMPING: f64 = 1e12;
 const MIN_DAMPING: f64 = 1e-6;
 
 /// Consecutive steps without gain, none damped harder than the first, after which the solver ends: the model is too
-/// nonlinear for light damping, so that each step gains slightly less than predicted, and there is nothing left to
-/// gain.
+/// nonlinear for weak damping, so that each step gains slightly less than predicted, and no gain is left.
 const STALLED_STEPS: usize = 5;
 
 /// A reduction of the cost below this fraction counts as none …
@@ -87,7 +86,7 @@ pub fn minimise<P: Problem>(problem: &P, mut state: P::State) -> Option<Minimum<
         (state, normal) = (taken.state, taken.normal);
         n_steps += 1;
         let gain = cost - normal.cost();
-        if gain <= least && taken.predicted_gain <= least && taken.damping.is_light() {
+        if gain <= least && taken.predicted_gain <= least && taken.damping.is_weak() {
             break Termination::Cost;
         }
         n_stalled = if gain <= least && taken.damping.value() <= FIRST_DAMPING { n_stalled + 1 } else { 0 };
@@ -138,12 +137,12 @@ fn downhill<P: Problem>(
             let next_normal = problem.linearise(&next);
             if next_normal.cost() <= normal.cost() {
                 let taken = *damping;
-                damping.ease();
+                damping.decrease();
                 let predicted_gain = normal.expected_gain(&step);
                 return Some(AcceptedStep { state: next, normal: next_normal, predicted_gain, damping: taken });
             }
         }
-        if !damping.raise() {
+        if !damping.increase() {
             return None;
         }
     }

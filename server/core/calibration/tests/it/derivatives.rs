@@ -59,7 +59,7 @@ fn problem(kind: LightModelKind) -> (Bundle, BundleState) {
         camera: &rig.camera,
         poses: &poses,
         orders: &rig.orders,
-        sheet_wavelength_over_period: Some(0.0331),
+        nominal_wavelength_over_period: Some(0.0331),
     };
     let mut priors = light_priors(&scene, &light, &lit_points(&scene, &laser));
     priors.camera = Priors::of_camera(1280, 1024, 2400.0);

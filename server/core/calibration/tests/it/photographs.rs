@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use calibration::{
-    BoardGeometry, BoardPattern, CalibrationInput, CalibrationOptions, PoseInput, ProjectorSheet, calibrate,
+    BoardGeometry, BoardPattern, CalibrationInput, CalibrationOptions, NominalProjector, PoseInput, calibrate,
 };
 use nalgebra::Vector2;
 use rayon::prelude::*;
@@ -32,14 +32,14 @@ fn camera_rms_px(paths: &[PathBuf], board: BoardGeometry, estimate_k3: Option<bo
             name: path.display().to_string(),
             corners: find_corners(image, &params).unwrap(),
             centrelines: None,
-            lit_alone: Vec::new(),
+            single_line_images: Vec::new(),
         })
         .collect();
     let input = CalibrationInput {
         width_px: images[0].width(),
         height_px: images[0].height(),
         board,
-        projector: ProjectorSheet { grating: None, orders: vec![0] },
+        projector: NominalProjector { grating: None, orders: vec![0] },
         poses,
         stage_views: Vec::new(),
         angle_sigma_deg: None,

@@ -45,20 +45,20 @@ fn minimum(residual: impl Fn(f64) -> Option<(f64, f64)>, start: f64) -> Minimum<
 }
 
 #[test]
-fn a_start_at_the_minimum_ends_by_its_gradient() {
+fn a_start_at_the_minimum_terminates_by_the_gradient() {
     let found = minimum(|x| Some((x - 2.0, 1.0)), 2.0);
     assert_eq!((found.termination, found.n_steps), (Termination::Gradient, 0));
 }
 
 #[test]
-fn a_negligible_distance_ends_by_its_step() {
+fn a_negligible_distance_terminates_by_the_step() {
     // So steep that 1e-11 of the range still costs 0.5.
     let found = minimum(|x| Some((1e11 * (x - 2.0), 1e11)), 2.0 + 1e-11);
     assert_eq!((found.termination, found.n_steps), (Termination::Step, 0));
 }
 
 #[test]
-fn a_slow_approach_ends_by_its_cost() {
+fn slow_convergence_terminates_by_the_cost() {
     // r = x²: every step halves x, and the predicted gain stays a constant fraction of the cost.
     let found = minimum(|x| Some((x * x, 2.0 * x)), 1.0);
     assert_eq!(found.termination, Termination::Cost);
@@ -66,7 +66,7 @@ fn a_slow_approach_ends_by_its_cost() {
 }
 
 #[test]
-fn creeping_towards_the_limit_of_a_model_is_not_convergence() {
+fn approaching_the_limit_of_the_models_domain_is_not_convergence() {
     // The minimum is outside the model's domain: steps with ever stronger damping gain ever less.
     let found = minimum(|x| (x > 0.5).then_some((100.0 * x, 100.0)), 1.0);
     assert_eq!(found.termination, Termination::NotConverged);
@@ -74,7 +74,7 @@ fn creeping_towards_the_limit_of_a_model_is_not_convergence() {
 }
 
 #[test]
-fn a_slope_without_a_gain_is_not_convergence() {
+fn a_gradient_without_a_gain_is_not_convergence() {
     let uphill = minimum(|x| Some((10.0 + x, -1.0)), 0.0);
     assert_eq!(uphill.termination, Termination::NotConverged);
 }

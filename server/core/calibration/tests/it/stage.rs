@@ -85,7 +85,7 @@ fn errors_of_direction_and_scale_match_their_sigma() {
 }
 
 #[test]
-fn a_stage_straight_within_the_noise_is_not_taken_as_perfect() {
+fn a_stage_straight_within_the_noise_is_not_assumed_perfect() {
     for seed in 0..5 {
         let input = without_laser(wobbling(seed, 0.0).input(6, VIEWS));
         let stage = calibrated(&input).unwrap().calibration.stage.unwrap().linear().unwrap();
@@ -97,7 +97,7 @@ fn a_stage_straight_within_the_noise_is_not_taken_as_perfect() {
 }
 
 #[test]
-fn straightness_is_stored_and_unknown_in_documents_without_it() {
+fn straightness_is_stored_and_unknown_in_older_documents() {
     let result = calibrated(&without_laser(wobbling(1, WOBBLE_MM).input(6, VIEWS))).unwrap();
     let document = CalibrationDocument::new(&result, Vec::new(), "1");
     let text = document.to_json();

@@ -9,7 +9,7 @@ use calibration::{
 use nalgebra::Vector2;
 use optics::{Calibration, LightModelKind, LightSurfaces};
 
-/// One station's depth errors are mostly due to one number (the focal length): three of its σ.
+/// The depth errors of one station are mostly due to one parameter, the focal length: three of its σ.
 const THREE_SIGMA: f64 = 3.0;
 
 /// Depth errors over the sheets in the camera's view, in mm, and in units of the predicted σ.
@@ -51,7 +51,7 @@ fn without_noise_the_truth_is_recovered() {
 }
 
 #[test]
-fn errors_stay_within_what_the_covariance_predicts() {
+fn errors_match_the_covariance() {
     // RMS of error/σ over a dozen stations: the errors of one are strongly correlated, so each counts about once; these
     // limits contain 99.9 % of the RMS of a dozen normal numbers.
     const STATIONS: u64 = 12;
@@ -80,7 +80,7 @@ fn errors_of_a_plane_match_its_covariance_with_the_camera() {
     const STATIONS: usize = 60;
     let options =
         CalibrationOptions { light_model: LightModelChoice::Fixed(LightModelKind::Planes), ..Default::default() };
-    // A board with the edge of its squares along the line shows none of it.
+    // A board whose square edges lie along the line has no usable points of it.
     let stations = (100..).filter_map(|seed| {
         let rig = Rig { orders: vec![0], corner_sigma_px: 0.02, line_sigma_px: 0.1, ..Rig::new(seed) };
         match calibrate(&rig.input(8, 0), &options, &mut |_, _| ProgressControl::Continue) {
@@ -105,7 +105,7 @@ fn planes_do_not_fit_curved_sheets_and_the_report_states_it() {
 }
 
 #[test]
-fn each_model_is_fitted_when_asked_for() {
+fn each_model_is_fitted_on_request() {
     let input = Rig::new(3).input(6, 5);
     for kind in LightModelKind::ALL {
         let options = CalibrationOptions { light_model: LightModelChoice::Fixed(kind), ..Default::default() };
@@ -210,16 +210,16 @@ fn parallel_boards_leave_the_focal_length_unobservable() {
 }
 
 #[test]
-fn a_laser_picture_without_lines_on_the_board_is_left_out_and_named() {
+fn a_laser_image_without_lines_on_the_board_is_excluded_and_named() {
     let mut input = Rig::new(1).input(5, 0);
     input.poses[3].centrelines = Some(vision::Centrelines::default());
     let warnings = calibrated(&input).unwrap().report.warnings;
-    let named = |warning: &String| warning.contains("1 laser pictures") && warning.contains("board/003.png");
+    let named = |warning: &String| warning.contains("1 laser images") && warning.contains("board/003.png");
     assert!(warnings.iter().any(named), "{warnings:?}");
 }
 
 #[test]
-fn too_few_laser_pictures_with_lines_on_the_board_are_refused_by_name() {
+fn too_few_laser_images_with_lines_on_the_board_are_refused_by_name() {
     let mut input = Rig::new(1).input(4, 0);
     for pose in &mut input.poses[2..] {
         pose.centrelines = Some(vision::Centrelines::default());
@@ -236,7 +236,7 @@ fn orders_out_of_order_are_refused() {
 }
 
 #[test]
-fn lines_with_one_missing_are_identified_by_the_one_without_a_bow() {
+fn lines_with_one_always_missing_are_identified_by_the_flat_order_0() {
     for missing in [0, 4] {
         let rig = Rig::new(1);
         let mut input = rig.input(8, 0);
@@ -251,7 +251,7 @@ fn lines_with_one_missing_are_identified_by_the_one_without_a_bow() {
 }
 
 #[test]
-fn a_line_missing_in_some_pictures_is_labelled_by_prediction() {
+fn a_line_missing_in_some_images_is_labelled_by_prediction() {
     let rig = Rig::new(12);
     let mut input = rig.input(8, 0);
     let boards_with = |input: &CalibrationInput, order: i8| -> Vec<String> {
@@ -268,7 +268,7 @@ fn a_line_missing_in_some_pictures_is_labelled_by_prediction() {
 }
 
 #[test]
-fn pictures_without_laser_give_a_camera_alone() {
+fn images_without_laser_give_only_a_camera() {
     let mut input = Rig::new(1).input(6, 5);
     for pose in &mut input.poses {
         pose.centrelines = None;
@@ -310,7 +310,7 @@ fn an_order_with_few_points_on_the_boards_is_determined_by_the_others() {
     assert!(depth_errors(&rig, &result.calibration).1 < THREE_SIGMA);
 }
 
-/// Keeps the lines `kept(pose)` in the picture of each pose.
+/// Keeps the lines `kept(pose)` in the image of each pose.
 fn keep_lines(input: &mut CalibrationInput, kept: impl Fn(usize) -> std::ops::Range<usize>) {
     for (idx, pose) in input.poses.iter_mut().enumerate() {
         let segments = &mut pose.centrelines.as_mut().unwrap().segments;
@@ -319,7 +319,7 @@ fn keep_lines(input: &mut CalibrationInput, kept: impl Fn(usize) -> std::ops::Ra
 }
 
 #[test]
-fn lines_never_all_in_one_picture_are_labelled_by_hypothesis() {
+fn lines_never_all_in_one_image_are_labelled_by_hypothesis() {
     for seed in 15..21 {
         let rig = Rig::new(seed);
         let mut input = rig.input(9, 0);

@@ -19,7 +19,7 @@ use remedy::{Remedy, with_remedy};
 const STATIONS: u64 = 100;
 /// Accepted RMS of an error over its σ: contains 99.8 % of the RMS of 100 normal numbers.
 const NORMALISED_RMS: std::ops::Range<f64> = 0.78..1.22;
-/// σ of the table's angles: 0.3 µm of arc is detectable on the board, this moves it by 7 µm.
+/// σ of the table's angles: it moves the board by 7 µm of arc, of which 0.3 µm is detectable.
 const ANGLE_SIGMA_DEG: f64 = 0.02;
 /// Angles of the views.
 const ANGLES_DEG: [f64; 9] = [-60.0, -45.0, -30.0, -15.0, 0.0, 15.0, 30.0, 45.0, 60.0];
@@ -70,7 +70,7 @@ fn turned(
 fn error(calibration: &Calibration) -> (Vector4<f64>, Matrix4<f64>) {
     let axis = calibration.stage.unwrap().rotary().unwrap();
     let (first, second) = completing_frame(&axis.direction);
-    let off = truth().described_near(&axis.point_mm).point_mm - axis.point_mm;
+    let off = truth().with_point_near(&axis.point_mm).point_mm - axis.point_mm;
     let tilt = truth().direction;
     let n = calibration.covariance.nrows();
     let covariance = calibration.covariance.fixed_view::<4, 4>(n - 4, n - 4).into_owned();
@@ -140,20 +140,22 @@ fn views_that_do_not_determine_the_axis_are_refused_with_the_remedy() {
 }
 
 #[test]
-fn a_board_that_does_not_turn_as_stated_is_named() {
+fn a_board_that_does_not_rotate_as_stated_is_named() {
     let mut mistyped = turning(3, &ANGLES_DEG, 0.0);
     mistyped.stage_views[6].position = StagePosition::RotaryDeg(80.0);
     let refused = calibrated(&mistyped).unwrap_err();
-    let CalibrationError::TurnMismatch { view, stated_deg, seen_deg, .. } = &refused else { panic!("{refused}") };
+    let CalibrationError::RotationMismatch { view, stated_deg, observed_deg, .. } = &refused else {
+        panic!("{refused}")
+    };
     assert_eq!(view, "stage/006.png");
-    assert!((stated_deg.abs() - seen_deg.abs()).abs() > 40.0, "{refused}");
+    assert!((stated_deg.abs() - observed_deg.abs()).abs() > 40.0, "{refused}");
     // All poses parallel: the board stood still while the table stated a rotation.
     let mut still = turning(3, &[0.0; 4], 0.0);
     for (idx, view) in still.stage_views.iter_mut().enumerate() {
         view.position = StagePosition::RotaryDeg(20.0 * idx as f64);
     }
     let refused = with_remedy(&calibrated(&still).unwrap_err());
-    assert!(refused.contains("turned by 0.0") && refused.contains("fixed to the table"), "{refused}");
+    assert!(refused.contains("rotated by 0.0") && refused.contains("fixed to the table"), "{refused}");
     let mut mixed = turning(3, &ANGLES_DEG, 0.0);
     mixed.stage_views[4].position = StagePosition::LinearMm(1.0);
     let refused = calibrated(&mixed).unwrap_err();
@@ -175,8 +177,8 @@ fn a_table_of_unknown_accuracy_is_reported_and_wobble_gives_a_warning() {
     }
     let wobbling = calibrated(&wobbling).unwrap();
     let steady = calibrated(&turning(4, &ANGLES_DEG, 0.0)).unwrap();
-    assert!(wobbling.report.warnings.iter().any(|warning| warning.contains("does not turn about one axis")));
-    assert!(steady.report.warnings.iter().all(|warning| !warning.contains("does not turn")));
+    assert!(wobbling.report.warnings.iter().any(|warning| warning.contains("does not rotate about a fixed axis")));
+    assert!(steady.report.warnings.iter().all(|warning| !warning.contains("does not rotate")));
     let [wide, narrow] = [wobbling, steady].map(|result| result.report.axis.unwrap().tilt_sigma_deg[0]);
     assert!(wide > 3.0 * narrow, "{wide} {narrow}");
 }

@@ -104,11 +104,11 @@ fn solve(start: &Shape, points: &impl Points, max_steps: usize) -> Option<(Shape
         let next = normal_equations(&candidate, points);
         // Both in the metric at the start of the step: a metric that changes with the step could hide an increase.
         let falls = |next: &Normal| squared(&distance, &next.gradient) < cost;
-        let is_free = damping.is_light();
+        let is_free = damping.is_weak();
         match next.filter(falls) {
             Some(next) => {
                 (shape, normal) = (candidate, next);
-                damping.ease();
+                damping.decrease();
                 if is_free && step.amax() <= STEP_TOLERANCE {
                     return Some((shape.anchored(&centroid), Termination::Step));
                 }
@@ -116,7 +116,7 @@ fn solve(start: &Shape, points: &impl Points, max_steps: usize) -> Option<(Shape
             None if is_free && cost <= COST_TOLERANCE => {
                 return Some((shape.anchored(&centroid), Termination::Cost));
             }
-            None if !damping.raise() => break,
+            None if !damping.increase() => break,
             None => {}
         }
     }

@@ -4,7 +4,7 @@
 //! this is (ΔM/2)² with ΔM = M(+) − M(−); for one at an extremum (flatness) it does not vanish.
 
 use nalgebra::{Vector2, Vector3};
-use optics::stage::StageSpread;
+use optics::stage::StageUncertainty;
 use optics::{Calibration, CameraFrame, PointMm, Stage, StagePosition};
 use rayon::prelude::*;
 use statistics::median;
@@ -91,7 +91,7 @@ impl<'a> Retriangulation<'a> {
         limit: usize,
         calibration: &'a Calibration,
     ) -> Result<Self, MeasureError> {
-        let spread = calibration.stage_spread();
+        let spread = calibration.stage_uncertainty();
         let mut mismatches = Vec::new();
         let mut lost = 0;
         let mut features: Vec<Vec<Pixel>> = sets
@@ -284,7 +284,7 @@ fn pixel(
     samples: &Samples,
     sample_idx: u32,
     weight: f64,
-    (calibration, spread): (&Calibration, &StageSpread),
+    (calibration, spread): (&Calibration, &StageUncertainty),
 ) -> Option<Pixel> {
     let sample = samples.at(sample_idx);
     let point = samples.point(sample_idx);

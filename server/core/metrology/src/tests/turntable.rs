@@ -93,7 +93,7 @@ fn scan(seed: u64, axis_drawn: bool) -> (Cloud, Calibration) {
     }
     let assumed = truth.stepped(&draw);
     let stage = assumed.stage.expect("a turntable");
-    let spread = assumed.stage_spread();
+    let spread = assumed.stage_uncertainty();
     let angles_deg: Vec<f64> = (0..N_FRAMES).map(|frame| frame as f64 * STEP_DEG).collect();
     let mut points = Vec::new();
     for (frame, &angle_deg) in angles_deg.iter().enumerate() {

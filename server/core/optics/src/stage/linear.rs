@@ -24,9 +24,10 @@ pub struct StageAxis {
 /// Statistical model of w(s), the deviation from straight and uniform travel at position s, camera frame, mm.
 ///
 /// At nodes, evenly spaced along the travel, the deviations are independent, with the same σ along all three axes;
-/// between two nodes they are blended so that σ stays the same; beyond the last node they are constant. So the standard
-/// deviation between positions a distance L apart is σ·√(2(1 − ρ(L))) along every axis, with ρ falling from 1 to 0 over
-/// one to two spacings. Deviations with a shorter period than the nodes are not described.
+/// between two nodes they are interpolated with weights that keep σ constant; beyond the last node they are constant.
+/// The standard deviation between positions a distance L apart is therefore σ·√(2(1 − ρ(L))) along every axis, with ρ
+/// falling from 1 to 0 over one to two node spacings. Deviations with a shorter period than the spacing are not
+/// modelled.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Straightness {
     sigma_mm: f64,
@@ -50,12 +51,12 @@ impl StageAxis {
 
     /// The motion of the part at `position_mm`.
     pub fn motion(&self, position_mm: f64) -> Motion {
-        Motion::carried(self.direction * position_mm + self.deviation_mm(position_mm))
+        Motion::translation(self.direction * position_mm + self.deviation_mm(position_mm))
     }
 
     /// Moved by a step of the direction and of the deviations at the nodes.
-    pub(crate) fn stepped(&self, step: &[f64], of_deviations: &[f64]) -> Self {
-        let straightness = self.straightness.map(|straightness| straightness.stepped(of_deviations));
+    pub(crate) fn stepped(&self, step: &[f64], deviation_step: &[f64]) -> Self {
+        let straightness = self.straightness.map(|straightness| straightness.stepped(deviation_step));
         Self { direction: self.direction + Vector3::from_column_slice(step), straightness }
     }
 
@@ -98,13 +99,13 @@ impl Straightness {
     /// Variance per axis, mm² per mm², of the slope of a straight line through the deviations: the uncertainty of a
     /// direction fitted to as many views as there are nodes.
     pub fn slope_variance(&self) -> f64 {
-        let shares = (0..self.n_nodes).map(|node| self.share_of_slope(node).powi(2));
+        let shares = (0..self.n_nodes).map(|node| self.slope_weight(node).powi(2));
         self.sigma_mm * self.sigma_mm * shares.sum::<f64>()
     }
 
     /// Weight of the deviation at a node in the slope of the line through all nodes, per mm: for n nodes d apart, (k −
     /// (n − 1)/2)·12 / (d·n(n² − 1)).
-    pub(crate) fn share_of_slope(&self, node: usize) -> f64 {
+    pub(crate) fn slope_weight(&self, node: usize) -> f64 {
         let n = self.n_nodes as f64;
         let spacing_mm = (self.last_mm - self.first_mm) / (n - 1.0);
         12.0 * (node as f64 - 0.5 * (n - 1.0)) / (spacing_mm * n * (n * n - 1.0))

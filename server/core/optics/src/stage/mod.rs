@@ -1,16 +1,16 @@
-//! The stage: its effect on the part is one rigid motion per frame, for linear and rotary stages.
+//! Linear and rotary stages: each moves the part by one rigid motion per frame.
 
 mod linear;
 mod motion;
 mod rotary;
-mod spread;
+mod uncertainty;
 
 use crate::frames::{CameraFrame, PartFrame, PointMm};
 
 pub use linear::{MAX_STRAIGHTNESS_NODES, StageAxis, Straightness};
 pub use motion::Motion;
 pub use rotary::{ANGLE_NODES, AngleError, RotaryAxis};
-pub use spread::{FrameSpread, StageSpread};
+pub use uncertainty::{FrameUncertainty, StageUncertainty};
 
 /// Kind of a stage.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -181,10 +181,10 @@ impl Stage {
 
     /// Moved by a step of its parameters, then of the deviations of its straightness or its angle.
     pub(crate) fn stepped(&self, step: &[f64]) -> Self {
-        let (of_parameters, of_deviations) = step.split_at(self.parameters());
+        let (parameter_step, deviation_step) = step.split_at(self.parameters());
         match self {
-            Self::Linear(axis) => Self::Linear(axis.stepped(of_parameters, of_deviations)),
-            Self::Rotary(axis) => Self::Rotary(axis.stepped(of_parameters, of_deviations)),
+            Self::Linear(axis) => Self::Linear(axis.stepped(parameter_step, deviation_step)),
+            Self::Rotary(axis) => Self::Rotary(axis.stepped(parameter_step, deviation_step)),
         }
     }
 }

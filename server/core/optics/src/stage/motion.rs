@@ -12,18 +12,18 @@ pub struct Motion {
 }
 
 impl Motion {
-    /// No motion.
-    pub fn at_rest() -> Self {
-        Self::carried(Vector3::zeros())
+    /// The identity.
+    pub fn identity() -> Self {
+        Self::translation(Vector3::zeros())
     }
 
     /// A translation by `shift_mm`, camera frame.
-    pub fn carried(shift_mm: Vector3<f64>) -> Self {
+    pub fn translation(shift_mm: Vector3<f64>) -> Self {
         Self { shift_mm, turn: None }
     }
 
     /// A rotation by `turn` about `point_mm`, camera frame.
-    pub fn turned(turn: Rotation3<f64>, point_mm: &Vector3<f64>) -> Self {
+    pub fn rotation_about(turn: Rotation3<f64>, point_mm: &Vector3<f64>) -> Self {
         Self { shift_mm: point_mm - turn * point_mm, turn: Some(turn) }
     }
 

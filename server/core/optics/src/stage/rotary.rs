@@ -8,8 +8,8 @@ use crate::frames::{CameraFrame, PartFrame, PointMm};
 use crate::rotation::completing_frame;
 use crate::stage::Motion;
 
-/// Number of angles, evenly spaced around the circle, at which a table's deviations are independent: deviations with
-/// more than eight periods per turn are not described.
+/// Number of nodes, evenly spaced around the circle, at which a table's angular deviations are independent: deviations
+/// with more than eight periods per revolution are not modelled.
 pub const ANGLE_NODES: usize = 8;
 
 /// The rotation axis of a turntable, camera frame.
@@ -17,16 +17,16 @@ pub const ANGLE_NODES: usize = 8;
 pub struct RotaryAxis {
     /// A point of the axis, mm; its covariance is smallest near the boards from which it was determined.
     pub point_mm: Vector3<f64>,
-    /// Unit vector along the axis: increasing angles turn the part about it by the right-hand rule.
+    /// Unit vector along the axis: increasing angles rotate the part about it by the right-hand rule.
     pub direction: Vector3<f64>,
     /// Error of the stated angle. `None`: unknown, which is not zero.
     pub angle_error: Option<AngleError>,
 }
 
-/// Statistical model of δ(θ), the rotation of the table beyond the stated angle.
+/// Statistical model of δ(θ), the error of the table's angle: actual minus stated.
 ///
 /// At [`ANGLE_NODES`] nodes around the circle the deviations are independent, with the same σ; between two nodes they
-/// are blended so that σ stays the same.
+/// are interpolated with weights that keep σ constant.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct AngleError {
     sigma_rad: f64,
@@ -44,7 +44,7 @@ impl RotaryAxis {
     pub fn motion(&self, angle_rad: f64) -> Motion {
         let turned_rad = angle_rad + self.angle_error.map_or(0.0, |error| error.deviation_rad(angle_rad));
         let turn = Rotation3::from_axis_angle(&Unit::new_unchecked(self.direction), turned_rad);
-        Motion::turned(turn, &self.point_mm)
+        Motion::rotation_about(turn, &self.point_mm)
     }
 
     /// A point in the camera frame at `angle_rad`, in the part frame.
@@ -57,16 +57,16 @@ impl RotaryAxis {
         (at_mm - self.point_mm).cross(&self.direction).norm()
     }
 
-    /// The same axis, referred to its point nearest to `at_mm`.
-    pub fn described_near(&self, at_mm: &Vector3<f64>) -> Self {
+    /// The same axis, with its point nearest to `at_mm` as reference point.
+    pub fn with_point_near(&self, at_mm: &Vector3<f64>) -> Self {
         let along_mm = self.direction.dot(&(at_mm - self.point_mm));
         Self { point_mm: self.point_mm + self.direction * along_mm, ..*self }
     }
 
     /// Moved by a step of four numbers: the direction tilts by the first two (rad) towards, and the point shifts by the
     /// others (mm) along, the two vectors of [`completing_frame`]; then the deviations at the nodes.
-    pub(crate) fn stepped(&self, step: &[f64], of_deviations: &[f64]) -> Self {
-        let angle_error = self.angle_error.map(|error| error.stepped(of_deviations));
+    pub(crate) fn stepped(&self, step: &[f64], deviation_step: &[f64]) -> Self {
+        let angle_error = self.angle_error.map(|error| error.stepped(deviation_step));
         Self { angle_error, ..self.moved(&std::array::from_fn(|i| step[i])) }
     }
 

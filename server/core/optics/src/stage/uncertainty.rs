@@ -1,4 +1,4 @@
-//! Uncertainty of a point's position from the covariance of a turntable's axis and from its angle
+//! Uncertainty of a point's position due to the covariance of a turntable's axis and to its angle error
 //! (`docs/maths/turntable.md`, eq. 9).
 
 use nalgebra::{DMatrix, Vector3};
@@ -7,10 +7,10 @@ use crate::frames::{CameraFrame, PointMm};
 use crate::modes::independent_steps;
 use crate::stage::{Motion, RotaryAxis, Stage, StagePosition};
 
-/// The stage at one-σ steps of its uncertainties; empty for a linear stage, whose direction moves all points of a frame
-/// equally.
+/// The stage at one-σ steps of its uncertainties; empty for a linear stage, whose direction shifts all points of a
+/// frame equally.
 #[derive(Debug, Clone, PartialEq)]
-pub struct StageSpread {
+pub struct StageUncertainty {
     axis: Option<RotaryAxis>,
     stepped: Vec<RotaryAxis>,
     /// One σ of the angle.
@@ -19,12 +19,12 @@ pub struct StageSpread {
 
 /// The uncertainties in one frame.
 #[derive(Debug, Clone, PartialEq)]
-pub struct FrameSpread {
+pub struct FrameUncertainty {
     motion: Motion,
     stepped: Vec<Motion>,
 }
 
-impl StageSpread {
+impl StageUncertainty {
     /// `covariance`: of the stage's own parameters.
     pub(crate) fn new(stage: Option<&Stage>, covariance: &DMatrix<f64>) -> Self {
         let Some(Stage::Rotary(axis)) = stage else {
@@ -39,18 +39,18 @@ impl StageSpread {
     }
 
     /// The uncertainties in a frame; empty for a linear stage.
-    pub fn in_frame(&self, position: StagePosition) -> FrameSpread {
+    pub fn in_frame(&self, position: StagePosition) -> FrameUncertainty {
         let (Some(axis), StagePosition::RotaryDeg(angle_deg)) = (self.axis, position) else {
-            return FrameSpread { motion: Motion::at_rest(), stepped: Vec::new() };
+            return FrameUncertainty { motion: Motion::identity(), stepped: Vec::new() };
         };
         let angle_rad = angle_deg.to_radians();
         let mut stepped: Vec<Motion> = self.stepped.iter().map(|axis| axis.motion(angle_rad)).collect();
         stepped.push(axis.motion(angle_rad + self.angle_sigma_rad));
-        FrameSpread { motion: axis.motion(angle_rad), stepped }
+        FrameUncertainty { motion: axis.motion(angle_rad), stepped }
     }
 }
 
-impl FrameSpread {
+impl FrameUncertainty {
     /// Standard deviation of a point's position in the part frame, along its camera ray, mm.
     pub fn sigma_mm(&self, hit_in_camera: &PointMm<CameraFrame>) -> f64 {
         if self.stepped.is_empty() {

@@ -1,30 +1,30 @@
-//! A cell of the image for one sheet, and the hits of the rays of its pixels.
+//! A cell of the image for one sheet, and the intersections of its pixels' rays with that sheet.
 
 use nalgebra::{Vector2, Vector3};
 
 use super::RayHit;
-use crate::cubic::{Cubic, slopes, value};
+use crate::cubic::{Cubic, gradient, value};
 use crate::frames::PointMm;
 
 /// Width of a cell. Over 64 pixels a cubic approximates lenses and sheets of usual stations to a nanometre.
 pub const CELL_PX: f64 = 64.0;
 
-/// Pixels whose hits are computed together: one vector register.
-pub const TOGETHER: usize = 8;
+/// Pixels whose hits are computed together: as many numbers as fit into one vector register.
+pub const LANES: usize = 8;
 
-/// Pixels whose depths are computed together: samples of lines come in fours per cell.
-pub const DEPTHS_TOGETHER: usize = 4;
+/// Pixels whose depths are computed together: lines are sampled about four times per cell.
+pub const DEPTH_LANES: usize = 4;
 
-/// A cell of the image for one sheet, as functions of the position within it.
+/// A cell of the image for one sheet: camera ray and inverse depth as functions of the position within the cell.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Cell {
-    /// Centre of the cell.
+    /// Centre of the cell, column.
     pub u_px: f64,
-    /// See `u_px`.
+    /// Centre of the cell, row.
     pub v_px: f64,
-    /// The camera ray (x_h, y_h, 1).
+    /// x_h of the camera ray (x_h, y_h, 1).
     pub ray_x: Cubic,
-    /// See `ray_x`.
+    /// y_h of the camera ray.
     pub ray_y: Cubic,
     /// 1 / z of the hit, per mm.
     pub inverse_depth: Cubic,
@@ -46,37 +46,37 @@ impl Cell {
         let (s, t) = self.place(u_px, v_px);
         let depth = 1.0 / value(&self.inverse_depth, s, t);
         let (ray_x, ray_y) = (value(&self.ray_x, s, t), value(&self.ray_y, s, t));
-        let (by_s, by_t) = slopes(&self.inverse_depth, s, t);
+        let (by_s, by_t) = gradient(&self.inverse_depth, s, t);
         let length = (ray_x * ray_x + ray_y * ray_y + 1.0).sqrt();
-        let reach = -(length * depth * depth) * (2.0 / CELL_PX);
+        let range = -(length * depth * depth) * (2.0 / CELL_PX);
         RayHit {
             in_camera: PointMm::new(Vector3::new(ray_x * depth, ray_y * depth, depth)),
-            range_by_pixel: Vector2::new(reach * by_s, reach * by_t),
+            range_by_pixel: Vector2::new(range * by_s, range * by_t),
         }
     }
 
     /// The hits of the rays of several pixels.
     #[inline(always)]
     pub fn hits(&self, u_px: &[f64], v_px: &[f64], mut hits: HitsMut) {
-        let whole = u_px.len() / TOGETHER * TOGETHER;
-        self.whole_registers(&u_px[..whole], &v_px[..whole], hits.part(0, whole));
+        let whole = u_px.len() / LANES * LANES;
+        self.whole_vectors(&u_px[..whole], &v_px[..whole], hits.part(0, whole));
         let n = u_px.len() - whole;
         if n > 0 {
             let rest = hits.part(whole, n);
-            let [mut x, mut y, mut z, mut by_u, mut by_v] = [[0.0; TOGETHER]; 5];
+            let [mut x, mut y, mut z, mut by_u, mut by_v] = [[0.0; LANES]; 5];
             let out = HitsMut { x: &mut x, y: &mut y, z: &mut z, by_u: &mut by_u, by_v: &mut by_v };
-            let (u_px, v_px) = (filled_up::<TOGETHER>(&u_px[whole..]), filled_up::<TOGETHER>(&v_px[whole..]));
-            self.whole_registers(&u_px, &v_px, out);
+            let (u_px, v_px) = (padded::<LANES>(&u_px[whole..]), padded::<LANES>(&v_px[whole..]));
+            self.whole_vectors(&u_px, &v_px, out);
             for (list, found) in [(rest.x, x), (rest.y, y), (rest.z, z), (rest.by_u, by_u), (rest.by_v, by_v)] {
                 list.copy_from_slice(&found[..n]);
             }
         }
     }
 
-    /// [`Cell::hits`] for a multiple of [`TOGETHER`] pixels.
+    /// [`Cell::hits`] for a multiple of [`LANES`] pixels.
     #[inline(always)]
-    fn whole_registers(&self, u_px: &[f64], v_px: &[f64], hits: HitsMut) {
-        let n = u_px.len() / TOGETHER * TOGETHER;
+    fn whole_vectors(&self, u_px: &[f64], v_px: &[f64], hits: HitsMut) {
+        let n = u_px.len() / LANES * LANES;
         let HitsMut { x, y, z, by_u, by_v } = hits;
         let (u_px, v_px, x, y, z) = (&u_px[..n], &v_px[..n], &mut x[..n], &mut y[..n], &mut z[..n]);
         let (by_u, by_v) = (&mut by_u[..n], &mut by_v[..n]);
@@ -90,21 +90,21 @@ impl Cell {
     /// The depths alone.
     #[inline(always)]
     pub fn depths(&self, u_px: &[f64], v_px: &[f64], depths_mm: &mut [f64]) {
-        let whole = u_px.len() / DEPTHS_TOGETHER * DEPTHS_TOGETHER;
-        for first in (0..whole).step_by(DEPTHS_TOGETHER) {
-            let (u_px, v_px) = (filled_up(&u_px[first..whole]), filled_up(&v_px[first..whole]));
-            depths_mm[first..][..DEPTHS_TOGETHER].copy_from_slice(&self.few_depths(&u_px, &v_px));
+        let whole = u_px.len() / DEPTH_LANES * DEPTH_LANES;
+        for first in (0..whole).step_by(DEPTH_LANES) {
+            let (u_px, v_px) = (padded(&u_px[first..whole]), padded(&v_px[first..whole]));
+            depths_mm[first..][..DEPTH_LANES].copy_from_slice(&self.few_depths(&u_px, &v_px));
         }
         if whole < u_px.len() {
-            let found = self.few_depths(&filled_up(&u_px[whole..]), &filled_up(&v_px[whole..]));
+            let found = self.few_depths(&padded(&u_px[whole..]), &padded(&v_px[whole..]));
             depths_mm[whole..].copy_from_slice(&found[..u_px.len() - whole]);
         }
     }
 
     #[inline(always)]
-    fn few_depths(&self, u_px: &[f64; DEPTHS_TOGETHER], v_px: &[f64; DEPTHS_TOGETHER]) -> [f64; DEPTHS_TOGETHER] {
-        let mut depths_mm = [0.0; DEPTHS_TOGETHER];
-        for i in 0..DEPTHS_TOGETHER {
+    fn few_depths(&self, u_px: &[f64; DEPTH_LANES], v_px: &[f64; DEPTH_LANES]) -> [f64; DEPTH_LANES] {
+        let mut depths_mm = [0.0; DEPTH_LANES];
+        for i in 0..DEPTH_LANES {
             let (s, t) = self.place(u_px[i], v_px[i]);
             depths_mm[i] = 1.0 / value(&self.inverse_depth, s, t);
         }
@@ -130,9 +130,9 @@ impl HitsMut<'_> {
     }
 }
 
-/// The first `N` pixels; missing ones are filled with the first.
+/// The first `N` pixels, padded with the first one.
 #[inline(always)]
-fn filled_up<const N: usize>(pixels: &[f64]) -> [f64; N] {
+fn padded<const N: usize>(pixels: &[f64]) -> [f64; N] {
     if let Some(whole) = pixels.first_chunk::<N>() {
         return *whole;
     }

@@ -9,7 +9,7 @@ use crate::grating::tests::grating;
 use crate::plane::Plane;
 use crate::surface::LightSurfaces;
 
-/// Accepted difference between the tables and the exact solution.
+/// Tolerance between the tables and the exact solution.
 const AGREEMENT_MM: f64 = 1e-4;
 
 fn station(distortion: &[f64], light: LightSurfaces) -> Calibration {
@@ -47,8 +47,8 @@ fn largest_difference(calibration: &Calibration) -> (f64, usize) {
             };
             let found = nalgebra::Vector3::new(hits.x_mm[i], hits.y_mm[i], hits.z_mm[i]);
             largest = largest.max((found - exact.hit_in_camera.xyz).norm());
-            let reach = Vector2::new(hits.range_by_u[i], hits.range_by_v[i]);
-            assert!((reach - exact.range_by_pixel).norm() < 1e-4 * exact.range_by_pixel.norm());
+            let range = Vector2::new(hits.range_by_u[i], hits.range_by_v[i]);
+            assert!((range - exact.range_by_pixel).norm() < 1e-4 * exact.range_by_pixel.norm());
             compared += 1;
         }
     }
@@ -63,16 +63,16 @@ fn tables_agree_with_the_exact_sheets_to_a_tenth_of_a_micrometre() {
 }
 
 #[test]
-fn lenses_that_a_cubic_does_not_fit_are_solved_exactly() {
-    let bent = [-1.9, 9.0, 0.02, -0.03, -30.0];
-    let calibration = station(&bent, LightSurfaces::Grating(grating()));
+fn where_a_cubic_does_not_fit_the_lens_the_exact_solution_is_used() {
+    let strong = [-1.9, 9.0, 0.02, -0.03, -30.0];
+    let calibration = station(&strong, LightSurfaces::Grating(grating()));
     let (largest, compared) = largest_difference(&calibration);
     assert!(largest < AGREEMENT_MM && compared > 50_000, "{largest} mm in {compared} points");
 }
 
 #[test]
 fn planes_use_tables_too_and_their_horizon_is_exact() {
-    // So tilted that rays in the upper part of the image miss it.
+    // Tilted so far that rays in the upper part of the image miss it.
     let plane = Plane { normal: nalgebra::Vector3::new(0.01, 0.99, 0.03).normalize(), offset_mm: -12.0 };
     let light = LightSurfaces::Planes((-2..=2).map(|order| (order, plane)).collect());
     let mut calibration = station(&[-0.1], light);
@@ -96,13 +96,13 @@ fn a_single_pixel_is_triangulated_as_in_a_list() {
 #[test]
 fn tables_filled_in_advance_equal_those_filled_on_demand() {
     let calibration = station(&[-0.097, 0.115], LightSurfaces::Grating(grating()));
-    let (beforehand, on_the_way) = (Triangulator::new(calibration.clone()), Triangulator::new(calibration));
-    beforehand.fill();
-    assert!(beforehand.cells.iter().all(|cell| cell.get().is_some()));
+    let (prefilled, on_demand) = (Triangulator::new(calibration.clone()), Triangulator::new(calibration));
+    prefilled.fill();
+    assert!(prefilled.cells.iter().all(|cell| cell.get().is_some()));
     let (u, v) = pixels();
     let (mut hits, mut expected) = (Hits::default(), Hits::default());
-    beforehand.triangulate_all(2, &u, &v, &mut hits);
-    on_the_way.triangulate_all(2, &u, &v, &mut expected);
+    prefilled.triangulate_all(2, &u, &v, &mut hits);
+    on_demand.triangulate_all(2, &u, &v, &mut expected);
     for i in (0..u.len()).filter(|&i| expected.z_mm[i].is_finite()) {
         assert_eq!(hits.at(i), expected.at(i));
     }

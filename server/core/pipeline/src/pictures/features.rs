@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
-use calibration::{CalibrationInput, GratingSheet, PoseInput, ProjectorSheet, StageViewInput};
-use capture::{Capture, LaserPicture, Projector, StagePlace};
+use calibration::{CalibrationInput, NominalGrating, NominalProjector, PoseInput, StageViewInput};
+use capture::{Capture, LaserImage, Projector, StagePlace};
 use optics::StagePosition;
 use rayon::prelude::*;
 use vision::{BoardCorners, CentrelineExtractor, Centrelines, GreyImage};
@@ -61,11 +61,16 @@ pub fn calibration_features(
         let corners = boards.next().flatten();
         let n_pictures = usize::from(pose.laser.is_some()) + pose.lasers.len();
         let lines: Vec<Centrelines> = lasers.by_ref().take(n_pictures).flatten().flatten().collect();
-        let (lit_alone, together): (Vec<Centrelines>, Vec<Centrelines>) =
+        let (single_line_images, together): (Vec<Centrelines>, Vec<Centrelines>) =
             lines.into_iter().partition(|lines| lines.lit_line.is_some());
         let centrelines = together.into_iter().next();
         if let Some(corners) = corners {
-            poses.push(PoseInput { name: pose.board.display().to_string(), corners, centrelines, lit_alone });
+            poses.push(PoseInput {
+                name: pose.board.display().to_string(),
+                corners,
+                centrelines,
+                single_line_images,
+            });
         }
     }
     let mut stage_views = Vec::new();
@@ -90,7 +95,7 @@ pub fn scan_centrelines(
     let scan_idx = capture.manifest.scans.iter().position(|other| std::ptr::eq(other, scan)).unwrap_or(0);
     let pictures = pictures_of(capture, &format!("scans[{scan_idx}]."));
     let task = reporter.count(&format!("reading scan {name}"), "frames", pictures.len());
-    let pictures: Vec<(usize, LaserPicture)> = pictures.into_iter().enumerate().collect();
+    let pictures: Vec<(usize, LaserImage)> = pictures.into_iter().enumerate().collect();
     for some in pictures.chunks(PICTURES_AT_ONCE) {
         let found: Result<Vec<(usize, Vec<Centrelines>)>, Failure> = some
             .par_iter()
@@ -174,8 +179,8 @@ fn board_pictures(capture: &Capture) -> Vec<Picture<'_>> {
 }
 
 /// The pictures with the laser on whose entries have this prefix.
-fn pictures_of(capture: &Capture, beginning: &str) -> Vec<LaserPicture> {
-    capture.laser_pictures().into_iter().filter(|picture| picture.entry.starts_with(beginning)).collect()
+fn pictures_of(capture: &Capture, beginning: &str) -> Vec<LaserImage> {
+    capture.laser_images().into_iter().filter(|picture| picture.entry.starts_with(beginning)).collect()
 }
 
 /// The light added by the laser in a picture.
@@ -186,7 +191,7 @@ enum LaserLight {
     Unknown(Finding),
 }
 
-fn laser_light(capture: &Capture, picture: &LaserPicture) -> Result<LaserLight, Failure> {
+fn laser_light(capture: &Capture, picture: &LaserImage) -> Result<LaserLight, Failure> {
     let Some((entry, path)) = &picture.background else {
         return Ok(LaserLight::Image(capture.image(&picture.entry, &picture.path)?));
     };
@@ -205,7 +210,7 @@ fn corners_of(capture: &Capture, picture: &Picture) -> Found<BoardCorners> {
         .map_err(|error| unreadable(capture, picture, &error.to_string(), &board_remedy(&error, target)))
 }
 
-fn lines_of_picture(capture: &Capture, laser: &LaserPicture) -> Found<Vec<Centrelines>> {
+fn lines_of_picture(capture: &Capture, laser: &LaserImage) -> Found<Vec<Centrelines>> {
     let picture = &Picture { entry: laser.entry.clone(), path: &laser.path };
     let image = match laser_light(capture, laser)? {
         LaserLight::Image(image) => image,
@@ -238,9 +243,9 @@ fn input(capture: &Capture, poses: Vec<PoseInput>, stage_views: Vec<StageViewInp
         width_px: manifest.camera.width_px,
         height_px: manifest.camera.height_px,
         board: board_geometry(&manifest.target),
-        projector: ProjectorSheet {
+        projector: NominalProjector {
             grating: match &manifest.projector {
-                Projector::Grating(grating) => Some(GratingSheet {
+                Projector::Grating(grating) => Some(NominalGrating {
                     wavelength_nm: grating.wavelength_nm,
                     lines_per_mm: grating.grating_lines_per_mm,
                 }),

@@ -175,7 +175,7 @@ fn round(lines: &[Line], calibration: &Calibration, axis: &mut RotaryAxis) -> Re
     let surfels = surfels(lines, calibration, axis);
     let n = surfels.len().max(1) as f64;
     let middle_mm = surfels.iter().map(|surfel| surfel.at_mm).sum::<Vector3<f64>>() / n;
-    *axis = axis.described_near(&middle_mm);
+    *axis = axis.with_point_near(&middle_mm);
     let pairs = pairs(&surfels, axis);
     if pairs.len() < PAIRS_MIN {
         return Err(PartAxisError::TooLittleSeenTwice { n_pairs: pairs.len(), needed: PAIRS_MIN });

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use nalgebra::{Vector2, Vector3};
-use optics::stage::{FrameSpread, StageSpread};
+use optics::stage::{FrameUncertainty, StageUncertainty};
 use optics::{Calibration, Motion, Stage, StageAxis};
 use statistics::median;
 
@@ -35,7 +35,7 @@ pub struct Evaluation<'a> {
     /// Systematic σ of each order, over the pixels where it was observed.
     tables: Vec<(i8, SigmaTable)>,
     /// The uncertainty of the stage itself.
-    stage_spread: StageSpread,
+    stage_uncertainty: StageUncertainty,
 }
 
 impl<'a> Evaluation<'a> {
@@ -66,9 +66,9 @@ impl<'a> Evaluation<'a> {
             envelope: depth_envelope(calibration, profiles.depth_range_mm),
         };
         let tables = sigma_tables(calibration, &sum.bounds);
-        let stage_spread = calibration.stage_spread();
+        let stage_uncertainty = calibration.stage_uncertainty();
         let mut made =
-            Self { report, comments: Vec::new(), profiles, decisions: sum.decisions, tables, stage_spread };
+            Self { report, comments: Vec::new(), profiles, decisions: sum.decisions, tables, stage_uncertainty };
         let line_sigma_mm = made.line_sigma_mm(&sum.n_points)?;
         made.comments = comments(calibration, sum.correlations_px, line_sigma_mm);
         made.comments.extend(made.stage_positions().comments());
@@ -108,7 +108,7 @@ impl<'a> Evaluation<'a> {
     fn motion(&self, frame: usize) -> Motion {
         let stage: Option<&Stage> = self.profiles.calibration.stage.as_ref();
         // An evaluated scan has positions of the stage's own kind.
-        stage.and_then(|stage| stage.motion(self.profiles.frames.position(frame))).unwrap_or_else(Motion::at_rest)
+        stage.and_then(|stage| stage.motion(self.profiles.frames.position(frame))).unwrap_or_else(Motion::identity)
     }
 
     fn stage_positions(&self) -> StagePositions {
@@ -123,7 +123,7 @@ impl<'a> Evaluation<'a> {
     fn points_of(&self, frame: usize) -> Result<Vec<CloudPoint>, ScanError> {
         let position = self.profiles.frames.position(frame);
         let motion = self.motion(frame);
-        let spread = self.stage_spread.in_frame(position);
+        let spread = self.stage_uncertainty.in_frame(position);
         let profile = self.profiles.of(frame)?;
         let points = self.kept(&profile, frame);
         Ok(points.iter().map(|point| self.cloud_point(point, frame, &motion, &spread)).collect())
@@ -139,7 +139,7 @@ impl<'a> Evaluation<'a> {
         point: &ProfilePoint,
         frame: usize,
         motion: &Motion,
-        spread: &FrameSpread,
+        spread: &FrameUncertainty,
     ) -> CloudPoint {
         let calibration = self.profiles.calibration;
         let in_part = motion.part_from_camera(&point.hit_in_camera).xyz;

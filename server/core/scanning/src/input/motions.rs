@@ -45,7 +45,7 @@ pub struct Unrolled {
 impl FrameMotion {
     /// A frame of a part at rest.
     pub fn at_rest() -> Self {
-        Self { motion: Motion::at_rest(), chart: Chart::Part, angle_rad: 0.0 }
+        Self { motion: Motion::identity(), chart: Chart::Part, angle_rad: 0.0 }
     }
 
     /// The motion of the part at `position`; `None` if that is a position of another kind of stage.
@@ -142,7 +142,7 @@ impl Unrolled {
         let (d, z) = (axis.direction, Vector3::z());
         let across = z - d * d.z;
         let looked_at = z * (across.dot(&axis.point_mm) / across.norm_squared().max(f64::MIN_POSITIVE));
-        let origin_mm = axis.described_near(&looked_at).point_mm;
+        let origin_mm = axis.with_point_near(&looked_at).point_mm;
         let height_mm = -d.dot(&origin_mm);
         let to_camera = -origin_mm - d * height_mm;
         let towards = to_camera.try_normalize(f64::MIN_POSITIVE).unwrap_or_else(Vector3::z);

@@ -45,7 +45,7 @@ fn the_surfaces_of_a_turned_part_coincide_about_the_true_axis() {
         let frames = turn(20 + seed, &angles(0.0, 390.0), &solid);
         let found = axis_from_part(&&frames[..], &station, &start).unwrap();
         let (first, second) = optics::rotation::completing_frame(&found.axis.direction);
-        let truth = axis().described_near(&found.axis.point_mm);
+        let truth = axis().with_point_near(&found.axis.point_mm);
         let off = truth.point_mm - found.axis.point_mm;
         let errors =
             [first.dot(&truth.direction), second.dot(&truth.direction), first.dot(&off), second.dot(&off)];

@@ -31,7 +31,7 @@ pub struct SessionBody {
     /// The calibration board.
     pub target: Target,
     /// Laser and grating.
-    pub projector: ProjectorSheet,
+    pub projector: NominalProjector,
     /// Exposure settings.
     pub exposures: Exposures,
     /// Image width; 0 before the first image.
@@ -50,7 +50,7 @@ pub struct SessionBody {
 
 /// Nominal values of laser and grating.
 #[derive(Debug, Clone, PartialEq)]
-pub struct ProjectorSheet {
+pub struct NominalProjector {
     /// Wavelength of the laser.
     pub wavelength_nm: f64,
     /// Groove density of the grating.
@@ -74,7 +74,7 @@ pub struct Picture {
 
 /// A board image and its detections.
 #[derive(Debug, Clone, PartialEq)]
-pub struct BoardPicture {
+pub struct BoardImage {
     /// The image.
     pub picture: Picture,
     /// Detected corners: column and row on the board, u and v in the image (px), standard deviation (px).
@@ -97,7 +97,7 @@ pub struct BoardPicture {
 
 /// A laser image and its detections.
 #[derive(Debug, Clone, PartialEq)]
-pub struct LaserPicture {
+pub struct LaserImage {
     /// The image.
     pub picture: Picture,
     /// Number of line segments.
@@ -118,9 +118,9 @@ pub struct SessionPose {
     /// UUID v7.
     pub id: String,
     /// Image with the laser off.
-    pub board: BoardPicture,
+    pub board: BoardImage,
     /// Image with the laser on; without it the pose is used for the camera only.
-    pub laser: Option<LaserPicture>,
+    pub laser: Option<LaserImage>,
 }
 
 /// The board at a stage position.
@@ -131,7 +131,7 @@ pub struct SessionStageView {
     /// Position read back from the stage.
     pub position: StagePosition,
     /// Image with the laser off.
-    pub board: BoardPicture,
+    pub board: BoardImage,
 }
 
 /// Camera estimate from the boards so far.
@@ -147,22 +147,22 @@ pub struct CameraSoFar {
     pub problem: Option<String>,
 }
 
-impl BoardPicture {
+impl BoardImage {
     /// Whether it is usable for a calibration.
     pub fn is_readable(&self) -> bool {
         !self.corners.is_empty()
     }
 }
 
-impl LaserPicture {
+impl LaserImage {
     /// Whether it is usable for a calibration.
     pub fn is_readable(&self) -> bool {
         self.n_segments > 0
     }
 }
 
-impl From<ProjectorSheet> for GratingProjector {
-    fn from(sheet: ProjectorSheet) -> Self {
+impl From<NominalProjector> for GratingProjector {
+    fn from(sheet: NominalProjector) -> Self {
         Self {
             wavelength_nm: sheet.wavelength_nm,
             grating_lines_per_mm: sheet.grating_lines_per_mm,
@@ -172,7 +172,7 @@ impl From<ProjectorSheet> for GratingProjector {
     }
 }
 
-impl From<GratingProjector> for ProjectorSheet {
+impl From<GratingProjector> for NominalProjector {
     fn from(projector: GratingProjector) -> Self {
         Self {
             wavelength_nm: projector.wavelength_nm,

@@ -10,14 +10,14 @@ use optics::{BoardFrame, PointMm};
 use pipeline::board_geometry;
 use remedy::with_remedy;
 
-use crate::sessions::body::{BoardPicture, CameraSoFar, SessionBody};
+use crate::sessions::body::{BoardImage, CameraSoFar, SessionBody};
 use crate::sessions::found::COVERAGE;
 
 /// Fits the camera to all readable boards at rest and gives each its tilt, distance and residual.
 pub fn learn_camera(body: &mut SessionBody) {
     let (width_px, height_px) = (body.width_px, body.height_px);
     let geometry = board_geometry(&body.target);
-    let mut boards: Vec<&mut BoardPicture> =
+    let mut boards: Vec<&mut BoardImage> =
         body.poses.iter_mut().map(|pose| &mut pose.board).filter(|board| board.is_readable()).collect();
     let views: Vec<CornerView> =
         boards.iter().enumerate().map(|(block, board)| view_of(board, block, &geometry)).collect();
@@ -36,7 +36,7 @@ pub fn learn_camera(body: &mut SessionBody) {
     };
 }
 
-fn view_of(board: &BoardPicture, block: usize, geometry: &BoardGeometry) -> CornerView {
+fn view_of(board: &BoardImage, block: usize, geometry: &BoardGeometry) -> CornerView {
     let corners = board.corners.iter().map(|[column, row, u_px, v_px, sigma_px]| CornerObservation {
         board_mm: geometry.corner_mm(*column as usize, *row as usize),
         pixel: Vector2::new(*u_px, *v_px),
@@ -45,7 +45,7 @@ fn view_of(board: &BoardPicture, block: usize, geometry: &BoardGeometry) -> Corn
     CornerView { block, travel_mm: 0.0, corners: corners.collect() }
 }
 
-fn describe(board: &mut BoardPicture, fit: Option<&CameraFit>, idx: usize, geometry: &BoardGeometry) {
+fn describe(board: &mut BoardImage, fit: Option<&CameraFit>, idx: usize, geometry: &BoardGeometry) {
     let Some(fit) = fit else {
         (board.tilt_deg, board.distance_mm, board.rms_px) = (None, None, None);
         return;

@@ -3,7 +3,7 @@
 use station::StampedFrame;
 
 use crate::error::{AppError, ErrorKind};
-use crate::sessions::body::{BoardPicture, Picture, SessionBody, SessionPose};
+use crate::sessions::body::{BoardImage, Picture, SessionBody, SessionPose};
 use crate::sessions::camera_so_far::learn_camera;
 use crate::sessions::found;
 
@@ -54,7 +54,7 @@ pub fn detect_in_frame(frame: &StampedFrame, mut body: SessionBody) -> Result<Bo
         learn_camera(&mut body);
         board = body.poses.swap_remove(body.poses.len() - 1).board;
     }
-    let BoardPicture { corners, coverage_cells, corner_sigma_px, saturated_share, .. } = board;
+    let BoardImage { corners, coverage_cells, corner_sigma_px, saturated_share, .. } = board;
     Ok(BoardDetection {
         sequence: frame.sequence,
         captured_ms: frame.captured_at_ns as f64 / 1e6,

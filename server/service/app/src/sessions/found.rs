@@ -6,7 +6,7 @@ use capture::Target;
 use pipeline::find_board;
 use vision::{BoardCorners, CentrelineParams, GreyImage, LineDirection, Pixels, find_centrelines};
 
-use crate::sessions::body::{BoardPicture, LaserPicture, Picture};
+use crate::sessions::body::{BoardImage, LaserImage, Picture};
 
 /// Columns and rows of the coverage map: coarse enough to be covered by a dozen boards.
 pub const COVERAGE: (usize, usize) = (8, 6);
@@ -21,9 +21,9 @@ const GLARE_SHARE: f64 = 0.02;
 const DRAWN_EVERY: usize = 16;
 
 /// Detects the board.
-pub fn board_in(image: &GreyImage, picture: Picture, target: &Target) -> BoardPicture {
+pub fn board_in(image: &GreyImage, picture: Picture, target: &Target) -> BoardImage {
     let saturated_share = saturated_share(image);
-    let mut found = BoardPicture {
+    let mut found = BoardImage {
         picture,
         corners: Vec::new(),
         coverage_cells: Vec::new(),
@@ -54,7 +54,7 @@ pub fn board_in(image: &GreyImage, picture: Picture, target: &Target) -> BoardPi
 }
 
 /// Detects laser lines.
-pub fn lines_in(image: &GreyImage, picture: Picture, line_direction: &str) -> LaserPicture {
+pub fn lines_in(image: &GreyImage, picture: Picture, line_direction: &str) -> LaserImage {
     let line_direction = if line_direction == "columns" { LineDirection::Columns } else { LineDirection::Rows };
     let lines = find_centrelines(image, &CentrelineParams { line_direction, ..CentrelineParams::default() });
     let drawn = lines
@@ -62,7 +62,7 @@ pub fn lines_in(image: &GreyImage, picture: Picture, line_direction: &str) -> La
         .iter()
         .map(|segment| segment.points.iter().step_by(DRAWN_EVERY).map(|point| [point.u_px, point.v_px]).collect());
     let nothing = "no laser line was detected; check that the laser is on and the exposure is long enough";
-    LaserPicture {
+    LaserImage {
         picture,
         n_segments: lines.segments.len(),
         n_points: lines.segments.iter().map(|segment| segment.points.len()).sum(),

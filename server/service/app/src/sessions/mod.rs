@@ -35,7 +35,7 @@ use crate::sessions::stored::to_stored;
 use crate::sessions::virtual_operator::VirtualOperator;
 
 pub use body::{
-    BoardPicture, CameraSoFar, LaserPicture, Picture, ProjectorSheet, Session, SessionBody, SessionPose,
+    BoardImage, CameraSoFar, LaserImage, NominalProjector, Picture, Session, SessionBody, SessionPose,
     SessionStageView,
 };
 pub use detection::BoardDetection;
@@ -55,7 +55,7 @@ pub struct NewSession {
     /// The calibration board; default: the configured one.
     pub target: Option<Target>,
     /// Laser and grating; default: the configured ones.
-    pub projector: Option<ProjectorSheet>,
+    pub projector: Option<NominalProjector>,
     /// Exposure settings.
     pub exposures: Option<Exposures>,
 }
@@ -66,7 +66,7 @@ pub struct SessionDefaults {
     /// The configured board.
     pub target: Target,
     /// The configured laser and grating.
-    pub projector: ProjectorSheet,
+    pub projector: NominalProjector,
     /// Exposure settings.
     pub exposures: Exposures,
 }
@@ -358,7 +358,7 @@ impl Sessions {
         Ok(Photographer::new(lease, CancelFlag::default(), body.exposures))
     }
 
-    fn keep_board(&self, frame: &StampedFrame, body: &mut SessionBody) -> Result<BoardPicture, AppError> {
+    fn keep_board(&self, frame: &StampedFrame, body: &mut SessionBody) -> Result<BoardImage, AppError> {
         let size_px = (frame.image.width(), frame.image.height());
         detection::check_size(body, size_px)?;
         (body.width_px, body.height_px) = size_px;

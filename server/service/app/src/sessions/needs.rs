@@ -1,6 +1,6 @@
 //! What a session still needs for a good calibration, step by step, the same for all clients.
 
-use crate::sessions::body::{BoardPicture, SessionBody};
+use crate::sessions::body::{BoardImage, SessionBody};
 use crate::sessions::found::COVERAGE;
 
 /// Required boards. With these requirements the errors of the twin's calibrations stay below their own σ.
@@ -60,8 +60,8 @@ impl SessionNeeds {
     /// The requirements of a session with their current values.
     pub fn of(body: &SessionBody) -> Self {
         let need = |actual: f64, required: f64| Need { actual, required, met: actual >= required };
-        let readable = |board: &&BoardPicture| !board.corners.is_empty();
-        let boards: Vec<&BoardPicture> = body.poses.iter().map(|pose| &pose.board).filter(readable).collect();
+        let readable = |board: &&BoardImage| !board.corners.is_empty();
+        let boards: Vec<&BoardImage> = body.poses.iter().map(|pose| &pose.board).filter(readable).collect();
         let n_cells = COVERAGE.0 * COVERAGE.1;
         let covered =
             if boards.is_empty() { 0 } else { n_cells.saturating_sub(body.camera.uncovered_cells.len()) };
@@ -85,7 +85,7 @@ impl SessionNeeds {
 }
 
 /// The spread of distances; 0 for a single one.
-fn distance(boards: &[&BoardPicture]) -> Need {
+fn distance(boards: &[&BoardImage]) -> Need {
     let distances_mm: Vec<f64> = boards.iter().filter_map(|board| board.distance_mm).collect();
     let low = distances_mm.iter().copied().fold(f64::INFINITY, f64::min);
     let high = distances_mm.iter().copied().fold(f64::NEG_INFINITY, f64::max);
@@ -103,7 +103,7 @@ mod tests {
     use crate::sessions::stored::from_stored;
 
     /// Eight boards that meet all requirements, as changed by the test.
-    fn needs(change: impl Fn(usize, &mut BoardPicture), uncovered: usize) -> SessionNeeds {
+    fn needs(change: impl Fn(usize, &mut BoardImage), uncovered: usize) -> SessionNeeds {
         let picture = json!({ "artifact": "", "exposure_us": 1.0, "taken_at_ms": 0 });
         let pose = |idx: usize| {
             let board = json!({ "picture": picture, "corners": [[0, 0, 10, 10, 0.01]], "coverage_cells": [],

@@ -9,7 +9,7 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use serde_json::Value;
 
 use crate::sessions::body::{
-    BoardPicture, CameraSoFar, LaserPicture, Picture, ProjectorSheet, SessionBody, SessionPose, SessionStageView,
+    BoardImage, CameraSoFar, LaserImage, NominalProjector, Picture, SessionBody, SessionPose, SessionStageView,
 };
 use crate::sessions::photographer::Exposures;
 
@@ -34,7 +34,7 @@ struct StoredSessionBody {
     #[serde(deserialize_with = "read_target")]
     target: Target,
     #[serde(with = "StoredProjectorSheet")]
-    projector: ProjectorSheet,
+    projector: NominalProjector,
     #[serde(with = "StoredExposures")]
     exposures: Exposures,
     width_px: usize,
@@ -49,7 +49,7 @@ struct StoredSessionBody {
 }
 
 #[derive(Serialize, Deserialize)]
-#[serde(remote = "ProjectorSheet")]
+#[serde(remote = "NominalProjector")]
 struct StoredProjectorSheet {
     wavelength_nm: f64,
     grating_lines_per_mm: f64,
@@ -74,8 +74,8 @@ struct StoredPicture {
 }
 
 #[derive(Serialize, Deserialize)]
-#[serde(remote = "BoardPicture")]
-struct StoredBoardPicture {
+#[serde(remote = "BoardImage")]
+struct StoredBoardImage {
     #[serde(with = "StoredPicture")]
     picture: Picture,
     corners: Vec<[f64; 5]>,
@@ -89,8 +89,8 @@ struct StoredBoardPicture {
 }
 
 #[derive(Serialize, Deserialize)]
-#[serde(remote = "LaserPicture")]
-struct StoredLaserPicture {
+#[serde(remote = "LaserImage")]
+struct StoredLaserImage {
     #[serde(with = "StoredPicture")]
     picture: Picture,
     n_segments: usize,
@@ -104,10 +104,10 @@ struct StoredLaserPicture {
 #[serde(remote = "SessionPose")]
 struct StoredSessionPose {
     id: String,
-    #[serde(with = "StoredBoardPicture")]
-    board: BoardPicture,
+    #[serde(with = "StoredBoardImage")]
+    board: BoardImage,
     #[serde(default, serialize_with = "write_laser", deserialize_with = "read_laser")]
-    laser: Option<LaserPicture>,
+    laser: Option<LaserImage>,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -116,8 +116,8 @@ struct StoredSessionStageView {
     id: String,
     #[serde(flatten, with = "StoredPosition")]
     position: StagePosition,
-    #[serde(with = "StoredBoardPicture")]
-    board: BoardPicture,
+    #[serde(with = "StoredBoardImage")]
+    board: BoardImage,
 }
 
 /// One of two keys.
@@ -177,16 +177,16 @@ fn read_views<'de, D: Deserializer<'de>>(from: D) -> Result<Vec<SessionStageView
 }
 
 #[derive(Serialize)]
-struct WrittenLaser<'a>(#[serde(with = "StoredLaserPicture")] &'a LaserPicture);
+struct WrittenLaser<'a>(#[serde(with = "StoredLaserImage")] &'a LaserImage);
 
 #[derive(Deserialize)]
-struct ReadLaser(#[serde(with = "StoredLaserPicture")] LaserPicture);
+struct ReadLaser(#[serde(with = "StoredLaserImage")] LaserImage);
 
-fn write_laser<S: Serializer>(laser: &Option<LaserPicture>, to: S) -> Result<S::Ok, S::Error> {
+fn write_laser<S: Serializer>(laser: &Option<LaserImage>, to: S) -> Result<S::Ok, S::Error> {
     laser.as_ref().map(WrittenLaser).serialize(to)
 }
 
-fn read_laser<'de, D: Deserializer<'de>>(from: D) -> Result<Option<LaserPicture>, D::Error> {
+fn read_laser<'de, D: Deserializer<'de>>(from: D) -> Result<Option<LaserImage>, D::Error> {
     Ok(Option::<ReadLaser>::deserialize(from)?.map(|read| read.0))
 }
 

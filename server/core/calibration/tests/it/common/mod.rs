@@ -1,4 +1,4 @@
-//! A station with known truth and the features that a perfect extraction would find in its pictures, with white noise.
+//! A station with known truth and the features that a perfect extraction would find in its images, with white noise.
 //!
 //! It shares the grating's mathematics with the calibration, so it tests the estimation, not the model; the rendered
 //! rig and the photographs test the model.
@@ -6,7 +6,7 @@
 pub mod refinement;
 
 use calibration::{
-    BoardGeometry, BoardPattern, CalibrationInput, GratingSheet, PoseInput, ProjectorSheet, StageViewInput,
+    BoardGeometry, BoardPattern, CalibrationInput, NominalGrating, NominalProjector, PoseInput, StageViewInput,
 };
 use nalgebra::{Rotation3, Vector2, Vector3};
 use optics::{BoardFrame, Camera, CameraFrame, Grating, Rigid, StagePosition};
@@ -80,7 +80,7 @@ impl Rig {
 
     /// The same, and the stage's deviation from straight and uniform travel in every stage view.
     pub fn wobbling_input(&self, n_poses: usize, n_stage: usize) -> (CalibrationInput, Vec<Vector3<f64>>) {
-        // A stage that runs straight leaves the noise of the other features as it was.
+        // Separate generators, so that the wobble does not change the noise of the other features.
         let mut of_stage = Pcg64Mcg::seed_from_u64(self.seed + 1_000_000);
         let wobble: Vec<Vector3<f64>> =
             (0..n_stage).map(|_| Vector3::from_fn(|_, _| self.wobble_sigma_mm * normal(&mut of_stage))).collect();
@@ -92,7 +92,7 @@ impl Rig {
                     name: format!("board/{idx:03}.png"),
                     corners: self.corners(&pose, &mut random),
                     centrelines: Some(self.centrelines(&pose, &mut random)),
-                    lit_alone: Vec::new(),
+                    single_line_images: Vec::new(),
                 }
             })
             .collect();
@@ -118,8 +118,8 @@ impl Rig {
                 square_mm: Vector2::repeat(SQUARE_MM),
                 pattern: BoardPattern::Squares,
             },
-            projector: ProjectorSheet {
-                grating: Some(GratingSheet { wavelength_nm: 660.0, lines_per_mm: 50.0 }),
+            projector: NominalProjector {
+                grating: Some(NominalGrating { wavelength_nm: 660.0, lines_per_mm: 50.0 }),
                 orders: self.orders.clone(),
             },
             poses,

@@ -1,5 +1,5 @@
-//! The final step of a calibration, separately: camera, exact light and boards against all pixels, from a slightly
-//! wrong start.
+//! The final step of a calibration alone: joint refinement of camera, exact light and boards from a slightly wrong
+//! initial state.
 
 use calibration::bundle::Bundle;
 use calibration::bundle_state::BundleState;
@@ -15,7 +15,7 @@ use vision::CentrelinePoint;
 
 use super::Rig;
 
-/// Pictures of the board with laser lines.
+/// Images of the board with laser lines.
 pub const POSES: usize = 15;
 /// Noise of corners and of line points.
 const CORNER_SIGMA_PX: f64 = 0.02;
@@ -59,7 +59,7 @@ pub fn refinement(n_columns: usize) -> (Bundle, BundleState) {
         camera: &rig.camera,
         poses: &poses,
         orders: &rig.orders,
-        sheet_wavelength_over_period: Some(0.033),
+        nominal_wavelength_over_period: Some(0.033),
     };
     let mut priors = light_priors(&scene, &light, &lit_points(&scene, &laser));
     priors.camera = Priors::of_camera(1280, 1024, 2500.0);

@@ -152,16 +152,16 @@ fn solve(start: &Contour, places: &[Vector2<f64>], max_steps: usize) -> Option<(
         let step = equations.damped_step(damping.value())?;
         let candidate = contour.stepped(&step);
         let next = Equations::at(&candidate, places);
-        let is_free = damping.is_light();
+        let is_free = damping.is_weak();
         if next.cost < equations.cost {
             (contour, equations) = (candidate, next);
-            damping.ease();
+            damping.decrease();
             if is_free && step.iter().all(|part| part.abs() <= STEP_TOLERANCE) {
                 return Some((contour.anchored(places), Termination::Step));
             }
         } else if is_free && whole_step_mm <= COST_TOLERANCE_MM {
             return Some((contour.anchored(places), Termination::Cost));
-        } else if !damping.raise() {
+        } else if !damping.increase() {
             break;
         }
     }

@@ -224,7 +224,7 @@ fn axis_is_true(bench: &Bench, calibration: &Calibration) {
     let found = calibration.stage.unwrap().rotary().unwrap();
     let truth = bench.parts.station.simulation().unwrap().model().stage.rotary().unwrap();
     let (first, second) = optics::rotation::completing_frame(&found.direction);
-    let off = truth.described_near(&found.point_mm).point_mm - found.point_mm;
+    let off = truth.with_point_near(&found.point_mm).point_mm - found.point_mm;
     let n = calibration.covariance.nrows() - 4;
     let errors = [first.dot(&truth.direction), second.dot(&truth.direction), first.dot(&off), second.dot(&off)];
     for (idx, error) in errors.into_iter().enumerate() {

@@ -4,7 +4,7 @@ mod needs;
 mod pictures;
 
 use app::sessions::photographer::Exposures;
-use app::sessions::{ProjectorSheet, SessionBody};
+use app::sessions::{NominalProjector, SessionBody};
 
 use crate::wire::calibration::target::TargetDto;
 use serde::{Deserialize, Serialize};
@@ -91,14 +91,14 @@ impl From<SessionBody> for SessionBodyDto {
     }
 }
 
-impl From<ProjectorSheet> for ProjectorDto {
-    fn from(of: ProjectorSheet) -> Self {
-        let ProjectorSheet { wavelength_nm, grating_lines_per_mm, orders, line_direction } = of;
+impl From<NominalProjector> for ProjectorDto {
+    fn from(of: NominalProjector) -> Self {
+        let NominalProjector { wavelength_nm, grating_lines_per_mm, orders, line_direction } = of;
         Self { wavelength_nm, grating_lines_per_mm, orders, line_direction }
     }
 }
 
-impl From<ProjectorDto> for ProjectorSheet {
+impl From<ProjectorDto> for NominalProjector {
     fn from(of: ProjectorDto) -> Self {
         let ProjectorDto { wavelength_nm, grating_lines_per_mm, orders, line_direction } = of;
         Self { wavelength_nm, grating_lines_per_mm, orders, line_direction }

@@ -1,6 +1,6 @@
 //! The images of a session and what was detected in them, on the wire.
 
-use app::sessions::{BoardPicture, LaserPicture, Picture, SessionPose, SessionStageView};
+use app::sessions::{BoardImage, LaserImage, Picture, SessionPose, SessionStageView};
 use serde::Serialize;
 use utoipa::ToSchema;
 
@@ -88,9 +88,9 @@ impl From<Picture> for ImageDto {
     }
 }
 
-impl From<BoardPicture> for BoardImageDto {
-    fn from(of: BoardPicture) -> Self {
-        let BoardPicture {
+impl From<BoardImage> for BoardImageDto {
+    fn from(of: BoardImage) -> Self {
+        let BoardImage {
             picture,
             corners,
             coverage_cells,
@@ -115,9 +115,9 @@ impl From<BoardPicture> for BoardImageDto {
     }
 }
 
-impl From<LaserPicture> for LaserImageDto {
-    fn from(of: LaserPicture) -> Self {
-        let LaserPicture { picture, n_segments, n_points, lines_px, saturated_share, problem } = of;
+impl From<LaserImage> for LaserImageDto {
+    fn from(of: LaserImage) -> Self {
+        let LaserImage { picture, n_segments, n_points, lines_px, saturated_share, problem } = of;
         Self { image: picture.into(), n_segments, n_points, lines_px, saturated_share, problem }
     }
 }
