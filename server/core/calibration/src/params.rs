@@ -58,8 +58,8 @@ pub const LASER_HUBER_SIGMAS: f64 = 3.0;
 /// Laser points farther than this many σ from the first fit are rejected and counted.
 pub const LASER_REJECT_SIGMAS: f64 = 6.0;
 
-/// k3 is estimated only if it is this many of its own σ away from zero; otherwise it would only add noise at the
-/// corners of the image.
+/// k3 is estimated only if it is this many σ away from zero; otherwise it would only add noise at the corners of the
+/// image.
 pub const K3_SIGNIFICANCE: f64 = 3.0;
 
 /// Weak priors that keep unobservable distortion finite (σ of k1, k2, p1, p2, k3). Usual lenses are within them.

@@ -33,7 +33,7 @@ pub const LEVEL_STITCH_WIDTHS: f32 = 0.5;
 /// Unexplained light in neighbouring strips that triggers another level, in units of what a line of that level lights
 /// in one strip. Where lines touch or an edge is blurred it is less, and a level costs as much as the image.
 pub const LEVEL_LEAST_LIGHT: f32 = 8.0;
-/// Narrowest line, relative to the width its level searches for, that is taken from a coarser level: narrower ones
+/// Narrowest line, relative to the width its level searches for, that is accepted from a coarser level: narrower ones
 /// belong to the finer level.
 pub const LEVEL_NARROWEST: f32 = 0.5 * LEVEL_SURE;
 /// Full width across the line, px, of the widest light accepted as a line: the widest supported line, 40 px, plus a
@@ -98,7 +98,8 @@ pub const CELL_MIN_SNR: f32 = 5.0;
 /// Rows beyond bright cells that are searched as well: the columns of a sloping line share a cell, so not all of its
 /// middle lies in it.
 pub const CELL_MARGIN_PX: usize = 2;
-/// Cells above and below from which the darkest is taken: farther than the flank of the widest line (37 pixels).
+/// Cells above and below among which the darkest is used for comparison: farther than the flank of the widest line (37
+/// pixels).
 pub const CELLS_BESIDE: usize = 10;
 /// Cells from the border within which only the side away from it is compared.
 pub const CELLS_AT_BORDER: usize = 4;

@@ -221,12 +221,12 @@ fn decide_k3(
         .global_covariance(free)
         .map_or(f64::INFINITY, |covariance| covariance[(K3, K3)].sqrt());
     let significance = with.state.camera.k3.abs() / sigma;
-    let figure = format!("k3 = {:.4} ± {:.4}", with.state.camera.k3, sigma);
+    let value = format!("k3 = {:.4} ± {:.4}", with.state.camera.k3, sigma);
     if significance >= K3_SIGNIFICANCE {
-        return Ok((with, format!("estimated: {figure} is {significance:.1} of its own σ from zero")));
+        return Ok((with, format!("estimated: {value} is {significance:.1} σ from zero")));
     }
     free[K3] = false;
-    Ok((without, format!("fixed at zero: {figure} would be {significance:.1} of its own σ from zero")))
+    Ok((without, format!("fixed at zero: {value} would be {significance:.1} σ from zero")))
 }
 
 /// Residual noise over predicted noise, both as 1-σ.

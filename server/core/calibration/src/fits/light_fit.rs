@@ -178,7 +178,7 @@ fn first_light(
     let refused = |reason: &str| CalibrationError::LightModel { model: kind.name(), reason: reason.to_owned() };
     if kind == LightModelKind::Planes {
         let planes = planes_from_points(scene.orders, points)
-            .ok_or_else(|| refused("an order has too few points on the boards for a plane of its own"))?;
+            .ok_or_else(|| refused("an order has too few points on the boards for a plane"))?;
         return Ok(LightSurfaces::Planes(planes));
     }
     // On one board an order is a line, which is contained in many planes.

@@ -477,8 +477,8 @@ fn the_exhaustive_search_finds_the_same_board() {
     });
     let numbered = exhaustive.unwrap().into_iter().enumerate().map(|(k, fit)| ([k % 7, k / 7], fit)).collect();
     let exhaustive = refined(&image, numbered, &SCENE.params());
-    let quick = find_corners(&image, &SCENE.params()).unwrap();
-    for (a, b) in exhaustive.corners.iter().zip(&quick.corners) {
+    let fast = find_corners(&image, &SCENE.params()).unwrap();
+    for (a, b) in exhaustive.corners.iter().zip(&fast.corners) {
         assert_eq!((a.row, a.column), (b.row, b.column));
         // The windows follow the first fits, which agree within 0.02 px: some pixels at their edges differ.
         assert!((a.u_px - b.u_px).hypot(a.v_px - b.v_px) < 0.5 * a.sigma_px, "{a:?} {b:?}");

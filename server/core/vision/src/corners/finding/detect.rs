@@ -53,8 +53,8 @@ struct ScaledImage {
 /// Passes seeds to `accept`, from the fast search and the cheapest view to the most tolerant one, until it returns a
 /// value.
 pub fn search_seeds<T>(image: &GreyImage, mut accept: impl FnMut(&Seed) -> Option<T>) -> Option<T> {
-    let quick = fast_seed(image);
-    let accepted = if quick.len() >= MIN_SEED_CORNERS { accept(&quick) } else { None };
+    let fast = fast_seed(image);
+    let accepted = if fast.len() >= MIN_SEED_CORNERS { accept(&fast) } else { None };
     accepted.or_else(|| exhaustive_search(image, accept))
 }
 

@@ -90,7 +90,7 @@ impl Kernels {
         last.expect("made while preparing")
     }
 
-    /// The kernel where the line has so many points before and after, at most the half length.
+    /// The kernel for these numbers of points before and after the middle, each at most the half length.
     pub fn at(&mut self, before: usize, after: usize) -> &Kernel {
         let (half_length, correlations) = (self.half_length, self.correlations);
         let place = &mut self.kernels[before * (half_length + 1) + after];
