@@ -113,7 +113,7 @@ pub enum Command {
     /// Measure a point cloud: value, uncertainty and, with a tolerance, the verdict.
     #[command(after_help = EXIT_CODES)]
     Measure(MeasureArgs),
-    /// Judge a point cloud by the file of a recipe, as the service judges an inspection.
+    /// Inspect a point cloud with a recipe file, as the service does.
     #[command(after_help = EXIT_CODES)]
     Inspect(InspectArgs),
     /// Compare a point cloud with the nominal surface of its part: deviations, worst places and, with a tolerance, the
