@@ -4664,17 +4664,17 @@ export interface components {
             /** @description The scene. */
             scene: components["schemas"]["SceneNameDto"];
         };
-        /** @description Features, the alignment that makes a part's frame of some of them, and the characteristics judged in it. */
+        /** @description Features, the alignment that defines the datum frame by some of them, and the characteristics evaluated in it. */
         Plan: {
-            /** @description How the part lies; without it the datum frame is the frame of the scan. */
+            /** @description Alignment of the part; without it, regions and directions are in the frame of the scan. */
             alignment?: components["schemas"]["PlanAlignment"] | null;
-            /** @description What is measured and judged. */
+            /** @description Characteristics to measure and judge. */
             characteristics: components["schemas"]["PlanCharacteristic"][];
-            /** @description What is fitted to the cloud; a feature rests on features above it. */
+            /** @description Features of the part; a feature may depend on features above it. */
             features: components["schemas"]["PlanFeature"][];
             /** @description Version of this document. */
             format: components["schemas"]["PlanPlanFormat"];
-            /** @description What people call it. */
+            /** @description Display name. */
             name?: string;
             /**
              * Format: uint64
@@ -4684,12 +4684,12 @@ export interface components {
             seed: number;
         };
         /**
-         * @description Three features in the order of their rank: each fixes what those before it left free.
+         * @description Three features in order of precedence: each constrains degrees of freedom that those before it leave.
          *
-         *     The first plane or line among them gives z (a plane's normal looks to the camera); the next plane, line, or second
-         *     point gives x or, as a plane, y; three points give x from the first to the second and z as the normal of all three.
-         *     The origin is where the first feature, then the second, then the third says.
-         *     A plane that is second is at y = 0, one that is third at x = 0; a line that is second runs along x.
+         *     The first plane or line among them gives z (a plane's normal points towards the camera); the next plane, line, or second
+         *     point gives x or, for a plane, y; three points give x from the first to the second and z as the normal of all three.
+         *     The origin is determined by the first feature, then the second, then the third.
+         *     A secondary plane is at y = 0, a tertiary plane at x = 0; a secondary line runs along x.
          */
         PlanAlignment: {
             /** @description The first datum. */
@@ -4703,11 +4703,11 @@ export interface components {
         PlanAxis: "x" | "y" | "z";
         /** @description A characteristic of a part. */
         PlanCharacteristic: {
-            /** @description Handed on to the result as they are. */
+            /** @description Copied to the result unchanged. */
             attributes?: {
                 [key: string]: string | number | boolean;
             };
-            /** @description Its name within the plan, and in every result. */
+            /** @description Its name in the plan and in every result. */
             id: string;
             /**
              * Format: double
@@ -4718,12 +4718,12 @@ export interface components {
             measure: components["schemas"]["PlanMeasure"];
             /**
              * Format: double
-             * @description The value an angle should have, degrees.
+             * @description Nominal angle, degrees.
              */
             nominal_deg?: number | null;
             /**
              * Format: double
-             * @description The value a length should have, mm. Forms and positions have 0.
+             * @description Nominal length, mm; 0 for forms and positions.
              */
             nominal_mm?: number | null;
             /**
@@ -4732,9 +4732,9 @@ export interface components {
              */
             upper?: number | null;
         };
-        /** @description A range of directions of the surface's normal, which looks to the camera. */
+        /** @description A range of directions of the surface normal, which points towards the camera. */
         PlanFacing: {
-            /** @description The middle direction, of any length, in the frame of the region. */
+            /** @description The central direction, of any length, in the frame of the region. */
             normal: number[];
             /**
              * Format: double
@@ -4746,7 +4746,7 @@ export interface components {
         PlanFeature: {
             /** @description Its name within the plan. */
             id: string;
-            /** @description What it is. */
+            /** @description Its type and parameters. */
             shape: components["schemas"]["PlanFeatureShape"];
         };
         /** @description A fitted feature. */
@@ -4770,10 +4770,10 @@ export interface components {
              */
             rms_mm?: number | null;
         };
-        /** @description Shapes, and what is made of them. */
+        /** @description Fitted shapes and constructed features. */
         PlanFeatureShape: {
             /**
-             * @description Where.
+             * @description Points to search.
              * @default {}
              */
             select: components["schemas"]["PlanSelection"];
@@ -4782,11 +4782,11 @@ export interface components {
         } | {
             /**
              * Format: double
-             * @description A hint which is meant, mm; never a bias.
+             * @description Approximate radius to select the feature, mm; it does not bias the result.
              */
             radius_mm?: number | null;
             /**
-             * @description Where.
+             * @description Points to search.
              * @default {}
              */
             select: components["schemas"]["PlanSelection"];
@@ -4795,11 +4795,11 @@ export interface components {
         } | {
             /**
              * Format: double
-             * @description A hint which is meant, mm; never a bias.
+             * @description Approximate radius to select the feature, mm; it does not bias the result.
              */
             radius_mm?: number | null;
             /**
-             * @description Where.
+             * @description Points to search.
              * @default {}
              */
             select: components["schemas"]["PlanSelection"];
@@ -4809,7 +4809,7 @@ export interface components {
             /** @description The plane around (or inside) it. */
             plane: string;
             /**
-             * @description Where; must hold the rim and a strip of the plane along it.
+             * @description Points to search; must contain the rim and a strip of the plane along it.
              * @default {}
              */
             select: components["schemas"]["PlanSelection"];
@@ -4819,7 +4819,7 @@ export interface components {
             /** @description The plane around it. */
             plane: string;
             /**
-             * @description Where; must hold the rim and a strip of the plane along it.
+             * @description Points to search; must contain the rim and a strip of the plane along it.
              * @default {}
              */
             select: components["schemas"]["PlanSelection"];
@@ -4829,7 +4829,7 @@ export interface components {
             /** @description The plane that ends there. */
             plane: string;
             /**
-             * @description Where; must hold the rim and a strip of the plane along it.
+             * @description Points to search; must contain the rim and a strip of the plane along it.
              * @default {}
              */
             select: components["schemas"]["PlanSelection"];
@@ -4841,7 +4841,7 @@ export interface components {
             /** @description Origin of the contour's coordinates, mm, datum frame. */
             origin_mm: number[];
             /**
-             * @description Where: a slice about the cut.
+             * @description Points to search: a slice about the cut.
              * @default {}
              */
             select: components["schemas"]["PlanSelection"];
@@ -4849,15 +4849,15 @@ export interface components {
             type: "section";
             /** @description Direction of the contour's first coordinate. */
             x: number[];
-            /** @description Direction of its second one: away from the material where the contour runs along the first. */
+            /** @description Direction of its second coordinate: away from the material where the contour runs along the first. */
             y: number[];
         } | {
-            /** @description Of which. */
+            /** @description The features. */
             of: components["schemas"]["PlanLineOf"];
             /** @enum {string} */
             type: "line";
         } | {
-            /** @description Of which. */
+            /** @description The features. */
             of: components["schemas"]["PlanPointOf"];
             /** @enum {string} */
             type: "point";
@@ -4871,7 +4871,7 @@ export interface components {
             /** @description Its text. */
             text: string;
         };
-        /** @description What makes a line. */
+        /** @description How a line is constructed. */
         PlanLineOf: {
             planes: string[];
         } | {
@@ -4879,9 +4879,9 @@ export interface components {
         } | {
             points: string[];
         };
-        /** @description What is measured; `of`, `from` and the like name features. */
+        /** @description What is measured; `of`, `from` and similar fields name features. */
         PlanMeasure: {
-            /** @description Along this axis of the datum frame, with its sign, instead. */
+            /** @description If given, the signed distance along this axis of the datum frame. */
             along?: components["schemas"]["PlanAxis"] | null;
             /** @description The first feature. */
             from: string;
@@ -4897,7 +4897,7 @@ export interface components {
             /** @enum {string} */
             type: "step";
         } | {
-            /** @description As the turn about this axis of the datum frame, with its sign, instead. */
+            /** @description If given, the signed rotation about this axis of the datum frame. */
             about?: components["schemas"]["PlanAxis"] | null;
             /** @description The first feature. */
             from: string;
@@ -4923,21 +4923,21 @@ export interface components {
             /** @enum {string} */
             type: "coordinate";
         } | {
-            /** @description Where it should be, mm; null along an axis that does not count. */
+            /** @description Nominal position, mm; null along axes without tolerance. */
             at_mm: (number | null)[];
             /** @description The feature. */
             of: string;
             /** @enum {string} */
             type: "position";
         } | {
-            /** @description The plane judged. */
+            /** @description The toleranced plane. */
             of: string;
             /** @description The datum. */
             to: string;
             /** @enum {string} */
             type: "parallelism";
         } | {
-            /** @description The plane judged. */
+            /** @description The toleranced plane. */
             of: string;
             /** @description The datum. */
             to: string;
@@ -4963,7 +4963,7 @@ export interface components {
             /** @enum {string} */
             type: "gap";
         } | {
-            /** @description Its rim at the seam, an edge, a line or a cylinder; without it the centre of its points. */
+            /** @description Its rim at the seam (an edge, a line or a cylinder); the centre of its points if absent. */
             at?: string | null;
             /** @description The reference plane. */
             reference: string;
@@ -4991,7 +4991,7 @@ export interface components {
         };
         /** @description The version of the document. */
         PlanPlanFormat: "sheaf-plan/1";
-        /** @description What makes a point. */
+        /** @description How a point is constructed. */
         PlanPointOf: {
             centre: string;
         } | {
@@ -5001,7 +5001,7 @@ export interface components {
         } | {
             lines: string[];
         };
-        /** @description A part of space; points outside are not looked at. Millimetres, in the frame of the points it is asked about. */
+        /** @description A region of space; points outside are ignored. Millimetres, in the frame of the points it is applied to. */
         PlanRegion: {
             /** @description Largest x, y, z, mm. */
             max_mm: number[];
@@ -5037,13 +5037,13 @@ export interface components {
             /** @enum {string} */
             type: "cylinder";
         };
-        /** @description The points a feature is looked for in; all if nothing is said. */
+        /** @description The points in which a feature is searched; all by default. */
         PlanSelection: {
-            /** @description Only where the surface faces this way. */
+            /** @description Only points where the surface faces this direction. */
             facing?: components["schemas"]["PlanFacing"] | null;
-            /** @description Of these diffraction orders alone; of all if empty. */
+            /** @description Only points of these diffraction orders; all if empty. */
             orders?: number[];
-            /** @description Where: in the frame of the scan for features the alignment rests on, in the datum frame for all others. */
+            /** @description Region: in the frame of the scan for features the alignment depends on, in the datum frame for all others. */
             region?: components["schemas"]["PlanRegion"] | null;
         };
         /** @description A rigid motion. */

@@ -1,6 +1,6 @@
-//! From a cloud to a measured part: fits, values with their uncertainty, verdicts.
+//! Measures a part in a point cloud: fits, values with their uncertainty, verdicts.
 //!
-//! [`measure`] finds the features a [`Tool`] needs in a cloud that holds table and object together, fits them by
+//! [`measure`] finds the features a [`Tool`] needs in a cloud that contains both table and object, fits them by
 //! robust weighted geometric least squares, and states the value with an expanded uncertainty (k = 2).
 //! Units: millimetres, degrees for the tool `angle`; frame: the cloud's (part) frame.
 
@@ -12,7 +12,7 @@ mod measuring;
 pub mod params;
 mod plan;
 
-pub use interface::doubts::{Finding, Missing};
+pub use interface::findings::{Finding, Missing};
 pub use interface::measurement::{ErrorSummary, FittedFeature, Measurement, OrderRow, Unit};
 pub use interface::part_verdict::{CharacteristicKey, PartVerdict, part_verdict};
 pub use interface::region::Region;
@@ -24,7 +24,7 @@ pub use measuring::measure::measure;
 pub use cad::compare::compare;
 pub use cad::comparison::{AlignTo, CompareError, CompareRequest, Comparison};
 pub use cad::nominal::{Nominal, NominalError};
-pub use cad::statistics::{DeviationStatistics, WorstPlace};
+pub use cad::statistics::{DeviationStatistics, WorstDeviation};
 pub use evaluation::alignment::DatumFrame;
 pub use evaluation::evaluate::evaluate;
 pub use evaluation::geometry::Geometry;

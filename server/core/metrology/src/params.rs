@@ -33,7 +33,7 @@ pub const RANSAC_BAND_SIGMAS: f64 = 4.0;
 /// Trim of the refined fit, in robust standard deviations of its residuals: rejects 1 good point in 2000.
 pub const TRIM_SIGMAS: f64 = 3.5;
 
-/// Upper limit of the trim in predicted σ, so that a fit does not take in its neighbourhood.
+/// Upper limit of the trim in predicted σ, so that a fit does not include neighbouring surfaces.
 pub const MAX_TRIM_SIGMAS: f64 = 40.0;
 
 /// Lower limit of the trim in predicted σ: rounding is not an outlier.
@@ -45,13 +45,13 @@ pub const TRIM_POINTS: usize = 20_000;
 /// Most iterations for the trim to converge.
 pub const TRIM_ROUNDS: usize = 15;
 
-/// Points closer to the border of a feature than this many thicknesses (one σ) of the light sheet are left out: a
-/// stripe that is cut or lit on two surfaces has its centre displaced, by at most 3 µm from there on (eq. 6).
+/// Points closer to the border of a feature than this many thicknesses (one σ) of the light sheet are left out: the
+/// centre of a stripe that is cut or lit on two surfaces is displaced, by at most 3 µm beyond that distance (eq. 6).
 pub const BORDER_SIGMAS: f64 = 3.0;
 
 /// Assumed thickness of the light sheets where the cloud does not state it (one σ), relative to the distance to the
 /// camera: a stripe of 5 px of a station at 400 mm, 0.35 mm. The uncertainty is then incomplete.
-pub const USUAL_LINE_SIGMA_RELATIVE: f64 = 8.75e-4;
+pub const DEFAULT_LINE_SIGMA_RELATIVE: f64 = 8.75e-4;
 
 /// Points near the border (or viewed too steeply) are kept if fewer than this fraction would remain without them.
 pub const MIN_INTERIOR_SHARE: f64 = 0.35;
@@ -160,11 +160,11 @@ pub const BASE_SPREAD_RATIO: f64 = 1.2;
 /// Angles below this many standard uncertainties fold at 0°: their mean is biased.
 pub const FOLD_SIGMAS: f64 = 5.0;
 
-/// Length of the chords that a local normal is taken from, in thicknesses (one σ) of the light sheet.
+/// Length of the chords from which a local normal is estimated, in thicknesses (one σ) of the light sheet.
 pub const NORMAL_BASE_SIGMAS: f64 = 3.0;
 
-/// Points this near to a plane (in thicknesses, one σ, of the light sheet) may belong to its rim: a stripe cut by an edge
-/// shows that much beside the surface (eq. 2).
+/// Points within this distance of a plane (in thicknesses, one σ, of the light sheet) may belong to its rim: a stripe cut
+/// by an edge is displaced from the surface by up to that much (eq. 2).
 pub const RIM_REACH_LINE_SIGMAS: f64 = 1.5;
 
 /// A line is interrupted where its points are further apart than this many spacings.
@@ -173,10 +173,10 @@ pub const RIM_GAP_SPACINGS: f64 = 2.5;
 /// Fewest points in a row that end at a rim.
 pub const RIM_MIN_RUN_POINTS: usize = 5;
 
-/// Points of a line, counted from its end, that show its full light: beyond the blur and near enough to be as bright.
+/// Points of a line, counted from its end, that show its full intensity: beyond the blur, and close enough to be equally bright.
 pub const RIM_FULL_LIGHT_POINTS: std::ops::Range<usize> = 8..24;
 
-/// Lines that cross a rim at less than this angle to it say nothing of it (sine, 40°).
+/// Lines that cross a rim at less than this angle do not locate it (sine, 40°).
 pub const RIM_MIN_SINE: f64 = 0.64;
 
 /// Fewest crossings per parameter of a contour.
@@ -185,49 +185,49 @@ pub const RIM_MIN_CROSSINGS_PER_PARAMETER: usize = 3;
 /// Largest part of a circle without crossings, degrees.
 pub const RIM_MAX_GAP_DEG: f64 = 120.0;
 
-/// Standard uncertainty of where half the light is, in blurs (one σ): the surface's reflectance may differ by a tenth from
-/// the rim to further in.
+/// Standard uncertainty of the half-intensity position, in blurs (one σ): the reflectance may differ by a tenth between the
+/// rim and the surface further in.
 pub const RIM_BLUR_SHARE: f64 = 0.25;
 
-/// Fewest of the crossings, as a share, whose light fell before they ended: with less nobody knows where the rim is.
+/// Smallest fraction of crossings whose intensity falls before they end: with fewer the position of the rim is unknown.
 pub const RIM_MIN_FADED_SHARE: f64 = 0.25;
 
-/// Points of a feature that its noise is taken from.
+/// Points from which the noise of a feature is estimated.
 pub const NOISE_POINTS: usize = 5000;
 
-/// Fewest points of every feature of a plan triangulated anew per calibration mode.
+/// Fewest points of every feature of a plan that are re-triangulated per calibration mode.
 pub const MIN_SYSTEMATIC_POINTS: usize = 400;
 
-/// Points that a scan is brought to its nominal surface by: the pose is then known far better than any place.
+/// Points used to align a scan with its nominal surface: the pose is then known far better than any single deviation.
 pub const BEST_FIT_POINTS: usize = 20_000;
 
-/// Fewest of them with a place within reach.
+/// Fewest of them with a surface point within reach.
 pub const BEST_FIT_MIN_POINTS: usize = 100;
 
-/// A freedom is locked if the points hold it this many times worse (eigenvalues, lengths at the RMS distance of the points)
-/// than the best one: below it, facets of a round part pretend to hold its turn.
+/// A degree of freedom is locked if its eigenvalue is below this fraction of the largest (rotations as lengths at the RMS
+/// distance of the points): the facets of a round part would otherwise appear to constrain its rotation.
 pub const BEST_FIT_LOCK_RATIO: f64 = 1e-3;
 
-/// Half weight, in robust standard deviations: 95 % efficient for normal noise.
+/// Residual with half the weight, in robust standard deviations: 95 % efficient for normal noise.
 pub const CAUCHY_SIGMAS: f64 = 2.385;
 
-/// Points within this share of the part's diagonal of its surface belong to it, unless it is said otherwise.
-pub const USUAL_REACH_SHARE: f64 = 0.02;
+/// Default reach: points within this fraction of the part's diagonal of its surface belong to it.
+pub const DEFAULT_REACH_SHARE: f64 = 0.02;
 
-/// A fit begins with this share, so that a start may be off by as much.
-pub const USUAL_CAPTURE_SHARE: f64 = 0.06;
+/// Default capture range: a fit begins with this fraction of the diagonal, so that the start pose may be off by as much.
+pub const DEFAULT_CAPTURE_SHARE: f64 = 0.06;
 
-/// Sides of the cells of a comparison along the diagonal of a part.
+/// Cells of a comparison along the diagonal of a part.
 pub const CELLS_PER_DIAGONAL: f64 = 150.0;
 
-/// Fewest points that a cell is judged by.
+/// Fewest points of a cell that is judged.
 pub const MIN_CELL_POINTS: usize = 3;
 
-/// Points of a comparison that every mode of the calibration is taken at.
+/// Points of a comparison that are re-triangulated per calibration mode.
 pub const COMPARED_SYSTEMATIC_POINTS: usize = 2000;
 
-/// Worst places that are listed.
-pub const WORST_PLACES: usize = 10;
+/// Number of worst deviations that are listed.
+pub const N_WORST_DEVIATIONS: usize = 10;
 
-/// They are at least this many cells apart.
-pub const WORST_PLACE_CELLS: f64 = 6.0;
+/// Smallest distance between listed worst deviations, in cells.
+pub const WORST_DEVIATION_CELLS: f64 = 6.0;

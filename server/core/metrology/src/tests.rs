@@ -3,7 +3,7 @@
 mod cad;
 mod coverage;
 mod document;
-mod doubts;
+mod findings;
 mod offset;
 mod plan;
 mod rig_a;

@@ -1,4 +1,4 @@
-//! The nominal surface in cells, so that places count by their area and not by how many points fell on them.
+//! A grid of cells over the nominal surface, so that deviations are weighted by area and not by point density.
 
 use std::collections::HashMap;
 
@@ -6,10 +6,10 @@ use nalgebra::Vector3;
 
 use crate::cad::nominal::Nominal;
 
-/// Samples of the surface per side of a cell: its area is then known to some percent.
+/// Samples of the surface per side of a cell: its area is then known to a few percent.
 const SAMPLES_PER_SIDE: f64 = 3.0;
 
-/// Most samples of a surface; larger cells beyond.
+/// Most samples of a surface; the cells are enlarged if more would be needed.
 const MAX_SAMPLES: f64 = 2e6;
 
 /// A cell of the surface.
@@ -19,7 +19,7 @@ pub(crate) struct Cell {
     pub(crate) n_points: usize,
 }
 
-/// Cells of a grid that the surface passes through.
+/// Grid cells that the surface passes through.
 pub(crate) struct Cells {
     pub(crate) side_mm: f64,
     idx_of: HashMap<[i32; 3], u32>,
@@ -37,13 +37,13 @@ impl Cells {
             let n = (area / of_sample).ceil().max(1.0);
             let [a, b, c] = facet.corners;
             for k in 0..n as usize {
-                // A sequence that fills the square evenly, folded onto the triangle.
+                // A low-discrepancy sequence in the unit square (R2), folded onto the triangle.
                 let (mut s, mut t) =
                     ((0.5 + 0.754_877_67 * k as f64).fract(), (0.5 + 0.569_840_29 * k as f64).fract());
                 if s + t > 1.0 {
                     (s, t) = (1.0 - s, 1.0 - t);
                 }
-                let idx = cells.place(&(a + (b - a) * s + (c - a) * t));
+                let idx = cells.get_or_insert(&(a + (b - a) * s + (c - a) * t));
                 cells.cells[idx as usize].area_mm2 += area / n;
             }
         }
@@ -54,7 +54,7 @@ impl Cells {
         [0, 1, 2].map(|axis| (at[axis] / self.side_mm).floor() as i32)
     }
 
-    fn place(&mut self, at: &Vector3<f64>) -> u32 {
+    fn get_or_insert(&mut self, at: &Vector3<f64>) -> u32 {
         let key = self.key(at);
         let cells = &mut self.cells;
         *self.idx_of.entry(key).or_insert_with(|| {
@@ -63,7 +63,7 @@ impl Cells {
         })
     }
 
-    /// The cell of a place of the surface; one that no sample has met has no area.
+    /// The cell that contains a point of the surface; `None` if no sample of the surface lies in it.
     pub(crate) fn of(&self, at: &Vector3<f64>) -> Option<u32> {
         self.idx_of.get(&self.key(at)).copied()
     }

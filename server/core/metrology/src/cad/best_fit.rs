@@ -1,4 +1,4 @@
-//! The pose that brings a scan nearest to its nominal surface, with what the points do not hold of it.
+//! Best-fit alignment of a scan with its nominal surface, and the degrees of freedom that the points do not constrain.
 //!
 //! Point-to-plane: residuals along the normal, each with the σ of its point along it (eq. 14–16 of
 //! `docs/maths/metrology.md`), damped by Cauchy's weight so that a dent does not tilt the part.
@@ -13,13 +13,13 @@ use crate::cad::nominal::Nominal;
 use crate::evaluation::alignment::DatumFrame;
 use crate::params::{BEST_FIT_LOCK_RATIO, BEST_FIT_MIN_POINTS, CAUCHY_SIGMAS, MIN_COSINE};
 
-/// Steps of the fit; each finds the nearest places anew.
+/// Most iterations; each searches for the nearest surface points again.
 const MAX_STEPS: usize = 80;
 
 /// A step that moves no point by more than this ends the fit, mm.
 const STEP_TOLERANCE_MM: f64 = 1e-5;
 
-/// The reach shrinks by this factor a step, from what catches to what counts.
+/// Factor by which the reach shrinks per iteration, from the capture range to the final reach.
 const REACH_SHRINK: f64 = 0.75;
 
 /// A point of the fit.
@@ -30,7 +30,7 @@ pub(crate) struct FitPoint {
     pub(crate) sigma_mm: f64,
 }
 
-/// A residual with its slopes: shift (mm) and turn about the middle (mm at the distance `lever_mm`).
+/// A residual with its derivatives by translation (mm) and by rotation about the centroid (mm at the distance `lever_mm`).
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Row {
     pub(crate) slopes: Vector6<f64>,
@@ -43,16 +43,16 @@ pub(crate) struct Row {
 /// A fitted pose.
 pub(crate) struct BestFit {
     pub(crate) pose: Rigid<DatumFrame, PartFrame>,
-    /// H⁻¹ without what is locked.
+    /// H⁻¹ without the locked degrees of freedom.
     pub(crate) inverse: Matrix6<f64>,
-    /// Residuals over predicted noise.
+    /// Ratio of the residuals to the predicted noise.
     pub(crate) ratio: f64,
     pub(crate) rms_mm: f64,
-    /// Freedoms that the points do not hold, in words.
+    /// Description of each degree of freedom that the points do not constrain.
     pub(crate) locked: Vec<String>,
 }
 
-/// Slopes of a distance along `normal` at a place, for a motion about `middle`.
+/// Derivatives of the distance along `normal` at a point, by a motion about `middle`.
 pub(crate) fn slopes(
     at: &Vector3<f64>,
     normal: &Vector3<f64>,
@@ -63,7 +63,7 @@ pub(crate) fn slopes(
     Vector6::new(normal.x, normal.y, normal.z, turn.x, turn.y, turn.z)
 }
 
-/// The rows of all points that have a place within reach.
+/// The rows of all points; `None` for points without a surface point within reach.
 pub(crate) fn rows(
     nominal: &Nominal,
     points: &[FitPoint],
@@ -101,8 +101,8 @@ fn scale(rows: &[Option<Row>]) -> f64 {
     (SIGMA_PER_MAD * median(&mut normalised).unwrap_or(1.0)).max(1.0)
 }
 
-/// Brings points to the surface from a pose that is near. `tolerance_mm`: a freedom that is known worse than to a tenth of
-/// it is locked, as is one that the points hold far worse than others.
+/// Aligns the points with the surface from a nearby pose. A degree of freedom is locked if its standard uncertainty exceeds
+/// a tenth of `tolerance_mm`, or if the points constrain it far worse than the others.
 ///
 /// # Errors
 /// [`CompareError::NoOverlap`], [`CompareError::NotConverged`].
@@ -123,8 +123,8 @@ pub(crate) fn best_fit(
             return Err(CompareError::NoOverlap { n_points, reach_mm: reach });
         }
         let (hessian, gradient) = normal_equations(&rows);
-        let held = held(&hessian, scale(&rows), tolerance_mm);
-        let step = -(held.inverse * gradient);
+        let constrained = constrained(&hessian, scale(&rows), tolerance_mm);
+        let step = -(constrained.inverse * gradient);
         pose = moved(&pose, &step, &middle, lever_mm);
         let is_whole = reach <= reach_mm;
         reach = (reach * REACH_SHRINK).max(reach_mm);
@@ -132,17 +132,17 @@ pub(crate) fn best_fit(
             let square: f64 = rows.iter().flatten().map(|row| row.residual_mm * row.residual_mm).sum();
             return Ok(BestFit {
                 pose,
-                inverse: held.inverse,
+                inverse: constrained.inverse,
                 ratio: scale(&rows),
                 rms_mm: (square / n_points as f64).sqrt(),
-                locked: held.locked,
+                locked: constrained.locked,
             });
         }
     }
     Err(CompareError::NotConverged)
 }
 
-/// Middle of the points in the datum frame, and their RMS distance from it.
+/// Centroid of the points in the datum frame, and their RMS distance from it.
 pub(crate) fn middle(points: &[FitPoint], pose: &Rigid<DatumFrame, PartFrame>) -> (Vector3<f64>, f64) {
     let n = points.len().max(1) as f64;
     let in_part = points.iter().map(|point| point.at).sum::<Vector3<f64>>() / n;
@@ -150,7 +150,7 @@ pub(crate) fn middle(points: &[FitPoint], pose: &Rigid<DatumFrame, PartFrame>) -
     (pose.rotation * in_part + pose.translation_mm, square.sqrt().max(f64::MIN_POSITIVE))
 }
 
-/// A pose moved by shift and turn about a middle.
+/// A pose moved by a translation and a rotation about a centre.
 pub(crate) fn moved(
     pose: &Rigid<DatumFrame, PartFrame>,
     step: &Vector6<f64>,
@@ -172,34 +172,38 @@ pub(crate) fn normal_equations(rows: &[Option<Row>]) -> (Matrix6<f64>, Vector6<f
     })
 }
 
-struct Held {
+struct Constrained {
     inverse: Matrix6<f64>,
     locked: Vec<String>,
 }
 
-/// H⁻¹ of the freedoms that the points hold.
-fn held(hessian: &Matrix6<f64>, ratio: f64, tolerance_mm: Option<f64>) -> Held {
+/// H⁻¹ on the degrees of freedom that the points constrain.
+fn constrained(hessian: &Matrix6<f64>, ratio: f64, tolerance_mm: Option<f64>) -> Constrained {
     let SymmetricEigen { eigenvalues, eigenvectors } = hessian.symmetric_eigen();
     let least = BEST_FIT_LOCK_RATIO * eigenvalues.max();
-    let mut held = Held { inverse: Matrix6::zeros(), locked: Vec::new() };
+    let mut constrained = Constrained { inverse: Matrix6::zeros(), locked: Vec::new() };
     for k in 0..6 {
         let (value, vector) = (eigenvalues[k], eigenvectors.column(k).into_owned());
         let sigma_mm = ratio / value.max(f64::MIN_POSITIVE).sqrt();
         if value > least && tolerance_mm.is_none_or(|tolerance_mm| sigma_mm <= tolerance_mm / 10.0) {
-            held.inverse += vector * vector.transpose() / value;
+            constrained.inverse += vector * vector.transpose() / value;
         } else {
-            held.locked.push(freedom(&vector));
+            constrained.locked.push(freedom(&vector));
         }
     }
-    held
+    constrained
 }
 
-/// A motion in words.
+/// Description of a motion.
 fn freedom(motion: &Vector6<f64>) -> String {
     let (shift, turn) = (motion.fixed_rows::<3>(0).into_owned(), motion.fixed_rows::<3>(3).into_owned());
     let words = |what: &str, v: Vector3<f64>| {
         let v = v.normalize();
         format!("{what} ({:.2}, {:.2}, {:.2})", v.x, v.y, v.z)
     };
-    if shift.norm() >= turn.norm() { words("a shift along", shift) } else { words("a turn about", turn) }
+    if shift.norm() >= turn.norm() {
+        words("the translation along", shift)
+    } else {
+        words("the rotation about", turn)
+    }
 }

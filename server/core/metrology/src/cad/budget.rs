@@ -1,4 +1,4 @@
-//! The uncertainty of deviations: the noise of each point, what all points share, and how the pose follows both.
+//! The uncertainty of deviations: the noise of each point, errors common to all points, and their effect on the pose.
 
 use std::collections::BTreeMap;
 
@@ -6,9 +6,9 @@ use nalgebra::{Matrix6, Vector3, Vector6};
 use optics::{Calibration, PartFrame, Rigid};
 
 use crate::cad::best_fit::{self, BestFit, FitPoint, Row, slopes};
+use crate::cad::cell_means::ComparedPoint;
 use crate::cad::comparison::CompareError;
 use crate::cad::nominal::Nominal;
-use crate::cad::places::Compared;
 use crate::evaluation::alignment::DatumFrame;
 use crate::evaluation::datum_pose::DatumPose;
 use crate::fitting::sample::{Samples, thinned};
@@ -21,8 +21,8 @@ pub(crate) fn fit_point(samples: &Samples, idx: u32) -> FitPoint {
     FitPoint { at: sample.in_part.xyz, ray: sample.ray, sigma_mm: sample.sigma_mm }
 }
 
-/// The pose of a comparison, and how it follows the calibration and the noise.
-pub(crate) struct Motion<'a> {
+/// The pose of a comparison, and how it depends on the calibration and the noise.
+pub(crate) struct ComparisonPose<'a> {
     pub(crate) fit: Option<&'a BestFit>,
     pub(crate) datums: Option<&'a DatumPose>,
     pub(crate) pose: Rigid<DatumFrame, PartFrame>,
@@ -30,7 +30,7 @@ pub(crate) struct Motion<'a> {
     pub(crate) lever_mm: f64,
 }
 
-impl Motion<'_> {
+impl ComparisonPose<'_> {
     /// Covariance of the pose from the noise of all points (eq. 15).
     pub(crate) fn covariance(&self, redundancy: f64, n_few: usize, n_all: usize) -> Matrix6<f64> {
         match (self.fit, self.datums) {
@@ -41,38 +41,44 @@ impl Motion<'_> {
     }
 }
 
-/// What all points share, at some of them.
-pub(crate) struct Shared {
-    /// By order, the samples with their share along the normal (mm) and what the calibration adds to σ along the ray (mm).
+/// Errors common to all points, computed at some of them.
+pub(crate) struct CommonErrors {
+    /// By order: sample, common error along the normal (mm), and contribution of the calibration to σ along the ray (mm).
     by_order: BTreeMap<i8, Vec<(u32, f32, f32)>>,
     pub(crate) is_known: bool,
     pub(crate) has_failed: bool,
 }
 
-impl Shared {
+impl CommonErrors {
     pub(crate) fn new(
         samples: &Samples,
         nominal: &Nominal,
         calibration: Option<&Calibration>,
-        motion: &Motion,
+        alignment: &ComparisonPose,
         reach_mm: f64,
     ) -> Result<Self, CompareError> {
         let mut shared = Self { by_order: BTreeMap::new(), is_known: false, has_failed: false };
         let Some(calibration) = calibration else { return Ok(shared) };
         let few = thinned(&samples.indices(), COMPARED_SYSTEMATIC_POINTS);
-        // Only weights would need the surface, and they are not used.
+        // The surface affects only the weights, which are not used.
         let facing = Shape::Plane { point_mm: Vector3::zeros(), normal: Vector3::z() };
         let seen = Retriangulation::of_sets(samples, &[(&few, &facing)], COMPARED_SYSTEMATIC_POINTS, calibration)?;
         let pixels = seen.pixels(0);
         let fit_points: Vec<FitPoint> = pixels.iter().map(|pixel| fit_point(samples, pixel.sample_idx)).collect();
-        let rows = best_fit::rows(nominal, &fit_points, &motion.pose, (&motion.middle, motion.lever_mm), reach_mm);
+        let rows = best_fit::rows(
+            nominal,
+            &fit_points,
+            &alignment.pose,
+            (&alignment.middle, alignment.lever_mm),
+            reach_mm,
+        );
         let positions = |calibration: &Calibration| -> Vec<Option<Vector3<f64>>> {
             pixels.iter().map(|pixel| seen.part_position(calibration, pixel)).collect()
         };
         let base = positions(calibration);
         let mut squares = vec![0.0; rows.len()];
-        // The points of the modes are some of those of the fit: the same equations, fewer rows.
-        let inverse = motion.fit.map(|fit| {
+        // The re-triangulated points are a subset of those of the fit: the same equations, fewer rows.
+        let inverse = alignment.fit.map(|fit| {
             let hessian = best_fit::normal_equations(&rows).0;
             let held = fit.inverse.symmetric_eigen();
             let basis: Vec<Vector6<f64>> = (0..6)
@@ -88,18 +94,18 @@ impl Shared {
                     .zip(&base)
                     .zip(&rows)
                     .map(|((moved, base), row)| {
-                        let way = motion.pose.rotation * ((*moved)? - (*base)?);
+                        let way = alignment.pose.rotation * ((*moved)? - (*base)?);
                         Some(row.as_ref()?.normal.dot(&way))
                     })
                     .collect();
-                let step = match (&inverse, motion.datums) {
+                let step = match (&inverse, alignment.datums) {
                     (Some(inverse), _) => {
                         let pull = |(row, along): (&Option<Row>, &Option<f64>)| {
                             row.as_ref().zip(*along).map(|(row, along)| row.slopes * (row.weight * along))
                         };
                         Some(-(inverse * rows.iter().zip(&along).filter_map(pull).sum::<Vector6<f64>>()))
                     }
-                    (None, Some(datums)) => datums.step(mode, side, &motion.middle, motion.lever_mm),
+                    (None, Some(datums)) => datums.step(mode, side, &alignment.middle, alignment.lever_mm),
                     (None, None) => Some(Vector6::zeros()),
                 };
                 let Some(step) = step else {
@@ -123,7 +129,7 @@ impl Shared {
         Ok(shared)
     }
 
-    /// At the nearest sample of the same order: the share along the normal, and what the calibration adds to σ.
+    /// At the nearest sample of the same order: the common error along the normal, and the calibration's contribution to σ.
     fn at(&self, samples: &Samples, idx: u32) -> (f32, f32) {
         let Some(known) = self.by_order.get(&samples.point(idx).order) else { return (0.0, 0.0) };
         let after = known.partition_point(|(at, ..)| *at < idx);
@@ -133,7 +139,7 @@ impl Shared {
     }
 }
 
-/// (BᵀHB)⁻¹ in the space of B.
+/// B(BᵀHB)⁻¹Bᵀ: the inverse of H on the subspace spanned by the columns of B.
 fn restricted_inverse(hessian: &Matrix6<f64>, basis: &[Vector6<f64>]) -> Matrix6<f64> {
     let n = basis.len();
     let small = nalgebra::DMatrix::from_fn(n, n, |i, j| (basis[i].transpose() * hessian * basis[j])[(0, 0)]);
@@ -157,16 +163,16 @@ pub(crate) struct Budget {
 pub(crate) fn budget(
     samples: &Samples,
     nominal: &Nominal,
-    motion: &Motion,
-    shared: &Shared,
+    alignment: &ComparisonPose,
+    shared: &CommonErrors,
     of_pose: &Matrix6<f64>,
-    point: &Compared,
+    point: &ComparedPoint,
 ) -> Budget {
     let (along_mm, of_sigma_mm) = shared.at(samples, point.sample);
     let total = samples.at(point.sample).sigma_mm as f32;
     let own = (total * total - of_sigma_mm * of_sigma_mm).max(0.0).sqrt().max(MIN_NOISE_SHARE as f32 * total);
     let facet = point.facet as usize;
-    let slopes = slopes(&point.at.cast(), &nominal.facets[facet].normal, &motion.middle, motion.lever_mm);
+    let slopes = slopes(&point.at.cast(), &nominal.facets[facet].normal, &alignment.middle, alignment.lever_mm);
     let pose = (slopes.transpose() * of_pose * slopes)[(0, 0)].max(0.0);
     let line_sigma_mm = samples.line_sigma_mm.unwrap_or(0.0);
     let thickness = FOOTPRINT_SHARE * line_sigma_mm * line_sigma_mm * f64::from(nominal.curvature[facet]) / 2.0;

@@ -1,4 +1,4 @@
-//! A cloud against the surface its part should have.
+//! Comparison of a cloud with the nominal surface of its part.
 
 use nalgebra::Vector3;
 use optics::{Calibration, PartFrame, Rigid};
@@ -7,29 +7,30 @@ use scanning::Cloud;
 
 use crate::cad::areas::Cells;
 use crate::cad::best_fit::{self, FitPoint, best_fit};
-use crate::cad::budget::{Budget, Motion, Shared, budget, fit_point};
+use crate::cad::budget::{Budget, CommonErrors, ComparisonPose, budget, fit_point};
+use crate::cad::cell_means::{ComparedPoint, cell_means, statistics, verdict, worst};
 use crate::cad::comparison::{AlignTo, CompareError, CompareRequest, Comparison};
 use crate::cad::nominal::Nominal;
-use crate::cad::places::{Compared, places, statistics, verdict, worst};
 use crate::evaluation::alignment::DatumFrame;
 use crate::evaluation::datum_pose::datum_pose;
 use crate::fitting::features::light_in_camera;
 use crate::fitting::sample::{Samples, thinned};
-use crate::interface::doubts::Missing;
+use crate::interface::findings::Missing;
 use crate::interface::request::MeasureError;
 use crate::measuring::missing::missing;
 use crate::measuring::noise::redundancy;
 use crate::params::{
-    BEST_FIT_POINTS, CELLS_PER_DIAGONAL, MIN_COSINE, MIN_FEATURE_POINTS, USUAL_CAPTURE_SHARE, USUAL_REACH_SHARE,
+    BEST_FIT_POINTS, CELLS_PER_DIAGONAL, DEFAULT_CAPTURE_SHARE, DEFAULT_REACH_SHARE, MIN_COSINE,
+    MIN_FEATURE_POINTS,
 };
 
-/// Points looked up one after the other, each from where its neighbour was nearest.
+/// Points looked up in sequence, each starting at the facet nearest to its predecessor.
 const CHUNK_POINTS: usize = 4096;
 
 /// Compares a cloud with a nominal surface.
 ///
-/// `calibration`: the one the scan was made with; without it no uncertainty is complete, and no verdict is reached.
-/// What a best fit has taken up cannot be seen any more, neither in the deviations nor in their uncertainty.
+/// `calibration`: the one the scan was made with; without it no uncertainty is complete, and there is no verdict.
+/// Errors absorbed by a best fit appear neither in the deviations nor in their uncertainty.
 ///
 /// # Errors
 /// [`CompareError`].
@@ -44,8 +45,8 @@ pub fn compare(
         let error = MeasureError::TooFewPoints { needed: MIN_FEATURE_POINTS, got: samples.len() };
         return Err(error.into());
     }
-    let reach_mm = request.reach_mm.unwrap_or(USUAL_REACH_SHARE * nominal.diagonal_mm);
-    let capture_mm = request.capture_mm.unwrap_or(USUAL_CAPTURE_SHARE * nominal.diagonal_mm);
+    let reach_mm = request.reach_mm.unwrap_or(DEFAULT_REACH_SHARE * nominal.diagonal_mm);
+    let capture_mm = request.capture_mm.unwrap_or(DEFAULT_CAPTURE_SHARE * nominal.diagonal_mm);
     let all = samples.indices();
     let (few, redundancy) = (thinned(&all, BEST_FIT_POINTS), redundancy(&samples, &all));
     let fit_points: Vec<FitPoint> = few.iter().map(|idx| fit_point(&samples, *idx)).collect();
@@ -70,13 +71,13 @@ pub fn compare(
         return Err(CompareError::NoOverlap { n_points: 0, reach_mm });
     }
     let (middle, lever_mm) = best_fit::middle(&fit_points, &pose);
-    let motion = Motion { fit: fit.as_ref(), datums: datums.as_ref(), pose, middle, lever_mm };
-    let shared = Shared::new(&samples, nominal, calibration, &motion, reach_mm)?;
-    let of_pose = motion.covariance(redundancy, few.len(), all.len());
-    let budget = |point: &Compared| budget(&samples, nominal, &motion, &shared, &of_pose, point);
+    let alignment = ComparisonPose { fit: fit.as_ref(), datums: datums.as_ref(), pose, middle, lever_mm };
+    let shared = CommonErrors::new(&samples, nominal, calibration, &alignment, reach_mm)?;
+    let of_pose = alignment.covariance(redundancy, few.len(), all.len());
+    let budget = |point: &ComparedPoint| budget(&samples, nominal, &alignment, &shared, &of_pose, point);
     let budgets: Vec<Budget> = compared.par_iter().map(budget).collect();
 
-    let places = places(&mut cells, &compared, &budgets, redundancy);
+    let cell_means = cell_means(&mut cells, &compared, &budgets, redundancy);
     let mut missing = missing(&samples, calibration, true);
     if shared.has_failed {
         missing.push(Missing::CalibrationModes);
@@ -87,22 +88,25 @@ pub fn compare(
         let idx = samples.cloud_idx(point.sample) as usize;
         (deviations_mm[idx], u_mm[idx]) = (point.deviation_mm, budget.noise_mm.hypot(budget.shared_mm));
     }
-    let statistics = statistics(nominal, &cells, &compared, &places, request.tolerance_mm, samples.len());
-    let verdict = request.tolerance_mm.map(|tolerance_mm| verdict(&places, tolerance_mm, missing.is_empty()));
+    let statistics = statistics(nominal, &cells, &compared, &cell_means, request.tolerance_mm, samples.len());
+    let verdict = request.tolerance_mm.map(|tolerance_mm| verdict(&cell_means, tolerance_mm, missing.is_empty()));
     let mut notes = Vec::new();
     if fit.is_some() {
         notes.push(
-            "aligned by all points: what a best fit has taken up does not show in the deviations".to_owned(),
+            "aligned by best fit to all points: errors absorbed by the alignment do not appear in the deviations"
+                .to_owned(),
         );
     }
     let locked = fit.as_ref().map_or_else(Vec::new, |fit| fit.locked.clone());
-    notes.extend(locked.iter().map(|freedom| format!("the points do not hold {freedom}; it was left as it was")));
+    notes.extend(
+        locked.iter().map(|freedom| format!("the points do not constrain {freedom}; it was left unchanged")),
+    );
     notes.extend(missing.iter().map(|missing| format!("U is incomplete: it lacks {missing}")));
     Ok(Comparison {
         datum_from_part: pose,
         locked,
         fit_rms_mm: fit.as_ref().map(|fit| fit.rms_mm),
-        worst: worst(&places, cells.side_mm),
+        worst: worst(&cell_means, cells.side_mm),
         statistics,
         deviations_mm,
         u_mm,
@@ -113,14 +117,14 @@ pub fn compare(
     })
 }
 
-/// All points with a place within reach that is not on a free edge, in the order of the cloud.
+/// All points with a nearest surface point within reach that is not on a free edge, in the order of the cloud.
 fn compared(
     samples: &Samples,
     nominal: &Nominal,
     cells: &Cells,
     pose: &Rigid<DatumFrame, PartFrame>,
     reach_mm: f64,
-) -> Vec<Compared> {
+) -> Vec<ComparedPoint> {
     let of_chunk = |chunk: usize| {
         let end = ((chunk + 1) * CHUNK_POINTS).min(samples.len());
         let mut guess = None;
@@ -133,7 +137,7 @@ fn compared(
             guess = Some(nearest.facet);
             let Some(normal) = nominal.normal(&nearest) else { continue };
             let way = at - nearest.at;
-            compared.push(Compared {
+            compared.push(ComparedPoint {
                 sample: idx,
                 facet: nearest.facet,
                 cell: cells.of(&nearest.at),
@@ -144,7 +148,7 @@ fn compared(
         }
         compared
     };
-    let chunks: Vec<Vec<Compared>> =
+    let chunks: Vec<Vec<ComparedPoint>> =
         (0..samples.len().div_ceil(CHUNK_POINTS)).into_par_iter().map(of_chunk).collect();
     chunks.concat()
 }

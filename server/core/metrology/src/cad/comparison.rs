@@ -1,29 +1,29 @@
-//! What a comparison is asked, and what it says.
+//! Request and result of a comparison with CAD data.
 
 use std::borrow::Cow;
 
 use optics::{PartFrame, Rigid};
 use remedy::Remedy;
 
-use crate::cad::statistics::{DeviationStatistics, WorstPlace};
+use crate::cad::statistics::{DeviationStatistics, WorstDeviation};
 use crate::evaluation::alignment::DatumFrame;
-use crate::interface::doubts::Missing;
+use crate::interface::findings::Missing;
 use crate::interface::part_verdict::PartVerdict;
 use crate::interface::region::Region;
 use crate::interface::request::MeasureError;
 use crate::plan::document::Plan;
 
-/// How a scan is brought to the frame of its nominal surface.
+/// How a scan is aligned with its nominal surface.
 #[derive(Debug, Clone, PartialEq)]
 pub enum AlignTo {
-    /// By all of its points, from a pose that is near.
+    /// By best fit of all points, from a nearby pose.
     Surface {
-        /// The first pose.
+        /// The start pose.
         start: Rigid<DatumFrame, PartFrame>,
     },
-    /// By the datums of a plan, in whose frame the surface is drawn.
+    /// By the datums of a plan; the surface is given in their frame.
     Datums(Box<Plan>),
-    /// By the datums, then by all points.
+    /// By the datums, then by best fit of all points.
     DatumsThenSurface(Box<Plan>),
 }
 
@@ -32,47 +32,47 @@ pub enum AlignTo {
 pub struct CompareRequest {
     /// The alignment.
     pub align: AlignTo,
-    /// Largest permitted deviation to either side, mm; asks for a verdict.
+    /// Largest permitted deviation to either side, mm; requests a verdict.
     pub tolerance_mm: Option<f64>,
     /// Points further from the surface do not belong to it, mm; 2 % of its diagonal if absent.
     pub reach_mm: Option<f64>,
     /// How far a best fit may start from the surface, mm; 6 % of its diagonal if absent.
     pub capture_mm: Option<f64>,
-    /// Points outside (part frame) are not looked at.
+    /// Points outside this region (part frame) are ignored.
     pub region: Option<Region>,
 }
 
-/// What a comparison says.
+/// Result of a comparison.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Comparison {
     /// The pose.
     pub datum_from_part: Rigid<DatumFrame, PartFrame>,
-    /// Freedoms that a best fit could not hold and left as they were, in words.
+    /// Description of each degree of freedom that the points did not constrain and a best fit left unchanged.
     pub locked: Vec<String>,
-    /// RMS of the points of a best fit, mm.
+    /// RMS of the residuals of a best fit, mm.
     pub fit_rms_mm: Option<f64>,
-    /// Deviations by area.
+    /// Statistics of the deviations, weighted by area.
     pub statistics: DeviationStatistics,
-    /// The places that are furthest off, worst first.
-    pub worst: Vec<WorstPlace>,
-    /// Signed distance of every point of the cloud, mm: positive outside; NaN where there is nothing to compare with.
+    /// The largest deviations, largest first.
+    pub worst: Vec<WorstDeviation>,
+    /// Signed distance of every point of the cloud, mm: positive outside; NaN where there is no surface to compare with.
     pub deviations_mm: Vec<f32>,
     /// Its standard uncertainty, mm.
     pub u_mm: Vec<f32>,
     /// The tolerance asked for.
     pub tolerance_mm: Option<f64>,
-    /// What the uncertainty should hold and does not.
+    /// Missing uncertainty contributions; empty if the uncertainty is complete.
     pub missing: Vec<Missing>,
     /// The verdict on the covered surface, if there is a tolerance.
     pub verdict: Option<PartVerdict>,
-    /// What a reader must know, in sentences.
+    /// Remarks for the reader, in sentences.
     pub notes: Vec<String>,
 }
 
-/// A comparison could not be made.
+/// Why a comparison could not be made.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum CompareError {
-    /// The scan is somewhere else.
+    /// The scan and the surface do not overlap.
     #[error("{n_points} points lie within {reach_mm:.2} mm of the surface")]
     NoOverlap {
         /// Points within reach.
@@ -80,10 +80,10 @@ pub enum CompareError {
         /// The reach.
         reach_mm: f64,
     },
-    /// The fit wandered.
-    #[error("the best fit did not come to rest")]
+    /// The fit did not converge.
+    #[error("the best fit did not converge")]
     NotConverged,
-    /// The datums or the cloud.
+    /// The datums or the cloud could not be measured.
     #[error(transparent)]
     Measure(#[from] MeasureError),
 }
@@ -91,8 +91,8 @@ pub enum CompareError {
 impl Remedy for CompareError {
     fn remedy(&self) -> Option<Cow<'_, str>> {
         match self {
-            Self::NoOverlap { .. } => Some("give a start pose nearer to the part, or align by datums".into()),
-            Self::NotConverged => Some("align by datums, or give a start pose nearer to the part".into()),
+            Self::NoOverlap { .. } => Some("give a start pose closer to the part, or align by datums".into()),
+            Self::NotConverged => Some("align by datums, or give a start pose closer to the part".into()),
             Self::Measure(error) => error.remedy(),
         }
     }

@@ -1,7 +1,7 @@
-//! The surface a part should have: triangles with the normals that say on which side of them a point is.
+//! The nominal surface of a part: triangles with the pseudonormals that determine on which side of them a point lies.
 //!
-//! At an edge or a corner the face that happens to be nearest may give the wrong side; the sum of the adjacent faces'
-//! normals, at a corner weighted by their angles, never does (Bærentzen and Aanæs, IEEE TVCG 11(3), 2005).
+//! At an edge or a vertex the normal of one adjacent face may give the wrong side; the sum of the adjacent faces'
+//! normals, at a vertex weighted by their angles, never does (Bærentzen and Aanæs, IEEE TVCG 11(3), 2005).
 
 use std::borrow::Cow;
 use std::collections::HashMap;
@@ -15,16 +15,16 @@ use crate::cad::tree::Tree;
 /// Edges sharper than this are edges of the part, not of its tessellation (cosine, 30°).
 const SMOOTH_COSINE: f64 = 0.866;
 
-/// Triangles with less area than this share of their longest side squared are none.
+/// Triangles with less area than this fraction of their longest side squared are degenerate and removed.
 const MIN_SLIMNESS: f64 = 1e-9;
 
-/// Why a mesh is no nominal surface.
+/// Why a mesh cannot serve as nominal surface.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum NominalError {
-    /// Nothing to compare with.
+    /// It has no triangle with an area.
     #[error("the mesh has no triangles with an area")]
     Empty,
-    /// Neighbours that face opposite sides.
+    /// Neighbouring triangles face opposite sides.
     #[error("{n_edges} edges of the mesh lie between triangles that face opposite sides")]
     NotOriented {
         /// How many edges.
@@ -38,52 +38,52 @@ impl Remedy for NominalError {
     }
 }
 
-/// Where on a triangle a point is nearest.
+/// The element of a triangle that is nearest to a point.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Spot {
+pub(crate) enum FacetRegion {
     Face,
     /// Between corner k and the next.
     Edge(u8),
     Corner(u8),
 }
 
-/// A triangle with what a query needs of it.
+/// A triangle with its unit normal.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Facet {
     pub(crate) corners: [Vector3<f64>; 3],
     pub(crate) normal: Vector3<f64>,
 }
 
-/// The surface.
+/// The nominal surface.
 pub struct Nominal {
     pub(crate) facets: Vec<Facet>,
     /// Sum of the normals on both sides of every edge; zero at a free edge.
     edges: Vec<[Vector3<f32>; 3]>,
     /// Angle-weighted normals of every corner; zero where a free edge ends.
     corners: Vec<[Vector3<f32>; 3]>,
-    /// How far the true surface may stand over a facet (chord sag, mm).
+    /// Largest distance of the true surface from a facet (chordal deviation, mm).
     pub(crate) sag_mm: Vec<f32>,
     /// Strongest curvature across the edges of a facet, 1/mm.
     pub(crate) curvature: Vec<f32>,
     pub(crate) tree: Tree,
-    /// Whether it has no free edge.
+    /// Whether it is closed, i.e. has no free edge.
     pub is_closed: bool,
     /// Area, mm².
     pub area_mm2: f64,
-    /// Diagonal of the box around it, mm.
+    /// Diagonal of its bounding box, mm.
     pub diagonal_mm: f64,
 }
 
-/// What is nearest to a point.
+/// The surface point nearest to a point.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Nearest {
     pub(crate) facet: u32,
     pub(crate) at: Vector3<f64>,
-    pub(crate) spot: Spot,
+    pub(crate) region: FacetRegion,
 }
 
 impl Nominal {
-    /// Takes over a mesh: corners at one place are joined; a closed surface that is inside out is turned.
+    /// From a mesh: coincident vertices are merged; a closed surface that is inside out is reversed.
     ///
     /// # Errors
     /// [`NominalError`].
@@ -148,8 +148,8 @@ impl Nominal {
         })
     }
 
-    /// The nearest place of a facet that faces against `ray`, within the square of a distance; `guess`: the facet that was
-    /// nearest to a point close by.
+    /// The nearest surface point on a facet that faces the camera (against `ray`), within a squared distance; `guess`: the
+    /// facet nearest to a neighbouring point.
     pub(crate) fn nearest(
         &self,
         at: &Vector3<f64>,
@@ -160,14 +160,14 @@ impl Nominal {
         self.tree.nearest(&self.facets, at, ray, square, guess)
     }
 
-    /// The normal that says on which side of a place a point is, and the direction in which its distance grows; `None` on a
-    /// free edge, beyond which there is nothing to compare with.
+    /// The pseudonormal at a surface point, which determines the sign of the distance; `None` on a free edge, beyond which
+    /// there is no surface to compare with.
     pub(crate) fn normal(&self, nearest: &Nearest) -> Option<Vector3<f64>> {
         let facet = nearest.facet as usize;
-        let sum = match nearest.spot {
-            Spot::Face => return Some(self.facets[facet].normal),
-            Spot::Edge(k) => self.edges[facet][k as usize],
-            Spot::Corner(k) => self.corners[facet][k as usize],
+        let sum = match nearest.region {
+            FacetRegion::Face => return Some(self.facets[facet].normal),
+            FacetRegion::Edge(k) => self.edges[facet][k as usize],
+            FacetRegion::Corner(k) => self.corners[facet][k as usize],
         };
         sum.cast::<f64>().try_normalize(1e-9)
     }
@@ -184,38 +184,38 @@ impl Facet {
         (b - a).angle(&(c - a))
     }
 
-    /// The place nearest to a point, by the regions of the triangle's plane (Ericson, Real-Time Collision Detection, 5.1.5).
-    pub(crate) fn nearest(&self, p: &Vector3<f64>) -> (Vector3<f64>, Spot) {
+    /// The point of the triangle nearest to `p`, by Voronoi regions (Ericson, Real-Time Collision Detection, 5.1.5).
+    pub(crate) fn nearest(&self, p: &Vector3<f64>) -> (Vector3<f64>, FacetRegion) {
         let [a, b, c] = self.corners;
         let (ab, ac, ap) = (b - a, c - a, p - a);
         let (d1, d2) = (ab.dot(&ap), ac.dot(&ap));
         if d1 <= 0.0 && d2 <= 0.0 {
-            return (a, Spot::Corner(0));
+            return (a, FacetRegion::Corner(0));
         }
         let bp = p - b;
         let (d3, d4) = (ab.dot(&bp), ac.dot(&bp));
         if d3 >= 0.0 && d4 <= d3 {
-            return (b, Spot::Corner(1));
+            return (b, FacetRegion::Corner(1));
         }
         let vc = d1 * d4 - d3 * d2;
         if vc <= 0.0 && d1 >= 0.0 && d3 <= 0.0 {
-            return (a + ab * (d1 / (d1 - d3)), Spot::Edge(0));
+            return (a + ab * (d1 / (d1 - d3)), FacetRegion::Edge(0));
         }
         let cp = p - c;
         let (d5, d6) = (ab.dot(&cp), ac.dot(&cp));
         if d6 >= 0.0 && d5 <= d6 {
-            return (c, Spot::Corner(2));
+            return (c, FacetRegion::Corner(2));
         }
         let vb = d5 * d2 - d1 * d6;
         if vb <= 0.0 && d2 >= 0.0 && d6 <= 0.0 {
-            return (a + ac * (d2 / (d2 - d6)), Spot::Edge(2));
+            return (a + ac * (d2 / (d2 - d6)), FacetRegion::Edge(2));
         }
         let va = d3 * d6 - d5 * d4;
         if va <= 0.0 && d4 - d3 >= 0.0 && d5 - d6 >= 0.0 {
-            return (b + (c - b) * ((d4 - d3) / ((d4 - d3) + (d5 - d6))), Spot::Edge(1));
+            return (b + (c - b) * ((d4 - d3) / ((d4 - d3) + (d5 - d6))), FacetRegion::Edge(1));
         }
         let whole = 1.0 / (va + vb + vc);
-        (a + ab * (vb * whole) + ac * (vc * whole), Spot::Face)
+        (a + ab * (vb * whole) + ac * (vc * whole), FacetRegion::Face)
     }
 }
 
@@ -229,12 +229,12 @@ fn determinant([a, b, c]: &[Vector3<f64>; 3]) -> f64 {
     a.dot(&b.cross(c))
 }
 
-/// Corners joined where they are at one place (files repeat them), triangles without an area left out.
+/// The mesh with coincident vertices merged (files repeat them) and degenerate triangles removed.
 fn joined(mesh: &Mesh) -> (Vec<Vector3<f64>>, Vec<[u32; 3]>) {
     let mut idx_of: HashMap<[u64; 3], u32> = HashMap::with_capacity(mesh.vertices_mm.len());
     let mut vertices: Vec<Vector3<f64>> = Vec::with_capacity(mesh.vertices_mm.len());
     let join = |vertex: &[f64; 3]| {
-        // −0 and 0 are one place.
+        // −0 and 0 are the same coordinate.
         *idx_of.entry(vertex.map(|x| (x + 0.0).to_bits())).or_insert_with(|| {
             vertices.push(Vector3::from(*vertex));
             (vertices.len() - 1) as u32
@@ -263,8 +263,8 @@ fn neighbours(triangles: &[[u32; 3]]) -> Result<HashMap<(u32, u32), u32>, Nomina
     if n_edges > 0 { Err(NominalError::NotOriented { n_edges }) } else { Ok(of_edge) }
 }
 
-/// What a smooth surface through both stands over them, and its curvature across their common edge: ℓ·θ/8 and θ/ℓ for
-/// facets whose middles are ℓ apart and that turn by θ.
+/// Chordal deviation of a smooth surface through two facets, and its curvature across their common edge: ℓ·θ/8 and θ/ℓ for
+/// facets whose centres are ℓ apart and whose normals differ by θ.
 fn bend(facet: &Facet, other: &Facet, k: usize) -> (f64, f64) {
     let cosine = facet.normal.dot(&other.normal);
     if cosine < SMOOTH_COSINE {

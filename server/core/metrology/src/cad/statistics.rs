@@ -1,11 +1,11 @@
-//! Deviations summed up by area.
+//! Statistics of deviations, weighted by area.
 
-/// Deviations of the covered surface, every place by its area.
+/// Deviations of the covered surface, weighted by area.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DeviationStatistics {
     /// Points that were compared.
     pub n_points: usize,
-    /// Points with nothing of the surface within reach, or beyond a free edge.
+    /// Points without a surface within reach, or beyond a free edge.
     pub n_beyond: usize,
     /// Mean, mm.
     pub mean_mm: f64,
@@ -13,26 +13,26 @@ pub struct DeviationStatistics {
     pub rms_mm: f64,
     /// Standard deviation, mm.
     pub std_mm: f64,
-    /// Lowest and highest of single points, mm.
+    /// Smallest and largest deviation of single points, mm.
     pub range_mm: [f64; 2],
-    /// 2.5 %, 50 %, 97.5 % of the area lie below, mm.
+    /// Percentiles 2.5 %, 50 % and 97.5 % of the area, mm.
     pub percentiles_mm: [f64; 3],
     /// Area of the whole surface, mm².
     pub area_mm2: f64,
-    /// Area that points were seen on, mm².
+    /// Area covered by points, mm².
     pub covered_mm2: f64,
-    /// Area of cells whose mean is out of tolerance, mm², if there is one.
+    /// Area of cells whose mean is out of tolerance, mm²; `None` without a tolerance.
     pub out_of_tolerance_mm2: Option<f64>,
-    /// The same beyond doubt: by more than U.
+    /// Area of cells whose mean is out of tolerance by more than U, mm².
     pub surely_out_of_tolerance_mm2: Option<f64>,
 }
 
-/// A place that is far off.
+/// A large deviation.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct WorstPlace {
-    /// Where on the surface, datum frame, mm.
+pub struct WorstDeviation {
+    /// Position on the surface, datum frame, mm.
     pub at_mm: [f64; 3],
-    /// Mean deviation of the cell there, mm; positive outside of the surface.
+    /// Mean deviation of the cell, mm; positive outside the surface.
     pub deviation_mm: f64,
     /// Its expanded uncertainty, mm.
     pub expanded_uncertainty_mm: f64,
@@ -40,7 +40,7 @@ pub struct WorstPlace {
     pub n_points: usize,
 }
 
-/// Mean, RMS and percentiles of deviations with weights.
+/// Mean, RMS and standard deviation of weighted deviations, and their percentiles 2.5 %, 50 % and 97.5 %.
 pub(crate) fn weighted(deviations: &mut [(f32, f32)]) -> ([f64; 3], [f64; 3]) {
     let sum =
         |of: &dyn Fn(f64) -> f64| deviations.iter().map(|(d, w)| f64::from(*w) * of(f64::from(*d))).sum::<f64>();

@@ -1,30 +1,30 @@
-//! A tree of boxes over facets: the nearest one that faces the camera.
+//! A bounding-volume hierarchy over facets: finds the nearest facet that faces the camera.
 
 use nalgebra::Vector3;
 
 use crate::cad::nominal::{Facet, Nearest};
 
-/// Facets in a leaf.
+/// Most facets in a leaf.
 const LEAF_FACETS: usize = 4;
 
-/// Levels of a tree over 2³² facets, and one.
+/// Levels of a tree over 2³² facets, plus one.
 const MAX_DEPTH: usize = 33;
 
-/// A camera sees a facet at less than this incidence (cosine, 87°).
+/// Facets at a larger incidence are not visible to the camera (cosine, 87°).
 const MIN_FACING: f64 = 0.05;
 
-/// A box, and what is in it: two nodes, or facets.
+/// A bounding box with its two child nodes or its facets.
 #[derive(Debug, Clone, Copy)]
 struct Node {
     low: [f64; 3],
     high: [f64; 3],
     /// The first facet of a leaf, the second child of another node; the first child follows its parent.
     first: u32,
-    /// Facets; 0 in a node that is no leaf.
+    /// Number of facets; 0 in an inner node.
     n_facets: u32,
 }
 
-/// The tree; its facets are kept by who owns it, in the order of the leaves.
+/// The tree; its owner keeps the facets, in the order of the leaves.
 pub(crate) struct Tree {
     nodes: Vec<Node>,
     order: Vec<u32>,
@@ -40,7 +40,7 @@ impl Tree {
         Self { nodes, order }
     }
 
-    /// The facets in the order of the leaves, by their place in what the tree was made of.
+    /// Indices of the original facets in the order of the leaves.
     pub(crate) fn order(&self) -> &[u32] {
         &self.order
     }
@@ -60,11 +60,11 @@ impl Tree {
             if facet.normal.dot(ray) > -MIN_FACING {
                 return;
             }
-            let (place, spot) = facet.nearest(at);
+            let (place, region) = facet.nearest(at);
             let square = (at - place).norm_squared();
             if square < *least {
                 *least = square;
-                best = Some(Nearest { facet: idx, at: place, spot });
+                best = Some(Nearest { facet: idx, at: place, region });
             }
         };
         if let Some(guess) = guess {

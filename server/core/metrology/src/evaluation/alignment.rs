@@ -1,4 +1,4 @@
-//! The part's own frame from three datums.
+//! The datum frame of a part from three datums.
 
 use nalgebra::{Matrix3, Rotation3, Vector3};
 use optics::{PartFrame, Rigid};
@@ -6,14 +6,14 @@ use optics::{PartFrame, Rigid};
 use crate::evaluation::geometry::Geometry;
 use crate::interface::request::MeasureError;
 
-/// Smallest sine between two directions, and smallest determinant of three, that fix a frame: 3°.
+/// Smallest sine between two directions, and smallest determinant of three, that determine a frame: 3°.
 const MIN_SINE: f64 = 0.05;
 
-/// The frame that the datums of a plan make.
+/// The frame defined by the datums of a plan.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DatumFrame;
 
-/// What a datum gives.
+/// The geometry of a datum.
 #[derive(Clone, Copy)]
 enum Datum {
     Plane(Vector3<f64>, Vector3<f64>),
@@ -42,15 +42,15 @@ impl Datum {
     }
 }
 
-/// The frame of three datums in the order of their rank ([`crate::Alignment`]).
+/// The frame of three datums in order of precedence ([`crate::Alignment`]).
 ///
 /// # Errors
-/// [`MeasureError::FreeDatum`] names a freedom that the datums leave.
+/// [`MeasureError::UnderconstrainedDatums`] names a degree of freedom that the datums do not constrain.
 pub(crate) fn datum_from_part(datums: [&Geometry; 3]) -> Result<Rigid<DatumFrame, PartFrame>, MeasureError> {
-    let free = |freedom| MeasureError::FreeDatum { freedom };
+    let free = |freedom| MeasureError::UnderconstrainedDatums { freedom };
     let datums: Vec<Datum> = datums.into_iter().filter_map(Datum::of).collect();
     if datums.len() < 3 {
-        return Err(free("everything: a datum has neither place nor direction"));
+        return Err(free("the frame: a datum has neither position nor direction"));
     }
     let axes = axes(&datums).map_err(free)?;
     let origin = origin(&datums, &axes).map_err(free)?;
@@ -58,7 +58,7 @@ pub(crate) fn datum_from_part(datums: [&Geometry; 3]) -> Result<Rigid<DatumFrame
     Ok(Rigid::new(rotation, -(rotation * origin)))
 }
 
-/// x, y, z of the datum frame, seen in the part frame.
+/// The axes x, y, z of the datum frame, in the part frame.
 fn axes(datums: &[Datum]) -> Result<[Vector3<f64>; 3], &'static str> {
     let with_direction = datums.iter().position(|datum| datum.direction().is_some());
     let z = match with_direction {
@@ -70,7 +70,7 @@ fn axes(datums: &[Datum]) -> Result<[Vector3<f64>; 3], &'static str> {
             let towards_camera = |z: Vector3<f64>| if z.dot(&datums[0].at()) > 0.0 { -z } else { z };
             (sine > MIN_SINE)
                 .then(|| towards_camera(cross.normalize()))
-                .ok_or("a rotation about the line of the points")?
+                .ok_or("the rotation about the line through the points")?
         }
     };
     let across = |direction: Vector3<f64>| {
@@ -79,7 +79,7 @@ fn axes(datums: &[Datum]) -> Result<[Vector3<f64>; 3], &'static str> {
     };
     let mut points: Vec<Vector3<f64>> = Vec::new();
     if let (Some(idx), Some(Datum::Line(at, _))) = (with_direction, with_direction.map(|idx| datums[idx])) {
-        // The axis that is z is as good as a point on it: another point gives x.
+        // The line that gives z also serves as a point: another point then gives x.
         if idx == 0 {
             points.push(at);
         }
@@ -88,7 +88,7 @@ fn axes(datums: &[Datum]) -> Result<[Vector3<f64>; 3], &'static str> {
     for (idx, datum) in datums.iter().enumerate().filter(|(idx, _)| Some(*idx) != with_direction) {
         let candidate = match *datum {
             Datum::Line(_, direction) => across(direction),
-            // The second plane is at y = 0, the third at x = 0; either is turned towards where its normal looks.
+            // The second plane is at y = 0, the third at x = 0; the axis points along its normal.
             Datum::Plane(_, normal) if idx < 2 => across(normal).map(|y| y.cross(&z)),
             Datum::Plane(_, normal) => across(normal),
             Datum::Point(at) => {
@@ -105,7 +105,7 @@ fn axes(datums: &[Datum]) -> Result<[Vector3<f64>; 3], &'static str> {
     Ok([x, z.cross(&x), z])
 }
 
-/// Where the datum frame has its origin, part frame.
+/// Origin of the datum frame, part frame, mm.
 fn origin(datums: &[Datum], axes: &[Vector3<f64>; 3]) -> Result<Vector3<f64>, &'static str> {
     let mut rows: [Option<(Vector3<f64>, f64)>; 3] = [None; 3];
     let set = |rows: &mut [Option<(Vector3<f64>, f64)>; 3], axis: usize, row: Vector3<f64>, at: &Vector3<f64>| {
@@ -132,7 +132,7 @@ fn origin(datums: &[Datum], axes: &[Vector3<f64>; 3]) -> Result<Vector3<f64>, &'
             }
         }
     }
-    let names = ["a shift along x", "a shift along y", "a shift along z"];
+    let names = ["the translation along x", "the translation along y", "the translation along z"];
     if let Some(axis) = rows.iter().position(Option::is_none) {
         return Err(names[axis]);
     }
@@ -140,7 +140,7 @@ fn origin(datums: &[Datum], axes: &[Vector3<f64>; 3]) -> Result<Vector3<f64>, &'
     let matrix = Matrix3::from_rows(&rows.map(|(row, _)| row.normalize().transpose()));
     let right = Vector3::from(rows.map(|(row, value)| value / row.norm()));
     let solved = matrix.try_inverse().filter(|_| matrix.determinant().abs() > MIN_SINE);
-    solved.map(|inverse| inverse * right).ok_or("a shift along a direction that no datum holds")
+    solved.map(|inverse| inverse * right).ok_or("the translation along a direction")
 }
 
 fn largest(values: &[f64; 3]) -> usize {
@@ -168,7 +168,7 @@ mod tests {
         Geometry::Point { at_mm: Vector3::from(at) }
     }
 
-    /// The same geometry as somebody sees it from a drawn pose.
+    /// The same geometry moved by a pose.
     fn seen(pose: &Rigid<PartFrame, DatumFrame>, geometry: &Geometry) -> Geometry {
         let at = |p: &Vector3<f64>| pose.rotation * p + pose.translation_mm;
         match geometry {
@@ -184,7 +184,7 @@ mod tests {
     }
 
     #[test]
-    fn a_drawn_pose_is_found_again_from_every_kind_of_datums() {
+    fn a_random_pose_is_recovered_from_every_kind_of_datums() {
         let pose: Rigid<PartFrame, DatumFrame> =
             Rigid::new(Rotation3::new(Vector3::new(0.3, -2.9, 0.4)), Vector3::new(12.0, -7.0, 402.0));
         let top = plane([5.0, 3.0, 0.0], [0.0, 0.0, 1.0]);
@@ -208,29 +208,29 @@ mod tests {
         ];
         for (idx, datums) in cases.iter().enumerate() {
             let found = datum_from_part([0, 1, 2].map(|k| seen(&pose, &datums[k])).each_ref()).unwrap();
-            let there_and_back = found * pose;
-            // Three points do not say which way their normal looks: the camera decides.
+            let round_trip = found * pose;
+            // Three points do not determine the sign of their normal: it points towards the camera.
             let upside_down = Matrix3::from_diagonal(&Vector3::new(1.0, -1.0, -1.0));
-            let turned = |expected: &Matrix3<f64>| (there_and_back.axes() - expected).amax();
+            let turned = |expected: &Matrix3<f64>| (round_trip.axes() - expected).amax();
             let turn = turned(&Matrix3::identity());
             let is_half_turn = idx == 7 && turned(&upside_down) < ROUNDING;
-            let shift = there_and_back.translation_mm.norm();
+            let shift = round_trip.translation_mm.norm();
             assert!((turn < ROUNDING || is_half_turn) && shift < 1e-8, "case {idx}: {turn}, {shift} mm");
         }
     }
 
     #[test]
-    fn a_freedom_that_is_left_is_named() {
+    fn an_unconstrained_degree_of_freedom_is_named() {
         let top = plane([5.0, 3.0, 400.0], [0.0, 0.0, -1.0]);
         let cases = [
             ([top, plane([0.0, 0.0, 390.0], [0.01, 0.0, -1.0]), point([1.0, 1.0, 400.0])], "rotation about z"),
             (
                 [top, line([0.0, 0.0, 400.0], [1.0, 0.0, 0.0]), line([9.0, 5.0, 400.0], [1.0, 0.02, 0.0])],
-                "shift along x",
+                "translation along x",
             ),
             (
                 [point([0.0, 0.0, 400.0]), point([1.0, 1.0, 401.0]), point([2.0, 2.0, 402.0])],
-                "rotation about the line of the points",
+                "rotation about the line through the points",
             ),
         ];
         for (datums, freedom) in cases {

@@ -1,4 +1,4 @@
-//! The chain from fitted features to components, ready to be gone through again and again.
+//! The computation from fitted features to components, repeatable with perturbed inputs.
 
 use nalgebra::Vector3;
 
@@ -9,24 +9,24 @@ use crate::interface::request::MeasureError;
 use crate::interface::shape::Shape;
 use crate::plan::document::Plan;
 
-/// What a set of points serves for.
+/// Purpose of a set of points.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum SetUse {
-    /// A feature is fitted to them.
+pub(crate) enum PointSetUse {
+    /// To fit a feature.
     Fit,
-    /// A feature's form is seen on them.
+    /// To evaluate a feature's form.
     Form,
 }
 
-/// Points of a feature that are triangulated anew.
-pub(crate) struct Set {
+/// Points of a feature that are re-triangulated.
+pub(crate) struct PointSet {
     pub(crate) feature: usize,
-    pub(crate) what: SetUse,
+    pub(crate) what: PointSetUse,
     pub(crate) indices: Vec<u32>,
-    /// The surface they are near.
+    /// The surface near which they lie.
     pub(crate) shape: Shape,
-    /// Whether they count alike, whatever their noise.
-    pub(crate) counts_alike: bool,
+    /// Whether they have equal weights, regardless of their noise.
+    pub(crate) equal_weights: bool,
 }
 
 /// A plan with its fitted features.
@@ -34,10 +34,10 @@ pub(crate) struct Chain<'a> {
     pub(crate) plan: &'a Plan,
     pub(crate) samples: &'a Samples<'a>,
     pub(crate) fitted: Vec<Result<Fitted, MeasureError>>,
-    pub(crate) sets: Vec<Set>,
-    /// Axes of every angle.
+    pub(crate) sets: Vec<PointSet>,
+    /// Axes of every angle, by characteristic.
     pub(crate) angles: Vec<Option<AngleAxes>>,
-    /// Features that every characteristic rests on.
+    /// For every characteristic, whether it depends on each feature.
     closures: Vec<Vec<bool>>,
 }
 
@@ -50,7 +50,7 @@ impl<'a> Chain<'a> {
         let closures = plan.characteristics.iter().map(|characteristic| {
             let measure = &characteristic.measure;
             let mut ids = measure.features();
-            if measure.is_in_part_frame() {
+            if measure.needs_datum_frame() {
                 ids.extend(plan.alignment.iter().flat_map(|alignment| alignment.datums()));
             }
             closure(plan, &ids)
@@ -59,17 +59,17 @@ impl<'a> Chain<'a> {
         Self { plan, samples, fitted, sets: Vec::new(), angles: vec![None; plan.characteristics.len()], closures }
     }
 
-    /// Whether a characteristic rests on a feature.
-    pub(crate) fn rests_on(&self, characteristic: usize, feature: usize) -> bool {
+    /// Whether a characteristic depends on a feature.
+    pub(crate) fn depends_on(&self, characteristic: usize, feature: usize) -> bool {
         self.closures[characteristic][feature]
     }
 
-    /// The place of a feature's points among the sets.
-    pub(crate) fn set_of(&self, feature: usize, what: SetUse) -> Option<usize> {
+    /// Index of the set with a feature's points.
+    pub(crate) fn set_of(&self, feature: usize, what: PointSetUse) -> Option<usize> {
         self.sets.iter().position(|set| set.feature == feature && set.what == what)
     }
 
-    /// What was fitted.
+    /// The fitted primitives.
     pub(crate) fn primitives(&self) -> Vec<Primitive> {
         let of = |fitted: &Result<Fitted, MeasureError>| match fitted {
             Ok(Fitted::Surface(found)) => Primitive::Shape(found.shape),
@@ -79,14 +79,14 @@ impl<'a> Chain<'a> {
         self.fitted.iter().map(of).collect()
     }
 
-    /// All features, and the datum frame, from what was fitted.
+    /// All features and the datum frame, from the fitted primitives.
     pub(crate) fn state(&self, primitives: &[Primitive], points: Vec<Vec<Vector3<f64>>>) -> State {
         let geometries = geometries(self.plan, &self.fitted, primitives);
         let datum_from_part = align(self.plan, &geometries).and_then(Result::ok);
         State { geometries, datum_from_part, points }
     }
 
-    /// The components of the characteristics that are wanted.
+    /// The components of the requested characteristics.
     pub(crate) fn components(
         &self,
         state: &State,
@@ -100,14 +100,14 @@ impl<'a> Chain<'a> {
     }
 }
 
-/// Which features some rest on, themselves among them.
+/// Which features some features depend on, including themselves.
 pub(crate) fn closure(plan: &Plan, ids: &[&str]) -> Vec<bool> {
     let mut holds = vec![false; plan.features.len()];
     ids.iter().filter_map(|id| plan.feature_idx(id)).for_each(|idx| holds[idx] = true);
-    // Features rest on those above them alone.
+    // Features depend only on those above them.
     for idx in (0..plan.features.len()).rev().collect::<Vec<_>>() {
         if holds[idx] {
-            let below = plan.features[idx].shape.rests_on();
+            let below = plan.features[idx].shape.depends_on();
             below.iter().filter_map(|id| plan.feature_idx(id)).for_each(|below| holds[below] = true);
         }
     }

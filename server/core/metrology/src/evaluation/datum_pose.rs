@@ -1,4 +1,5 @@
-//! The datum frame of a plan on a cloud, and how it follows the calibration and the noise: what a comparison is aligned by.
+//! The datum frame of a plan on a cloud, and how it depends on the calibration and the noise, for comparisons aligned by
+//! datums.
 
 use nalgebra::{Matrix6, UnitQuaternion, Vector3, Vector6};
 use optics::{Calibration, PartFrame, Rigid};
@@ -14,18 +15,18 @@ use crate::fitting::sample::Samples;
 use crate::interface::request::MeasureError;
 use crate::plan::document::Plan;
 
-/// The datum frame of a plan, and how it follows the calibration and the noise.
+/// The datum frame of a plan, and how it depends on the calibration and the noise.
 pub(crate) struct DatumPose {
     pub(crate) pose: Rigid<DatumFrame, PartFrame>,
-    /// With every mode of the calibration, in the order of `Retriangulation::variants`, to either side of `as_seen`.
+    /// The pose for each variant of the calibration, in the order of `Retriangulation::variants`, on both sides of `as_seen`.
     variants: Vec<[Option<Rigid<DatumFrame, PartFrame>>; 2]>,
     as_seen: Option<Rigid<DatumFrame, PartFrame>>,
-    /// One σ of every independent share of the noise: the pose it leads to.
+    /// The pose for one σ of each independent component of the noise.
     by_noise: Vec<Rigid<DatumFrame, PartFrame>>,
 }
 
 impl DatumPose {
-    /// What a mode does to the pose, as a motion about `middle`; `None` if it gave none.
+    /// Effect of a mode on the pose, as a motion about `middle`; `None` if the mode gave no pose.
     pub(crate) fn step(
         &self,
         mode: usize,
@@ -43,7 +44,7 @@ impl DatumPose {
     }
 }
 
-/// The motion that takes what a pose puts at `middle` to where another puts it: shift, and turn at `lever_mm`.
+/// The motion from one pose to another: translation of the point that `from` maps to `middle`, and rotation times `lever_mm`.
 fn motion<T>(
     from: &Rigid<T, PartFrame>,
     to: &Rigid<T, PartFrame>,
@@ -52,7 +53,7 @@ fn motion<T>(
 ) -> Option<Vector6<f64>> {
     let in_part = from.rotation.inverse() * (middle - from.translation_mm);
     let shift = to.rotation * in_part + to.translation_mm - middle;
-    // By the quaternion: the angle of a matrix is the arc cosine of its trace, which rounding puts beyond one.
+    // By the quaternion: the angle of a matrix is an arc cosine of its trace, whose argument rounding may put beyond 1.
     let turn = UnitQuaternion::from_rotation_matrix(&(to.rotation * from.rotation.inverse()));
     let turn = turn.scaled_axis() * lever_mm;
     Some(Vector6::new(shift.x, shift.y, shift.z, turn.x, turn.y, turn.z))
@@ -62,7 +63,7 @@ fn motion<T>(
 /// The datum frame of a plan on a cloud.
 ///
 /// # Errors
-/// As [`evaluate`](super::evaluate::evaluate), and what keeps the alignment from being made.
+/// As [`evaluate`](super::evaluate::evaluate), and those of the alignment.
 pub(crate) fn datum_pose(
     plan: &Plan,
     cloud: &Cloud,

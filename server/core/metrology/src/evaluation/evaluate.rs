@@ -1,13 +1,13 @@
-//! A whole plan on a cloud.
+//! Evaluates a plan on a cloud.
 
 use optics::Calibration;
 use rayon::prelude::*;
 use scanning::Cloud;
 
 use crate::evaluation::chain::Chain;
+use crate::evaluation::characteristics::CharacteristicEvaluator;
 use crate::evaluation::fitted::{Fitted, fit_features};
 use crate::evaluation::forms::{forms, retriangulation, sets};
-use crate::evaluation::judge::Judge;
 use crate::evaluation::result::{CharacteristicResult, FeatureResult, PlanResult};
 use crate::evaluation::uncertainty::{self, Noise};
 use crate::evaluation::values::{AngleAxes, State};
@@ -22,12 +22,12 @@ use crate::plan::document::Plan;
 
 /// Measures all characteristics of a plan on a cloud, each with value, uncertainty and verdict.
 ///
-/// `calibration`: the one the scan was made with; without it no uncertainty is complete, and no verdict is reached.
-/// What cannot be found or measured is said in its place and keeps the others from nothing.
-/// Same arguments, same result, whatever the number of threads.
+/// `calibration`: the one the scan was made with; without it no uncertainty is complete, and there is no verdict.
+/// A feature or characteristic that fails is reported in its own result and does not affect the others.
+/// The result does not depend on the number of threads.
 ///
 /// # Errors
-/// [`MeasureError::CalibrationMismatch`], and [`MeasureError::TooFewPoints`] for a cloud of next to nothing.
+/// [`MeasureError::CalibrationMismatch`], and [`MeasureError::TooFewPoints`] for a cloud with too few points.
 pub fn evaluate(
     plan: &Plan,
     cloud: &Cloud,
@@ -57,9 +57,10 @@ pub fn evaluate(
     let components = chain.components(&base, |_| true);
     let features: Vec<FeatureResult> =
         (0..plan.features.len()).into_par_iter().map(|idx| feature_result(&chain, &base, &noise, idx)).collect();
-    let judge = Judge { chain: &chain, base: &base, forms: &forms, features: &features, calibration };
+    let evaluator =
+        CharacteristicEvaluator { chain: &chain, base: &base, forms: &forms, features: &features, calibration };
     let characteristics: Vec<CharacteristicResult> = (0..plan.characteristics.len())
-        .map(|idx| judge.characteristic(idx, components[idx].as_ref(), &by_noise[idx], by_modes.as_ref()))
+        .map(|idx| evaluator.characteristic(idx, components[idx].as_ref(), &by_noise[idx], by_modes.as_ref()))
         .collect();
     Ok(PlanResult {
         verdict: verdict_of(plan, &characteristics),
@@ -70,7 +71,7 @@ pub fn evaluate(
     })
 }
 
-/// The verdict on the part; a characteristic with limits that has none would make it invalid.
+/// The verdict on the part; invalid if a characteristic with limits has no verdict.
 pub(crate) fn verdict_of(plan: &Plan, characteristics: &[CharacteristicResult]) -> PartVerdict {
     let required: Vec<CharacteristicKey<'_>> = plan
         .characteristics
@@ -124,7 +125,7 @@ fn feature_result(chain: &Chain, base: &State, noise: &Noise, idx: usize) -> Fea
         }
         Ok(Fitted::Derived) if result.geometry.is_none() => {
             result.failure = Some(
-                missing_below(chain, feature.shape.rests_on())
+                missing_below(chain, feature.shape.depends_on())
                     .unwrap_or(MeasureError::NotDetermined { what: result.kind }),
             );
         }
@@ -134,7 +135,7 @@ fn feature_result(chain: &Chain, base: &State, noise: &Noise, idx: usize) -> Fea
     result
 }
 
-/// The first of some features that failed.
+/// The error of the first of some features that failed.
 fn missing_below(chain: &Chain, ids: Vec<&str>) -> Option<MeasureError> {
     ids.into_iter().find_map(|id| {
         let error = chain.fitted[chain.plan.feature_idx(id)?].as_ref().err()?;

@@ -11,7 +11,7 @@ use crate::evaluation::rims::contour::MAX_PARAMETERS as CONTOUR_PARAMETERS;
 use crate::evaluation::rims::rim::{self, Rim};
 use crate::evaluation::select::{Lines, candidates};
 use crate::evaluation::values::{Primitive, align, geometries};
-use crate::fitting::features::{Found, Search};
+use crate::fitting::features::{FeatureFit, Search};
 use crate::fitting::sample::Samples;
 use crate::interface::request::MeasureError;
 use crate::interface::shape::{MAX_PARAMETERS, Shape};
@@ -23,20 +23,20 @@ use crate::plan::feature::FeatureShape;
 pub(crate) const MAX_FEATURE_PARAMETERS: usize = 5;
 const _: () = assert!(MAX_PARAMETERS == MAX_FEATURE_PARAMETERS && CONTOUR_PARAMETERS == MAX_FEATURE_PARAMETERS);
 
-/// A feature with what it rests on.
+/// A feature with the points it is based on.
 pub(crate) enum Fitted {
-    Surface(Found),
+    Surface(FeatureFit),
     Rim(Rim),
-    /// Points to be compared with a contour.
+    /// Points to compare with a contour.
     Section(Vec<u32>),
-    /// Made of other features.
+    /// Constructed from other features.
     Derived,
 }
 
 /// The datum frame, or why there is none; `None` without an alignment.
 pub(crate) type Alignment = Option<Result<Rigid<DatumFrame, PartFrame>, MeasureError>>;
 
-/// Fits the features the alignment rests on, aligns, and fits the others where the datum frame says.
+/// Fits the features that the alignment depends on, aligns, and fits the others, selected in the datum frame.
 pub(crate) fn fit_features(plan: &Plan, samples: &Samples) -> (Vec<Result<Fitted, MeasureError>>, Alignment) {
     let lines = Lines::new(samples);
     let of_alignment = plan.alignment.as_ref().map(|alignment| closure(plan, &alignment.datums()));
@@ -74,7 +74,7 @@ pub(crate) fn fit_features(plan: &Plan, samples: &Samples) -> (Vec<Result<Fitted
     (fitted.into_iter().map(|fitted| fitted.unwrap_or(Ok(Fitted::Derived))).collect(), alignment)
 }
 
-/// Fits surfaces, each by a task of its own, then the rims of planes.
+/// Fits surfaces in parallel, then the rims of planes.
 fn fit_some(
     plan: &Plan,
     lines: &Lines,
@@ -128,7 +128,7 @@ fn fit_some(
                     Some(Err(error)) => {
                         Err(MeasureError::Missing { id: plane.clone(), reason: error.to_string() })
                     }
-                    _ => Err(MeasureError::Missing { id: plane.clone(), reason: "it is no plane".into() }),
+                    _ => Err(MeasureError::Missing { id: plane.clone(), reason: "it is not a plane".into() }),
                 }
             })
         })
@@ -152,7 +152,7 @@ fn surface(search: &mut Search, shape: &FeatureShape, candidates: &[u32]) -> Res
         FeatureShape::Cylinder { radius_mm, .. } => {
             let mut found = search.cylinder("cylinder", candidates, *radius_mm).ok_or(missing("cylinder"))?;
             if let Shape::Cylinder { axis, .. } = &mut found.shape {
-                // An axis has no direction of its own: towards the positive of the coordinate it follows most.
+                // The sign of an axis is arbitrary: its largest component is positive.
                 *axis *= axis[axis.iamax()].signum();
             }
             found

@@ -1,13 +1,13 @@
-//! The points that a plan's values are seen on: those that features are fitted to, and those that show a form.
+//! The points used to evaluate a plan: those that features are fitted to, and those that show a form.
 
 use nalgebra::Vector3;
 use optics::Calibration;
 use statistics::{SIGMA_PER_MAD, median};
 
-use crate::evaluation::chain::{Chain, Set, SetUse};
+use crate::evaluation::chain::{Chain, PointSet, PointSetUse};
 use crate::evaluation::fitted::Fitted;
 use crate::evaluation::values::{State, form_residuals};
-use crate::fitting::features::Found;
+use crate::fitting::features::FeatureFit;
 use crate::fitting::sample::thinned;
 use crate::interface::request::MeasureError;
 use crate::interface::shape::Shape;
@@ -17,16 +17,16 @@ use crate::params::{FLATNESS_TRIM_SIGMAS, MIN_FEATURE_POINTS, MIN_SYSTEMATIC_POI
 use crate::plan::characteristic::Measure;
 use crate::plan::feature::FeatureShape;
 
-/// The points on which the form of a feature is seen.
+/// The points on which the form of a feature is evaluated.
 pub(crate) struct Form {
     pub(crate) characteristic: usize,
     pub(crate) feature: usize,
-    /// Points and, of a flatness, their least-squares plane.
+    /// Points and, for flatness, their least-squares plane.
     pub(crate) inliers: Vec<u32>,
     pub(crate) shape: Shape,
 }
 
-/// The forms a plan asks for, and some of the points of each feature whose form is asked for.
+/// The forms requested by a plan, and a subset of the points of each feature whose form is requested.
 pub(crate) fn forms(chain: &Chain) -> (Vec<Form>, Vec<Vec<Vector3<f64>>>) {
     let state = chain.state(&chain.primitives(), Vec::new());
     let mut forms = Vec::new();
@@ -39,7 +39,7 @@ pub(crate) fn forms(chain: &Chain) -> (Vec<Form>, Vec<Vec<Vector3<f64>>>) {
         let Some(feature) = chain.plan.feature_idx(measure.features()[0]) else { continue };
         let form = match &chain.fitted[feature] {
             Ok(Fitted::Surface(found)) => {
-                let mut plane: Found = found.clone();
+                let mut plane: FeatureFit = found.clone();
                 keep_form(chain.samples, &mut plane).map(|()| Form {
                     characteristic: idx,
                     feature,
@@ -60,10 +60,10 @@ pub(crate) fn forms(chain: &Chain) -> (Vec<Form>, Vec<Vec<Vector3<f64>>>) {
     (forms, points)
 }
 
-/// Points of a form that follow a small change of its features.
+/// Most points of a form that are re-evaluated for each perturbation of its features.
 const FORM_POINTS: usize = 2000;
 
-/// Points of a section that belong to its contour, and a plane along them.
+/// Points of a section that belong to its contour, and a plane through them.
 fn section(chain: &Chain, measure: &Measure, state: &State, indices: &[u32]) -> Option<(Vec<u32>, Shape)> {
     let samples = chain.samples;
     let positions: Vec<Vector3<f64>> = indices.iter().map(|idx| samples.position(*idx)).collect();
@@ -82,8 +82,8 @@ fn section(chain: &Chain, measure: &Measure, state: &State, indices: &[u32]) -> 
     (kept.len() >= MIN_FEATURE_POINTS).then_some((kept, Shape::Plane { point_mm: middle, normal }))
 }
 
-/// The points triangulated anew for every mode of the calibration.
-pub(crate) fn sets(chain: &Chain, forms: &[Form]) -> Vec<Set> {
+/// The points that are re-triangulated for every mode of the calibration.
+pub(crate) fn sets(chain: &Chain, forms: &[Form]) -> Vec<PointSet> {
     let mut sets = Vec::new();
     let is_flatness = |feature: usize| {
         let of = |form: &&Form| form.feature == feature;
@@ -100,12 +100,24 @@ pub(crate) fn sets(chain: &Chain, forms: &[Form]) -> Vec<Set> {
             },
             _ => continue,
         };
-        sets.push(Set { feature, what: SetUse::Fit, indices, shape, counts_alike: is_flatness(feature) });
+        sets.push(PointSet {
+            feature,
+            what: PointSetUse::Fit,
+            indices,
+            shape,
+            equal_weights: is_flatness(feature),
+        });
     }
     for form in forms {
-        if sets.iter().all(|set: &Set| set.feature != form.feature || set.what != SetUse::Form) {
+        if sets.iter().all(|set: &PointSet| set.feature != form.feature || set.what != PointSetUse::Form) {
             let (indices, shape) = (form.inliers.clone(), form.shape);
-            sets.push(Set { feature: form.feature, what: SetUse::Form, indices, shape, counts_alike: true });
+            sets.push(PointSet {
+                feature: form.feature,
+                what: PointSetUse::Form,
+                indices,
+                shape,
+                equal_weights: true,
+            });
         }
     }
     sets
@@ -120,7 +132,7 @@ pub(crate) fn retriangulation<'a>(
     calibration: Option<&'a Calibration>,
 ) -> Result<Option<Retriangulation<'a>>, MeasureError> {
     let Some(calibration) = calibration.filter(|_| !chain.sets.is_empty()) else { return Ok(None) };
-    let of_set = |set: &'_ Set| (set.indices.clone(), set.shape);
+    let of_set = |set: &'_ PointSet| (set.indices.clone(), set.shape);
     let owned: Vec<(Vec<u32>, Shape)> = chain.sets.iter().map(of_set).collect();
     let sets: Vec<(&[u32], &Shape)> = owned.iter().map(|(indices, shape)| (&**indices, shape)).collect();
     let limit = (SYSTEMATIC_POINTS / sets.len()).max(MIN_SYSTEMATIC_POINTS);

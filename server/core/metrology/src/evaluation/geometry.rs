@@ -1,4 +1,4 @@
-//! What features are once they are fitted, and what can be made of them.
+//! The geometry of fitted features, and lines and points constructed from it.
 
 use nalgebra::{Matrix3, Vector3};
 use optics::{PartFrame, Rigid};
@@ -6,7 +6,7 @@ use optics::{PartFrame, Rigid};
 use crate::interface::shape::Shape;
 use crate::plan::feature::{LineOf, PointOf};
 
-/// Smallest sine between directions that fix a place together: 1°.
+/// Smallest sine between directions whose intersection is determined: 1°.
 const MIN_SINE: f64 = 0.017;
 
 /// A feature in the part frame, mm.
@@ -31,12 +31,12 @@ pub enum Geometry {
         normal: Vector3<f64>,
         /// The direction of its long axis.
         direction: Vector3<f64>,
-        /// Over both ends.
+        /// Length over both ends.
         length_mm: f64,
-        /// Between the sides.
+        /// Width between the sides.
         width_mm: f64,
     },
-    /// A line; its point is the middle of what it was fitted to.
+    /// A line; its point is the centre of the data it was fitted to.
     Line {
         /// A point on it.
         point_mm: Vector3<f64>,
@@ -45,13 +45,13 @@ pub enum Geometry {
     },
     /// A point.
     Point {
-        /// Where.
+        /// Its position.
         at_mm: Vector3<f64>,
     },
 }
 
 impl Geometry {
-    /// The plane it is.
+    /// Point and normal, if it is a plane.
     pub(crate) fn plane(&self) -> Option<(Vector3<f64>, Vector3<f64>)> {
         match self {
             Self::Surface(Shape::Plane { point_mm, normal }) => Some((*point_mm, *normal)),
@@ -59,7 +59,7 @@ impl Geometry {
         }
     }
 
-    /// The line it is or whose axis it has: a point and a direction.
+    /// Point and direction, if it is a line or has an axis.
     pub(crate) fn line(&self) -> Option<(Vector3<f64>, Vector3<f64>)> {
         match self {
             Self::Surface(Shape::Cylinder { point_mm, axis, .. }) => Some((*point_mm, *axis)),
@@ -68,7 +68,7 @@ impl Geometry {
         }
     }
 
-    /// The point it is or whose centre it has.
+    /// Its position, if it is a point or has a centre.
     pub(crate) fn point(&self) -> Option<Vector3<f64>> {
         match self {
             Self::Surface(Shape::Sphere { centre_mm, .. })
@@ -79,7 +79,7 @@ impl Geometry {
         }
     }
 
-    /// Its radius.
+    /// Its radius, if it has one, mm.
     pub(crate) fn radius_mm(&self) -> Option<f64> {
         match self {
             Self::Surface(Shape::Sphere { radius_mm, .. } | Shape::Cylinder { radius_mm, .. })
@@ -88,7 +88,7 @@ impl Geometry {
         }
     }
 
-    /// The same seen in another frame.
+    /// The same geometry in another frame.
     pub(crate) fn moved<To>(&self, pose: &Rigid<To, PartFrame>) -> Self {
         let at = |place: &Vector3<f64>| pose.rotation * place + pose.translation_mm;
         let to = |direction: &Vector3<f64>| pose.rotation * direction;
@@ -117,13 +117,13 @@ impl Geometry {
         }
     }
 
-    /// The direction of a plane's normal or of a line.
+    /// The normal of a plane or the direction of a line.
     pub(crate) fn direction(&self) -> Option<Vector3<f64>> {
         self.plane().or(self.line()).map(|(_, direction)| direction)
     }
 }
 
-/// The line made of other features; `of` gives them by their id.
+/// The line constructed from other features; `of` returns a feature by its id.
 pub(crate) fn line_of<'a>(rule: &LineOf, of: impl Fn(&str) -> Option<&'a Geometry>) -> Option<Geometry> {
     let (point_mm, direction) = match rule {
         LineOf::Axis(id) => match of(id)? {
@@ -139,7 +139,7 @@ pub(crate) fn line_of<'a>(rule: &LineOf, of: impl Fn(&str) -> Option<&'a Geometr
             let ((p, n), (q, m)) = (of(first)?.plane()?, of(second)?.plane()?);
             let cross = n.cross(&m);
             let direction = cross.try_normalize(MIN_SINE)?;
-            // The point of the line nearest to the middle between the planes' points.
+            // The point of the line nearest to the midpoint of the planes' points.
             let middle = (p + q) / 2.0;
             let rows = Matrix3::from_rows(&[n.transpose(), m.transpose(), direction.transpose()]);
             let at = Vector3::new(n.dot(&p), m.dot(&q), direction.dot(&middle));
@@ -149,7 +149,7 @@ pub(crate) fn line_of<'a>(rule: &LineOf, of: impl Fn(&str) -> Option<&'a Geometr
     Some(Geometry::Line { point_mm, direction })
 }
 
-/// The point made of other features.
+/// The point constructed from other features.
 pub(crate) fn point_of<'a>(rule: &PointOf, of: impl Fn(&str) -> Option<&'a Geometry>) -> Option<Geometry> {
     let at_mm = match rule {
         PointOf::Centre(id) => {

@@ -1,13 +1,13 @@
-//! From a cloud and a plan to characteristics with their uncertainty.
+//! Evaluation of a plan on a cloud: characteristics with their uncertainty.
 
 pub(crate) mod alignment;
 pub(crate) mod chain;
+pub(crate) mod characteristics;
 pub(crate) mod datum_pose;
 pub(crate) mod evaluate;
 pub(crate) mod fitted;
 pub(crate) mod forms;
 pub(crate) mod geometry;
-pub(crate) mod judge;
 pub(crate) mod no_verdict;
 pub(crate) mod result;
 pub(crate) mod rims;

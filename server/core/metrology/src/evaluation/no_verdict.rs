@@ -1,4 +1,4 @@
-//! Parts and characteristics that are neither accepted nor rejected: invalid results, and why, in words.
+//! Invalid and undecided results, and the reason in words.
 
 use crate::evaluation::evaluate::verdict_of;
 use crate::evaluation::result::{CharacteristicResult, PlanResult};
@@ -9,7 +9,7 @@ use crate::plan::characteristic::Characteristic;
 use crate::plan::document::Plan;
 
 impl PlanResult {
-    /// The result of a plan of which nothing could be measured.
+    /// The result of a plan if nothing could be measured.
     pub fn not_measured(plan: &Plan, error: &MeasureError) -> Self {
         let characteristics: Vec<CharacteristicResult> =
             plan.characteristics.iter().map(|characteristic| not_measured(characteristic, error)).collect();
@@ -22,7 +22,7 @@ impl PlanResult {
         }
     }
 
-    /// The same with the verdict invalid on everything that is judged: the scan allows none, whatever was measured.
+    /// This result with all verdicts invalid, for a scan that allows no verdict. `why` becomes the reason.
     pub fn invalidated(mut self, plan: &Plan, why: &str) -> Self {
         for characteristic in self.characteristics.iter_mut().filter(|result| result.verdict.is_some()) {
             characteristic.verdict = Some(PartVerdict::Invalid);
@@ -59,7 +59,7 @@ fn not_measured(characteristic: &Characteristic, error: &MeasureError) -> Charac
 }
 
 impl CharacteristicResult {
-    /// Why it is undecided or invalid; `None` if it is neither.
+    /// Why it is undecided or invalid; `None` otherwise.
     pub fn reason(&self) -> Option<String> {
         match self.verdict? {
             PartVerdict::Ok | PartVerdict::NotOk => None,
@@ -72,7 +72,7 @@ impl CharacteristicResult {
         match (&self.invalid_because, &self.failure) {
             (Some(why), _) => why.clone(),
             (None, Some(error)) => format!("not measured: {error}"),
-            (None, None) => "the value or its uncertainty is no finite number".to_owned(),
+            (None, None) => "the value or its uncertainty is not finite".to_owned(),
         }
     }
 
@@ -116,7 +116,7 @@ mod tests {
         let [judged, free] = &result.characteristics[..] else { panic!("two") };
         assert_eq!(judged.reason().unwrap(), "not measured: 2 points to measure, at least 30 are needed");
         assert_eq!((free.verdict, free.reason()), (None, None));
-        // Without any limit no verdict is possible either.
+        // Without limits no verdict is possible either.
         assert_eq!(PlanResult::not_measured(&plan(""), &error).verdict, PartVerdict::Invalid);
     }
 

@@ -1,4 +1,4 @@
-//! What a plan says of a cloud.
+//! The result of a plan evaluated on a cloud.
 
 use std::collections::BTreeMap;
 
@@ -6,13 +6,13 @@ use optics::{PartFrame, Rigid};
 
 use crate::evaluation::alignment::DatumFrame;
 use crate::evaluation::geometry::Geometry;
-use crate::interface::doubts::{Finding, Missing};
+use crate::interface::findings::{Finding, Missing};
 use crate::interface::measurement::Unit;
 use crate::interface::part_verdict::PartVerdict;
 use crate::interface::request::MeasureError;
 use crate::interface::verdict::Limits;
 
-/// A cloud measured by a plan.
+/// The result of a plan.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PlanResult {
     /// The features, in the order of the plan.
@@ -23,30 +23,30 @@ pub struct PlanResult {
     pub alignment_failure: Option<MeasureError>,
     /// The characteristics, in the order of the plan.
     pub characteristics: Vec<CharacteristicResult>,
-    /// The verdict on the part: the worst of those that have one; invalid if none has.
+    /// The verdict on the part: the worst verdict of the characteristics; invalid if none has one.
     pub verdict: PartVerdict,
 }
 
-/// A feature as found.
+/// A feature as fitted.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FeatureResult {
     /// Its id in the plan.
     pub id: String,
-    /// What it is: `plane`, `circle`, …
+    /// Its type: `plane`, `circle`, …
     pub kind: &'static str,
-    /// Its geometry in the datum frame, in the part frame if there is none; `None` for a section, and if it failed.
+    /// Its geometry in the datum frame, or in the part frame if there is no datum frame; `None` for a section and on failure.
     pub geometry: Option<Geometry>,
-    /// Points (of a rim: crossings) the fit rests on; 0 for what is made of other features.
+    /// Points (for a rim: crossings) used by the fit; 0 for features constructed from others.
     pub n_points: usize,
-    /// Points on or inside it that were left out.
+    /// Points on or inside it that the fit excludes.
     pub n_left_out: usize,
-    /// RMS of the points about it, mm.
+    /// RMS of the residuals, mm.
     pub rms_mm: Option<f64>,
-    /// The points it rests on, by their place in the cloud.
+    /// Indices in the cloud of the points used by the fit.
     pub cloud_indices: Vec<u32>,
-    /// What speaks against it.
+    /// Findings against the model; empty if it fits.
     pub findings: Vec<Finding>,
-    /// Why it was not found.
+    /// Why it could not be fitted.
     pub failure: Option<MeasureError>,
 }
 
@@ -61,32 +61,32 @@ pub struct CharacteristicResult {
     pub unit: Unit,
     /// The value; `None` if it could not be measured.
     pub value: Option<f64>,
-    /// Of an angle the turns about two axes, degrees, with signs; of a position the deviations along x, y, z, mm.
+    /// For an angle the signed tilts about two axes, degrees; for a position the signed deviations along x, y, z, mm.
     pub components: Option<[f64; 3]>,
-    /// What it should be; 0 for forms and positions.
+    /// The nominal value; 0 for forms and positions.
     pub nominal: Option<f64>,
-    /// How far it may be from that.
+    /// Permitted deviations from the nominal value.
     pub limits: Limits,
     /// Value minus nominal.
     pub error: Option<f64>,
     /// Standard uncertainty from the noise of the points.
     pub u_noise: Option<f64>,
-    /// Standard uncertainty from all that the points share; absent without a calibration.
+    /// Standard uncertainty from errors common to all points; `None` without a calibration.
     pub u_systematic: Option<f64>,
     /// U = 2·√(u_noise² + u_systematic²).
     pub expanded_uncertainty: Option<f64>,
-    /// What U should hold and does not.
+    /// Missing uncertainty contributions; empty if U is complete.
     pub missing: Vec<Missing>,
-    /// What speaks against the features it rests on, each with the feature's id.
+    /// Findings against the features it depends on, each with the feature's id.
     pub findings: Vec<(String, Finding)>,
     /// The verdict by ISO 14253-1, if there are limits.
     pub verdict: Option<PartVerdict>,
     /// Why it could not be measured.
     pub failure: Option<MeasureError>,
-    /// Why it is invalid whatever was measured: the scan allows no verdict.
+    /// Why the scan allows no verdict, regardless of the measured value.
     pub invalid_because: Option<String>,
-    /// What a reader must know, in sentences.
+    /// Remarks for the reader, in sentences.
     pub notes: Vec<String>,
-    /// As the plan gave them.
+    /// The attributes of the characteristic, copied from the plan.
     pub attributes: BTreeMap<String, serde_json::Value>,
 }

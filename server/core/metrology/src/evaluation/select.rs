@@ -1,4 +1,4 @@
-//! The points that a feature is looked for in: by place, by order, by where the surface faces.
+//! The points in which a feature is searched: by region, by order, by direction of the surface normal.
 
 use std::collections::HashMap;
 use std::ops::Range;
@@ -13,7 +13,7 @@ use crate::fitting::sample::Samples;
 use crate::params::NORMAL_BASE_SIGMAS;
 use crate::plan::feature::Selection;
 
-/// Points of the cloud line by line, for the normals of the surface.
+/// Points of the cloud by line, for surface normals.
 pub(crate) struct Lines<'a> {
     samples: &'a Samples<'a>,
     by_place: OnceLock<HashMap<(u32, i8), Range<u32>>>,
@@ -28,7 +28,7 @@ impl<'a> Lines<'a> {
         self.samples
     }
 
-    /// Places of the points of a line; the cloud is ordered by frame, then order, then along the line.
+    /// Indices of the points of a line; the cloud is ordered by frame, then order, then along the line.
     fn of(&self, frame: u32, order: i8) -> Range<u32> {
         let by_place = self.by_place.get_or_init(|| {
             let mut lines: HashMap<(u32, i8), Range<u32>> = HashMap::new();
@@ -44,9 +44,9 @@ impl<'a> Lines<'a> {
         by_place.get(&(frame, order)).cloned().unwrap_or(0..0)
     }
 
-    /// Unit normal of the surface about a point, towards the camera; `None` where its neighbours are not seen.
+    /// Unit normal of the surface at a point, towards the camera; `None` if there are no suitable neighbours.
     ///
-    /// From the chords along the line and along the travel, each as long as the border that features leave out.
+    /// From chords along the line and along the travel, each as long as the excluded border of features.
     fn normal(&self, idx: u32, base_mm: f64) -> Option<Vector3<f64>> {
         let point = self.samples.point(idx);
         let along = self.chord(idx, &self.of(point.frame, point.order), base_mm)?;
@@ -74,7 +74,7 @@ impl<'a> Lines<'a> {
             .then(|| self.samples.position(after.unwrap_or(idx)) - self.samples.position(before.unwrap_or(idx)))
     }
 
-    /// The point of a line that the camera sees in nearly the same column, or row.
+    /// The point of a line in nearly the same image column or row.
     fn nearest(&self, idx: u32, line: &Range<u32>) -> Option<u32> {
         let (first, last) = (self.samples.point(line.start.min(idx)), self.samples.point(line.end.max(1) - 1));
         if line.is_empty() {
@@ -94,10 +94,10 @@ impl<'a> Lines<'a> {
     }
 }
 
-/// Frames looked through for a neighbour along the travel.
+/// Frames searched for a neighbour along the travel.
 const MAX_FRAMES: i64 = 64;
 
-/// The points of a selection; its region and its direction are in the datum frame if that is given, else in the part frame.
+/// The points of a selection; its region and direction are in the datum frame if given, otherwise in the part frame.
 pub(crate) fn candidates(
     lines: &Lines,
     selection: &Selection,

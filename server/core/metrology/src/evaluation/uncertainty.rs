@@ -1,7 +1,7 @@
-//! How far the components of all characteristics vary, by the noise and by what all points share.
+//! Covariances of the components of all characteristics, from noise and from errors common to all points.
 //!
-//! Every mode of the calibration goes through the whole chain: all features are fitted anew to their pixels triangulated
-//! with it, the datum frame is made of them, and all components are taken again (eq. 8 of `docs/maths/metrology.md`).
+//! Every mode of the calibration is propagated through the whole computation: the pixels are re-triangulated, all features
+//! and the datum frame are refitted, and all components are recomputed (eq. 8 of `docs/maths/metrology.md`).
 
 use std::collections::HashMap;
 
@@ -10,7 +10,7 @@ use optics::{Calibration, PartFrame, Rigid};
 use rayon::prelude::*;
 
 use crate::evaluation::alignment::DatumFrame;
-use crate::evaluation::chain::{Chain, Set, SetUse};
+use crate::evaluation::chain::{Chain, PointSet, PointSetUse};
 use crate::evaluation::fitted::{Fitted, MAX_FEATURE_PARAMETERS};
 use crate::evaluation::rims::contour::Contour;
 use crate::evaluation::rims::crossings::Crossing;
@@ -19,18 +19,18 @@ use crate::fitting::fit::{Matrix, Weighted, fit};
 use crate::fitting::footprint::footprint_mm;
 use crate::fitting::sample::thinned;
 use crate::interface::shape::Shape;
-use crate::measuring::noise::{FeatureNoise, along_travel, shape_covariance};
+use crate::measuring::noise::{FeatureNoise, shape_covariance, speckle_redundancy};
 use crate::measuring::systematic::{Pixel, Retriangulation};
 use crate::params::NOISE_POINTS;
 
 /// Step of the numerical derivatives by a feature's parameters (mm or rad).
 const DERIVATIVE_STEP: f64 = 1e-6;
 
-/// What the noise does to the features.
+/// Effect of the noise on the features.
 pub(crate) struct Noise {
-    /// Covariance of the parameters of every feature that has some.
+    /// Covariance of every feature's parameters; `None` without parameters.
     pub(crate) covariances: Vec<Option<Matrix>>,
-    /// RMS along the normal that the noise predicts, of every surface, mm.
+    /// RMS along the normal predicted from the noise, of every surface, mm.
     pub(crate) expected_mm: Vec<f64>,
 }
 
@@ -40,7 +40,7 @@ pub(crate) fn noise(chain: &Chain, retriangulation: Option<&Retriangulation>) ->
     let of_feature = |(idx, fitted): (usize, &Result<Fitted, _>)| match fitted {
         Ok(Fitted::Surface(found)) => {
             let few = thinned(&found.inliers, NOISE_POINTS);
-            let own = retriangulation.filter(|_| samples.sigma_known).zip(chain.set_of(idx, SetUse::Fit));
+            let own = retriangulation.filter(|_| samples.sigma_known).zip(chain.set_of(idx, PointSetUse::Fit));
             let noise = match own {
                 Some((retriangulation, set)) => retriangulation.noise_of(samples, set, &few),
                 None => FeatureNoise { sigma_mm: few.iter().map(|&idx| samples.at(idx).sigma_mm).collect() },
@@ -53,7 +53,7 @@ pub(crate) fn noise(chain: &Chain, retriangulation: Option<&Retriangulation>) ->
             let inliers: Vec<u32> = rim.crossings.iter().map(|crossing| crossing.sample_idx).collect();
             let places: Vec<Vector3<f64>> =
                 rim.crossings.iter().map(|c| samples.position(c.sample_idx) + c.offset).collect();
-            (rim.covariance(&places, along_travel(samples, &inliers)), 0.0)
+            (rim.covariance(&places, speckle_redundancy(samples, &inliers)), 0.0)
         }
         _ => (None, 0.0),
     };
@@ -76,7 +76,7 @@ pub(crate) fn by_noise(chain: &Chain, base: &State, noise: &Noise) -> Vec<Matrix
             let at = |size: f64| {
                 let mut moved = primitives.clone();
                 moved[feature] = stepped(&primitives[feature], parameter, size);
-                chain.components(&chain.state(&moved, base.points.clone()), |idx| chain.rests_on(idx, feature))
+                chain.components(&chain.state(&moved, base.points.clone()), |idx| chain.depends_on(idx, feature))
             };
             let slope = |(plus, minus): (Option<Vector3<f64>>, Option<Vector3<f64>>)| {
                 plus.zip(minus).map_or(Vector3::zeros(), |(plus, minus)| (plus - minus) / (2.0 * DERIVATIVE_STEP))
@@ -121,40 +121,40 @@ fn moved_by(primitive: &Primitive, step: &[f64; MAX_FEATURE_PARAMETERS]) -> Prim
     }
 }
 
-/// What the points share does to the components of every characteristic.
+/// Effect of the common errors on the components of every characteristic.
 pub(crate) struct Systematic {
     pub(crate) covariances: Vec<Matrix3<f64>>,
-    /// Whether some mode gave no value.
+    /// Whether any mode gave no value.
     pub(crate) has_failed: Vec<bool>,
 }
 
-/// One way of seeing the pixels.
-enum Seen<'a> {
-    With(&'a Calibration),
-    /// Every curved feature pulled by the thickness of the lines.
-    Pulled(f64),
-    /// Every rim where the light is a little more or less than half.
-    Shifted,
+/// A perturbation of the re-triangulated pixels.
+enum Perturbation<'a> {
+    Calibration(&'a Calibration),
+    /// Points of curved features displaced by the thickness of the lines (one σ, mm).
+    LineThickness(f64),
+    /// Rims displaced by the uncertainty of their threshold.
+    EdgeThreshold,
 }
 
 /// Covariance of the components of every characteristic from the calibration, the temperature, the thickness of the lines
 /// and the threshold of the rims.
 pub(crate) fn by_modes(chain: &Chain, retriangulation: &Retriangulation) -> Systematic {
-    let seen = |seen: Seen| {
+    let seen = |seen: Perturbation| {
         let (primitives, points) = refitted(chain, retriangulation, &seen);
         chain.components(&chain.state(&primitives, points), |_| true)
     };
-    let base = seen(Seen::With(retriangulation.calibration()));
+    let base = seen(Perturbation::Calibration(retriangulation.calibration()));
     let difference = |seen: &[Option<Vector3<f64>>]| -> Vec<Option<Vector3<f64>>> {
         seen.iter().zip(&base).map(|(seen, base)| Some((*seen)? - (*base)?)).collect()
     };
     let mut modes: Vec<[Vec<Option<Vector3<f64>>>; 2]> = retriangulation
         .variants()
         .par_iter()
-        .map(|pair| [0, 1].map(|side| difference(&seen(Seen::With(&pair[side])))))
+        .map(|pair| [0, 1].map(|side| difference(&seen(Perturbation::Calibration(&pair[side])))))
         .collect();
-    let pulled = chain.samples.line_sigma_mm.map(Seen::Pulled);
-    for other in [pulled, Some(Seen::Shifted)].into_iter().flatten() {
+    let pulled = chain.samples.line_sigma_mm.map(Perturbation::LineThickness);
+    for other in [pulled, Some(Perturbation::EdgeThreshold)].into_iter().flatten() {
         let moved = difference(&seen(other));
         modes.push([moved.clone(), moved]);
     }
@@ -173,13 +173,13 @@ pub(crate) fn by_modes(chain: &Chain, retriangulation: &Retriangulation) -> Syst
 
 type Pose = Rigid<DatumFrame, PartFrame>;
 
-/// The datum frame as the pixels say, and as they say with every mode.
+/// The datum frame from the re-triangulated pixels, with the calibration and with each of its variants.
 pub(crate) fn pose_by_modes(
     chain: &Chain,
     retriangulation: &Retriangulation,
 ) -> (Option<Pose>, Vec<[Option<Pose>; 2]>) {
     let pose = |calibration: &Calibration| {
-        let (primitives, points) = refitted(chain, retriangulation, &Seen::With(calibration));
+        let (primitives, points) = refitted(chain, retriangulation, &Perturbation::Calibration(calibration));
         chain.state(&primitives, points).datum_from_part
     };
     let variants = retriangulation.variants();
@@ -187,7 +187,7 @@ pub(crate) fn pose_by_modes(
     (pose(retriangulation.calibration()), moved)
 }
 
-/// The datum frames that every independent share of the noise, one σ large, leads to.
+/// The datum frames perturbed by one σ of each independent component of the noise.
 pub(crate) fn pose_by_noise(chain: &Chain, noise: &Noise) -> Vec<Pose> {
     let primitives = chain.primitives();
     let mut poses = Vec::new();
@@ -204,20 +204,20 @@ pub(crate) fn pose_by_noise(chain: &Chain, noise: &Noise) -> Vec<Pose> {
     poses
 }
 
-/// All features fitted anew to what is seen of their pixels, and the points of those whose form is asked for.
+/// All features refitted to their perturbed pixels, and the points of those whose form is requested.
 fn refitted(
     chain: &Chain,
     retriangulation: &Retriangulation,
-    seen: &Seen,
+    seen: &Perturbation,
 ) -> (Vec<Primitive>, Vec<Vec<Vector3<f64>>>) {
     let calibration = match seen {
-        Seen::With(calibration) => calibration,
+        Perturbation::Calibration(calibration) => calibration,
         _ => retriangulation.calibration(),
     };
     let place = |pixel: &Pixel, shape: &Shape| {
         let position = retriangulation.part_position(calibration, pixel)?;
         Some(match seen {
-            Seen::Pulled(line_sigma_mm) => {
+            Perturbation::LineThickness(line_sigma_mm) => {
                 let pull = footprint_mm(shape, &position, &pixel.ray, &pixel.sheet_normal, *line_sigma_mm);
                 position + shape.normal_at(&position) * pull
             }
@@ -229,27 +229,27 @@ fn refitted(
     for (set_idx, set) in chain.sets.iter().enumerate() {
         let pixels = retriangulation.pixels(set_idx);
         match (set.what, &chain.fitted[set.feature]) {
-            (SetUse::Fit, Ok(Fitted::Surface(found))) => {
+            (PointSetUse::Fit, Ok(Fitted::Surface(found))) => {
                 let weighted = |pixel: &Pixel| {
-                    let weight = if set.counts_alike { 1.0 } else { pixel.weight };
+                    let weight = if set.equal_weights { 1.0 } else { pixel.weight };
                     Some(Weighted { position: place(pixel, &found.shape)?, ray: pixel.ray, weight })
                 };
                 let weighted: Vec<Weighted> = pixels.iter().filter_map(weighted).collect();
                 primitives[set.feature] = fit(&found.shape, &weighted).map_or(Primitive::None, Primitive::Shape);
             }
-            (SetUse::Fit, Ok(Fitted::Rim(rim))) => {
+            (PointSetUse::Fit, Ok(Fitted::Rim(rim))) => {
                 let contour = refitted_rim(
                     rim,
                     set,
                     pixels,
                     |pixel| place(pixel, &set.shape),
-                    matches!(seen, Seen::Shifted),
+                    matches!(seen, Perturbation::EdgeThreshold),
                 );
                 primitives[set.feature] = contour.map_or(Primitive::None, Primitive::Contour);
             }
             _ => {}
         }
-        if set.what == SetUse::Form {
+        if set.what == PointSetUse::Form {
             points[set.feature] = pixels.iter().filter_map(|pixel| place(pixel, &set.shape)).collect();
         }
     }
@@ -258,7 +258,7 @@ fn refitted(
 
 fn refitted_rim(
     rim: &crate::evaluation::rims::rim::Rim,
-    set: &Set,
+    set: &PointSet,
     pixels: &[Pixel],
     place: impl Fn(&Pixel) -> Option<Vector3<f64>>,
     is_shifted: bool,

@@ -1,4 +1,4 @@
-//! What a characteristic is, as a function of features: up to three components that vary together.
+//! The value of a characteristic as a function of features: up to three correlated components.
 
 use nalgebra::{Vector2, Vector3};
 use optics::{PartFrame, Rigid};
@@ -15,24 +15,24 @@ use crate::plan::characteristic::{Axis, Measure};
 use crate::plan::document::Plan;
 use crate::plan::feature::FeatureShape;
 
-/// What was fitted of a feature, without what it was fitted to.
+/// The fitted geometry of a feature, without its points.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum Primitive {
     Shape(Shape),
     Contour(Contour),
-    /// Nothing of its own: it is made of others, or could not be fitted.
+    /// Not fitted: constructed from other features, or failed.
     None,
 }
 
-/// All features at one state of the calibration and of the noise.
+/// All features for one perturbation of the calibration and the noise.
 pub(crate) struct State {
     pub(crate) geometries: Vec<Option<Geometry>>,
     pub(crate) datum_from_part: Option<Rigid<DatumFrame, PartFrame>>,
-    /// Points of features whose form is asked for, part frame, mm.
+    /// Points of features whose form is requested, part frame, mm.
     pub(crate) points: Vec<Vec<Vector3<f64>>>,
 }
 
-/// The features of a plan from what was fitted.
+/// The features of a plan from the fitted primitives.
 pub(crate) fn geometries(
     plan: &Plan,
     fitted: &[Result<Fitted, MeasureError>],
@@ -59,7 +59,7 @@ pub(crate) fn geometries(
 /// The datum frame of a plan, if it has an alignment.
 ///
 /// # Errors
-/// [`MeasureError::Missing`], [`MeasureError::FreeDatum`].
+/// [`MeasureError::Missing`], [`MeasureError::UnderconstrainedDatums`].
 pub(crate) fn align(
     plan: &Plan,
     geometries: &[Option<Geometry>],
@@ -74,7 +74,7 @@ pub(crate) fn align(
     })
 }
 
-/// About which axes an angle is read, fixed while everything else varies.
+/// The axes of an angle's components, fixed while the features are perturbed.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct AngleAxes {
     turn: Vector3<f64>,
@@ -83,7 +83,7 @@ pub(crate) struct AngleAxes {
 }
 
 impl AngleAxes {
-    /// Of an angle as it was measured; read as its supplement if that is nearer to the nominal.
+    /// The axes of a measured angle; `is_supplement` if the supplement is closer to the nominal.
     pub(crate) fn of(plan: &Plan, measure: &Measure, state: &State, nominal_deg: Option<f64>) -> Option<Self> {
         let Measure::Angle { from, to, about: None } = measure else { return None };
         let direction = |id: &str| state.geometries.get(plan.feature_idx(id)?)?.as_ref()?.direction();
@@ -100,8 +100,8 @@ impl AngleAxes {
     }
 }
 
-/// The components of a characteristic: one for most, the turns about two axes (degrees) for an angle, the deviations along
-/// the axes that count for a position. `None` if its features are missing or do not hold it.
+/// The components of a characteristic: a single value for most, the rotations about two axes (degrees) for an angle, the
+/// deviations along the toleranced axes (mm) for a position. `None` if its features are missing or do not determine it.
 pub(crate) fn components(
     plan: &Plan,
     measure: &Measure,
@@ -119,7 +119,7 @@ pub(crate) fn components(
     };
     let value = match measure {
         Measure::Distance { from, to, along: Some(axis) } => {
-            (place(of(to)?) - place(of(from)?)).dot(&axis_in_part(*axis)?)
+            (reference_point(of(to)?) - reference_point(of(from)?)).dot(&axis_in_part(*axis)?)
         }
         Measure::Distance { from, to, along: None } => distance(of(from)?, of(to)?)?,
         Measure::Step { base, top } => {
@@ -157,13 +157,13 @@ pub(crate) fn components(
             let ((p, n), (centre, m)) = (of(reference)?.plane()?, of(surface)?.plane()?);
             let rim = match at {
                 Some(id) => match of(id)? {
-                    // Where the rolled edge goes over into the surface.
+                    // The transition from the rolled edge to the surface.
                     Geometry::Surface(Shape::Cylinder { point_mm, radius_mm, .. }) => point_mm + m * *radius_mm,
                     other => other.line()?.0,
                 },
                 None => centre,
             };
-            // On the surface itself, straight over the rim.
+            // The point of the surface directly above the rim.
             let on_surface = rim + n * (m.dot(&(centre - rim)) / m.dot(&n));
             n.dot(&(on_surface - p))
         }
@@ -186,8 +186,8 @@ pub(crate) fn components(
     value.is_finite().then(|| Vector3::new(value, 0.0, 0.0))
 }
 
-/// The point that stands for a feature.
-fn place(geometry: &Geometry) -> Vector3<f64> {
+/// The reference point of a feature.
+fn reference_point(geometry: &Geometry) -> Vector3<f64> {
     let middle = || geometry.plane().or(geometry.line()).map(|(at, _)| at);
     geometry.point().or_else(middle).unwrap_or_default()
 }
@@ -195,8 +195,8 @@ fn place(geometry: &Geometry) -> Vector3<f64> {
 fn distance(from: &Geometry, to: &Geometry) -> Option<f64> {
     Some(match (from.plane(), to.plane(), from.line(), to.line()) {
         (Some((p, n)), Some((q, m)), ..) => (n.dot(&(q - p)).abs() + m.dot(&(p - q)).abs()) / 2.0,
-        (Some((p, n)), ..) => n.dot(&(place(to) - p)),
-        (_, Some((q, m)), ..) => m.dot(&(place(from) - q)),
+        (Some((p, n)), ..) => n.dot(&(reference_point(to) - p)),
+        (_, Some((q, m)), ..) => m.dot(&(reference_point(from) - q)),
         (_, _, Some(a), Some(b)) => {
             let across = |(p, l): (Vector3<f64>, Vector3<f64>), at: Vector3<f64>| l.cross(&(at - p)).norm();
             (across(a, b.0) + across(b, a.0)) / 2.0
@@ -215,7 +215,7 @@ fn gap(from: &Geometry, to: &Geometry, surface: &Geometry) -> Option<f64> {
     Some(across.dot(&(b - a)) - from.radius_mm().unwrap_or(0.0) - to.radius_mm().unwrap_or(0.0))
 }
 
-/// How far the points of a form are from what they should be, mm; `None` if its features do not say.
+/// Deviations of points from the ideal form, mm; `None` if the features do not determine it.
 pub(crate) fn form_residuals(
     plan: &Plan,
     measure: &Measure,
@@ -243,14 +243,14 @@ pub(crate) fn form_residuals(
                 let from = pose.rotation * at + pose.translation_mm - origin;
                 Vector2::new(x.dot(&from), y.dot(&from))
             };
-            // A point beyond an end of the contour has nothing to be compared with.
-            points.iter().map(|at| beside(contour_mm, &flat(at)).unwrap_or(0.0)).collect()
+            // Points beyond the ends of the contour are ignored.
+            points.iter().map(|at| signed_distance_to_contour(contour_mm, &flat(at)).unwrap_or(0.0)).collect()
         }
         _ => return None,
     })
 }
 
-/// The width of a form's zone.
+/// The width of a form's tolerance zone, mm.
 pub(crate) fn band(measure: &Measure, residuals: &mut [f64]) -> f64 {
     if !matches!(measure, Measure::Profile { .. }) {
         return band_width(residuals);
@@ -261,7 +261,7 @@ pub(crate) fn band(measure: &Measure, residuals: &mut [f64]) -> f64 {
     residuals.get(rank.round() as usize).map_or(0.0, |widest| 2.0 * widest)
 }
 
-/// The direction at right angles to `datum` along which the points spread least.
+/// The direction perpendicular to `datum` along which the points spread least.
 fn least_spread(points: &[Vector3<f64>], datum: &Vector3<f64>) -> Option<Vector3<f64>> {
     let [a, b] = across(datum);
     let middle = points.iter().sum::<Vector3<f64>>() / points.len() as f64;
@@ -273,7 +273,7 @@ fn least_spread(points: &[Vector3<f64>], datum: &Vector3<f64>) -> Option<Vector3
 }
 
 /// Signed distance from an open contour, positive on its left; `None` beyond its ends.
-pub(crate) fn beside(contour_mm: &[[f64; 2]], at: &Vector2<f64>) -> Option<f64> {
+pub(crate) fn signed_distance_to_contour(contour_mm: &[[f64; 2]], at: &Vector2<f64>) -> Option<f64> {
     let last = contour_mm.len().checked_sub(2)?;
     let mut nearest: Option<(f64, f64, bool)> = None;
     for (idx, pair) in contour_mm.windows(2).enumerate() {
@@ -284,7 +284,7 @@ pub(crate) fn beside(contour_mm: &[[f64; 2]], at: &Vector2<f64>) -> Option<f64> 
         let way = at - (from + along * share.clamp(0.0, 1.0));
         let side = along.perp(&way);
         let reach = way.norm();
-        // At a corner the two sides may disagree: the one it stands more squarely beside decides.
+        // At a corner the two sides may disagree: the one the point is more perpendicular to decides.
         let squareness = side.abs() / along.norm();
         if nearest.is_none_or(|(least, square, _)| {
             reach < least - 1e-12 || (reach < least + 1e-12 && squareness > square.abs())
@@ -311,7 +311,7 @@ mod tests {
             ([12.0, 7.0], None),
         ];
         for (at, expected) in cases {
-            let found = beside(&contour, &Vector2::from(at));
+            let found = signed_distance_to_contour(&contour, &Vector2::from(at));
             assert_eq!(found.map(|d| (d * 1e9).round() / 1e9), expected, "{at:?}");
         }
     }

@@ -1,4 +1,4 @@
-//! Finds the features of a tool in a cloud of table and object.
+//! Search for features in a cloud of table and object.
 
 use nalgebra::Vector3;
 use optics::{Calibration, CameraFrame, LightSurfaces, PointMm};
@@ -26,7 +26,7 @@ const MIN_RADIUS_SIGMAS: f64 = 20.0;
 
 /// A feature with the points it was fitted to.
 #[derive(Debug, Clone)]
-pub(crate) struct Found {
+pub(crate) struct FeatureFit {
     pub(crate) role: &'static str,
     pub(crate) shape: Shape,
     pub(crate) inliers: Vec<u32>,
@@ -55,7 +55,7 @@ pub(crate) struct Search<'a> {
 
 impl Search<'_> {
     /// The plane with the most points.
-    pub(crate) fn plane(&mut self, role: &'static str, candidates: &[u32]) -> Option<Found> {
+    pub(crate) fn plane(&mut self, role: &'static str, candidates: &[u32]) -> Option<FeatureFit> {
         let start = ransac::plane(self.samples, candidates, &mut self.rng)?;
         self.finished(role, candidates, &start)
     }
@@ -67,7 +67,7 @@ impl Search<'_> {
         candidates: &[u32],
         base: &Shape,
         height_mm: Option<f64>,
-    ) -> Option<Found> {
+    ) -> Option<FeatureFit> {
         let Shape::Plane { normal, .. } = base else { return None };
         let near: Vec<u32> = match height_mm {
             None => candidates.to_vec(),
@@ -93,7 +93,7 @@ impl Search<'_> {
         role: &'static str,
         candidates: &[u32],
         radius_mm: Option<f64>,
-    ) -> Option<Found> {
+    ) -> Option<FeatureFit> {
         let start = ransac::sphere(self.samples, candidates, self.radii(radius_mm), &mut self.rng)?;
         self.finished(role, candidates, &start)
     }
@@ -104,7 +104,7 @@ impl Search<'_> {
         role: &'static str,
         candidates: &[u32],
         radius_mm: Option<f64>,
-    ) -> Option<Found> {
+    ) -> Option<FeatureFit> {
         let start = ransac::cylinder(self.samples, candidates, self.radii(radius_mm), &mut self.rng)?;
         self.finished(role, candidates, &start)
     }
@@ -122,7 +122,7 @@ impl Search<'_> {
     }
 
     /// Points that belong neither to a feature nor to its edges.
-    pub(crate) fn without(&self, candidates: &[u32], feature: &Found) -> Vec<u32> {
+    pub(crate) fn without(&self, candidates: &[u32], feature: &FeatureFit) -> Vec<u32> {
         self.beyond(candidates, &feature.shape, REMOVAL_TRIMS * feature.trim)
     }
 
@@ -144,7 +144,7 @@ impl Search<'_> {
     }
 
     /// Refines a hypothesis twice: on all of its points, then without those near its border.
-    fn finished(&self, role: &'static str, candidates: &[u32], start: &Shape) -> Option<Found> {
+    fn finished(&self, role: &'static str, candidates: &[u32], start: &Shape) -> Option<FeatureFit> {
         let whole = fit_trimmed(self.samples, candidates, start, FIRST_TRIM_SIGMAS, false)?;
         let outline = Outline::of(self.samples, &whole.inliers, &self.view_of(&whole));
         let inside: Vec<u32> = match &outline {
@@ -158,7 +158,7 @@ impl Search<'_> {
         let inside = self.without_steep(inside, &whole.shape);
         let trimmed = fit_trimmed(self.samples, &inside, &whole.shape, whole.trim, true)?;
         let enough = (MIN_FEATURE_SHARE * candidates.len() as f64).max(MIN_FEATURE_POINTS as f64);
-        (trimmed.inliers.len() as f64 >= enough).then(|| Found {
+        (trimmed.inliers.len() as f64 >= enough).then(|| FeatureFit {
             role,
             shape: self.facing_camera(&trimmed),
             n_outliers: inside.len() - trimmed.inliers.len(),

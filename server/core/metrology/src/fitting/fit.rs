@@ -253,7 +253,7 @@ mod tests {
     }
 
     #[test]
-    fn a_solver_whose_steps_run_out_is_stuck_and_not_converged() {
+    fn a_solver_whose_steps_run_out_has_not_converged() {
         // From 8 to 20 mm takes more than one step, and a long step is not convergence.
         let (_, end) = solve(&ball(8.0), &cap(0.03, 1e3), 1).unwrap();
         assert_eq!(end, Termination::NotConverged);
@@ -265,7 +265,7 @@ mod tests {
         assert_eq!(fit(&ball(20.0), &vec![one; 40]), None);
         let plane = Shape::Plane { point_mm: one.position, normal: -Vector3::z() };
         assert_eq!(fit(&plane, &vec![one; 40]), None);
-        // Collinear points: the plane may turn about their line.
+        // Collinear points: the plane may rotate about their line.
         let along = |idx: i32| Weighted { position: one.position + Vector3::x() * f64::from(idx), ..one };
         assert_eq!(fit(&plane, &(0..40).map(along).collect::<Vec<_>>()), None);
         assert!(fit(&ball(20.0), &cap(0.03, 1e3)).is_some());

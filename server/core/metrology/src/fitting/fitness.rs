@@ -2,9 +2,9 @@
 
 use nalgebra::Vector3;
 
-use crate::fitting::features::Found;
+use crate::fitting::features::FeatureFit;
 use crate::fitting::sample::Samples;
-use crate::interface::doubts::Finding;
+use crate::interface::findings::Finding;
 use crate::interface::measurement::FittedFeature;
 use crate::interface::shape::Shape;
 use crate::params::{ARC_TAIL_SHARE, FORM_RMS_RELATIVE, MAX_OFF_SURFACE_SHARE, MAX_RESIDUAL_RATIO, MIN_ARC_DEG};
@@ -12,7 +12,7 @@ use crate::params::{ARC_TAIL_SHARE, FORM_RMS_RELATIVE, MAX_OFF_SURFACE_SHARE, MA
 /// Findings against the fitted features. `expected_mm`: the RMS of each along its normal predicted from the noise.
 pub(crate) fn findings(
     samples: &Samples,
-    found: &[Found],
+    found: &[FeatureFit],
     fitted: &[FittedFeature],
     expected_mm: &[f64],
 ) -> Vec<Finding> {
@@ -36,7 +36,7 @@ pub(crate) fn findings(
 }
 
 /// Angle between the outermost normals of a curved feature, degrees; `None` for a plane.
-fn arc_deg(samples: &Samples, feature: &Found) -> Option<f64> {
+fn arc_deg(samples: &Samples, feature: &FeatureFit) -> Option<f64> {
     if matches!(feature.shape, Shape::Plane { .. }) {
         return None;
     }

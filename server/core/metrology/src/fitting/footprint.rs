@@ -49,7 +49,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_ball_under_a_frontal_sheet_is_pulled_by_the_sag_of_the_strip() {
+    fn a_ball_under_a_frontal_sheet_is_displaced_by_the_sag_of_the_strip() {
         let shape = Shape::Sphere { centre_mm: Vector3::new(0.0, 0.0, 400.0), radius_mm: 20.0 };
         let top = Vector3::new(0.0, 0.0, 380.0);
         // The sheet is perpendicular to the surface (N ⟂ n), viewed at 30°: the factor of the view is one, the sag
@@ -60,7 +60,7 @@ mod tests {
     }
 
     #[test]
-    fn a_plane_feels_nothing() {
+    fn a_plane_is_not_displaced() {
         let shape = Shape::Plane { point_mm: Vector3::new(0.0, 0.0, 400.0), normal: Vector3::z() };
         assert_eq!(footprint_mm(&shape, &Vector3::new(0.0, 0.0, 400.0), &Vector3::z(), &Vector3::y(), 0.4), 0.0);
     }

@@ -1,4 +1,4 @@
-//! From points to shapes: samples, search, robust fits.
+//! Robust fits of shapes to points: samples, search, fits.
 
 pub(crate) mod features;
 pub(crate) mod fit;

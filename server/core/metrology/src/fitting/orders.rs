@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use crate::fitting::features::Found;
+use crate::fitting::features::FeatureFit;
 use crate::fitting::fit::fit;
 use crate::fitting::robust::Near;
 use crate::fitting::sample::Samples;
@@ -17,13 +17,13 @@ use crate::params::MIN_FEATURE_POINTS;
 pub(crate) fn table(
     samples: &Samples,
     tool: Tool,
-    features: &[Found],
+    features: &[FeatureFit],
     reference: f64,
 ) -> (ErrorSummary, Vec<OrderRow>) {
     let mut by_order: BTreeMap<i8, Vec<f64>> = BTreeMap::new();
     let mut all = Vec::new();
-    let looked_at = if tool == Tool::Step { &features[1..] } else { features };
-    for feature in looked_at {
+    let evaluated = if tool == Tool::Step { &features[1..] } else { features };
+    for feature in evaluated {
         for &idx in &feature.inliers {
             let sample = samples.at(idx);
             let error = match tool {
@@ -44,7 +44,7 @@ pub(crate) fn table(
 fn row(
     samples: &Samples,
     tool: Tool,
-    features: &[Found],
+    features: &[FeatureFit],
     reference: f64,
     order: i8,
     errors: ErrorSummary,
@@ -63,7 +63,7 @@ fn row(
 }
 
 /// The feature fitted to one order's points alone; `None` if they are too few or do not determine it.
-fn own_fit(samples: &Samples, feature: &Found, order: i8) -> Option<Shape> {
+fn own_fit(samples: &Samples, feature: &FeatureFit, order: i8) -> Option<Shape> {
     let own: Vec<u32> = feature.inliers.iter().copied().filter(|&idx| samples.at(idx).order == order).collect();
     if own.len() < MIN_FEATURE_POINTS {
         return None;

@@ -1,4 +1,4 @@
-//! Robust fits: they converge to the points that belong together, and count the others.
+//! Robust fits: they converge to the inliers and count the outliers.
 
 use rayon::prelude::*;
 use statistics::{SIGMA_PER_MAD, median};
@@ -55,7 +55,7 @@ pub(crate) fn within(samples: &Samples, candidates: &[u32], shape: &Shape, trim:
 
 /// Alternates fitting and trimming until the trim is 3.5 robust standard deviations of the residuals it keeps.
 ///
-/// The trim grows when the residuals fill it, so that a start on a part of a feature finds the whole of it. The trim is
+/// The trim grows when the residuals fill it, so that a start on part of a feature converges to all of it. The trim is
 /// determined on a thinned set; the final fit uses all points if `fit_all`.
 pub(crate) fn fit_trimmed(
     samples: &Samples,

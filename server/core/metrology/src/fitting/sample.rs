@@ -9,7 +9,7 @@ use crate::fitting::footprint::line_sigma_mm;
 use crate::interface::region::Region;
 use crate::interface::shape::Shape;
 use crate::params::{
-    BORDER_SIGMAS, MIN_COSINE, MIN_SIGMA_SHARE, UNKNOWN_SIGMA_PER_EXTENT, USUAL_LINE_SIGMA_RELATIVE,
+    BORDER_SIGMAS, DEFAULT_LINE_SIGMA_RELATIVE, MIN_COSINE, MIN_SIGMA_SHARE, UNKNOWN_SIGMA_PER_EXTENT,
 };
 
 /// One point.
@@ -56,11 +56,11 @@ pub(crate) struct Samples<'a> {
     motions: Vec<Motion>,
     /// Thickness of the light sheets (one σ, mm), if the cloud states it.
     pub(crate) line_sigma_mm: Option<f64>,
-    /// Whether the points have a σ of their own.
+    /// Whether the points have a σ each.
     pub(crate) sigma_known: bool,
     /// Median σ, mm.
     pub(crate) sigma_mm: f64,
-    /// Diagonal of the box around the points, mm.
+    /// Diagonal of the bounding box of the points, mm.
     pub(crate) extent_mm: f64,
 }
 
@@ -87,13 +87,13 @@ impl<'a> Samples<'a> {
             sigma_mm: 0.0,
             extent_mm: 0.0,
         };
-        let is_looked_at = |point: &CloudPoint| {
+        let is_evaluated = |point: &CloudPoint| {
             let at = position(point);
             let is_finite = at.iter().all(|value| value.is_finite());
             is_finite && region.is_none_or(|region| region.contains(&at)) && samples.ray(point).is_some()
         };
-        let looked_at = (0u32..).zip(&cloud.points).filter(|(_, point)| is_looked_at(point));
-        samples.cloud_indices = looked_at.map(|(idx, _)| idx).collect();
+        let evaluated = (0u32..).zip(&cloud.points).filter(|(_, point)| is_evaluated(point));
+        samples.cloud_indices = evaluated.map(|(idx, _)| idx).collect();
         samples.extent_mm = samples.extent();
         let mut known: Vec<f64> = samples.points().filter_map(known_sigma_mm).collect();
         samples.sigma_known = !known.is_empty();
@@ -148,7 +148,7 @@ impl<'a> Samples<'a> {
 
     /// Width of a feature's border whose points are left out, mm.
     pub(crate) fn border_margin_mm(&self) -> f64 {
-        let usual = || USUAL_LINE_SIGMA_RELATIVE * self.mean_distance_mm(&self.indices());
+        let usual = || DEFAULT_LINE_SIGMA_RELATIVE * self.mean_distance_mm(&self.indices());
         BORDER_SIGMAS * self.line_sigma_mm.unwrap_or_else(usual)
     }
 

@@ -1,6 +1,6 @@
 //! The result of a measurement.
 
-use crate::interface::doubts::{Finding, Missing};
+use crate::interface::findings::{Finding, Missing};
 use crate::interface::request::Tool;
 use crate::interface::shape::Shape;
 use crate::interface::verdict::Verdict;
@@ -24,7 +24,7 @@ impl Unit {
     }
 }
 
-/// Signed errors of points, summed up, mm.
+/// Summary of the signed errors of points, mm.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct ErrorSummary {
     /// Number of points.

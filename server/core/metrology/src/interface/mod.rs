@@ -1,6 +1,6 @@
 //! Requests and results of measurements.
 
-pub(crate) mod doubts;
+pub(crate) mod findings;
 pub(crate) mod measurement;
 pub(crate) mod part_verdict;
 pub(crate) mod region;

@@ -1,14 +1,14 @@
-//! Where points are looked for.
+//! Regions of space that select points.
 
 use nalgebra::Vector3;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// A part of space; points outside are not looked at. Millimetres, in the frame of the points it is asked about.
+/// A region of space; points outside are ignored. Millimetres, in the frame of the points it is applied to.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "type", rename_all = "snake_case", deny_unknown_fields)]
 pub enum Region {
-    /// A box along the axes.
+    /// An axis-aligned box.
     Box {
         /// Smallest x, y, z, mm.
         min_mm: [f64; 3],
@@ -60,7 +60,7 @@ impl Region {
         }
     }
 
-    /// What is wrong with its numbers, if anything is.
+    /// What is wrong with its numbers; `None` if nothing is.
     pub(crate) fn fault(&self) -> Option<&'static str> {
         let finite = |numbers: &[f64]| numbers.iter().all(|number| number.is_finite());
         match self {
@@ -90,7 +90,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn regions_hold_what_lies_inside() {
+    fn regions_contain_the_points_inside_them() {
         let regions = [
             Region::between([1.0, -1.0, 5.0], [-1.0, 1.0, 3.0]),
             Region::Sphere { centre_mm: [0.0, 0.0, 4.0], radius_mm: 1.0 },

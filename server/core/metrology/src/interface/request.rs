@@ -105,32 +105,32 @@ pub enum MeasureError {
     TooFewCrossings {
         /// What the rim belongs to.
         feature: &'static str,
-        /// How many would do.
+        /// Crossings needed.
         needed: usize,
-        /// How many there are.
+        /// Crossings available.
         got: usize,
     },
-    /// A part of a round rim is not crossed by lines.
+    /// An arc of a round rim has no crossings.
     #[error("no line crosses the rim of the {feature} over {gap_deg:.0}°")]
     OpenRim {
         /// What the rim belongs to.
         feature: &'static str,
-        /// How much of it, degrees.
+        /// The arc without crossings, degrees.
         gap_deg: f64,
     },
-    /// The datums leave a freedom.
-    #[error("the datums do not hold {freedom}")]
-    FreeDatum {
-        /// Which.
+    /// The datums do not constrain a degree of freedom.
+    #[error("the datums do not constrain {freedom}")]
+    UnderconstrainedDatums {
+        /// The unconstrained degree of freedom.
         freedom: &'static str,
     },
-    /// Features that do not make what is asked of them.
+    /// The features do not determine the value.
     #[error("the {what} is not determined by its features")]
     NotDetermined {
-        /// What is not.
+        /// What is not determined.
         what: &'static str,
     },
-    /// A feature that this one rests on is missing.
+    /// A feature that this one depends on is missing.
     #[error("\"{id}\" is missing: {reason}")]
     Missing {
         /// The feature.
@@ -175,8 +175,10 @@ impl Remedy for MeasureError {
                 "give a region with the whole rim and a strip of its plane; lines must cross it, not run along it"
                     .into()
             }
-            Self::OpenRim { .. } => "scan all around, or give a larger region".into(),
-            Self::FreeDatum { .. } => "choose datums that hold all six freedoms".into(),
+            Self::OpenRim { .. } => "scan the whole rim, or give a larger region".into(),
+            Self::UnderconstrainedDatums { .. } => {
+                "choose datums that constrain all six degrees of freedom".into()
+            }
             Self::NotDetermined { .. } => "choose other features".into(),
             Self::Missing { .. } => "correct that feature first".into(),
             Self::RadiusUndetermined { .. } => "scan more of the curve".into(),

@@ -80,7 +80,7 @@ impl Shape {
         position - ray * (self.distance_mm(position) / bounded)
     }
 
-    /// Precomputes what is the same for all points.
+    /// Precomputes the terms common to all points.
     pub(crate) fn linearised(&self) -> Linearised {
         let axes = match self {
             Self::Plane { normal: direction, .. } | Self::Cylinder { axis: direction, .. } => across(direction),

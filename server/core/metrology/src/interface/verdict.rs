@@ -43,7 +43,7 @@ impl Limits {
         Self { lower: Some(-tolerance), upper: Some(tolerance) }
     }
 
-    /// Half the distance of the limits, or the one there is: what a tolerance is compared with.
+    /// Half the distance between the limits, or the magnitude of the only one; `None` without limits.
     pub(crate) fn width(&self) -> Option<f64> {
         match (self.lower, self.upper) {
             (Some(lower), Some(upper)) => Some((upper - lower) / 2.0),

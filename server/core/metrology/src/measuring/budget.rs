@@ -3,12 +3,12 @@
 
 use optics::Calibration;
 
-use crate::fitting::features::Found;
+use crate::fitting::features::FeatureFit;
 use crate::fitting::sample::Samples;
-use crate::interface::doubts::Missing;
+use crate::interface::findings::Missing;
 use crate::interface::request::Tool;
 use crate::interface::shape::Shape;
-use crate::measuring::measure::Question;
+use crate::measuring::measure::Measurand;
 use crate::measuring::missing::missing;
 use crate::measuring::noise::{self, FeatureNoise};
 use crate::measuring::systematic::Retriangulation;
@@ -31,56 +31,60 @@ pub(crate) struct Budget {
 
 /// Combines the known contributions and names the missing ones; `None` if the features do not determine the value.
 pub(crate) fn budget(
-    (samples, features): (&Samples, &[Found]),
-    question: &Question,
+    (samples, features): (&Samples, &[FeatureFit]),
+    measurand: &Measurand,
     value: f64,
     (calibration, retriangulation): (Option<&Calibration>, Option<&Retriangulation>),
     notes: &mut Vec<String>,
 ) -> Option<Budget> {
     let noises = noises(samples, features, retriangulation);
-    let noise = noise::propagate(samples, question, features, &noises)?;
+    let noise = noise::propagate(samples, measurand, features, &noises)?;
     if samples.sigma_known && noise.ratio > NOTEWORTHY_RATIO {
         notes.push(format!(
-            "residuals are {:.2} times the predicted noise: the surface has form, or the model does not fit it; the noise's \
-             part of U was widened by that factor",
+            "residuals are {:.2} times the predicted noise: the surface has form errors, or the model does not fit; the noise \
+             part of U was increased by that factor",
             noise.ratio
         ));
     }
-    let mut missing = missing(samples, calibration, is_length_along_travel(question, features));
+    let mut missing = missing(samples, calibration, is_length_along_travel(measurand, features));
     let mut lacks = |is_missing: bool, part: Missing| {
         if is_missing {
             missing.push(part);
         }
     };
-    let modes = retriangulation.and_then(|pixels| pixels.standard_uncertainty(question, features));
+    let modes = retriangulation.and_then(|pixels| pixels.standard_uncertainty(measurand, features));
     let failed = modes.map_or(retriangulation.is_some(), |(_, failed)| failed > 0);
     lacks(failed, Missing::CalibrationModes);
-    let thickness = thickness(samples, question, features, retriangulation, notes);
+    let thickness = thickness(samples, measurand, features, retriangulation, notes);
     lacks(
         samples.line_sigma_mm.is_some() && retriangulation.is_some() && thickness.is_none(),
         Missing::LineThickness,
     );
-    let u_systematic = modes.map(|(u, _)| u.hypot(thickness.unwrap_or(0.0)).hypot(expansion(question, value)));
+    let u_systematic = modes.map(|(u, _)| u.hypot(thickness.unwrap_or(0.0)).hypot(expansion(measurand, value)));
     Some(Budget { u_noise: noise.standard_uncertainty, u_systematic, missing, expected_mm: noise.expected_mm })
 }
 
 /// The noise of every feature's points, without the calibration's contribution to their σ.
-fn noises(samples: &Samples, features: &[Found], retriangulation: Option<&Retriangulation>) -> Vec<FeatureNoise> {
-    let own = |(idx, feature): (usize, &Found)| match retriangulation.filter(|_| samples.sigma_known) {
+fn noises(
+    samples: &Samples,
+    features: &[FeatureFit],
+    retriangulation: Option<&Retriangulation>,
+) -> Vec<FeatureNoise> {
+    let own = |(idx, feature): (usize, &FeatureFit)| match retriangulation.filter(|_| samples.sigma_known) {
         Some(retriangulation) => retriangulation.noise_of(samples, idx, &feature.inliers),
         None => FeatureNoise { sigma_mm: feature.inliers.iter().map(|&idx| samples.at(idx).sigma_mm).collect() },
     };
     features.iter().enumerate().map(own).collect()
 }
 
-/// Whether the value is a distance between places that the stage moved into the light.
-fn is_length_along_travel(question: &Question, features: &[Found]) -> bool {
-    question.tool == Tool::Distance && features.iter().all(|f| matches!(f.shape, Shape::Sphere { .. }))
+/// Whether the value is a distance along the travel of the stage.
+fn is_length_along_travel(measurand: &Measurand, features: &[FeatureFit]) -> bool {
+    measurand.tool == Tool::Distance && features.iter().all(|f| matches!(f.shape, Shape::Sphere { .. }))
 }
 
 /// Contribution of the part's thermal expansion to a length.
-fn expansion(question: &Question, value: f64) -> f64 {
-    match question.tool {
+fn expansion(measurand: &Measurand, value: f64) -> f64 {
+    match measurand.tool {
         Tool::Sphere | Tool::Cylinder | Tool::Step | Tool::Distance => {
             value.abs() * EXPANSION_PER_K * TEMPERATURE_SIGMA_K
         }
@@ -91,17 +95,17 @@ fn expansion(question: &Question, value: f64) -> f64 {
 /// Contribution of the lines' thickness on curved features, 0 where it has no effect; `None` if it is unknown.
 fn thickness(
     samples: &Samples,
-    question: &Question,
-    features: &[Found],
+    measurand: &Measurand,
+    features: &[FeatureFit],
     retriangulation: Option<&Retriangulation>,
     notes: &mut Vec<String>,
 ) -> Option<f64> {
     if features.iter().all(|feature| matches!(feature.shape, Shape::Plane { .. })) {
         return Some(0.0);
     }
-    let u = retriangulation?.line_width_uncertainty(question, features, samples.line_sigma_mm?)?;
+    let u = retriangulation?.line_width_uncertainty(measurand, features, samples.line_sigma_mm?)?;
     notes.push(format!(
-        "the lines' thickness on the curved surface adds {:.1} µm to the calibration's part of u",
+        "the thickness of the lines on the curved surface contributes {:.1} µm to the systematic part of u",
         1e3 * u
     ));
     Some(u)

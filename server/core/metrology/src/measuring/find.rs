@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use crate::fitting::features::{Found, Search};
+use crate::fitting::features::{FeatureFit, Search};
 use crate::fitting::sample::Samples;
 use crate::interface::request::{MeasureError, MeasureRequest, Tool};
 use crate::interface::shape::{Shape, across};
@@ -17,7 +17,7 @@ pub(crate) fn find(
     search: &mut Search,
     request: &MeasureRequest,
     notes: &mut Vec<String>,
-) -> Result<Vec<Found>, MeasureError> {
+) -> Result<Vec<FeatureFit>, MeasureError> {
     let all = search.samples.indices();
     let missing = |feature| MeasureError::FeatureNotFound { feature, n_points: all.len() };
     let nominal = request.nominal_mm;
@@ -58,10 +58,10 @@ pub(crate) fn find(
 
 fn second_plane(
     search: &mut Search,
-    base: &Found,
+    base: &FeatureFit,
     height_mm: Option<f64>,
     notes: &mut Vec<String>,
-) -> Option<Found> {
+) -> Option<FeatureFit> {
     let rest = search.without(&search.samples.indices(), base);
     if let Some(height) = height_mm {
         let above = |idx: &u32| base.shape.distance_mm(&search.samples.position(*idx)) * height > 0.0;
@@ -71,13 +71,17 @@ fn second_plane(
                 return Some(found);
             }
         }
-        notes.push("no plane near the nominal height; the largest parallel plane was taken".into());
+        notes.push("no plane near the nominal height; the largest parallel plane was used".into());
     }
     search.parallel_plane("top", &rest, &base.shape, None)
 }
 
 /// Two parallel planes, or two spheres if they hold more than twice the points of the second plane.
-fn distance_features(search: &mut Search, nominal: Option<f64>, notes: &mut Vec<String>) -> Option<Vec<Found>> {
+fn distance_features(
+    search: &mut Search,
+    nominal: Option<f64>,
+    notes: &mut Vec<String>,
+) -> Option<Vec<FeatureFit>> {
     let all = search.samples.indices();
     let off_table = search.off_table();
     let first = search.sphere("first sphere", &off_table, None);
@@ -85,7 +89,7 @@ fn distance_features(search: &mut Search, nominal: Option<f64>, notes: &mut Vec<
     let second = first.as_ref().and_then(|_| search.sphere("second sphere", &rest, None));
     let planes = search.plane("first plane", &all).and_then(|base| {
         let top = second_plane(search, &base, nominal, notes)?;
-        Some((base, Found { role: "second plane", ..top }))
+        Some((base, FeatureFit { role: "second plane", ..top }))
     });
     let n_spheres = first.as_ref().zip(second.as_ref()).map_or(0, |(a, b)| a.inliers.len() + b.inliers.len());
     match planes {
@@ -102,17 +106,17 @@ fn distance_features(search: &mut Search, nominal: Option<f64>, notes: &mut Vec<
 
 /// Orders two parallel faces, the wider first: the surface around a boss or a pocket is its base, even if it has fewer
 /// points.
-fn base_first(samples: &Samples, base: Found, top: Found) -> (Found, Found) {
+fn base_first(samples: &Samples, base: FeatureFit, top: FeatureFit) -> (FeatureFit, FeatureFit) {
     let Shape::Plane { normal, .. } = base.shape else { return (base, top) };
     let axes = across(&normal);
     if spread_mm2(samples, &top, &axes) > BASE_SPREAD_RATIO * spread_mm2(samples, &base, &axes) {
-        return (Found { role: "base", ..top }, Found { role: "top", ..base });
+        return (FeatureFit { role: "base", ..top }, FeatureFit { role: "top", ..base });
     }
     (base, top)
 }
 
 /// Area of the rectangle along two directions that contains a face.
-fn spread_mm2(samples: &Samples, face: &Found, axes: &[Vector3<f64>; 2]) -> f64 {
+fn spread_mm2(samples: &Samples, face: &FeatureFit, axes: &[Vector3<f64>; 2]) -> f64 {
     axes.iter()
         .map(|axis| {
             let mut along: Vec<f64> = face.inliers.iter().map(|&idx| axis.dot(&samples.position(idx))).collect();
@@ -123,7 +127,7 @@ fn spread_mm2(samples: &Samples, face: &Found, axes: &[Vector3<f64>; 2]) -> f64 
         .product()
 }
 
-fn centroid(samples: &Samples, feature: &Found) -> Vector3<f64> {
+fn centroid(samples: &Samples, feature: &FeatureFit) -> Vector3<f64> {
     let sum: Vector3<f64> = feature.inliers.iter().map(|&idx| samples.position(idx)).sum();
     sum / feature.inliers.len() as f64
 }

@@ -6,7 +6,7 @@
 
 use statistics::{SIGMA_PER_MAD, median};
 
-use crate::fitting::features::Found;
+use crate::fitting::features::FeatureFit;
 use crate::fitting::fit::{Points, Weighted, fit};
 use crate::fitting::robust::{normalised_distance, within};
 use crate::fitting::sample::Samples;
@@ -57,7 +57,7 @@ impl Points for EqualWeights<'_> {
 
 /// Extends a plane's points to all inside its outline that are form rather than outliers, and fits their least-squares
 /// plane with equal weights.
-pub(crate) fn keep_form(samples: &Samples, plane: &mut Found) -> Option<()> {
+pub(crate) fn keep_form(samples: &Samples, plane: &mut FeatureFit) -> Option<()> {
     let mut normalised: Vec<f64> =
         plane.inliers.iter().map(|&idx| normalised_distance(&plane.shape, &samples.at(idx)).abs()).collect();
     let scale = SIGMA_PER_MAD * median(&mut normalised).unwrap_or(0.0);
@@ -69,7 +69,7 @@ pub(crate) fn keep_form(samples: &Samples, plane: &mut Found) -> Option<()> {
 }
 
 /// The flatness of a plane's points.
-pub(crate) fn flatness(samples: &Samples, plane: &Found) -> Flatness {
+pub(crate) fn flatness(samples: &Samples, plane: &FeatureFit) -> Flatness {
     let residuals: Vec<f64> =
         plane.inliers.iter().map(|&idx| plane.shape.distance_mm(&samples.position(idx))).collect();
     without_noise(samples, &plane.inliers, &residuals, band_width)

@@ -6,7 +6,7 @@ use rand::SeedableRng;
 use rand_pcg::Pcg64Mcg;
 use scanning::Cloud;
 
-use crate::fitting::features::{Found, Search, light_in_camera};
+use crate::fitting::features::{FeatureFit, Search, light_in_camera};
 use crate::fitting::fitness::findings;
 use crate::fitting::orders;
 use crate::fitting::sample::Samples;
@@ -21,9 +21,9 @@ use crate::measuring::systematic::Retriangulation;
 use crate::measuring::value::{FirstPoints, turn_rad, value};
 use crate::params::{COVERAGE_FACTOR, FOLD_SIGMAS, MAX_RADIUS_UNCERTAINTY, MIN_FEATURE_POINTS};
 
-/// A tool, with the side on which an angle is measured.
+/// The quantity to measure: a tool, and for an angle its side and axis.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Question {
+pub(crate) struct Measurand {
     pub(crate) tool: Tool,
     pub(crate) supplement: bool,
     /// Unit vector about which an angle is measured with its sign, so that it does not fold at 0°; if `None`, the angle
@@ -35,8 +35,8 @@ pub(crate) struct Question {
 ///
 /// `calibration`: the one the scan was made with. It determines the systematic part of the uncertainty and the position
 /// of the light source, which selects the points of a curved feature: without it the value of a sphere or a cylinder
-/// may differ within its uncertainty, the uncertainty is incomplete, and there is no verdict. The result depends on the
-/// arguments only, not on the number of threads or on the stage's zero.
+/// may differ within its uncertainty, the uncertainty is incomplete, and there is no verdict. The result depends
+/// neither on the number of threads nor on the stage's zero.
 ///
 /// # Errors
 /// [`MeasureError`]: no such feature, too few points, a radius that the points do not determine, or a calibration that
@@ -54,19 +54,19 @@ pub fn measure(
     let mut notes = Vec::new();
     let mut search = Search { samples: &samples, rng: Pcg64Mcg::seed_from_u64(request.seed) };
     let features = find(&mut search, request, &mut notes)?;
-    let (question, mut measured) = read_value(&samples, &features, request)?;
+    let (measurand, mut measured) = read_value(&samples, &features, request)?;
     let retriangulation =
         calibration.map(|calibration| Retriangulation::new(&samples, &features, calibration)).transpose()?;
-    let evaluate = |question: &Question, value: f64, notes: &mut Vec<String>| {
-        budget((&samples, &features), question, value, (calibration, retriangulation.as_ref()), notes)
+    let evaluate = |measurand: &Measurand, value: f64, notes: &mut Vec<String>| {
+        budget((&samples, &features), measurand, value, (calibration, retriangulation.as_ref()), notes)
             .ok_or(MeasureError::FeatureNotFound { feature: request.tool.name(), n_points: samples.len() })
     };
-    let mut budget = evaluate(&question, measured, &mut notes)?;
+    let mut budget = evaluate(&measurand, measured, &mut notes)?;
     let tilts_deg = tilts_deg(&features, request.tool);
     if request.tool == Tool::Angle {
-        let across = Question { turn: question.turn.map(|turn| second_axis(&features, &turn)), ..question };
+        let across = Measurand { turn: measurand.turn.map(|turn| second_axis(&features, &turn)), ..measurand };
         let other = evaluate(&across, measured, &mut Vec::new())?;
-        measured = unfolded(measured, &question, &mut budget, &other, &mut notes);
+        measured = unfolded(measured, &measurand, &mut budget, &other, &mut notes);
     }
     if request.tool == Tool::Flatness {
         let flatness = flatness(&samples, &features[0]);
@@ -83,7 +83,7 @@ pub fn measure(
         ));
     }
     let standard = budget.u_noise.hypot(budget.u_systematic.unwrap_or(0.0));
-    check_radius(&question, measured, standard)?;
+    check_radius(&measurand, measured, standard)?;
     describe(&features, &mut notes);
     let fitted: Vec<FittedFeature> = features.iter().map(|feature| fitted(&samples, feature)).collect();
     let findings = findings(&samples, &features, &fitted, &budget.expected_mm);
@@ -95,8 +95,9 @@ pub fn measure(
     let error = nominal.map(|nominal| measured - nominal);
     let (errors, per_order) = orders::table(&samples, request.tool, &features, nominal.unwrap_or(measured));
     let is_proven = budget.missing.is_empty() && findings.is_empty();
-    let judged =
-        |(error, tolerance)| judged(error, &Limits::symmetric(tolerance), expanded_uncertainty, is_proven);
+    let judged = |(error, tolerance)| {
+        verdict_if_proven(error, &Limits::symmetric(tolerance), expanded_uncertainty, is_proven)
+    };
     Ok(Measurement {
         tool: request.tool,
         features: fitted,
@@ -119,7 +120,7 @@ pub fn measure(
 }
 
 /// The verdict; decided only if `is_proven`: the uncertainty is complete and the model fits.
-pub(crate) fn judged(error: f64, limits: &Limits, uncertainty: f64, is_proven: bool) -> Verdict {
+pub(crate) fn verdict_if_proven(error: f64, limits: &Limits, uncertainty: f64, is_proven: bool) -> Verdict {
     if is_proven { verdict(error, limits, uncertainty) } else { Verdict::Undecided }
 }
 
@@ -136,9 +137,9 @@ fn check(request: &MeasureRequest) -> Result<(), MeasureError> {
 /// The value, and for an angle its side and axis.
 fn read_value(
     samples: &Samples,
-    features: &[Found],
+    features: &[FeatureFit],
     request: &MeasureRequest,
-) -> Result<(Question, f64), MeasureError> {
+) -> Result<(Measurand, f64), MeasureError> {
     let shapes: Vec<Shape> = features.iter().map(|f| f.shape).collect();
     let inliers = &features[0].inliers;
     let first = FirstPoints {
@@ -146,39 +147,39 @@ fn read_value(
         camera: samples.mean_camera(inliers),
     };
     let turn = (request.tool == Tool::Angle).then(|| axis_of_turn(features)).flatten();
-    let question = Question { tool: request.tool, supplement: false, turn };
-    let direct = value(&question, &shapes, &first)
+    let measurand = Measurand { tool: request.tool, supplement: false, turn };
+    let direct = value(&measurand, &shapes, &first)
         .ok_or(MeasureError::FeatureNotFound { feature: request.tool.name(), n_points: samples.len() })?;
     let mirrored = 180.0 - direct;
     let supplement = request.tool == Tool::Angle
         && request.nominal_mm.is_some_and(|nominal| (mirrored - nominal).abs() < (direct - nominal).abs());
-    Ok((Question { supplement, ..question }, if supplement { mirrored } else { direct }))
+    Ok((Measurand { supplement, ..measurand }, if supplement { mirrored } else { direct }))
 }
 
 /// The normals of two faces.
-fn normals(features: &[Found]) -> Option<(Vector3<f64>, Vector3<f64>)> {
+fn normals(features: &[FeatureFit]) -> Option<(Vector3<f64>, Vector3<f64>)> {
     match features {
         [
-            Found { shape: Shape::Plane { normal: a, .. }, .. },
-            Found { shape: Shape::Plane { normal: b, .. }, .. },
+            FeatureFit { shape: Shape::Plane { normal: a, .. }, .. },
+            FeatureFit { shape: Shape::Plane { normal: b, .. }, .. },
         ] => Some((*a, *b)),
         _ => None,
     }
 }
 
 /// The axis about which the second face is rotated relative to the first; any axis in the first if they are parallel.
-fn axis_of_turn(features: &[Found]) -> Option<Vector3<f64>> {
+fn axis_of_turn(features: &[FeatureFit]) -> Option<Vector3<f64>> {
     let (a, b) = normals(features)?;
     Some(turn_rad(&a, &b).try_normalize(f64::MIN_POSITIVE).unwrap_or_else(|| across(&a)[0]))
 }
 
 /// The axis in the first face perpendicular to the axis of rotation.
-fn second_axis(features: &[Found], turn: &Vector3<f64>) -> Vector3<f64> {
+fn second_axis(features: &[FeatureFit], turn: &Vector3<f64>) -> Vector3<f64> {
     normals(features).map_or(*turn, |(a, _)| a.cross(turn).normalize())
 }
 
 /// Rotation of the second face relative to the first about x and y of the part frame, degrees, signed.
-fn tilts_deg(features: &[Found], tool: Tool) -> Option<[f64; 2]> {
+fn tilts_deg(features: &[FeatureFit], tool: Tool) -> Option<[f64; 2]> {
     let (a, b) = normals(features).filter(|_| tool == Tool::Angle)?;
     let turn = turn_rad(&a, &b);
     Some([turn.x.to_degrees(), turn.y.to_degrees()])
@@ -186,10 +187,16 @@ fn tilts_deg(features: &[Found], tool: Tool) -> Option<[f64; 2]> {
 
 /// An angle near 0° corrected for noise, which can only increase it: √(θ² − u₁² − u₂²); its uncertainty is then the
 /// larger of those about the two axes.
-fn unfolded(angle: f64, question: &Question, budget: &mut Budget, other: &Budget, notes: &mut Vec<String>) -> f64 {
+fn unfolded(
+    angle: f64,
+    measurand: &Measurand,
+    budget: &mut Budget,
+    other: &Budget,
+    notes: &mut Vec<String>,
+) -> f64 {
     let square = |budget: &Budget| budget.u_noise.powi(2) + budget.u_systematic.unwrap_or(0.0).powi(2);
     let (along, across) = (square(budget), square(other));
-    let folded = if question.supplement { 180.0 - angle } else { angle };
+    let folded = if measurand.supplement { 180.0 - angle } else { angle };
     if folded * folded > FOLD_SIGMAS * FOLD_SIGMAS * (along + across) {
         return angle;
     }
@@ -197,16 +204,16 @@ fn unfolded(angle: f64, question: &Question, budget: &mut Budget, other: &Budget
         (budget.u_noise, budget.u_systematic) = (other.u_noise, other.u_systematic);
     }
     notes.push(format!(
-        "the faces are turned by {folded:.5}°, little more than the uncertainty, which can only make an angle larger; its \
-         share was taken out: see the tilts about x and y, which have a sign"
+        "the angle of {folded:.5}° is little larger than its uncertainty, which can only increase an angle; it was corrected \
+         for this bias: see the signed tilts about x and y"
     ));
     let without = (folded * folded - along - across).max(0.0).sqrt();
-    if question.supplement { 180.0 - without } else { without }
+    if measurand.supplement { 180.0 - without } else { without }
 }
 
 /// Refuses a radius that the points do not determine.
-fn check_radius(question: &Question, radius_mm: f64, standard_mm: f64) -> Result<(), MeasureError> {
-    let is_radius = matches!(question.tool, Tool::Sphere | Tool::Cylinder);
+fn check_radius(measurand: &Measurand, radius_mm: f64, standard_mm: f64) -> Result<(), MeasureError> {
+    let is_radius = matches!(measurand.tool, Tool::Sphere | Tool::Cylinder);
     if is_radius && standard_mm > MAX_RADIUS_UNCERTAINTY * radius_mm {
         return Err(MeasureError::RadiusUndetermined { radius_mm, u_mm: standard_mm });
     }
@@ -214,13 +221,13 @@ fn check_radius(question: &Question, radius_mm: f64, standard_mm: f64) -> Result
 }
 
 /// Adds notes on the features.
-fn describe(features: &[Found], notes: &mut Vec<String>) {
+fn describe(features: &[FeatureFit], notes: &mut Vec<String>) {
     for feature in features.iter().filter(|feature| !feature.border_trimmed) {
-        notes.push(format!("{}: too small or too coarsely sampled to leave its border out", feature.role));
+        notes.push(format!("{}: too small or too coarsely sampled to exclude its border", feature.role));
     }
 }
 
-pub(crate) fn fitted(samples: &Samples, feature: &Found) -> FittedFeature {
+pub(crate) fn fitted(samples: &Samples, feature: &FeatureFit) -> FittedFeature {
     let square: f64 =
         feature.inliers.iter().map(|&idx| feature.shape.distance_mm(&samples.position(idx)).powi(2)).sum();
     FittedFeature {
@@ -240,7 +247,7 @@ mod tests {
 
     #[test]
     fn a_radius_known_worse_than_to_a_tenth_is_refused() {
-        let asks = |tool| Question { tool, supplement: false, turn: None };
+        let asks = |tool| Measurand { tool, supplement: false, turn: None };
         assert!(check_radius(&asks(Tool::Sphere), 20.0, 1.9).is_ok());
         let refused = check_radius(&asks(Tool::Cylinder), 20.0, 2.1);
         assert!(matches!(refused, Err(MeasureError::RadiusUndetermined { .. })), "{refused:?}");

@@ -1,13 +1,13 @@
-//! What an uncertainty should hold and the cloud or its calibration does not say (`docs/maths/metrology.md`, table of parts).
+//! Uncertainty contributions that the cloud and its calibration do not state (`docs/maths/metrology.md`, table of parts).
 
 use optics::Calibration;
 
 use crate::fitting::sample::Samples;
-use crate::interface::doubts::Missing;
+use crate::interface::findings::Missing;
 use crate::measuring::temperature::wavelength_drift;
 
-/// What is missing whatever is measured; `is_along_travel`: whether the stage may have had to carry the part from one place
-/// of the value to another.
+/// Contributions that are missing regardless of the feature; `is_along_travel`: whether the value may extend along the
+/// travel of the stage.
 pub(crate) fn missing(
     samples: &Samples,
     calibration: Option<&Calibration>,

@@ -1,4 +1,4 @@
-//! From a fitted shape to a value with its uncertainty.
+//! Values of fitted shapes with their uncertainty.
 pub(crate) mod budget;
 pub(crate) mod find;
 pub(crate) mod form;

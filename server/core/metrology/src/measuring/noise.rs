@@ -9,12 +9,12 @@ use optics::{RotaryAxis, Stage};
 use scanning::Cloud;
 use statistics::median;
 
-use crate::fitting::features::Found;
+use crate::fitting::features::FeatureFit;
 use crate::fitting::fit::{Matrix, Vector, covariance};
 use crate::fitting::robust::Near;
 use crate::fitting::sample::Samples;
 use crate::interface::shape::{MAX_PARAMETERS, Shape};
-use crate::measuring::measure::Question;
+use crate::measuring::measure::Measurand;
 use crate::measuring::value::{FirstPoints, value};
 use crate::params::{NOISE_CORRELATION_KEY, NOISE_CORRELATION_PX, SPECKLE_SUM};
 
@@ -54,7 +54,7 @@ pub(crate) fn redundancy(samples: &Samples, inliers: &[u32]) -> f64 {
         .filter_map(|pair| spacing_px(samples, pair[0], pair[1]).filter(|px| *px > 0.0))
         .collect();
     let spacing_px = median(&mut spacings).unwrap_or(1.0);
-    (correlation_px(samples.cloud) / spacing_px).max(1.0) * along_travel(samples, inliers)
+    (correlation_px(samples.cloud) / spacing_px).max(1.0) * speckle_redundancy(samples, inliers)
 }
 
 /// Distance of two points of one line in the image, px; `None` if they are on different lines.
@@ -65,7 +65,7 @@ pub(crate) fn spacing_px(samples: &Samples, first: u32, second: u32) -> Option<f
 }
 
 /// Number of frames with the same speckle; 1 if the stage's steps or the sheet's thickness are unknown.
-pub(crate) fn along_travel(samples: &Samples, inliers: &[u32]) -> f64 {
+pub(crate) fn speckle_redundancy(samples: &Samples, inliers: &[u32]) -> f64 {
     let (Some(stage), Some(line_sigma_mm)) = (&samples.stage, samples.line_sigma_mm) else { return 1.0 };
     let positions = stage.positions.iter().map(|position| position.value());
     let (low, high) =
@@ -79,8 +79,7 @@ pub(crate) fn along_travel(samples: &Samples, inliers: &[u32]) -> f64 {
     if n_frames < 2.0 { 1.0 } else { of_one.clamp(1.0, n_frames) }
 }
 
-/// Median distance of the points from the rotation axis, which passes through the part frame where it passes through
-/// the camera frame.
+/// Median distance of the points from the rotation axis, which is the same in the part and camera frames.
 fn radius_mm(axis: &RotaryAxis, samples: &Samples, inliers: &[u32]) -> f64 {
     let mut radii: Vec<f64> = inliers.iter().map(|&idx| axis.radius_mm(&samples.position(idx))).collect();
     median(&mut radii).unwrap_or(0.0)
@@ -89,8 +88,8 @@ fn radius_mm(axis: &RotaryAxis, samples: &Samples, inliers: &[u32]) -> f64 {
 /// Propagates the noise of the points to the value of a tool.
 pub(crate) fn propagate(
     samples: &Samples,
-    question: &Question,
-    features: &[Found],
+    measurand: &Measurand,
+    features: &[FeatureFit],
     noises: &[FeatureNoise],
 ) -> Option<NoiseResult> {
     let mut variance = 0.0;
@@ -101,14 +100,14 @@ pub(crate) fn propagate(
             shape_covariance(samples, (&feature.inliers, &feature.inliers), &feature.shape, noise);
         expected_mm.push(expected);
         ratio = ratio.max(birge);
-        let gradient = value_gradient(samples, question, features, idx)?;
+        let gradient = value_gradient(samples, measurand, features, idx)?;
         variance += gradient.dot(&(covariance? * gradient));
     }
     Some(NoiseResult { standard_uncertainty: variance.max(0.0).sqrt(), ratio, expected_mm })
 }
 
 /// Covariance of a shape's parameters from the noise of its points, the ratio of residuals to predicted noise, and the RMS
-/// along the normal that the noise predicts, mm. `few`: those of `inliers` that are looked at, each with its `noise`.
+/// along the normal predicted from the noise, mm. `few`: the subset of `inliers` that is evaluated, each with its `noise`.
 pub(crate) fn shape_covariance(
     samples: &Samples,
     (inliers, few): (&[u32], &[u32]),
@@ -131,7 +130,12 @@ pub(crate) fn shape_covariance(
     (covariance(shape, &Near { samples, indices: few, shape }, &variances), birge, expected_mm)
 }
 
-fn value_gradient(samples: &Samples, question: &Question, features: &[Found], moved: usize) -> Option<Vector> {
+fn value_gradient(
+    samples: &Samples,
+    measurand: &Measurand,
+    features: &[FeatureFit],
+    moved: usize,
+) -> Option<Vector> {
     let first = FirstPoints { positions: Vec::new(), camera: samples.mean_camera(&features[0].inliers) };
     let mut shapes: Vec<Shape> = features.iter().map(|f| f.shape).collect();
     let mut gradient = Vector::zeros();
@@ -140,7 +144,7 @@ fn value_gradient(samples: &Samples, question: &Question, features: &[Found], mo
             let mut step = [0.0; MAX_PARAMETERS];
             step[parameter] = size;
             shapes[moved] = features[moved].shape.stepped(&step);
-            value(question, &shapes, &first)
+            value(measurand, &shapes, &first)
         };
         gradient[parameter] = (at(DERIVATIVE_STEP)? - at(-DERIVATIVE_STEP)?) / (2.0 * DERIVATIVE_STEP);
     }

@@ -9,14 +9,14 @@ use optics::{Calibration, CameraFrame, PointMm, Stage, StagePosition};
 use rayon::prelude::*;
 use statistics::median;
 
-use crate::fitting::features::Found;
+use crate::fitting::features::FeatureFit;
 use crate::fitting::fit::{Points as _, Weighted, fit};
 use crate::fitting::footprint::footprint_mm;
 use crate::fitting::robust::Near;
 use crate::fitting::sample::{Samples, thinned};
 use crate::interface::request::{MeasureError, Tool};
 use crate::interface::shape::Shape;
-use crate::measuring::measure::Question;
+use crate::measuring::measure::Measurand;
 use crate::measuring::noise::FeatureNoise;
 use crate::measuring::temperature::wavelength_drift;
 use crate::measuring::value::{FirstPoints, value};
@@ -73,7 +73,7 @@ impl<'a> Retriangulation<'a> {
     /// [`MeasureError::CalibrationMismatch`].
     pub(crate) fn new(
         samples: &Samples,
-        features: &[Found],
+        features: &[FeatureFit],
         calibration: &'a Calibration,
     ) -> Result<Self, MeasureError> {
         let sets: Vec<(&[u32], &Shape)> =
@@ -81,7 +81,7 @@ impl<'a> Retriangulation<'a> {
         Self::of_sets(samples, &sets, SYSTEMATIC_POINTS / features.len().max(1), calibration)
     }
 
-    /// The same for sets of points, each near a shape, at most `limit` of each.
+    /// As [`Self::new`], for sets of points near a shape, at most `limit` points of each.
     ///
     /// # Errors
     /// [`MeasureError::CalibrationMismatch`].
@@ -128,8 +128,8 @@ impl<'a> Retriangulation<'a> {
         Ok(Self { calibration, features, nodes_middle_mm, carried_to_middle: direction * middle_mm })
     }
 
-    /// The noise part of every inlier's σ: the rest after the calibration's own part at the nearest triangulated point
-    /// of the same order.
+    /// The noise part of every inlier's σ: the remainder after the calibration's contribution at the nearest triangulated
+    /// point of the same order.
     pub(crate) fn noise_of(&self, samples: &Samples, feature_idx: usize, inliers: &[u32]) -> FeatureNoise {
         let mut by_order: std::collections::BTreeMap<i8, Vec<(u32, f64)>> = std::collections::BTreeMap::new();
         for p in &self.features[feature_idx] {
@@ -154,10 +154,14 @@ impl<'a> Retriangulation<'a> {
 
     /// Standard uncertainty of the value from the calibration's covariance and the thermal drift of the light, and the
     /// number of modes that gave no value.
-    pub(crate) fn standard_uncertainty(&self, question: &Question, features: &[Found]) -> Option<(f64, usize)> {
+    pub(crate) fn standard_uncertainty(
+        &self,
+        measurand: &Measurand,
+        features: &[FeatureFit],
+    ) -> Option<(f64, usize)> {
         let shapes: Vec<Shape> = features.iter().map(|f| f.shape).collect();
         let seen = |calibration: &Calibration| {
-            self.value_with(question, &shapes, calibration, |p, _| self.part_position(calibration, p))
+            self.value_with(measurand, &shapes, calibration, |p, _| self.part_position(calibration, p))
         };
         let base = seen(self.calibration)?;
         let squares: Vec<Option<f64>> = self
@@ -172,7 +176,7 @@ impl<'a> Retriangulation<'a> {
         Some((squares.into_iter().flatten().sum::<f64>().sqrt(), failed))
     }
 
-    /// The calibration one σ to either side along every mode of its covariance, and warmer and colder.
+    /// The calibration displaced by ±1 σ along every mode of its covariance, and by ±1 σ of temperature.
     pub(crate) fn variants(&self) -> Vec<[Calibration; 2]> {
         let stepped = |mode: &Vec<f64>| {
             let back: Vec<f64> = mode.iter().map(|step| -step).collect();
@@ -187,7 +191,7 @@ impl<'a> Retriangulation<'a> {
         &self.features[set]
     }
 
-    /// The calibration as it is.
+    /// The unperturbed calibration.
     pub(crate) fn calibration(&self) -> &'a Calibration {
         self.calibration
     }
@@ -196,14 +200,14 @@ impl<'a> Retriangulation<'a> {
     /// thickness ([`footprint_mm`]); 0 for flat features.
     pub(crate) fn line_width_uncertainty(
         &self,
-        question: &Question,
-        features: &[Found],
+        measurand: &Measurand,
+        features: &[FeatureFit],
         line_sigma_mm: f64,
     ) -> Option<f64> {
         let shapes: Vec<Shape> = features.iter().map(|f| f.shape).collect();
         let as_seen =
-            self.value_with(question, &shapes, self.calibration, |p, _| self.part_position(self.calibration, p))?;
-        let pulled = self.value_with(question, &shapes, self.calibration, |p, shape| {
+            self.value_with(measurand, &shapes, self.calibration, |p, _| self.part_position(self.calibration, p))?;
+        let pulled = self.value_with(measurand, &shapes, self.calibration, |p, shape| {
             let position = self.part_position(self.calibration, p)?;
             let pull = footprint_mm(shape, &position, &p.ray, &p.sheet_normal, line_sigma_mm);
             Some(position + shape.normal_at(&position) * pull)
@@ -215,7 +219,7 @@ impl<'a> Retriangulation<'a> {
     /// camera's position.
     fn value_with(
         &self,
-        question: &Question,
+        measurand: &Measurand,
         shapes: &[Shape],
         calibration: &Calibration,
         place: impl Fn(&Pixel, &Shape) -> Option<Vector3<f64>>,
@@ -226,7 +230,7 @@ impl<'a> Retriangulation<'a> {
             let points: Vec<Weighted> = pixels
                 .iter()
                 .filter_map(|p| {
-                    let weight = if question.tool == Tool::Flatness { 1.0 } else { p.weight };
+                    let weight = if measurand.tool == Tool::Flatness { 1.0 } else { p.weight };
                     Some(Weighted { position: place(p, shape)?, ray: p.ray, weight })
                 })
                 .collect();
@@ -237,7 +241,7 @@ impl<'a> Retriangulation<'a> {
             positions: first_positions?,
             camera: self.mean_camera(calibration, self.features.first()?),
         };
-        value(question, &refitted, &first)
+        value(measurand, &refitted, &first)
     }
 
     /// Position of a pixel's point under a calibration, part frame.

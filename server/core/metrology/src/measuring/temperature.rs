@@ -50,7 +50,7 @@ mod tests {
     use crate::tests::station::station;
 
     #[test]
-    fn planes_turn_about_their_common_line_in_proportion_to_their_order() {
+    fn planes_rotate_about_their_common_line_in_proportion_to_their_order() {
         let station = station();
         let [warm, cold] = wavelength_drift(&station).unwrap();
         let planes = |calibration: &Calibration| match &calibration.light {

@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 
 use crate::interface::request::Tool;
 use crate::interface::shape::Shape;
-use crate::measuring::measure::Question;
+use crate::measuring::measure::Measurand;
 use crate::params::FLATNESS_SHARE;
 
 /// Data of the first shape's points, part frame.
@@ -15,10 +15,10 @@ pub(crate) struct FirstPoints {
     pub(crate) camera: Vector3<f64>,
 }
 
-/// The value of a tool (mm, or degrees for `angle`, on the question's side); independent of the origin of the part
+/// The value of a tool (mm, or degrees for `angle`, on the measurand's side); independent of the origin of the part
 /// frame. `None` if the shapes do not fit the tool.
-pub(crate) fn value(question: &Question, shapes: &[Shape], first: &FirstPoints) -> Option<f64> {
-    match (question.tool, shapes) {
+pub(crate) fn value(measurand: &Measurand, shapes: &[Shape], first: &FirstPoints) -> Option<f64> {
+    match (measurand.tool, shapes) {
         (Tool::Plane, [plane @ Shape::Plane { .. }]) => Some(plane.distance_mm(&first.camera).abs()),
         (Tool::Sphere, [Shape::Sphere { radius_mm, .. }]) => Some(*radius_mm),
         (Tool::Cylinder, [Shape::Cylinder { radius_mm, .. }]) => Some(*radius_mm),
@@ -32,8 +32,8 @@ pub(crate) fn value(question: &Question, shapes: &[Shape], first: &FirstPoints) 
         ) => Some((first.distance_mm(b).abs() + second.distance_mm(a).abs()) / 2.0),
         (Tool::Angle, [Shape::Plane { normal: a, .. }, Shape::Plane { normal: b, .. }]) => {
             let turn = turn_rad(a, b);
-            let angle = question.turn.map_or(turn.norm(), |about| turn.dot(&about)).to_degrees();
-            Some(if question.supplement { 180.0 - angle } else { angle })
+            let angle = measurand.turn.map_or(turn.norm(), |about| turn.dot(&about)).to_degrees();
+            Some(if measurand.supplement { 180.0 - angle } else { angle })
         }
         (Tool::Flatness, [plane @ Shape::Plane { .. }]) => {
             let mut residuals: Vec<f64> = first.positions.iter().map(|p| plane.distance_mm(p)).collect();

@@ -11,14 +11,14 @@ use crate::interface::measurement::Unit;
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Characteristic {
-    /// Its name within the plan, and in every result.
+    /// Its name in the plan and in every result.
     pub id: String,
     /// What is measured.
     pub measure: Measure,
-    /// The value a length should have, mm. Forms and positions have 0.
+    /// Nominal length, mm; 0 for forms and positions.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub nominal_mm: Option<f64>,
-    /// The value an angle should have, degrees.
+    /// Nominal angle, degrees.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub nominal_deg: Option<f64>,
     /// Smallest permitted deviation from nominal, in the unit of the value; no limit below if null.
@@ -27,7 +27,7 @@ pub struct Characteristic {
     /// Largest permitted deviation from nominal; no limit above if null.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub upper: Option<f64>,
-    /// Handed on to the result as they are.
+    /// Copied to the result unchanged.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub attributes: BTreeMap<String, serde_json::Value>,
 }
@@ -45,7 +45,7 @@ pub enum Axis {
 }
 
 impl Axis {
-    /// Its place among the coordinates.
+    /// Its index among the coordinates.
     pub fn idx(self) -> usize {
         match self {
             Self::X => 0,
@@ -55,72 +55,72 @@ impl Axis {
     }
 }
 
-/// What is measured; `of`, `from` and the like name features.
+/// What is measured; `of`, `from` and similar fields name features.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "type", rename_all = "snake_case", deny_unknown_fields)]
 pub enum Measure {
-    /// Two planes: mean of the two distances from the centre of one to the other. Plane and point: along the plane's
-    /// normal, with its sign. Lines and points: the shortest.
+    /// Two planes: mean of the two distances from the centre of one to the other. Plane and point: signed, along the plane's
+    /// normal. Lines and points: the shortest distance.
     Distance {
         /// The first feature.
         from: String,
         /// The second.
         to: String,
-        /// Along this axis of the datum frame, with its sign, instead.
+        /// If given, the signed distance along this axis of the datum frame.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         along: Option<Axis>,
     },
-    /// Height of the centre of one plane over another, below zero for a pocket.
+    /// Height of the centre of one plane above another, negative for a pocket.
     Step {
         /// The plane measured from.
         base: String,
         /// The plane measured.
         top: String,
     },
-    /// Between normals of planes and directions of lines, degrees.
+    /// Angle between normals of planes and directions of lines, degrees.
     Angle {
         /// The first feature.
         from: String,
         /// The second.
         to: String,
-        /// As the turn about this axis of the datum frame, with its sign, instead.
+        /// If given, the signed rotation about this axis of the datum frame.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         about: Option<Axis>,
     },
-    /// Of a sphere, cylinder or circle.
+    /// Diameter of a sphere, cylinder or circle.
     Diameter {
         /// The feature.
         of: String,
     },
-    /// Of a sphere, cylinder or circle.
+    /// Radius of a sphere, cylinder or circle.
     Radius {
         /// The feature.
         of: String,
     },
-    /// A coordinate of a point or of a centre in the datum frame.
+    /// A coordinate of a point or centre in the datum frame.
     Coordinate {
         /// The feature.
         of: String,
         /// Which coordinate.
         axis: Axis,
     },
-    /// Twice the distance of a point or centre from where it should be in the datum frame.
+    /// Twice the distance of a point or centre from its nominal position in the datum frame.
     Position {
         /// The feature.
         of: String,
-        /// Where it should be, mm; null along an axis that does not count.
+        /// Nominal position, mm; null along axes without tolerance.
         at_mm: [Option<f64>; 3],
     },
     /// Range of a plane's points along the normal of another plane.
     Parallelism {
-        /// The plane judged.
+        /// The toleranced plane.
         of: String,
         /// The datum.
         to: String,
     },
-    /// Range of a plane's points along the direction at right angles to the datum's normal that fits them best.
+    /// Range of a plane's points along the best-fitting direction perpendicular to the datum's normal.
     Perpendicularity {
-        /// The plane judged.
+        /// The toleranced plane.
         of: String,
         /// The datum.
         to: String,
@@ -135,7 +135,7 @@ pub enum Measure {
         /// The section.
         of: String,
     },
-    /// Between two rims along the reference surface and across the seam.
+    /// Distance between two rims, along the reference surface and across the seam.
     Gap {
         /// The rim it is measured from: an edge, a line, or a cylinder (a rolled edge).
         from: String,
@@ -144,13 +144,13 @@ pub enum Measure {
         /// The reference plane.
         surface: String,
     },
-    /// How far one surface stands above another at its rim.
+    /// Height of one surface above another at its rim.
     Flush {
         /// The reference plane.
         reference: String,
         /// The plane measured.
         surface: String,
-        /// Its rim at the seam, an edge, a line or a cylinder; without it the centre of its points.
+        /// Its rim at the seam (an edge, a line or a cylinder); the centre of its points if absent.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         at: Option<String>,
     },
@@ -174,7 +174,7 @@ pub enum Measure {
 }
 
 impl Measure {
-    /// Its word in documents and results.
+    /// Its name in documents and results.
     pub fn name(&self) -> &'static str {
         match self {
             Self::Distance { .. } => "distance",
@@ -201,7 +201,7 @@ impl Measure {
         if matches!(self, Self::Angle { .. }) { Unit::Degree } else { Unit::Mm }
     }
 
-    /// The features it is measured on.
+    /// The features it refers to.
     pub fn features(&self) -> Vec<&str> {
         match self {
             Self::Distance { from, to, .. } | Self::Angle { from, to, .. } => vec![from, to],
@@ -224,7 +224,7 @@ impl Measure {
     }
 
     /// Whether its value depends on the datum frame.
-    pub fn is_in_part_frame(&self) -> bool {
+    pub fn needs_datum_frame(&self) -> bool {
         matches!(
             self,
             Self::Distance { along: Some(_), .. }
@@ -235,8 +235,8 @@ impl Measure {
         )
     }
 
-    /// Whether its value is a length between places that the stage may have had to carry into the light.
-    pub fn is_between_places(&self) -> bool {
+    /// Whether its value is a length that may extend along the travel of the stage.
+    pub fn may_span_travel(&self) -> bool {
         matches!(
             self,
             Self::Distance { .. }
@@ -247,7 +247,7 @@ impl Measure {
         )
     }
 
-    /// Whether its value is how far something is from what it should be: nominal 0, never below, judged from above.
+    /// Whether its value is an unsigned deviation from nominal: nominal 0, only an upper limit.
     pub fn is_deviation(&self) -> bool {
         matches!(
             self,

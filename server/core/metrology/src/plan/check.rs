@@ -1,4 +1,4 @@
-//! Whether the parts of a plan fit together, and the plan with places instead of names.
+//! Consistency checks of a plan.
 
 use std::borrow::Cow;
 
@@ -13,9 +13,9 @@ use crate::plan::feature::{FeatureShape, LineOf, PointOf, Selection};
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[error("{pointer}: {detail}")]
 pub struct PlanError {
-    /// The place in the document, as a JSON pointer.
+    /// JSON pointer to the invalid part of the document.
     pub pointer: String,
-    /// What is wrong there.
+    /// What is wrong.
     pub detail: String,
     remedy: &'static str,
 }
@@ -26,7 +26,7 @@ impl Remedy for PlanError {
     }
 }
 
-/// What a feature can serve as.
+/// The kind of geometry that a feature provides.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Kind {
     Plane,
@@ -48,10 +48,10 @@ fn kind(shape: &FeatureShape) -> Kind {
 }
 
 impl Plan {
-    /// Checks that every name is known, every feature of the right kind, every limit in its unit.
+    /// Checks that every name is known, every feature of the right kind, and every limit in the right unit.
     ///
     /// # Errors
-    /// [`PlanError`] with the first place that is wrong.
+    /// [`PlanError`] for the first invalid part.
     pub fn check(&self) -> Result<(), PlanError> {
         for (idx, feature) in self.features.iter().enumerate() {
             self.check_feature(idx, &feature.id, &feature.shape)?;
@@ -70,7 +70,7 @@ impl Plan {
                 return Err(error(
                     "/alignment".into(),
                     "three different features are needed".into(),
-                    "name three",
+                    "name three different features",
                 ));
             }
         }
@@ -80,7 +80,7 @@ impl Plan {
         Ok(())
     }
 
-    /// The place of a feature.
+    /// Index of a feature.
     pub(crate) fn feature_idx(&self, id: &str) -> Option<usize> {
         self.features.iter().position(|feature| feature.id == id)
     }
@@ -93,7 +93,11 @@ impl Plan {
         allowed: &[Kind],
     ) -> Result<(), PlanError> {
         let idx = self.feature_idx(id).filter(|idx| *idx < before).ok_or_else(|| {
-            error(pointer(), format!("there is no feature \"{id}\" above this one"), "name a feature further up")
+            error(
+                pointer(),
+                format!("there is no feature \"{id}\" above this one"),
+                "name a feature defined further up",
+            )
         })?;
         let shape = &self.features[idx].shape;
         if allowed.contains(&kind(shape)) {
@@ -101,7 +105,7 @@ impl Plan {
         }
         Err(error(
             pointer(),
-            format!("\"{id}\" is a {}, which does not serve here", shape.name()),
+            format!("\"{id}\" is a {}, which cannot be used here", shape.name()),
             "name another feature",
         ))
     }
@@ -111,8 +115,8 @@ impl Plan {
         if id.is_empty() || self.feature_idx(id) != Some(idx) {
             return Err(error(
                 at("/id"),
-                format!("\"{id}\" is empty or taken"),
-                "give every feature a name of its own",
+                format!("\"{id}\" is empty or already used"),
+                "give every feature a unique name",
             ));
         }
         if let Some(fault) = shape.selection().and_then(fault_of) {
@@ -124,7 +128,7 @@ impl Plan {
             FeatureShape::Sphere { radius_mm, .. } | FeatureShape::Cylinder { radius_mm, .. } => match radius_mm {
                 Some(radius_mm) if !(radius_mm.is_finite() && *radius_mm > 0.0) => Err(error(
                     at("/shape/radius_mm"),
-                    format!("{radius_mm} is no radius"),
+                    format!("{radius_mm} is not a valid radius"),
                     "give a number above 0",
                 )),
                 _ => Ok(()),
@@ -139,7 +143,7 @@ impl Plan {
                     && contour_mm.len() >= 2
                     && x.cross(&y).norm() > 0.9 * x.norm() * y.norm()
                     && x.norm() > 0.0;
-                let fault = "a contour needs two corners and two directions at right angles";
+                let fault = "a contour needs at least two corners and two perpendicular directions";
                 if is_good { Ok(()) } else { Err(error(at("/shape"), fault.into(), "correct the numbers")) }
             }
             FeatureShape::Line { of } => match of {
@@ -183,8 +187,8 @@ impl Plan {
         if id.is_empty() || self.characteristics.iter().position(|other| other.id == *id) != Some(idx) {
             return Err(error(
                 at("/id"),
-                format!("\"{id}\" is empty or taken"),
-                "give every characteristic a name of its own",
+                format!("\"{id}\" is empty or already used"),
+                "give every characteristic a unique name",
             ));
         }
         let needs = |id: &str, allowed: &[Kind]| self.kind_of(id, self.features.len(), || at("/measure"), allowed);
@@ -223,9 +227,13 @@ impl Plan {
         if let Measure::Position { at_mm, .. } = measure
             && !(at_mm.iter().any(Option::is_some) && at_mm.iter().flatten().all(|mm| mm.is_finite()))
         {
-            return Err(error(at("/measure/at_mm"), "no place to be at".into(), "give one coordinate or more"));
+            return Err(error(
+                at("/measure/at_mm"),
+                "no nominal coordinate".into(),
+                "give at least one coordinate",
+            ));
         }
-        if measure.is_in_part_frame() && self.alignment.is_none() {
+        if measure.needs_datum_frame() && self.alignment.is_none() {
             return Err(error(at("/measure"), "there is no datum frame to measure in".into(), "add an alignment"));
         }
         check_limits(characteristic, at)
@@ -236,11 +244,11 @@ impl Plan {
         if allowed.contains(&name) {
             return Ok(());
         }
-        Err(error(pointer, format!("\"{id}\" is a {name}, which has no such size"), "name another feature"))
+        Err(error(pointer, format!("\"{id}\" is a {name}, which has no such dimension"), "name another feature"))
     }
 }
 
-/// Nominal and limits: in the right unit, in order, and about something.
+/// Checks nominal and limits: right unit, finite, in order, with a nominal.
 fn check_limits(characteristic: &Characteristic, at: impl Fn(&str) -> String) -> Result<(), PlanError> {
     let Characteristic { measure, nominal_mm, nominal_deg, lower, upper, .. } = characteristic;
     let (wrong, place) = match measure.unit() {
@@ -262,13 +270,13 @@ fn check_limits(characteristic: &Characteristic, at: impl Fn(&str) -> String) ->
             || upper.is_some_and(|upper| upper <= 0.0)
         {
             let detail = format!("a {} is never below 0, which is its nominal", measure.name());
-            return Err(error(at(""), detail, "give an upper limit above 0 alone"));
+            return Err(error(at(""), detail, "give only an upper limit, above 0"));
         }
     } else if has_limits && nominal_mm.or(*nominal_deg).is_none() {
-        return Err(error(at(""), "limits need a nominal".into(), "give the nominal too"));
+        return Err(error(at(""), "limits need a nominal".into(), "give the nominal value"));
     }
     if lower.zip(*upper).is_some_and(|(lower, upper)| lower >= upper) {
-        return Err(error(at("/lower"), "the lower limit is not below the upper one".into(), "exchange them"));
+        return Err(error(at("/lower"), "the lower limit is not below the upper one".into(), "swap the limits"));
     }
     Ok(())
 }

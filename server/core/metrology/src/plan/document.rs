@@ -20,24 +20,24 @@ pub enum PlanFormat {
     V1,
 }
 
-/// Features, the alignment that makes a part's frame of some of them, and the characteristics judged in it.
+/// Features, the alignment that defines the datum frame by some of them, and the characteristics evaluated in it.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Plan {
     /// Version of this document.
     pub format: PlanFormat,
-    /// What people call it.
+    /// Display name.
     #[serde(default, skip_serializing_if = "String::is_empty")]
     pub name: String,
     /// Seed of the random choices of the search; the same seed gives the same result.
     #[serde(default = "first_seed")]
     pub seed: u64,
-    /// What is fitted to the cloud; a feature rests on features above it.
+    /// Features of the part; a feature may depend on features above it.
     pub features: Vec<Feature>,
-    /// How the part lies; without it the datum frame is the frame of the scan.
+    /// Alignment of the part; without it, regions and directions are in the frame of the scan.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub alignment: Option<Alignment>,
-    /// What is measured and judged.
+    /// Characteristics to measure and judge.
     pub characteristics: Vec<Characteristic>,
 }
 
@@ -45,17 +45,17 @@ fn first_seed() -> u64 {
     1
 }
 
-/// A plan that is no plan.
+/// Why a document is not a valid plan.
 #[derive(Debug, thiserror::Error)]
 pub enum PlanDocumentError {
-    /// No JSON, or not of this form.
+    /// It is not JSON, or does not match the schema.
     #[error("the plan cannot be read")]
     Json {
-        /// Where and why.
+        /// The cause, with line and column.
         #[source]
         cause: serde_json::Error,
     },
-    /// Its parts do not fit together.
+    /// It is inconsistent.
     #[error(transparent)]
     Plan(#[from] PlanError),
 }
@@ -70,7 +70,7 @@ impl Remedy for PlanDocumentError {
 }
 
 impl Plan {
-    /// Reads a plan and checks that its parts fit together.
+    /// Reads a plan and checks its consistency.
     ///
     /// # Errors
     /// [`PlanDocumentError`] with the line and column, or the part of the plan that is wrong.

@@ -1,4 +1,4 @@
-//! What is fitted to a cloud, or made of what was fitted.
+//! Features: fitted to a cloud, or constructed from other features.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -11,68 +11,68 @@ use crate::interface::region::Region;
 pub struct Feature {
     /// Its name within the plan.
     pub id: String,
-    /// What it is.
+    /// Its type and parameters.
     pub shape: FeatureShape,
 }
 
-/// The points a feature is looked for in; all if nothing is said.
+/// The points in which a feature is searched; all by default.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Selection {
-    /// Where: in the frame of the scan for features the alignment rests on, in the datum frame for all others.
+    /// Region: in the frame of the scan for features the alignment depends on, in the datum frame for all others.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub region: Option<Region>,
-    /// Of these diffraction orders alone; of all if empty.
+    /// Only points of these diffraction orders; all if empty.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub orders: Vec<i8>,
-    /// Only where the surface faces this way.
+    /// Only points where the surface faces this direction.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub facing: Option<Facing>,
 }
 
-/// A range of directions of the surface's normal, which looks to the camera.
+/// A range of directions of the surface normal, which points towards the camera.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Facing {
-    /// The middle direction, of any length, in the frame of the region.
+    /// The central direction, of any length, in the frame of the region.
     pub normal: [f64; 3],
     /// Largest angle from it, degrees.
     pub within_deg: f64,
 }
 
-/// Shapes, and what is made of them.
+/// Fitted shapes and constructed features.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "type", rename_all = "snake_case", deny_unknown_fields)]
 pub enum FeatureShape {
     /// The plane with the most points.
     Plane {
-        /// Where.
+        /// Points to search.
         #[serde(default)]
         select: Selection,
     },
     /// The sphere with the most points.
     Sphere {
-        /// Where.
+        /// Points to search.
         #[serde(default)]
         select: Selection,
-        /// A hint which is meant, mm; never a bias.
+        /// Approximate radius to select the feature, mm; it does not bias the result.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         radius_mm: Option<f64>,
     },
     /// The cylinder with the most points.
     Cylinder {
-        /// Where.
+        /// Points to search.
         #[serde(default)]
         select: Selection,
-        /// A hint which is meant, mm; never a bias.
+        /// Approximate radius to select the feature, mm; it does not bias the result.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         radius_mm: Option<f64>,
     },
-    /// A round hole in a plane, or the round rim of one: the circle through the places where lines cross the rim.
+    /// A round hole in a plane, or the round rim of a plane: the circle through the points where laser lines cross the rim.
     Circle {
         /// The plane around (or inside) it.
         plane: String,
-        /// Where; must hold the rim and a strip of the plane along it.
+        /// Points to search; must contain the rim and a strip of the plane along it.
         #[serde(default)]
         select: Selection,
     },
@@ -80,49 +80,49 @@ pub enum FeatureShape {
     Slot {
         /// The plane around it.
         plane: String,
-        /// Where; must hold the rim and a strip of the plane along it.
+        /// Points to search; must contain the rim and a strip of the plane along it.
         #[serde(default)]
         select: Selection,
     },
-    /// A straight rim of a plane; it runs with the plane on its left, seen from the camera's side.
+    /// A straight rim of a plane; the plane is on its left, seen from the camera.
     Edge {
         /// The plane that ends there.
         plane: String,
-        /// Where; must hold the rim and a strip of the plane along it.
+        /// Points to search; must contain the rim and a strip of the plane along it.
         #[serde(default)]
         select: Selection,
     },
-    /// Points near a cut through the part, to be compared with the contour they should have.
+    /// Points near a cut through the part, compared with a nominal contour.
     Section {
-        /// Where: a slice about the cut.
+        /// Points to search: a slice about the cut.
         #[serde(default)]
         select: Selection,
         /// Origin of the contour's coordinates, mm, datum frame.
         origin_mm: [f64; 3],
         /// Direction of the contour's first coordinate.
         x: [f64; 3],
-        /// Direction of its second one: away from the material where the contour runs along the first.
+        /// Direction of its second coordinate: away from the material where the contour runs along the first.
         y: [f64; 3],
         /// Corners of the nominal contour, mm.
         contour_mm: Vec<[f64; 2]>,
     },
-    /// A line made of other features.
+    /// A line constructed from other features.
     Line {
-        /// Of which.
+        /// The features.
         of: LineOf,
     },
-    /// A point made of other features.
+    /// A point constructed from other features.
     Point {
-        /// Of which.
+        /// The features.
         of: PointOf,
     },
 }
 
-/// What makes a line.
+/// How a line is constructed.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum LineOf {
-    /// Where two planes meet.
+    /// Intersection of two planes.
     Planes([String; 2]),
     /// The axis of a cylinder, of a circle, or the long axis of a slot.
     Axis(String),
@@ -130,23 +130,23 @@ pub enum LineOf {
     Points([String; 2]),
 }
 
-/// What makes a point.
+/// How a point is constructed.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum PointOf {
     /// The centre of a sphere, circle or slot, or of a plane's points.
     Centre(String),
-    /// Where a line (an edge, an axis) meets a plane: line first.
+    /// Intersection of a line (an edge, an axis) with a plane; line first.
     LineAndPlane([String; 2]),
-    /// Where three planes meet.
+    /// Intersection of three planes.
     Planes([String; 3]),
-    /// Where the first line passes nearest to the second.
+    /// The point of the first line nearest to the second.
     Lines([String; 2]),
 }
 
 impl FeatureShape {
-    /// The features it rests on.
-    pub fn rests_on(&self) -> Vec<&str> {
+    /// The features it depends on.
+    pub fn depends_on(&self) -> Vec<&str> {
         match self {
             Self::Plane { .. } | Self::Sphere { .. } | Self::Cylinder { .. } | Self::Section { .. } => Vec::new(),
             Self::Circle { plane, .. } | Self::Slot { plane, .. } | Self::Edge { plane, .. } => vec![plane],
@@ -159,7 +159,7 @@ impl FeatureShape {
         }
     }
 
-    /// Where it is looked for; `None` for what is made of other features.
+    /// Points to search; `None` for constructed features.
     pub fn selection(&self) -> Option<&Selection> {
         match self {
             Self::Plane { select }
@@ -173,7 +173,7 @@ impl FeatureShape {
         }
     }
 
-    /// Its word in documents and results.
+    /// Its name in documents and results.
     pub fn name(&self) -> &'static str {
         match self {
             Self::Plane { .. } => "plane",

@@ -1,4 +1,4 @@
-//! What is measured on a part: features, datums, characteristics; a document of its own.
+//! The measurement plan: features, datums, characteristics.
 
 pub(crate) mod alignment;
 pub(crate) mod characteristic;

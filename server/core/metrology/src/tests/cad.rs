@@ -1,5 +1,5 @@
-//! Comparison with a nominal surface: signs at edges, a freeform part, a dent, what points do not hold.
-//! What this does not show: stripes on steep or glossy surfaces.
+//! Comparison with a nominal surface: signs at edges, a freeform part, a dent, unconstrained degrees of freedom.
+//! Not covered: stripes on steep or glossy surfaces.
 
 use nalgebra::{Rotation3, Vector3};
 use optics::{PartFrame, Rigid};
@@ -14,14 +14,14 @@ use crate::*;
 /// Half the side of the freeform part, mm.
 const HALF_MM: f64 = 24.0;
 
-/// Hills and hollows, and a dent that the drawing does not have: depth and σ, mm.
+/// Hills and hollows, and a dent that the CAD model does not have; its depth, mm.
 pub(super) struct Freeform {
     pub(super) dent_mm: f64,
 }
 
 const DENT: ([f64; 2], f64) = ([5.0, -6.0], 1.5);
 
-fn drawn_height(x: f64, y: f64) -> f64 {
+fn nominal_height(x: f64, y: f64) -> f64 {
     let hill = |cx: f64, cy: f64, sigma: f64, height: f64| {
         height * (-((x - cx).powi(2) + (y - cy).powi(2)) / (2.0 * sigma * sigma)).exp()
     };
@@ -35,18 +35,18 @@ impl Surface for Freeform {
     fn top(&self, x: f64, y: f64, _grown_mm: f64) -> (f64, f64) {
         let dent = (-((x - DENT.0[0]).powi(2) + (y - DENT.0[1]).powi(2)) / (2.0 * DENT.1 * DENT.1)).exp();
         let on_part = x.abs() < HALF_MM && y.abs() < HALF_MM;
-        (if on_part { drawn_height(x, y) - self.dent_mm * dent } else { -20.0 }, f64::INFINITY)
+        (if on_part { nominal_height(x, y) - self.dent_mm * dent } else { -20.0 }, f64::INFINITY)
     }
 }
 
-/// The drawing as triangles of a grid, facing up.
-pub(super) fn drawing(n_per_side: usize) -> Mesh {
+/// The CAD model as a grid of triangles, facing up.
+pub(super) fn nominal_mesh(n_per_side: usize) -> Mesh {
     let at = |k: usize| (2.0 * k as f64 / n_per_side as f64 - 1.0) * HALF_MM;
     let mut mesh = Mesh::default();
     for row in 0..=n_per_side {
         for column in 0..=n_per_side {
             let (x, y) = (at(column), at(row));
-            mesh.vertices_mm.push([x, y, drawn_height(x, y)]);
+            mesh.vertices_mm.push([x, y, nominal_height(x, y)]);
         }
     }
     let idx = |column: usize, row: usize| (row * (n_per_side + 1) + column) as u32;
@@ -60,7 +60,7 @@ pub(super) fn drawing(n_per_side: usize) -> Mesh {
     mesh
 }
 
-/// A closed box from the origin to `size`, or inside out.
+/// A closed box from the origin to `size`, optionally inside out.
 fn a_box(size: [f64; 3], is_inside_out: bool) -> Mesh {
     let corner = |k: usize| [0, 1, 2].map(|axis| if k >> axis & 1 == 1 { size[axis] } else { 0.0 });
     let faces: [[u32; 4]; 6] =
@@ -74,7 +74,7 @@ fn a_box(size: [f64; 3], is_inside_out: bool) -> Mesh {
 }
 
 #[test]
-fn a_point_beside_an_edge_or_a_corner_is_on_the_right_side() {
+fn the_sign_of_a_distance_is_right_next_to_an_edge_or_a_corner() {
     for is_inside_out in [false, true] {
         let nominal = Nominal::new(&a_box([10.0, 6.0, 4.0], is_inside_out)).unwrap();
         assert!(nominal.is_closed);
@@ -99,7 +99,7 @@ fn a_point_beside_an_edge_or_a_corner_is_on_the_right_side() {
 
 #[test]
 fn the_tree_finds_what_a_search_of_all_facets_finds() {
-    let nominal = Nominal::new(&drawing(30)).unwrap();
+    let nominal = Nominal::new(&nominal_mesh(30)).unwrap();
     for k in 0..400 {
         let way = f64::from(k);
         let at = Vector3::new(22.0 * (way * 0.7).sin(), 22.0 * (way * 1.1).cos(), 4.0 + 5.0 * (way * 0.3).sin());
@@ -126,24 +126,24 @@ fn request(align: AlignTo, tolerance_mm: f64) -> CompareRequest {
     CompareRequest { align, tolerance_mm: Some(tolerance_mm), reach_mm: None, capture_mm: None, region: None }
 }
 
-/// RMS that a comparison may show beyond the noise, mm.
+/// Largest RMS of a comparison in excess of the noise, mm.
 const BEYOND_NOISE_MM: f64 = 0.015;
 
-/// What a comparison of a part without a fault shows.
-struct Faultless {
-    /// Share of the points whose deviation is inside U.
+/// Result of a comparison of a part without defects.
+struct DefectFree {
+    /// Fraction of the points whose deviation is within U.
     inside: f64,
-    /// RMS beyond the noise of the image, mm.
+    /// RMS in excess of the image noise, mm.
     beyond_noise_mm: f64,
     mean_mm: f64,
     mean_u_mm: f64,
     covered: f64,
 }
 
-fn faultless(nominal: &Nominal, seed: u64) -> Faultless {
+fn defect_free(nominal: &Nominal, seed: u64) -> DefectFree {
     let pose = part_from_datum(seed);
-    // Half of the seeds with an exact calibration: there all that is left is the algorithm's.
-    let scan = ShapedScan { is_drawn: seed.is_multiple_of(2), ..ShapedScan::FINE };
+    // Half of the seeds with an exact calibration: only errors of the algorithm remain there.
+    let scan = ShapedScan { is_sampled: seed.is_multiple_of(2), ..ShapedScan::FINE };
     let (cloud, calibration) = shaped_scan(&Freeform { dent_mm: 0.0 }, &pose, seed, &scan);
     let request = request(AlignTo::Surface { start: near(&pose, seed) }, 0.1);
     let result = compare(&cloud, Some(&calibration), nominal, &request).unwrap();
@@ -151,9 +151,9 @@ fn faultless(nominal: &Nominal, seed: u64) -> Faultless {
     let of = result.deviations_mm.iter().zip(&result.u_mm).filter(|(d, _)| d.is_finite());
     let compared: Vec<(f64, f64)> = of.map(|(d, u)| (f64::from(*d), f64::from(*u))).collect();
     let mean = |of: fn(&(f64, f64)) -> f64| compared.iter().map(of).sum::<f64>() / compared.len() as f64;
-    // The noise of the station, seen along the normal: what the image's noise does, measured on neighbours.
+    // The effect of the image noise along the normal, estimated from neighbouring points.
     let noise = neighbour_noise(&result.deviations_mm, &cloud);
-    Faultless {
+    DefectFree {
         inside: mean(|(d, u)| f64::from(u8::from(d.abs() <= 2.0 * u))),
         beyond_noise_mm: (mean(|(d, _)| d * d) - noise * noise).max(0.0).sqrt(),
         mean_mm: result.statistics.mean_mm,
@@ -162,16 +162,16 @@ fn faultless(nominal: &Nominal, seed: u64) -> Faultless {
     }
 }
 
-fn hold_faultless(seeds: u64) {
-    let nominal = Nominal::new(&drawing(200)).unwrap();
-    let results: Vec<Faultless> = (0..seeds).into_par_iter().map(|seed| faultless(&nominal, seed)).collect();
-    let mean = |of: fn(&Faultless) -> f64| results.iter().map(of).sum::<f64>() / results.len() as f64;
+fn check_defect_free(seeds: u64) {
+    let nominal = Nominal::new(&nominal_mesh(200)).unwrap();
+    let results: Vec<DefectFree> = (0..seeds).into_par_iter().map(|seed| defect_free(&nominal, seed)).collect();
+    let mean = |of: fn(&DefectFree) -> f64| results.iter().map(of).sum::<f64>() / results.len() as f64;
     let worst =
         |first: usize| results.iter().skip(first).step_by(2).map(|r| r.beyond_noise_mm).fold(0.0, f64::max);
-    let (drawn, exact) = (worst(0), worst(1));
+    let (sampled, exact) = (worst(0), worst(1));
     let (inside, mean_mm, mean_u_mm) = (mean(|r| r.inside), mean(|r| r.mean_mm), mean(|r| r.mean_u_mm));
     eprintln!(
-        "{:.1} % of the points inside U; RMS beyond the noise of the worst seed {drawn:.4} mm with a drawn calibration, \
+        "{:.1} % of the points inside U; RMS beyond the noise of the worst seed {sampled:.4} mm with a sampled calibration, \
          {exact:.4} mm with an exact one; mean {mean_mm:+.5} mm, u {mean_u_mm:.4} mm",
         100.0 * inside
     );
@@ -182,14 +182,14 @@ fn hold_faultless(seeds: u64) {
 }
 
 #[test]
-fn a_freeform_part_without_a_fault_shows_none_beyond_its_uncertainty() {
-    hold_faultless(FEW);
+fn a_freeform_part_without_defects_shows_none_beyond_its_uncertainty() {
+    check_defect_free(FEW);
 }
 
 #[test]
 #[ignore = "half a minute: cargo xtask campaign"]
-fn campaign_of_a_freeform_part_without_a_fault() {
-    hold_faultless(MANY);
+fn campaign_of_a_freeform_part_without_defects() {
+    check_defect_free(MANY);
 }
 
 /// RMS of the noise of single points: from second differences along the lines.
@@ -206,19 +206,19 @@ fn neighbour_noise(deviations_mm: &[f32], cloud: &scanning::Cloud) -> f64 {
 }
 
 #[test]
-fn a_dent_is_the_worst_place_and_as_deep_as_it_is() {
+fn a_dent_is_the_worst_deviation_and_has_its_true_depth() {
     // Of four, fewer than 3 inside at 95 % has a probability of 1.4 %.
-    hold_dent(FEW, 3);
+    check_dent(FEW, 3);
 }
 
 #[test]
 #[ignore = "half a minute: cargo xtask campaign"]
 fn campaign_of_a_dent() {
-    hold_dent(MANY, 17);
+    check_dent(MANY, 17);
 }
 
-fn hold_dent(seeds: u64, least_inside: usize) {
-    let nominal = Nominal::new(&drawing(200)).unwrap();
+fn check_dent(seeds: u64, least_inside: usize) {
+    let nominal = Nominal::new(&nominal_mesh(200)).unwrap();
     let inside: Vec<bool> = (0..seeds)
         .into_par_iter()
         .map(|seed| {
@@ -239,7 +239,7 @@ fn hold_dent(seeds: u64, least_inside: usize) {
                 });
             let deepest: Vec<f64> = deepest.map(|((d, _), _)| f64::from(*d)).collect();
             let mean = deepest.iter().sum::<f64>() / deepest.len() as f64;
-            let slope = drawn_slope(x, y);
+            let slope = nominal_slope(x, y);
             (mean + 0.2 * 0.99 / (1.0 + slope * slope).sqrt()).abs() <= worst.expanded_uncertainty_mm
         })
         .collect();
@@ -248,10 +248,10 @@ fn hold_dent(seeds: u64, least_inside: usize) {
     assert!(n_inside >= least_inside, "{n_inside}");
 }
 
-fn drawn_slope(x: f64, y: f64) -> f64 {
+fn nominal_slope(x: f64, y: f64) -> f64 {
     let slope = |a: f64, b: f64| (a - b) / 2e-4;
-    slope(drawn_height(x + 1e-4, y), drawn_height(x - 1e-4, y))
-        .hypot(slope(drawn_height(x, y + 1e-4), drawn_height(x, y - 1e-4)))
+    slope(nominal_height(x + 1e-4, y), nominal_height(x - 1e-4, y))
+        .hypot(slope(nominal_height(x, y + 1e-4), nominal_height(x, y - 1e-4)))
 }
 
 /// Rectangles facing up.
@@ -266,7 +266,7 @@ fn faces(of: &[([f64; 2], [f64; 2], f64)]) -> Mesh {
 }
 
 #[test]
-fn what_a_flat_part_does_not_hold_is_named_and_left_as_it_was() {
+fn degrees_of_freedom_that_a_flat_part_leaves_open_are_named_and_unchanged() {
     let pose = part_from_datum(3);
     let start = Rigid::new(Rotation3::identity(), Vector3::new(0.4, 0.3, 0.2)) * pose.inverse();
     struct Flat;
@@ -281,14 +281,14 @@ fn what_a_flat_part_does_not_hold_is_named_and_left_as_it_was() {
     let result = compare(&cloud, Some(&calibration), &nominal, &request(AlignTo::Surface { start }, 0.1)).unwrap();
     assert_eq!(result.locked.len(), 3, "{:?}", result.locked);
     assert_eq!(
-        result.locked.iter().filter(|freedom| freedom.starts_with("a shift")).count(),
+        result.locked.iter().filter(|freedom| freedom.starts_with("the translation")).count(),
         2,
         "{:?}",
         result.locked
     );
-    // Along the plane nothing moved but what levelling does.
-    let there_and_back = result.datum_from_part * start.inverse();
-    let origin = (there_and_back * optics::PointMm::new(Vector3::zeros())).xyz;
+    // Along the plane only the levelling moves the part.
+    let round_trip = result.datum_from_part * start.inverse();
+    let origin = (round_trip * optics::PointMm::new(Vector3::zeros())).xyz;
     assert!(origin.xy().norm() < 0.02 && (origin.z + 0.2).abs() < 0.05, "{origin:?}");
     let away = CompareRequest {
         capture_mm: Some(0.05),
@@ -299,17 +299,17 @@ fn what_a_flat_part_does_not_hold_is_named_and_left_as_it_was() {
 }
 
 #[test]
-fn aligned_by_datums_the_faces_of_a_part_are_where_they_are_drawn() {
-    hold_faces(FEW);
+fn faces_of_a_part_aligned_by_datums_are_at_their_nominal_positions() {
+    check_faces(FEW);
 }
 
 #[test]
 #[ignore = "half a minute: cargo xtask campaign"]
 fn campaign_of_faces_aligned_by_datums() {
-    hold_faces(MANY);
+    check_faces(MANY);
 }
 
-fn hold_faces(seeds: u64) {
+fn check_faces(seeds: u64) {
     let faces = faces(&[
         ([-24.0, 0.5], [-0.5, 23.5], 8.0),
         ([6.5, 4.5], [26.5, 25.5], 6.0),

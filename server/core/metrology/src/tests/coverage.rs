@@ -29,7 +29,7 @@ fn the_truth_lies_within_u_in_about_ninety_five_of_a_hundred_calibrations() {
 /// Errors over u_noise of steps whose only error is speckle; frames 0.1 mm apart, sheets of 0.35 mm that the cloud
 /// states as `stated_mm`.
 fn speckle_errors(seeds: u64, stated_mm: f64) -> Vec<f64> {
-    let plan = Plan { n_frames: 160, step_mm: 0.1, pitch_mm: 1.5, sheet_sigma_mm: 0.35, drawn: false };
+    let plan = Plan { n_frames: 160, step_mm: 0.1, pitch_mm: 1.5, sheet_sigma_mm: 0.35, sampled: false };
     (0..seeds)
         .map(|seed| {
             let (mut cloud, _) = planned_scan(HEIGHT_MM, seed, &plan);

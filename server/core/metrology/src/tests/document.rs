@@ -1,4 +1,4 @@
-//! Plans as documents: what is refused and where, and what a result hands on.
+//! Plan documents: refused plans with the pointer to the error, and what is copied to results.
 
 use std::path::PathBuf;
 
@@ -46,7 +46,7 @@ fn a_plan_is_the_same_after_writing_and_reading() {
 }
 
 #[test]
-fn the_plan_of_the_how_to_page_is_one() {
+fn the_plan_of_the_how_to_page_is_valid() {
     let page = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../docs/how-to/judge-a-part-by-a-plan.md");
     let page = std::fs::read_to_string(page).unwrap();
     let (_, rest) = page.split_once("```json\n").unwrap();
@@ -55,11 +55,11 @@ fn the_plan_of_the_how_to_page_is_one() {
 }
 
 #[test]
-fn the_published_schema_is_that_of_the_program() {
+fn the_published_schema_matches_the_program() {
     let published: Value = serde_json::from_str(&std::fs::read_to_string(schema_file()).unwrap()).unwrap();
     assert!(
         published == Plan::schema(),
-        "write it anew: cargo test -p sheaf-metrology --lib writes_the_schema -- --ignored"
+        "regenerate it: cargo test -p sheaf-metrology --lib writes_the_schema -- --ignored"
     );
 }
 
@@ -70,7 +70,7 @@ fn writes_the_schema() {
 }
 
 #[test]
-fn what_does_not_fit_together_is_refused_with_its_place() {
+fn an_inconsistent_plan_is_refused_with_a_pointer() {
     let nominal = |rest: Value| block(height(&rest));
     let mut twice = nominal(json!({}));
     twice["features"][1]["id"] = json!("table");
@@ -111,7 +111,7 @@ fn what_does_not_fit_together_is_refused_with_its_place() {
 }
 
 #[test]
-fn without_a_calibration_nothing_is_decided_and_what_is_missing_is_named() {
+fn without_a_calibration_nothing_is_decided_and_missing_contributions_are_named() {
     let plan = read(&block(height(&json!({
         "nominal_mm": 8.9, "lower": -0.5, "upper": 1.0, "attributes": { "k2002": "height", "n": 7 } }))))
     .unwrap();
@@ -124,7 +124,7 @@ fn without_a_calibration_nothing_is_decided_and_what_is_missing_is_named() {
 }
 
 #[test]
-fn limits_on_one_side_judge_on_one_side_and_what_is_not_there_is_invalid() {
+fn one_sided_limits_judge_one_side_and_a_missing_feature_is_invalid() {
     let pose = part_from_datum(5);
     let (cloud, calibration) = shaped_scan(&TestPart, &pose, 5, &ShapedScan::FINE);
     let plan = |limits: Value, id: &str| {
@@ -143,7 +143,7 @@ fn limits_on_one_side_judge_on_one_side_and_what_is_not_there_is_invalid() {
         (json!({ "nominal_mm": 10.0, "lower": -0.5, "upper": 0.5 }), "hole", PartVerdict::Ok),
         (json!({ "nominal_mm": 10.0, "lower": -0.0001, "upper": 0.0001 }), "hole", PartVerdict::Undecided),
         (json!({ "nominal_mm": 10.0, "lower": -0.5, "upper": 0.5 }), "cup", PartVerdict::Invalid),
-        // Nothing is to be judged: nobody may take that for good.
+        // Without limits the part must not be accepted.
         (json!({}), "hole", PartVerdict::Invalid),
     ] {
         let result = evaluate(&plan(limits.clone(), id), &cloud, Some(&calibration)).unwrap();
@@ -153,7 +153,7 @@ fn limits_on_one_side_judge_on_one_side_and_what_is_not_there_is_invalid() {
 }
 
 #[test]
-fn points_are_chosen_by_order_and_by_where_the_surface_faces() {
+fn points_are_selected_by_order_and_by_surface_direction() {
     let pose = part_from_datum(2);
     let (cloud, calibration) = shaped_scan(&super::seams::Seam, &pose, 2, &ShapedScan::FINE);
     let facing =
@@ -169,6 +169,6 @@ fn points_are_chosen_by_order_and_by_where_the_surface_faces() {
     let flat = points(facing([0.0, 0.0, -1.0], 8.0));
     let all = points(json!({}));
     assert!(flat.len() > all.len() / 2, "{} of {}", flat.len(), all.len());
-    // Nothing faces sideways but rolled edges, which are no plane.
+    // Only rolled edges face sideways, and they are not a plane.
     assert!(points(facing([1.0, 0.0, 0.0], 10.0)).len() < all.len() / 20);
 }

@@ -17,13 +17,13 @@ use crate::*;
 /// Added to every stage position, mm.
 const OFFSETS_MM: [f64; 5] = [-100.0, -37.3, 12.5, 50.0, 150.0];
 
-/// Rounding of float64 at half a metre, over all points and steps of a fit, is below a thousandth of it.
+/// Tolerance, mm: a thousand times the rounding of float64 at half a metre, over all points and steps of a fit.
 const SAME_MM: f64 = 1e-6;
 
 /// The stage of clouds made at rest.
 const DIRECTION: Vector3<f64> = Vector3::new(-0.005, 0.9998, -0.02);
 
-/// The cloud of the same pictures with every stage position larger by `offset_mm`.
+/// The cloud of the same images with every stage position increased by `offset_mm`.
 pub(super) fn shifted(cloud: &Cloud, offset_mm: f64) -> Cloud {
     let mut cloud = cloud.clone();
     let n_frames = cloud.points.iter().map(|point| point.frame as usize + 1).max().unwrap_or(0);
@@ -62,7 +62,7 @@ fn same(before: &Measurement, after: &Measurement, what: &str) {
 }
 
 #[test]
-fn every_tool_gives_the_same_value_and_uncertainty_wherever_the_stage_has_its_zero() {
+fn no_tool_depends_on_the_zero_of_the_stage() {
     let flat = gauge(8.9, SIGMA_MM, 2);
     for (tool, cloud) in [
         (Tool::Plane, &flat),

@@ -1,6 +1,6 @@
-//! A plan on a synthetic station: every characteristic against the geometry it was made from, on seeds that each have a
-//! pose of their own, a calibration drawn from its covariance, noise, and rims that fade over a blur.
-//! What this does not show: how real centrelines err at rims and on shiny metal.
+//! A plan on a simulated station: every characteristic compared with the true geometry, on seeds with different poses, a
+//! calibration sampled from its covariance, noise, and rims that fade over a blur.
+//! Not covered: errors of real centrelines at rims and on shiny metal.
 
 use nalgebra::Vector3;
 use optics::{PartFrame, Rigid};
@@ -86,7 +86,7 @@ pub(super) fn test_plan(pose: &Rigid<PartFrame, DatumFrame>, characteristics: &[
         "characteristics": characteristics,
     });
     let mut plan = plan;
-    // A feature rests on those above it.
+    // A feature depends on those above it.
     plan["features"].as_array_mut().unwrap().swap(9, 10);
     Plan::from_json(&plan.to_string()).unwrap()
 }
@@ -124,7 +124,7 @@ pub(super) fn characteristics() -> Vec<(Value, f64)> {
 /// Error and U of every characteristic on one seed.
 type Errors = Vec<(f64, f64)>;
 
-/// What a plan says on many seeds, and that its uncertainties are complete.
+/// Errors of a plan on many seeds; checks that its uncertainties are complete.
 pub(super) fn errors_of(
     surface: &impl Surface,
     characteristics: &[(Value, f64)],
@@ -155,12 +155,12 @@ pub(super) const MANY: u64 = 20;
 /// Of twenty, fewer than 17 inside at 95 % has a probability of 0.3 %.
 const LEAST_OF_MANY: f64 = 17.0 / 20.0;
 
-/// Of 20 or more values on a few seeds; a seed's errors hang together by its calibration.
+/// Of 20 or more values on a few seeds; the errors of a seed are correlated by its calibration.
 const LEAST_SHARE_OF_FEW: f64 = 0.85;
 
-/// Holds every characteristic to its uncertainty. On many seeds: 93 % of all and 17 of 20 of each inside of U, bias below
-/// U/4 but for forms. On few: none further off than 2 U (four standard uncertainties), 85 % of all inside.
-pub(super) fn hold(characteristics: &[(Value, f64)], errors: &[Errors]) {
+/// Checks every characteristic against its uncertainty. On many seeds: 93 % of all and 17 of 20 of each inside U, bias below
+/// U/4 except for forms. On few: none further off than 2 U (four standard uncertainties), 85 % of all inside.
+pub(super) fn check(characteristics: &[(Value, f64)], errors: &[Errors]) {
     let n = errors.len() as f64;
     let is_many = errors.len() as u64 >= MANY;
     let mut n_inside = 0.0;
@@ -175,8 +175,8 @@ pub(super) fn hold(characteristics: &[(Value, f64)], errors: &[Errors]) {
             100.0 * inside / n
         );
         n_inside += inside;
-        // Known limits of `docs/maths/metrology.md`: what cannot be below zero has a mean above it where the truth is 0, and
-        // a form is the middle between two corrections of the noise.
+        // Known limits of `docs/maths/metrology.md`: the mean of a non-negative value is positive where the truth is 0, and
+        // a form is the mean of two noise corrections.
         let kind = measure["type"].as_str().unwrap();
         let is_folded = *truth == 0.0 && ["angle", "position"].contains(&kind);
         let is_form = ["flatness", "parallelism", "perpendicularity", "profile"].contains(&kind);
@@ -192,28 +192,28 @@ pub(super) fn hold(characteristics: &[(Value, f64)], errors: &[Errors]) {
     assert!(share >= if is_many { 0.93 } else { LEAST_SHARE_OF_FEW }, "{share}");
 }
 
-fn hold_all(seeds: u64) {
+fn check_all(seeds: u64) {
     let characteristics = characteristics();
     let plan = |pose: &Rigid<PartFrame, DatumFrame>| test_plan(pose, &characteristics);
-    hold(&characteristics, &errors_of(&TestPart, &characteristics, plan, &ShapedScan::FINE, seeds));
+    check(&characteristics, &errors_of(&TestPart, &characteristics, plan, &ShapedScan::FINE, seeds));
 }
 
 #[test]
 fn every_characteristic_lies_inside_its_uncertainty() {
-    hold_all(FEW);
+    check_all(FEW);
 }
 
 #[test]
 #[ignore = "half a minute: cargo xtask campaign"]
 fn campaign_of_all_characteristics() {
-    hold_all(MANY);
+    check_all(MANY);
 }
 
 #[test]
-fn centres_lie_where_they_were_made() {
+fn centres_lie_at_their_true_positions() {
     let scans = [
-        ShapedScan { noise_px: 0.0, is_drawn: false, ..ShapedScan::FINE },
-        ShapedScan { is_drawn: false, ..ShapedScan::FINE },
+        ShapedScan { noise_px: 0.0, is_sampled: false, ..ShapedScan::FINE },
+        ShapedScan { is_sampled: false, ..ShapedScan::FINE },
     ];
     // Without noise what is left is the fit; with it, a mean of four.
     for (scan, tolerance_mm) in scans.into_iter().zip([0.002, 0.004]) {
@@ -223,7 +223,7 @@ fn centres_lie_where_they_were_made() {
                 let pose = part_from_datum(seed);
                 let (cloud, calibration) = shaped_scan(&TestPart, &pose, seed, &scan);
                 let result = evaluate(&test_plan(&pose, &[]), &cloud, Some(&calibration)).unwrap();
-                // From the datum frame that was found to the one that was made.
+                // From the fitted to the true datum frame.
                 let made_from_found = pose.inverse() * result.datum_from_part.unwrap().inverse();
                 let centre = |id: &str| {
                     let feature = result.features.iter().find(|feature| feature.id == id).unwrap();

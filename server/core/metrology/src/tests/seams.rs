@@ -3,7 +3,7 @@
 use optics::{PartFrame, Rigid};
 use serde_json::{Value, json};
 
-use super::plan::{FEW, MANY, boxed, boxed_in_part, errors_of, hold};
+use super::plan::{FEW, MANY, boxed, boxed_in_part, check, errors_of};
 use super::shaped_scan::{ShapedScan, Surface};
 use crate::evaluation::alignment::DatumFrame;
 use crate::*;
@@ -18,7 +18,7 @@ const LOW_MM: f64 = 7.7;
 const DEEP_MM: f64 = 5.0;
 
 fn rolled(from_rim: f64, top: f64) -> f64 {
-    // How far inside of the outermost place of the edge.
+    // Distance inside the outermost point of the edge.
     if from_rim >= ROLLED_MM {
         top
     } else {
@@ -71,16 +71,16 @@ fn plan(pose: &Rigid<PartFrame, DatumFrame>, characteristics: &[(Value, f64)]) -
 
 #[test]
 fn gap_flush_groove_and_section_lie_inside_their_uncertainty() {
-    hold_seam(FEW);
+    check_seam(FEW);
 }
 
 #[test]
 #[ignore = "half a minute: cargo xtask campaign"]
 fn campaign_of_gap_flush_groove_and_section() {
-    hold_seam(MANY);
+    check_seam(MANY);
 }
 
-fn hold_seam(seeds: u64) {
+fn check_seam(seeds: u64) {
     let characteristics = [
         (json!({ "type": "gap", "from": "edge", "to": "low edge", "surface": "plate" }), 4.0),
         (json!({ "type": "flush", "reference": "plate", "surface": "low plate", "at": "low edge" }), LOW_MM - 8.0),
@@ -94,7 +94,7 @@ fn hold_seam(seeds: u64) {
     ];
     let plan = |pose: &Rigid<PartFrame, DatumFrame>| plan(pose, &characteristics);
     let errors = errors_of(&Seam, &characteristics, plan, &ShapedScan::FINE, seeds);
-    hold(&characteristics, &errors);
+    check(&characteristics, &errors);
 }
 
 /// Half of the waves' height, mm, and their length.
@@ -114,7 +114,7 @@ impl Surface for Wavy {
         } else if (2.0..=13.0).contains(&y) {
             y - 2.0
         } else if (13.0..=24.0).contains(&y) {
-            // As high along the normal as the plate's waves are.
+            // As high along the normal as the plate's waves.
             24.0 - y + wave * 2f64.sqrt()
         } else {
             0.0
@@ -125,16 +125,16 @@ impl Surface for Wavy {
 
 #[test]
 fn forms_of_wavy_faces_lie_inside_their_uncertainty() {
-    hold_wavy(FEW);
+    check_wavy(FEW);
 }
 
 #[test]
 #[ignore = "half a minute: cargo xtask campaign"]
 fn campaign_of_forms_of_wavy_faces() {
-    hold_wavy(MANY);
+    check_wavy(MANY);
 }
 
-fn hold_wavy(seeds: u64) {
+fn check_wavy(seeds: u64) {
     let characteristics = [
         (json!({ "type": "flatness", "of": "plate" }), 2.0 * WAVE_MM),
         (json!({ "type": "parallelism", "of": "plate", "to": "table" }), 2.0 * WAVE_MM),
@@ -156,7 +156,7 @@ fn hold_wavy(seeds: u64) {
                 { "id": "first face", "shape": plane(boxed_in_part(pose, [0.0, 7.0, 5.0], [16.0, 4.0, 4.5])) },
                 { "id": "plate", "shape": plane(boxed([-16.0, 7.0, 7.0], [16.0, 25.0, 9.0])) },
                 { "id": "mid", "shape": { "type": "point", "of": { "centre": "first face" } } },
-                // The datum frame is turned by half a turn: y is where the first face looks, 0 where it meets the table.
+                // The datum frame is rotated by half a turn: y is the direction of the first face, 0 where it meets the table.
                 { "id": "second face", "shape": plane(boxed([-16.0, -20.5, 1.0], [16.0, -12.0, 9.5])) },
                 { "id": "cut", "shape": { "type": "section", "select": boxed([-16.0, 7.0, 7.0], [16.0, 25.0, 9.0]),
                     "origin_mm": [0.0, 0.0, 8.0], "x": [1.0, 0.0, 0.0], "y": [0.0, 0.0, 1.0],
@@ -168,5 +168,5 @@ fn hold_wavy(seeds: u64) {
         Plan::from_json(&plan.to_string()).unwrap()
     };
     let errors = errors_of(&Wavy, &characteristics, plan, &ShapedScan::FINE, seeds);
-    hold(&characteristics, &errors);
+    check(&characteristics, &errors);
 }

@@ -1,4 +1,4 @@
-//! A simulated station that scans heights over a datum frame: noise, a drawn calibration, rims that fade over a blur.
+//! A simulated station that scans heights over a datum frame: noise, a sampled calibration, rims that fade over a blur.
 
 use nalgebra::{Matrix3, Rotation3, Vector2, Vector3};
 use optics::stage::Straightness;
@@ -17,20 +17,20 @@ const NOISE_PX: f64 = 0.05;
 /// Thickness of the sheets (one σ, mm): frames 0.4 mm apart share no speckle.
 const SHEET_SIGMA_MM: f64 = 0.1;
 
-/// Blur of a line's end (one σ, mm), and the share of its light at which the extraction cuts a line.
+/// Blur of a line's end (one σ, mm), and the fraction of its intensity below which the extraction ends a line.
 pub(super) const BLUR_MM: f64 = 0.15;
 const CUT_SHARE: f64 = 0.3;
 
 /// Quantile of the standard normal distribution at [`CUT_SHARE`].
 const CUT_QUANTILE: f64 = 0.524_4;
 
-/// Highest place of a part over its datum plane, mm.
+/// Largest height of a part above its datum plane, mm.
 const CEILING_MM: f64 = 14.0;
 
-/// What is scanned, in its datum frame: z up, towards the camera.
+/// A scanned surface in its datum frame: z up, towards the camera.
 pub(super) trait Surface: Sync {
-    /// The height at a place, and how far inside of the rim of its face the place lies (infinite without one); faces are
-    /// seen `grown_mm` beyond their rims.
+    /// The height at a point, and the distance of the point inside the rim of its face (infinite without a rim); faces
+    /// extend `grown_mm` beyond their rims.
     fn top(&self, x: f64, y: f64, grown_mm: f64) -> (f64, f64);
 }
 
@@ -41,8 +41,8 @@ pub(super) struct ShapedScan {
     pub(super) step_mm: f64,
     pub(super) pitch_mm: f64,
     pub(super) half_width_mm: f64,
-    /// Whether the calibration is drawn from its covariance or exact.
-    pub(super) is_drawn: bool,
+    /// Whether the calibration is sampled from its covariance or exact.
+    pub(super) is_sampled: bool,
     /// Image noise across the line, px.
     pub(super) noise_px: f64,
 }
@@ -53,7 +53,7 @@ impl ShapedScan {
         step_mm: 0.4,
         pitch_mm: 0.15,
         half_width_mm: 28.0,
-        is_drawn: true,
+        is_sampled: true,
         noise_px: NOISE_PX,
     };
 }
@@ -76,7 +76,7 @@ pub(super) fn straight_station() -> Calibration {
     station
 }
 
-/// What a scan gives when it is triangulated with a calibration drawn from its covariance.
+/// A scan triangulated with a calibration sampled from its covariance.
 pub(super) fn shaped_scan(
     surface: &impl Surface,
     part_from_datum: &Rigid<PartFrame, DatumFrame>,
@@ -86,12 +86,12 @@ pub(super) fn shaped_scan(
     let truth = straight_station();
     let mut rng = Pcg64Mcg::seed_from_u64(seed);
     let modes = truth.sigma_modes();
-    let mut drawn = vec![0.0; modes.first().map_or(0, Vec::len)];
+    let mut sampled = vec![0.0; modes.first().map_or(0, Vec::len)];
     for mode in &modes {
-        let size = if scan.is_drawn { rng.sample::<f64, _>(StandardNormal) } else { 0.0 };
-        drawn.iter_mut().zip(mode).for_each(|(sum, step)| *sum += size * step);
+        let size = if scan.is_sampled { rng.sample::<f64, _>(StandardNormal) } else { 0.0 };
+        sampled.iter_mut().zip(mode).for_each(|(sum, step)| *sum += size * step);
     }
-    let believed = truth.stepped(&drawn);
+    let believed = truth.stepped(&sampled);
     let datum_from_part = part_from_datum.inverse();
     let middle = (scan.n_frames - 1) as f64 / 2.0;
     let positions_mm: Vec<f64> = (0..scan.n_frames).map(|frame| (frame as f64 - middle) * scan.step_mm).collect();
@@ -115,7 +115,7 @@ pub(super) fn shaped_scan(
     (Cloud { points, comments }, believed)
 }
 
-/// The pixel that sees the line of `order` at `x_mm`, and the share of its light.
+/// The pixel of the line of `order` at `x_mm`, and the fraction of the full intensity.
 fn lit(
     surface: &impl Surface,
     truth: &Calibration,
@@ -146,7 +146,7 @@ fn lit(
         if over(middle).0 > 0.0 { above = middle } else { below = middle }
     }
     let (rest, inside) = over(below);
-    // A wall: the light falls past a face.
+    // A wall: the light passes a face.
     let is_wall = rest.abs() > 1e-6;
     let share = phi(inside / BLUR_MM);
     (!is_wall && below < 406.0 && share >= CUT_SHARE)

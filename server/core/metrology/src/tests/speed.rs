@@ -1,4 +1,4 @@
-//! How long a million points take: figures of a quiet machine, not held by asserts.
+//! Computing time for a million points, measured on a quiet machine; not asserted.
 //! `cargo test --release -p sheaf-metrology --lib speed -- --ignored --nocapture --test-threads 1`
 
 use std::time::Instant;
@@ -6,7 +6,7 @@ use std::time::Instant;
 use nalgebra::{Rotation3, Vector3};
 use optics::Rigid;
 
-use super::cad::{Freeform, drawing};
+use super::cad::{Freeform, nominal_mesh};
 use super::plan::{TestPart, characteristics, test_plan};
 use super::shaped_scan::{ShapedScan, part_from_datum, shaped_scan};
 use crate::*;
@@ -41,7 +41,7 @@ fn speed_of_ten_characteristics_on_a_million_points() {
 fn speed_of_a_comparison_of_a_million_points_with_two_hundred_thousand_triangles() {
     let pose = part_from_datum(1);
     let (cloud, calibration) = shaped_scan(&Freeform { dent_mm: 0.0 }, &pose, 1, &MILLION);
-    let mesh = drawing(317);
+    let mesh = nominal_mesh(317);
     let start = Instant::now();
     let nominal = Nominal::new(&mesh).unwrap();
     eprintln!("tree of {} triangles: {:.3} s", mesh.triangles.len(), start.elapsed().as_secs_f64());

@@ -59,14 +59,14 @@ pub(super) struct Plan {
     pub(super) pitch_mm: f64,
     /// Thickness of the light sheets, one σ: frames closer together share their noise as they share speckle.
     pub(super) sheet_sigma_mm: f64,
-    /// Whether the calibration is drawn from its covariance or exact.
-    pub(super) drawn: bool,
+    /// Whether the calibration is sampled from its covariance or exact.
+    pub(super) sampled: bool,
 }
 
-/// Frames so far apart that each has independent noise.
-const COARSE: Plan = Plan { n_frames: 40, step_mm: 0.8, pitch_mm: 0.5, sheet_sigma_mm: 0.2, drawn: true };
+/// Frames far enough apart for independent noise.
+const COARSE: Plan = Plan { n_frames: 40, step_mm: 0.8, pitch_mm: 0.5, sheet_sigma_mm: 0.2, sampled: true };
 
-/// A scan by the true station, triangulated with a calibration drawn from its covariance.
+/// A scan by the true station, triangulated with a calibration sampled from its covariance.
 pub(super) fn gauge_scan(height_mm: f64, seed: u64) -> (Cloud, Calibration) {
     planned_scan(height_mm, seed, &COARSE)
 }
@@ -87,7 +87,7 @@ fn noise_over_frames(rng: &mut Pcg64Mcg, plan: &Plan) -> Vec<f64> {
 pub(super) fn planned_scan(height_mm: f64, seed: u64, plan: &Plan) -> (Cloud, Calibration) {
     let truth = station();
     let mut rng = Pcg64Mcg::seed_from_u64(seed);
-    let size = if plan.drawn { 1.0 } else { 0.0 };
+    let size = if plan.sampled { 1.0 } else { 0.0 };
     let draw: Vec<f64> = truth
         .covariance
         .diagonal()
@@ -106,7 +106,7 @@ pub(super) fn planned_scan(height_mm: f64, seed: u64, plan: &Plan) -> (Cloud, Ca
                 let seen = lit_pixel(&truth, order, f64::from(column) * plan.pitch_mm, position_mm, height_mm);
                 let noise = Vector2::new(0.0, noise * NOISE_PX);
                 points.extend(seen.and_then(|pixel| {
-                    cloud_point(&assumed, order, &(pixel + noise), (frame, position_mm), plan.drawn)
+                    cloud_point(&assumed, order, &(pixel + noise), (frame, position_mm), plan.sampled)
                 }));
             }
         }
@@ -119,7 +119,7 @@ pub(super) fn planned_scan(height_mm: f64, seed: u64, plan: &Plan) -> (Cloud, Ca
     (Cloud { points, comments }, assumed)
 }
 
-/// The pixel that sees the line of `order` at `x_mm`, on the block's top if the light falls there.
+/// The pixel of the line of `order` at `x_mm`, on top of the block if the light hits it.
 fn lit_pixel(truth: &Calibration, order: i8, x_mm: f64, position_mm: f64, height_mm: f64) -> Option<Vector2<f64>> {
     let LightSurfaces::Planes(planes) = &truth.light else { return None };
     let sheet = planes.iter().find(|(candidate, _)| *candidate == order)?.1;
@@ -142,13 +142,13 @@ fn cloud_point(
     order: i8,
     pixel: &Vector2<f64>,
     (frame, position_mm): (u32, f64),
-    drawn: bool,
+    sampled: bool,
 ) -> Option<CloudPoint> {
     let (u_px, v_px) = (pixel.x as f32, pixel.y as f32);
     let hit = assumed.triangulate(order, &Vector2::new(u_px.into(), v_px.into()), None)?;
     let part = assumed.stage?.part_from_camera(&hit.hit_in_camera, StagePosition::LinearMm(position_mm))?.xyz;
     let noise_mm = hit.noise_sigma_mm(&[0.0, 1.0], NOISE_PX);
-    let systematic_mm = if drawn { assumed.systematic_sigma_mm(order, &hit)? } else { 0.0 };
+    let systematic_mm = if sampled { assumed.systematic_sigma_mm(order, &hit)? } else { 0.0 };
     let sigma_mm = noise_mm.hypot(systematic_mm) as f32;
     let [x_mm, y_mm, z_mm] = part.into();
     Some(CloudPoint { x_mm, y_mm, z_mm, order, frame, u_px, v_px, intensity: 100.0, sigma_mm })

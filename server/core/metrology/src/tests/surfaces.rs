@@ -185,14 +185,14 @@ fn flatness_is_the_band_of_the_form() {
         Some((400.0 - 0.5 * (x / 40.0).powi(2)) / ray.z)
     };
     let result = measured(&scan(&surface, 40.0, 0.4, 0.0, 3), Tool::Flatness, None);
-    // The border left out takes 1 mm on each side: (39/40)² of the sagitta.
+    // The excluded border is 1 mm wide on each side: (39/40)² of the sagitta.
     assert!((result.value - 0.5 * (39.0f64 / 40.0).powi(2)).abs() < 0.02, "{}", result.value);
 }
 
 #[test]
-fn strays_are_counted_and_do_not_move_the_value() {
+fn outliers_are_counted_and_do_not_change_the_value() {
     let clean = measured(&gauge(GAUGE_MM, SIGMA_MM, 7), Tool::Step, None);
-    let strayed = with_strays(gauge(GAUGE_MM, SIGMA_MM, 7), 0.05, 6.0, 11);
+    let strayed = with_outliers(gauge(GAUGE_MM, SIGMA_MM, 7), 0.05, 6.0, 11);
     let result = measured(&strayed, Tool::Step, None);
     assert!((result.value - clean.value).abs() < clean.u_noise, "{} {}", result.value, clean.value);
     for (feature, before) in result.features.iter().zip(&clean.features) {
@@ -204,7 +204,7 @@ fn strays_are_counted_and_do_not_move_the_value() {
 }
 
 #[test]
-fn points_at_the_edges_of_a_block_are_left_out() {
+fn points_at_the_edges_of_a_block_are_excluded() {
     // Within 0.8 mm of the block's edges every point is moved 0.4 mm down, like a stripe cut by an edge.
     let mut cloud = gauge(GAUGE_MM, SIGMA_MM, 3);
     let normal = table_normal();
@@ -289,7 +289,7 @@ fn a_region_limits_the_points_and_the_result_does_not_depend_on_chance() {
 }
 
 #[test]
-fn foreign_clouds_without_sigma_are_measured_by_their_residuals() {
+fn clouds_without_sigma_are_measured_with_the_scatter_of_their_residuals() {
     let mut cloud = gauge(GAUGE_MM, SIGMA_MM, 10);
     let known = measured(&cloud, Tool::Step, None);
     cloud.points.iter_mut().for_each(|point| point.sigma_mm = 0.0);

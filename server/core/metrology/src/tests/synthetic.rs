@@ -83,7 +83,7 @@ fn point(position: &Vector3<f64>, row: i32, column: i32, steps: i32) -> CloudPoi
 }
 
 /// Adds outliers: a fraction of all points is moved up to `reach_mm` towards the camera.
-pub(super) fn with_strays(mut cloud: Cloud, share: f64, reach_mm: f64, seed: u64) -> Cloud {
+pub(super) fn with_outliers(mut cloud: Cloud, share: f64, reach_mm: f64, seed: u64) -> Cloud {
     let mut rng = Pcg64Mcg::seed_from_u64(seed);
     for point in &mut cloud.points {
         if rng.random::<f64>() < share {

@@ -60,7 +60,7 @@ fn station() -> Calibration {
     }
 }
 
-/// Where the light of a laser meets the cylinder at a height above the axis' point, if the camera sees it.
+/// The point of the cylinder lit by a laser at a height above the axis' point, if visible to the camera.
 fn lit(truth: &RotaryAxis, laser: &Vector3<f64>, height_mm: f64, angle_rad: f64) -> Option<Vector3<f64>> {
     let up = truth.direction;
     let flat = |v: Vector3<f64>| v - up * up.dot(&v);
@@ -77,9 +77,9 @@ fn lit(truth: &RotaryAxis, laser: &Vector3<f64>, height_mm: f64, angle_rad: f64)
     (normal.dot(&-at) > 0.3 * at.norm()).then_some(at)
 }
 
-/// A turn by the true station, triangulated with a calibration drawn from its covariance; `axis_drawn`: whether the
-/// axis and the angles are drawn, too.
-fn scan(seed: u64, axis_drawn: bool) -> (Cloud, Calibration) {
+/// A turn by the true station, triangulated with a calibration sampled from its covariance; `axis_sampled`: whether the
+/// axis and the angles are sampled, too.
+fn scan(seed: u64, axis_sampled: bool) -> (Cloud, Calibration) {
     let truth = station();
     let mut rng = Pcg64Mcg::seed_from_u64(seed);
     let n = truth.covariance.nrows();
@@ -88,7 +88,7 @@ fn scan(seed: u64, axis_drawn: bool) -> (Cloud, Calibration) {
         let size: f64 = rng.sample(StandardNormal);
         draw.iter_mut().zip(&mode).for_each(|(sum, step)| *sum += size * step);
     }
-    if !axis_drawn {
+    if !axis_sampled {
         draw[n - 4..].fill(0.0);
     }
     let assumed = truth.stepped(&draw);
@@ -134,10 +134,10 @@ fn scan(seed: u64, axis_drawn: bool) -> (Cloud, Calibration) {
 }
 
 /// Errors of the radius over its standard uncertainty.
-fn errors(seeds: u64, axis_drawn: bool, adjust: impl Fn(Calibration) -> Calibration) -> Vec<f64> {
+fn errors(seeds: u64, axis_sampled: bool, adjust: impl Fn(Calibration) -> Calibration) -> Vec<f64> {
     (0..seeds)
         .map(|seed| {
-            let (cloud, calibration) = scan(seed, axis_drawn);
+            let (cloud, calibration) = scan(seed, axis_sampled);
             let result =
                 measure(&cloud, Some(&adjust(calibration)), &MeasureRequest::new(Tool::Cylinder)).unwrap();
             (result.value - CYLINDER_MM[0]) / (result.expanded_uncertainty / 2.0)
@@ -153,7 +153,7 @@ fn rms(values: &[f64]) -> f64 {
 const SEEDS: u64 = 30;
 
 /// Range of the RMS of 30 standard normal values (99.8 %).
-const HONEST_RMS: std::ops::Range<f64> = 0.62..1.4;
+const EXPECTED_RMS: std::ops::Range<f64> = 0.62..1.4;
 
 #[test]
 fn the_truth_lies_within_u_in_about_ninety_five_of_a_hundred_turns() {
@@ -162,7 +162,7 @@ fn the_truth_lies_within_u_in_about_ninety_five_of_a_hundred_turns() {
     eprintln!("{inside} of {SEEDS} inside U, normalised RMS {:.2}", rms(&normalised));
     // Fewer than 25 of 30 has a probability of 0.4 %.
     assert!(inside >= 25, "{inside} of {SEEDS}: {normalised:?}");
-    assert!(HONEST_RMS.contains(&rms(&normalised)), "{}", rms(&normalised));
+    assert!(EXPECTED_RMS.contains(&rms(&normalised)), "{}", rms(&normalised));
 }
 
 #[test]
@@ -180,5 +180,5 @@ fn an_uncertainty_without_the_axis_is_too_small() {
     };
     let without = rms(&errors(SEEDS, true, exact));
     eprintln!("normalised RMS {without:.2} without the axis");
-    assert!(!HONEST_RMS.contains(&without), "{without}");
+    assert!(!EXPECTED_RMS.contains(&without), "{without}");
 }

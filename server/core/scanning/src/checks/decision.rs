@@ -1,5 +1,5 @@
-//! Which points of a frame are dropped once all surfaces are known, and which doubtful ones are accepted
-//! (`docs/maths/labelling.md`, "Carried labels" and "Taken after all").
+//! Final decision on the points of a frame, with all surfaces known: rejected points and reinstated points
+//! (`docs/maths/labelling.md`, "Carried labels" and "Reinstated points").
 
 use vision::Centrelines;
 

@@ -46,10 +46,7 @@ fn residual_map(camera: &Camera, report: &CameraReport) -> Markup {
     plot.arrows(arrows, "");
     figure(
         plot.svg(),
-        &format!(
-            "Residuals of all corners, {factor:.0} times enlarged. They should look like hay: no swirl, no fan, \
-             no direction shared by neighbours."
-        ),
+        &format!("Residuals of all corners, {factor:.0} times enlarged. They should point in random directions."),
     )
 }
 

@@ -1,4 +1,4 @@
-//! Lines, circles and slots in a plane, fitted to places on their rim by geometric least squares.
+//! Lines, circles and slots in a plane, fitted to points on their rim by geometric least squares.
 
 use least_squares::{Damping, Termination};
 use nalgebra::{DMatrix, DVector, SMatrix, SVector, Vector2};
@@ -11,23 +11,23 @@ pub(crate) const MAX_PARAMETERS: usize = 5;
 pub(crate) type Step = [f64; MAX_PARAMETERS];
 pub(crate) type Covariance = SMatrix<f64, MAX_PARAMETERS, MAX_PARAMETERS>;
 
-/// Hypotheses tried: 99.9 % sure to hit three good places among four of ten that are good.
+/// Hypotheses tried: with 40 % inliers, one with three inliers is drawn with 99.9 % probability.
 const HYPOTHESES: usize = 120;
 
-/// Steps of a fit at most; a good start needs 4–8.
+/// Most steps of a fit; a good start needs 4–8.
 const MAX_STEPS: usize = 60;
 
-/// Solved when the whole step would move the distances of the places by less than this, RMS, mm.
+/// Converged when the undamped step would change the distances by less than this, RMS, mm.
 const GRADIENT_TOLERANCE_MM: f64 = 1e-9;
 
-/// A step that moves no parameter by more than this (mm, rad) changes nothing that can be measured.
+/// Converged when no parameter moves by more than this (mm, rad), which is below anything measurable.
 const STEP_TOLERANCE: f64 = 1e-10;
 
-/// A cost that rounding keeps from falling is good enough when the whole step would move the distances by less than this,
+/// A cost that rounding keeps from falling is accepted if the undamped step would change the distances by less than this,
 /// RMS, mm.
 const COST_TOLERANCE_MM: f64 = 1e-6;
 
-/// Damping at the start, in squares of each parameter's own unit, and its range.
+/// Initial damping, in squares of each parameter's own unit, and its range.
 const FIRST_DAMPING: f64 = 1e-6;
 const MIN_DAMPING: f64 = 1e-12;
 const MAX_DAMPING: f64 = 1e8;
@@ -35,14 +35,14 @@ const MAX_DAMPING: f64 = 1e8;
 /// Step of the numerical derivatives, mm and rad.
 const DERIVATIVE_STEP: f64 = 1e-6;
 
-/// A rim in the plane's own coordinates, mm.
+/// A rim in coordinates of the plane, mm.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Contour {
-    /// Through `at`, along `angle_rad`; what lies to the right is outside.
+    /// Through `at`, along `angle_rad`; the right-hand side is outside.
     Line { at: Vector2<f64>, angle_rad: f64 },
-    /// Outside is away from the centre.
+    /// A circle; outside is away from the centre.
     Circle { centre: Vector2<f64>, radius_mm: f64 },
-    /// Half circles of `radius_mm` about two centres, `half_mm` from the middle along `angle_rad`.
+    /// Half circles of `radius_mm` about two centres, at ±`half_mm` from `centre` along `angle_rad`.
     Slot { centre: Vector2<f64>, angle_rad: f64, half_mm: f64, radius_mm: f64 },
 }
 
@@ -97,7 +97,7 @@ impl Contour {
         }
     }
 
-    /// A line with its point abreast of the middle of its places; others unchanged.
+    /// A line with its point moved next to the centroid of the points; other contours unchanged.
     fn anchored(&self, places: &[Vector2<f64>]) -> Self {
         match *self {
             Self::Line { at, angle_rad } => {
@@ -128,7 +128,7 @@ fn away(from: &Vector2<f64>, radius_mm: f64) -> (f64, Vector2<f64>) {
     (reach - radius_mm, if reach > 0.0 { from / reach } else { Vector2::x() })
 }
 
-/// Σ of squared distances is least: all places count alike. `None` if they do not hold the contour, or the fit does not converge.
+/// Minimises Σ distance² with equal weights. `None` if the points do not determine the contour, or the fit does not converge.
 pub(crate) fn fit(start: &Contour, places: &[Vector2<f64>]) -> Option<Contour> {
     let (contour, termination) = solve(start, places, MAX_STEPS)?;
     let has_size = match contour {
@@ -139,7 +139,7 @@ pub(crate) fn fit(start: &Contour, places: &[Vector2<f64>]) -> Option<Contour> {
     (termination != Termination::NotConverged && has_size).then_some(contour)
 }
 
-/// [`fit`] with the reason of its end.
+/// [`fit`] with the termination reason.
 fn solve(start: &Contour, places: &[Vector2<f64>], max_steps: usize) -> Option<(Contour, Termination)> {
     let mut contour = start.anchored(places);
     let mut equations = Equations::at(&contour, places);
@@ -190,7 +190,7 @@ impl Equations {
         equations
     }
 
-    /// By how much the undamped step would move the distances, RMS, mm; `None` if the places do not hold the contour.
+    /// Change of the distances by the undamped step, RMS, mm; `None` if the points do not determine the contour.
     fn whole_step_mm(&self, n_places: usize) -> Option<f64> {
         let step = self.hessian.clone().cholesky()?.solve(&self.gradient);
         let square = self.gradient.dot(&step) / n_places as f64;
@@ -209,7 +209,7 @@ impl Equations {
     }
 }
 
-/// Covariance of the parameters when every place has the same `variance_mm2` across the rim.
+/// Covariance of the parameters if every point has the same `variance_mm2` across the rim.
 pub(crate) fn covariance(contour: &Contour, places: &[Vector2<f64>], variance_mm2: f64) -> Option<Covariance> {
     let n = contour.parameters();
     let mut normal = Covariance::identity();
@@ -223,7 +223,7 @@ pub(crate) fn covariance(contour: &Contour, places: &[Vector2<f64>], variance_mm
     Some(covariance)
 }
 
-/// The line or circle with the least median distance of all places, from hypotheses.
+/// The hypothesis with the least median distance of all points (LMedS).
 fn hypothesis(
     places: &[Vector2<f64>],
     needed: usize,
@@ -243,7 +243,7 @@ fn hypothesis(
     best.map(|(_, contour)| contour)
 }
 
-/// A first line; `outwards` says on which side outside is.
+/// Initial line; `outwards`: direction towards its outside.
 pub(crate) fn first_line(places: &[Vector2<f64>], outwards: &Vector2<f64>, rng: &mut Pcg64Mcg) -> Option<Contour> {
     let through = |drawn: &[Vector2<f64>]| {
         let along = (drawn[1] - drawn[0]).try_normalize(f64::MIN_POSITIVE)?;
@@ -253,7 +253,7 @@ pub(crate) fn first_line(places: &[Vector2<f64>], outwards: &Vector2<f64>, rng: 
     hypothesis(places, 2, through, rng)
 }
 
-/// A first circle.
+/// Initial circle.
 pub(crate) fn first_circle(places: &[Vector2<f64>], rng: &mut Pcg64Mcg) -> Option<Contour> {
     let through = |drawn: &[Vector2<f64>]| {
         let (a, b) = (drawn[1] - drawn[0], drawn[2] - drawn[0]);
@@ -269,7 +269,7 @@ pub(crate) fn first_circle(places: &[Vector2<f64>], rng: &mut Pcg64Mcg) -> Optio
     hypothesis(places, 3, through, rng)
 }
 
-/// A first slot, from the spread of its places.
+/// Initial slot, from the principal axes of the points.
 pub(crate) fn first_slot(places: &[Vector2<f64>]) -> Option<Contour> {
     let middle = places.iter().sum::<Vector2<f64>>() / places.len() as f64;
     let spread = places.iter().map(|p| (p - middle) * (p - middle).transpose()).sum::<nalgebra::Matrix2<f64>>();
@@ -292,12 +292,12 @@ mod tests {
     use super::*;
     use rand::SeedableRng;
 
-    /// Places on a slot, all around.
+    /// Points all around a contour.
     fn around(contour: &Contour, n: usize) -> Vec<Vector2<f64>> {
         let towards = |k: usize| unit(std::f64::consts::TAU * k as f64 / n as f64);
         (0..n)
             .map(|k| {
-                // From far outside straight to the rim.
+                // Projected onto the rim from far outside.
                 let mut place = Vector2::new(3.0, -2.0) + towards(k) * 40.0;
                 for _ in 0..20 {
                     let (distance, normal) = contour.distance_and_normal(&place);
@@ -309,7 +309,7 @@ mod tests {
     }
 
     #[test]
-    fn exact_places_give_the_contour_back() {
+    fn exact_points_reproduce_the_contour() {
         let mut rng = Pcg64Mcg::seed_from_u64(1);
         let slot = Contour::Slot { centre: Vector2::new(3.0, -2.0), angle_rad: 0.4, half_mm: 5.0, radius_mm: 2.0 };
         let places = around(&slot, 60);
@@ -320,14 +320,14 @@ mod tests {
         let mut places = around(&circle, 40);
         let clean = fit(&first_circle(&places, &mut rng).unwrap(), &places).unwrap();
         assert!(clean.distance_and_normal(&Vector2::new(7.5, -2.0)).0.abs() < 1e-9, "{clean:?}");
-        // A third of strays does not move the first guess far.
+        // A third of outliers does not move the initial circle far.
         places.extend((0..20).map(|k| Vector2::new(f64::from(k), 9.0)));
         let Some(Contour::Circle { radius_mm, .. }) = first_circle(&places, &mut rng) else { panic!("no circle") };
         assert!((radius_mm - 4.5).abs() < 1e-6, "{radius_mm}");
     }
 
     #[test]
-    fn a_fit_ends_for_a_reason_and_not_where_its_steps_run_out() {
+    fn a_fit_converges_before_its_steps_run_out() {
         let circle = Contour::Circle { centre: Vector2::new(3.0, -2.0), radius_mm: 4.5 };
         let off = |k: usize| Vector2::new(0.01 * (k % 3) as f64, 0.02 * (k % 5) as f64);
         let places: Vec<Vector2<f64>> = around(&circle, 40).iter().enumerate().map(|(k, p)| p + off(k)).collect();
@@ -335,11 +335,11 @@ mod tests {
         let (found, end) = solve(&start, &places, MAX_STEPS).unwrap();
         assert_ne!(end, Termination::NotConverged);
         assert_eq!(solve(&start, &places, 1).unwrap().1, Termination::NotConverged);
-        // Again from its own answer: nothing moves.
+        // Starting from its own result it does not move.
         let again = fit(&found, &places).unwrap();
         let rim = Vector2::new(7.5, -2.0);
         assert!((again.distance_and_normal(&rim).0 - found.distance_and_normal(&rim).0).abs() < 1e-8);
-        // All places at one: no circle.
+        // Coincident points determine no circle.
         assert_eq!(fit(&start, &vec![places[0]; 40]), None);
     }
 

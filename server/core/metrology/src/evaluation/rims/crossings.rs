@@ -1,48 +1,48 @@
-//! Where lines of light cross the rim of a plane.
+//! Crossings of laser lines with the rim of a plane.
 //!
-//! A line that ends at a rim fades over its blur: a point of it has the share Φ(a/σ) of the full light where the rim is a
-//! away, across the rim (eq. 12 of `docs/maths/metrology.md`), whatever share the extraction still takes for a line. The
-//! point after the last one is lost below that share. A rim that lines cross at a small angle cuts the sheet along its
-//! thickness, where neither height nor light say where the rim is; such crossings are left out later.
+//! A line that ends at a rim fades over its blur: at a distance a from the rim, across the rim, its intensity is Φ(a/σ) of
+//! the full intensity (eq. 12 of `docs/maths/metrology.md`), regardless of the extraction threshold, below which points are
+//! lost. A rim crossed at a small angle cuts the sheet along its thickness, where neither height nor intensity locate the
+//! rim; such crossings are excluded later.
 
 use nalgebra::Vector3;
 use statistics::median;
 
-use crate::fitting::features::Found;
+use crate::fitting::features::FeatureFit;
 use crate::fitting::robust::normalised_distance;
 use crate::fitting::sample::Samples;
 use crate::measuring::noise::spacing_px;
 use crate::params::{RIM_FULL_LIGHT_POINTS, RIM_GAP_SPACINGS, RIM_MIN_RUN_POINTS, RIM_REACH_LINE_SIGMAS};
 
-/// Points within this many trims of a plane lie on it when its rim is looked for.
+/// Points within this many trims of a plane belong to it in the search for its rim.
 const ON_PLANE_TRIMS: f64 = 2.0;
 
-/// A line that crosses a rim.
+/// The crossing of a laser line with a rim.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Crossing {
     /// The last point on the plane.
     pub(crate) sample_idx: u32,
     /// From that point to the rim, part frame, mm.
     pub(crate) offset: Vector3<f64>,
-    /// Unit vector along the line, off the plane.
+    /// Unit vector along the line, away from the plane.
     pub(crate) outwards: Vector3<f64>,
-    /// Blur of this end along its line (one σ, mm), if two neighbours show it.
+    /// Blur of this end along its line (one σ, mm), if two neighbouring points determine it.
     pub(crate) blur_along_mm: Option<f64>,
-    /// The point with the light nearest to half; `None` if the light did not fall before the point was lost.
+    /// The point whose intensity is closest to half; `None` if the intensity does not fall before the line ends.
     fading: Option<Fading>,
 }
 
-/// A point that has lost some of its light.
+/// A point of reduced intensity.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Fading {
-    /// From the last point back to it, mm.
+    /// Distance from the last point back to it, mm.
     back_mm: f64,
-    /// How far inside of the rim it is, in blurs.
+    /// Its distance inside the rim, in blurs (one σ).
     inside_blurs: f64,
 }
 
 impl Crossing {
-    /// Whether the light says where the rim is.
+    /// Whether the intensity locates the rim.
     pub(crate) fn has_faded(&self) -> bool {
         self.fading.is_some()
     }
@@ -55,8 +55,8 @@ impl Crossing {
     }
 }
 
-/// The ends of lines on a plane, among the candidates. A line that goes on outside of them has no end there.
-pub(crate) fn crossings(samples: &Samples, plane: &Found, candidates: &[u32]) -> Vec<Crossing> {
+/// The ends of lines on a plane, among the candidates. A line that continues outside the candidates does not end there.
+pub(crate) fn crossings(samples: &Samples, plane: &FeatureFit, candidates: &[u32]) -> Vec<Crossing> {
     let reach_mm = RIM_REACH_LINE_SIGMAS / 3.0 * samples.border_margin_mm();
     let is_on_plane = |idx: u32| {
         let sample = samples.at(idx);
@@ -80,19 +80,19 @@ struct End {
     last: u32,
     outwards: Vector3<f64>,
     spacing_mm: f64,
-    /// Share of the full light, from the last point inwards.
+    /// Fraction of the full intensity, from the last point inwards.
     shares: Vec<f64>,
 }
 
 impl End {
-    /// Blur of this end along the line (one σ, mm), from neighbours that both have a part of the light.
+    /// Blur of this end along the line (one σ, mm), from two neighbouring points of reduced intensity.
     fn blur_mm(&self) -> Option<f64> {
         let pair =
             self.shares.windows(2).find(|pair| is_fading(pair[0]) && is_fading(pair[1]) && pair[0] < pair[1])?;
         Some(self.spacing_mm / (quantile(pair[1]) - quantile(pair[0])))
     }
 
-    /// The crossing as far as the rim's direction is not known yet: half a spacing on, before the point that was lost.
+    /// The crossing before the rim's direction is known: half a spacing beyond the last point.
     fn crossing(&self) -> Crossing {
         let fading =
             self.shares.iter().enumerate().take(RIM_MIN_RUN_POINTS).filter(|(_, share)| is_fading(**share));
@@ -108,12 +108,12 @@ impl End {
     }
 }
 
-/// Whether a share of light says where it was: not nearly all or none of it.
+/// Whether a fraction of the full intensity determines the distance to the rim.
 fn is_fading(share: f64) -> bool {
     (FADING_SHARE..1.0 - FADING_SHARE).contains(&share)
 }
 
-/// Shares of light nearer to all or nothing than this say little about the place, as the noise counts too much.
+/// Fractions closer than this to 0 or 1 are dominated by noise.
 const FADING_SHARE: f64 = 0.05;
 
 /// Quantile of the standard normal distribution between 2.5 % and 97.5 %, good to 1e-8 (Acklam's rational function).
@@ -147,7 +147,7 @@ struct Walk<'a> {
 }
 
 impl Walk<'_> {
-    /// The next point of the same line on the plane.
+    /// The neighbouring point of the same line on the plane.
     fn next(&self, idx: u32, step: i64) -> Option<u32> {
         let next =
             u32::try_from(i64::from(idx) + step).ok().filter(|next| (*next as usize) < self.samples.len())?;
@@ -155,7 +155,7 @@ impl Walk<'_> {
         (px <= self.gap_px && (self.is_on_plane)(next)).then_some(next)
     }
 
-    /// The end at a point that is the last of its line in the direction of `step`.
+    /// The end of a line at `last`; `None` if the line continues in the direction of `step` or is too short.
     fn end(&self, last: u32, step: i64) -> Option<End> {
         if self.next(last, step).is_some() {
             return None;

@@ -1,4 +1,4 @@
-//! Rims of planes, from where lines of light end on them.
+//! Rims of planes, from the ends of laser lines.
 
 pub(crate) mod contour;
 pub(crate) mod crossings;

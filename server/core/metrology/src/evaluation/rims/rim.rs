@@ -1,4 +1,4 @@
-//! Rims of planes: circles, slots and edges through the places where lines cross them.
+//! Rims of planes: circles, slots and edges through the points where laser lines cross them.
 
 use nalgebra::{Vector2, Vector3};
 use rand_pcg::Pcg64Mcg;
@@ -8,9 +8,9 @@ use crate::evaluation::fitted::Fitted;
 use crate::evaluation::geometry::Geometry;
 use crate::evaluation::rims::contour::{self, Contour};
 use crate::evaluation::rims::crossings::{Crossing, crossings};
-use crate::fitting::features::Found;
+use crate::fitting::features::FeatureFit;
 use crate::fitting::sample::Samples;
-use crate::interface::doubts::Finding;
+use crate::interface::findings::Finding;
 use crate::interface::request::MeasureError;
 use crate::interface::shape::{Shape, across};
 use crate::params::{
@@ -19,31 +19,31 @@ use crate::params::{
 };
 use crate::plan::feature::FeatureShape;
 
-/// Rounds in which places that are off or crossed too obliquely leave a rim.
+/// Iterations in which outliers and oblique crossings are excluded from a rim.
 const TRIM_ROUNDS: usize = 8;
 
-/// Variance of a contour's parameter (mm², rad²) that is none: the crossings do not hold it.
+/// Largest variance of a contour's parameter (mm², rad²); above it the crossings do not determine the parameter.
 const MAX_RIM_VARIANCE: f64 = 1.0;
 
-/// Distances below this are rounding, mm: the trim never closes further.
+/// Smallest trim, mm: smaller distances are rounding.
 const MIN_TRIM_MM: f64 = 1e-6;
 
 /// A contour in a plane.
 pub(crate) struct Rim {
-    /// Place of the plane among the features.
+    /// Index of the plane among the features.
     pub(crate) plane_idx: usize,
     pub(crate) contour: Contour,
     pub(crate) axes: PlaneAxes,
-    /// The crossings it rests on.
+    /// The crossings used by the fit.
     pub(crate) crossings: Vec<Crossing>,
     pub(crate) n_left_out: usize,
     /// RMS of the crossings across the rim, mm.
     pub(crate) rms_mm: f64,
-    /// Standard uncertainty of where the rim is, the same for all crossings, mm; `None` if nobody knows.
+    /// Standard uncertainty of the rim's position, common to all crossings, mm; `None` if it is unknown.
     pub(crate) threshold_mm: Option<f64>,
 }
 
-/// Coordinates in a plane: axes that do not move with it.
+/// Coordinates in a plane; the axes stay fixed when the plane is perturbed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct PlaneAxes {
     origin: Vector3<f64>,
@@ -67,17 +67,17 @@ impl PlaneAxes {
         self.axes[0] * flat.x + self.axes[1] * flat.y
     }
 
-    /// Where a line crosses the rim, as far as is known.
+    /// Current estimate of a crossing, plane coordinates, mm.
     fn place(&self, samples: &Samples, crossing: &Crossing) -> Vector2<f64> {
         self.flat(&(samples.position(crossing.sample_idx) + crossing.offset))
     }
 
-    /// Sine of the angle between a line and the rim it crosses, positive where the contour's outside is off the plane.
+    /// Sine of the angle between a line and the rim it crosses, positive where the plane is on the contour's inside.
     fn sine(&self, normal: &Vector2<f64>, crossing: &Crossing) -> f64 {
         normal.dot(&self.flat_direction(&crossing.outwards))
     }
 
-    /// Blur across the rim, one σ, mm: all rims of one plane are blurred alike; `None` if no end shows it.
+    /// Blur across the rim, one σ, mm: the same for all rims of a plane; `None` if no crossing determines it.
     fn blur_across_mm(&self, contour: &Contour, samples: &Samples, crossings: &[Crossing]) -> Option<f64> {
         let blurs = crossings.iter().filter_map(|crossing| {
             let (_, normal) = contour.distance_and_normal(&self.place(samples, crossing));
@@ -86,7 +86,7 @@ impl PlaneAxes {
         median(&mut blurs.collect::<Vec<f64>>())
     }
 
-    /// The crossings where their light says that a rim near `contour` is.
+    /// The crossings, located by their intensity for a rim near `contour`.
     fn of_rim(
         &self,
         contour: &Contour,
@@ -108,7 +108,7 @@ impl PlaneAxes {
         Vector2::new(self.axes[0].dot(direction), self.axes[1].dot(direction))
     }
 
-    /// A place of the plane, on the plane where it is now.
+    /// A point in plane coordinates, projected onto the perturbed plane.
     fn on(&self, flat: &Vector2<f64>, plane: &Shape) -> Vector3<f64> {
         let at = self.origin + self.direction(flat);
         at - plane.normal_at(&at) * plane.distance_mm(&at)
@@ -140,14 +140,14 @@ impl Rim {
         })
     }
 
-    /// The contour fitted anew to its crossings where they are now, `shift_mm` further off the plane.
+    /// The contour refitted to its perturbed crossings, moved outwards from the plane by `shift_mm`.
     pub(crate) fn refit(&self, seen: &[(Vector3<f64>, &Crossing)], shift_mm: f64) -> Option<Contour> {
         let flat: Vec<Vector2<f64>> = seen.iter().map(|(place, _)| self.axes.flat(place)).collect();
         let fitted = contour::fit(&self.contour, &flat)?;
         if shift_mm == 0.0 {
             return Some(fitted);
         }
-        // Crossings leave the plane across the rim: inside a hole, outside of a plate.
+        // Outwards from the plane: towards the centre of a hole, away from a plate.
         let shifted: Vec<Vector2<f64>> = flat
             .iter()
             .zip(seen)
@@ -160,7 +160,7 @@ impl Rim {
         contour::fit(&fitted, &shifted)
     }
 
-    /// What speaks against it: crossings further off than the blur and a usual form error explain.
+    /// A finding if the crossings deviate more than the blur and a usual form error explain.
     pub(crate) fn misfit(&self, samples: &Samples, role: &'static str) -> Option<Finding> {
         let inliers: Vec<u32> = self.crossings.iter().map(|crossing| crossing.sample_idx).collect();
         let form_mm = FORM_RMS_RELATIVE * samples.mean_distance_mm(&inliers);
@@ -168,7 +168,7 @@ impl Rim {
         (self.rms_mm > allowed_mm).then_some(Finding::ModelMisfit { role, rms_mm: self.rms_mm, allowed_mm })
     }
 
-    /// Covariance of the contour's parameters from the scatter of `n_all` crossings, of which `places` are some.
+    /// Covariance of the contour's parameters from the scatter of its crossings; `redundancy`: crossings per independent one.
     pub(crate) fn covariance(&self, places: &[Vector3<f64>], redundancy: f64) -> Option<contour::Covariance> {
         let flat: Vec<Vector2<f64>> = places.iter().map(|place| self.axes.flat(place)).collect();
         let freedom = flat.len().saturating_sub(self.contour.parameters()).max(1) as f64;
@@ -177,12 +177,12 @@ impl Rim {
     }
 }
 
-/// Fits a circle, slot or edge to where lines leave a plane among the candidates.
+/// Fits a circle, slot or edge to the ends of laser lines on a plane among the candidates.
 pub(crate) fn fit(
     samples: &Samples,
     rng: &mut Pcg64Mcg,
     shape: &FeatureShape,
-    (plane_idx, plane): (usize, &Found),
+    (plane_idx, plane): (usize, &FeatureFit),
     candidates: &[u32],
 ) -> Result<Fitted, MeasureError> {
     let name = shape.name();
@@ -227,8 +227,7 @@ pub(crate) fn fit(
         }
         contour = contour::fit(&contour, &kept).ok_or_else(missing)?;
         let mut distances: Vec<f64> = kept.iter().map(|p| contour.distance_and_normal(p).0.abs()).collect();
-        // Nobody knows the rim better than to a share of the blur: a straight side that fits better must not drive out a
-        // round end.
+        // The rim is known to a fraction of the blur at best: a better-fitting straight side must not exclude a round end.
         let least_mm = RIM_BLUR_SHARE * blur_mm.unwrap_or(0.0);
         trim_mm =
             (TRIM_SIGMAS * SIGMA_PER_MAD * median(&mut distances).unwrap_or(0.0)).max(least_mm).max(MIN_TRIM_MM);
@@ -269,7 +268,7 @@ pub(crate) fn fit(
     if is_held { Ok(Fitted::Rim(rim)) } else { Err(MeasureError::NotDetermined { what: name }) }
 }
 
-/// The largest part of a circle that no line crosses, degrees; `None` for other contours.
+/// The largest arc of a circle without crossings, degrees; `None` for other contours.
 fn gap_deg(contour: &Contour, places: &[Vector2<f64>]) -> Option<f64> {
     let Contour::Circle { centre, .. } = contour else { return None };
     let mut angles: Vec<f64> = places.iter().map(|p| (p.y - centre.y).atan2(p.x - centre.x)).collect();

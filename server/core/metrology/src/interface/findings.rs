@@ -21,7 +21,7 @@ pub enum Missing {
     StageStraightness,
     /// The angular accuracy of the turntable is unknown.
     StageAngle,
-    /// The light of the lines does not fall before they end at a rim, so nobody knows where the rim is.
+    /// The intensity of the lines does not fall before they end at a rim, so the position of the rim is unknown.
     EdgeThreshold,
 }
 
@@ -60,7 +60,7 @@ impl fmt::Display for Missing {
                  the capture and calibrate again)"
             }
             Self::EdgeThreshold => {
-                "where a line ends at a rim (its light does not fall before: less exposure, or points nearer together)"
+                "the position of the rim (the lines do not fade before they end: reduce the exposure or the point spacing)"
             }
         })
     }
@@ -110,8 +110,8 @@ impl fmt::Display for Finding {
         match self {
             Self::ModelMisfit { role, rms_mm, allowed_mm } => write!(
                 f,
-                "{role}: the model does not fit: residuals of {rms_mm:.3} mm RMS where noise and form explain \
-                 {allowed_mm:.3} mm; check the tool, or give a region around the feature"
+                "{role}: the model does not fit: residuals of {rms_mm:.3} mm RMS, noise and form explain {allowed_mm:.3} mm; \
+                 check the tool, or give a region around the feature"
             ),
             Self::OffSurface { role, share } => write!(
                 f,

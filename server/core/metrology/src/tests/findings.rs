@@ -46,7 +46,7 @@ fn an_incomplete_uncertainty_decides_nothing_and_names_what_is_missing() {
 }
 
 #[test]
-fn the_right_tool_raises_no_doubt() {
+fn the_right_tool_gives_no_findings() {
     let flat = gauge(GAUGE_MM, SIGMA_MM, 3);
     for (tool, cloud) in [
         (Tool::Plane, &flat),
@@ -81,7 +81,7 @@ fn a_step_on_a_ball_is_reported_as_a_model_that_does_not_fit() {
 }
 
 #[test]
-fn a_pocket_is_no_boss() {
+fn a_pocket_is_not_a_boss() {
     let pocket = measure(&gauge(-3.0, SIGMA_MM, 5), None, &asked(Tool::Step, 3.0, 0.1)).unwrap();
     assert!((pocket.value + 3.0).abs() < 0.01 && (pocket.error.unwrap() + 6.0).abs() < 0.01, "{}", pocket.value);
     assert_eq!(
@@ -93,7 +93,7 @@ fn a_pocket_is_no_boss() {
 }
 
 #[test]
-fn a_block_that_hides_most_of_its_table_is_still_measured_from_it() {
+fn a_block_that_hides_most_of_its_table_is_still_measured_from_the_table() {
     let normal = table_normal();
     let top = TABLE_POINT + normal * GAUGE_MM;
     let surface = |ray: &Vector3<f64>| {
@@ -134,7 +134,7 @@ fn the_form_of_a_noisy_plate_lies_within_its_uncertainty() {
     for seed in 0..6 {
         let plate = scan(&bent, 40.0, 0.4, SIGMA_MM, seed);
         let flatness = measure(&plate, None, &MeasureRequest::new(Tool::Flatness)).unwrap();
-        // The border left out takes 1.05 mm on each side.
+        // The excluded border is 1.05 mm wide on each side.
         let truth = 0.5 * (38.95f64 / 40.0).powi(2);
         let error = flatness.value - truth;
         assert!(error.abs() <= flatness.expanded_uncertainty, "{error} ± {}", flatness.expanded_uncertainty);
@@ -142,7 +142,7 @@ fn the_form_of_a_noisy_plate_lies_within_its_uncertainty() {
 }
 
 #[test]
-fn the_border_left_out_is_three_thicknesses_of_the_sheet() {
+fn the_excluded_border_is_three_thicknesses_of_the_sheet() {
     let n_border = |sheet_mm: f64| {
         let mut cloud = gauge(GAUGE_MM, SIGMA_MM, 3);
         cloud.comments.push(format!("line_sigma_mm {sheet_mm}"));

@@ -1,5 +1,5 @@
-//! From the components of a characteristic and how they vary to value, uncertainty and verdict: what U lacks, what speaks
-//! against the features, and what is said of it.
+//! Results of characteristics: value, uncertainty and verdict from the components and their covariances, with missing
+//! uncertainty contributions, findings against the features, and notes.
 
 use nalgebra::{Matrix3, Vector3};
 use optics::Calibration;
@@ -10,18 +10,18 @@ use crate::evaluation::forms::Form;
 use crate::evaluation::result::{CharacteristicResult, FeatureResult};
 use crate::evaluation::uncertainty::Systematic;
 use crate::evaluation::values::{AngleAxes, State, band, form_residuals};
-use crate::interface::doubts::{Finding, Missing};
+use crate::interface::findings::{Finding, Missing};
 use crate::interface::part_verdict::PartVerdict;
 use crate::interface::request::MeasureError;
 use crate::interface::verdict::Limits;
 use crate::measuring::form::{Flatness, without_noise};
-use crate::measuring::measure::judged;
+use crate::measuring::measure::verdict_if_proven;
 use crate::measuring::missing::missing;
 use crate::params::{COVERAGE_FACTOR, EXPANSION_PER_K, FOLD_SIGMAS, TEMPERATURE_SIGMA_K};
 use crate::plan::characteristic::{Characteristic, Measure};
 
-/// From what was found and how it varies to results.
-pub(crate) struct Judge<'a> {
+/// Computes the results of characteristics.
+pub(crate) struct CharacteristicEvaluator<'a> {
     pub(crate) chain: &'a Chain<'a>,
     pub(crate) base: &'a State,
     pub(crate) forms: &'a [Form],
@@ -29,7 +29,7 @@ pub(crate) struct Judge<'a> {
     pub(crate) calibration: Option<&'a Calibration>,
 }
 
-impl Judge<'_> {
+impl CharacteristicEvaluator<'_> {
     pub(crate) fn characteristic(
         &self,
         idx: usize,
@@ -43,35 +43,35 @@ impl Judge<'_> {
         let has_form = !measure.is_deviation() || matches!(measure, Measure::Position { .. }) || form.is_some();
         let angle = self.chain.angles[idx].as_ref();
         let systematic = modes.map(|modes| &modes.covariances[idx]);
-        let judged = components
+        let estimate = components
             .filter(|_| has_form)
             .map(|components| value(measure, components, (noise, systematic), angle, form.as_ref()));
         let nominal = nominal_mm.or(*nominal_deg).or(measure.is_deviation().then_some(0.0));
-        let error = judged.as_ref().zip(nominal).map(|(judged, nominal)| judged.value - nominal);
+        let error = estimate.as_ref().zip(nominal).map(|(estimate, nominal)| estimate.value - nominal);
         let limits = Limits { lower: *lower, upper: *upper };
         let missing = self.missing(idx, modes);
         let findings = self.findings(idx);
         let is_proven = missing.is_empty() && findings.is_empty();
-        let u = judged.as_ref().map(Judged::expanded_uncertainty);
-        let mut notes = judged.as_ref().map_or_else(Vec::new, |judged| judged.notes.clone());
+        let u = estimate.as_ref().map(Estimate::expanded_uncertainty);
+        let mut notes = estimate.as_ref().map_or_else(Vec::new, |estimate| estimate.notes.clone());
         notes.extend(missing.iter().map(|missing| format!("U is incomplete: it lacks {missing}")));
         notes.extend(findings.iter().map(|(id, finding)| format!("{id}: {finding}")));
         CharacteristicResult {
             id: id.clone(),
             measure: measure.name(),
             unit: measure.unit(),
-            value: judged.as_ref().map(|judged| judged.value),
+            value: estimate.as_ref().map(|estimate| estimate.value),
             components: components
                 .filter(|_| matches!(measure, Measure::Position { .. } | Measure::Angle { about: None, .. }))
                 .map(|components| (*components).into()),
             nominal,
             limits,
             error,
-            u_noise: judged.as_ref().map(|judged| judged.u_noise),
-            u_systematic: judged.as_ref().and_then(|judged| judged.u_systematic),
+            u_noise: estimate.as_ref().map(|estimate| estimate.u_noise),
+            u_systematic: estimate.as_ref().and_then(|estimate| estimate.u_systematic),
             expanded_uncertainty: u,
             verdict: verdict(error.zip(u), &limits, is_proven),
-            failure: judged.is_none().then(|| self.failure(idx)),
+            failure: estimate.is_none().then(|| self.failure(idx)),
             invalid_because: None,
             missing,
             findings,
@@ -80,14 +80,14 @@ impl Judge<'_> {
         }
     }
 
-    /// The form of a characteristic without the noise.
+    /// The form of a characteristic, corrected for noise.
     fn form(&self, idx: usize) -> Option<Flatness> {
         let form = self.forms.iter().find(|form| form.characteristic == idx)?;
         let measure = &self.chain.plan.characteristics[idx].measure;
         let samples = self.chain.samples;
         let positions: Vec<Vector3<f64>> = form.inliers.iter().map(|idx| samples.position(*idx)).collect();
         let residuals = match measure {
-            // About the least-squares plane of all of them.
+            // Relative to the least-squares plane of all points.
             Measure::Flatness { .. } => positions.iter().map(|at| form.shape.distance_mm(at)).collect(),
             _ => form_residuals(self.chain.plan, measure, self.base, &positions)?,
         };
@@ -97,7 +97,7 @@ impl Judge<'_> {
     fn failure(&self, idx: usize) -> MeasureError {
         let measure = &self.chain.plan.characteristics[idx].measure;
         let of_features =
-            (0..self.features.len()).filter(|feature| self.chain.rests_on(idx, *feature)).find_map(|feature| {
+            (0..self.features.len()).filter(|feature| self.chain.depends_on(idx, *feature)).find_map(|feature| {
                 let reason = self.features[feature].failure.as_ref()?.to_string();
                 Some(MeasureError::Missing { id: self.features[feature].id.clone(), reason })
             });
@@ -105,23 +105,23 @@ impl Judge<'_> {
     }
 
     fn findings(&self, idx: usize) -> Vec<(String, Finding)> {
-        let resting = self.features.iter().enumerate().filter(|(feature, _)| self.chain.rests_on(idx, *feature));
+        let resting = self.features.iter().enumerate().filter(|(feature, _)| self.chain.depends_on(idx, *feature));
         resting.flat_map(|(_, feature)| feature.findings.iter().map(|f| (feature.id.clone(), f.clone()))).collect()
     }
 
-    /// What U should hold and does not.
+    /// Uncertainty contributions that U lacks.
     fn missing(&self, idx: usize, modes: Option<&Systematic>) -> Vec<Missing> {
         let chain = self.chain;
-        let is_blind_rim = |(feature, fitted): (usize, &Result<Fitted, MeasureError>)| {
+        let has_unknown_threshold = |(feature, fitted): (usize, &Result<Fitted, MeasureError>)| {
             let has_no_threshold = matches!(fitted, Ok(Fitted::Rim(rim)) if rim.threshold_mm.is_none());
-            chain.rests_on(idx, feature) && has_no_threshold
+            chain.depends_on(idx, feature) && has_no_threshold
         };
         let measure = &chain.plan.characteristics[idx].measure;
-        let mut missing = missing(chain.samples, self.calibration, measure.is_between_places());
+        let mut missing = missing(chain.samples, self.calibration, measure.may_span_travel());
         if modes.is_some_and(|modes| modes.has_failed[idx]) {
             missing.push(Missing::CalibrationModes);
         }
-        if chain.fitted.iter().enumerate().any(is_blind_rim) {
+        if chain.fitted.iter().enumerate().any(has_unknown_threshold) {
             missing.push(Missing::EdgeThreshold);
         }
         missing
@@ -130,14 +130,14 @@ impl Judge<'_> {
 
 /// A value with its standard uncertainties, in its unit.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Judged {
+pub(crate) struct Estimate {
     pub(crate) value: f64,
     pub(crate) u_noise: f64,
     pub(crate) u_systematic: Option<f64>,
     pub(crate) notes: Vec<String>,
 }
 
-impl Judged {
+impl Estimate {
     pub(crate) fn expanded_uncertainty(&self) -> f64 {
         COVERAGE_FACTOR * self.u_noise.hypot(self.u_systematic.unwrap_or(0.0))
     }
@@ -150,7 +150,7 @@ pub(crate) fn value(
     (noise, systematic): (&Matrix3<f64>, Option<&Matrix3<f64>>),
     angle: Option<&AngleAxes>,
     form: Option<&Flatness>,
-) -> Judged {
+) -> Estimate {
     let along = |covariance: &Matrix3<f64>, direction: &Vector3<f64>| {
         (direction.transpose() * covariance * direction)[(0, 0)].max(0.0).sqrt()
     };
@@ -166,8 +166,8 @@ pub(crate) fn value(
             let mut notes = Vec::new();
             if folded * folded <= FOLD_SIGMAS * FOLD_SIGMAS * square {
                 notes.push(format!(
-                    "the features are turned by {folded:.5}°, little more than the uncertainty, which can only make an \
-                     angle larger; its share was taken out: see the tilts, which have a sign"
+                    "the angle of {folded:.5}° is little larger than its uncertainty, which can only increase an angle; it \
+                     was corrected for this bias: see the signed tilts"
                 ));
                 folded = (folded * folded - square).max(0.0).sqrt();
                 if total[(1, 1)] > total[(0, 0)] {
@@ -176,15 +176,15 @@ pub(crate) fn value(
             }
             let (u_noise, u_systematic) = both(1.0, &axis);
             let value = if is_supplement { 180.0 - folded } else { folded };
-            Judged { value, u_noise, u_systematic, notes }
+            Estimate { value, u_noise, u_systematic, notes }
         }
         Measure::Position { at_mm, .. } => {
             let (deviation, square) = (components.norm(), total.trace());
             let mut notes = Vec::new();
             let (value, direction) = if deviation * deviation <= FOLD_SIGMAS * FOLD_SIGMAS * square {
                 notes.push(format!(
-                    "the place is off by {deviation:.4} mm, little more than the uncertainty, which can only make it \
-                     larger; its share was taken out: see the deviations, which have signs"
+                    "the position deviates by {deviation:.4} mm, little more than its uncertainty, which can only increase \
+                     the deviation; it was corrected for this bias: see the signed components"
                 ));
                 let eigen = total.symmetric_eigen();
                 let worst = eigen.eigenvectors.column(eigen.eigenvalues.imax()).into_owned();
@@ -195,18 +195,18 @@ pub(crate) fn value(
             let (u_noise, u_systematic) = both(2.0, &direction);
             let reach_mm = at_mm.iter().flatten().map(|mm| mm * mm).sum::<f64>().sqrt();
             let warm = |u: f64| u.hypot(2.0 * reach_mm * EXPANSION_PER_K * TEMPERATURE_SIGMA_K);
-            Judged { value, u_noise, u_systematic: u_systematic.map(warm), notes }
+            Estimate { value, u_noise, u_systematic: u_systematic.map(warm), notes }
         }
         _ => {
             let (u_noise, u_systematic) = both(1.0, &Vector3::x());
             match form {
-                Some(form) => Judged {
+                Some(form) => Estimate {
                     value: form.value_mm,
                     u_noise: u_noise.hypot(form.standard_uncertainty_mm),
                     u_systematic,
                     notes: vec![format!(
-                        "no filter: 99.9 % of the points ({:.0} with noise of their own) lie in a zone of {:.4} mm, of \
-                         which noise alone has {:.4} mm; RMS without noise {:.4} mm",
+                        "no filter: 99.9 % of the points ({:.0} with independent noise) lie in a zone of {:.4} mm, noise alone \
+                         gives {:.4} mm; RMS without noise {:.4} mm",
                         form.n_independent, form.band_mm, form.noise_band_mm, form.form_rms_mm
                     )],
                 },
@@ -215,19 +215,19 @@ pub(crate) fn value(
                     let grown =
                         if is_length { components.x.abs() * EXPANSION_PER_K * TEMPERATURE_SIGMA_K } else { 0.0 };
                     let u_systematic = u_systematic.map(|u| u.hypot(grown));
-                    Judged { value: components.x, u_noise, u_systematic, notes: Vec::new() }
+                    Estimate { value: components.x, u_noise, u_systematic, notes: Vec::new() }
                 }
             }
         }
     }
 }
 
-/// The verdict on a characteristic: none without limits, invalid without a finite value and a finite uncertainty, undecided
-/// unless U is complete and the model fits.
+/// The verdict on a characteristic: `None` without limits, invalid without a finite value and uncertainty, undecided unless
+/// `is_proven` (U is complete and the model fits).
 pub(crate) fn verdict(error_and_u: Option<(f64, f64)>, limits: &Limits, is_proven: bool) -> Option<PartVerdict> {
     limits.width()?;
     let finite = error_and_u.filter(|(error, u)| error.is_finite() && u.is_finite());
-    Some(finite.map_or(PartVerdict::Invalid, |(error, u)| judged(error, limits, u, is_proven).into()))
+    Some(finite.map_or(PartVerdict::Invalid, |(error, u)| verdict_if_proven(error, limits, u, is_proven).into()))
 }
 
 #[cfg(test)]
@@ -235,7 +235,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_no_number_is_invalid_and_what_is_not_asked_has_no_verdict() {
+    fn a_non_finite_value_is_invalid_and_a_value_without_limits_has_no_verdict() {
         let limits = Limits { lower: Some(-0.1), upper: None };
         assert_eq!(verdict(None, &limits, true), Some(PartVerdict::Invalid));
         assert_eq!(verdict(Some((f64::NAN, 0.01)), &limits, true), Some(PartVerdict::Invalid));
