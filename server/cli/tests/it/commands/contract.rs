@@ -184,6 +184,39 @@ fn a_sixteen_bit_image_gives_the_same_corners() {
 }
 
 #[test]
+fn sigma_of_corners_covers_what_jpeg_compression_does_to_them() {
+    let folder = tempfile::tempdir().unwrap();
+    let png = small_capture().join("board/000.png");
+    let grey = image::open(&png).unwrap().into_luma8();
+    let csv = path(folder.path(), "out");
+    // u, v and sigma of every corner.
+    let corners = |image: &str, name: &str| -> Vec<[f64; 3]> {
+        sheaf_ok(&["corners", image, "--columns", "11", "--rows", "8", "--csv", &csv]);
+        let table = std::fs::read_to_string(folder.path().join("out").join(name)).unwrap();
+        let row = |line: &str| {
+            let fields: Vec<f64> = line.split(',').skip(2).map(|field| field.parse().unwrap()).collect();
+            [fields[0], fields[1], fields[2]]
+        };
+        table.lines().skip(1).map(row).collect()
+    };
+    let intact = corners(png.to_str().unwrap(), "000.csv");
+    for quality in [75, 40] {
+        let file = folder.path().join(format!("{quality}.jpg"));
+        let out = std::fs::File::create(&file).unwrap();
+        let mut encoder = image::codecs::jpeg::JpegEncoder::new_with_quality(out, quality);
+        encoder.encode_image(&grey).unwrap();
+        let lossy = corners(file.to_str().unwrap(), &format!("{quality}.csv"));
+        assert_eq!((intact.len(), lossy.len()), (88, 88));
+        let square =
+            |[a, b]: [&[f64; 3]; 2]| ((a[0] - b[0]).powi(2) + (a[1] - b[1]).powi(2)) / (2.0 * b[2] * b[2]);
+        let mean = intact.iter().zip(&lossy).map(|(a, b)| square([a, b])).sum::<f64>() / 88.0;
+        eprintln!("quality {quality}: moved by {:.2} sigma", mean.sqrt());
+        assert!(mean.sqrt() > 0.05, "quality {quality}: nothing moved, {mean}");
+        assert!(mean.sqrt() < 1.15, "quality {quality}: moved by {:.2} sigma", mean.sqrt());
+    }
+}
+
+#[test]
 fn calibrate_answers_in_json_with_everything_a_script_needs() {
     let folder = tempfile::tempdir().unwrap();
     let capture = small_capture();
