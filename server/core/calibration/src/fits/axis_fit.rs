@@ -7,6 +7,7 @@ use optics::{BoardFrame, CameraFrame, PartFrame, Rigid, RotaryAxis};
 use crate::error::CalibrationError;
 use crate::findings::report::AxisReport;
 use crate::fits::axis_checks::{check_angles, check_rotations, first_axis};
+use crate::fits::excess::excess_sigma;
 use crate::params::{MAX_AXIS_TILT_SIGMA_RAD, MAX_RELATIVE_AXIS_SHIFT_SIGMA, MIN_VIEWS_FOR_ANGLE_SIGMA};
 use crate::solving::bundle_state::BoardPose;
 use crate::solving::normal::Derived;
@@ -22,9 +23,6 @@ const DERIVATIVE_STEP: f64 = 1e-5;
 
 /// Gauss–Newton steps: the initial axis is accurate to a thousandth, and each step squares the error.
 const STEPS: usize = 8;
-
-/// Bisections of the interval of the angle's σ.
-const HALVINGS: usize = 40;
 
 type Jacobian = SMatrix<f64, 6, PARAMETERS>;
 type Parameters = SVector<f64, PARAMETERS>;
@@ -239,15 +237,7 @@ fn angle_sigma_rad(turn: &Turn, views: &[RotaryView]) -> f64 {
     let misfit = |variance: f64| errors.iter().map(|(e, noise)| e * e / (variance + noise)).sum::<f64>();
     let information = errors.iter().map(|(_, noise)| noise.powi(-2)).sum::<f64>() / 2.0;
     let hidden = ((n - 1.0) / n * information).powf(-0.5);
-    let (mut low, mut high) = (hidden, errors.iter().map(|(e, _)| e * e).sum::<f64>() / expected);
-    if !(high > low && misfit(low) > expected) {
-        return hidden.max(f64::MIN_POSITIVE).sqrt();
-    }
-    for _ in 0..HALVINGS {
-        let middle = 0.5 * (low + high);
-        if misfit(middle) > expected { low = middle } else { high = middle }
-    }
-    high.sqrt()
+    excess_sigma(hidden, errors.iter().map(|(e, _)| e * e).sum::<f64>() / expected, expected, misfit)
 }
 
 fn finished(

@@ -2,6 +2,7 @@
 pub(crate) mod axis_checks;
 pub(crate) mod axis_fit;
 pub(crate) mod cross_validation;
+mod excess;
 pub(crate) mod joint;
 pub(crate) mod laser_points;
 pub mod light_fit;

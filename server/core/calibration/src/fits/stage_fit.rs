@@ -9,13 +9,11 @@ use optics::stage::Straightness;
 use crate::error::CalibrationError;
 use crate::findings::report::StageReport;
 use crate::first::camera_fit::CameraFit;
+use crate::fits::excess::excess_sigma;
 use crate::input::StageViewInput;
 use crate::params::{MIN_STAGE_POSITIONS, MIN_STAGE_SPACING_SQUARES};
 use crate::solving::bundle_state::BoardPose;
 use crate::solving::normal::Derived;
-
-/// Bisections of the interval of the straightness: to a millionth of it.
-const HALVINGS: usize = 40;
 
 /// A straight line through freely fitted board positions: x_i = x_0 + s_i·t.
 #[derive(Debug, Clone, PartialEq)]
@@ -170,15 +168,7 @@ fn straightness_sigma_mm(deviations: &[Vector3<f64>], noises: &[Matrix3<f64>]) -
     // The Fisher information of σ² where there is only noise.
     let information: f64 = noises.iter().map(|noise| inverse(0.0, noise).norm_squared()).sum::<f64>() / 2.0;
     let hidden = (views_left / deviations.len() as f64 * information).powf(-0.5);
-    let (mut low, mut high) = (hidden, deviations.iter().map(Vector3::norm_squared).sum::<f64>() / expected);
-    if !(high > low && misfit(low) > expected) {
-        return hidden.max(f64::MIN_POSITIVE).sqrt();
-    }
-    for _ in 0..HALVINGS {
-        let middle = 0.5 * (low + high);
-        if misfit(middle) > expected { low = middle } else { high = middle }
-    }
-    high.sqrt()
+    excess_sigma(hidden, deviations.iter().map(Vector3::norm_squared).sum::<f64>() / expected, expected, misfit)
 }
 
 /// The report of a stage with direction and covariance from the joint fit.
