@@ -46,7 +46,7 @@ pub const TRIM_POINTS: usize = 20_000;
 pub const TRIM_ROUNDS: usize = 15;
 
 /// Points closer to the border of a feature than this many thicknesses (one σ) of the light sheet are left out: the
-/// centre of a stripe that is cut or lit on two surfaces is displaced, by at most 3 µm beyond that distance (eq. 6).
+/// centre of a stripe that is cut or lit on two surfaces is displaced, by at most 3 µm beyond that distance (eq. 2).
 pub const BORDER_SIGMAS: f64 = 3.0;
 
 /// Assumed thickness of the light sheets where the cloud does not state it (one σ), relative to the distance to the

@@ -256,7 +256,7 @@ pub mod watches {
     /// Differences that share their noise, about, as far as weights against prior knowledge go: all pairs of five orders
     /// stand on four differences, and neighbouring frames on one speckle pattern.
     pub const SHARED_DIFFERENCES: f64 = 16.0;
-    /// Differences beyond this many median deviations do not belong to the same surface.
+    /// Differences beyond this many σ, by their median absolute deviation, do not belong to the same surface.
     pub const CUT_SIGMAS: f64 = 4.0;
     /// Iterations of fitting and outlier removal.
     pub const FIT_ROUNDS: usize = 4;

@@ -1,5 +1,5 @@
-//! The uncertainty budget of a value: its contributions, and which are missing (`docs/maths/metrology.md`, table of
-//! parts).
+//! The uncertainty budget of a value: its contributions, and which are missing (`docs/maths/metrology.md`,
+//! "Contributions to U").
 
 use optics::Calibration;
 

@@ -2,7 +2,7 @@
 //!
 //! Noise widens the band: it combines with the form somewhere between linearly (a flat plate) and in quadrature (a form
 //! error much larger than the noise). The value is the mean of the two corrections; half their difference is the limit
-//! of the correction's error (eq. 6).
+//! of the correction's error (eq. 3).
 
 use statistics::{SIGMA_PER_MAD, median};
 

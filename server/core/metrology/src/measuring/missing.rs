@@ -1,4 +1,4 @@
-//! Uncertainty contributions that the cloud and its calibration do not state (`docs/maths/metrology.md`, table of parts).
+//! Uncertainty contributions that the cloud and its calibration do not state (`docs/maths/metrology.md`, "Contributions to U").
 
 use optics::Calibration;
 

@@ -1,5 +1,5 @@
 //! The axis of a turntable from a part that it turns through more than a circle, without a board
-//! (`docs/maths/turntable.md`, eq. 12–15): the axis about which surfaces observed twice coincide.
+//! (`docs/maths/turntable.md`, eq. 12–16): the axis about which surfaces observed twice coincide.
 
 mod pairs;
 mod surfels;
@@ -226,7 +226,7 @@ fn without_stage(calibration: &Calibration) -> Calibration {
 }
 
 /// Joint covariance of camera, light and axis: a shift of camera or light by one σ along a mode moves the surfaces, and
-/// the axis follows by one step (eq. 15).
+/// the axis follows by one step (eq. 16).
 fn joint_covariance(
     frames: &dyn Frames,
     calibration: &Calibration,

@@ -1,4 +1,4 @@
-//! Comparison of line widths with the labels of points (`docs/maths/labelling.md`, "Widths").
+//! Comparison of line widths with the labels of points (`docs/maths/labelling.md`, "Line widths").
 
 use crate::checks::compare::Surfaces;
 use crate::checks::rivals::Rivals;

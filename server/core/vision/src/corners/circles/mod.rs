@@ -59,8 +59,8 @@ pub fn find_circles(image: &GreyImage, params: &CircleParams) -> Result<BoardCor
     let (columns, rows) = (params.columns, params.rows);
     let mut found = 0;
     for polarity in [Polarity::Dark, Polarity::Bright] {
-        for share in BLOB_WINDOW_DIVISORS {
-            let radius_px = (image.width().max(image.height()) / share).max(4);
+        for divisor in BLOB_WINDOW_DIVISORS {
+            let radius_px = (image.width().max(image.height()) / divisor).max(4);
             let blobs = find_blobs(image, polarity, radius_px);
             if blobs.len() < CIRCLES_MIN {
                 continue;
