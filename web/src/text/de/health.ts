@@ -166,6 +166,8 @@ export const health = {
     "laser.switched": "Laserleistung gesetzt",
     "camera.configured": "Kameraeinstellungen geändert",
     "camera.features_set": "Kamera-Features gesetzt",
+    "camera.dark_frame_taken": "Dunkelbild aufgenommen",
+    "camera.dark_frame_removed": "Dunkelbild entfernt",
     "live.started": "Live-Bild gestartet",
     "live.ended": "Live-Bild beendet",
     "session.created": "Kalibriersitzung gestartet",

@@ -7,7 +7,7 @@ export const inspections: typeof english = {
   scans: "Scans",
   none_yet: "Noch keine Prüfungen",
   none_yet_how:
-    "Eine Prüfung scannt ein Teil nach einem Rezept, misst es und bewertet es. Ein Rezept veröffentlichen und auf der Seite Bedienen auswählen.",
+    "Eine Prüfung scannt ein Teil nach einem Rezept, misst es und bewertet es. Ein Rezept veröffentlichen und Prüfungen über die API starten (POST /api/v1/inspections).",
   nothing_fits: "Keine Prüfung passt zum Filter.",
   read: (n) => (n === 1 ? "1 Prüfung" : `${n} Prüfungen`),
   read_so_far: (n) => `die neuesten ${n} Prüfungen`,

@@ -144,6 +144,8 @@ export const health = {
     "laser.switched": "laser power set",
     "camera.configured": "camera settings changed",
     "camera.features_set": "camera features set",
+    "camera.dark_frame_taken": "dark frame captured",
+    "camera.dark_frame_removed": "dark frame removed",
     "live.started": "live view started",
     "live.ended": "live view ended",
     "session.created": "calibration session started",

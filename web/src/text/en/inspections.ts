@@ -5,7 +5,7 @@ export const inspections = {
   scans: "Scans",
   none_yet: "No inspections yet",
   none_yet_how:
-    "An inspection scans a part by a recipe, measures it and gives the verdict. Publish a recipe, then choose it on the page Operate.",
+    "An inspection scans a part by a recipe, measures it and gives the verdict. Publish a recipe and start inspections over the API (POST /api/v1/inspections).",
   nothing_fits: "No inspection matches the filter.",
   read: (n: number) => (n === 1 ? "1 inspection" : `${n} inspections`),
   read_so_far: (n: number) => `the newest ${n} inspections`,
