@@ -18,7 +18,7 @@ pub const SHUTDOWN_LIMIT: Duration = Duration::from_secs(10);
 /// # Errors
 /// If the data directory cannot be used, or a thread cannot be started.
 pub async fn assemble(config: Config) -> Result<Http, Failure> {
-    Http::start(App::start(config.app).await?, config.http)
+    Http::start(App::start(config.app, Vec::new()).await?, config.http)
 }
 
 /// Serves until `ended`, then ends in the order that leaves the laser off: the station first.

@@ -151,6 +151,21 @@ pub enum Event {
     /// The camera's dark frame was removed.
     #[serde(rename = "camera.dark_frame_removed")]
     CameraDarkFrameRemoved(Initiator),
+    /// A door could not deliver an event twice in a row and waits.
+    #[serde(rename = "door.waiting")]
+    DoorWaiting(DoorWaiting),
+    /// A door that waited delivers again.
+    #[serde(rename = "door.recovered")]
+    DoorRecovered(EmptyBody),
+    /// A door gave up the delivery of an event: it is a dead letter now.
+    #[serde(rename = "delivery.dead")]
+    DeliveryDead(DeliveryDead),
+    /// Deliveries were scheduled again by a user.
+    #[serde(rename = "delivery.resent")]
+    DeliveryResent(DeliveriesChanged),
+    /// A dead letter was deleted by a user.
+    #[serde(rename = "delivery.deleted")]
+    DeliveryDeleted(DeliveriesChanged),
     /// A simulated fault was activated.
     #[serde(rename = "simulation.fault_enabled")]
     SimulationFaultOn(SimulatedFault),
@@ -508,6 +523,40 @@ pub struct FeatureSet {
     pub name: String,
     /// Value as text; absent for commands and unreadable features.
     pub value: Option<String>,
+}
+
+/// A door that waits; the subject is its name.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct DoorWaiting {
+    /// `folder`, `webhook`, `mqtt`, `modbus`, `opcua`.
+    pub kind: String,
+    /// Where it delivers to.
+    pub target: String,
+    /// Why the last attempt failed.
+    pub reason: String,
+}
+
+/// A delivery that was given up; the subject is the name of the door.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct DeliveryDead {
+    /// Number of the event.
+    pub seq: i64,
+    /// Its kind.
+    pub kind: String,
+    /// Number of failed attempts.
+    pub n_attempts: i64,
+    /// Why the last attempt failed.
+    pub reason: String,
+}
+
+/// Deliveries changed by a user; the subject is the name of the door.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct DeliveriesChanged {
+    /// Who initiated it.
+    #[serde(flatten)]
+    pub initiator: Initiator,
+    /// Numbers of the events.
+    pub seqs: Vec<i64>,
 }
 
 /// A fault of the simulated station.

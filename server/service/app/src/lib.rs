@@ -8,6 +8,7 @@ mod access;
 pub mod camera;
 pub mod config;
 pub mod control;
+pub mod doors;
 pub mod error;
 pub mod evented_catalogue;
 pub mod events;
@@ -39,6 +40,7 @@ use crate::access::idempotency::KeysInFlight;
 use crate::access::lease::ControlDesk;
 use crate::camera::dark_frame::DarkFrameStore;
 use crate::config::AppConfig;
+use crate::doors::Doors;
 use crate::evented_catalogue::EventedCatalogue;
 use crate::jobs::Jobs;
 use crate::recordings::Recordings;
@@ -56,7 +58,7 @@ pub struct App {
     /// The data directory.
     pub store: Arc<Store>,
     /// The catalogue and its events.
-    pub ledger: EventedCatalogue,
+    pub catalogue: EventedCatalogue,
     /// The artifact store.
     pub artifacts: Arc<dyn Artifacts>,
     /// Captures as folders.
@@ -77,6 +79,8 @@ pub struct App {
     pub recordings: Recordings,
     /// The measurement plan.
     pub measurement_plans: MeasurementPlans,
+    /// The doors to other systems.
+    pub doors: Doors,
     /// The control lease.
     pub control: ControlDesk,
     /// Held while the Stop state is stored, so that the newest state is stored last.

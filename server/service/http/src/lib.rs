@@ -78,7 +78,7 @@ impl Http {
             status: app.station.watch_status(),
             control: app.control.watch(),
             jobs: app.jobs.watch_progress(),
-            events: app.ledger.watch_events(),
+            events: app.catalogue.watch_events(),
         };
         let (streams, encoder) = Streams::start(sources, direction, app.closing.clone()).map_err(no_thread)?;
         let (config, figures) = (Arc::new(config), figures()?);

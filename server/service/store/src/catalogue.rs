@@ -8,9 +8,9 @@ use serde::{Deserialize, Serialize};
 use crate::artifacts::ArtifactId;
 use crate::error::StoreError;
 use crate::records::{
-    ActivationRecord, CalibrationRecord, CaptureRecord, EventRecord, IdempotencyRecord, InspectionRecord,
-    JobOutcome, JobRecord, JobState, MeasurementRecord, RecipeRecord, RecipeVersionRecord, RecordingRecord,
-    ScanRecord, ScanState, SessionRecord, SettingRecord,
+    ActivationRecord, CalibrationRecord, CaptureRecord, DeliveryRecord, DeliveryState, DoorRecord, EventRecord,
+    IdempotencyRecord, InspectionRecord, JobOutcome, JobRecord, JobState, MeasurementRecord, RecipeRecord,
+    RecipeVersionRecord, RecordingRecord, ScanRecord, ScanState, SessionRecord, SettingRecord,
 };
 
 /// Which calibration a change expects to be active.
@@ -125,6 +125,17 @@ pub enum Change {
     PutSetting(SettingRecord),
     /// Appends an event; `seq` is assigned by the store.
     AppendEvent(EventRecord),
+    /// Stores how far a door is; it replaces what was stored before.
+    PutDoor(DoorRecord),
+    /// A door sets an event aside, or tries it again.
+    PutDelivery(DeliveryRecord),
+    /// A delivery that was set aside is done, or given up by a user.
+    DeleteDelivery {
+        /// Name of the door.
+        door: String,
+        /// Number of the event.
+        seq: i64,
+    },
     /// A request with an idempotency key is stored; refused with [`StoreError::Exists`] if the key exists.
     InsertIdempotency(IdempotencyRecord),
     /// Jobs that have ended are deleted, if they ended before this, or are not among the newest.
@@ -164,6 +175,7 @@ impl Change {
                 | Self::DeleteCalibration(_)
                 | Self::DeleteScan(_)
                 | Self::DeleteSession(_)
+                | Self::DeleteDelivery { .. }
                 | Self::PruneEndedJobs { .. }
                 | Self::PruneIdempotencyKeys { .. }
                 | Self::PruneEventsThrough { .. }
@@ -241,6 +253,28 @@ pub struct InspectionFilter {
     pub from_ms: Option<i64>,
     /// Only those made before this.
     pub to_ms: Option<i64>,
+}
+
+/// Filter for deliveries that were set aside.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct DeliveryFilter {
+    /// Name of the door.
+    pub door: String,
+    /// Only those in this state.
+    pub state: Option<DeliveryState>,
+    /// Only those whose next attempt is due by then.
+    pub due_at_ms: Option<i64>,
+}
+
+/// The deliveries that a door has set aside, counted.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct SetAside {
+    /// Waiting for another attempt.
+    pub n_waiting: i64,
+    /// No longer tried.
+    pub n_dead: i64,
+    /// Time of the next attempt of a waiting one.
+    pub next_at_ms: Option<i64>,
 }
 
 /// A damaged row.
@@ -370,6 +404,20 @@ pub trait Catalogue: Send + Sync {
     async fn events_after(&self, seq: i64, limit: u32) -> Result<Listed<EventRecord>, StoreError>;
     /// Sequence of the newest event, pruned ones included; 0 if there never was one.
     async fn last_event_seq(&self) -> Result<i64, StoreError>;
+
+    /// How far a door is; `None` if it was never opened.
+    async fn door(&self, name: &str) -> Result<Option<DoorRecord>, StoreError>;
+    /// A delivery that was set aside.
+    async fn delivery(&self, door: &str, seq: i64) -> Result<DeliveryRecord, StoreError>;
+    /// At most `limit` deliveries that were set aside, of events after `seq`, oldest first; `next` is a `seq`.
+    async fn deliveries(
+        &self,
+        filter: &DeliveryFilter,
+        seq: i64,
+        limit: u32,
+    ) -> Result<Listed<DeliveryRecord>, StoreError>;
+    /// Their numbers.
+    async fn set_aside(&self, door: &str) -> Result<SetAside, StoreError>;
 
     /// The request with this idempotency key, if any.
     async fn idempotency(&self, key: &str) -> Result<Option<IdempotencyRecord>, StoreError>;

@@ -20,8 +20,8 @@ mod store;
 
 pub use artifacts::{ArtifactId, ArtifactReader, ArtifactWriter, Artifacts};
 pub use catalogue::{
-    Catalogue, Change, DamagedRow, ExpectedActive, InspectionFilter, Listed, MeasurementFilter, Page,
-    RecipeFilter, ScanFilter,
+    Catalogue, Change, DamagedRow, DeliveryFilter, ExpectedActive, InspectionFilter, Listed, MeasurementFilter,
+    Page, RecipeFilter, ScanFilter, SetAside,
 };
 pub use error::StoreError;
 pub use files::bytes::{ArtifactBytes, ByteRanges};
@@ -31,9 +31,10 @@ pub use files::workbench::{FinishedFile, Workbench};
 pub use health::Health;
 pub use local::LocalArtifacts;
 pub use records::{
-    ActivationRecord, CalibrationRecord, CaptureRecord, EventRecord, IdempotencyRecord, InspectionRecord,
-    JobOutcome, JobRecord, JobState, MeasurementRecord, RecipeRecord, RecipeVersionRecord, RecordingRecord,
-    RecordingState, ResultRef, ScanRecord, ScanState, SessionRecord, SettingRecord,
+    ActivationRecord, CalibrationRecord, CaptureRecord, DeliveryRecord, DeliveryState, DoorRecord, EventRecord,
+    IdempotencyRecord, InspectionRecord, JobOutcome, JobRecord, JobState, MeasurementRecord, RecipeRecord,
+    RecipeVersionRecord, RecordingRecord, RecordingState, ResultRef, ScanRecord, ScanState, SessionRecord,
+    SettingRecord,
 };
 pub use sqlite::SqliteCatalogue;
 pub use store::Store;

@@ -349,6 +349,48 @@ pub struct EventRecord {
     pub at_ms: i64,
 }
 
+/// A door: an interface that delivers events to another system.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct DoorRecord {
+    /// Its configured name.
+    pub name: String,
+    /// Every event up to this one is delivered, set aside as a [`DeliveryRecord`], or of no interest to the door.
+    pub seq: i64,
+    /// Number of delivered events.
+    pub n_delivered: i64,
+    /// The last delivered event.
+    pub delivered_seq: Option<i64>,
+    /// When it was delivered.
+    pub delivered_at_ms: Option<i64>,
+}
+
+/// State of a delivery that was set aside.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum DeliveryState {
+    /// It is tried again.
+    Waiting,
+    /// It is no longer tried: a dead letter, until a user resends or deletes it.
+    Dead,
+}
+
+/// An event that a door has set aside so that later ones pass.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct DeliveryRecord {
+    /// Name of the door.
+    pub door: String,
+    /// A copy of the event: the log may be pruned meanwhile.
+    pub event: EventRecord,
+    /// State.
+    pub state: DeliveryState,
+    /// Number of failed attempts.
+    pub n_attempts: i64,
+    /// Time of the next attempt, if waiting.
+    pub next_at_ms: i64,
+    /// Why the last attempt failed.
+    pub reason: String,
+}
+
 /// A request with an idempotency key.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct IdempotencyRecord {

@@ -7,12 +7,16 @@ use std::process::Command;
 use serde_json::Value;
 
 /// Crate, its folder, and the workspace crates that it may depend on. Every dependency points downwards.
-const DEPENDENCIES: [(&str, &str, &[&str]); 26] = [
+const DEPENDENCIES: [(&str, &str, &[&str]); 30] = [
     (
         "sheaf",
         "server/cli",
         &[
             "sheaf-http",
+            "sheaf-folder",
+            "sheaf-webhook",
+            "sheaf-mqtt",
+            "sheaf-modbus",
             "sheaf-app",
             "sheaf-report",
             "sheaf-live",
@@ -52,6 +56,10 @@ const DEPENDENCIES: [(&str, &str, &[&str]); 26] = [
             "sheaf-optics",
         ],
     ),
+    ("sheaf-folder", "server/service/doors/folder", &["sheaf-app"]),
+    ("sheaf-webhook", "server/service/doors/webhook", &["sheaf-app"]),
+    ("sheaf-mqtt", "server/service/doors/mqtt", &["sheaf-app"]),
+    ("sheaf-modbus", "server/service/doors/modbus", &["sheaf-app"]),
     (
         "sheaf-app",
         "server/service/app",
@@ -146,19 +154,37 @@ const DEPENDENCIES: [(&str, &str, &[&str]); 26] = [
 ];
 
 /// Library, and the only crates that may depend on it.
-const EXCLUSIVE_LIBRARIES: [(&str, &[&str]); 8] = [
+const EXCLUSIVE_LIBRARIES: [(&str, &[&str]); 11] = [
     ("axum", &["sheaf-http"]),
     ("hyper", &["sheaf-http"]),
     ("utoipa-axum", &["sheaf-http"]),
     ("sqlx", &["sheaf-store"]),
     ("serialport", &["sheaf-devices"]),
     ("aravis-sys", &["sheaf-genicam"]),
-    ("tokio", &["sheaf", "sheaf-http", "sheaf-app", "sheaf-live", "sheaf-store", "sheaf-station"]),
+    ("ureq", &["sheaf-webhook"]),
+    ("rumqttc", &["sheaf-mqtt"]),
+    ("tokio-modbus", &["sheaf-modbus"]),
+    (
+        "tokio",
+        &[
+            "sheaf",
+            "sheaf-http",
+            "sheaf-folder",
+            "sheaf-webhook",
+            "sheaf-mqtt",
+            "sheaf-modbus",
+            "sheaf-app",
+            "sheaf-live",
+            "sheaf-store",
+            "sheaf-station",
+        ],
+    ),
     ("clap", &["sheaf"]),
 ];
 
-/// The only crates that may open sockets: the HTTP server, and the program that passes it its port.
-const NETWORK: [&str; 2] = ["sheaf-http", "sheaf"];
+/// The only crates that may open sockets themselves: the HTTP server, the program that passes it its port, and the
+/// Modbus server.
+const NETWORK: [&str; 3] = ["sheaf-http", "sheaf-modbus", "sheaf"];
 
 struct Crate {
     folder: String,

@@ -140,27 +140,27 @@ impl StoredCameraSettings {
 /// # Errors
 /// If the catalogue cannot be used.
 pub async fn remember(
-    ledger: &EventedCatalogue,
+    catalogue: &EventedCatalogue,
     asked: &CameraRequest,
     accepted: &CameraSettings,
 ) -> Result<(), StoreError> {
-    let mut kept = read(ledger).await?.unwrap_or_default();
+    let mut kept = read(catalogue).await?.unwrap_or_default();
     kept.note(asked, accepted);
     let setting = SettingRecord { name: SETTING.to_owned(), value: json!(kept), changed_at_ms: now_ms() };
-    ledger.commit(vec![Change::PutSetting(setting)]).await?;
+    catalogue.commit(vec![Change::PutSetting(setting)]).await?;
     Ok(())
 }
 
 /// The stored settings; unreadable ones count as none and are logged.
-async fn read(ledger: &EventedCatalogue) -> Result<Option<StoredCameraSettings>, StoreError> {
-    let Some(setting) = ledger.read().setting(SETTING).await? else { return Ok(None) };
+async fn read(catalogue: &EventedCatalogue) -> Result<Option<StoredCameraSettings>, StoreError> {
+    let Some(setting) = catalogue.read().setting(SETTING).await? else { return Ok(None) };
     let kept = serde_json::from_value(setting.value);
     Ok(kept.inspect_err(|error| tracing::error!(%error, "stored camera settings are invalid")).ok())
 }
 
 /// Applies the stored settings; for a disconnected camera, once it is connected.
-pub async fn restore(ledger: &EventedCatalogue, station: &StationHandle) {
-    let wanted = match read(ledger).await {
+pub async fn restore(catalogue: &EventedCatalogue, station: &StationHandle) {
+    let wanted = match read(catalogue).await {
         Ok(Some(kept)) => kept.request(),
         Ok(None) => return,
         Err(error) => return tracing::error!(%error, "stored camera settings cannot be read"),
@@ -171,7 +171,7 @@ pub async fn restore(ledger: &EventedCatalogue, station: &StationHandle) {
 }
 
 /// Reapplies the settings whenever the camera reconnects; ends with the station.
-pub async fn follow(ledger: EventedCatalogue, station: StationHandle) {
+pub async fn follow(catalogue: EventedCatalogue, station: StationHandle) {
     let mut status = station.watch_status();
     loop {
         if status.wait_for(|status| !status.camera.connected).await.is_err()
@@ -179,6 +179,6 @@ pub async fn follow(ledger: EventedCatalogue, station: StationHandle) {
         {
             return;
         }
-        restore(&ledger, &station).await;
+        restore(&catalogue, &station).await;
     }
 }

@@ -85,14 +85,14 @@ pub async fn reset(app: &App, by: &Principal) -> Result<(), AppError> {
     if !app.station.is_halted() {
         changes.push(Change::PutSetting(halted(false)));
     }
-    app.ledger.commit(changes).await?;
+    app.catalogue.commit(changes).await?;
     Ok(())
 }
 
 /// Whether the station was stopped before this process started and not reset since. An unreadable setting counts as
 /// stopped.
-pub async fn was_halted(ledger: &EventedCatalogue) -> bool {
-    match ledger.read().setting(HALTED).await {
+pub async fn was_halted(catalogue: &EventedCatalogue) -> bool {
+    match catalogue.read().setting(HALTED).await {
         Ok(setting) => setting.is_some_and(|setting| setting.value != json!(false)),
         Err(error) => {
             tracing::error!(%error, "the stored Stop state cannot be read; the station counts as stopped");

@@ -32,11 +32,11 @@ pub(super) async fn check(input: &JobInput, parts: &JobParts) -> Result<u64, App
         }
         JobInput::Recomputation(RecomputeInput { scan_id, .. })
         | JobInput::Export(ExportInput { scan_id, .. }) => {
-            exists(parts.ledger.read().scan(scan_id).await, "/scan_id")?;
+            exists(parts.catalogue.read().scan(scan_id).await, "/scan_id")?;
             Ok(0)
         }
         JobInput::Inspection(input) => {
-            let version = stored_version(&parts.ledger, &input.recipe_id, input.recipe_version).await?;
+            let version = stored_version(&parts.catalogue, &input.recipe_id, input.recipe_version).await?;
             let scan = scan_of(&version.recipe.scan, &input.part.serial);
             // The place is one of the recipe, not of the request.
             check_scan(&scan, parts).await.map_err(|problem| match problem.kind {
@@ -45,7 +45,7 @@ pub(super) async fn check(input: &JobInput, parts: &JobParts) -> Result<u64, App
             })
         }
         JobInput::ReEvaluation(input) => {
-            exists(parts.ledger.read().inspection(&input.inspection_id).await, "/inspection_id")?;
+            exists(parts.catalogue.read().inspection(&input.inspection_id).await, "/inspection_id")?;
             Ok(0)
         }
     }
@@ -68,11 +68,11 @@ async fn check_calibration(input: &CalibrateInput, parts: &JobParts) -> Result<(
         .at("/n_poses"));
     }
     if let Some(id) = &input.session_id {
-        return exists(parts.ledger.read().session(id).await, "/session_id").map(drop);
+        return exists(parts.catalogue.read().session(id).await, "/session_id").map(drop);
     }
     match &input.source {
         Source::Capture { capture_id } => {
-            exists(parts.ledger.read().capture(capture_id).await, "/source/capture_id").map(drop)
+            exists(parts.catalogue.read().capture(capture_id).await, "/source/capture_id").map(drop)
         }
         Source::Station if parts.station.status().simulated == Some("twin") => Ok(()),
         Source::Station => Err(AppError::new(
@@ -92,7 +92,7 @@ async fn check_scan(input: &ScanInput, parts: &JobParts) -> Result<u64, AppError
             .remedy("omit it, or measure afterwards")
             .at("/measure"));
     }
-    let read = parts.ledger.read();
+    let read = parts.catalogue.read();
     match &input.source {
         ScanSource::Capture { capture_id, .. } => {
             exists(read.capture(capture_id).await, "/source/capture_id")?;
@@ -108,8 +108,8 @@ async fn check_scan(input: &ScanInput, parts: &JobParts) -> Result<u64, AppError
                 if let Some(id) = id {
                     exists(read.calibration(id).await, "/calibration_id")?;
                 }
-                let document = stored_document(&parts.ledger, &*parts.artifacts, id).await?;
-                let pace = Pace::learned(&parts.ledger, input.settings.mode()).await;
+                let document = stored_document(&parts.catalogue, &*parts.artifacts, id).await?;
+                let pace = Pace::learned(&parts.catalogue, input.settings.mode()).await;
                 Ok(plan(input, &document.calibration(), &parts.station.status(), &pace)?.disk_bytes)
             }
         },

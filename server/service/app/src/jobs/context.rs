@@ -29,7 +29,7 @@ pub struct ComputeContext {
     /// Configuration: board, grating, folders.
     pub config: Arc<AppConfig>,
     /// Read access; the changes of a job go into [`Done::changes`](crate::jobs::Done::changes).
-    pub ledger: EventedCatalogue,
+    pub catalogue: EventedCatalogue,
     /// Store for its results.
     pub artifacts: Arc<dyn Artifacts>,
     /// Captures as folders.

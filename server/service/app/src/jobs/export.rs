@@ -95,7 +95,7 @@ impl ExportFormat {
 /// Exports.
 pub fn run(input: ExportInput, ctx: &ComputeContext) -> Result<Done, JobEnd> {
     let format = ExportFormat::parse(&input.what, &input.format)?;
-    let scan = ctx.wait(ctx.ledger.read().scan(&input.scan_id))?;
+    let scan = ctx.wait(ctx.catalogue.read().scan(&input.scan_id))?;
     let words = format!("writing the {} as {}", format.what(), format.extension());
     ctx.report(0.0, Phase::Exporting, &words);
     ctx.wait(bytes_to_artifact(&ctx.artifacts, &scan, format))?;

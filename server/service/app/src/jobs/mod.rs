@@ -79,7 +79,7 @@ pub struct JobParts {
     /// Configuration.
     pub config: Arc<AppConfig>,
     /// The catalogue and its events.
-    pub ledger: EventedCatalogue,
+    pub catalogue: EventedCatalogue,
     /// The artifact store.
     pub artifacts: Arc<dyn Artifacts>,
     /// Captures as folders.
@@ -114,9 +114,9 @@ impl Jobs {
     /// With another procedure executing the jobs.
     async fn start_with(parts: JobParts, procedure: Procedure) -> Result<Self, StoreError> {
         let queue = Queue::new(parts, procedure);
-        *queue.hold.lock() = stored_hold(&queue.parts.ledger).await;
-        scan::recover(&queue.parts.ledger, &*queue.parts.artifacts).await;
-        let waiting = queue.parts.ledger.read().queue().await?;
+        *queue.hold.lock() = stored_hold(&queue.parts.catalogue).await;
+        scan::recover(&queue.parts.catalogue, &*queue.parts.artifacts).await;
+        let waiting = queue.parts.catalogue.read().queue().await?;
         for row in &waiting.damaged {
             tracing::error!(job = row.id, "a waiting job is damaged in the database and will not run");
         }
@@ -134,7 +134,7 @@ impl Jobs {
                         .because(cause.to_string()),
                 ),
             };
-            queue.parts.ledger.commit(end.changes(&record.id, &record.kind, None, now_ms())).await?;
+            queue.parts.catalogue.commit(end.changes(&record.id, &record.kind, None, now_ms())).await?;
         }
         queue.advance();
         Ok(Self(queue))
@@ -174,7 +174,7 @@ impl Jobs {
         let body = job_event(&record.id, &record.kind, JobState::Queued);
         let body = JobEvent { source: Some(source.to_owned()), ..body };
         changes.push(event(&record.id, Event::JobQueued(body)));
-        queue.parts.ledger.commit(changes).await?;
+        queue.parts.catalogue.commit(changes).await?;
         match queue.push(Waiting { record: record.clone(), input, authority }) {
             Ok(()) => queue.publish(record.clone().into()),
             Err(stopped) => self.end_jobs(vec![*stopped], &stopped_on_its_way(), source, Vec::new()).await?,
@@ -198,7 +198,7 @@ impl Jobs {
     pub async fn view(&self, id: &str) -> Result<JobView, AppError> {
         // Before the catalogue is read: a caller woken by a job's end must not get its state before that.
         let running = self.0.running_views();
-        match self.0.parts.ledger.read().job(id).await {
+        match self.0.parts.catalogue.read().job(id).await {
             Ok(record) => Ok(now(record, &running)),
             Err(error) => match running.into_iter().find(|view| view.record.id == id) {
                 Some(view) => Ok(view),
@@ -210,7 +210,7 @@ impl Jobs {
     /// The current state of jobs, newest first.
     pub async fn list(&self, state: Option<JobState>, page: &store::Page) -> Result<Listed<JobView>, AppError> {
         let running = self.0.running_views();
-        let listed = self.0.parts.ledger.read().jobs(state, page).await?;
+        let listed = self.0.parts.catalogue.read().jobs(state, page).await?;
         Ok(listed.map(|record| now(record, &running)))
     }
 
@@ -251,7 +251,7 @@ impl Jobs {
         for waiting in &ended {
             changes.extend(end.changes(&waiting.record.id, waiting.input.kind(), Some(actor), at_ms));
         }
-        let stored = self.0.parts.ledger.commit(changes).await;
+        let stored = self.0.parts.catalogue.commit(changes).await;
         for waiting in ended {
             let mut record = waiting.record;
             record.state = end.state();

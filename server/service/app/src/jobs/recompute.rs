@@ -15,7 +15,7 @@ const READING: f64 = 0.05;
 
 /// Computes and measures.
 pub fn run(input: RecomputeInput, ctx: &ComputeContext) -> Result<Done, JobEnd> {
-    let scan = ctx.wait(ctx.ledger.read().scan(&input.scan_id))?;
+    let scan = ctx.wait(ctx.catalogue.read().scan(&input.scan_id))?;
     // Both scans refer to them: they are kept even if the original is deleted in the meantime.
     ctx.wait(ctx.artifacts.hold(&scan.peaks))?;
     let computed = computed(&scan, &input, ctx);
@@ -26,7 +26,7 @@ pub fn run(input: RecomputeInput, ctx: &ComputeContext) -> Result<Done, JobEnd> 
 }
 
 fn computed(scan: &ScanRecord, input: &RecomputeInput, ctx: &ComputeContext) -> Result<Done, JobEnd> {
-    let document = ctx.wait(stored_document(&ctx.ledger, &*ctx.artifacts, input.calibration_id.as_deref()))?;
+    let document = ctx.wait(stored_document(&ctx.catalogue, &*ctx.artifacts, input.calibration_id.as_deref()))?;
     ctx.report(0.0, Phase::ReadingPeaks, "reading the peaks of the scan");
     let frames = ctx.wait(stored_peaks(&*ctx.artifacts, &scan.peaks, &scan.id))?;
     ctx.check_cancelled()?;
@@ -46,7 +46,7 @@ fn computed(scan: &ScanRecord, input: &RecomputeInput, ctx: &ComputeContext) -> 
         losses,
         also: Vec::new(),
     };
-    let pace = ctx.wait(Pace::learned(&ctx.ledger, ScanMode::StopAndGo));
+    let pace = ctx.wait(Pace::learned(&ctx.catalogue, ScanMode::StopAndGo));
     let part = READING..evaluated_share(planned_measurements(&story.plan).len());
     let made = made_scan(ctx, story, &frames, &document, Evaluating { part, passes: pace.passes })?;
     Ok(measured(made, ctx)?.done())

@@ -10,6 +10,7 @@ use crate::App;
 use crate::config::limits::{
     EVENTS_KEPT, HOUSEKEEPING_PERIOD, IDEMPOTENCY_KEPT_MS, JOBS_KEPT, JOBS_KEPT_MS, SWEEP_PAUSE,
 };
+use crate::doors::EVENTS_KEPT_FOR_DOORS;
 use crate::jobs::{export, scan};
 
 /// Runs until it is aborted. The first round, at start-up, deletes leftovers of a crashed process.
@@ -25,7 +26,7 @@ pub async fn run_housekeeping(app: App) {
                     tracing::warn!(%error, "the catalogue was not copied");
                 }
             }
-            () = app.ledger.artifacts_left() => {}
+            () = app.catalogue.artifacts_left() => {}
         }
         match sweep(&app).await {
             Ok(0) => {}
@@ -37,21 +38,24 @@ pub async fn run_housekeeping(app: App) {
 }
 
 async fn prune_old(app: &App) -> Result<(), StoreError> {
-    let (last, now) = (app.ledger.read().last_event_seq().await?, now_ms());
+    let (last, now) = (app.catalogue.read().last_event_seq().await?, now_ms());
     let mut changes = vec![
         Change::PruneIdempotencyKeys { at_ms: now - IDEMPOTENCY_KEPT_MS },
         Change::PruneEndedJobs { before_ms: now - JOBS_KEPT_MS, keep_newest: JOBS_KEPT },
     ];
-    if last > EVENTS_KEPT {
-        changes.push(Change::PruneEventsThrough { seq: last - EVENTS_KEPT });
+    // A door that is behind still needs the events after its position.
+    let passed = app.doors.passed_by_all().unwrap_or(last).max(last - EVENTS_KEPT_FOR_DOORS);
+    let prunable = passed.min(last - EVENTS_KEPT);
+    if prunable > 0 {
+        changes.push(Change::PruneEventsThrough { seq: prunable });
     }
-    app.ledger.commit(changes).await?;
+    app.catalogue.commit(changes).await?;
     Ok(())
 }
 
 /// Deletes artifacts, exports, unpacked captures and images of stopped scans without records.
 async fn sweep(app: &App) -> Result<u64, StoreError> {
-    scan::remove_orphans(&app.ledger, &*app.artifacts).await;
+    scan::remove_orphans(&app.catalogue, &*app.artifacts).await;
     let also_named = |named: &HashSet<ArtifactId>| {
         tokio::task::block_in_place(|| {
             app.captures.evict_others(named);

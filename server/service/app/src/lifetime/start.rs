@@ -21,6 +21,7 @@ use crate::camera::dark_frame::DarkFrameStore;
 use crate::config::AppConfig;
 use crate::config::limits::{CONTROL_WATCH, DRAIN_TIMEOUT};
 use crate::control::was_halted;
+use crate::doors::{Door, Doors};
 use crate::evented_catalogue::EventedCatalogue;
 use crate::jobs::{JobParts, Jobs};
 use crate::lifetime::housekeeping::run_housekeeping;
@@ -41,35 +42,35 @@ impl App {
     ///
     /// # Errors
     /// If the data directory cannot be used.
-    pub async fn start(config: AppConfig) -> Result<Self, Failure> {
+    pub async fn start(config: AppConfig, doors: Vec<Arc<dyn Door>>) -> Result<Self, Failure> {
         let config = Arc::new(config);
         let store = Store::open(&config.data).await.map_err(unusable)?;
         store.recover(now_ms()).await.map_err(unusable)?;
         let store = Arc::new(store);
-        let ledger = EventedCatalogue::open(store.catalogue.clone()).await.map_err(unusable)?;
+        let catalogue = EventedCatalogue::open(store.catalogue.clone()).await.map_err(unusable)?;
         let artifacts = store.artifacts.clone();
-        let captures = Captures::new(ledger.clone(), artifacts.clone(), &config.data.join(UNPACKED_FOLDER))
+        let captures = Captures::new(catalogue.clone(), artifacts.clone(), &config.data.join(UNPACKED_FOLDER))
             .map_err(|cause| {
                 Failure::bad_input("the folder of unpacked captures cannot be created")
                     .because(&cause)
                     .remedy("check the permissions of the data folder")
             })?;
         let live = LiveBus::default();
-        let station = StationHandle::start(&config.station, was_halted(&ledger).await);
-        crate::camera::memory::restore(&ledger, &station).await;
-        tokio::spawn(crate::camera::memory::follow(ledger.clone(), station.clone()));
+        let station = StationHandle::start(&config.station, was_halted(&catalogue).await);
+        crate::camera::memory::restore(&catalogue, &station).await;
+        tokio::spawn(crate::camera::memory::follow(catalogue.clone(), station.clone()));
         let dark_frames = DarkFrameStore::open(&config.data, &station, config.projector.direction());
-        let calibrations = Calibrations::new(ledger.clone(), artifacts.clone(), live.clone(), station.clone());
+        let calibrations = Calibrations::new(catalogue.clone(), artifacts.clone(), live.clone(), station.clone());
         if let Err(error) = calibrations.load_active().await {
             // Scans are refused with the same message; captures, downloads and new calibrations work.
             tracing::error!(detail = error.detail, cause = error.cause, "the active calibration cannot be used");
         }
-        let sessions = Sessions::new(config.clone(), ledger.clone(), artifacts.clone(), station.clone());
+        let sessions = Sessions::new(config.clone(), catalogue.clone(), artifacts.clone(), station.clone());
         let free = store.clone();
         let free_bytes: Arc<dyn Fn() -> u64 + Send + Sync> = Arc::new(move || free.free_bytes().unwrap_or(0));
         let recordings = Recordings::new(RecordingParts {
             config: config.clone(),
-            ledger: ledger.clone(),
+            catalogue: catalogue.clone(),
             artifacts: artifacts.clone(),
             station: station.clone(),
             live: live.clone(),
@@ -79,7 +80,7 @@ impl App {
         let control = ControlDesk::default();
         let jobs = Jobs::start(JobParts {
             config: config.clone(),
-            ledger: ledger.clone(),
+            catalogue: catalogue.clone(),
             artifacts: artifacts.clone(),
             captures: captures.clone(),
             station: station.clone(),
@@ -90,11 +91,12 @@ impl App {
         })
         .await
         .map_err(unusable)?;
+        let doors = Doors::new(catalogue.clone(), doors);
         let measurement_plans = MeasurementPlans::open(&config);
         Ok(Self {
             config,
             store,
-            ledger,
+            catalogue,
             artifacts,
             captures,
             calibrations,
@@ -105,6 +107,7 @@ impl App {
             live,
             recordings,
             measurement_plans,
+            doors,
             control,
             halt_turn: Arc::default(),
             tasks: TaskTracker::new(),
@@ -114,12 +117,12 @@ impl App {
     }
 
     /// Background tasks, until they are aborted.
-    pub fn watch(&self) -> [JoinHandle<()>; 3] {
-        [
-            tokio::spawn(run_housekeeping(self.clone())),
-            tokio::spawn(watch_control(self.clone())),
-            tokio::spawn(watch_store(self.clone())),
-        ]
+    pub fn watch(&self) -> Vec<JoinHandle<()>> {
+        let mut tasks = self.doors.start(self);
+        tasks.push(tokio::spawn(run_housekeeping(self.clone())));
+        tasks.push(tokio::spawn(watch_control(self.clone())));
+        tasks.push(tokio::spawn(watch_store(self.clone())));
+        tasks
     }
 
     /// Stops laser and motion, then jobs, then the station; interfaces see [`App::closing`] in between.
@@ -168,7 +171,7 @@ async fn watch_control(app: App) {
                 &lease.holder,
                 Event::ControlExpired(Principal::local(&lease.holder, "server", None).initiator()),
             );
-            if let Err(error) = app.ledger.commit(vec![lapsed]).await {
+            if let Err(error) = app.catalogue.commit(vec![lapsed]).await {
                 tracing::warn!(%error, "the end of control is not stored");
             }
         }

@@ -18,12 +18,12 @@ const EVENTS: u32 = 100;
 const STAGE_EVERY: Duration = Duration::from_millis(20);
 
 /// Notes every event that comes after this call.
-pub fn events(ledger: EventedCatalogue, notes: Notes) -> impl Future<Output = ()> + Send + 'static {
-    let mut newest = ledger.watch_events();
+pub fn events(catalogue: EventedCatalogue, notes: Notes) -> impl Future<Output = ()> + Send + 'static {
+    let mut newest = catalogue.watch_events();
     let mut seen = *newest.borrow_and_update();
     async move {
         while newest.changed().await.is_ok() {
-            match ledger.read().events_after(seen, EVENTS).await {
+            match catalogue.read().events_after(seen, EVENTS).await {
                 Ok(listed) => {
                     for event in listed.records {
                         seen = seen.max(event.seq);

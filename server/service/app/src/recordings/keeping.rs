@@ -36,7 +36,7 @@ pub fn removed(path: &Path) {
 
 /// The bytes of the calibration document.
 pub async fn calibration_bytes(parts: &RecordingParts, id: &str) -> Result<Vec<u8>, AppError> {
-    let record = parts.ledger.read().calibration(id).await?;
+    let record = parts.catalogue.read().calibration(id).await?;
     let what = format!("the document of calibration {id}");
     parts.artifacts.read(&record.document).await.map_err(|error| AppError::from(error).of_stored(&what))
 }
@@ -89,7 +89,7 @@ async fn unfinished(parts: &RecordingParts) -> Result<Vec<RecordingRecord>, Stor
     let mut page = Page { before: None, limit: PAGE };
     let mut left = Vec::new();
     loop {
-        let listed = parts.ledger.read().recordings(&page).await?;
+        let listed = parts.catalogue.read().recordings(&page).await?;
         let is_unfinished = |record: &RecordingRecord| {
             matches!(record.state, RecordingState::Recording | RecordingState::Finishing)
         };
@@ -143,7 +143,7 @@ async fn adopted(
         summary: stored(&figures),
         ..record.clone()
     };
-    if let Err(error) = parts.ledger.commit(vec![Change::UpdateRecording(finishing)]).await {
+    if let Err(error) = parts.catalogue.commit(vec![Change::UpdateRecording(finishing)]).await {
         tracing::error!(%error, "the end of a recording is not stored");
     }
     // As a hard link: until the record refers to the artifact, the file stays where a restart looks for it.
@@ -190,7 +190,7 @@ async fn commit_end(parts: &RecordingParts, record: &RecordingRecord, figures: &
         size_bytes: record.size_bytes,
     };
     let changes = vec![Change::UpdateRecording(record.clone()), event(&record.id, Event::RecordingEnded(body))];
-    let stored = parts.ledger.commit(changes).await;
+    let stored = parts.catalogue.commit(changes).await;
     if let Err(error) = &stored {
         tracing::error!(recording = record.id, %error, "the end of a recording is not stored");
     }

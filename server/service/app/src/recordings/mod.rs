@@ -63,7 +63,7 @@ pub struct RecordingParts {
     /// Configuration.
     pub config: Arc<AppConfig>,
     /// The catalogue and its events.
-    pub ledger: EventedCatalogue,
+    pub catalogue: EventedCatalogue,
     /// The artifact store.
     pub artifacts: Arc<dyn Artifacts>,
     /// The hardware.
@@ -165,13 +165,13 @@ impl Recordings {
             made.map_err(disk_problem).and_then(|made| made)?
         };
         // From before the start, which is an event itself.
-        let events = follow::events(parts.ledger.clone(), notes.clone());
+        let events = follow::events(parts.catalogue.clone(), notes.clone());
         let mut changes = and(&record).inspect_err(|_| keeping::removed(&path))?;
         changes.push(Change::InsertRecording(record.clone()));
         let scan_id = record.scan_id.clone();
         let body = RecordingStarted { name: record.name.clone(), scan_id, actor: actor.map(str::to_owned) };
         changes.push(event(&record.id, Event::RecordingStarted(body)));
-        if let Err(error) = parts.ledger.commit(changes).await {
+        if let Err(error) = parts.catalogue.commit(changes).await {
             keeping::removed(&path);
             return Err(AppError::from(error).into());
         }
@@ -308,7 +308,7 @@ impl Recordings {
         let parts = &self.0.parts;
         let (scan_id, calibration_id) = match of {
             RecordingOf::Live => {
-                let active = parts.ledger.read().active().await?;
+                let active = parts.catalogue.read().active().await?;
                 (None, active.and_then(|act| act.calibration_id))
             }
             RecordingOf::Scan { scan_id, calibration_id, .. } => {

@@ -30,7 +30,7 @@ pub struct PointsPage {
 /// [`StoreError::NotFound`] for an unknown scan, [`StoreError::Damaged`] for an invalid display artifact.
 pub async fn points_page(
     live: &LiveBus,
-    ledger: &EventedCatalogue,
+    catalogue: &EventedCatalogue,
     artifacts: &Arc<dyn Artifacts>,
     scan_id: &str,
     from_block: u32,
@@ -38,7 +38,7 @@ pub async fn points_page(
     if let Some(page) = live_page(live, scan_id, from_block) {
         return Ok(page);
     }
-    let scan = ledger.read().scan(scan_id).await?;
+    let scan = catalogue.read().scan(scan_id).await?;
     let Some(display) = scan.display else {
         return Ok(PointsPage { bytes: Bytes::new(), next_block: 0, complete: true });
     };

@@ -89,7 +89,7 @@ pub enum VirtualBoard {
 #[derive(Clone)]
 pub struct Sessions {
     config: Arc<AppConfig>,
-    ledger: EventedCatalogue,
+    catalogue: EventedCatalogue,
     artifacts: Arc<dyn Artifacts>,
     station: StationHandle,
     /// Serialises changes: capturing takes too long for a version check alone.
@@ -103,13 +103,13 @@ impl Sessions {
     /// Over the store, with this station.
     pub fn new(
         config: Arc<AppConfig>,
-        ledger: EventedCatalogue,
+        catalogue: EventedCatalogue,
         artifacts: Arc<dyn Artifacts>,
         station: StationHandle,
     ) -> Self {
         Self {
             config,
-            ledger,
+            catalogue,
             artifacts,
             station,
             turn: Arc::default(),
@@ -162,18 +162,18 @@ impl Sessions {
         );
         let mut changes = and(&session);
         changes.extend([Change::InsertSession(record(&session)), entry]);
-        self.ledger.commit(changes).await?;
+        self.catalogue.commit(changes).await?;
         Ok(session)
     }
 
     /// A session.
     pub async fn get(&self, id: &str) -> Result<Session, AppError> {
-        self.ledger.read().session(id).await?.try_into()
+        self.catalogue.read().session(id).await?.try_into()
     }
 
     /// Sessions, newest first.
     pub async fn list(&self, page: &Page) -> Result<Listed<Session>, AppError> {
-        let Listed { records, damaged, next } = self.ledger.read().sessions(page).await?;
+        let Listed { records, damaged, next } = self.catalogue.read().sessions(page).await?;
         let records = records.into_iter().map(Session::try_from).collect::<Result<_, _>>()?;
         Ok(Listed { records, damaged, next })
     }
@@ -320,9 +320,9 @@ impl Sessions {
     /// Deletes a session; its results are kept.
     pub async fn delete(&self, by: &Principal, id: &str) -> Result<(), AppError> {
         let _turn = self.turn.lock().await;
-        self.ledger.read().session(id).await?;
+        self.catalogue.read().session(id).await?;
         let entry = event(id, Event::SessionDeleted(by.initiator()));
-        self.ledger.commit(vec![Change::DeleteSession(id.to_owned()), entry]).await?;
+        self.catalogue.commit(vec![Change::DeleteSession(id.to_owned()), entry]).await?;
         Ok(())
     }
 
@@ -344,7 +344,7 @@ impl Sessions {
         session.changed_at_ms = now_ms();
         let entry =
             event(id, Event::SessionChanged(SessionVersion { actor: by.actor.clone(), version: session.version }));
-        match self.ledger.commit(vec![Change::UpdateSession(record(&session)), entry]).await {
+        match self.catalogue.commit(vec![Change::UpdateSession(record(&session)), entry]).await {
             Ok(_) => Ok(session),
             Err(StoreError::Changed { .. }) => Err(changed()),
             Err(error) => Err(error.into()),

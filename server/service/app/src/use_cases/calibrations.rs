@@ -25,7 +25,7 @@ pub struct Activate {
 /// The latest verification is not OK, the calibration cannot be used for scanning, or another one was activated meanwhile.
 pub async fn activate(app: &App, by: &Principal, input: Activate) -> Result<ActivationRecord, AppError> {
     let Activate { calibration_id: id, expected, despite_verification } = input;
-    let verified = newest_verification(&app.ledger, &id).await?.and_then(|part| part.verdict);
+    let verified = newest_verification(&app.catalogue, &id).await?.and_then(|part| part.verdict);
     if let Some(verdict) = verified.filter(|verdict| *verdict != PartVerdict::Ok)
         && !despite_verification
     {

@@ -42,7 +42,7 @@ pub async fn upload<E: From<AppError>>(
     tracing::info!(capture = record.id, principal = Principal::LOCAL, actor = by.actor, "a capture was uploaded");
     let mut changes = vec![change, entry];
     changes.extend(and(&record)?);
-    app.ledger.commit(changes).await.map_err(AppError::from)?;
+    app.catalogue.commit(changes).await.map_err(AppError::from)?;
     Ok(record)
 }
 
@@ -52,6 +52,6 @@ pub async fn upload<E: From<AppError>>(
 /// If it does not exist, or a record refers to it.
 pub async fn delete_capture(app: &App, by: &Principal, id: String) -> Result<(), AppError> {
     let gone = event(&id, Event::CaptureDeleted(by.initiator()));
-    app.ledger.commit(vec![Change::DeleteCapture(id), gone]).await?;
+    app.catalogue.commit(vec![Change::DeleteCapture(id), gone]).await?;
     Ok(())
 }

@@ -32,7 +32,7 @@ pub async fn take_control(app: &App, by: &Principal, input: TakeControl) -> Resu
         Some(from) => Event::ControlTakenOver(ControlTakenOver { initiator, from, to: holder.clone() }),
         None => Event::ControlTaken(initiator),
     };
-    app.ledger.commit(vec![event(&holder, entry)]).await?;
+    app.catalogue.commit(vec![event(&holder, entry)]).await?;
     Ok(taken.lease)
 }
 
@@ -51,7 +51,7 @@ pub fn renew_control(app: &App, by: &Principal) -> Result<Lease, AppError> {
 pub async fn release_control(app: &App, by: &Principal) -> Result<(), AppError> {
     if let Some(lease) = app.control.give_back(by.control_id.as_deref()) {
         let initiator = Initiator { actor: lease.holder.clone(), ..by.initiator() };
-        app.ledger.commit(vec![event(&lease.holder, Event::ControlReleased(initiator))]).await?;
+        app.catalogue.commit(vec![event(&lease.holder, Event::ControlReleased(initiator))]).await?;
     }
     Ok(())
 }

@@ -17,7 +17,7 @@ pub async fn take_dark_frame(app: &App, by: &Principal, n_frames: usize) -> Resu
     let taken = app.dark_frames.take(n_frames).await?;
     let n_hot_pixels = taken.dark.frame.hot_pixels().len();
     let body = CameraDarkFrameTaken { initiator: by.initiator(), n_hot_pixels };
-    app.ledger.commit(vec![event("camera", Event::CameraDarkFrameTaken(body))]).await?;
+    app.catalogue.commit(vec![event("camera", Event::CameraDarkFrameTaken(body))]).await?;
     Ok(taken)
 }
 
@@ -28,6 +28,6 @@ pub async fn take_dark_frame(app: &App, by: &Principal, n_frames: usize) -> Resu
 pub async fn remove_dark_frame(app: &App, by: &Principal) -> Result<(), AppError> {
     admit(app, by, Request::SessionImage)?;
     app.dark_frames.remove().await?;
-    app.ledger.commit(vec![event("camera", Event::CameraDarkFrameRemoved(by.initiator()))]).await?;
+    app.catalogue.commit(vec![event("camera", Event::CameraDarkFrameRemoved(by.initiator()))]).await?;
     Ok(())
 }

@@ -52,7 +52,7 @@ pub async fn set_camera_features(
         let read_back =
             |feature: &Feature| FeatureSet { name: feature.name.clone(), value: feature.value.clone() };
         let body = CameraFeaturesSet { initiator: by.initiator(), features: set.iter().map(read_back).collect() };
-        app.ledger.commit(vec![event("camera", Event::CameraFeaturesSet(body))]).await?;
+        app.catalogue.commit(vec![event("camera", Event::CameraFeaturesSet(body))]).await?;
     }
     refused.map_or(Ok(set), Err)
 }

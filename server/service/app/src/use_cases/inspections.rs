@@ -33,7 +33,7 @@ pub async fn inspect(
         label(order, "/order")?;
     }
     check_attributes(part.attributes.iter(), "/attributes")?;
-    let version = found(&app.ledger, recipe.as_ref(), &part.serial).await?;
+    let version = found(&app.catalogue, recipe.as_ref(), &part.serial).await?;
     let input = InspectInput { recipe_id: version.id, recipe_version: version.version, part };
     start_job(app, by, JobInput::Inspection(input), and).await
 }
@@ -50,12 +50,12 @@ pub async fn re_evaluate(
     recipe: Option<RecipeRef>,
     and: impl FnOnce(&JobRecord) -> Vec<Change>,
 ) -> Result<JobRecord, AppError> {
-    let earlier = app.ledger.read().inspection(id).await?;
+    let earlier = app.catalogue.read().inspection(id).await?;
     if earlier.scan_id.is_none() {
         return Err(without_scan(&earlier));
     }
     let recipe = recipe.unwrap_or(RecipeRef::Id { id: earlier.recipe_id, version: None });
-    let version = found(&app.ledger, Some(&recipe), &earlier.serial).await?;
+    let version = found(&app.catalogue, Some(&recipe), &earlier.serial).await?;
     let input =
         ReEvaluateInput { inspection_id: earlier.id, recipe_id: version.id, recipe_version: version.version };
     start_job(app, by, JobInput::ReEvaluation(input), and).await

@@ -49,10 +49,10 @@ pub async fn auto_expose(app: &App, by: &Principal) -> Result<(), AppError> {
 
 /// Stores and publishes the user's camera settings.
 async fn configured(app: &App, by: &Principal, wanted: &CameraRequest) -> Result<(), AppError> {
-    memory::remember(&app.ledger, wanted, &app.station.status().camera_settings).await?;
+    memory::remember(&app.catalogue, wanted, &app.station.status().camera_settings).await?;
     let kept = memory::StoredCameraSettings::all(&app.station.status().camera_settings);
     let body = CameraConfigured { initiator: by.initiator(), settings: kept };
-    app.ledger.commit(vec![event("camera", Event::CameraConfigured(body))]).await?;
+    app.catalogue.commit(vec![event("camera", Event::CameraConfigured(body))]).await?;
     Ok(())
 }
 
@@ -70,7 +70,7 @@ pub async fn move_stage(app: &App, by: &Principal, command: Manual) -> Result<Op
         let (target_mm, target_deg) = by_kind(kind, accepted.map(|to| to.target_mm));
         let (speed_mm_s, speed_deg_s) = by_kind(kind, accepted.map(|to| to.speed_mm_s));
         let body = StageMotion { initiator: by.initiator(), target_mm, target_deg, speed_mm_s, speed_deg_s };
-        app.ledger.commit(vec![event("stage", variant(body))]).await?;
+        app.catalogue.commit(vec![event("stage", variant(body))]).await?;
     }
     Ok(accepted)
 }
@@ -95,7 +95,7 @@ pub async fn switch_laser(app: &App, by: &Principal, power: f64) -> Result<(), A
     }
     app.station.manual(Manual::Laser { power }).await?;
     let body = LaserSwitched { initiator: by.initiator(), power };
-    app.ledger.commit(vec![event("laser", Event::LaserSwitched(body))]).await?;
+    app.catalogue.commit(vec![event("laser", Event::LaserSwitched(body))]).await?;
     Ok(())
 }
 
@@ -113,6 +113,6 @@ pub async fn set_live_view(app: &App, by: &Principal, wanted: LiveRequest) -> Re
     app.station.live(wanted).await?;
     let body = LiveView { initiator: by.initiator(), laser_power };
     let change = if running { Event::LiveStarted(body) } else { Event::LiveEnded(body) };
-    app.ledger.commit(vec![event("station", change)]).await?;
+    app.catalogue.commit(vec![event("station", change)]).await?;
     Ok(())
 }

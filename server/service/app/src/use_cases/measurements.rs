@@ -23,8 +23,8 @@ pub async fn measure<E: From<AppError>>(
     and: impl FnOnce(&MeasurementRecord) -> Result<Vec<Change>, E>,
 ) -> Result<MeasurementRecord, E> {
     input.request()?;
-    let scan = app.ledger.read().scan(scan_id).await.map_err(AppError::from)?;
-    let document = stored_document(&app.ledger, &*app.artifacts, Some(&scan.calibration_id)).await?;
+    let scan = app.catalogue.read().scan(scan_id).await.map_err(AppError::from)?;
+    let document = stored_document(&app.catalogue, &*app.artifacts, Some(&scan.calibration_id)).await?;
     let cloud = stored_cloud(&*app.artifacts, &scan).await?;
     let work = move || measurement(&scan, &cloud, &document.calibration(), &input);
     let record = tokio::task::spawn_blocking(work).await.map_err(|cause| {
@@ -33,7 +33,7 @@ pub async fn measure<E: From<AppError>>(
     })??;
     let mut all = changes_by(&record, Some(&by.actor));
     all.extend(and(&record)?);
-    app.ledger.commit(all).await.map_err(AppError::from)?;
+    app.catalogue.commit(all).await.map_err(AppError::from)?;
     Ok(record)
 }
 
@@ -51,7 +51,7 @@ pub async fn change_measurement_plan<E: From<AppError>>(
     let entry =
         Event::MeasurementPlanChanged(MeasurementPlanChanged { version: kept.version, actor: by.actor.clone() });
     // The plan is stored already; followers of events read it again at the next event.
-    if let Err(error) = app.ledger.commit(vec![event("", entry)]).await {
+    if let Err(error) = app.catalogue.commit(vec![event("", entry)]).await {
         tracing::warn!(%error, "a change of the measurement plan is not in the log");
     }
     Ok(kept)

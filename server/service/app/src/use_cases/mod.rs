@@ -7,6 +7,7 @@ mod calibrations;
 mod captures;
 mod control;
 mod dark_frame;
+mod doors;
 mod features;
 mod inspections;
 mod jobs;
@@ -22,6 +23,7 @@ pub use calibrations::{Activate, activate, roll_back};
 pub use captures::{Upload, delete_capture, upload};
 pub use control::{TakeControl, release_control, renew_control, reset, stop, take_control};
 pub use dark_frame::{remove_dark_frame, take_dark_frame};
+pub use doors::{Resend, delete_delivery, resend};
 pub use features::{camera_features, set_camera_features};
 pub use inspections::{
     InspectionQueue, hold_inspections, inspect, inspection_queue, re_evaluate, resume_inspections, wait_for_job,

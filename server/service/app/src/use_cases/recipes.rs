@@ -48,7 +48,7 @@ pub async fn roll_back_recipe(
     (to_version, reason): (i64, String),
     and: impl FnOnce(&RecipeVersion) -> Vec<Change>,
 ) -> Result<RecipeVersion, AppError> {
-    let earlier = stored_version(&app.ledger, id, to_version).await.map_err(|problem| match problem.kind {
+    let earlier = stored_version(&app.catalogue, id, to_version).await.map_err(|problem| match problem.kind {
         ErrorKind::NotFound => AppError { kind: ErrorKind::Impossible, ..problem }
             .at("/to_version")
             .remedy("give one of its versions"),
@@ -72,9 +72,9 @@ pub async fn import_recipe(
 ) -> Result<RecipeVersion, AppError> {
     file.check()?;
     if after > 0 {
-        let (_, newest) = newest_version(&app.ledger, &file.id).await?;
+        let (_, newest) = newest_version(&app.catalogue, &file.id).await?;
         if newest.digest == file.recipe.digest() {
-            app.ledger.commit(and(&newest)).await?;
+            app.catalogue.commit(and(&newest)).await?;
             return Ok(newest);
         }
     }
@@ -116,7 +116,7 @@ async fn store_version(
     let mut changes = and(&version);
     changes.push(Change::PublishRecipe { version: version.to_record(), number });
     changes.push(event(&version.id, Event::RecipePublished(published)));
-    app.ledger.commit(changes).await.map_err(|error| match error {
+    app.catalogue.commit(changes).await.map_err(|error| match error {
         StoreError::Exists { kind: "recipe", .. } => {
             AppError::from(error).remedy("publish a version of it, or use another id")
         }
@@ -137,6 +137,6 @@ pub async fn archive_recipe(app: &App, by: &Principal, id: &str, archived: bool)
         false => Event::RecipeRestored(by.initiator()),
     };
     let change = Change::ArchiveRecipe { id: id.to_owned(), archived };
-    app.ledger.commit(vec![change, event(id, done)]).await?;
+    app.catalogue.commit(vec![change, event(id, done)]).await?;
     Ok(())
 }

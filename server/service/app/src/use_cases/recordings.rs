@@ -44,7 +44,7 @@ pub async fn stop_recording(app: &App, by: &Principal, id: &str) -> Result<Recor
     let ended = app.recordings.end(Some(id), Ended::Stopped).await;
     match ended {
         Some(record) => Ok(record),
-        None => Ok(app.recordings.now(app.ledger.read().recording(id).await?)),
+        None => Ok(app.recordings.now(app.catalogue.read().recording(id).await?)),
     }
 }
 
@@ -53,12 +53,12 @@ pub async fn stop_recording(app: &App, by: &Principal, id: &str) -> Result<Recor
 /// # Errors
 /// If it does not exist or is not finished.
 pub async fn delete_recording(app: &App, by: &Principal, id: String) -> Result<(), AppError> {
-    let record = app.ledger.read().recording(&id).await;
+    let record = app.catalogue.read().recording(&id).await;
     if let Ok(RecordingRecord { state: RecordingState::Recording | RecordingState::Finishing, .. }) = record {
         return Err(AppError::new(ErrorKind::Conflict, format!("recording {id} is not finished"))
             .remedy("stop it first, and wait until its file is complete"));
     }
     let gone = event(&id, Event::RecordingDeleted(by.initiator()));
-    app.ledger.commit(vec![Change::DeleteRecording(id), gone]).await?;
+    app.catalogue.commit(vec![Change::DeleteRecording(id), gone]).await?;
     Ok(())
 }

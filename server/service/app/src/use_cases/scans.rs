@@ -13,6 +13,6 @@ use crate::events::{Event, event};
 /// If it does not exist.
 pub async fn delete_scan(app: &App, by: &Principal, id: String) -> Result<(), AppError> {
     let gone = event(&id, Event::ScanDeleted(by.initiator()));
-    app.ledger.commit(vec![Change::DeleteScan(id), gone]).await?;
+    app.catalogue.commit(vec![Change::DeleteScan(id), gone]).await?;
     Ok(())
 }

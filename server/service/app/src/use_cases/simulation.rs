@@ -79,7 +79,7 @@ pub async fn enable_fault(app: &App, _by: &Principal, name: &str, value: Option<
     let fault = TwinFault::named(name, value).map_err(|error| AppError::from(error).at("/name"))?;
     twin.set_fault(fault);
     let body = SimulatedFault { value: fault.value() };
-    app.ledger.commit(vec![event(fault.name(), Event::SimulationFaultOn(body))]).await?;
+    app.catalogue.commit(vec![event(fault.name(), Event::SimulationFaultOn(body))]).await?;
     Ok(())
 }
 
@@ -92,6 +92,6 @@ pub async fn disable_fault(app: &App, _by: &Principal, name: &str) -> Result<(),
         return Err(AppError::new(ErrorKind::NotFound, format!("fault \"{name}\" is not active"))
             .remedy("GET /api/v1/simulation/faults lists the active ones"));
     }
-    app.ledger.commit(vec![event(name, Event::SimulationFaultOff(EmptyBody {}))]).await?;
+    app.catalogue.commit(vec![event(name, Event::SimulationFaultOff(EmptyBody {}))]).await?;
     Ok(())
 }

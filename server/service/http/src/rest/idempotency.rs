@@ -55,7 +55,7 @@ pub fn enter(app: &App, headers: &HeaderMap, route: &str) -> Result<Option<InFli
 pub async fn look_up(app: &App, flight: Option<InFlight>, body_sha256: &str) -> Result<Begun, Problem> {
     let fresh = |flight| Begun::Fresh(Once { flight, body_sha256: body_sha256.to_owned() });
     let Some(entered) = &flight else { return Ok(fresh(flight)) };
-    let Some(kept) = app.ledger.read().idempotency(entered.key()).await? else { return Ok(fresh(flight)) };
+    let Some(kept) = app.catalogue.read().idempotency(entered.key()).await? else { return Ok(fresh(flight)) };
     if kept.body_sha256 != body_sha256 {
         return Err(Problem::new(
             ProblemKind::KeyReused,
@@ -104,14 +104,14 @@ pub async fn at_most_once(
         Begun::Fresh(once) => once,
     };
     let Some(key) = once.flight.as_ref().map(|flight| flight.key().to_owned()) else { return act.await };
-    app.ledger.commit(once.insert(Value::Null)).await?;
+    app.catalogue.commit(once.insert(Value::Null)).await?;
     let done = act.await;
     let answer = match &done {
         Ok(reply) => Some(reply.to_json()),
         Err(problem) if problem.status >= 500 => Some(Reply::broken(problem).to_json()),
         Err(_) => None,
     };
-    app.ledger.commit(vec![Change::AnswerIdempotency { key, answer }]).await?;
+    app.catalogue.commit(vec![Change::AnswerIdempotency { key, answer }]).await?;
     done
 }
 

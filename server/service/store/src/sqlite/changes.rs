@@ -12,7 +12,7 @@ use crate::health::Health;
 use crate::records::{ActivationRecord, EventRecord};
 use crate::sqlite::seal::{self, Table};
 use crate::sqlite::tables::{
-    calibrations, captures, events, inspections, jobs, measurements, recipes, recordings, scans, sessions,
+    calibrations, captures, doors, events, inspections, jobs, measurements, recipes, recordings, scans, sessions,
     settings,
 };
 use crate::sqlite::{error, named};
@@ -124,6 +124,12 @@ async fn touched_by(to: &mut SqliteConnection, change: &Change) -> Written<Vec<T
         Change::InsertInspection { inspection, .. } => (seal::INSPECTIONS, &inspection.id),
         Change::InsertSession(session) | Change::UpdateSession(session) => (seal::SESSIONS, &session.id),
         Change::PutSetting(setting) => (seal::SETTINGS, &setting.name),
+        Change::PutDoor(door) => (seal::DOORS, &door.name),
+        Change::PutDelivery(delivery) => {
+            let key = doors::key(&delivery.door, delivery.event.seq);
+            seal::verify(to, &seal::DELIVERIES, &key).await?;
+            return Ok(still_naming(vec![(seal::DELIVERIES, key)]));
+        }
         Change::InsertIdempotency(record) => (seal::IDEMPOTENCY, &record.key),
         Change::AnswerIdempotency { key, .. } => (seal::IDEMPOTENCY, key),
         Change::DeleteCapture(id) => {
@@ -139,6 +145,7 @@ async fn touched_by(to: &mut SqliteConnection, change: &Change) -> Written<Vec<T
         Change::DeleteCalibration(_)
         | Change::DeleteRecording(_)
         | Change::DeleteSession(_)
+        | Change::DeleteDelivery { .. }
         | Change::Activate { .. }
         | Change::AppendEvent(_)
         | Change::PruneEndedJobs { .. }
@@ -190,6 +197,9 @@ async fn apply(to: &mut SqliteConnection, change: Change) -> Written<Option<Even
         Change::PutSetting(setting) => settings::put(to, &setting).await?,
         Change::AppendEvent(event) => return events::append(to, event).await.map(Some),
         Change::PruneEndedJobs { before_ms, keep_newest } => jobs::prune_ended(to, before_ms, keep_newest).await?,
+        Change::PutDoor(door) => doors::put(to, &door).await?,
+        Change::PutDelivery(delivery) => doors::put_delivery(to, &delivery).await?,
+        Change::DeleteDelivery { door, seq } => doors::delete_delivery(to, &doors::key(&door, seq)).await?,
         Change::InsertIdempotency(record) => events::insert_idempotency(to, &record).await?,
         Change::AnswerIdempotency { key, answer } => events::answer_idempotency(to, &key, answer.as_ref()).await?,
         Change::PruneIdempotencyKeys { at_ms } => events::prune_idempotency(to, at_ms).await?,

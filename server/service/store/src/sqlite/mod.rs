@@ -22,7 +22,8 @@ use tokio::sync::Mutex;
 
 use crate::artifacts::ArtifactId;
 use crate::catalogue::{
-    Catalogue, Change, InspectionFilter, Listed, MeasurementFilter, Page, RecipeFilter, ScanFilter,
+    Catalogue, Change, DeliveryFilter, InspectionFilter, Listed, MeasurementFilter, Page, RecipeFilter,
+    ScanFilter, SetAside,
 };
 use crate::error::StoreError;
 use crate::files::reserve::Reserve;
@@ -30,9 +31,9 @@ use crate::health::Health;
 use crate::holds::Holds;
 use crate::params::{BACKUPS_FOLDER, BUSY_TIMEOUT, CATALOGUE_FILE, N_READERS, WAL_LIMIT_BYTES};
 use crate::records::{
-    ActivationRecord, CalibrationRecord, CaptureRecord, EventRecord, IdempotencyRecord, InspectionRecord,
-    JobRecord, JobState, MeasurementRecord, RecipeRecord, RecipeVersionRecord, RecordingRecord, ScanRecord,
-    SessionRecord, SettingRecord,
+    ActivationRecord, CalibrationRecord, CaptureRecord, DeliveryRecord, DoorRecord, EventRecord,
+    IdempotencyRecord, InspectionRecord, JobRecord, JobState, MeasurementRecord, RecipeRecord,
+    RecipeVersionRecord, RecordingRecord, ScanRecord, SessionRecord, SettingRecord,
 };
 use crate::sqlite::changes::Committed;
 
@@ -283,6 +284,27 @@ impl Catalogue for SqliteCatalogue {
 
     async fn last_event_seq(&self) -> Result<i64, StoreError> {
         tables::events::last_seq(&self.readers).await
+    }
+
+    async fn door(&self, name: &str) -> Result<Option<DoorRecord>, StoreError> {
+        tables::doors::one(&self.readers, name).await
+    }
+
+    async fn delivery(&self, door: &str, seq: i64) -> Result<DeliveryRecord, StoreError> {
+        tables::doors::delivery(&self.readers, door, seq).await
+    }
+
+    async fn deliveries(
+        &self,
+        filter: &DeliveryFilter,
+        seq: i64,
+        limit: u32,
+    ) -> Result<Listed<DeliveryRecord>, StoreError> {
+        tables::doors::deliveries(&self.readers, filter, seq, limit).await
+    }
+
+    async fn set_aside(&self, door: &str) -> Result<SetAside, StoreError> {
+        tables::doors::set_aside(&self.readers, door).await
     }
 
     async fn idempotency(&self, key: &str) -> Result<Option<IdempotencyRecord>, StoreError> {

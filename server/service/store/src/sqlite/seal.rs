@@ -41,6 +41,8 @@ pub const INSPECTIONS: Table = Table { name: "inspections", key: "id", kind: "in
 pub const SESSIONS: Table = Table { name: "sessions", key: "id", kind: "session" };
 pub const EVENTS: Table = Table { name: "events", key: "seq", kind: "event" };
 pub const SETTINGS: Table = Table { name: "settings", key: "name", kind: "setting" };
+pub const DOORS: Table = Table { name: "doors", key: "name", kind: "door" };
+pub const DELIVERIES: Table = Table { name: "deliveries", key: "key", kind: "delivery" };
 pub const IDEMPOTENCY: Table = Table { name: "idempotency", key: "key", kind: "idempotency key" };
 
 /// All of them.

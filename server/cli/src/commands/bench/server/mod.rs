@@ -117,7 +117,7 @@ async fn activate(app: &App, path: &Path) -> Result<(), AppError> {
         summary: json!({}),
         created_at_ms: now_ms(),
     };
-    app.ledger.commit(vec![Change::InsertCalibration(record)]).await?;
+    app.catalogue.commit(vec![Change::InsertCalibration(record)]).await?;
     app.calibrations.activate(&id, None, "bench", None).await?;
     Ok(())
 }

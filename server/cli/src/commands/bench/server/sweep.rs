@@ -125,7 +125,7 @@ async fn ended(app: &App, job: &str) -> Result<ScanRecord, Failure> {
         let record = app.jobs.view(job).await.map_err(failure_of)?.record;
         match (record.state, record.result) {
             (JobState::Succeeded, Some(result)) => {
-                return app.ledger.read().scan(&result.id).await.map_err(|error| failure_of(error.into()));
+                return app.catalogue.read().scan(&result.id).await.map_err(|error| failure_of(error.into()));
             }
             (JobState::Queued | JobState::Running, _) => {}
             (state, _) => {

@@ -48,7 +48,7 @@ pub fn from_session(input: &CalibrateInput, session_id: &str, ctx: &ComputeConte
 /// Calibrates from a stored capture.
 pub fn from_capture(input: &CalibrateInput, capture_id: &str, ctx: &ComputeContext) -> Result<Done, JobEnd> {
     ctx.report(0.0, Phase::UnpackingCapture, "unpacking the capture");
-    let name = ctx.wait(ctx.ledger.read().capture(capture_id))?.name;
+    let name = ctx.wait(ctx.catalogue.read().capture(capture_id))?.name;
     let checked_out = ctx.captures.check_out(capture_id)?;
     ctx.check_cancelled()?;
     compute(&checked_out.folder, &name, capture_id, input, ctx, 0.0)
@@ -69,7 +69,7 @@ fn made_from(
     ctx.report(taken, Phase::StoringImages, "storing the images");
     let (record, change) = ctx.captures.take_in_folder(folder.path(), CaptureOrigin::Calibration, name)?;
     let created = event(&record.id, Event::CaptureCreated((&record).into()));
-    ctx.wait(ctx.ledger.commit(vec![change, created]))?;
+    ctx.wait(ctx.catalogue.commit(vec![change, created]))?;
     compute(folder.path(), name, &record.id, input, ctx, taken + STORING)
 }
 

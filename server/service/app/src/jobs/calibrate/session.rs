@@ -18,7 +18,7 @@ use crate::sessions::{Picture, Session, SessionBody, Sessions};
 /// Writes the usable images of the session as the capture folder `folder`.
 pub(super) fn gather_pictures(session_id: &str, ctx: &ComputeContext, folder: &Path) -> Result<(), JobEnd> {
     ctx.report(0.0, Phase::CollectingImages, "collecting the images of the session");
-    let session = Session::try_from(ctx.wait(ctx.ledger.read().session(session_id))?)?;
+    let session = Session::try_from(ctx.wait(ctx.catalogue.read().session(session_id))?)?;
     make_folders(folder)?;
     let put = |kind: &str, idx: usize, picture: &Picture| -> Result<PathBuf, JobEnd> {
         ctx.check_cancelled()?;

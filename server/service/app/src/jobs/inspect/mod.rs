@@ -28,7 +28,7 @@ const INSPECTION: &str = "inspection";
 
 /// Inspects a part. A job cancelled between scan and verdict keeps its scan.
 pub fn at_station(input: &InspectInput, ctx: &StationContext) -> Result<Done, JobEnd> {
-    let version = ctx.wait(stored_version(&ctx.ledger, &input.recipe_id, input.recipe_version))?;
+    let version = ctx.wait(stored_version(&ctx.catalogue, &input.recipe_id, input.recipe_version))?;
     let mut measured = at_station_measured(&scan_of(&version.recipe.scan, &input.part.serial), ctx)?;
     if ctx.cancel.is_cancelled() {
         return Err(JobEnd::CancelledAfter(Box::new(measured.done())));
@@ -52,7 +52,7 @@ pub fn at_station(input: &InspectInput, ctx: &StationContext) -> Result<Done, Jo
 fn result_on(version: &RecipeVersion, scan: &ScanRecord, ctx: &ComputeContext) -> Result<PlanResult, JobEnd> {
     let plan = &version.recipe.plan;
     ctx.report(1.0, Phase::Measuring.counted(0, plan.characteristics.len()), "measuring");
-    let document = ctx.wait(stored_document(&ctx.ledger, &*ctx.artifacts, Some(&scan.calibration_id)))?;
+    let document = ctx.wait(stored_document(&ctx.catalogue, &*ctx.artifacts, Some(&scan.calibration_id)))?;
     let cloud = ctx.wait(stored_cloud(&*ctx.artifacts, scan))?;
     Ok(judged(plan, scan, &cloud, &document.calibration())?)
 }

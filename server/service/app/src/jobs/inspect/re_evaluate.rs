@@ -12,12 +12,12 @@ use crate::resources::recipes::stored_version;
 
 /// Measures the stored scan and stores a new inspection.
 pub fn run(input: &ReEvaluateInput, ctx: &ComputeContext) -> Result<Done, JobEnd> {
-    let earlier = ctx.wait(ctx.ledger.read().inspection(&input.inspection_id))?;
+    let earlier = ctx.wait(ctx.catalogue.read().inspection(&input.inspection_id))?;
     let before: InspectionBody = serde_json::from_value(earlier.body.clone())
         .map_err(|cause| AppError::damaged(&format!("inspection {}", earlier.id), cause.to_string()))?;
     let Some(scan_id) = &earlier.scan_id else { return Err(without_scan(&earlier).into()) };
-    let version = ctx.wait(stored_version(&ctx.ledger, &input.recipe_id, input.recipe_version))?;
-    let scan = ctx.wait(ctx.ledger.read().scan(scan_id))?;
+    let version = ctx.wait(stored_version(&ctx.catalogue, &input.recipe_id, input.recipe_version))?;
+    let scan = ctx.wait(ctx.catalogue.read().scan(scan_id))?;
     ctx.check_cancelled()?;
     let result = result_on(&version, &scan, ctx)?;
     let part =

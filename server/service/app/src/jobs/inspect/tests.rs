@@ -54,17 +54,17 @@ impl Bench {
             recipe,
         };
         let publish = Change::PublishRecipe { version: version.to_record(), number: None };
-        self.runtime.block_on(self.ledger.commit(vec![publish])).unwrap();
+        self.runtime.block_on(self.catalogue.commit(vec![publish])).unwrap();
     }
 
     fn inspection(&self, id: &str) -> InspectionRecord {
-        self.runtime.block_on(self.ledger.read().inspection(id)).unwrap()
+        self.runtime.block_on(self.catalogue.read().inspection(id)).unwrap()
     }
 
     fn inspections(&self) -> Vec<InspectionRecord> {
         let page = Page { before: None, limit: 100 };
         let all = InspectionFilter::default();
-        self.runtime.block_on(self.ledger.read().inspections(&all, &page)).unwrap().records
+        self.runtime.block_on(self.catalogue.read().inspections(&all, &page)).unwrap().records
     }
 }
 
@@ -88,7 +88,7 @@ fn a_part_is_inspected_in_one_job_and_re_evaluated_with_another_version() {
     let stored = body(&first);
     assert_eq!((stored.simulated, stored.attributes["a"].as_str()), (true, "b"));
     assert_eq!(stored.recipe_digest, gauge(8.9).digest());
-    let events = bench.runtime.block_on(bench.ledger.read().events_after(0, 99)).unwrap().records;
+    let events = bench.runtime.block_on(bench.catalogue.read().events_after(0, 99)).unwrap().records;
     let finished = events.iter().find(|event| event.kind == "inspection.finished").unwrap();
     assert_eq!(
         (&finished.subject, &finished.body["seq"], &finished.body["recipe"]),
@@ -112,7 +112,7 @@ fn a_part_is_inspected_in_one_job_and_re_evaluated_with_another_version() {
     assert_eq!((bench.inspection(&id), bench.scans().len()), (first, 1));
 
     // Without its scan nothing can be judged anew.
-    bench.runtime.block_on(bench.ledger.commit(vec![Change::DeleteScan(scan.id)])).unwrap();
+    bench.runtime.block_on(bench.catalogue.commit(vec![Change::DeleteScan(scan.id)])).unwrap();
     let anew = ReEvaluateInput { inspection_id: id, recipe_id: "gauge".into(), recipe_version: 2 };
     let Err(JobEnd::Failed(problem)) = as_if_elsewhere(JobInput::ReEvaluation(anew), &bench.job().ctx) else {
         panic!("its scan is gone")
@@ -135,7 +135,7 @@ fn a_scan_without_a_verdict_makes_every_result_invalid() {
     let mut scan = bench.record(bench.inspection(&id).scan_id.as_deref().unwrap());
     let calibration = bench
         .runtime
-        .block_on(stored_document(&bench.ledger, &*bench.store.artifacts, None))
+        .block_on(stored_document(&bench.catalogue, &*bench.store.artifacts, None))
         .unwrap()
         .calibration();
     let cloud = bench.runtime.block_on(stored_cloud(&*bench.store.artifacts, &scan)).unwrap();

@@ -41,10 +41,10 @@ impl Pace {
     }
 
     /// From the newest scans of this kind; defaults for what none of them recorded.
-    pub async fn learned(ledger: &EventedCatalogue, mode: ScanMode) -> Self {
+    pub async fn learned(catalogue: &EventedCatalogue, mode: ScanMode) -> Self {
         let filter = ScanFilter { state: Some(ScanState::Complete), ..ScanFilter::default() };
         let page = Page { before: None, limit: PACE_SCANS };
-        match ledger.read().scans(&filter, &page).await {
+        match catalogue.read().scans(&filter, &page).await {
             Ok(listed) => Self::of(&listed.records, mode),
             Err(_) => Self::unknown(mode),
         }

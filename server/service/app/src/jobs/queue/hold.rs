@@ -27,12 +27,12 @@ pub struct InspectionHold {
 }
 
 /// The hold stored by an earlier process. An unreadable one counts as a hold.
-pub(in crate::jobs) async fn stored_hold(ledger: &EventedCatalogue) -> Option<InspectionHold> {
+pub(in crate::jobs) async fn stored_hold(catalogue: &EventedCatalogue) -> Option<InspectionHold> {
     let unreadable = |cause: String| {
         tracing::error!(cause, "the hold of inspections cannot be read: they are held");
         InspectionHold { actor: "server".to_owned(), reason: None, since_ms: now_ms() }
     };
-    match ledger.read().setting(HOLD).await {
+    match catalogue.read().setting(HOLD).await {
         Ok(None) => None,
         Ok(Some(SettingRecord { value: Value::Null, .. })) => None,
         Ok(Some(setting)) => {
@@ -86,7 +86,7 @@ impl Queue {
         let value = serde_json::to_value(&hold).unwrap_or_default();
         let setting = SettingRecord { name: HOLD.to_owned(), value, changed_at_ms: now_ms() };
         if let Err(error) =
-            self.parts.ledger.commit(vec![Change::PutSetting(setting), event("inspections", what)]).await
+            self.parts.catalogue.commit(vec![Change::PutSetting(setting), event("inspections", what)]).await
         {
             *self.hold.lock() = before;
             return Err(error.into());

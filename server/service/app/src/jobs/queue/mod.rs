@@ -135,7 +135,7 @@ impl Queue {
         let taken = self.lanes().iter_mut().enumerate().find_map(|(idx, lane)| Some((idx, lane.take(id)?)));
         let Some((lane_idx, (place, waiting))) = taken else { return Ok(()) };
         let changes = end.changes(id, waiting.input.kind(), Some(actor), now_ms());
-        if let Err(error) = self.parts.ledger.commit(changes).await {
+        if let Err(error) = self.parts.catalogue.commit(changes).await {
             self.lanes()[lane_idx].put_back(place, waiting);
             self.advance();
             return Err(error.into());

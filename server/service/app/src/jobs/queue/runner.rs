@@ -157,7 +157,7 @@ impl Queue {
     fn forecast(&self, class: &str, size: f64) -> Option<Forecast> {
         let newest = Page { before: None, limit: FORECAST_JOBS };
         let ended =
-            self.runtime.block_on(self.parts.ledger.read().jobs(Some(JobState::Succeeded), &newest)).ok()?;
+            self.runtime.block_on(self.parts.catalogue.read().jobs(Some(JobState::Succeeded), &newest)).ok()?;
         let timelines = ended.records.into_iter().filter_map(|record| Some(record.checkpoint?[TIMELINE].clone()));
         let alike = timelines.filter(|timeline| timeline[CLASS] == class);
         Forecast::of(&alike.take(FORECAST_ALIKE).collect::<Vec<_>>(), size)
@@ -167,7 +167,7 @@ impl Queue {
         let at_ms = now_ms();
         let start = Change::StartJob { id: running.id.clone(), at_ms };
         let started = event(&running.id, Event::JobRunning(job_event(&running.id, kind, JobState::Running)));
-        self.runtime.block_on(self.parts.ledger.commit(vec![start, started]))?;
+        self.runtime.block_on(self.parts.catalogue.commit(vec![start, started]))?;
         running.progress.change(|record| {
             record.state = JobState::Running;
             record.started_at_ms = Some(at_ms);
@@ -182,7 +182,7 @@ impl Queue {
             id: running.id.clone(),
             cancel: running.cancel.clone(),
             config: parts.config,
-            ledger: parts.ledger,
+            catalogue: parts.catalogue,
             artifacts: parts.artifacts,
             captures: parts.captures,
             runtime: self.runtime.clone(),
@@ -201,7 +201,7 @@ impl Queue {
     fn end(&self, running: &Running, kind: &str, end: End) {
         let at_ms = now_ms();
         let commit = |end: &End| {
-            self.runtime.block_on(self.parts.ledger.commit(end.changes(&running.id, kind, None, at_ms)))
+            self.runtime.block_on(self.parts.catalogue.commit(end.changes(&running.id, kind, None, at_ms)))
         };
         let end = match commit(&end) {
             Ok(_) => {
@@ -247,7 +247,7 @@ async fn tick(queue: Arc<Queue>, running: Running) {
         if stored_at.elapsed() >= CHECKPOINT_INTERVAL {
             stored_at = tokio::time::Instant::now();
             if let Some(change) = running.progress.checkpoint()
-                && let Err(error) = queue.parts.ledger.commit(vec![change]).await
+                && let Err(error) = queue.parts.catalogue.commit(vec![change]).await
             {
                 tracing::warn!(job = %running.id, %error, "progress cannot be stored");
             }

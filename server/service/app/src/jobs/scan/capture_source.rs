@@ -22,7 +22,7 @@ const READING: f64 = 0.5;
 pub fn run(input: &ScanInput, frames: &RecordedFrames, ctx: &ComputeContext) -> Result<MadeScan, JobEnd> {
     let RecordedFrames { capture_id, scan } = frames;
     refuse_station_fields(input)?;
-    let document = ctx.wait(stored_document(&ctx.ledger, &*ctx.artifacts, input.calibration_id.as_deref()))?;
+    let document = ctx.wait(stored_document(&ctx.catalogue, &*ctx.artifacts, input.calibration_id.as_deref()))?;
     ctx.report(0.0, Phase::UnpackingCapture, "unpacking the capture");
     let checked_out = ctx.captures.check_out(capture_id)?;
     ctx.check_cancelled()?;
@@ -57,7 +57,7 @@ pub fn run(input: &ScanInput, frames: &RecordedFrames, ctx: &ComputeContext) -> 
         losses: Vec::new(),
         also: Vec::new(),
     };
-    let pace = ctx.wait(Pace::learned(&ctx.ledger, ScanMode::StopAndGo));
+    let pace = ctx.wait(Pace::learned(&ctx.catalogue, ScanMode::StopAndGo));
     let part = READING..evaluated_share(input.measure.len());
     made_scan(ctx, story, &frames, &document, Evaluating { part, passes: pace.passes })
 }

@@ -35,7 +35,7 @@ pub fn measured(mut made: MadeScan, ctx: &ComputeContext) -> Result<Measured, Jo
     let began = Instant::now();
     ctx.report(from, Phase::Measuring.counted(0, planned.len()), "measuring");
     let id = Some(made.record.calibration_id.as_str());
-    let calibration = ctx.wait(stored_document(&ctx.ledger, &*ctx.artifacts, id))?.calibration();
+    let calibration = ctx.wait(stored_document(&ctx.catalogue, &*ctx.artifacts, id))?.calibration();
     let cloud = ctx.wait(stored_cloud(&*ctx.artifacts, &made.record))?;
     for (done, input) in planned.iter().enumerate() {
         if ctx.cancel.is_cancelled() {

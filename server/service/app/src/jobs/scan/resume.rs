@@ -34,7 +34,7 @@ fn conflict(detail: String, remedy: &str) -> AppError {
 /// The scan to resume, if requested.
 pub fn earlier(input: &ScanInput, ctx: &StationContext) -> Result<Option<Earlier>, JobEnd> {
     let Some(id) = &input.resume_scan_id else { return Ok(None) };
-    let record = ctx.wait(ctx.ledger.read().scan(id))?;
+    let record = ctx.wait(ctx.catalogue.read().scan(id))?;
     if record.state != ScanState::Partial || record.recomputed_from.is_some() {
         let detail = format!("scan {id} is not a stopped scan of this station and cannot be resumed");
         return Err(conflict(detail, "start a new scan").into());

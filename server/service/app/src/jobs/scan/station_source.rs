@@ -42,9 +42,9 @@ const DEFAULT_NAME: &str = "scan";
 pub fn run(input: &ScanInput, ctx: &StationContext) -> Result<MadeScan, JobEnd> {
     let earlier = earlier(input, ctx)?;
     let input = earlier.as_ref().map_or_else(|| input.clone(), |earlier| earlier.filled(input));
-    let document = ctx.wait(stored_document(&ctx.ledger, &*ctx.artifacts, input.calibration_id.as_deref()))?;
+    let document = ctx.wait(stored_document(&ctx.catalogue, &*ctx.artifacts, input.calibration_id.as_deref()))?;
     let calibration = document.calibration();
-    let pace = ctx.wait(Pace::learned(&ctx.ledger, input.settings.mode()));
+    let pace = ctx.wait(Pace::learned(&ctx.catalogue, input.settings.mode()));
     let planned = plan(&input, &calibration, &ctx.station.status(), &pace)?;
     let (note, earlier) = match earlier {
         Some(earlier) => {
@@ -358,7 +358,7 @@ impl Stopped<'_> {
         };
         let record = self.work.partial(self.n_frames, stored.peaks, Some(stored.display), &why);
         let changes = scan_changes(&record, self.work.note.replaces);
-        if let Err(error) = self.ctx.wait(self.ctx.ledger.commit(changes)) {
+        if let Err(error) = self.ctx.wait(self.ctx.catalogue.commit(changes)) {
             tracing::error!(scan = %record.id, %error, "a stopped scan cannot be stored");
             return end;
         }

@@ -32,7 +32,7 @@ impl LiveWatch {
         let of_scan = WatchReport { lost_steps: vec![lost], ..WatchReport::default() };
         let result = verdicts(&of_scan, f64::INFINITY, None).into_iter().find(|one| one.watch == Watch::LostSteps);
         let warnings: Vec<Change> = result.iter().map(|verdict| warning(scan_id, verdict)).collect();
-        if let Err(error) = ctx.wait(ctx.ledger.commit(warnings)) {
+        if let Err(error) = ctx.wait(ctx.catalogue.commit(warnings)) {
             tracing::error!(%error, "lost steps were detected, but the event cannot be stored");
         }
     }
@@ -78,7 +78,7 @@ impl Watched {
         let Some(watched) = &mut self.report else { return Ok(Vec::new()) };
         let plan = ScanRun::from_stored(&story.plan).ok().and_then(|run| run.plan);
         self.is_observation = plan.is_some() && story.recomputed_from.is_none();
-        let history = ctx.wait(WatchHistory::read(&ctx.ledger))?;
+        let history = ctx.wait(WatchHistory::read(&ctx.catalogue))?;
         let reference = plan.as_ref().and_then(|plan| {
             let powers = watched.powers.as_mut()?;
             powers.log_total -= light_of(plan).ln();
@@ -98,7 +98,7 @@ impl Watched {
     /// The change that adds the scan to the history.
     pub fn remembered(self, ctx: &ComputeContext, record: &ScanRecord) -> Result<Option<Change>, JobEnd> {
         let Some(watched) = self.report.filter(|_| self.is_observation) else { return Ok(None) };
-        let mut history = ctx.wait(WatchHistory::read(&ctx.ledger))?;
+        let mut history = ctx.wait(WatchHistory::read(&ctx.catalogue))?;
         history.add(record, watched.powers);
         Ok(Some(history.change()))
     }

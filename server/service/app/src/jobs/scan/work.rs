@@ -186,27 +186,31 @@ fn removed(result: std::io::Result<()>) {
 }
 
 /// Turns the work folders of a crashed process into partial scans. Called at start-up, before requests are served.
-pub async fn recover(ledger: &EventedCatalogue, artifacts: &dyn Artifacts) {
+pub async fn recover(catalogue: &EventedCatalogue, artifacts: &dyn Artifacts) {
     let Ok(folders) = std::fs::read_dir(home(artifacts)) else { return };
     for folder in folders.flatten().map(|entry| entry.path()) {
-        if let Err(problem) = recover_one(ledger, artifacts, &folder).await {
+        if let Err(problem) = recover_one(catalogue, artifacts, &folder).await {
             let cause = problem.cause.unwrap_or_default();
             tracing::error!(folder = %folder.display(), "{}: {cause}", problem.detail);
         }
     }
 }
 
-async fn recover_one(ledger: &EventedCatalogue, artifacts: &dyn Artifacts, folder: &Path) -> Result<(), AppError> {
-    if is_made(ledger, folder).await? {
+async fn recover_one(
+    catalogue: &EventedCatalogue,
+    artifacts: &dyn Artifacts,
+    folder: &Path,
+) -> Result<(), AppError> {
+    if is_made(catalogue, folder).await? {
         removed(std::fs::remove_dir_all(folder));
         return Ok(());
     }
-    let Ok(text) = std::fs::read(folder.join(NOTE)) else { return remove_orphan(ledger, folder).await };
+    let Ok(text) = std::fs::read(folder.join(NOTE)) else { return remove_orphan(catalogue, folder).await };
     let note: WorkNote = serde_json::from_slice(&text).map_err(disk_problem)?;
     let work = Work { note, folder: folder.to_owned() };
     let Ok((peaks, prefix)) = PeaksWriter::resume(&work.peaks()) else {
         work.clear_but_pictures();
-        return remove_orphan(ledger, folder).await;
+        return remove_orphan(catalogue, folder).await;
     };
     let n_frames = prefix.peaks.frames.len();
     if n_frames == 0 {
@@ -216,25 +220,25 @@ async fn recover_one(ledger: &EventedCatalogue, artifacts: &dyn Artifacts, folde
     peaks.finish().map_err(disk_problem)?;
     let id = work.keep_peaks(artifacts).await?;
     let record = work.partial(n_frames, id, None, "the service ended while the scan was running");
-    ledger.commit(scan_changes(&record, work.note.replaces)).await?;
+    catalogue.commit(scan_changes(&record, work.note.replaces)).await?;
     work.clear_but_pictures();
     Ok(())
 }
 
 /// Deletes the images of deleted partial scans. The folder of a running scan has its metadata and is kept.
-pub async fn remove_orphans(ledger: &EventedCatalogue, artifacts: &dyn Artifacts) {
+pub async fn remove_orphans(catalogue: &EventedCatalogue, artifacts: &dyn Artifacts) {
     let Ok(folders) = std::fs::read_dir(home(artifacts)) else { return };
     for folder in folders.flatten().map(|entry| entry.path()).filter(|folder| !folder.join(NOTE).exists()) {
-        if let Err(problem) = remove_orphan(ledger, &folder).await {
+        if let Err(problem) = remove_orphan(catalogue, &folder).await {
             tracing::warn!(detail = problem.detail, "the work folder of a scan cannot be deleted");
         }
     }
 }
 
 /// Whether the scan was stored completely and only its folder remained.
-async fn is_made(ledger: &EventedCatalogue, folder: &Path) -> Result<bool, AppError> {
+async fn is_made(catalogue: &EventedCatalogue, folder: &Path) -> Result<bool, AppError> {
     let id = folder.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
-    match ledger.read().scan(&id).await {
+    match catalogue.read().scan(&id).await {
         Ok(scan) => Ok(scan.state != ScanState::Partial),
         Err(StoreError::NotFound { .. }) => Ok(false),
         Err(error) => Err(error.into()),
@@ -242,9 +246,9 @@ async fn is_made(ledger: &EventedCatalogue, folder: &Path) -> Result<bool, AppEr
 }
 
 /// Images are unreferenced unless their scan is partial.
-async fn remove_orphan(ledger: &EventedCatalogue, folder: &Path) -> Result<(), AppError> {
+async fn remove_orphan(catalogue: &EventedCatalogue, folder: &Path) -> Result<(), AppError> {
     let id = folder.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
-    match ledger.read().scan(&id).await {
+    match catalogue.read().scan(&id).await {
         Ok(scan) if scan.state == ScanState::Partial => Ok(()),
         Ok(_) | Err(StoreError::NotFound { .. }) => {
             removed(std::fs::remove_dir_all(folder));

@@ -40,7 +40,7 @@ async fn calibrated(jobs: &Jobs, input: CalibrateInput) -> String {
 }
 
 async fn document(bench: &Bench, id: &str) -> (Vec<u8>, CalibrationDocument) {
-    let record = bench.parts.ledger.read().calibration(id).await.unwrap();
+    let record = bench.parts.catalogue.read().calibration(id).await.unwrap();
     let bytes = bench.parts.artifacts.read(&record.document).await.unwrap();
     let document = CalibrationDocument::parse(std::str::from_utf8(&bytes).unwrap()).unwrap();
     (bytes, document)
@@ -71,7 +71,7 @@ async fn the_virtual_operator_calibrates_a_station_to_a_few_micrometres_and_rest
     let id = calibrated(&jobs, from_station()).await;
     let (_, document) = document(&bench, &id).await;
     let rmse_mm = systematic_rmse_mm(&bench, &document.calibration());
-    let summary = bench.parts.ledger.read().calibration(&id).await.unwrap().summary;
+    let summary = bench.parts.catalogue.read().calibration(&id).await.unwrap().summary;
     let sigma_mm = summary["systematic_sigma_mm"].as_f64().unwrap();
     println!("systematic depth error {rmse_mm:.4} mm, its own sigma {sigma_mm:.4} mm");
     // The error is one sample of a distribution with its stated σ: 2 σ covers 95 %.
@@ -84,7 +84,7 @@ async fn a_stored_calibration_equals_that_of_the_command_line_from_the_same_imag
     let bench = Bench::new(&small()).await;
     let jobs = Jobs::start_with(bench.parts.clone(), Arc::new(as_if_elsewhere)).await.unwrap();
     let id = calibrated(&jobs, from_station()).await;
-    let record = bench.parts.ledger.read().calibration(&id).await.unwrap();
+    let record = bench.parts.catalogue.read().calibration(&id).await.unwrap();
     let (bytes, _) = document(&bench, &id).await;
     let capture_id = record.capture_id.unwrap();
     let captures = bench.parts.captures.clone();
@@ -97,7 +97,7 @@ async fn a_stored_calibration_equals_that_of_the_command_line_from_the_same_imag
     });
     assert_eq!(String::from_utf8(bytes).unwrap(), by_command_line.await.unwrap());
     // And once more from the stored capture: the same content is the same calibration.
-    let capture_id = bench.parts.ledger.read().calibration(&id).await.unwrap().capture_id.unwrap();
+    let capture_id = bench.parts.catalogue.read().calibration(&id).await.unwrap().capture_id.unwrap();
     let again = CalibrateInput { source: Source::Capture { capture_id }, ..from_station() };
     assert_eq!(calibrated(&jobs, again).await, id);
     let page = bench.parts.artifacts.read(&record.report.unwrap()).await.unwrap();
@@ -118,7 +118,7 @@ async fn a_cancelled_calibration_leaves_nothing_and_frees_the_station() {
     jobs.cancel(&job.id, "test").await.unwrap();
     assert_eq!(ended(&jobs, &job.id).await.record.state, JobState::Cancelled);
     let page = store::Page { before: None, limit: 10 };
-    assert!(bench.parts.ledger.read().calibrations(&page).await.unwrap().records.is_empty());
+    assert!(bench.parts.catalogue.read().calibrations(&page).await.unwrap().records.is_empty());
     assert_eq!(std::fs::read_dir(bench.parts.artifacts.workbench().scratch()).unwrap().count(), 0);
     assert!(!matches!(&*bench.parts.station.simulation().unwrap().scene(), Scene::Board(_)));
     assert_eq!(bench.parts.station.status().job_id, None);
@@ -130,7 +130,12 @@ async fn a_session_collects_poses_step_by_step_and_solves_them() {
     let jobs = Jobs::start_with(bench.parts.clone(), Arc::new(as_if_elsewhere)).await.unwrap();
     let parts = bench.parts.clone();
     let open = || {
-        Sessions::new(parts.config.clone(), parts.ledger.clone(), parts.artifacts.clone(), parts.station.clone())
+        Sessions::new(
+            parts.config.clone(),
+            parts.catalogue.clone(),
+            parts.artifacts.clone(),
+            parts.station.clone(),
+        )
     };
     let sessions = open();
     let session = sessions.create(&by(), NewSession::default()).await.unwrap();
@@ -197,8 +202,12 @@ async fn the_axis_of_a_turntable_is_found_by_the_virtual_operator_and_in_a_sessi
     axis_is_true(&bench, &document(&bench, &id).await.1.calibration());
 
     let parts = bench.parts.clone();
-    let sessions =
-        Sessions::new(parts.config.clone(), parts.ledger.clone(), parts.artifacts.clone(), parts.station.clone());
+    let sessions = Sessions::new(
+        parts.config.clone(),
+        parts.catalogue.clone(),
+        parts.artifacts.clone(),
+        parts.station.clone(),
+    );
     let session = sessions.create(&by(), NewSession::default()).await.unwrap().id;
     for pose in 0..8 {
         sessions.place_virtual_board(VirtualBoard::Pose { pose }).unwrap();
@@ -242,13 +251,13 @@ async fn activations_are_logged_and_can_be_rolled_back_one_by_one() {
     let jobs = Jobs::start_with(bench.parts.clone(), Arc::new(as_if_elsewhere)).await.unwrap();
     let parts = &bench.parts;
     let calibrations = Calibrations::new(
-        parts.ledger.clone(),
+        parts.catalogue.clone(),
         parts.artifacts.clone(),
         parts.live.clone(),
         parts.station.clone(),
     );
     let one = calibrated(&jobs, CalibrateInput { n_poses: Some(8), ..from_station() }).await;
-    let capture_id = parts.ledger.read().calibration(&one).await.unwrap().capture_id.unwrap();
+    let capture_id = parts.catalogue.read().calibration(&one).await.unwrap().capture_id.unwrap();
     let planes = CalibrateInput {
         source: Source::Capture { capture_id },
         light_model: Some("planes".to_owned()),
@@ -268,7 +277,7 @@ async fn activations_are_logged_and_can_be_rolled_back_one_by_one() {
     // A new process restores the active calibration.
     let reborn = LiveBus::default();
     let later =
-        Calibrations::new(parts.ledger.clone(), parts.artifacts.clone(), reborn.clone(), parts.station.clone());
+        Calibrations::new(parts.catalogue.clone(), parts.artifacts.clone(), reborn.clone(), parts.station.clone());
     later.load_active().await.unwrap();
     assert_eq!(reborn.watch_calibration().borrow().as_ref().unwrap().calibration().id, two);
     assert_eq!(calibrations.roll_back("Anna").await.unwrap().calibration_id.as_ref(), Some(&one));

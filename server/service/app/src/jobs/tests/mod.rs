@@ -51,7 +51,7 @@ impl Bench {
         configure(&mut config);
         let config = Arc::new(config);
         let store = Store::open(&config.data).await.unwrap();
-        let ledger = EventedCatalogue::open(store.catalogue.clone()).await.unwrap();
+        let catalogue = EventedCatalogue::open(store.catalogue.clone()).await.unwrap();
         let cache = folder.path().join("unpacked");
         let model = StationModel::seeded(7, shape).unwrap();
         let free_bytes = Arc::new(AtomicU64::new(u64::MAX));
@@ -60,7 +60,7 @@ impl Bench {
         let live = LiveBus::default();
         let recordings = Recordings::new(RecordingParts {
             config: config.clone(),
-            ledger: ledger.clone(),
+            catalogue: catalogue.clone(),
             artifacts: store.artifacts.clone(),
             station: station.clone(),
             live: live.clone(),
@@ -68,8 +68,8 @@ impl Bench {
         });
         let parts = JobParts {
             config,
-            captures: Captures::new(ledger.clone(), store.artifacts.clone(), &cache).unwrap(),
-            ledger,
+            captures: Captures::new(catalogue.clone(), store.artifacts.clone(), &cache).unwrap(),
+            catalogue,
             artifacts: store.artifacts.clone(),
             station,
             control: ControlDesk::default(),

@@ -108,7 +108,7 @@ async fn stage() -> (Bench, Jobs, Arc<Script>) {
     let bench = Bench::new(&small()).await;
     let captures =
         ["a", "b", "half", "panic", "fail", "reports", "twice"].map(|id| Change::InsertCapture(capture(id)));
-    bench.parts.ledger.commit(captures.to_vec()).await.unwrap();
+    bench.parts.catalogue.commit(captures.to_vec()).await.unwrap();
     let script = Arc::new(Script::default());
     let jobs = Jobs::start_with(bench.parts.clone(), script.procedure()).await.unwrap();
     (bench, jobs, script)
@@ -119,7 +119,7 @@ async fn submit(jobs: &Jobs, input: JobInput) -> String {
 }
 
 async fn events(bench: &Bench, subject: &str) -> Vec<EventRecord> {
-    let all = bench.parts.ledger.read().events_after(0, 1000).await.unwrap().records;
+    let all = bench.parts.catalogue.read().events_after(0, 1000).await.unwrap().records;
     all.into_iter().filter(|event| event.subject == subject).collect()
 }
 
@@ -135,7 +135,7 @@ async fn a_stored_end_is_not_overwritten_by_late_progress() {
     let before = running(&jobs, &id).await;
     let end =
         Change::EndJob { id: id.clone(), outcome: JobOutcome::Cancelled, message: "stored".to_owned(), at_ms: 1 };
-    bench.parts.ledger.commit(vec![end]).await.unwrap();
+    bench.parts.catalogue.commit(vec![end]).await.unwrap();
     let view = jobs.view(&id).await.unwrap();
     assert_eq!((view.record.state, view.record.message.as_str()), (JobState::Cancelled, "stored"));
     let page = Page { before: None, limit: 10 };
@@ -309,19 +309,19 @@ async fn a_job_ends_together_with_its_results_or_has_none() {
     let good = submit(&jobs, computation("b")).await;
     let record = ended(&jobs, &good).await.record;
     assert_eq!(record.result.unwrap().id, "made by b");
-    bench.parts.ledger.read().capture("made by b").await.unwrap();
+    bench.parts.catalogue.read().capture("made by b").await.unwrap();
     assert_eq!(event_kinds(&bench, &good).await, ["job.queued", "job.running", "job.succeeded"]);
     // Cancelled after it had produced a result: kept with the end.
     let half = submit(&jobs, computation("half")).await;
     let record = ended(&jobs, &half).await.record;
     assert_eq!((record.state, record.result), (JobState::Cancelled, None));
-    bench.parts.ledger.read().capture("made by half").await.unwrap();
+    bench.parts.catalogue.read().capture("made by half").await.unwrap();
     // Its capture already exists: the whole end is refused, including its event.
     let twice = submit(&jobs, computation("twice")).await;
     let record = ended(&jobs, &twice).await.record;
     assert_eq!((record.state, record.result), (JobState::Failed, None));
     assert!(events(&bench, "a").await.iter().all(|event| event.kind != "capture.deleted"));
-    assert_eq!(bench.parts.ledger.read().job(&twice).await.unwrap().state, JobState::Failed);
+    assert_eq!(bench.parts.catalogue.read().job(&twice).await.unwrap().state, JobState::Failed);
 }
 
 #[tokio::test(flavor = "multi_thread")]
@@ -413,7 +413,7 @@ async fn after_a_crash_computations_continue_and_nothing_moves() {
     assert_eq!(reborn.began(), ["b"]);
     script.release();
     ended(&jobs, &ids[0]).await;
-    let stored = bench.parts.ledger.read().job(&ids[0]).await.unwrap();
+    let stored = bench.parts.catalogue.read().job(&ids[0]).await.unwrap();
     assert_eq!((stored.state, stored.result), (JobState::Interrupted, None));
 }
 
@@ -424,8 +424,8 @@ async fn a_shutdown_interrupts_the_running_job_and_keeps_waiting_ones() {
     let second = submit(&jobs, computation("b")).await;
     running(&jobs, &first).await;
     jobs.shut_down().await;
-    assert_eq!(bench.parts.ledger.read().job(&first).await.unwrap().state, JobState::Interrupted);
-    assert_eq!(bench.parts.ledger.read().job(&second).await.unwrap().state, JobState::Queued);
+    assert_eq!(bench.parts.catalogue.read().job(&first).await.unwrap().state, JobState::Interrupted);
+    assert_eq!(bench.parts.catalogue.read().job(&second).await.unwrap().state, JobState::Queued);
     assert_eq!(script.began(), ["a"]);
     assert_eq!(jobs.submit(computation("a"), "test").await.unwrap_err().kind, ErrorKind::Unavailable);
 }
@@ -438,5 +438,5 @@ async fn a_job_ends_once() {
     let id = submit(&jobs, computation("a")).await;
     ended(&jobs, &id).await;
     let end = Change::EndJob { id, outcome: JobOutcome::Cancelled, message: String::new(), at_ms: 0 };
-    assert!(bench.parts.ledger.commit(vec![end]).await.is_err());
+    assert!(bench.parts.catalogue.commit(vec![end]).await.is_err());
 }

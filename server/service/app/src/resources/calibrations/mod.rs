@@ -28,7 +28,7 @@ const ACTS_AT_A_TIME: u32 = 100;
 /// The calibrations of the service.
 #[derive(Clone)]
 pub struct Calibrations {
-    ledger: EventedCatalogue,
+    catalogue: EventedCatalogue,
     artifacts: Arc<dyn Artifacts>,
     live: LiveBus,
     station: StationHandle,
@@ -39,12 +39,12 @@ pub struct Calibrations {
 impl Calibrations {
     /// Over the store, for this live view and station.
     pub fn new(
-        ledger: EventedCatalogue,
+        catalogue: EventedCatalogue,
         artifacts: Arc<dyn Artifacts>,
         live: LiveBus,
         station: StationHandle,
     ) -> Self {
-        Self { ledger, artifacts, live, station, turn: Arc::default() }
+        Self { catalogue, artifacts, live, station, turn: Arc::default() }
     }
 
     /// Restores the calibration that was active when the service ended.
@@ -62,7 +62,7 @@ impl Calibrations {
 
     /// The last entry of the log; `None` if nothing was ever activated.
     pub async fn active(&self) -> Result<Option<ActivationRecord>, AppError> {
-        Ok(self.ledger.read().active().await?)
+        Ok(self.catalogue.read().active().await?)
     }
 
     /// Activates `id`. `expected`: refused unless this one is currently active. Activating the calibration that is
@@ -118,7 +118,7 @@ impl Calibrations {
     }
 
     async fn document(&self, id: &str) -> Result<Calibration, AppError> {
-        Ok(stored_document(&self.ledger, &*self.artifacts, Some(id)).await?.calibration())
+        Ok(stored_document(&self.catalogue, &*self.artifacts, Some(id)).await?.calibration())
     }
 
     /// A calibration that can be used for scanning.
@@ -157,7 +157,7 @@ impl Calibrations {
             actor: actor.to_owned(),
             at_ms: now_ms(),
         };
-        match self.ledger.commit(vec![change, append_event]).await {
+        match self.catalogue.commit(vec![change, append_event]).await {
             Ok(_) => Ok(()),
             Err(StoreError::Changed { .. }) => Err(changed()),
             Err(error) => Err(error.into()),
@@ -175,7 +175,7 @@ impl Calibrations {
         let (mut rolled_back, mut before) = (0, None);
         loop {
             let page = Page { before: before.clone(), limit: ACTS_AT_A_TIME };
-            let acts = self.ledger.read().activations(&page).await?.whole()?;
+            let acts = self.catalogue.read().activations(&page).await?.whole()?;
             let Some(last) = acts.last() else { return Ok(None) };
             before = Some(last.seq.to_string());
             for act in acts {

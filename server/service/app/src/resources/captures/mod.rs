@@ -82,7 +82,7 @@ impl CaptureOrigin {
 /// Stores captures and provides them as folders.
 #[derive(Clone)]
 pub struct Captures {
-    ledger: EventedCatalogue,
+    catalogue: EventedCatalogue,
     artifacts: Arc<dyn Artifacts>,
     runtime: Handle,
     cache: Cache,
@@ -103,9 +103,9 @@ impl Captures {
     ///
     /// # Errors
     /// If the folder cannot be created or emptied.
-    pub fn new(ledger: EventedCatalogue, artifacts: Arc<dyn Artifacts>, cache: &Path) -> std::io::Result<Self> {
+    pub fn new(catalogue: EventedCatalogue, artifacts: Arc<dyn Artifacts>, cache: &Path) -> std::io::Result<Self> {
         let cache = Cache::new(cache, CACHE_LIMIT_BYTES)?;
-        Ok(Self { ledger, artifacts, runtime: Handle::current(), cache, turn: Arc::default() })
+        Ok(Self { catalogue, artifacts, runtime: Handle::current(), cache, turn: Arc::default() })
     }
 
     /// Unpacks `archive` (a file under the artifacts' scratch folder) within all limits, checks the capture with every
@@ -150,7 +150,7 @@ impl Captures {
 
     /// The capture as a folder; unpacked again if missing. Blocks.
     pub fn check_out(&self, capture_id: &str) -> Result<CheckedOut, AppError> {
-        let record = self.runtime.block_on(self.ledger.read().capture(capture_id))?;
+        let record = self.runtime.block_on(self.catalogue.read().capture(capture_id))?;
         let key = record.archive.as_str();
         if let Some(found) = self.cache.get(key) {
             return checked_out(found);

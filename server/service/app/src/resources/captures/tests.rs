@@ -28,7 +28,7 @@ struct Bench {
     folder: tempfile::TempDir,
     runtime: tokio::runtime::Runtime,
     captures: Captures,
-    ledger: EventedCatalogue,
+    catalogue: EventedCatalogue,
     _store: Store,
 }
 
@@ -37,19 +37,19 @@ impl Bench {
         let folder = tempfile::tempdir().unwrap();
         let runtime = tokio::runtime::Runtime::new().unwrap();
         let store = runtime.block_on(Store::open(&folder.path().join("data"))).unwrap();
-        let ledger = runtime.block_on(EventedCatalogue::open(store.catalogue.clone())).unwrap();
+        let catalogue = runtime.block_on(EventedCatalogue::open(store.catalogue.clone())).unwrap();
         let _guard = runtime.enter();
         let cache = folder.path().join("cache");
-        let captures = Captures::new(ledger.clone(), store.artifacts.clone(), &cache).unwrap();
+        let captures = Captures::new(catalogue.clone(), store.artifacts.clone(), &cache).unwrap();
         drop(_guard);
-        Self { folder, runtime, captures, ledger, _store: store }
+        Self { folder, runtime, captures, catalogue, _store: store }
     }
 
     fn take_in(&self, bytes: &[u8], format: ArchiveFormat) -> Result<CaptureRecord, AppError> {
         let path = self.captures.artifacts.workbench().scratch().join("upload");
         std::fs::write(&path, bytes).unwrap();
         let (record, change) = self.captures.take_in(&path, format, CaptureOrigin::Upload, "test")?;
-        self.runtime.block_on(self.ledger.commit(vec![change])).unwrap();
+        self.runtime.block_on(self.catalogue.commit(vec![change])).unwrap();
         Ok(record)
     }
 
@@ -373,7 +373,7 @@ fn packing_is_reproducible() {
     let (first, change) = take(folder.path());
     let (second, _) = take(folder.path());
     assert_eq!(first.archive, second.archive);
-    bench.runtime.block_on(bench.ledger.commit(vec![change])).unwrap();
+    bench.runtime.block_on(bench.catalogue.commit(vec![change])).unwrap();
     let out = bench.captures.check_out(&first.id).unwrap();
     for (name, bytes) in good() {
         assert_eq!(std::fs::read(out.folder.join(name)).unwrap(), bytes);

@@ -69,10 +69,10 @@ fn key_of(record: &MeasurementRecord) -> CharacteristicKey<'_> {
 
 /// A scan with its verdict, considering damaged measurement records: their content is unknown, so the part is at best
 /// invalid.
-pub async fn part(ledger: &EventedCatalogue, scan: ScanRecord) -> Result<(Part, Vec<DamagedRow>), AppError> {
+pub async fn part(catalogue: &EventedCatalogue, scan: ScanRecord) -> Result<(Part, Vec<DamagedRow>), AppError> {
     let filter = MeasurementFilter { scan_id: Some(scan.id.clone()), ..MeasurementFilter::default() };
     let all = Page { before: None, limit: u32::MAX };
-    let Listed { records, damaged, .. } = ledger.read().measurements(&filter, &all).await?;
+    let Listed { records, damaged, .. } = catalogue.read().measurements(&filter, &all).await?;
     let unknown = (!damaged.is_empty()).then_some(PartVerdict::Invalid);
     let verdict = verdict_of(&scan, &records).max(unknown);
     Ok((Part { scan, measured: standing(records), verdict }, damaged))
@@ -92,17 +92,21 @@ fn standing(newest_first: Vec<MeasurementRecord>) -> Vec<MeasurementRecord> {
 }
 
 /// Parts, newest first. Verdicts are derived from stored measurements, so that lists and parts always agree.
-pub async fn parts(ledger: &EventedCatalogue, filter: &PartFilter, page: &Page) -> Result<Listed<Part>, AppError> {
+pub async fn parts(
+    catalogue: &EventedCatalogue,
+    filter: &PartFilter,
+    page: &Page,
+) -> Result<Listed<Part>, AppError> {
     let mut list = Listed { records: Vec::new(), damaged: Vec::new(), next: None };
     let mut from = page.clone();
     loop {
-        let scans = ledger.read().scans(&filter.scan, &from).await?;
+        let scans = catalogue.read().scans(&filter.scan, &from).await?;
         list.damaged.extend(scans.damaged);
         for scan in scans.records {
             if filter.purpose.is_some_and(|purpose| purpose != purpose_of(&scan)) {
                 continue;
             }
-            let (part, damaged) = part(ledger, scan).await?;
+            let (part, damaged) = part(catalogue, scan).await?;
             list.damaged.extend(damaged);
             if filter.verdict.is_some() && filter.verdict != part.verdict {
                 continue;
@@ -122,7 +126,7 @@ pub async fn parts(ledger: &EventedCatalogue, filter: &PartFilter, page: &Page) 
 
 /// The latest verification of a calibration; `None` if there is none.
 pub async fn newest_verification(
-    ledger: &EventedCatalogue,
+    catalogue: &EventedCatalogue,
     calibration_id: &str,
 ) -> Result<Option<Part>, AppError> {
     let filter = PartFilter {
@@ -131,5 +135,5 @@ pub async fn newest_verification(
         verdict: None,
     };
     let newest = Page { before: None, limit: 1 };
-    Ok(parts(ledger, &filter, &newest).await?.records.pop())
+    Ok(parts(catalogue, &filter, &newest).await?.records.pop())
 }

@@ -39,8 +39,12 @@ impl RecipeRef {
 ///
 /// # Errors
 /// If it does not exist or is damaged.
-pub async fn stored_version(ledger: &EventedCatalogue, id: &str, version: i64) -> Result<RecipeVersion, AppError> {
-    RecipeVersion::of(ledger.read().recipe_version(id, version).await?)
+pub async fn stored_version(
+    catalogue: &EventedCatalogue,
+    id: &str,
+    version: i64,
+) -> Result<RecipeVersion, AppError> {
+    RecipeVersion::of(catalogue.read().recipe_version(id, version).await?)
 }
 
 /// The newest version of a recipe.
@@ -48,11 +52,11 @@ pub async fn stored_version(ledger: &EventedCatalogue, id: &str, version: i64) -
 /// # Errors
 /// If it does not exist or is damaged.
 pub async fn newest_version(
-    ledger: &EventedCatalogue,
+    catalogue: &EventedCatalogue,
     id: &str,
 ) -> Result<(RecipeRecord, RecipeVersion), AppError> {
-    let recipe = ledger.read().recipe(id).await?;
-    let version = stored_version(ledger, id, recipe.newest).await?;
+    let recipe = catalogue.read().recipe(id).await?;
+    let version = stored_version(catalogue, id, recipe.newest).await?;
     Ok((recipe, version))
 }
 
@@ -61,28 +65,28 @@ pub async fn newest_version(
 /// # Errors
 /// If no recipe or more than one matches, or it is archived.
 pub async fn found(
-    ledger: &EventedCatalogue,
+    catalogue: &EventedCatalogue,
     named: Option<&RecipeRef>,
     serial: &str,
 ) -> Result<RecipeVersion, AppError> {
     match named {
-        None => by_rule(ledger, serial).await,
+        None => by_rule(catalogue, serial).await,
         Some(RecipeRef::Number(number)) => {
             let filter = RecipeFilter { archived: Some(false), number: Some(*number) };
-            let recipe = ledger.read().recipes(&filter, &Page { before: None, limit: 1 }).await?.whole()?.pop();
+            let recipe = catalogue.read().recipes(&filter, &Page { before: None, limit: 1 }).await?.whole()?.pop();
             let recipe = recipe.ok_or_else(|| {
                 let detail = format!("no recipe in use has the number {number}");
                 refused("/recipe", detail, "give the number or the id of a recipe")
             })?;
-            stored_version(ledger, &recipe.id, recipe.newest).await
+            stored_version(catalogue, &recipe.id, recipe.newest).await
         }
         Some(RecipeRef::Id { id, version }) => {
-            let recipe = existing(ledger.read().recipe(id).await)?;
+            let recipe = existing(catalogue.read().recipe(id).await)?;
             if recipe.archived {
                 let detail = format!("recipe {id} is archived");
                 return Err(AppError::new(ErrorKind::Conflict, detail).at("/recipe").remedy("restore it first"));
             }
-            existing(ledger.read().recipe_version(id, version.unwrap_or(recipe.newest)).await)
+            existing(catalogue.read().recipe_version(id, version.unwrap_or(recipe.newest)).await)
                 .and_then(RecipeVersion::of)
         }
     }
@@ -98,12 +102,12 @@ fn existing<T>(read: Result<T, store::StoreError>) -> Result<T, AppError> {
     }
 }
 
-async fn by_rule(ledger: &EventedCatalogue, serial: &str) -> Result<RecipeVersion, AppError> {
+async fn by_rule(catalogue: &EventedCatalogue, serial: &str) -> Result<RecipeVersion, AppError> {
     let in_use = RecipeFilter { archived: Some(false), number: None };
     let all = Page { before: None, limit: u32::MAX };
     let mut matching = Vec::new();
-    for recipe in ledger.read().recipes(&in_use, &all).await?.whole()? {
-        let version = stored_version(ledger, &recipe.id, recipe.newest).await?;
+    for recipe in catalogue.read().recipes(&in_use, &all).await?.whole()? {
+        let version = stored_version(catalogue, &recipe.id, recipe.newest).await?;
         let Some(pattern) = &version.recipe.serial_pattern else { continue };
         if SerialRule::new(pattern)?.matches(serial) {
             matching.push(version);

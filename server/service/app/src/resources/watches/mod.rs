@@ -55,8 +55,8 @@ impl WatchHistory {
     ///
     /// # Errors
     /// If the catalogue cannot be used.
-    pub async fn read(ledger: &EventedCatalogue) -> Result<Self, StoreError> {
-        let Some(setting) = ledger.read().setting(SETTING).await? else { return Ok(Self::default()) };
+    pub async fn read(catalogue: &EventedCatalogue) -> Result<Self, StoreError> {
+        let Some(setting) = catalogue.read().setting(SETTING).await? else { return Ok(Self::default()) };
         match serde_json::from_value::<StoredHistory>(setting.value) {
             Ok(stored) => Ok(stored.into()),
             Err(error) => {

@@ -64,7 +64,7 @@ async fn list_captures(
     ApiQuery(query): ApiQuery<PageQuery>,
 ) -> Result<Json<ListDto<CaptureDto>>, Problem> {
     let page = query.page()?;
-    let records = app.ledger.read().captures(&page).await?;
+    let records = app.catalogue.read().captures(&page).await?;
     Ok(Json(ListDto::whole_of("/api/v1/captures", &page, records, CaptureDto::try_from)))
 }
 
@@ -227,7 +227,7 @@ fn unwritable(cause: &std::io::Error) -> Problem {
     responses((status = 200, body = CaptureDto))
 )]
 async fn get_capture(State(app): State<App>, ApiPath(id): ApiPath<String>) -> Result<Json<CaptureDto>, Problem> {
-    Ok(Json(app.ledger.read().capture(&id).await?.try_into()?))
+    Ok(Json(app.catalogue.read().capture(&id).await?.try_into()?))
 }
 
 /// Downloads the archive as it was uploaded.
@@ -236,7 +236,7 @@ async fn get_capture(State(app): State<App>, ApiPath(id): ApiPath<String>) -> Re
     responses((status = 200, content((Vec<u8> = "application/zip"), (Vec<u8> = "application/x-tar"))))
 )]
 async fn download_capture(State(app): State<App>, ApiPath(id): ApiPath<String>) -> Result<Response, Problem> {
-    let record = app.ledger.read().capture(&id).await?;
+    let record = app.catalogue.read().capture(&id).await?;
     let (media, ending) =
         if record.archive_format == "zip" { ("application/zip", "zip") } else { ("application/x-tar", "tar") };
     artifact(

@@ -74,14 +74,14 @@ async fn list_events(
     if accept.contains("text/event-stream") {
         let after = match seen {
             Some(after) => after,
-            None => app.ledger.read().last_event_seq().await?,
+            None => app.catalogue.read().last_event_seq().await?,
         };
         let keep_alive = KeepAlive::new().interval(SSE_KEEP_ALIVE);
         return Ok(Sse::new(follow(Follower::new(app, after))).keep_alive(keep_alive).into_response());
     }
     let limit = page(None, query.limit)?.limit;
     let after = seen.unwrap_or(0);
-    let Listed { records, damaged, .. } = app.ledger.read().events_after(after, limit).await?;
+    let Listed { records, damaged, .. } = app.catalogue.read().events_after(after, limit).await?;
     let last = records.last().map_or(after, |record| record.seq);
     let next = format!("/api/v1/events?after={last}&limit={limit}");
     let damaged = damaged.into_iter().map(DamagedRecordDto::from).collect();
@@ -114,7 +114,7 @@ struct Follower {
 
 impl Follower {
     fn new(app: App, seen: i64) -> Self {
-        let (newest, progress) = (app.ledger.watch_events(), app.jobs.watch_progress());
+        let (newest, progress) = (app.catalogue.watch_events(), app.jobs.watch_progress());
         let last_progress = progress.borrow().last();
         let (waiting, damaged, named) = (VecDeque::new(), VecDeque::new(), HashSet::new());
         Self { app, seen, waiting, damaged, named, newest, progress, last_progress, next_progress: Instant::now() }
@@ -133,7 +133,7 @@ impl Follower {
             self.newest.mark_unchanged();
             // A store error ends the stream; the client reconnects and resumes where it was.
             let Listed { records, damaged, .. } =
-                self.app.ledger.read().events_after(self.seen, CATCH_UP).await.ok()?;
+                self.app.catalogue.read().events_after(self.seen, CATCH_UP).await.ok()?;
             self.waiting = records.into();
             self.damaged = damaged.into_iter().filter(|row| self.named.insert(row.id.clone())).collect();
             if !(self.waiting.is_empty() && self.damaged.is_empty()) {

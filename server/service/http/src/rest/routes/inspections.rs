@@ -85,7 +85,7 @@ async fn list_inspections(
         from_ms: query.from_ms,
         to_ms: query.to_ms,
     };
-    let read = app.ledger.read();
+    let read = app.catalogue.read();
     let Some(seq) = query.after_seq else {
         let listed = read.inspections(&filter, &page).await?;
         return Ok(Json(ListDto::whole_of(&path, &page, listed, InspectionDto::in_list)));
@@ -134,7 +134,7 @@ async fn get_inspection(
     State(app): State<App>,
     ApiPath(id): ApiPath<String>,
 ) -> Result<Json<InspectionDto>, Problem> {
-    Ok(Json(app.ledger.read().inspection(&id).await?.try_into()?))
+    Ok(Json(app.catalogue.read().inspection(&id).await?.try_into()?))
 }
 
 /// Re-evaluates the scan of an inspection with another version of a recipe. The result is a new inspection that refers to this one and
@@ -188,7 +188,7 @@ async fn waited(app: &App, accepted: Reply, limit: Duration) -> Result<Reply, Pr
     match (record.state, &record.result) {
         (JobState::Queued | JobState::Running, _) => Ok(Reply::accepted(job_href(&id), &JobDto::from(view))),
         (JobState::Succeeded, Some(result)) => {
-            let inspection = app.ledger.read().inspection(&result.id).await?;
+            let inspection = app.catalogue.read().inspection(&result.id).await?;
             Ok(Reply::done(None, &InspectionDto::try_from(inspection)?))
         }
         (JobState::Cancelled, _) => {

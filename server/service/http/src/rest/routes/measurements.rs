@@ -45,7 +45,7 @@ async fn list_measurements(
     let path = path_with("/api/v1/measurements", &[("tool", tool), ("verdict", verdict)]);
     let filter =
         MeasurementFilter { scan_id: None, tool: tool.map(str::to_owned), verdicts: codes_of(query.verdict) };
-    let listed = app.ledger.read().measurements(&filter, &page).await?;
+    let listed = app.catalogue.read().measurements(&filter, &page).await?;
     Ok(Json(ListDto::whole_of(&path, &page, listed, MeasurementDto::try_from)))
 }
 
@@ -68,10 +68,10 @@ async fn list_scan_measurements(
     ApiQuery(query): ApiQuery<PageQuery>,
 ) -> Result<Json<ListDto<MeasurementDto>>, Problem> {
     let page = query.page()?;
-    app.ledger.read().scan(&id).await?;
+    app.catalogue.read().scan(&id).await?;
     let path = format!("/api/v1/scans/{id}/measurements");
     let filter = MeasurementFilter { scan_id: Some(id), ..MeasurementFilter::default() };
-    let listed = app.ledger.read().measurements(&filter, &page).await?;
+    let listed = app.catalogue.read().measurements(&filter, &page).await?;
     Ok(Json(ListDto::whole_of(&path, &page, listed, MeasurementDto::try_from)))
 }
 
@@ -85,7 +85,7 @@ async fn get_measurement(
     State(app): State<App>,
     ApiPath((id, measurement_id)): ApiPath<(String, String)>,
 ) -> Result<Json<MeasurementDto>, Problem> {
-    let record = app.ledger.read().measurement(&measurement_id).await?;
+    let record = app.catalogue.read().measurement(&measurement_id).await?;
     if record.scan_id != id {
         return Err(store::StoreError::NotFound { kind: "measurement", id: measurement_id }.into());
     }

@@ -30,7 +30,7 @@ async fn list_profiles(
     State(app): State<App>,
     ApiPath(id): ApiPath<String>,
 ) -> Result<Json<ProfileListDto>, Problem> {
-    let scan = app.ledger.read().scan(&id).await?;
+    let scan = app.catalogue.read().scan(&id).await?;
     let positions = stored_positions(&*app.artifacts, &scan).await?;
     let place = |(sequence, position): (u32, StagePosition)| ProfileItemDto {
         sequence,
@@ -52,8 +52,8 @@ async fn get_profile(
     State(app): State<App>,
     ApiPath((id, sequence)): ApiPath<(String, u32)>,
 ) -> Result<Json<ProfileDto>, Problem> {
-    let scan = app.ledger.read().scan(&id).await?;
-    let document = stored_document(&app.ledger, &*app.artifacts, Some(&scan.calibration_id)).await?;
+    let scan = app.catalogue.read().scan(&id).await?;
+    let document = stored_document(&app.catalogue, &*app.artifacts, Some(&scan.calibration_id)).await?;
     // An index out of range of the type gets the same answer as one out of range of this scan.
     let frame = usize::try_from(sequence).unwrap_or(usize::MAX);
     let (frame, captured_at_ns) = match stored_frame(&*app.artifacts, &scan, frame).await? {

@@ -66,10 +66,10 @@ async fn list_recipes(
     let number = query.number.map(|number| number.to_string());
     let path = path_with("/api/v1/recipes", &[("archived", archived.as_deref()), ("number", number.as_deref())]);
     let filter = RecipeFilter { archived: query.archived, number: query.number };
-    let mut listed = app.ledger.read().recipes(&filter, &page).await?;
+    let mut listed = app.catalogue.read().recipes(&filter, &page).await?;
     let mut items = Vec::new();
     for record in std::mem::take(&mut listed.records) {
-        match stored_version(&app.ledger, &record.id, record.newest).await {
+        match stored_version(&app.catalogue, &record.id, record.newest).await {
             Ok(version) => items.push(RecipeItemDto::from((record, version))),
             Err(problem) if problem.kind == ErrorKind::Damaged => {
                 listed.damaged.push(DamagedRow { kind: "recipe", id: record.id });
@@ -122,7 +122,7 @@ async fn import_recipe(
         Begun::Fresh(once) => once,
     };
     let file = RecipeFile::from(body.value);
-    let after = match app.ledger.read().recipe(&file.id).await {
+    let after = match app.catalogue.read().recipe(&file.id).await {
         Ok(recipe) => {
             check(&headers, &recipe.newest.to_string())?;
             recipe.newest
@@ -147,7 +147,7 @@ async fn get_recipe(
 }
 
 async fn newest(app: &App, id: &str) -> Result<Versioned<Json<NewestRecipeDto>>, Problem> {
-    let (record, version) = newest_version(&app.ledger, id).await?;
+    let (record, version) = newest_version(&app.catalogue, id).await?;
     let tag = version.version.to_string();
     Ok(Versioned(tag, Json(NewestRecipeDto { archived: record.archived, newest: version.into() })))
 }
@@ -163,8 +163,8 @@ async fn list_recipe_versions(
     ApiQuery(query): ApiQuery<PageQuery>,
 ) -> Result<Json<ListDto<RecipeVersionDto>>, Problem> {
     let page = query.page()?;
-    app.ledger.read().recipe(&id).await?;
-    let listed = app.ledger.read().recipe_versions(&id, &page).await?;
+    app.catalogue.read().recipe(&id).await?;
+    let listed = app.catalogue.read().recipe_versions(&id, &page).await?;
     let dto = |record: RecipeVersionRecord| {
         let row = DamagedRow { kind: "recipe version", id: format!("{}@{}", record.recipe_id, record.version) };
         RecipeVersion::of(record).map(RecipeVersionDto::from).map_err(|_| row)
@@ -194,7 +194,7 @@ async fn publish_recipe(
         Begun::Answered(reply) => return Ok(reply),
         Begun::Fresh(once) => once,
     };
-    let after = app.ledger.read().recipe(&id).await?.newest;
+    let after = app.catalogue.read().recipe(&id).await?.newest;
     check(&headers, &after.to_string())?;
     let PublishRecipeDto { reason, recipe } = body.value;
     let new = NewVersion { id, after, reason, recipe: recipe.into() };
@@ -212,7 +212,7 @@ async fn get_recipe_version(
     State(app): State<App>,
     ApiPath((id, version)): ApiPath<(String, i64)>,
 ) -> Result<Json<RecipeVersionDto>, Problem> {
-    Ok(Json(stored_version(&app.ledger, &id, version).await?.into()))
+    Ok(Json(stored_version(&app.catalogue, &id, version).await?.into()))
 }
 
 /// Downloads a version of a recipe as a file for another station.
@@ -225,7 +225,7 @@ async fn export_recipe(
     State(app): State<App>,
     ApiPath((id, version)): ApiPath<(String, i64)>,
 ) -> Result<Response, Problem> {
-    let version = stored_version(&app.ledger, &id, version).await?;
+    let version = stored_version(&app.catalogue, &id, version).await?;
     let name = format!("{id}-{}.recipe.json", version.version);
     let file = RecipeFileDto::from(RecipeFile::of(version));
     let text = serde_json::to_string_pretty(&file).map_err(|cause| {
@@ -244,10 +244,11 @@ async fn diff_recipe(
     ApiPath(id): ApiPath<String>,
     ApiQuery(query): ApiQuery<RecipeDiffQuery>,
 ) -> Result<Json<RecipeDifferenceDto>, Problem> {
-    let recipe = app.ledger.read().recipe(&id).await?;
+    let recipe = app.catalogue.read().recipe(&id).await?;
     let to = query.to.unwrap_or(recipe.newest);
     let from = query.from.unwrap_or(to.saturating_sub(1).max(1));
-    let (old, new) = (stored_version(&app.ledger, &id, from).await?, stored_version(&app.ledger, &id, to).await?);
+    let (old, new) =
+        (stored_version(&app.catalogue, &id, from).await?, stored_version(&app.catalogue, &id, to).await?);
     let changes = changes_between(&old.recipe, &new.recipe).into_iter().map(PlaceChangeDto::from).collect();
     Ok(Json(RecipeDifferenceDto { from, to, changes }))
 }
@@ -274,7 +275,7 @@ async fn roll_back_recipe(
         Begun::Answered(reply) => return Ok(reply),
         Begun::Fresh(once) => once,
     };
-    let after = app.ledger.read().recipe(&id).await?.newest;
+    let after = app.catalogue.read().recipe(&id).await?.newest;
     check(&headers, &after.to_string())?;
     let RollBackRecipeDto { to_version, reason } = body.value;
     let and = |version: &RecipeVersion| once.changes(&published(version));

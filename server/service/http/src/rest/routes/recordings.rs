@@ -42,7 +42,7 @@ async fn list_recordings(
     ApiQuery(query): ApiQuery<PageQuery>,
 ) -> Result<Json<ListDto<RecordingDto>>, Problem> {
     let page = query.page()?;
-    let records = app.ledger.read().recordings(&page).await?.map(|record| app.recordings.now(record));
+    let records = app.catalogue.read().recordings(&page).await?.map(|record| app.recordings.now(record));
     Ok(Json(ListDto::whole_of("/api/v1/recordings", &page, records, RecordingDto::try_from)))
 }
 
@@ -82,7 +82,7 @@ async fn get_recording(
     State(app): State<App>,
     ApiPath(id): ApiPath<String>,
 ) -> Result<Json<RecordingDto>, Problem> {
-    let record = app.recordings.now(app.ledger.read().recording(&id).await?);
+    let record = app.recordings.now(app.catalogue.read().recording(&id).await?);
     Ok(Json(record.try_into()?))
 }
 
@@ -114,7 +114,7 @@ async fn download_recording(
     ApiPath(id): ApiPath<String>,
     headers: HeaderMap,
 ) -> Result<Response, Problem> {
-    let record = app.ledger.read().recording(&id).await?;
+    let record = app.catalogue.read().recording(&id).await?;
     let Some(file) = &record.file else {
         return Err(Problem::new(ProblemKind::Conflict, format!("recording {id} has no file yet"))
             .remedy("stop it first, and wait until its file is complete"));

@@ -73,7 +73,7 @@ async fn list_scans(
         purpose: query.purpose.map(ScanPurpose::from),
         verdict: query.verdict.map(PartVerdict::from),
     };
-    let listed = parts(&app.ledger, &filter, &page).await?;
+    let listed = parts(&app.catalogue, &filter, &page).await?;
     Ok(Json(ListDto::whole_of(&path, &page, listed, ScanDto::try_from)))
 }
 
@@ -106,9 +106,9 @@ async fn start_scan(
 )]
 async fn plan_scan(State(app): State<App>, body: ApiJson<StartScanDto>) -> Result<Json<ScanPlanDto>, Problem> {
     let input = ScanInput::from(body.value);
-    let document = stored_document(&app.ledger, &*app.artifacts, input.calibration_id.as_deref()).await?;
+    let document = stored_document(&app.catalogue, &*app.artifacts, input.calibration_id.as_deref()).await?;
     let status = app.station.status();
-    let pace = Pace::learned(&app.ledger, input.settings.mode()).await;
+    let pace = Pace::learned(&app.catalogue, input.settings.mode()).await;
     let planned = blocking(move || plan(&input, &document.calibration(), &status, &pace)).await??;
     Ok(Json(planned.into()))
 }
@@ -134,8 +134,8 @@ async fn start_verification(
     responses((status = 200, body = ScanDto))
 )]
 async fn get_scan(State(app): State<App>, ApiPath(id): ApiPath<String>) -> Result<Json<ScanDto>, Problem> {
-    let scan = app.ledger.read().scan(&id).await?;
-    let (part, _) = part(&app.ledger, scan).await?;
+    let scan = app.catalogue.read().scan(&id).await?;
+    let (part, _) = part(&app.catalogue, scan).await?;
     Ok(Json(part.try_into()?))
 }
 
@@ -184,7 +184,7 @@ async fn get_mesh(
 }
 
 async fn download(app: &App, id: &str, what: &str, format: &str) -> Result<Response, Problem> {
-    let scan = app.ledger.read().scan(id).await?;
+    let scan = app.catalogue.read().scan(id).await?;
     let format = ExportFormat::parse(what, format)?;
     let made = bytes_to_artifact(&app.artifacts, &scan, format).await?;
     artifact(
@@ -214,7 +214,7 @@ async fn get_points(
     ApiQuery(query): ApiQuery<PointsQuery>,
 ) -> Result<Response, Problem> {
     let from = query.from_block.unwrap_or(0);
-    let page = points_page(&app.live, &app.ledger, &app.artifacts, &id, from).await?;
+    let page = points_page(&app.live, &app.catalogue, &app.artifacts, &id, from).await?;
     let mut response = bytes("application/octet-stream", None, page.bytes);
     let complete = if page.complete { "true" } else { "false" };
     response.headers_mut().insert("sheaf-next-block", HeaderValue::from(page.next_block));
@@ -235,7 +235,7 @@ async fn recompute_scan(
     headers: HeaderMap,
     body: ApiJson<RecomputeDto>,
 ) -> Result<Reply, Problem> {
-    app.ledger.read().scan(&id).await?;
+    app.catalogue.read().scan(&id).await?;
     let route = format!("POST scans/{id}/recompute");
     let calibration_id = body.value.calibration_id;
     let input = JobInput::Recomputation(RecomputeInput { scan_id: id, calibration_id });
@@ -255,7 +255,7 @@ async fn export_scan(
     headers: HeaderMap,
     body: ApiJson<StartExportDto>,
 ) -> Result<Reply, Problem> {
-    app.ledger.read().scan(&id).await?;
+    app.catalogue.read().scan(&id).await?;
     let route = format!("POST scans/{id}/exports");
     let input = JobInput::Export(body.value.input(id));
     accept_job(&app, &by, &headers, &route, &body.sha256, input).await

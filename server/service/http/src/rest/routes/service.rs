@@ -79,7 +79,7 @@ async fn update_job_metrics(app: &App) -> Result<(), Problem> {
     for (state, code) in [(JobState::Queued, "queued"), (JobState::Running, "running")] {
         /// More than queue and workers can hold.
         const MANY: u32 = 1_000;
-        let jobs = app.ledger.read().jobs(Some(state), &store::Page { before: None, limit: MANY }).await?;
+        let jobs = app.catalogue.read().jobs(Some(state), &store::Page { before: None, limit: MANY }).await?;
         metrics::gauge!("sheaf_jobs", "state" => code).set(jobs.records.len() as f64);
     }
     Ok(())

@@ -2,6 +2,7 @@
 
 pub mod calibrations;
 pub mod captures;
+pub mod doors;
 pub mod events;
 pub mod inspections;
 pub mod jobs;

@@ -4,6 +4,7 @@
 
 mod artifacts;
 mod calibrations;
+mod doors;
 mod events;
 mod inspections;
 mod jobs;

@@ -33,7 +33,7 @@ pub type Kept<T> = Arc<Mutex<Vec<T>>>;
 
 /// Everything a job works with. Dropping it shuts the station down.
 pub struct Bench {
-    pub ledger: EventedCatalogue,
+    pub catalogue: EventedCatalogue,
     pub store: Store,
     pub station: StationHandle,
     pub operator: TwinControl,
@@ -79,11 +79,11 @@ impl Bench {
         let operator = twin.control();
         let station = StationHandle::start(&devices(twin), false);
         let store = runtime.block_on(Store::open(&folder.path().join("data"))).unwrap();
-        let ledger = runtime.block_on(EventedCatalogue::open(store.catalogue.clone())).unwrap();
+        let catalogue = runtime.block_on(EventedCatalogue::open(store.catalogue.clone())).unwrap();
         let document = true_document(&model, "true0000");
         let captures = {
             let _inside = runtime.enter();
-            Captures::new(ledger.clone(), store.artifacts.clone(), &folder.path().join("cache")).unwrap()
+            Captures::new(catalogue.clone(), store.artifacts.clone(), &folder.path().join("cache")).unwrap()
         };
         let config = Arc::new(AppConfig::simulated(folder.path().join("data")));
         let live = LiveBus::default();
@@ -91,14 +91,14 @@ impl Bench {
         let free = free_bytes.clone();
         let recordings = Recordings::new(RecordingParts {
             config: config.clone(),
-            ledger: ledger.clone(),
+            catalogue: catalogue.clone(),
             artifacts: store.artifacts.clone(),
             station: station.clone(),
             live: live.clone(),
             free_bytes: Arc::new(move || free.load(Ordering::Relaxed)),
         });
         let bench = Self {
-            ledger,
+            catalogue,
             store,
             station,
             operator,
@@ -139,7 +139,7 @@ impl Bench {
                 at_ms: 0,
             });
         }
-        self.runtime.block_on(self.ledger.commit(changes)).unwrap();
+        self.runtime.block_on(self.catalogue.commit(changes)).unwrap();
     }
 
     /// A job that is cancelled as soon as a report matches `cancel_at`.
@@ -151,7 +151,7 @@ impl Bench {
             id: crate::resources::stored_scan::new_id(),
             cancel,
             config: self.config.clone(),
-            ledger: self.ledger.clone(),
+            catalogue: self.catalogue.clone(),
             artifacts: self.store.artifacts.clone(),
             captures: self.captures.clone(),
             runtime: self.runtime.handle().clone(),
@@ -203,7 +203,7 @@ impl Bench {
     }
 
     fn keep(&self, done: Done) -> String {
-        self.runtime.block_on(self.ledger.commit(done.changes)).unwrap();
+        self.runtime.block_on(self.catalogue.commit(done.changes)).unwrap();
         if let Some(scan_id) = &done.finished_work {
             clear_work(&*self.store.artifacts, scan_id);
         }
@@ -217,12 +217,12 @@ impl Bench {
     }
 
     pub fn record(&self, id: &str) -> ScanRecord {
-        self.runtime.block_on(self.ledger.read().scan(id)).unwrap()
+        self.runtime.block_on(self.catalogue.read().scan(id)).unwrap()
     }
 
     pub fn scans(&self) -> Vec<ScanRecord> {
         let page = store::Page { before: None, limit: 100 };
-        self.runtime.block_on(self.ledger.read().scans(&store::ScanFilter::default(), &page)).unwrap().records
+        self.runtime.block_on(self.catalogue.read().scans(&store::ScanFilter::default(), &page)).unwrap().records
     }
 
     pub fn bytes(&self, id: &store::ArtifactId) -> Vec<u8> {

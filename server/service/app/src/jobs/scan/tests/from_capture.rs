@@ -103,7 +103,7 @@ fn the_only_scan_of_a_capture_needs_no_name_and_several_are_listed() {
     capture::write_manifest(&copy, &manifest).unwrap();
     let origin = crate::resources::captures::CaptureOrigin::Scan;
     let (record, change) = bench.captures.take_in_folder(&copy, origin, "two").unwrap();
-    bench.runtime.block_on(bench.ledger.commit(vec![change])).unwrap();
+    bench.runtime.block_on(bench.catalogue.commit(vec![change])).unwrap();
     let several = refused(from_capture(&record.id, None));
     assert!(several.detail.contains("2 scans: ball, cup"), "{several:?}");
     assert_eq!(several.pointer.as_deref(), Some("/source/scan"));

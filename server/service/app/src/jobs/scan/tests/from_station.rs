@@ -75,7 +75,7 @@ fn a_scan_that_lost_frames_is_invalid_and_reports_it() {
         region_mm: None,
         seed: None,
     };
-    let document = stored_document(&bench.ledger, &*bench.store.artifacts, Some(&scan.calibration_id));
+    let document = stored_document(&bench.catalogue, &*bench.store.artifacts, Some(&scan.calibration_id));
     let document = bench.runtime.block_on(document).unwrap();
     let cloud = bench.runtime.block_on(stored_cloud(&*bench.store.artifacts, &scan)).unwrap();
     let record = measurement(&scan, &cloud, &document.calibration(), &asked).unwrap();

@@ -28,7 +28,7 @@ fn ball(measure: Vec<MeasureInput>) -> ScanInput {
 
 impl Bench {
     pub fn part(&self, id: &str) -> Part {
-        self.runtime.block_on(part(&self.ledger, self.record(id))).unwrap().0
+        self.runtime.block_on(part(&self.catalogue, self.record(id))).unwrap().0
     }
 }
 
@@ -51,7 +51,7 @@ fn the_verdict_is_made_in_the_job_and_the_next_plan_uses_its_durations() {
     assert!(fractions.iter().filter(|at| **at > 0.0 && **at < 1.0).count() > 66, "{}", fractions.len());
     let timing = &part.scan.report[TIMING];
     assert!(timing["evaluation_s"].as_f64().unwrap() > 0.0 && timing["n_measured"] == 1, "{timing}");
-    let pace = bench.runtime.block_on(Pace::learned(&bench.ledger, ScanMode::StopAndGo));
+    let pace = bench.runtime.block_on(Pace::learned(&bench.catalogue, ScanMode::StopAndGo));
     let evaluation_s = timing["evaluation_s"].as_f64().unwrap() / timing["n_frames"].as_f64().unwrap();
     assert_eq!(pace.evaluation_s_per_frame, evaluation_s);
     assert_ne!(pace.row_overhead_s, Pace::unknown(ScanMode::StopAndGo).row_overhead_s);
@@ -88,7 +88,7 @@ fn a_crash_during_measurement_leaves_a_scan_that_can_be_completed() {
     // The job completed, and the process crashed before that was stored.
     drop(run(ball(vec![sphere(18.9)]), &bench.job().ctx).unwrap_or_else(|end| panic!("{end:?}")));
     assert!(bench.scans().is_empty());
-    bench.runtime.block_on(recover(&bench.ledger, &*bench.store.artifacts));
+    bench.runtime.block_on(recover(&bench.catalogue, &*bench.store.artifacts));
     let id = bench.scans()[0].id.clone();
     assert_eq!(
         (bench.record(&id).state, bench.part(&id).verdict),
@@ -97,6 +97,6 @@ fn a_crash_during_measurement_leaves_a_scan_that_can_be_completed() {
     assert_eq!(bench.finish(run(resumed(&id), &bench.job().ctx)), id);
     assert_eq!(bench.part(&id).verdict, Some(PartVerdict::Ok));
     // The work folder is gone, and the next start changes nothing.
-    bench.runtime.block_on(recover(&bench.ledger, &*bench.store.artifacts));
+    bench.runtime.block_on(recover(&bench.catalogue, &*bench.store.artifacts));
     assert_eq!(bench.record(&id).state, ScanState::Complete);
 }

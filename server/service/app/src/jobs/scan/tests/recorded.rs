@@ -23,7 +23,7 @@ fn recorded(mut input: ScanInput) -> ScanInput {
 
 fn recordings(bench: &Bench) -> Vec<RecordingRecord> {
     let page = Page { before: None, limit: 100 };
-    bench.runtime.block_on(bench.ledger.read().recordings(&page)).unwrap().records
+    bench.runtime.block_on(bench.catalogue.read().recordings(&page)).unwrap().records
 }
 
 /// The only recording, its figures and its file.
@@ -40,7 +40,7 @@ fn cloud_of_recording(bench: &Bench, file: &RecordingFile) -> Vec<u8> {
     let folder = bench.folder.path().join("exported");
     export(file, &folder, |_, _| {}).unwrap();
     let (record, change) = bench.captures.take_in_folder(&folder, CaptureOrigin::Upload, "exported").unwrap();
-    bench.runtime.block_on(bench.ledger.commit(vec![change])).unwrap();
+    bench.runtime.block_on(bench.catalogue.commit(vec![change])).unwrap();
     let source = ScanSource::Capture { capture_id: record.id, scan: None };
     let input = ScanInput { source, settings: ScanSettings::default(), ..from_station(0.0, 0.0, 1.0) };
     bench.cloud(&bench.scan(input))
@@ -99,7 +99,7 @@ fn a_disk_near_its_floor_ends_the_recording_and_not_the_scan() {
     assert_eq!((record.state, figures.ended), (RecordingState::Complete, Some(Ended::DiskFloor)));
     assert_eq!((figures.n_rows, file.frames.len(), file.is_whole), (3, 3, true), "{figures:?}");
     assert_eq!(file.end.as_ref().unwrap().reason, "free disk space reached its lower limit");
-    let events = bench.runtime.block_on(bench.ledger.read().events_after(0, 100)).unwrap().records;
+    let events = bench.runtime.block_on(bench.catalogue.read().events_after(0, 100)).unwrap().records;
     let ended = events.iter().find(|event| event.kind == "recording.ended").unwrap();
     assert_eq!((&ended.body["ended"], &ended.body["n_frames"]), (&"disk_floor".into(), &3.into()));
     // Without free space the scan is refused before anything moves.
@@ -155,7 +155,7 @@ fn a_recording_of_a_crashed_process_is_repaired_at_the_next_start() {
     std::fs::write(&path, &left[..left.len() - 7]).unwrap();
     let nameless = path.with_file_name("nameless.mcap");
     std::fs::write(&nameless, b"nothing").unwrap();
-    bench.runtime.block_on(bench.ledger.commit(vec![store::Change::UpdateRecording(begun.clone())])).unwrap();
+    bench.runtime.block_on(bench.catalogue.commit(vec![store::Change::UpdateRecording(begun.clone())])).unwrap();
     bench.runtime.block_on(bench.recordings.recover());
     let begun_at = std::time::Instant::now();
     while recordings(&bench)[0].file.is_none() {

@@ -13,7 +13,7 @@ use crate::jobs::{JobEnd, JobInput, JobParts, Jobs, ScanMode};
 fn queue(bench: &Bench, free_bytes: Arc<AtomicU64>) -> Jobs {
     let parts = JobParts {
         config: bench.config.clone(),
-        ledger: bench.ledger.clone(),
+        catalogue: bench.catalogue.clone(),
         artifacts: bench.store.artifacts.clone(),
         captures: bench.captures.clone(),
         station: bench.station.clone(),

@@ -123,13 +123,13 @@ fn a_crash_leaves_a_partial_scan_that_resumes_to_the_same_result() {
     drop(file);
     let torn = std::fs::metadata(work.peaks()).unwrap().len() - 100;
     std::fs::File::options().write(true).open(work.peaks()).unwrap().set_len(torn).unwrap();
-    bench.runtime.block_on(recover(&bench.ledger, &*bench.store.artifacts));
+    bench.runtime.block_on(recover(&bench.catalogue, &*bench.store.artifacts));
     let partial = bench.record(&note.scan_id);
     assert_eq!((partial.state, partial.report["n_frames"].as_u64()), (ScanState::Partial, Some(2)));
     assert_eq!(peaks(&bench, &partial).frames, all.frames[..2]);
     let done = bench.scan(resumed(&partial.id));
     assert_eq!(bench.cloud(&done), bench.cloud(&expected));
-    bench.runtime.block_on(recover(&bench.ledger, &*bench.store.artifacts));
+    bench.runtime.block_on(recover(&bench.catalogue, &*bench.store.artifacts));
     assert_eq!(bench.scans().len(), 2, "nothing is left to recover");
 }
 
@@ -139,10 +139,10 @@ fn a_work_folder_without_frames_is_removed() {
     let folder = bench.folder.path().join("data/work/01890000-0000-7000-8000-000000000000");
     std::fs::create_dir_all(&folder).unwrap();
     std::fs::write(folder.join("scan.json"), "{").unwrap();
-    bench.runtime.block_on(recover(&bench.ledger, &*bench.store.artifacts));
+    bench.runtime.block_on(recover(&bench.catalogue, &*bench.store.artifacts));
     std::fs::write(folder.join("peaks"), b"").unwrap();
     std::fs::remove_file(folder.join("scan.json")).unwrap();
-    bench.runtime.block_on(recover(&bench.ledger, &*bench.store.artifacts));
+    bench.runtime.block_on(recover(&bench.catalogue, &*bench.store.artifacts));
     assert!(!folder.exists());
     assert_eq!(bench.scans(), []);
 }

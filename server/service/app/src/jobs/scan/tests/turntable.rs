@@ -66,7 +66,7 @@ fn a_sphere_is_scanned_over_a_full_turn_measured_and_rescanned_from_its_images()
     }
     let filter = MeasurementFilter { scan_id: Some(scan.id.clone()), ..MeasurementFilter::default() };
     let page = Page { before: None, limit: 1 };
-    let measured = bench.runtime.block_on(bench.ledger.read().measurements(&filter, &page)).unwrap().records;
+    let measured = bench.runtime.block_on(bench.catalogue.read().measurements(&filter, &page)).unwrap().records;
     let result = &measured[0].result;
     let [radius_mm, u_mm] = ["value", "expanded_uncertainty"].map(|key| result[key].as_f64().unwrap());
     println!("radius {radius_mm:.4} ± {u_mm:.4} mm");

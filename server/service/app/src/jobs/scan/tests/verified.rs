@@ -27,7 +27,7 @@ fn a_gauge_is_verified_and_the_sphere_is_restored() {
     let (scan_id, measurement_id) = id.split_once('/').unwrap();
     let scan = bench.record(scan_id);
     assert_eq!((scan.state, scan.name.as_str()), (ScanState::Complete, "gauge"));
-    let record = bench.runtime.block_on(bench.ledger.read().measurement(measurement_id)).unwrap();
+    let record = bench.runtime.block_on(bench.catalogue.read().measurement(measurement_id)).unwrap();
     assert_eq!((record.scan_id.as_str(), &record.result["tool"]), (scan_id, &serde_json::json!("step")));
     let value = record.result["value"].as_f64().unwrap();
     assert!((value - 8.9).abs() < WITHIN_MM, "{value}");
@@ -44,7 +44,8 @@ fn the_simulated_part_has_its_true_size_regardless_of_the_nominal() {
     let bench = Bench::new();
     let typed = VerifyInput { nominal_mm: 9.5, ..gauge(0.2) };
     let id = bench.finish(verify(typed, &bench.job().ctx));
-    let record = bench.runtime.block_on(bench.ledger.read().measurement(id.split_once('/').unwrap().1)).unwrap();
+    let record =
+        bench.runtime.block_on(bench.catalogue.read().measurement(id.split_once('/').unwrap().1)).unwrap();
     let value = record.result["value"].as_f64().unwrap();
     assert!((value - 8.9).abs() < WITHIN_MM, "{value}");
     assert_eq!(record.result["verdict"], "not_ok", "{}", record.result);

@@ -13,7 +13,7 @@ fn verdict<'a>(report: &'a serde_json::Value, watch: &str) -> &'a serde_json::Va
 }
 
 fn kinds_of(bench: &Bench, scan_id: &str) -> Vec<String> {
-    let events = bench.runtime.block_on(bench.ledger.read().events_after(0, 1000)).unwrap().records;
+    let events = bench.runtime.block_on(bench.catalogue.read().events_after(0, 1000)).unwrap().records;
     let of_scan = events.into_iter().filter(|event| event.subject == scan_id && event.kind == "watch.warned");
     of_scan.map(|event| event.body["watch"].as_str().unwrap().to_owned()).collect()
 }
@@ -35,7 +35,7 @@ fn a_wavelength_drift_is_in_the_report_the_events_and_the_history() {
     let is_invalid = wavelength["state"] == "invalid";
     assert_eq!(warm.state == ScanState::Invalid, is_invalid, "{}", warm.report["watches"]);
     assert!(kinds_of(&bench, &warm.id).contains(&"wavelength".to_owned()));
-    let history = bench.runtime.block_on(WatchHistory::read(&bench.ledger)).unwrap();
+    let history = bench.runtime.block_on(WatchHistory::read(&bench.catalogue)).unwrap();
     let scans: Vec<&str> = history.readings.iter().map(|reading| reading.scan_id.as_str()).collect();
     assert_eq!(scans, [clean.id.as_str(), warm.id.as_str()]);
     assert_eq!(history.readings[1].verdicts, warm.report["watches"]);

@@ -55,13 +55,13 @@ async fn list_calibrations(
 ) -> Result<Json<ListDto<CalibrationItemDto>>, Problem> {
     let page = query.page()?;
     let active = active_id(&app).await?;
-    let records = app.ledger.read().calibrations(&page).await?;
+    let records = app.catalogue.read().calibrations(&page).await?;
     let dto = |record| CalibrationItemDto::new(record, active.as_deref());
     Ok(Json(ListDto::whole_of("/api/v1/calibrations", &page, records, dto)))
 }
 
 async fn active_id(app: &App) -> Result<Option<String>, Problem> {
-    Ok(app.ledger.read().active().await?.and_then(|activation| activation.calibration_id))
+    Ok(app.catalogue.read().active().await?.and_then(|activation| activation.calibration_id))
 }
 
 /// Starts a calibration job. Its result is a draft; activate it with a separate request.
@@ -88,7 +88,7 @@ async fn get_calibration(
     State(app): State<App>,
     ApiPath(id): ApiPath<String>,
 ) -> Result<Json<CalibrationDto>, Problem> {
-    let record = app.ledger.read().calibration(&id).await?;
+    let record = app.catalogue.read().calibration(&id).await?;
     let what = format!("the document of calibration {id}");
     let document =
         app.artifacts.read(&record.document).await.map_err(|error| AppError::from(error).of_stored(&what))?;
@@ -107,7 +107,7 @@ async fn get_calibration_report(
     State(app): State<App>,
     ApiPath(id): ApiPath<String>,
 ) -> Result<Response, Problem> {
-    let record = app.ledger.read().calibration(&id).await?;
+    let record = app.catalogue.read().calibration(&id).await?;
     let report = record.report.ok_or_else(|| {
         Problem::new(ProblemKind::NotFound, "this calibration has no report").remedy("calibrate again")
     })?;
@@ -126,7 +126,7 @@ async fn get_calibration_residuals(
     State(app): State<App>,
     ApiPath(id): ApiPath<String>,
 ) -> Result<Json<ResidualsDto>, Problem> {
-    let record = app.ledger.read().calibration(&id).await?;
+    let record = app.catalogue.read().calibration(&id).await?;
     Ok(Json(stored_residuals(&*app.artifacts, &record).await?.into()))
 }
 
@@ -136,7 +136,7 @@ async fn get_calibration_residuals(
     responses((status = 200, body = ActiveCalibrationDto, headers(("ETag" = String, description = "Its version"))))
 )]
 async fn get_active_calibration(State(app): State<App>) -> Result<Versioned<Json<ActiveCalibrationDto>>, Problem> {
-    let active = app.ledger.read().active().await?;
+    let active = app.catalogue.read().active().await?;
     Ok(Versioned(active_version(active.as_ref()), Json(active.into())))
 }
 
@@ -154,7 +154,7 @@ async fn list_activations(
     ApiQuery(query): ApiQuery<PageQuery>,
 ) -> Result<Json<ListDto<ActivationDto>>, Problem> {
     let page = query.page()?;
-    let records = app.ledger.read().activations(&page).await?;
+    let records = app.catalogue.read().activations(&page).await?;
     Ok(Json(ListDto::new("/api/v1/calibrations/activations", &page, records, ActivationDto::from)))
 }
 
@@ -174,7 +174,7 @@ async fn activate_calibration(
     headers: HeaderMap,
     body: ApiJson<ActivateCalibrationDto>,
 ) -> Result<Versioned<Json<ActiveCalibrationDto>>, Problem> {
-    let active = app.ledger.read().active().await?;
+    let active = app.catalogue.read().active().await?;
     check_if_given(&headers, &active_version(active.as_ref()))?;
     let sure = headers.contains_key(header::IF_MATCH);
     let expected = sure.then(|| active.and_then(|activation| activation.calibration_id));

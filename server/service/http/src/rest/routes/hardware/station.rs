@@ -109,5 +109,5 @@ async fn set_live_view(
 /// Returns the results of the watches on recent scans: lost steps, wavelength, order powers, stage scale.
 #[utoipa::path(get, path = "/station/watches", tag = "station", responses((status = 200, body = WatchHistoryDto)))]
 async fn get_watches(State(app): State<App>) -> Result<Json<WatchHistoryDto>, Problem> {
-    Ok(Json(WatchHistory::read(&app.ledger).await?.into()))
+    Ok(Json(WatchHistory::read(&app.catalogue).await?.into()))
 }

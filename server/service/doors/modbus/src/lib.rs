@@ -1,0 +1,1 @@
+//! A door for programmable logic controllers: a Modbus TCP server.

@@ -1,0 +1,1 @@
+//! A door that publishes events to an MQTT 5 broker.

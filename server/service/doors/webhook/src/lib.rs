@@ -1,0 +1,1 @@
+//! A door that posts signed events to a web server.
