@@ -568,6 +568,128 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/doors": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /** Lists all doors with their state. */
+        get: operations["list_doors"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/doors/{name}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /** Returns the state of a door. */
+        get: operations["get_door"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/doors/{name}/deliveries": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /** Lists the deliveries that a door has set aside, oldest first. */
+        get: operations["list_deliveries"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/doors/{name}/deliveries/{seq}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        post?: never;
+        /** Deletes a delivery that was set aside: it is never made. */
+        delete: operations["delete_delivery"];
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/doors/{name}/deliveries/{seq}/resend": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /** Delivers an event that was set aside again at once, whether it waits or is a dead letter. */
+        post: operations["resend_delivery"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/doors/{name}/resend-dead": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /** Delivers all dead letters of a door again, oldest first, at most 1000 at a time. */
+        post: operations["resend_dead"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/doors/{name}/test": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Sends a test message through a door, past everything that waits, and returns its state. If the message is delivered, what
+         *     waits is tried at once.
+         */
+        post: operations["test_door"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/events": {
         parameters: {
             query?: never;
@@ -1630,6 +1752,23 @@ export interface components {
              */
             retry_after_s?: number | null;
         };
+        /** @description An attempt to deliver. */
+        AttemptDto: {
+            /**
+             * Format: int64
+             * @description Time, ms since 1970 (UTC).
+             */
+            at_ms: number;
+            /** @description Kind of the event; absent for a test message. */
+            kind?: string | null;
+            /** @description Why it failed; absent if it was delivered. */
+            reason?: string | null;
+            /**
+             * Format: int64
+             * @description Number of the event; absent for a test message.
+             */
+            seq?: number | null;
+        };
         /** @description Value of an attribute. */
         AttributeDto: string | number | boolean;
         /** @description The fit of a turntable's axis. */
@@ -2409,6 +2548,53 @@ export interface components {
             value?: number | null;
             verdict?: components["schemas"]["VerdictDto"] | null;
         };
+        /** @description A measured characteristic. */
+        CharacteristicMessage: {
+            /** @description Attributes of the characteristic, as in the plan. */
+            attributes?: {
+                [key: string]: string;
+            };
+            /**
+             * Format: double
+             * @description Its coverage factor.
+             */
+            coverage_factor: number;
+            /**
+             * Format: double
+             * @description Expanded uncertainty, in `unit`.
+             */
+            expanded_uncertainty?: number | null;
+            /** @description Its id in the plan. */
+            id: string;
+            /**
+             * Format: double
+             * @description Lower limit as a deviation from the nominal value, in `unit`.
+             */
+            lower?: number | null;
+            /** @description What is measured: `distance`, `flatness`, … */
+            measure: string;
+            /**
+             * Format: double
+             * @description Nominal value, in `unit`.
+             */
+            nominal?: number | null;
+            /** @description Why the verdict is neither `ok` nor `not_ok`. */
+            reason?: string | null;
+            /** @description `mm` or `°`. */
+            unit: string;
+            /**
+             * Format: double
+             * @description Upper limit as a deviation from the nominal value, in `unit`.
+             */
+            upper?: number | null;
+            /**
+             * Format: double
+             * @description The value, in `unit`; absent if it could not be measured.
+             */
+            value?: number | null;
+            /** @description `ok`, `not_ok`, `undecided` or `invalid`; absent without limits. */
+            verdict?: string | null;
+        };
         /** @description A measured characteristic; values are in `unit`. */
         CharacteristicResultDto: {
             /** @description Attributes from the plan, unchanged. */
@@ -2649,6 +2835,52 @@ export interface components {
          * @enum {string}
          */
         DarkUseDto: "no_dark_frame" | "other_camera" | "other_format" | "hot_pixels" | "whole";
+        /** @description Deliveries changed by a user; the subject is the name of the door. */
+        DeliveriesChanged: components["schemas"]["Initiator"] & {
+            /** @description Numbers of the events. */
+            seqs: number[];
+        };
+        /** @description A delivery that was given up; the subject is the name of the door. */
+        DeliveryDead: {
+            /** @description Its kind. */
+            kind: string;
+            /**
+             * Format: int64
+             * @description Number of failed attempts.
+             */
+            n_attempts: number;
+            /** @description Why the last attempt failed. */
+            reason: string;
+            /**
+             * Format: int64
+             * @description Number of the event.
+             */
+            seq: number;
+        };
+        /** @description A delivery that was set aside so that later events pass. */
+        DeliveryDto: {
+            /** @description The event. */
+            event: components["schemas"]["EventDto"];
+            /**
+             * Format: int64
+             * @description Number of failed attempts.
+             */
+            n_attempts: number;
+            /**
+             * Format: int64
+             * @description Time of the next attempt, ms since 1970 (UTC), if waiting.
+             */
+            next_at_ms?: number | null;
+            /** @description Why the last attempt failed. */
+            reason: string;
+            /** @description State. */
+            state: components["schemas"]["DeliveryStateDto"];
+        };
+        /**
+         * @description State of a delivery that was set aside.
+         * @enum {string}
+         */
+        DeliveryStateDto: "waiting" | "dead";
         /** @description Statistics of depth differences over many pixels. */
         DepthDifferenceDto: {
             /**
@@ -2693,6 +2925,75 @@ export interface components {
              * @description Nearest.
              */
             near_mm: number;
+        };
+        /** @description A door: an interface that delivers events to another system. */
+        DoorDto: {
+            /** @description The last attempts, newest first, since the start of the server; at most 100. */
+            attempts: components["schemas"]["AttemptDto"][];
+            /**
+             * Format: int64
+             * @description Time of its delivery, ms since 1970 (UTC).
+             */
+            delivered_at_ms?: number | null;
+            /**
+             * Format: int64
+             * @description The last delivered event.
+             */
+            delivered_seq?: number | null;
+            /** @description `folder`, `webhook`, `mqtt`, `modbus`. */
+            kind: string;
+            /**
+             * Format: int64
+             * @description Number of events in the log that it has not passed yet, whether it wants them or not.
+             */
+            n_behind: number;
+            /**
+             * Format: int64
+             * @description Number of dead letters: deliveries that were given up.
+             */
+            n_dead: number;
+            /**
+             * Format: int64
+             * @description Number of delivered events.
+             */
+            n_delivered: number;
+            /**
+             * Format: int64
+             * @description Number of deliveries that were set aside and will be tried again.
+             */
+            n_waiting: number;
+            /** @description Its configured name. */
+            name: string;
+            /**
+             * Format: int64
+             * @description Time of the next attempt, ms since 1970 (UTC), if waiting.
+             */
+            next_at_ms?: number | null;
+            /** @description Why the last attempt failed; absent once a later one succeeded. */
+            reason?: string | null;
+            /** @description State. */
+            state: components["schemas"]["DoorStateDto"];
+            /** @description Where it delivers to. */
+            target: string;
+        };
+        /** @description All doors. */
+        DoorListDto: {
+            /** @description The doors, as configured. */
+            items: components["schemas"]["DoorDto"][];
+        };
+        /**
+         * @description State of a door.
+         * @enum {string}
+         */
+        DoorStateDto: "delivering" | "waiting" | "closed";
+        /** @description A door that waits; the subject is its name. */
+        DoorWaiting: {
+            /** @description `folder`, `webhook`, `mqtt`, `modbus`, `opcua`. */
+            kind: string;
+            /** @description Why the last attempt failed. */
+            reason: string;
+            /** @description Where it delivers to. */
+            target: string;
         };
         /** @description An empty body. */
         EmptyBody: Record<string, never>;
@@ -2967,6 +3268,31 @@ export interface components {
             body: components["schemas"]["Initiator"];
             /** @enum {string} */
             kind: "camera.dark_frame_removed";
+        } | {
+            /** @description A door could not deliver an event twice in a row and waits. */
+            body: components["schemas"]["DoorWaiting"];
+            /** @enum {string} */
+            kind: "door.waiting";
+        } | {
+            /** @description A door that waited delivers again. */
+            body: components["schemas"]["EmptyBody"];
+            /** @enum {string} */
+            kind: "door.recovered";
+        } | {
+            /** @description A door gave up the delivery of an event: it is a dead letter now. */
+            body: components["schemas"]["DeliveryDead"];
+            /** @enum {string} */
+            kind: "delivery.dead";
+        } | {
+            /** @description Deliveries were scheduled again by a user. */
+            body: components["schemas"]["DeliveriesChanged"];
+            /** @enum {string} */
+            kind: "delivery.resent";
+        } | {
+            /** @description A dead letter was deleted by a user. */
+            body: components["schemas"]["DeliveriesChanged"];
+            /** @enum {string} */
+            kind: "delivery.deleted";
         } | {
             /** @description A simulated fault was activated. */
             body: components["schemas"]["SimulatedFault"];
@@ -3386,6 +3712,45 @@ export interface components {
             recipe_version: number;
             /** @description Serial number of the part. */
             serial: string;
+        };
+        /** @description An inspection of a part with all its characteristics. */
+        InspectionMessage: {
+            /** @description Attributes of the part, as given with the order. */
+            attributes: {
+                [key: string]: string;
+            };
+            /** @description The calibration of its cloud. */
+            calibration_id: string;
+            /** @description Its id. */
+            id: string;
+            /** @description Time of the verdict, UTC. */
+            inspected_at: string;
+            /**
+             * Format: int64
+             * @description The same in ms since 1970.
+             */
+            inspected_at_ms: number;
+            /** @description The order it was made for. */
+            order?: string | null;
+            /** @description The inspection that this one re-evaluates. */
+            re_evaluated_from?: string | null;
+            /** @description The recipe used. */
+            recipe: components["schemas"]["RecipeMessage"];
+            /** @description The characteristics, in the order of the plan. */
+            results: components["schemas"]["CharacteristicMessage"][];
+            /** @description The scan; absent if it was deleted. */
+            scan_id?: string | null;
+            /**
+             * Format: int64
+             * @description Position among all inspections, from 1 without gaps.
+             */
+            seq: number;
+            /** @description Serial number of the part. */
+            serial: string;
+            /** @description Whether the devices were simulated, or a recording: no verdict on a real part. */
+            simulated: boolean;
+            /** @description The verdict on the part: `ok`, `not_ok`, `undecided` or `invalid`. Accept only `ok`. */
+            verdict: string;
         };
         /** @description The inspection queue. */
         InspectionQueueDto: {
@@ -3840,6 +4205,35 @@ export interface components {
                 size_bytes: number;
                 /** @description Summary of the manifest. */
                 summary: components["schemas"]["CaptureSummaryDto"];
+            }[];
+            /** @description URL of the next page; absent on the last page. */
+            next?: string | null;
+        };
+        /** @description A page of a list. */
+        ListDto_DeliveryDto: {
+            /**
+             * @description Records in this range that are damaged in the database and cannot be shown, regardless of the filter; absent if
+             *     there are none.
+             */
+            damaged?: components["schemas"]["DamagedRecordDto"][];
+            /** @description The records, newest first. */
+            items: {
+                /** @description The event. */
+                event: components["schemas"]["EventDto"];
+                /**
+                 * Format: int64
+                 * @description Number of failed attempts.
+                 */
+                n_attempts: number;
+                /**
+                 * Format: int64
+                 * @description Time of the next attempt, ms since 1970 (UTC), if waiting.
+                 */
+                next_at_ms?: number | null;
+                /** @description Why the last attempt failed. */
+                reason: string;
+                /** @description State. */
+                state: components["schemas"]["DeliveryStateDto"];
             }[];
             /** @description URL of the next page; absent on the last page. */
             next?: string | null;
@@ -5310,6 +5704,23 @@ export interface components {
              */
             version: number;
         };
+        /** @description The version of a recipe. */
+        RecipeMessage: {
+            /** @description SHA-256 of its canonical content, hexadecimal. */
+            digest: string;
+            /** @description Its id. */
+            id: string;
+            /**
+             * Format: int32
+             * @description The recipe's number, if it has one.
+             */
+            number?: number | null;
+            /**
+             * Format: int64
+             * @description The version.
+             */
+            version: number;
+        };
         /** @description A new version of a recipe. */
         RecipePublished: {
             /** @description Who did it. */
@@ -5534,6 +5945,11 @@ export interface components {
              * @description Required value.
              */
             required: number;
+        };
+        /** @description Events that are delivered again. */
+        ResentDto: {
+            /** @description Their numbers. */
+            seqs: number[];
         };
         /** @description Residuals of a calibration over the image. */
         ResidualsDto: {
@@ -8585,6 +9001,224 @@ export interface operations {
             412: components["responses"]["Problem"];
             413: components["responses"]["Problem"];
             415: components["responses"]["Problem"];
+            422: components["responses"]["Problem"];
+            428: components["responses"]["Problem"];
+            429: components["responses"]["Problem"];
+            500: components["responses"]["Problem"];
+            503: components["responses"]["Problem"];
+            507: components["responses"]["Problem"];
+        };
+    };
+    list_doors: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["DoorListDto"];
+                };
+            };
+            400: components["responses"]["Problem"];
+            403: components["responses"]["Problem"];
+            404: components["responses"]["Problem"];
+            408: components["responses"]["Problem"];
+            500: components["responses"]["Problem"];
+            503: components["responses"]["Problem"];
+        };
+    };
+    get_door: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                name: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["DoorDto"];
+                };
+            };
+            400: components["responses"]["Problem"];
+            403: components["responses"]["Problem"];
+            404: components["responses"]["Problem"];
+            408: components["responses"]["Problem"];
+            500: components["responses"]["Problem"];
+            503: components["responses"]["Problem"];
+        };
+    };
+    list_deliveries: {
+        parameters: {
+            query?: {
+                /** @description Only those in this state. */
+                state?: "waiting" | "dead";
+                /** @description Only those of events after this number. */
+                after_seq?: number;
+                /** @description Records per page, 1 to 200; default 50. */
+                limit?: number;
+            };
+            header?: never;
+            path: {
+                name: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ListDto_DeliveryDto"];
+                };
+            };
+            400: components["responses"]["Problem"];
+            403: components["responses"]["Problem"];
+            404: components["responses"]["Problem"];
+            408: components["responses"]["Problem"];
+            500: components["responses"]["Problem"];
+            503: components["responses"]["Problem"];
+        };
+    };
+    delete_delivery: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                name: string;
+                seq: number;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            400: components["responses"]["Problem"];
+            403: components["responses"]["Problem"];
+            404: components["responses"]["Problem"];
+            408: components["responses"]["Problem"];
+            409: components["responses"]["Problem"];
+            412: components["responses"]["Problem"];
+            422: components["responses"]["Problem"];
+            428: components["responses"]["Problem"];
+            429: components["responses"]["Problem"];
+            500: components["responses"]["Problem"];
+            503: components["responses"]["Problem"];
+            507: components["responses"]["Problem"];
+        };
+    };
+    resend_delivery: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                name: string;
+                seq: number;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ResentDto"];
+                };
+            };
+            400: components["responses"]["Problem"];
+            403: components["responses"]["Problem"];
+            404: components["responses"]["Problem"];
+            408: components["responses"]["Problem"];
+            409: components["responses"]["Problem"];
+            412: components["responses"]["Problem"];
+            422: components["responses"]["Problem"];
+            428: components["responses"]["Problem"];
+            429: components["responses"]["Problem"];
+            500: components["responses"]["Problem"];
+            503: components["responses"]["Problem"];
+            507: components["responses"]["Problem"];
+        };
+    };
+    resend_dead: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                name: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ResentDto"];
+                };
+            };
+            400: components["responses"]["Problem"];
+            403: components["responses"]["Problem"];
+            404: components["responses"]["Problem"];
+            408: components["responses"]["Problem"];
+            409: components["responses"]["Problem"];
+            412: components["responses"]["Problem"];
+            422: components["responses"]["Problem"];
+            428: components["responses"]["Problem"];
+            429: components["responses"]["Problem"];
+            500: components["responses"]["Problem"];
+            503: components["responses"]["Problem"];
+            507: components["responses"]["Problem"];
+        };
+    };
+    test_door: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                name: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["DoorDto"];
+                };
+            };
+            400: components["responses"]["Problem"];
+            403: components["responses"]["Problem"];
+            404: components["responses"]["Problem"];
+            408: components["responses"]["Problem"];
+            409: components["responses"]["Problem"];
+            412: components["responses"]["Problem"];
             422: components["responses"]["Problem"];
             428: components["responses"]["Problem"];
             429: components["responses"]["Problem"];

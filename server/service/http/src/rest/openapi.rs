@@ -1,6 +1,7 @@
 //! The API document, generated from the routes.
 
 use crate::Http;
+use app::doors::InspectionMessage;
 use axum::Router;
 use utoipa::OpenApi;
 use utoipa::openapi::path::{Operation, Parameter, ParameterBuilder, ParameterIn};
@@ -39,10 +40,11 @@ use crate::wire::scan::scans::{CloudFormatDto, MeshFormatDto, ScanStateDto};
         (name = "measurements", description = "Measured values with uncertainty and verdict"),
         (name = "recipes", description = "Versioned recipes: scan settings, measurements and limits of a part"),
         (name = "inspections", description = "Inspections of parts with a recipe"),
+        (name = "doors", description = "Interfaces that deliver events to other systems"),
         (name = "jobs", description = "Long operations: queue, progress, results"),
         (name = "events", description = "The event log and the event stream")
     ),
-    components(schemas(Problem, CloudFormatDto, MeshFormatDto, JobStateDto, ScanStateDto, VerdictDto))
+    components(schemas(Problem, InspectionMessage, CloudFormatDto, MeshFormatDto, JobStateDto, ScanStateDto, VerdictDto))
 )]
 struct Document;
 

@@ -1,6 +1,7 @@
 //! Wire types: requests and responses. Their doc comments are the API documentation.
 
 pub mod calibration;
+pub mod doors;
 pub mod events;
 pub mod hardware;
 pub mod inspection;

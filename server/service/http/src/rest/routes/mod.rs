@@ -2,6 +2,7 @@
 
 pub mod calibration;
 pub mod captures;
+pub mod doors;
 pub mod events;
 pub mod hardware;
 pub mod inspections;
@@ -36,6 +37,7 @@ pub fn api() -> OpenApiRouter<Http> {
         .merge(measurement_plan::routes())
         .merge(recipes::routes())
         .merge(inspections::routes())
+        .merge(doors::routes())
         .merge(jobs::routes())
         .merge(events::routes())
 }
