@@ -1,1 +1,34 @@
 //! A door that publishes events to an MQTT 5 broker.
+//!
+//! All topics begin with `{prefix}/{station}/`:
+//!
+//! | topic | content | retained |
+//! |---|---|---|
+//! | `result` | `inspection.finished` with the inspection, `sheaf-event/1` | no |
+//! | `event` | every other chosen event, `sheaf-event/1` | no |
+//! | `state` | whether the service is online, and the state of the station, `sheaf-state/1` | yes |
+//! | `health` | faults waiting for acknowledgement, `sheaf-health/1` | yes |
+//!
+//! Everything is published with QoS 1. An event is delivered once the broker has acknowledged exactly its message: what
+//! the client library keeps for a later connection does not count ([`link`]). The same event may arrive twice, with
+//! the same `id`; `seq` tells the order. `state` is also the last will: the broker publishes `online: false` when the
+//! connection breaks.
+
+mod address;
+mod door;
+mod link;
+mod options;
+mod params;
+mod presence;
+mod reasons;
+mod settings;
+mod station;
+mod tls;
+mod topics;
+mod unacknowledged;
+
+#[cfg(test)]
+mod tests;
+
+pub use door::open;
+pub use settings::Settings;

@@ -1,0 +1,283 @@
+//! The connection to the broker: established again whenever it breaks, and messages over it.
+
+use std::time::Duration;
+
+use app::doors::Undelivered;
+use parking_lot::Mutex;
+use rumqttc::Outgoing;
+use rumqttc::v5::mqttbytes::QoS;
+use rumqttc::v5::mqttbytes::v5::{ConnAck, Packet, PublishProperties};
+use rumqttc::v5::{AsyncClient, ConnectionError, Event, EventLoop, MqttOptions};
+use tokio::sync::{Notify, watch};
+use tokio::time::{Instant, sleep, timeout};
+
+use crate::params::{PACKET_OVERHEAD_BYTES, Times, UNACKNOWLEDGED_MESSAGES};
+use crate::reasons::{QOS_MISSING, of_acknowledgement, of_connection, of_lost_message};
+use crate::unacknowledged::Unacknowledged;
+
+/// Content type of every message.
+pub const CONTENT_TYPE: &str = "application/json";
+
+/// A message to publish with QoS 1.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Message {
+    /// Where.
+    pub topic: String,
+    /// JSON.
+    pub payload: String,
+    /// Whether the broker keeps it for later subscribers.
+    pub retained: bool,
+    /// After which the broker drops it.
+    pub expiry_s: Option<u32>,
+}
+
+/// State of the connection.
+#[derive(Debug, Clone, PartialEq, Eq)]
+enum LinkState {
+    /// Being established.
+    Connecting,
+    /// Established.
+    Up {
+        /// Its number since the start.
+        connection: u64,
+        /// Largest packet that the broker accepts.
+        max_packet_bytes: Option<u32>,
+    },
+    /// Not established; the next attempt follows after a delay.
+    Down {
+        /// Why.
+        reason: String,
+    },
+    /// Ended for good.
+    Closed,
+}
+
+/// Why there is no connection at the end.
+const GOODBYE: &str = "the service is being shut down";
+
+/// Why a connection ended.
+enum Ending {
+    /// This side said goodbye.
+    Goodbye,
+    /// It failed.
+    Failed(ConnectionError),
+    /// It is of no use, for this reason.
+    Useless(String),
+}
+
+/// The connection.
+pub struct Link {
+    /// The broker in messages: "the broker mqtt://host:1883".
+    broker: String,
+    times: Times,
+    client: AsyncClient,
+    /// Until [`Link::keep`].
+    event_loop: Mutex<Option<EventLoop>>,
+    state: watch::Sender<LinkState>,
+    unacknowledged: Mutex<Unacknowledged>,
+    /// Ends the delay before the next attempt.
+    try_now: Notify,
+    /// Ends a connection over which a message was not acknowledged.
+    give_up: Notify,
+}
+
+impl Link {
+    /// Not connected before [`Link::keep`].
+    pub fn new(broker: String, options: MqttOptions, times: Times) -> Self {
+        let (client, event_loop) = AsyncClient::new(options, usize::from(UNACKNOWLEDGED_MESSAGES));
+        Self {
+            broker,
+            times,
+            client,
+            event_loop: Mutex::new(Some(event_loop)),
+            state: watch::Sender::new(LinkState::Connecting),
+            unacknowledged: Mutex::default(),
+            try_now: Notify::new(),
+            give_up: Notify::new(),
+        }
+    }
+
+    /// Publishes; returns once the broker has acknowledged.
+    ///
+    /// While the broker is not connected, this fails with the reason of an attempt that it causes, and does not wait for
+    /// further ones.
+    ///
+    /// # Errors
+    /// The broker is not connected, refuses the message, or does not acknowledge it in time.
+    pub async fn publish(&self, message: &Message) -> Result<(), Undelivered> {
+        let limit = self.times.acknowledged_within;
+        timeout(limit, self.publish_and_wait(message)).await.unwrap_or_else(|_| {
+            // The broker does not do its work over this connection; perhaps it does over the next one.
+            self.give_up.notify_one();
+            let reason = format!("{} did not acknowledge within {} s", self.broker, limit.as_secs_f64());
+            Err(Undelivered::unreachable(reason))
+        })
+    }
+
+    async fn publish_and_wait(&self, message: &Message) -> Result<(), Undelivered> {
+        let max_packet_bytes = self.connected().await?;
+        let packet_bytes = message.topic.len() + message.payload.len() + PACKET_OVERHEAD_BYTES;
+        if let Some(max) = max_packet_bytes.filter(|max| packet_bytes > *max as usize) {
+            let reason = format!("the message has {packet_bytes} bytes; {} accepts at most {max}", self.broker);
+            return Err(Undelivered::Impossible(reason));
+        }
+        let Message { topic, payload, retained, expiry_s } = message.clone();
+        let properties = PublishProperties {
+            payload_format_indicator: Some(1),
+            message_expiry_interval: expiry_s,
+            content_type: Some(CONTENT_TYPE.to_owned()),
+            ..PublishProperties::default()
+        };
+        // It fails if the queue is full, that is if nothing leaves.
+        let publish = || {
+            let client = &self.client;
+            client.try_publish_with_properties(topic, QoS::AtLeastOnce, retained, payload, properties).is_ok()
+        };
+        let acknowledgement = self.unacknowledged.lock().hand_over(publish);
+        let lost = || Undelivered::unreachable(format!("{} is no longer connected", self.broker));
+        let acknowledgement = acknowledgement.ok_or_else(lost)?.await.map_err(|_| lost())??;
+        of_acknowledgement(&acknowledgement, &message.topic)
+    }
+
+    /// Waits for the end of an attempt to connect, which it causes if none is being made; returns the largest packet
+    /// that the broker accepts.
+    async fn connected(&self) -> Result<Option<u32>, Undelivered> {
+        let mut state = self.state.subscribe();
+        if matches!(*state.borrow_and_update(), LinkState::Down { .. }) {
+            self.try_now.notify_one();
+            // The sender is a field of this.
+            let _ = state.changed().await;
+        }
+        let decided = state.wait_for(|state| *state != LinkState::Connecting).await;
+        match decided.map(|state| state.clone()) {
+            Ok(LinkState::Up { max_packet_bytes, .. }) => Ok(max_packet_bytes),
+            Ok(LinkState::Down { reason }) => {
+                Err(Undelivered::unreachable(format!("{} is not connected: {reason}", self.broker)))
+            }
+            Ok(LinkState::Connecting | LinkState::Closed) | Err(_) => {
+                Err(Undelivered::unreachable(format!("{} is not connected: {GOODBYE}", self.broker)))
+            }
+        }
+    }
+
+    /// Waits for a connection; returns its number.
+    pub async fn up(&self) -> u64 {
+        let mut state = self.state.subscribe();
+        loop {
+            if let LinkState::Up { connection, .. } = *state.borrow_and_update() {
+                return connection;
+            }
+            // The sender is a field of this.
+            let _ = state.changed().await;
+        }
+    }
+
+    /// Waits for the end of this connection.
+    pub async fn lost(&self, connection: u64) {
+        let is_over =
+            |state: &LinkState| !matches!(state, LinkState::Up { connection: now, .. } if *now == connection);
+        let _ = self.state.subscribe().wait_for(is_over).await;
+    }
+
+    /// Connects, and connects again whenever the connection breaks; returns after [`Link::say_goodbye`].
+    pub async fn keep(&self) {
+        let Some(mut event_loop) = self.event_loop.lock().take() else { return };
+        let mut delay = self.times.reconnect_first;
+        for connection in 1.. {
+            self.state.send_replace(LinkState::Connecting);
+            let begun = Instant::now();
+            let (reason, undelivered) = match self.connect(&mut event_loop, connection).await {
+                Ending::Goodbye => return,
+                Ending::Failed(error) => (of_connection(&error), of_lost_message(&error, &self.broker)),
+                Ending::Useless(reason) => (reason.clone(), Undelivered::unreachable(reason)),
+            };
+            self.discard(&mut event_loop, &undelivered);
+            tracing::warn!(broker = self.broker, reason, "not connected");
+            self.state.send_replace(LinkState::Down { reason });
+            if begun.elapsed() > self.times.reconnect_last {
+                delay = self.times.reconnect_first;
+            }
+            self.pause(delay).await;
+            delay = (delay * 2).min(self.times.reconnect_last);
+        }
+    }
+
+    async fn pause(&self, delay: Duration) {
+        tokio::select! {
+            () = sleep(delay) => {}
+            () = self.try_now.notified() => {}
+        }
+    }
+
+    /// Serves one connection until its end.
+    async fn connect(&self, event_loop: &mut EventLoop, connection: u64) -> Ending {
+        loop {
+            let event = tokio::select! {
+                event = event_loop.poll() => event,
+                () = self.give_up.notified() => {
+                    return Ending::Useless("a message was not acknowledged in time".to_owned());
+                }
+            };
+            match event {
+                Ok(Event::Incoming(Packet::ConnAck(accepted))) => {
+                    if let Err(ending) = self.begin(&accepted, connection) {
+                        return ending;
+                    }
+                }
+                Ok(Event::Outgoing(Outgoing::Publish(packet_id))) => self.unacknowledged.lock().sent(packet_id),
+                Ok(Event::Incoming(Packet::PubAck(acknowledgement))) => {
+                    self.unacknowledged.lock().acknowledged(acknowledgement);
+                }
+                Ok(Event::Outgoing(Outgoing::Disconnect)) => return Ending::Goodbye,
+                Ok(_) => {}
+                Err(error) => return Ending::Failed(error),
+            }
+        }
+    }
+
+    fn begin(&self, accepted: &ConnAck, connection: u64) -> Result<(), Ending> {
+        let properties = accepted.properties.as_ref();
+        if properties.and_then(|properties| properties.max_qos) == Some(0) {
+            return Err(Ending::Useless(QOS_MISSING.to_owned()));
+        }
+        let max_packet_bytes = properties.and_then(|properties| properties.max_packet_size);
+        tracing::info!(broker = self.broker, "connected");
+        self.unacknowledged.lock().begin();
+        self.state.send_replace(LinkState::Up { connection, max_packet_bytes });
+        Ok(())
+    }
+
+    /// Discards what the library keeps for the next connection. It would send some of it again, or nothing, depending on
+    /// whether the broker knows the session; whoever waits for a message publishes it again. Nothing can be handed over
+    /// meanwhile.
+    fn discard(&self, event_loop: &mut EventLoop, undelivered: &Undelivered) {
+        let mut unacknowledged = self.unacknowledged.lock();
+        unacknowledged.lost(undelivered);
+        event_loop.clean();
+        event_loop.pending.clear();
+        event_loop.state.events.clear();
+        event_loop.state.collision = None;
+    }
+
+    /// Publishes this last message, if there is a connection, and ends it such that the broker does not publish the will.
+    pub async fn say_goodbye(&self, last: &Message) {
+        if !matches!(*self.state.borrow(), LinkState::Up { .. }) {
+            return;
+        }
+        let goodbye = async {
+            if let Err(why) = self.publish(last).await {
+                tracing::warn!(broker = self.broker, reason = %why, "the last message was not delivered");
+            }
+            // The connection ends with the event loop if it cannot be ended by a packet.
+            let _ = self.client.disconnect().await;
+            std::future::pending::<()>().await;
+        };
+        let _ = timeout(self.times.goodbye_within, goodbye).await;
+    }
+
+    /// Nothing is published any more.
+    pub fn close(&self) {
+        self.state.send_replace(LinkState::Closed);
+        self.unacknowledged.lock().lost(&Undelivered::unreachable(GOODBYE));
+    }
+}

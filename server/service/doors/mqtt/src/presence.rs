@@ -1,0 +1,63 @@
+//! Publishes the state and the health of the station while the broker is connected.
+
+use std::time::Duration;
+
+use tokio::sync::watch;
+use tokio::time::{Instant, sleep_until};
+
+use crate::link::{Link, Message};
+use crate::station::{Condition, FaultMessage, health, online};
+use crate::topics::Topics;
+
+/// Publishes both at the beginning of every connection, since a broker may have lost what it had retained, then every
+/// change of the state and, at most once per `health_interval`, the changed health.
+pub async fn report(
+    link: &Link,
+    topics: &Topics,
+    mut condition: watch::Receiver<Condition>,
+    health_interval: Duration,
+) {
+    loop {
+        let connection = link.up().await;
+        tokio::select! {
+            () = link.lost(connection) => {}
+            () = report_over_connection(link, topics, &mut condition, health_interval) => return,
+        }
+    }
+}
+
+/// Returns when the station no longer reports.
+async fn report_over_connection(
+    link: &Link,
+    topics: &Topics,
+    condition: &mut watch::Receiver<Condition>,
+    health_interval: Duration,
+) {
+    let mut published = condition.borrow().newest().saturating_sub(1);
+    let mut faults: Option<Vec<FaultMessage>> = None;
+    let mut next_health = Instant::now();
+    loop {
+        let now = condition.borrow_and_update().clone();
+        for change in now.changes.iter().filter(|(number, _)| *number > published) {
+            publish(link, &online(topics, *change, now.simulated)).await;
+        }
+        published = now.newest();
+        let is_changed = faults.as_ref() != Some(&now.faults);
+        if is_changed && Instant::now() >= next_health {
+            publish(link, &health(topics, &now.faults)).await;
+            (faults, next_health) = (Some(now.faults), Instant::now() + health_interval);
+            continue;
+        }
+        tokio::select! {
+            changed = condition.changed() => if changed.is_err() { return },
+            () = sleep_until(next_health), if is_changed => {}
+        }
+    }
+}
+
+/// What is not delivered is replaced by the next state, at the latest at the beginning of the next connection.
+async fn publish(link: &Link, message: &Message) {
+    if let Err(why) = link.publish(message).await {
+        tracing::warn!(topic = message.topic, reason = %why, "not published");
+    }
+}

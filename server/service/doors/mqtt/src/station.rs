@@ -1,0 +1,85 @@
+//! What is published about the station: its state and its health.
+
+use std::time::{SystemTime, UNIX_EPOCH};
+
+use app::doors::utc;
+use serde::Serialize;
+use serde_json::json;
+
+use crate::link::Message;
+use crate::topics::Topics;
+
+/// What is known of the station.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Condition {
+    /// The latest changes of its state with their numbers, oldest first: the last one is the state.
+    pub changes: Vec<(u64, &'static str)>,
+    /// `twin`, `replay`, or `None` for real devices.
+    pub simulated: Option<&'static str>,
+    /// Faults waiting for acknowledgement.
+    pub faults: Vec<FaultMessage>,
+}
+
+/// A fault waiting for acknowledgement.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct FaultMessage {
+    /// `camera`, `stage`, `laser`.
+    pub device: &'static str,
+    /// `gone`, `stalled`, `alarm`, …
+    pub kind: &'static str,
+    /// What happened.
+    pub detail: String,
+    /// What to do.
+    pub remedy: String,
+    /// When, ms since 1970.
+    pub since_ms: i64,
+}
+
+impl Condition {
+    /// Number of the last change; 0 before the first.
+    pub fn newest(&self) -> u64 {
+        self.changes.last().map_or(0, |(number, _)| *number)
+    }
+}
+
+/// The station has entered this state.
+pub fn online(topics: &Topics, (change, state): (u64, &str), simulated: Option<&str>) -> Message {
+    let at_ms = now_ms();
+    let message = json!({
+        "schema": "sheaf-state/1",
+        "online": true,
+        "state": state,
+        "change": change,
+        "simulated": simulated,
+        "timestamp": utc(at_ms),
+        "at_ms": at_ms,
+    });
+    retained(topics.state(), message.to_string())
+}
+
+/// The service was shut down; without a time: the broker says so after the connection broke.
+pub fn offline(topics: &Topics, at_ms: Option<i64>) -> Message {
+    let mut message = json!({ "schema": "sheaf-state/1", "online": false });
+    if let Some(at_ms) = at_ms {
+        message["timestamp"] = json!(utc(at_ms));
+        message["at_ms"] = json!(at_ms);
+    }
+    retained(topics.state(), message.to_string())
+}
+
+/// The faults.
+pub fn health(topics: &Topics, faults: &[FaultMessage]) -> Message {
+    let at_ms = now_ms();
+    let message = json!({ "schema": "sheaf-health/1", "faults": faults, "timestamp": utc(at_ms), "at_ms": at_ms });
+    retained(topics.health(), message.to_string())
+}
+
+/// Milliseconds since 1970, as a label.
+pub fn now_ms() -> i64 {
+    let since = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
+    i64::try_from(since.as_millis()).unwrap_or(i64::MAX)
+}
+
+fn retained(topic: String, payload: String) -> Message {
+    Message { topic, payload, retained: true, expiry_s: None }
+}
