@@ -284,9 +284,9 @@ test("a board of another kind is described correctly, and the session has it", a
     await page.getByLabel(label, { exact: true }).fill(value);
     await page.getByLabel(label, { exact: true }).press("Tab");
   };
-  await type("distance of neighbouring centres", "16");
-  await type("the same along a column", "16.1");
-  await type("disc diameter", "9");
+  await type("centre spacing", "16");
+  await type("size or spacing along a column", "16.1");
+  await type("circle diameter", "9");
   await expectAccessible(page);
   await picture(page, "calibration-circle-grid");
   await press(page, "Start session");

@@ -111,7 +111,7 @@ test("the data of a dead server is called stale, and the page reconnects automat
   await page.locator(".frame.stale").waitFor();
   await page.getByText("No connection to the server.").waitFor();
   expect(await page.getByRole("status").filter({ hasText: "stale" }).isVisible()).toBe(true);
-  expect(await page.title()).toMatch(/^no link/);
+  expect(await page.title()).toMatch(/^no connection/);
   await picture(page, "stale");
   // Stop cannot reach a dead server: the page reports it at once and keeps retrying.
   await page.keyboard.press("Pause");

@@ -136,7 +136,7 @@ test(
     expect(few).toBeGreaterThan(1000);
 
     const { page, context, complaints } = await visit(browser, server.url, `#/result/${scan?.id}`);
-    await page.getByText("The scan was stopped before its end.").waitFor();
+    await page.getByText("The scan was stopped early.").waitFor();
     const shown = page.locator(".cloud-count");
     await until("its points", async () => Number(await shown.getAttribute("data-points")) > few);
     await until("their colours", async () => (await orderPixels(page)).every((n_pixels) => n_pixels > 50));

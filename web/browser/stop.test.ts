@@ -52,7 +52,7 @@ test("six stalled downloads do not delay Stop", async () => {
   expect(station.stops).not.toContain("post");
   expect(station.stops).toContain("websocket");
   await page.locator(".stop", { hasText: /^Stop$/ }).waitFor();
-  expect(await page.getByText("No answer to Stop").count()).toBe(0);
+  expect(await page.getByText("No response to Stop").count()).toBe(0);
   expect(complaints).toEqual([]);
 });
 
@@ -60,7 +60,7 @@ test("on a dead line Stop is repeated with a message, and arrives when the line 
   const { page, complaints } = visitor;
   station.silent = true;
   await press(page);
-  await page.locator(".banners .problem", { hasText: "No answer to Stop yet" }).waitFor();
+  await page.locator(".banners .problem", { hasText: "No response to Stop yet" }).waitFor();
   await page.locator(".stop", { hasText: "Stopping" }).waitFor();
   await picture(page, "stop-unanswered");
   expect(station.stops).toEqual([]);
@@ -76,7 +76,7 @@ test("requests that hung when the station stopped do not stop it again after a r
   const { page, complaints } = visitor;
   station.silent = true;
   await press(page);
-  await page.locator(".banners .problem", { hasText: "No answer to Stop yet" }).waitFor();
+  await page.locator(".banners .problem", { hasText: "No response to Stop yet" }).waitFor();
   station.silent = false;
   await page.locator(".stop", { hasText: /^Stop$/ }).waitFor();
   const n_stops = station.stops.length;
@@ -94,7 +94,7 @@ test("a Stop whose answer takes seconds is not given up", async () => {
   await saturate(page);
   station.silent = true;
   await press(page);
-  await page.locator(".banners .problem", { hasText: "No answer to Stop yet" }).waitFor();
+  await page.locator(".banners .problem", { hasText: "No response to Stop yet" }).waitFor();
   await page.waitForTimeout(3000);
   await page.locator(".stop", { hasText: "Stopping" }).waitFor();
   station.silent = false;

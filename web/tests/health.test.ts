@@ -79,7 +79,7 @@ test("every act at the station has words in both languages, and says who did it"
   ].flat();
   for (const words of [en, de])
     for (const kind of kinds) expect(words.health.event_kinds[kind], kind).toBeDefined();
-  expect(eventActor({ body: { actor: "Anna", source: "websocket" } })).toBe("by Anna (live stream)");
+  expect(eventActor({ body: { actor: "Anna", source: "websocket" } })).toBe("by Anna (WebSocket)");
   expect(eventActor({ body: { actor: "Anna", source: "modbus" } })).toBe("by Anna (modbus)");
   expect(eventActor({ body: { actor: "Anna" } })).toBe("by Anna");
   expect(eventActor({ body: { source: "rest" } })).toBe("");

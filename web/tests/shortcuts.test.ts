@@ -40,7 +40,7 @@ test("every page has a letter of its own", () => {
 test("the window's title says state and page, and when the link is lost", () => {
   expect(titleOf(en, "live", "Operational.Ready", false)).toBe("Ready · Live · Sheaf");
   expect(titleOf(de, "jobs", "Halted", false)).toBe("Gestoppt · Aufträge · Sheaf");
-  expect(titleOf(en, "live", "Operational.Ready", true)).toBe("no link · Live · Sheaf");
+  expect(titleOf(en, "live", "Operational.Ready", true)).toBe("no connection · Live · Sheaf");
   expect(titleOf(en, "live", undefined, false)).toBe("Live · Sheaf");
 });
 

@@ -77,7 +77,7 @@ export function OrdersCard() {
             <th>{words.pair}</th>
             <th class="number">{words.bias}</th>
             <th class="number">{words.rms}</th>
-            <th class="number">{words.places}</th>
+            <th class="number">{words.points}</th>
           </tr>
         </thead>
         <tbody>

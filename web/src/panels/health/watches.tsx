@@ -37,7 +37,7 @@ export function WatchesCard() {
         <thead>
           <tr>
             <th>{words.watch}</th>
-            <th class="number">{words.figure}</th>
+            <th class="number">{words.value}</th>
             <th>{words.state}</th>
             <th>{words.trend}</th>
           </tr>

@@ -132,8 +132,8 @@ function Changed({ inspection }: { inspection: Inspection }) {
             {changed.map(({ id, before, after }) => (
               <tr key={id} data-changed={id}>
                 <th scope="row">{id}</th>
-                <td>{before ? <VerdictWord verdict={before} /> : words.not_judged}</td>
-                <td>{after ? <VerdictWord verdict={after} /> : words.not_judged}</td>
+                <td>{before ? <VerdictWord verdict={before} /> : words.not_evaluated}</td>
+                <td>{after ? <VerdictWord verdict={after} /> : words.not_evaluated}</td>
               </tr>
             ))}
           </tbody>

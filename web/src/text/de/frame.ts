@@ -2,13 +2,14 @@ export const frame = {
   pages: "Seiten",
   skip: "Zum Inhalt",
   stop: "Stopp",
-  stop_hint: "Stoppt die Bewegung und schaltet den Laser sofort aus, von jeder Seite (Strg + . oder Pause)",
+  stop_hint: "Stoppt die Bewegung und schaltet den Laser sofort aus, von jeder Seite aus (Strg + . oder Pause)",
   stop_hint_lit:
-    "Stoppt die Bewegung sofort, von jeder Seite (Strg + . oder Pause). Der Laser ist hier nicht gesteuert und bleibt an",
+    "Stoppt die Bewegung sofort, von jeder Seite aus (Strg + . oder Pause). Der Laser wird hier nicht gesteuert und bleibt an",
   stopping: "Stoppt…",
-  stop_unanswered: "Noch keine Antwort auf Stopp; er wird wiederholt. Den Not-Halt der Maschine benutzen.",
+  stop_unanswered:
+    "Noch keine Antwort auf Stopp; der Befehl wird wiederholt. Den Not-Halt der Maschine betätigen.",
   stop_unacknowledged:
-    "Der Server hat Stopp empfangen, aber die Geräte haben ihn nicht bestätigt. Den Not-Halt der Maschine benutzen.",
+    "Der Server hat Stopp empfangen, aber die Geräte haben ihn nicht bestätigt. Den Not-Halt der Maschine betätigen.",
   simulated: { twin: "Simulation", replay: "Wiedergabe" } as Record<string, string>,
   simulated_hint: "Simulierte Daten",
   station: "Station",
@@ -36,7 +37,7 @@ export const frame = {
   page_missing:
     "Diese Seite konnte nicht geladen werden. Nach einer Aktualisierung des Servers die Seite neu laden.",
   states: {
-    Preoperational: "Startet, oder Geräte fehlen",
+    Preoperational: "Startet, oder ein Gerät fehlt",
     Halted: "Gestoppt",
     Error: "Störung: Eingriff nötig",
     "Operational.Initialized": "Nicht bereit zum Scannen",
@@ -48,9 +49,9 @@ export const frame = {
   title_stale: "keine Verbindung",
   fault: "Störung",
   faults: {
-    "camera.gone": ["Die Kamera ist nicht erreichbar.", "Kabel und Versorgung prüfen, dann zurücksetzen."],
+    "camera.gone": ["Die Kamera ist nicht erreichbar.", "Kabel und Stromversorgung prüfen, dann zurücksetzen."],
     "camera.wrong_frame": [
-      "Die Kamera liefert Bilder in falscher Größe oder Form.",
+      "Die Kamera liefert Bilder in falscher Größe oder falschem Format.",
       "Einstellungen der Kamera prüfen.",
     ],
     "camera.unreadable": ["Ein Bild der Kamera ist nicht lesbar.", "Kabel der Kamera prüfen, dann zurücksetzen."],
@@ -68,21 +69,24 @@ export const frame = {
       "Die Tischsteuerung wurde neu gestartet; die Position ist unbekannt.",
       "Den Tisch referenzieren.",
     ],
-    "stage.no_reply": ["Die Tischsteuerung antwortet nicht.", "Kabel und Versorgung prüfen, dann zurücksetzen."],
+    "stage.no_reply": [
+      "Die Tischsteuerung antwortet nicht.",
+      "Kabel und Stromversorgung prüfen, dann zurücksetzen.",
+    ],
     "stage.garbage": ["Die Tischsteuerung sendet unlesbare Daten.", "Gerät und Baudrate prüfen."],
-    "stage.gone": ["Der Tisch ist nicht erreichbar.", "Kabel und Versorgung prüfen, dann zurücksetzen."],
+    "stage.gone": ["Der Tisch ist nicht erreichbar.", "Kabel und Stromversorgung prüfen, dann zurücksetzen."],
     "stage.wrong_device": [
       "Ein anderes Gerät als der Tisch ist angeschlossen.",
       "Das richtige Gerät anschließen.",
     ],
     "laser.interlock_open": ["Die Verriegelung des Lasers ist offen.", "Türen und Abdeckungen schließen."],
     "laser.fault": ["Der Laser meldet einen Fehler.", "Den Laser prüfen, dann zurücksetzen."],
-    "laser.gone": ["Der Laser ist nicht erreichbar.", "Kabel und Versorgung prüfen, dann zurücksetzen."],
+    "laser.gone": ["Der Laser ist nicht erreichbar.", "Kabel und Stromversorgung prüfen, dann zurücksetzen."],
   } as Record<string, readonly [detail: string, remedy: string]>,
   reset: "Quittieren und zurücksetzen",
   reset_after_stop: "Die Station wurde gestoppt. Bewegung und Laser bleiben bis zum Zurücksetzen aus.",
   reset_after_stop_lit:
-    "Die Station wurde gestoppt. Keine Bewegung bis zum Zurücksetzen. Der Laser ist hier nicht gesteuert: Er ist an, solange er Strom hat.",
+    "Die Station wurde gestoppt. Keine Bewegung bis zum Zurücksetzen. Der Laser wird hier nicht gesteuert: Er ist an, solange er mit Strom versorgt wird.",
   reset_stop: "Zurücksetzen",
   control: "Bedienhoheit",
   you_control: "Sie bedienen",
@@ -93,7 +97,7 @@ export const frame = {
   take_over: "Übernehmen",
   give_back: "Bedienhoheit abgeben",
   take_over_question: (holder: string) =>
-    `${holder} bedient die Station. Übernehmen beendet die Handbedienung durch ${holder}; laufende Aufträge laufen weiter.`,
+    `${holder} bedient die Station. Die Übernahme beendet die Handbedienung durch ${holder}; laufende Aufträge laufen weiter.`,
   control_taken: (holder: string) => `${holder || "Jemand"} hat die Bedienhoheit übernommen.`,
   control_expired: {
     idle: "Ihre Bedienhoheit ist abgelaufen, weil Sie eine Weile keinen Befehl gegeben haben. Ihr nächster Befehl übernimmt sie wieder.",
@@ -110,8 +114,8 @@ export const parts = {
   close: "Schließen",
   retry: "Erneut versuchen",
   dismiss: "Schließen",
-  unreachable_remedy: "Server und Netzwerk prüfen; es ging nichts verloren",
-  remedy: "Was tun",
+  unreachable_remedy: "Server und Netzwerk prüfen; es ist nichts verloren gegangen",
+  remedy: "Abhilfe",
   requested: "angefordert…",
   accepted: "angenommen, läuft…",
   done: "fertig",

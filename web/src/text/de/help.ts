@@ -7,19 +7,22 @@ export const help = {
   first_steps: [
     [
       "calibration",
-      "Jetzt kalibrieren drücken, warten, dann die Kalibrierung aktivieren. Ohne sie ist keine Messung möglich.",
+      "„Jetzt kalibrieren“ drücken, das Ende abwarten, dann die Kalibrierung aktivieren. Ohne sie ist keine Messung möglich.",
     ],
     [
       "live",
       "Kamerabild und Linien prüfen; die Belichtung so einstellen, dass die Linien hell, aber nicht übersteuert sind.",
     ],
-    ["operate", "das Teil auf den Tisch legen, Seriennummer tippen oder scannen, Scan starten drücken."],
+    [
+      "operate",
+      "das Teil auf den Tisch legen, die Seriennummer eintippen oder scannen, dann „Scan starten“ drücken.",
+    ],
     ["scan", "Bereich und Schritt selbst einstellen und die wachsende Punktwolke verfolgen."],
     ["results", "ein Ergebnis öffnen, Teile über die Zeit vergleichen, Punkte herunterladen."],
     ["health", "wenn etwas nicht stimmt: Alles, was nicht grau ist, erfordert Aufmerksamkeit."],
   ] as readonly Step[],
   simulated:
-    "Ein blauer Rahmen und das Wort Simulation bedeuten simulierte Daten: Die Station berechnet ihre Bilder selbst. Alles andere funktioniert wie an einer echten Station.",
+    "Ein blauer Rahmen und das Wort Simulation bedeuten simulierte Daten: Die Station berechnet die Bilder, statt sie aufzunehmen. Alles andere funktioniert wie an einer echten Station.",
   states: "Was die Zustände bedeuten",
   state: "Zustand",
   means: "Bedeutung",
@@ -49,8 +52,8 @@ export const help = {
     "Stopp hält den Tisch an und schaltet den Laser aus; beide bleiben bis zum Zurücksetzen aus. Ein laufender Scan behält die bisher aufgenommenen Zeilen und lässt sich fortsetzen.",
     "Nach Stopp läuft nichts automatisch wieder an: Eine Person muss die Station zurücksetzen.",
     "Der Laser ist nur während eines Auftrags oder des Live-Bilds an. Er geht aus, wenn Bilder ausbleiben, wenn der Dienst endet und bei jeder Störung.",
-    "Wo beim Laser „hier nicht gesteuert“ steht, ist er an, solange er Strom hat; nichts davon schaltet ihn aus.",
-    "Stopp ist kein Not-Halt: Er hängt von dieser Seite, dem Netzwerk und dem Server ab. Bei Gefahr den Not-Halt der Maschine benutzen.",
+    "Wo beim Laser „hier nicht gesteuert“ steht, ist er an, solange er mit Strom versorgt wird; nichts davon schaltet ihn aus.",
+    "Stopp ist kein Not-Halt: Er hängt von dieser Seite, dem Netzwerk und dem Server ab. Bei Gefahr den Not-Halt der Maschine betätigen.",
     "Nur eine Seite hat die Bedienhoheit. Aufträge brauchen sie nicht; Handbefehle übernehmen sie, und jeder kann sie von anderen übernehmen.",
   ],
   shortcuts: "Tastenkürzel",
@@ -61,7 +64,7 @@ export const help = {
     ["Pause", "Stopp"],
     ["?", "Diese Tastenkürzel"],
     ["Tab", "Nächstes Element; Umschalt + Tab zurück"],
-    ["Enter", "Drückt eine Schaltfläche; im Feld Seriennummer: startet den Scan"],
+    ["Enter", "Betätigt eine Schaltfläche; im Feld Seriennummer: startet den Scan"],
     ["Esc", "Schließt einen Dialog"],
   ] as readonly (readonly [string, string])[],
   letters_off:

@@ -7,7 +7,7 @@ export const inspections: typeof english = {
   scans: "Scans",
   none_yet: "Noch keine Prüfungen",
   none_yet_how:
-    "Eine Prüfung scannt ein Teil nach einem Rezept, misst es und bewertet es. Ein Rezept veröffentlichen und Prüfungen über die API starten (POST /api/v1/inspections).",
+    "Eine Prüfung scannt, misst und bewertet ein Teil nach einem Rezept. Ein Rezept veröffentlichen und Prüfungen über die API starten (POST /api/v1/inspections).",
   nothing_fits: "Keine Prüfung passt zum Filter.",
   read: (n) => (n === 1 ? "1 Prüfung" : `${n} Prüfungen`),
   read_so_far: (n) => `die neuesten ${n} Prüfungen`,
@@ -43,7 +43,7 @@ export const inspections: typeof english = {
   changed_none: "Alle Bewertungen sind gleich wie in der früheren Prüfung.",
   was: "Vorher",
   now: "Jetzt",
-  not_judged: "nicht bewertet",
+  not_evaluated: "nicht bewertet",
   table: "Merkmale, schlechteste zuerst",
   characteristic: "Merkmal",
   nominal: "Sollwert",
@@ -79,7 +79,7 @@ export const inspections: typeof english = {
   },
   re_evaluate: "Neu bewerten",
   re_evaluate_hint:
-    "Bewertet dieselbe Punktwolke nach einer anderen Version des Rezepts. Diese Prüfung bleibt erhalten; die neue nennt, was sich geändert hat.",
+    "Bewertet dieselbe Punktwolke nach einer anderen Version des Rezepts. Diese Prüfung bleibt erhalten; die neue führt auf, was sich geändert hat.",
   version: "Version",
   version_used: (version) => `${version} (hier verwendet)`,
   no_scan_left: "Die Punktwolke wurde gelöscht.",

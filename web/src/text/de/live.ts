@@ -2,9 +2,9 @@ import type { live as english } from "../en/live";
 
 export const live: typeof english = {
   title: "Live",
-  picture: "Kamerabild. Pfeiltasten verschieben, + und − vergrößern und verkleinern, 0 zeigt alles",
+  picture: "Kamerabild. Pfeiltasten verschieben, + und − vergrößern und verkleinern, 0 zeigt das ganze Bild",
   profile:
-    "Profil: z über x. Links und rechts bewegen entlang einer Linie, auf und ab von Ordnung zu Ordnung, 0 zeigt alles",
+    "Profil: z über x. Die Pfeiltasten links und rechts bewegen entlang einer Linie, auf und ab wechseln die Ordnung, 0 zeigt das ganze Profil",
   controls: "Laser, Kamera und Tisch",
   plot: {
     along: (axis) => `${axis}, mm`,
@@ -13,7 +13,7 @@ export const live: typeof english = {
   not_calibrated: "Die Station ist nicht kalibriert: Linien werden erkannt, aber ohne Ordnung und Tiefe.",
   to_calibration: "Kalibrieren",
   job_shows: (activity) =>
-    `Station belegt (${activity}). Ihre Bilder werden gezeigt; die Handbedienung ist gesperrt.`,
+    `Station belegt (${activity}). Die Bilder des Auftrags werden angezeigt; die Handbedienung ist gesperrt.`,
   orders: "Beugungsordnungen",
   without_order: "ohne Ordnung",
   order_hint: (name, key) => `Ordnung ${name}: ein- oder ausblenden (Taste ${key})`,
@@ -43,7 +43,7 @@ export const live: typeof english = {
   laser_now: "Wirkt sofort. Wird ausgeschaltet, wenn das Live-Bild endet oder niemand zusieht.",
   laser_at_start: "Der Laser geht mit dieser Leistung an, sobald das Live-Bild startet.",
   readout_hint: "Auf Bild oder Profil zeigen, um eine Position abzulesen.",
-  grey: "Grau",
+  grey: "Grauwert",
   order: "Ordnung",
   none: "keine",
   frame: "Bild",
@@ -51,11 +51,11 @@ export const live: typeof english = {
   age: "Alter",
   stage: "Tisch",
   exposure: "Belichtung",
-  lost_at_station: "In der Station verloren",
-  lost_at_station_hint: "Bilder, die belichtet, aber nicht empfangen wurden",
-  not_shown: "Hier nicht angezeigt",
+  lost_at_station: "Verlorene Bilder",
+  lost_at_station_hint: "Bilder, die belichtet, aber von der Station nicht empfangen wurden",
+  not_shown: "Nicht angezeigt",
   not_shown_hint:
-    "Bilder, die die Station empfing, diese Seite aber nicht zeigte: über der angeforderten Rate, langsame Verbindung oder langsames Dekodieren",
+    "Bilder, die die Station empfangen, diese Seite aber nicht angezeigt hat: über der angeforderten Rate, langsame Verbindung oder langsames Dekodieren",
   not_shown_by: (rate, slow, decoding) => `${rate} Rate · ${slow} Verbindung · ${decoding} Dekodieren`,
   quality: "Linien dieses Bildes",
   points: "Punkte",
@@ -68,12 +68,13 @@ export const live: typeof english = {
   sigma: "σ (Rauschen)",
   sigma_hint: "Median der Standardabweichung entlang des Kamerastrahls, allein aus dem Bildrauschen berechnet",
   scatter: "Streuung von z",
-  scatter_hint: (n) => `RMS von z um gerade Stücke aus ${n} Punkten; Form und Textur des Teils zählen mit`,
+  scatter_hint: (n) =>
+    `RMS-Abweichung des z-Werts von Ausgleichsgeraden durch je ${n} benachbarte Punkte; enthält Form und Textur des Teils`,
   quality_note: (n) =>
-    `σ ist aus dem Bildrauschen berechnet. Die Streuung ist gemessen: RMS von z um gerade Stücke aus ${n} Punkten, einschließlich der Form des Teils.`,
+    `σ ist aus dem Bildrauschen berechnet. Die Streuung ist gemessen: RMS-Abweichung des z-Werts von Ausgleichsgeraden durch je ${n} benachbarte Punkte, einschließlich Form und Textur des Teils.`,
   no_lines: "Keine Linien in diesem Bild.",
   dark: "Der Laser ist aus, daher gibt es keine Linien.",
-  histogram: "Histogramm der Grauwerte, Anzahlen logarithmisch",
+  histogram: "Histogramm der Grauwerte, Anzahl auf logarithmischer Skala",
   grey_level: "Grauwert",
   no_frame: "Noch kein Bild.",
   over: (n) => `der Pixel sind übersteuert (${n}): kürzer belichten oder die Laserleistung senken.`,
@@ -92,7 +93,7 @@ export const live: typeof english = {
   nothing_changed: "Zuerst einen Wert ändern.",
   accepted: "Von der Kamera übernommen.",
   changed_meanwhile:
-    "Jemand anders hat die Kameraeinstellungen inzwischen geändert. Die aktuellen Werte wurden geladen; Ihre sind noch nicht angewendet: prüfen und erneut anwenden.",
+    "Jemand anders hat die Kameraeinstellungen inzwischen geändert. Die aktuellen Werte wurden geladen; Ihre Werte sind noch nicht angewendet: prüfen und erneut anwenden.",
   moving: "fährt",
   home_first: "Zuerst den Tisch referenzieren.",
   target: "Position anfahren",
@@ -101,7 +102,7 @@ export const live: typeof english = {
   home: "Referenzieren",
   jog_back: "Rückwärts verfahren (halten)",
   jog_on: "Vorwärts verfahren (halten)",
-  jog_hint: "Der Tisch fährt, solange eine Taste gehalten wird.",
+  jog_hint: "Der Tisch fährt, solange eine Taste gedrückt gehalten wird.",
   speed: "Geschwindigkeit",
   snapshot: "Einzelbild",
   save_frozen: "Dieses Bild speichern",
@@ -113,7 +114,7 @@ export const live: typeof english = {
     none: "Noch nichts aufgezeichnet.",
     running: (name) => `Aufzeichnung läuft: ${name}`,
     frames: (n) => `${n} Bilder`,
-    lost: (n) => `${n} Belichtungen fehlen in der Aufzeichnung`,
+    lost: (n) => `${n} Bilder fehlen in der Aufzeichnung`,
     download: "Herunterladen",
     delete: "Löschen",
     delete_yes: "Aufzeichnung löschen",
@@ -121,11 +122,11 @@ export const live: typeof english = {
     delete_frees: (name, size) =>
       `Die Aufzeichnung „${name}“ endgültig löschen? Dadurch werden ${size} auf dem Datenträger frei.`,
     states: {
-      recording: "läuft",
-      finishing: "Wird abgeschlossen …",
-      complete: "vollständig",
-      interrupted: "Unterbrochen: Die Datei enthält alles, was lesbar war.",
-      failed: "Fehlgeschlagen: Nichts davon ist lesbar.",
+      recording: "Läuft…",
+      finishing: "Wird abgeschlossen…",
+      complete: "Vollständig",
+      interrupted: "Unterbrochen: Die Datei enthält alle Bilder, die sich wiederherstellen ließen.",
+      failed: "Fehlgeschlagen: Es ließen sich keine Bilder wiederherstellen.",
     },
     ended_early: {
       disk_floor: "Beendet, weil der Datenträger fast voll war.",
@@ -134,7 +135,7 @@ export const live: typeof english = {
     },
   },
   blocked: {
-    no_link: "Keine Verbindung zur Station.",
+    no_link: "Keine Verbindung zum Server.",
     other: (holder) => `${holder} bedient die Station: oben in der Leiste übernehmen.`,
     job: "Station belegt: das Ende des Auftrags abwarten oder ihn abbrechen.",
     halted: "Die Station wurde gestoppt: zuerst zurücksetzen.",

@@ -37,7 +37,7 @@ export const light_models: Record<string, string> = {
 /** Scenes on the simulated stage. */
 export const scenes: Record<string, string> = {
   sphere: "Kugel (Radius 18,9 mm)",
-  gauge: "Stufenmaß",
+  gauge: "Stufenendmaß",
   freeform: "Freiformfläche",
   plate: "Leere Platte",
   board: "Kalibriertafel",

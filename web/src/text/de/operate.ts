@@ -1,16 +1,16 @@
 export const operate = {
   title: "Bedienen",
   serial: "Seriennummer des Teils",
-  serial_placeholder: "tippen oder scannen; optional",
+  serial_placeholder: "eintippen oder scannen; optional",
   start: "Scan starten",
   progress: "Fortschritt",
   home: "Tisch referenzieren",
   obstacles: {
     no_link: "Keine Verbindung zum Server. Sie wird automatisch wiederhergestellt.",
-    no_devices: "Geräte fehlen.",
-    halted: "Die Station wurde gestoppt. Prüfen, dass der Bereich frei ist, dann zurücksetzen.",
+    no_devices: "Ein Gerät ist nicht verbunden.",
+    halted: "Die Station wurde gestoppt. Sicherstellen, dass der Bereich frei ist, dann zurücksetzen.",
     fault: "Störung: siehe oben. Ursache beheben, dann quittieren.",
-    busy: "Station belegt.",
+    busy: "Station belegt: Ein Auftrag läuft oder wartet.",
     interlock_open: "Die Verriegelung ist offen. Die Tür der Station schließen.",
     not_calibrated: "Die Station ist nicht kalibriert.",
     not_homed: "Tisch nicht referenziert.",
@@ -22,7 +22,7 @@ export const operate = {
   } as Record<string, string>,
   last_result: "Letztes Ergebnis",
   no_result:
-    "Noch kein Teil gescannt. Ein Teil auf den Tisch legen, Seriennummer tippen oder scannen, Scan starten drücken.",
+    "Noch kein Teil gescannt. Ein Teil auf den Tisch legen, die Seriennummer eintippen oder scannen, dann „Scan starten“ drücken.",
   being_scanned: "Das Teil wird gescannt und gemessen. Die Bewertung folgt, wenn der Auftrag beendet ist.",
   without_part:
     "Der letzte Scan hat kein Ergebnis: Er endete vor der ersten Zeile, oder sein Ergebnis wurde gelöscht.",

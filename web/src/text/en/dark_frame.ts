@@ -2,7 +2,7 @@ import type { Schemas } from "../../api/client";
 
 export const dark_frame = {
   title: "Dark frame",
-  none: "None taken. A dark frame corrects hot pixels and the fixed pattern of the sensor in every frame.",
+  none: "None taken. A dark frame corrects hot pixels and the fixed-pattern noise of the sensor in every frame.",
   take: "Take dark frame",
   retake: "Retake",
   remove: "Remove",
@@ -12,14 +12,15 @@ export const dark_frame = {
   taken: "Taken",
   exposure: "Exposure, gain",
   hot_pixels: "Hot pixels",
-  noise: "Noise",
-  pattern: "Fixed pattern",
+  noise: "Temporal noise",
+  pattern: "Fixed-pattern noise",
   levels: (value: string, full_scale: number) => `${value} of ${full_scale} grey levels`,
   used: {
     no_dark_frame: "Frames are not corrected.",
     other_camera: "Not in use: it belongs to another camera. Retake it.",
     other_format: "Not in use: image size or bit depth has changed. Retake it.",
-    hot_pixels: "Hot pixels are corrected; the fixed pattern is not, because exposure or gain has changed.",
-    whole: "Hot pixels and fixed pattern are corrected in every frame.",
+    hot_pixels:
+      "Hot pixels are corrected; fixed-pattern noise is not, because exposure or gain has changed. Retake it to correct both.",
+    whole: "Hot pixels and fixed-pattern noise are corrected in every frame.",
   } as Record<Schemas["DarkUseDto"], string>,
 };

@@ -7,19 +7,19 @@ export const help = {
   first_steps: [
     [
       "calibration",
-      "press Calibrate now, wait, then activate the calibration. Nothing can be measured without one.",
+      "press Calibrate now, wait until it is done, then activate the calibration. Nothing can be measured without one.",
     ],
     [
       "live",
       "check the camera image and the lines; set the exposure so that the lines are bright but not saturated.",
     ],
-    ["operate", "place the part on the stage, type or scan its serial number, press Start scan."],
-    ["scan", "set range and step yourself and follow the growing point cloud."],
+    ["operate", "place the part on the stage, type or scan its serial number, then press Start scan."],
+    ["scan", "set range and step yourself and watch the point cloud grow."],
     ["results", "open a result, compare parts over time, download points."],
-    ["health", "when something seems wrong: whatever is not grey needs attention."],
+    ["health", "when something seems wrong: anything that is not grey needs attention."],
   ] as readonly Step[],
   simulated:
-    "A blue frame and the word Simulation mean simulated data: the station computes its images itself. Everything else works as on a real station.",
+    "A blue frame and the word Simulation mean simulated data: the station computes its images instead of capturing them. Everything else works as it does on a real station.",
   states: "What the states mean",
   state: "State",
   means: "Meaning",
@@ -30,7 +30,7 @@ export const help = {
     "Operational.SingleExecution": "A job uses the station. Manual commands are refused until it ends.",
     "Operational.ContinuousExecution": "The camera runs for the live view. A job may start at any time.",
     Halted: "Someone pressed Stop. Motion and laser stay off until reset.",
-    Error: "A device failed. Remove the cause, then acknowledge and reset.",
+    Error: "A device failed. Fix the cause, then acknowledge and reset.",
   } as Record<string, string>,
   verdicts: "What the verdicts mean",
   verdict_means: {
@@ -47,7 +47,7 @@ export const help = {
     "Stop halts the stage and turns the laser off; both stay off until reset. A running scan keeps the rows captured so far and can be resumed.",
     "Nothing restarts automatically after Stop: a person has to reset the station.",
     "The laser is on only during a job or the live view. It turns off when frames stop arriving, when the service ends, and on every fault.",
-    "Where the laser shows “not controlled here”, it is on as long as it has power; none of this turns it off.",
+    "Where the laser shows “not controlled here”, it is on as long as it is supplied with power; none of the above turns it off.",
     "Stop is not an emergency stop: it depends on this page, the network and the server. Use the emergency stop of the machine when someone is in danger.",
     "One page is in control at a time. Jobs need no control; manual commands take it, and anyone can take it over.",
   ],

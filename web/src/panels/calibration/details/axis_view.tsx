@@ -28,7 +28,7 @@ export function AxisFiguresView({ axis }: { axis: AxisFigures }) {
         <table>
           <thead>
             <tr>
-              {[words.view_at_angle, words.along_turn, words.radial, words.along_axis].map((name) => (
+              {[words.view_at_angle, words.tangential, words.radial, words.axial].map((name) => (
                 <th scope="col" class="number" key={name}>
                   {name}
                 </th>

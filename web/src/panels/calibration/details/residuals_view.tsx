@@ -68,7 +68,12 @@ function LightMaps({ residuals, document }: { residuals: Residuals; document: Ca
           />
         ))}
       </div>
-      <ScaleLegend end={end_px} format={(value) => px(value, 2)} low={words.below} high={words.above} />
+      <ScaleLegend
+        end={end_px}
+        format={(value) => px(value, 2)}
+        low={words.residual_negative}
+        high={words.residual_positive}
+      />
       <p class="muted">{words.residuals_light_hint}</p>
       <div class="scroll-x">
         <table class="order-sums">
@@ -123,7 +128,7 @@ function CornerMap({ residuals }: { residuals: Residuals }) {
           inputs={[residuals]}
         />
         <dl class="facts">
-          <dt>{words.corner}</dt>
+          <dt>{words.corners}</dt>
           <dd>{count(corners.length, language.value)}</dd>
           <dt>{words.rms}</dt>
           <dd>{px(rms_px, 4)}</dd>

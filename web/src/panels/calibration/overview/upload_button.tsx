@@ -28,7 +28,7 @@ export function UploadButton({ onUploaded }: Properties) {
     () =>
       new Command<[File]>(async (steps, file) => {
         const media_type = archiveType(file.name);
-        if (!media_type) throw new Refusal(wrongEnding());
+        if (!media_type) throw new Refusal(wrongFileType());
         const running = upload(
           file,
           media_type,
@@ -94,15 +94,15 @@ function Progress({ upload, sent_bytes, size_bytes }: Sending) {
   );
 }
 
-function wrongEnding(): Problem {
+function wrongFileType(): Problem {
   const words = text.value.calibration;
-  const title = words.wrong_ending;
+  const title = words.wrong_file_type;
   return {
     type: "urn:sheaf:problem:page",
     title,
     status: 0,
     detail: words.upload_hint,
-    remedy: words.wrong_ending_remedy,
+    remedy: words.wrong_file_type_remedy,
   };
 }
 

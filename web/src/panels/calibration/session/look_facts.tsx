@@ -22,7 +22,7 @@ export function LookFacts({ board, session, taking }: Properties) {
   if (look.corners.length === 0) return <Status words={words.board_missing} detail={look.problem ?? undefined} />;
   const known = isKnownPlace(look, session);
   const seen = words.board_seen(String(look.corners.length), String(n_all));
-  const advice = look.problem ?? (known ? words.known_place : words.hold_still);
+  const advice = look.problem ?? (known ? words.known_pose : words.hold_still);
   return (
     <div class="look" data-corners={look.corners.length} data-known={known}>
       <Status words={seen} detail={advice} progress={known ? undefined : board.still_ms.value / STILL_FOR_MS} />
