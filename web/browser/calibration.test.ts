@@ -215,7 +215,7 @@ test(
     await last.page.waitForSelector('.wizard[data-step="camera"]');
     await press(last.page, "Continue to “Light”");
     await last.page.waitForSelector('.wizard[data-step="light"]');
-    await last.page.locator(".wizard .picture canvas").first().waitFor();
+    await last.page.locator(".wizard .image canvas").first().waitFor();
     await expectAccessibleInBoth(last.page);
     await press(last.page, "Continue to “Stage”");
     await press(last.page, "Capture 5 positions automatically");

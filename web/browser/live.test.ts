@@ -71,7 +71,7 @@ function rgb(colour: string): [number, number, number] {
 /** How many pixels of the layer of lines have a colour. */
 async function pixelsOf(colour: string): Promise<number> {
   return await seen.page.evaluate((wanted) => {
-    const canvas = document.querySelector<HTMLCanvasElement>(".picture-area canvas.lines");
+    const canvas = document.querySelector<HTMLCanvasElement>(".image-area canvas.lines");
     const data = canvas?.getContext("2d")?.getImageData(0, 0, canvas.width, canvas.height).data ?? [];
     let n = 0;
     for (let at = 0; at < data.length; at += 4) {
@@ -88,9 +88,9 @@ async function pixelsOf(colour: string): Promise<number> {
  */
 async function distancesOf(colour: string): Promise<number[]> {
   return await seen.page.evaluate((wanted) => {
-    const area = document.querySelector<HTMLElement>(".picture-area");
-    const [below, above] = ["picture", "lines"].map((name) =>
-      document.querySelector<HTMLCanvasElement>(`.picture-area canvas.${name}`),
+    const area = document.querySelector<HTMLElement>(".image-area");
+    const [below, above] = ["image", "lines"].map((name) =>
+      document.querySelector<HTMLCanvasElement>(`.image-area canvas.${name}`),
     );
     const [picture, lines] = [below?.getContext("2d"), above?.getContext("2d")];
     if (!area || !below || !picture || !lines) throw new Error("no layers");
@@ -142,7 +142,7 @@ async function heldWithLines(): Promise<boolean> {
   return false;
 }
 
-const sequence = async () => Number(await seen.page.getAttribute(".picture-area", "data-sequence"));
+const sequence = async () => Number(await seen.page.getAttribute(".image-area", "data-sequence"));
 
 test("an empty page shows how to start; an exposure is accepted and shown; the image appears", async () => {
   const { page } = seen;
@@ -175,17 +175,17 @@ test("the overlay lies on the lines of the image, complete, pixel by pixel and e
     },
   ];
   for (const zoom of zooms) {
-    await page.locator(".picture-area").focus();
-    const before = await page.getAttribute(".picture-area", "data-view");
+    await page.locator(".image-area").focus();
+    const before = await page.getAttribute(".image-area", "data-view");
     await zoom();
     await drawn();
-    const view = await page.getAttribute(".picture-area", "data-view");
+    const view = await page.getAttribute(".image-area", "data-view");
     const distances = (await Promise.all(ORDERS.map((order) => distancesOf(orderColour(order))))).flat();
     expect(distances.length, `columns judged at ${before} → ${view}`).toBeGreaterThan(15);
     const sorted = distances.sort((one, other) => one - other);
     expect(sorted[Math.floor(0.9 * sorted.length)], `distances at ${view}`).toBeLessThan(ALIGNED_PX);
   }
-  await page.locator(".picture-area").focus();
+  await page.locator(".image-area").focus();
   await page.keyboard.press("0");
   await drawn();
 });
@@ -207,7 +207,7 @@ test("a key hides the lines of its order, and only those", async () => {
 
 test("image and plot point at the same place, by mouse and by keys", async () => {
   const { page } = seen;
-  const area = await page.locator(".picture-area").boundingBox();
+  const area = await page.locator(".image-area").boundingBox();
   const over = await page.locator(".plot-area .u-over").boundingBox();
   if (!area || !over) throw new Error("no place");
   // Down a column of the picture until the pointer selects a measured line.
@@ -244,8 +244,8 @@ test("image and plot point at the same place, by mouse and by keys", async () =>
   // The cross in the image is at the position of the readout.
   await drawnAgain();
   const { drawn_u, n } = await page.evaluate(() => {
-    const canvas = document.querySelector<HTMLCanvasElement>(".picture-area canvas.lines");
-    const [scale = 1, left = 0] = (document.querySelector<HTMLElement>(".picture-area")?.dataset.view ?? "")
+    const canvas = document.querySelector<HTMLCanvasElement>(".image-area canvas.lines");
+    const [scale = 1, left = 0] = (document.querySelector<HTMLElement>(".image-area")?.dataset.view ?? "")
       .split(" ")
       .map(Number);
     const data = canvas?.getContext("2d")?.getImageData(0, 0, canvas.width, canvas.height).data ?? [];

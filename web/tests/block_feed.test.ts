@@ -88,7 +88,7 @@ test("rows that were taken again after a crash replace those that were lost with
   expect(shown).toEqual(["0/0", "1/0", "2/7", "3/7"]);
 });
 
-test("after a restart the picture stays until the scan is resumed, then begins anew", async () => {
+test("after a restart the image stays until the scan is resumed, then begins anew", async () => {
   const { feed, shown, server } = station([row(0), row(1)]);
   feed.announce({ scan_id: SCAN, running: true, n_blocks: 0, next_block: 0 });
   feed.receive(block(row(0)));

@@ -88,7 +88,7 @@ test("a page whose timers sleep keeps its connection: it was not asked, so it di
   vi.restoreAllMocks();
 });
 
-test("a hidden page asks for no pictures and profiles, and for all else; seen again it asks for them", () => {
+test("a hidden page asks for no images and profiles, and for all else; seen again it asks for them", () => {
   const stream = started();
   const socket = FakeSocket.newest;
   socket.open();

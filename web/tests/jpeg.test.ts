@@ -1,7 +1,7 @@
 import { expect, test } from "vitest";
-import { eighthsFor, WHOLE } from "../src/scene/picture/jpeg";
+import { eighthsFor, WHOLE } from "../src/scene/image/jpeg";
 
-test("a picture is decoded no coarser than it is shown, and never finer than it is", () => {
+test("an image is decoded no coarser than it is shown, and never finer than it is", () => {
   const cases = [
     [0.336, 3],
     [0.375, 3],

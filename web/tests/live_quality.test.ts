@@ -1,7 +1,7 @@
 /** What Live says about a frame, held by frames whose figures are known. */
 
 import { expect, test } from "vitest";
-import { FrameRate } from "../src/panels/live/picture/frame_rate";
+import { FrameRate } from "../src/panels/live/image/frame_rate";
 import { adviceOf } from "../src/panels/live/quality/advice";
 import { PIECE_POINTS, qualityOf, scatter } from "../src/panels/live/quality/quality";
 import { acrossOrders, nearestLinePoint, neighbour, profilePointAt } from "../src/scene/plot/nearest";
@@ -122,7 +122,7 @@ test("advice distinguishes too bright, too dark and right", () => {
   expect(adviceOf(frame(63, 45_000), 44_000)).toMatchObject({ kind: "over", saturated: 0.044 });
   expect(adviceOf(frame(12, 45_000), 0)).toMatchObject({ kind: "under", bright: 12.5 / 64 });
   expect(adviceOf(frame(50, 45_000), 0)).toMatchObject({ kind: "good", bright: 50.5 / 64 });
-  // A few hot pixels neither flatten lines nor make a dark picture bright.
+  // A few hot pixels neither flatten lines nor make a dark image bright.
   expect(adviceOf(frame(63, 100), 100)?.kind).toBe("under");
   expect(adviceOf(new Uint32Array(64), 0)).toBeUndefined();
 });

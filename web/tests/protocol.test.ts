@@ -23,9 +23,9 @@ test("the texts of the server are known by their op", () => {
   expect(texts.map((text) => text.op)).toEqual(known);
 });
 
-test("the picture's sample reads by the table", () => {
+test("the image's sample reads by the table", () => {
   const image = decode(golden("image.bin"));
-  if (image?.kind !== "image") throw new Error("no picture");
+  if (image?.kind !== "image") throw new Error("no image");
   const { number, sequence, captured_ms, position_mm, laser_on, calibrated } = image;
   expect([number, sequence, captured_ms, position_mm]).toEqual([17, 4711, 12345.678901, -7.25]);
   expect([laser_on, calibrated]).toEqual([true, true]);

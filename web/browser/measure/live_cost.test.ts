@@ -86,7 +86,7 @@ async function measure(): Promise<void> {
     await page.locator(".start-here button").click();
     await page.waitForSelector('.frame-facts [data-fact="rate"]');
     await page.evaluate(() => {
-      const place = document.querySelector(".picture-area");
+      const place = document.querySelector(".image-area");
       const counted = { drawn: 0 };
       Object.assign(globalThis, { counted });
       if (place) {

@@ -11,7 +11,7 @@ export interface FrameMoment {
   calibrated: boolean;
 }
 
-/** A line found in a picture. */
+/** A line found in an image. */
 export interface Line {
   order: number;
   saturated: boolean;
@@ -20,7 +20,7 @@ export interface Line {
   n_points: number;
 }
 
-/** Opcode 1: a picture with the centrelines of the same frame. */
+/** Opcode 1: an image with the centrelines of the same frame. */
 export interface ImageMessage extends FrameMoment {
   kind: "image";
   width_px: number;

@@ -12,27 +12,27 @@ import { language, text } from "../../text";
 import { CameraCard } from "./controls/camera_card";
 import { LightCard } from "./controls/light_card";
 import { StageCard } from "./controls/stage_card";
+import { FrameFacts } from "./image/frame_facts";
+import { ReadoutLine } from "./image/readout_line";
+import { Snapshot } from "./image/snapshot";
+import { NoProfile, StartHere } from "./image/start_here";
+import { Toolbar, ZoomButtons } from "./image/toolbar";
 import { LiveView } from "./live_view";
-import { FrameFacts } from "./picture/frame_facts";
-import { ReadoutLine } from "./picture/readout_line";
-import { Snapshot } from "./picture/snapshot";
-import { NoProfile, StartHere } from "./picture/start_here";
-import { Toolbar, ZoomButtons } from "./picture/toolbar";
 import { QualityTable } from "./quality/quality_table";
 import { RecordingsCard } from "./recordings/recordings_card";
 import "./live.css";
 
 export default function Live() {
   const { stream } = useApp();
-  const picture = useRef<HTMLDivElement>(null);
+  const image = useRef<HTMLDivElement>(null);
   const plot = useRef<HTMLDivElement>(null);
   const histogram = useRef<HTMLCanvasElement>(null);
   const view = useSignal<LiveView | undefined>(undefined);
   const words = text.value.live;
 
   useEffect(() => {
-    if (!picture.current || !plot.current || !histogram.current) return;
-    const places = { picture: picture.current, plot: plot.current, histogram: histogram.current };
+    if (!image.current || !plot.current || !histogram.current) return;
+    const places = { image: image.current, plot: plot.current, histogram: histogram.current };
     const made = new LiveView(stream, places, plotWords());
     view.value = made;
     const onKey = (event: KeyboardEvent) => obeyKey(event, made);
@@ -55,9 +55,9 @@ export default function Live() {
         <section class="live-data stack views" aria-label={words.title}>
           <div class="card views-card">
             {view.value && <Toolbar view={view.value} />}
-            <div class="data-view picture-place">
-              {/* biome-ignore lint/a11y/noNoninteractiveTabindex: keys zoom and move the picture */}
-              <div ref={picture} class="picture-area" tabIndex={0} role="application" aria-label={words.picture} />
+            <div class="data-view image-place">
+              {/* biome-ignore lint/a11y/noNoninteractiveTabindex: keys zoom and move the image */}
+              <div ref={image} class="image-area" tabIndex={0} role="application" aria-label={words.image} />
               {view.value && <ZoomButtons view={view.value} />}
               {view.value && <StartHere view={view.value} />}
             </div>

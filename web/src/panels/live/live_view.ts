@@ -1,17 +1,17 @@
 /**
- * What the Live page shows of the stream: picture, lines and profile of the same frame, drawn by classes; figures for
+ * What the Live page shows of the stream: image, lines and profile of the same frame, drawn by classes; figures for
  * people in signals that change at most four times a second.
  */
 
 import { signal } from "@preact/signals";
-import { CameraPicture } from "../../scene/picture/camera_picture";
+import { CameraImage } from "../../scene/image/camera_image";
 import { nearestLinePoint, orderOfPoint, profilePointAt } from "../../scene/plot/nearest";
 import { type PlotWords, ProfilePlot } from "../../scene/plot/profile_plot";
 import type { StreamConnection } from "../../stream/connection";
 import type { ImageMessage, ProfileMessage } from "../../stream/protocol";
 import type { DropCount } from "../../stream/text_messages";
 import { LIVE_RATE_HZ, NO_ORDER } from "../../theme";
-import { FrameRate } from "./picture/frame_rate";
+import { FrameRate } from "./image/frame_rate";
 import { type Advice, adviceOf } from "./quality/advice";
 import { HistogramView } from "./quality/histogram";
 import { greyAt, type OrderQuality, qualityOf } from "./quality/quality";
@@ -22,7 +22,7 @@ const FIGURES_EVERY_MS = 250;
 /** Quality evaluates every pixel of an image, so it is updated less often. */
 const QUALITY_EVERY = 3;
 
-/** Profiles kept until the picture of their frame is decoded. */
+/** Profiles kept until the image of their frame is decoded. */
 const KEPT_PROFILES = 6;
 
 /** The pointer means a line up to so far away, CSS px. */
@@ -54,7 +54,7 @@ export interface Readout {
   point: { x_mm: number; y_mm: number; z_mm: number; sigma_mm: number } | undefined;
 }
 
-type Pointed = { in: "picture"; u_px: number; v_px: number } | { in: "plot"; idx: number };
+type Pointed = { in: "image"; u_px: number; v_px: number } | { in: "plot"; idx: number };
 
 export class LiveView {
   readonly figures = signal<Figures | undefined>(undefined);
@@ -68,7 +68,7 @@ export class LiveView {
   /** Orders seen since the page was opened. */
   readonly orders = signal<readonly number[]>([]);
   readonly hidden = signal<ReadonlySet<number>>(new Set());
-  readonly picture: CameraPicture;
+  readonly camera_image: CameraImage;
   private readonly plot: ProfilePlot;
   private readonly histogram: HistogramView;
   private readonly rate = new FrameRate();
@@ -80,26 +80,26 @@ export class LiveView {
 
   constructor(
     private readonly stream: StreamConnection,
-    places: { picture: HTMLElement; plot: HTMLElement; histogram: HTMLCanvasElement },
+    places: { image: HTMLElement; plot: HTMLElement; histogram: HTMLCanvasElement },
     words: PlotWords,
   ) {
-    this.picture = new CameraPicture(places.picture, {
+    this.camera_image = new CameraImage(places.image, {
       drawn: (image) => this.drawn(image),
-      hovered: (at) => this.point(at && { in: "picture", ...at }),
+      hovered: (at) => this.point(at && { in: "image", ...at }),
       viewed: (view, is_fitted) => (this.scale.value = { px: view.scale, is_fitted }),
     });
-    this.plot = new ProfilePlot(places.plot, words, this.picture.hidden_orders, (idx) =>
+    this.plot = new ProfilePlot(places.plot, words, this.camera_image.hidden_orders, (idx) =>
       this.point(idx === undefined ? undefined : { in: "plot", idx }),
     );
     this.histogram = new HistogramView(places.histogram);
     this.endings.push(
       stream.subscribe({ stream: "image", max_rate_hz: LIVE_RATE_HZ }, (message) => {
-        if ("kind" in message && message.kind === "image" && !this.frozen.peek()) this.picture.show(message);
+        if ("kind" in message && message.kind === "image" && !this.frozen.peek()) this.camera_image.show(message);
       }),
       stream.subscribe({ stream: "profile", max_rate_hz: LIVE_RATE_HZ }, (message) => {
         if (!("kind" in message) || message.kind !== "profile") return;
-        // The profile of the held frame may come after its picture.
-        if (!this.frozen.peek() || message.sequence === this.picture.image?.sequence) this.take(message);
+        // The profile of the held frame may come after its image.
+        if (!this.frozen.peek() || message.sequence === this.camera_image.frame?.sequence) this.take(message);
       }),
     );
     const timer = setInterval(() => this.updateFigures(), FIGURES_EVERY_MS);
@@ -109,19 +109,19 @@ export class LiveView {
   /** Holds the frame on the screen, or resumes. */
   freeze(frozen: boolean): void {
     this.frozen.value = frozen;
-    this.picture.hold(frozen);
+    this.camera_image.hold(frozen);
   }
 
   showZebra(shown: boolean): void {
     this.zebra.value = shown;
-    this.picture.showZebra(shown);
+    this.camera_image.showZebra(shown);
   }
 
   toggleOrder(order: number): void {
-    const { hidden_orders } = this.picture;
+    const { hidden_orders } = this.camera_image;
     if (!hidden_orders.delete(order)) hidden_orders.add(order);
     this.hidden.value = new Set(hidden_orders);
-    this.picture.redraw();
+    this.camera_image.redraw();
     this.plot.redraw();
   }
 
@@ -131,7 +131,7 @@ export class LiveView {
 
   dispose(): void {
     for (const end of this.endings) end();
-    this.picture.dispose();
+    this.camera_image.dispose();
     this.plot.dispose();
     this.profiles.length = 0;
   }
@@ -150,8 +150,8 @@ export class LiveView {
   private take(profile: ProfileMessage): void {
     this.profiles.push(profile);
     if (this.profiles.length > KEPT_PROFILES) this.profiles.shift();
-    // The picture of this frame is already there, or pictures do not come.
-    const image = this.picture.image;
+    // The image of this frame is already there, or images do not come.
+    const image = this.camera_image.frame;
     if (!image || image.sequence === profile.sequence) this.showProfile(profile);
   }
 
@@ -176,26 +176,26 @@ export class LiveView {
       void this.updateReadout();
       return;
     }
-    this.picture.mark(undefined);
+    this.camera_image.mark(undefined);
     this.plot.mark(undefined);
     this.readout.value = undefined;
   }
 
-  /** Marks in picture and plot what the pointer means in the newest frame. */
+  /** Marks in image and plot what the pointer means in the newest frame. */
   private follow(pointed: Pointed): void {
     if (pointed.in === "plot") {
       this.plot.mark(pointed.idx);
-      this.picture.mark(this.seenAt(pointed.idx));
+      this.camera_image.mark(this.seenAt(pointed.idx));
       return;
     }
     const at = this.lineAt(pointed);
-    this.picture.mark(at);
+    this.camera_image.mark(at);
     this.plot.mark(at && this.shown_profile ? profilePointAt(this.shown_profile, at) : undefined);
   }
 
   private lineAt(at: { u_px: number; v_px: number }) {
-    const { image, view } = this.picture;
-    return image && nearestLinePoint(image, at, REACH_PX / view.scale, this.picture.hidden_orders);
+    const { frame: image, view } = this.camera_image;
+    return image && nearestLinePoint(image, at, REACH_PX / view.scale, this.camera_image.hidden_orders);
   }
 
   /** Where the frame saw a point of its profile. */
@@ -208,9 +208,9 @@ export class LiveView {
 
   /** Publishes the readout at the pointer, once the grey levels of the frame are decoded. */
   private async updateReadout(): Promise<void> {
-    const image = this.picture.image;
+    const image = this.camera_image.frame;
     const found = image && this.pointed && this.found(this.pointed);
-    const greys = await this.picture.greys();
+    const greys = await this.camera_image.greys();
     // The pointer may have left meanwhile.
     if (!this.pointed) return;
     const grey = found && greys && greyAt(greys, image, found.u_px, found.v_px);
@@ -218,25 +218,25 @@ export class LiveView {
   }
 
   private found(pointed: Pointed): Omit<Readout, "grey"> | undefined {
-    const line = pointed.in === "picture" ? this.lineAt(pointed) : undefined;
+    const line = pointed.in === "image" ? this.lineAt(pointed) : undefined;
     const at = pointed.in === "plot" ? this.seenAt(pointed.idx) : pointed;
     if (!at) return undefined;
-    const profile = this.profileOfPicture();
+    const profile = this.profileOfImage();
     const idx = pointed.in === "plot" ? pointed.idx : line && profile ? profilePointAt(profile, line) : undefined;
     const order = line?.order ?? (idx !== undefined && profile ? orderOfPoint(profile, idx) : undefined);
     const { u_px, v_px } = line ?? at;
     return { u_px, v_px, order, point: pointOf(profile, idx) };
   }
 
-  /** The profile of the very frame whose picture is shown. */
-  private profileOfPicture(): ProfileMessage | undefined {
+  /** The profile of the very frame whose image is shown. */
+  private profileOfImage(): ProfileMessage | undefined {
     const profile = this.shown_profile;
-    const image = this.picture.image;
+    const image = this.camera_image.frame;
     return !image || profile?.sequence === image.sequence ? profile : undefined;
   }
 
   private updateFigures(): void {
-    const image = this.picture.image;
+    const image = this.camera_image.frame;
     if (!image) return;
     const now = performance.now();
     this.histogram.draw(image.histogram, image.n_saturated);
@@ -251,7 +251,7 @@ export class LiveView {
       n_lines: image.lines.length,
       n_saturated: image.n_saturated,
       advice: adviceOf(image.histogram, image.n_saturated),
-      skipped: this.picture.skipped,
+      skipped: this.camera_image.skipped,
       dropped: this.stream.dropped.peek(),
     };
     if (this.pointed) void this.updateReadout();
@@ -259,8 +259,8 @@ export class LiveView {
   }
 
   private async updateQuality(image: ImageMessage): Promise<void> {
-    const profile = this.profileOfPicture();
-    const greys = image.lines.length > 0 ? await this.picture.greys() : undefined;
+    const profile = this.profileOfImage();
+    const greys = image.lines.length > 0 ? await this.camera_image.greys() : undefined;
     this.quality.value = qualityOf(image, profile, greys);
   }
 }

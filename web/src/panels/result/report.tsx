@@ -29,9 +29,9 @@ export function ReportCard({ result, viewer }: Properties) {
     () =>
       new Command(async () => {
         printed.value = viewer()?.snapshot();
-        const picture = new Image();
-        picture.src = printed.value ?? "";
-        await picture.decode().catch(() => undefined);
+        const image = new Image();
+        image.src = printed.value ?? "";
+        await image.decode().catch(() => undefined);
         window.print();
       }),
     [viewer],
@@ -49,7 +49,7 @@ export function ReportCard({ result, viewer }: Properties) {
   );
 }
 
-/** Stands on paper only: the picture with its colours' meaning, and when the report was made. */
+/** Stands on paper only: the image with its colours' meaning, and when the report was made. */
 export function Printed({ result, viewer }: Properties) {
   useEffect(() => {
     // Also when the browser's own menu prints.

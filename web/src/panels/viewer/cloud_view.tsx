@@ -16,7 +16,7 @@ interface Properties {
   state: ViewState;
   /** Called with the viewer when there is one, and its end. */
   onViewer: (viewer: CloudViewer | undefined) => void;
-  /** What stands over the empty picture. */
+  /** What stands over the empty image. */
   empty: ComponentChildren;
   /** More tools of the page. */
   tools?: ComponentChildren;

@@ -3,7 +3,7 @@
  *
  * Blocks are counted from 0 without gaps. What came too early waits, what came twice is left out. After a pause the
  * last block held is asked for again: if it is not the same, the scan was taken up again by another process from an
- * earlier row, and the picture begins anew.
+ * earlier row, and the image begins anew.
  */
 
 import { decodeBlocks, type PointsBlock } from "../../stream/protocol";
@@ -103,7 +103,7 @@ export class BlockFeed {
       const before = this.next_block;
       const blocks = decodeBlocks(page.buffer);
       if (this.last && !(blocks[0] && same(blocks[0], this.last))) {
-        // A scan that waits to be resumed has no blocks; its picture stays until rows are taken again.
+        // A scan that waits to be resumed has no blocks; its image stays until rows are taken again.
         if (page.complete && page.next_block === 0) return this.end();
         this.reset(scan_id);
         continue;

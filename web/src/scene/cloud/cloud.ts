@@ -4,7 +4,7 @@
  * Blocks of the stream carry an origin and a step of their own. Drawing thousands of them one by one costs more than
  * the points themselves, so they are gathered in chunks of 2¹⁷ points with one box each; positions are written anew in
  * the chunk's steps (some µm). A chunk is split into lanes and points are dealt out in turn, so that every lane is a
- * thinned picture of the whole chunk: drawing the first lanes alone is what a moving camera does.
+ * thinned image of the whole chunk: drawing the first lanes alone is what a moving camera does.
  */
 
 import type { PointsBlock } from "../../stream/protocol";

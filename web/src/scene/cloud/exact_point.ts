@@ -1,4 +1,4 @@
-/** The server's exact point for one that was picked in the picture. */
+/** The server's exact point for one that was picked in the image. */
 
 import { type Api, data, type Schemas } from "../../api/client";
 import type { Picked } from "./picking";

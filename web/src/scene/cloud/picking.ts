@@ -127,7 +127,7 @@ function stepped(clip: Projection, chunk: CloudChunk): number[] {
   return matrix;
 }
 
-/** Whether the picture of a box comes near the pointer. */
+/** Whether the image of a box comes near the pointer. */
 function mayHit(box: Box, clip: Projection, { x_px, y_px, width_px, height_px }: Pointer): boolean {
   const bounds = [Number.POSITIVE_INFINITY, Number.POSITIVE_INFINITY, Number.NEGATIVE_INFINITY, -1e30];
   for (let corner = 0; corner < 8; corner++) {

@@ -74,7 +74,7 @@ vec3 foot(vec3 at) {
   return u_shape_point + along * u_shape_axis + u_shape_radius * normalize(radial);
 }
 
-/** 0 to 1, the same for a point in every picture, and nothing to do with where it is. */
+/** 0 to 1, the same for a point in every image, and nothing to do with where it is. */
 float lot(vec3 steps) {
   uvec3 at = uvec3(steps);
   uint bits = at.x * 73856093u ^ at.y * 19349663u ^ at.z * 83492791u;

@@ -1,8 +1,8 @@
 /**
  * Where the viewer stands: on a sphere around a target, in perspective or parallel projection.
  *
- * The part frame has x to the right and y down in the picture, z away from the camera. Here "up" is towards the camera
- * (−z) and "front" is the lower edge of the picture (+y).
+ * The part frame has x to the right and y down in the image, z away from the camera. Here "up" is towards the camera
+ * (−z) and "front" is the lower edge of the image (+y).
  */
 
 import type { Box } from "../cloud/cloud";

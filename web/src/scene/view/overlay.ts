@@ -62,7 +62,7 @@ export class Overlay {
     });
   }
 
-  /** Paints scale bar and axes into a picture of so many CSS pixels, for paper. */
+  /** Paints scale bar and axes into an image of so many CSS pixels, for paper. */
   paint(context: CanvasRenderingContext2D, orbit: Orbit, width_px: number, height_px: number): void {
     const { left, right, y, label } = barOf(orbit, width_px, height_px);
     context.strokeStyle = context.fillStyle = "#ffffff";

@@ -5,7 +5,7 @@
  * half, a row of frames in time brings half of it back; a view that rests is drawn in full.
  */
 
-/** A frame later than this is late: 30 pictures per second. */
+/** A frame later than this is late: 30 images per second. */
 const LATE_MS = 34;
 
 /** So many frames in time before more is drawn again. */

@@ -202,17 +202,17 @@ export class CloudViewer {
   /** What is seen now with its scale, as the address of a PNG; undefined while the graphics card is lost. */
   snapshot(): string | undefined {
     if (this.lost) return undefined;
-    // A canvas keeps its picture only until the browser has shown it.
+    // A canvas keeps its image only until the browser has shown it.
     this.render();
     const { clientWidth: width_px, clientHeight: height_px, width, height } = this.canvas;
-    const picture = document.createElement("canvas");
-    [picture.width, picture.height] = [width, height];
-    const context = picture.getContext("2d");
+    const image = document.createElement("canvas");
+    [image.width, image.height] = [width, height];
+    const context = image.getContext("2d");
     if (!context || width_px === 0) return undefined;
     context.drawImage(this.canvas, 0, 0);
     context.scale(width / width_px, height / height_px);
     this.overlay.paint(context, this.orbit, width_px, height_px);
-    return picture.toDataURL("image/png");
+    return image.toDataURL("image/png");
   }
 
   figures(): ViewerFigures {
@@ -294,7 +294,7 @@ export class CloudViewer {
     Object.assign(uniforms, {
       u_clip: clip,
       u_size_px: size_px,
-      // Points that overlap in the picture are shuffled over more than the depth they differ by.
+      // Points that overlap in the image are shuffled over more than the depth they differ by.
       u_shuffle_mm: (2 * size_px) / px_per_mm,
       u_towards: this.orbit.basis().back,
     });

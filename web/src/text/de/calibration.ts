@@ -259,7 +259,7 @@ export const calibration: Catalogue["calibration"] = {
   still: "ruhig",
   sharpness: "Eckenrauschen",
   overexposed: "übersteuerte Pixel",
-  picture_label: "Live-Bild der Kamera mit den erkannten Punkten der Tafel",
+  image_label: "Live-Bild der Kamera mit den erkannten Punkten der Tafel",
 
   coverage: "Bildabdeckung",
   coverage_have: (have, want) => `${have} Felder, Ziel ${want}`,
@@ -308,7 +308,7 @@ export const calibration: Catalogue["calibration"] = {
   light_before:
     "Die Ordnungen werden beim Berechnen der Kalibrierung zugeordnet; bis dahin sind alle Linien gelb.",
   light_none: "Noch keine Bilder: im Schritt „Kamera“ Posen aufnehmen.",
-  laser_picture: (n) => `Laserbild der Pose ${n} mit den erkannten Linien`,
+  laser_image: (n) => `Laserbild der Pose ${n} mit den erkannten Linien`,
 
   stage_lead:
     "Die Tafel flach auf den Tisch legen. Bilder an mehreren Positionen bestimmen Richtung und Maßstab der Bewegung.",

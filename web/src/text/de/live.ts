@@ -2,7 +2,7 @@ import type { live as english } from "../en/live";
 
 export const live: typeof english = {
   title: "Live",
-  picture: "Kamerabild. Pfeiltasten verschieben, + und − vergrößern und verkleinern, 0 zeigt das ganze Bild",
+  image: "Kamerabild. Pfeiltasten verschieben, + und − vergrößern und verkleinern, 0 zeigt das ganze Bild",
   profile:
     "Profil: z über x. Die Pfeiltasten links und rechts bewegen entlang einer Linie, auf und ab wechseln die Ordnung, 0 zeigt das ganze Profil",
   controls: "Laser, Kamera und Tisch",

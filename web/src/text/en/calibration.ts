@@ -258,7 +258,7 @@ export const calibration = {
   still: "still",
   sharpness: "corner noise",
   overexposed: "saturated pixels",
-  picture_label: "Live camera image with the detected points of the board",
+  image_label: "Live camera image with the detected points of the board",
 
   coverage: "Image coverage",
   coverage_have: (have: string, want: string) => `${have} cells, target ${want}`,
@@ -307,7 +307,7 @@ export const calibration = {
     "Every pose was also captured with the laser on. The lines on the board must be complete and thin, in all orders.",
   light_before: "The orders are identified when the calibration is computed; until then all lines are yellow.",
   light_none: "No images yet: capture poses in the step “Camera”.",
-  laser_picture: (n: number) => `Laser image of pose ${n} with the detected lines`,
+  laser_image: (n: number) => `Laser image of pose ${n} with the detected lines`,
 
   stage_lead:
     "Place the board flat on the stage. Images at several positions determine the direction and the scale of the travel.",

@@ -1,6 +1,6 @@
 export const live = {
   title: "Live",
-  picture: "Camera image. Arrow keys pan, + and − zoom, 0 fits the whole image",
+  image: "Camera image. Arrow keys pan, + and − zoom, 0 fits the whole image",
   profile:
     "Profile: z over x. Left and right arrow keys move along a line, up and down change the order, 0 shows the whole profile",
   controls: "Laser, camera and stage",

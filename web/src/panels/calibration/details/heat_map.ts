@@ -1,4 +1,4 @@
-/** Drawing signed values over the picture: one diverging scale from blue (negative) over grey to orange (positive). */
+/** Drawing signed values over the image: one diverging scale from blue (negative) over grey to orange (positive). */
 
 /** A scale end that is easy to read: 1, 2 or 5 times a power of ten, at least `largest`. */
 export function roundUp(largest: number): number {
@@ -38,16 +38,16 @@ export function drawGrid(
   });
 }
 
-/** Sprinkles values over the picture. */
+/** Sprinkles values over the image. */
 export function drawDots(
   canvas: HTMLCanvasElement,
-  picture: { width_px: number; height_px: number },
+  image: { width_px: number; height_px: number },
   points: Iterable<readonly [u: number, v: number, value: number]>,
   end: number,
 ): void {
   const context = begin(canvas);
   if (!context) return;
-  const scale = canvas.width / picture.width_px;
+  const scale = canvas.width / image.width_px;
   const size = Math.max(2, canvas.width / 220);
   for (const [u, v, value] of points) {
     context.fillStyle = divergingColour(value, end);
@@ -58,13 +58,13 @@ export function drawDots(
 /** Arrows from where points were seen, `factor` times enlarged. */
 export function drawArrows(
   canvas: HTMLCanvasElement,
-  picture: { width_px: number; height_px: number },
+  image: { width_px: number; height_px: number },
   arrows: readonly (readonly number[])[],
   factor: number,
 ): void {
   const context = begin(canvas);
   if (!context) return;
-  const scale = canvas.width / picture.width_px;
+  const scale = canvas.width / image.width_px;
   context.strokeStyle = "#d5dade";
   context.lineWidth = Math.max(1, canvas.width / 700);
   context.beginPath();

@@ -1,4 +1,4 @@
-/** A small canvas with data over the picture, its scale, and the same in words. */
+/** A small canvas with data over the image, its scale, and the same in words. */
 
 import { useEffect, useRef } from "preact/hooks";
 import { divergingColour } from "./heat_map";

@@ -1,4 +1,4 @@
-/** What a calibration left unexplained, over the picture: laser points per order, corners of the boards. */
+/** What a calibration left unexplained, over the image: laser points per order, corners of the boards. */
 
 import { data, type Schemas } from "../../../api/client";
 import { useApp } from "../../../app";
@@ -16,7 +16,7 @@ export type Residuals = Schemas["ResidualsDto"];
 /** Colours reach to this multiple of the RMS: all but the rare outlier. */
 const SCALE_OF_RMS = 3;
 
-/** Length of a typical arrow as a share of the picture's width. */
+/** Length of a typical arrow as a share of the image's width. */
 const ARROW_SHARE = 0.02;
 
 export function ResidualsView({ id, document }: { id: string; document: CalibrationDocument }) {

@@ -1,7 +1,7 @@
 /**
- * The live picture of the wizard, and what the server sees of the board in it.
+ * The live image of the wizard, and what the server sees of the board in it.
  *
- * Owns the loop of looks: one at a time, a pause after each, none while a picture is taken or the page is hidden.
+ * Owns the loop of looks: one at a time, a pause after each, none while an image is taken or the page is hidden.
  */
 
 import { signal } from "@preact/signals";
@@ -21,7 +21,7 @@ export class LiveBoard {
   readonly problem = signal<Problem | undefined>(undefined);
   /** For how long the board has been still, ms. */
   readonly still_ms = signal(0);
-  /** A picture is being taken: looks wait. */
+  /** An image is being taken: looks wait. */
   paused = false;
   private readonly stillness = new Stillness();
   private timer: ReturnType<typeof setTimeout> | undefined;
@@ -45,7 +45,7 @@ export class LiveBoard {
     this.timer = setTimeout(() => void this.lookOnce(), 0);
   }
 
-  /** Shows the board by ordinary light, exposed as the session's pictures will be. */
+  /** Shows the board by ordinary light, exposed as the session's images will be. */
   async start(): Promise<void> {
     const { api, control } = this.app;
     await control.ensure();
@@ -83,7 +83,7 @@ export class LiveBoard {
     if (this.runs && !this.paused && !document.hidden) {
       try {
         const look = await lookAt(this.app.api, this.session.id);
-        // Stopped, or a picture begun, while the answer was under way.
+        // Stopped, or an image begun, while the answer was under way.
         if (this.ended) return;
         if (this.runs && !this.paused) this.take(look);
         this.problem.value = undefined;

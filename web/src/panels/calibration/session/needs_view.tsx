@@ -1,4 +1,4 @@
-/** What is still missing: coverage of the picture, number, tilt and distance of boards. */
+/** What is still missing: coverage of the image, number, tilt and distance of boards. */
 
 import { language, text } from "../../../text";
 import { decimal } from "../../../units";
@@ -77,7 +77,7 @@ function NeedLine(properties: {
   );
 }
 
-/** The picture in cells; a cell fills when a board was seen there. */
+/** The image in cells; a cell fills when a board was seen there. */
 function CoverageMap({ covered, now }: { covered: ReadonlySet<number>; now: ReadonlySet<number> }) {
   const words = text.value.calibration;
   const { columns, rows } = COVERAGE;
@@ -105,7 +105,7 @@ interface BarProperties {
   format: (value: number) => string;
 }
 
-/** A scale with the wanted range, a tick per picture, and a marker for the board now. */
+/** A scale with the wanted range, a tick per image, and a marker for the board now. */
 function Bar({ from, to, wanted, values, now, format }: BarProperties) {
   const words = text.value.calibration;
   const at = (value: number) => `${(100 * (Math.min(to, Math.max(from, value)) - from)) / (to - from)}%`;

@@ -1,4 +1,4 @@
-/** The pictures taken so far, each with what was found in it, and the way to take it again. */
+/** The images taken so far, each with what was found in it, and the way to take it again. */
 
 import { useMemo, useRef } from "preact/hooks";
 import { data, type Schemas } from "../../../api/client";
@@ -8,10 +8,10 @@ import { Command } from "../../../state/station/command";
 import { text } from "../../../text";
 import { degrees, mm, px } from "../details/format";
 import type { Change } from "./session_change";
-import { SessionPicture } from "./session_picture";
+import { SessionImage } from "./session_image";
 import type { Session } from "./session_state";
 
-/** A picture whose RMS is so many times the session's stands out. */
+/** An image whose RMS is so many times the session's stands out. */
 const STANDS_OUT = 2.5;
 
 export function PosesView({ session, change }: { session: Session; change: Change }) {
@@ -69,7 +69,7 @@ function Pose({ session, pose, number, stands_out, change }: PoseProperties) {
   const problem = board.problem ?? (stands_out ? words.stands_out : undefined);
   return (
     <li class="pose" data-pose={pose.id}>
-      <SessionPicture
+      <SessionImage
         session={session}
         artifact={board.image.artifact}
         label={words.pose(number)}

@@ -8,7 +8,7 @@ export const STILL_PX = 0.7;
 /** Time for which the board must be still, so that a hand-held board settles. */
 export const STILL_FOR_MS = 1000;
 
-/** A board whose corners are nearer than this to those of a picture taken before shows nothing new; share of width. */
+/** A board whose corners are nearer than this to those of an image taken before shows nothing new; share of width. */
 const NEW_PLACE_SHARE = 0.03;
 
 /** Mean distance of corners that both have, px; infinite if they have none in common. */
@@ -24,7 +24,7 @@ export function meanDistance(a: readonly Corner[], b: readonly Corner[]): number
   return n === 0 ? Number.POSITIVE_INFINITY : sum / n;
 }
 
-/** Whether a picture was taken of the board in this place already. */
+/** Whether an image was taken of the board in this place already. */
 export function isKnownPlace(look: Look, session: Session): boolean {
   return session.body.poses.some((pose) => isThere(look, pose.board.corners));
 }

@@ -1,4 +1,4 @@
-/** Boards before the camera: live corners, what is missing, pictures by themselves when the board is still. */
+/** Boards before the camera: live corners, what is missing, images by themselves when the board is still. */
 
 import { useEffect, useMemo, useRef } from "preact/hooks";
 import { data } from "../../../api/client";
@@ -9,7 +9,7 @@ import { useHalted } from "../../../parts/station/halted";
 import { remembered } from "../../../state/browser/remembered";
 import { Command } from "../../../state/station/command";
 import { text } from "../../../text";
-import { BoardPicture } from "../session/board_picture";
+import { BoardImage } from "../session/board_image";
 import { LiveBoard } from "../session/live_board";
 import { LookFacts } from "../session/look_facts";
 import { NeedsView } from "../session/needs_view";
@@ -19,7 +19,7 @@ import { type Corner, FEWEST_BOARDS, type Look, readableBoards, type Session } f
 import { isKnownPlace, isThere, STILL_FOR_MS } from "../session/stillness";
 import { goToStep, type StepProperties } from "./wizard";
 
-/** Whether pictures are taken by themselves. */
+/** Whether images are taken by themselves. */
 const auto_capture = remembered("calibration.auto", true);
 
 export function CameraStep({ session, change }: StepProperties) {
@@ -49,7 +49,7 @@ export function CameraStep({ session, change }: StepProperties) {
             return data(api.POST("/api/v1/calibration-sessions/{id}/poses", { params: { path: { id }, header } }));
           });
           board.clear();
-          // Taking the picture has ended the live view.
+          // Taking the image has ended the live view.
           await board.start();
         } finally {
           board.paused = false;
@@ -77,7 +77,7 @@ export function CameraStep({ session, change }: StepProperties) {
   return (
     <div class="camera-step">
       <div class="stack main">
-        <BoardPicture board={board} />
+        <BoardImage board={board} />
         <div class="row live-acts">
           {board.runs || take.running ? (
             <>

@@ -1,4 +1,4 @@
-/** Before the first picture: is the station ready, what board, what light. */
+/** Before the first image: is the station ready, what board, what light. */
 
 import { useSignal } from "@preact/signals";
 import { useMemo } from "preact/hooks";

@@ -1,4 +1,4 @@
-/** The laser pictures of the poses; after solving, residuals, models and angles. */
+/** The laser images of the poses; after solving, residuals, models and angles. */
 
 import { data } from "../../../api/client";
 import { useApp } from "../../../app";
@@ -8,7 +8,7 @@ import { orderColour, orderName } from "../../../theme";
 import { useCalibration } from "../details/details";
 import { AnglesView, ModelsView } from "../details/models_view";
 import { type Residuals, ResidualsView } from "../details/residuals_view";
-import { type Dot, SessionPicture } from "../session/session_picture";
+import { type Dot, SessionImage } from "../session/session_image";
 import type { Session } from "../session/session_state";
 import { goToStep, type StepProperties } from "./wizard";
 
@@ -50,7 +50,7 @@ function Solved({ session, id }: { session: Session; id: string }) {
   );
 }
 
-/** Laser pictures; with residuals, their points in the colours of their orders. */
+/** Laser images; with residuals, their points in the colours of their orders. */
 function Lines({ session, residuals }: { session: Session; residuals?: Residuals | undefined }) {
   const words = text.value.calibration;
   const { poses } = session.body;
@@ -73,10 +73,10 @@ function Lines({ session, residuals }: { session: Session; residuals?: Residuals
         {numbered.map(({ pose, number, pose_idx }) =>
           pose.laser ? (
             <li key={pose.id} class="pose">
-              <SessionPicture
+              <SessionImage
                 session={session}
                 artifact={pose.laser.image.artifact}
-                label={words.laser_picture(number)}
+                label={words.laser_image(number)}
                 dots={residuals ? dotsOf(residuals, pose_idx) : found(pose.laser.lines_px)}
               />
               <div class="row">

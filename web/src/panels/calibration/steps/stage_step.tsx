@@ -17,7 +17,7 @@ import { useCalibration } from "../details/details";
 import { StageFiguresView } from "../details/stage_view";
 import { place, StageOperatorPanel } from "../session/operator_panel";
 import type { Change } from "../session/session_change";
-import { SessionPicture } from "../session/session_picture";
+import { SessionImage } from "../session/session_image";
 import type { Session } from "../session/session_state";
 import { Solve } from "./solve";
 import type { StepProperties } from "./wizard";
@@ -177,7 +177,7 @@ function View({ view, session, change }: Properties & { view: Schemas["SessionSt
   );
   return (
     <li class="pose" data-view={view.id}>
-      <SessionPicture
+      <SessionImage
         session={session}
         artifact={view.board.image.artifact}
         label={at}

@@ -1,7 +1,7 @@
 /** How good the lines of a frame are, order by order. */
 
-import type { Greys } from "../../../scene/picture/camera_picture";
-import { runAlongU } from "../../../scene/picture/centreline_layer";
+import type { Greys } from "../../../scene/image/camera_image";
+import { runAlongU } from "../../../scene/image/centreline_layer";
 import type { ImageMessage, OrderRange, ProfileMessage } from "../../../stream/protocol";
 import { NO_ORDER } from "../../../theme";
 
@@ -39,7 +39,7 @@ export function qualityOf(
     const range = profile?.orders.find((row) => row.order === order);
     return {
       order,
-      ...seenInPicture(image, order, greys),
+      ...seenInImage(image, order, greys),
       sigma_mm:
         profile && range ? median(profile.sigma_mm.slice(range.first, range.first + range.n_points)) : undefined,
       scatter_mm: profile && range ? scatter(profile, range) : undefined,
@@ -47,7 +47,7 @@ export function qualityOf(
   });
 }
 
-function seenInPicture(image: ImageMessage, order: number, greys: Greys | undefined) {
+function seenInImage(image: ImageMessage, order: number, greys: Greys | undefined) {
   const along_u = runAlongU(image);
   const seen = new Uint8Array(along_u ? image.width_px : image.height_px);
   const centre_greys: number[] = [];
@@ -74,7 +74,7 @@ function seenInPicture(image: ImageMessage, order: number, greys: Greys | undefi
   };
 }
 
-/** Grey level 0–255 at a position of the frame; `greys` are those of its picture. */
+/** Grey level 0–255 at a position of the frame; `greys` are those of its image. */
 export function greyAt(greys: Greys, image: ImageMessage, u_px: number, v_px: number): number | undefined {
   const [column, row] = [Math.floor(Math.round(u_px) / image.scale), Math.floor(Math.round(v_px) / image.scale)];
   if (column < 0 || row < 0 || column >= greys.width || row >= greys.height) return undefined;

@@ -3,8 +3,8 @@
 import { language, text } from "../../../text";
 import { NO_ORDER, orderName } from "../../../theme";
 import { count, decimal, length } from "../../../units";
+import { Swatch } from "../image/toolbar";
 import type { LiveView } from "../live_view";
-import { Swatch } from "../picture/toolbar";
 import { PIECE_POINTS } from "./quality";
 
 /** A share of saturated points from here on is called out: the centre of such a line is flattened. */

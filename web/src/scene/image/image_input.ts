@@ -1,7 +1,7 @@
-/** Mouse, fingers, wheel and keys on a picture: zoom, move, point at something. */
+/** Mouse, fingers, wheel and keys on an image: zoom, move, point at something. */
 
-/** What a person does to a picture; places are CSS px from its top-left corner. */
-export interface PictureHands {
+/** What a person does to an image; places are CSS px from its top-left corner. */
+export interface ImageControls {
   zoomAt(factor: number, x: number, y: number): void;
   pan(dx: number, dy: number): void;
   fit(): void;
@@ -15,7 +15,7 @@ const KEY_FACTOR = 1.25;
 const KEY_PAN_PX = 40;
 
 /** Listens on `place` until the returned function is called. */
-export function listen(place: HTMLElement, hands: PictureHands): () => void {
+export function listen(place: HTMLElement, hands: ImageControls): () => void {
   const ended = new AbortController();
   const { signal } = ended;
   const down = new Map<number, { x: number; y: number }>();
@@ -62,13 +62,13 @@ export function listen(place: HTMLElement, hands: PictureHands): () => void {
   return () => ended.abort();
 }
 
-/** One finger moves the picture, two fingers zoom it about their middle. */
+/** One finger moves the image, two fingers zoom it about their middle. */
 function drag(
   down: Map<number, { x: number; y: number }>,
   id: number,
   before: { x: number; y: number },
   now: { x: number; y: number },
-  hands: PictureHands,
+  hands: ImageControls,
 ): void {
   const other = [...down].find(([other_id]) => other_id !== id)?.[1];
   if (other) {
@@ -80,7 +80,7 @@ function drag(
   down.set(id, now);
 }
 
-function onKey(event: KeyboardEvent, place: HTMLElement, hands: PictureHands): void {
+function onKey(event: KeyboardEvent, place: HTMLElement, hands: ImageControls): void {
   if (event.ctrlKey || event.metaKey || event.altKey) return;
   const middle = [place.clientWidth / 2, place.clientHeight / 2] as const;
   const acts: Record<string, () => void> = {

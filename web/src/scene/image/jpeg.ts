@@ -2,7 +2,7 @@
  * JPEG to pixels, no larger than they are looked at.
  *
  * A JPEG is stored in blocks of 8 × 8, and a block can be turned into 1 × 1 to 8 × 8 pixels, each the mean of what it
- * covers. A picture that is shown at a third of its size is decoded at three eighths: a fourth of the work, and nothing
+ * covers. An image that is shown at a third of its size is decoded at three eighths: a fourth of the work, and nothing
  * that the screen has pixels for is missing. Browsers without `ImageDecoder` decode the whole.
  */
 

@@ -1,4 +1,4 @@
-/** Above the picture: which orders are shown, zebra, freeze. In its corner: zoom. */
+/** Above the image: which orders are shown, zebra, freeze. In its corner: zoom. */
 
 import { language, text } from "../../../text";
 import { NO_ORDER, orderColour, orderName } from "../../../theme";
@@ -47,7 +47,7 @@ export function ZoomButtons({ view }: { view: LiveView }) {
         type="button"
         aria-label={words.zoom_out}
         title={`${words.zoom_out} (−)`}
-        onClick={() => view.picture.zoomBy(1 / 1.5)}
+        onClick={() => view.camera_image.zoomBy(1 / 1.5)}
       >
         −
       </button>
@@ -56,18 +56,23 @@ export function ZoomButtons({ view }: { view: LiveView }) {
         type="button"
         aria-label={words.zoom_in}
         title={`${words.zoom_in} (+)`}
-        onClick={() => view.picture.zoomBy(1.5)}
+        onClick={() => view.camera_image.zoomBy(1.5)}
       >
         +
       </button>
-      <button type="button" aria-pressed={is_fitted} title={words.fit_hint} onClick={() => view.picture.fit()}>
+      <button
+        type="button"
+        aria-pressed={is_fitted}
+        title={words.fit_hint}
+        onClick={() => view.camera_image.fit()}
+      >
         {words.fit}
       </button>
       <button
         type="button"
         aria-pressed={at_one}
         title={words.one_to_one_hint}
-        onClick={() => view.picture.zoomTo(1)}
+        onClick={() => view.camera_image.zoomTo(1)}
       >
         1 : 1
       </button>

@@ -1,4 +1,4 @@
-/** Under the picture: what lies under the pointer. */
+/** Under the image: what lies under the pointer. */
 
 import { language, text } from "../../../text";
 import { NO_ORDER, orderName } from "../../../theme";

@@ -12,7 +12,7 @@ export function FrameFacts({ view }: { view: LiveView }) {
   const chosen = language.value;
   if (!figures) return null;
   const lost = Object.values(station.status.value?.frames.dropped ?? {}).reduce((sum, n) => sum + n, 0);
-  const pictures = figures.dropped.find(({ stream }) => stream === "image");
+  const images = figures.dropped.find(({ stream }) => stream === "image");
   const age = figures.age_ms;
   return (
     <dl class="frame-facts number">
@@ -35,8 +35,8 @@ export function FrameFacts({ view }: { view: LiveView }) {
       </Fact>
       <Fact of="not_shown" name={words.not_shown} hint={words.not_shown_hint}>
         {words.not_shown_by(
-          count(pictures?.by_rate ?? 0, chosen),
-          count(pictures?.too_slow ?? 0, chosen),
+          count(images?.by_rate ?? 0, chosen),
+          count(images?.too_slow ?? 0, chosen),
           count(figures.skipped, chosen),
         )}
       </Fact>

@@ -1,4 +1,4 @@
-/** Keeps a picture: one taken now, or the frozen one. */
+/** Keeps an image: one taken now, or the frozen one. */
 
 import { useMemo } from "preact/hooks";
 import { bytes } from "../../../api/client";
@@ -12,7 +12,7 @@ export function Snapshot({ view }: { view: LiveView }) {
   const command = useMemo(
     () =>
       new Command(async () => {
-        const image = view.frozen.peek() ? view.picture.image : undefined;
+        const image = view.frozen.peek() ? view.camera_image.frame : undefined;
         if (image) save(new Blob([image.jpeg as Uint8Array<ArrayBuffer>]), `frame-${image.sequence}.jpg`);
         else save(await (await bytes("/api/v1/devices/camera/snapshot.jpg")).blob(), `snapshot-${stamp()}.jpg`);
       }),

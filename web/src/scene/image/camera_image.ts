@@ -1,5 +1,5 @@
 /**
- * The camera's picture, and on a second layer the centrelines of the same frame.
+ * The camera's image, and on a second layer the centrelines of the same frame.
  *
  * Only the newest frame is decoded, as finely as it is shown; frames that arrive meanwhile replace each other and are
  * counted. Draws when something changed, at most once per refresh of the screen. What it holds (a bitmap, two
@@ -8,63 +8,63 @@
 
 import type { ImageMessage } from "../../stream/protocol";
 import { drawCentrelines } from "./centreline_layer";
-import { type Decoded, decodeJpeg, eighthsFor, WHOLE } from "./jpeg";
-import { listen } from "./picture_input";
+import { listen } from "./image_input";
 import {
   centred,
   fitted,
-  type PictureView,
+  type ImageTransform,
   panned,
-  placeOfU,
-  placeOfV,
   type Size,
-  uOfPlace,
-  vOfPlace,
+  uOfX,
+  vOfY,
+  xOfU,
+  yOfV,
   zoomedAt,
-} from "./picture_view";
+} from "./image_transform";
+import { type Decoded, decodeJpeg, eighthsFor, WHOLE } from "./jpeg";
 import { Zebra } from "./zebra";
 
 /** Callbacks of the camera image. */
-export interface PictureEvents {
+export interface ImageEvents {
   /** A frame is on the screen. */
   drawn?(image: ImageMessage): void;
   /** The pointer is at a position of the frame, px; `undefined`: it has left. */
   hovered?(at: { u_px: number; v_px: number } | undefined): void;
   /** The view was moved or zoomed. */
-  viewed?(view: PictureView, is_fitted: boolean): void;
+  viewed?(view: ImageTransform, is_fitted: boolean): void;
 }
 
-/** A picture's grey levels: `data[4 · (row · width + column)]`. */
+/** An image's grey levels: `data[4 · (row · width + column)]`. */
 export interface Greys {
   readonly data: ArrayLike<number>;
   readonly width: number;
   readonly height: number;
 }
 
-/** Draws something of its own over the picture, in CSS px, after the centrelines. */
-export type DrawOver = (context: CanvasRenderingContext2D, view: PictureView, image: ImageMessage) => void;
+/** Draws something of its own over the image, in CSS px, after the centrelines. */
+export type DrawOver = (context: CanvasRenderingContext2D, view: ImageTransform, image: ImageMessage) => void;
 
 /** Reduced further than this, pixels fall between those that smoothing of low quality looks at. */
 const HALF = 0.5;
 
-export class CameraPicture {
+export class CameraImage {
   /** Frames that were replaced by a newer one before they were decoded. */
   skipped = 0;
   /** Orders whose lines are not drawn; call `redraw` after a change. */
   readonly hidden_orders = new Set<number>();
   /** Whether any centrelines are drawn. */
   lines_shown = true;
-  /** Drawn over the picture: corners of a board, a search window. */
+  /** Drawn over the image: corners of a board, a search window. */
   draw_over: DrawOver | undefined;
-  private readonly picture_canvas = document.createElement("canvas");
+  private readonly image_canvas = document.createElement("canvas");
   private readonly line_canvas = document.createElement("canvas");
-  private readonly picture_context: CanvasRenderingContext2D;
+  private readonly image_context: CanvasRenderingContext2D;
   private readonly line_context: CanvasRenderingContext2D;
   private readonly pixels: CanvasRenderingContext2D;
   private readonly resized: ResizeObserver;
   private readonly stop_listening: () => void;
   private place_size: Size = { width: 0, height: 0 };
-  private view_: PictureView = { scale: 1, left: 0, top: 0 };
+  private view_: ImageTransform = { scale: 1, left: 0, top: 0 };
   private is_fitted = true;
   private zebra: Zebra | undefined;
   private marked: { u_px: number; v_px: number } | undefined;
@@ -77,29 +77,29 @@ export class CameraPicture {
   private frame_request = 0;
   private disposed = false;
 
-  /** `place` fills itself with the picture; its CSS must position it (class `data-view` does). */
+  /** `place` fills itself with the image; its CSS must position it (class `data-view` does). */
   constructor(
     private readonly place: HTMLElement,
-    private readonly events: PictureEvents = {},
+    private readonly events: ImageEvents = {},
   ) {
-    this.picture_context = contextOf(this.picture_canvas, {});
+    this.image_context = contextOf(this.image_canvas, {});
     this.line_context = contextOf(this.line_canvas, {});
     this.pixels = contextOf(document.createElement("canvas"), { willReadFrequently: true });
-    this.picture_canvas.className = "layer picture";
+    this.image_canvas.className = "layer image";
     this.line_canvas.className = "layer lines";
-    for (const canvas of [this.picture_canvas, this.line_canvas]) {
+    for (const canvas of [this.image_canvas, this.line_canvas]) {
       canvas.style.position = "absolute";
       canvas.style.inset = "0";
       canvas.style.width = "100%";
       canvas.style.height = "100%";
     }
-    place.append(this.picture_canvas, this.line_canvas);
+    place.append(this.image_canvas, this.line_canvas);
     this.resized = new ResizeObserver(() => this.resize());
     this.resized.observe(place);
     this.stop_listening = listen(place, {
       zoomAt: (factor, x, y) =>
-        this.look(zoomedAt(this.view_, factor, x, y, this.place_size, this.picture_size), false),
-      pan: (dx, dy) => this.look(panned(this.view_, dx, dy, this.place_size, this.picture_size), false),
+        this.look(zoomedAt(this.view_, factor, x, y, this.place_size, this.image_size), false),
+      pan: (dx, dy) => this.look(panned(this.view_, dx, dy, this.place_size, this.image_size), false),
       fit: () => this.fit(),
       point: (x, y) => this.point(x, y),
     });
@@ -107,11 +107,11 @@ export class CameraPicture {
   }
 
   /** The frame on the screen. */
-  get image(): ImageMessage | undefined {
+  get frame(): ImageMessage | undefined {
     return this.shown?.image;
   }
 
-  get view(): PictureView {
+  get view(): ImageTransform {
     return this.view_;
   }
 
@@ -139,17 +139,17 @@ export class CameraPicture {
     this.redraw();
   }
 
-  /** The whole picture. */
+  /** The whole image. */
   fit(): void {
-    this.look(fitted(this.place_size, this.picture_size), true);
+    this.look(fitted(this.place_size, this.image_size), true);
   }
 
   /** CSS pixels per pixel of the frame; the middle stays where it is. */
   zoomTo(scale: number): void {
     const { width, height } = this.place_size;
     const factor = scale / this.view_.scale;
-    if (this.is_fitted) this.look(centred(scale, this.place_size, this.picture_size), false);
-    else this.look(zoomedAt(this.view_, factor, width / 2, height / 2, this.place_size, this.picture_size), false);
+    if (this.is_fitted) this.look(centred(scale, this.place_size, this.image_size), false);
+    else this.look(zoomedAt(this.view_, factor, width / 2, height / 2, this.place_size, this.image_size), false);
   }
 
   zoomBy(factor: number): void {
@@ -198,11 +198,11 @@ export class CameraPicture {
     this.shown?.bitmap.close();
     this.shown = undefined;
     this.greys_ = undefined;
-    this.picture_canvas.remove();
+    this.image_canvas.remove();
     this.line_canvas.remove();
   }
 
-  private get picture_size(): Size {
+  private get image_size(): Size {
     const image = this.shown?.image;
     return { width: image?.width_px ?? 0, height: image?.height_px ?? 0 };
   }
@@ -286,18 +286,18 @@ export class CameraPicture {
 
   private resize(): void {
     this.place_size = { width: this.place.clientWidth, height: this.place.clientHeight };
-    for (const canvas of [this.picture_canvas, this.line_canvas]) {
+    for (const canvas of [this.image_canvas, this.line_canvas]) {
       canvas.width = Math.max(1, Math.round(this.place_size.width * devicePixelRatio));
       canvas.height = Math.max(1, Math.round(this.place_size.height * devicePixelRatio));
     }
     if (this.is_fitted) this.fit();
-    else this.look(panned(this.view_, 0, 0, this.place_size, this.picture_size), false);
+    else this.look(panned(this.view_, 0, 0, this.place_size, this.image_size), false);
   }
 
-  private look(view: PictureView, is_fitted: boolean): void {
+  private look(view: ImageTransform, is_fitted: boolean): void {
     this.view_ = view;
     this.is_fitted = is_fitted;
-    // A finger on the whole picture scrolls the page; on a part of it, it moves the picture.
+    // A finger on the whole image scrolls the page; on a part of it, it moves the image.
     this.place.style.touchAction = is_fitted ? "pan-y" : "none";
     this.place.dataset.view = `${view.scale} ${view.left} ${view.top}`;
     this.events.viewed?.(view, is_fitted);
@@ -307,20 +307,20 @@ export class CameraPicture {
 
   private point(x: number | undefined, y: number): void {
     if (x === undefined || !this.shown) this.events.hovered?.(undefined);
-    else this.events.hovered?.({ u_px: uOfPlace(this.view_, x), v_px: vOfPlace(this.view_, y) });
+    else this.events.hovered?.({ u_px: uOfX(this.view_, x), v_px: vOfY(this.view_, y) });
   }
 
   private draw(): void {
     this.frame_request = 0;
     const ratio = devicePixelRatio;
-    for (const context of [this.picture_context, this.line_context]) {
+    for (const context of [this.image_context, this.line_context]) {
       context.setTransform(1, 0, 0, 1, 0, 0);
       context.clearRect(0, 0, context.canvas.width, context.canvas.height);
       context.setTransform(ratio, 0, 0, ratio, 0, 0);
     }
     if (!this.shown) return;
     const { image } = this.shown;
-    this.drawPicture(this.shown);
+    this.drawImage(this.shown);
     if (this.lines_shown) drawCentrelines(this.line_context, this.view_, image, this.hidden_orders);
     this.draw_over?.(this.line_context, this.view_, image);
     if (this.marked) drawMark(this.line_context, this.view_, this.marked);
@@ -331,21 +331,25 @@ export class CameraPicture {
     }
   }
 
-  private drawPicture({ image, bitmap, share }: { image: ImageMessage } & Decoded): void {
+  private drawImage({ image, bitmap, share }: { image: ImageMessage } & Decoded): void {
     const { scale, left, top } = this.view_;
     const [width, height] = [share * image.jpeg_width_px, share * image.jpeg_height_px];
     const to_scale = (scale * image.scale) / share;
     // Enlarged pixels stay squares: what is measured is pixels.
     // Much reduced, neighbours are averaged: lines a few pixels wide would otherwise break into dots.
-    this.picture_context.imageSmoothingQuality = to_scale * devicePixelRatio < HALF ? "medium" : "low";
-    this.picture_context.imageSmoothingEnabled = scale * devicePixelRatio < 2;
+    this.image_context.imageSmoothingQuality = to_scale * devicePixelRatio < HALF ? "medium" : "low";
+    this.image_context.imageSmoothingEnabled = scale * devicePixelRatio < 2;
     const shown = this.zebra?.canvas ?? bitmap;
-    this.picture_context.drawImage(shown, 0, 0, width, height, left, top, to_scale * width, to_scale * height);
+    this.image_context.drawImage(shown, 0, 0, width, height, left, top, to_scale * width, to_scale * height);
   }
 }
 
-function drawMark(context: CanvasRenderingContext2D, view: PictureView, at: { u_px: number; v_px: number }): void {
-  const [x, y] = [placeOfU(view, at.u_px), placeOfV(view, at.v_px)];
+function drawMark(
+  context: CanvasRenderingContext2D,
+  view: ImageTransform,
+  at: { u_px: number; v_px: number },
+): void {
+  const [x, y] = [xOfU(view, at.u_px), yOfV(view, at.v_px)];
   for (const [colour, width] of [
     ["#000", 3],
     ["#fff", 1.25],

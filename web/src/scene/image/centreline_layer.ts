@@ -1,8 +1,8 @@
-/** Draws the centrelines of a frame over its picture, in order colours, each order named once. */
+/** Draws the centrelines of a frame over its image, in order colours, each order named once. */
 
 import type { ImageMessage, Line } from "../../stream/protocol";
 import { NO_ORDER, orderColour, orderName } from "../../theme";
-import { type PictureView, placeOfU, placeOfV } from "./picture_view";
+import { type ImageTransform, xOfU, yOfV } from "./image_transform";
 
 /** Width of a centreline, CSS px. */
 const LINE_PX = 1.5;
@@ -25,7 +25,7 @@ const LABEL_FONT = "600 12px system-ui, 'DejaVu Sans', sans-serif";
 /** Draws all lines whose order is not hidden. */
 export function drawCentrelines(
   context: CanvasRenderingContext2D,
-  view: PictureView,
+  view: ImageTransform,
   image: ImageMessage,
   hidden: ReadonlySet<number>,
 ): void {
@@ -55,7 +55,7 @@ export function runAlongU(image: ImageMessage): boolean {
 
 function strokeLine(
   context: CanvasRenderingContext2D,
-  view: PictureView,
+  view: ImageTransform,
   image: ImageMessage,
   line: Line,
   along_u: boolean,
@@ -73,8 +73,8 @@ function strokeLine(
     const next = points[along_u ? at + 2 : at + 3] ?? 0;
     const ends = at + 2 >= end || Math.abs(next - along) > gap;
     before = along;
-    const x = placeOfU(view, (points[at] ?? 0) / units_per_px);
-    const y = placeOfV(view, (points[at + 1] ?? 0) / units_per_px);
+    const x = xOfU(view, (points[at] ?? 0) / units_per_px);
+    const y = yOfV(view, (points[at + 1] ?? 0) / units_per_px);
     if (!begins && !ends && Math.abs(x - drawn_x) < apart && Math.abs(y - drawn_y) < apart) continue;
     [drawn_x, drawn_y] = [x, y];
     if (begins) context.moveTo(x, y);
@@ -83,13 +83,18 @@ function strokeLine(
   context.stroke();
 }
 
-function fillPoints(context: CanvasRenderingContext2D, view: PictureView, image: ImageMessage, line: Line): void {
+function fillPoints(
+  context: CanvasRenderingContext2D,
+  view: ImageTransform,
+  image: ImageMessage,
+  line: Line,
+): void {
   const { points, units_per_px } = image;
   context.fillStyle = orderColour(line.order);
   context.beginPath();
   for (let at = 2 * line.first; at < 2 * (line.first + line.n_points); at += 2) {
-    const x = placeOfU(view, (points[at] ?? 0) / units_per_px);
-    const y = placeOfV(view, (points[at + 1] ?? 0) / units_per_px);
+    const x = xOfU(view, (points[at] ?? 0) / units_per_px);
+    const y = yOfV(view, (points[at + 1] ?? 0) / units_per_px);
     context.moveTo(x + POINT_RADIUS_PX, y);
     context.arc(x, y, POINT_RADIUS_PX, 0, 2 * Math.PI);
   }
@@ -99,7 +104,7 @@ function fillPoints(context: CanvasRenderingContext2D, view: PictureView, image:
 /** The name of each order where its first long line begins. */
 function nameOrders(
   context: CanvasRenderingContext2D,
-  view: PictureView,
+  view: ImageTransform,
   image: ImageMessage,
   hidden: ReadonlySet<number>,
   along_u: boolean,
@@ -115,8 +120,8 @@ function nameOrders(
     if (named.includes(line.order)) continue;
     named.push(line.order);
     const at = 2 * line.first;
-    const x = placeOfU(view, (image.points[at] ?? 0) / image.units_per_px) + (along_u ? 4 : 8);
-    const y = placeOfV(view, (image.points[at + 1] ?? 0) / image.units_per_px) - (along_u ? 7 : 0);
+    const x = xOfU(view, (image.points[at] ?? 0) / image.units_per_px) + (along_u ? 4 : 8);
+    const y = yOfV(view, (image.points[at + 1] ?? 0) / image.units_per_px) - (along_u ? 7 : 0);
     const name = orderName(line.order);
     context.strokeText(name, x, y);
     context.fillStyle = orderColour(line.order);

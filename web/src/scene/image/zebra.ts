@@ -1,5 +1,5 @@
 /**
- * Stripes over the pixels of a picture that are at full scale.
+ * Stripes over the pixels of an image that are at full scale.
  *
  * Works by compositing alone, so that no frame is copied into the script's memory: 1 − grey, magnified until every
  * grey level below the limit is white, inverted, is a mask of the saturated pixels.
@@ -22,30 +22,30 @@ export class Zebra {
   private readonly mask = document.createElement("canvas");
   private stripes: CanvasPattern | undefined;
 
-  /** Makes `canvas` the picture with stripes. */
-  take(picture: ImageBitmap): void {
+  /** Makes `canvas` the image with stripes. */
+  take(image: ImageBitmap): void {
     const [mask, shown] = [this.mask.getContext("2d"), this.canvas.getContext("2d")];
     if (!mask || !shown) return;
     for (const canvas of [this.mask, this.canvas]) {
-      if (canvas.width === picture.width && canvas.height === picture.height) continue;
-      canvas.width = picture.width;
-      canvas.height = picture.height;
+      if (canvas.width === image.width && canvas.height === image.height) continue;
+      canvas.width = image.width;
+      canvas.height = image.height;
     }
     this.stripes ??= stripes(mask);
-    const { width, height } = picture;
+    const { width, height } = image;
     const composite = (operation: GlobalCompositeOperation, fill: string | CanvasPattern) => {
       mask.globalCompositeOperation = operation;
       mask.fillStyle = fill;
       mask.fillRect(0, 0, width, height);
     };
     mask.globalCompositeOperation = "copy";
-    mask.drawImage(picture, 0, 0);
+    mask.drawImage(image, 0, 0);
     composite("difference", "#ffffff");
     composite("color-dodge", DODGE);
     composite("difference", "#ffffff");
     if (this.stripes) composite("multiply", this.stripes);
     shown.globalCompositeOperation = "copy";
-    shown.drawImage(picture, 0, 0);
+    shown.drawImage(image, 0, 0);
     shown.globalCompositeOperation = "difference";
     shown.drawImage(this.mask, 0, 0);
   }

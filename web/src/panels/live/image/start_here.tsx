@@ -1,4 +1,4 @@
-/** Over the empty picture: why there is none, and the button that starts it. */
+/** Over the empty image: why there is none, and the button that starts it. */
 
 import { useApp } from "../../../app";
 import { CommandButton } from "../../../parts/command_button";
@@ -16,11 +16,11 @@ export function StartHere({ view }: { view: LiveView }) {
   const watching = running || station.busy.value;
   if (view.frozen.value || (view.figures.value && watching)) return null;
   if (watching) return <p class="start-here">{words.first_frame}</p>;
-  const over_picture = view.figures.value !== undefined;
+  const over_image = view.figures.value !== undefined;
   return (
-    <div class={over_picture ? "start-here over" : "start-here"}>
-      <strong>{over_picture ? words.ended : words.off}</strong>
-      {!over_picture && <p>{words.off_hint}</p>}
+    <div class={over_image ? "start-here over" : "start-here"}>
+      <strong>{over_image ? words.ended : words.off}</strong>
+      {!over_image && <p>{words.off_hint}</p>}
       <CommandButton command={start} kind="primary" blocked={blocked}>
         {words.start}
       </CommandButton>

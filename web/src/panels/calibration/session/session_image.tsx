@@ -1,10 +1,10 @@
-/** A picture of a session with what was found in it drawn over. */
+/** An image of a session with what was found in it drawn over. */
 
 import { useEffect, useRef } from "preact/hooks";
 import { orderColour } from "../../../theme";
 import type { Session } from "./session_state";
 
-/** Column and row of the picture, and the order; without order the dot is yellow. */
+/** Column and row of the image, and the order; without order the dot is yellow. */
 export type Dot = readonly [u: number, v: number, order: number | undefined];
 
 interface Properties {
@@ -22,7 +22,7 @@ const DOT_PX = 3;
 
 const WIDTH_PX = 480;
 
-export function SessionPicture({ session, artifact, label, dots }: Properties) {
+export function SessionImage({ session, artifact, label, dots }: Properties) {
   const { width_px, height_px } = session.body;
   const canvas = useRef<HTMLCanvasElement>(null);
   const height = Math.round((WIDTH_PX * height_px) / Math.max(1, width_px));
@@ -37,7 +37,7 @@ export function SessionPicture({ session, artifact, label, dots }: Properties) {
     }
   }, [artifact, dots.length, dots[0]?.[2], height]);
   return (
-    <div class="data-view picture">
+    <div class="data-view image">
       <img
         src={`/api/v1/calibration-sessions/${session.id}/images/${artifact}`}
         alt={label}
