@@ -1,15 +1,15 @@
 import { expect, test } from "vitest";
 import type { Job, Schemas } from "../src/api/client";
-import type { CalibrationDocument, ModelName, Models } from "../src/panels/calibration/details/figures";
-import { divergingColour, roundUp } from "../src/panels/calibration/details/heat_map";
-import { meaningOf, orderAngles } from "../src/panels/calibration/details/light_models";
-import { sentence } from "../src/panels/calibration/details/models_view";
-import { lastStanding } from "../src/panels/calibration/overview/active_card";
-import { archiveType } from "../src/panels/calibration/overview/upload";
-import { ordersFrom } from "../src/panels/calibration/session/new_session";
-import { type Look, needsOf, type Session, stepOf } from "../src/panels/calibration/session/session_state";
-import { isKnownPlace, meanDistance, STILL_FOR_MS, Stillness } from "../src/panels/calibration/session/stillness";
-import { verificationsOf } from "../src/panels/calibration/steps/verifications";
+import type { CalibrationDocument, ModelName, Models } from "../src/pages/calibration/details/figures";
+import { divergingColour, roundUp } from "../src/pages/calibration/details/heat_map";
+import { meaningOf, orderAngles } from "../src/pages/calibration/details/light_models";
+import { sentence } from "../src/pages/calibration/details/models_view";
+import { lastStanding } from "../src/pages/calibration/overview/active_card";
+import { archiveType } from "../src/pages/calibration/overview/upload";
+import { ordersFrom } from "../src/pages/calibration/session/new_session";
+import { type Look, needsOf, type Session, stepOf } from "../src/pages/calibration/session/session_state";
+import { isKnownPlace, meanDistance, STILL_FOR_MS, Stillness } from "../src/pages/calibration/session/stillness";
+import { verificationsOf } from "../src/pages/calibration/steps/verifications";
 import { language } from "../src/text";
 
 /** Four corners of a board whose first lies at (u, v). */

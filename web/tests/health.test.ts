@@ -1,8 +1,8 @@
 /** When Health speaks up. */
 
 import { expect, test } from "vitest";
-import { eventActor, eventDetail } from "../src/panels/health/event_text";
-import { parseMetrics } from "../src/panels/health/metrics";
+import { eventActor, eventDetail } from "../src/pages/health/event_text";
+import { parseMetrics } from "../src/pages/health/metrics";
 import {
   ageDays,
   calibrationTone,
@@ -12,7 +12,7 @@ import {
   linkTone,
   pairDisagrees,
   queueTone,
-} from "../src/panels/health/tone";
+} from "../src/pages/health/tone";
 import { de } from "../src/text/de";
 import { en } from "../src/text/en";
 

@@ -1,7 +1,7 @@
 /** Inspections: limits, order and the filter in the address. */
 
 import { expect, test } from "vitest";
-import { askedOf, filterOf, queryOf } from "../src/panels/inspections/filter";
+import { askedOf, filterOf, queryOf } from "../src/pages/inspections/filter";
 import { type CharacteristicResult, limitsOf, utilisation, worstFirst } from "../src/state/records/inspections";
 
 const result = (id: string, part: Partial<CharacteristicResult>) =>

@@ -1,9 +1,9 @@
 /** What Live says about a frame, held by frames whose figures are known. */
 
 import { expect, test } from "vitest";
-import { FrameRate } from "../src/panels/live/image/frame_rate";
-import { adviceOf } from "../src/panels/live/quality/advice";
-import { PIECE_POINTS, qualityOf, scatter } from "../src/panels/live/quality/quality";
+import { FrameRate } from "../src/pages/live/image/frame_rate";
+import { adviceOf } from "../src/pages/live/quality/advice";
+import { PIECE_POINTS, qualityOf, scatter } from "../src/pages/live/quality/quality";
 import { acrossOrders, nearestLinePoint, neighbour, profilePointAt } from "../src/scene/plot/nearest";
 import { SteadyRange } from "../src/scene/plot/steady_range";
 import type { ImageMessage, ProfileMessage } from "../src/stream/protocol";

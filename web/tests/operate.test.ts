@@ -2,10 +2,10 @@
 
 import { expect, test } from "vitest";
 import type { Job, Station } from "../src/api/client";
-import { lastOf } from "../src/panels/operate/last_part";
-import { type Obstacle, obstacleOf } from "../src/panels/operate/readiness";
-import { changed, freeName, scanOf } from "../src/panels/operate/recipe";
-import { barPlaces } from "../src/panels/operate/tolerance_bar";
+import { lastOf } from "../src/pages/operate/last_part";
+import { type Obstacle, obstacleOf } from "../src/pages/operate/readiness";
+import { changed, freeName, scanOf } from "../src/pages/operate/recipe";
+import { barPlaces } from "../src/pages/operate/tolerance_bar";
 import type { Plan } from "../src/state/records/measurement_plan";
 import type { ScannedPart } from "../src/state/records/scanned";
 

@@ -1,5 +1,5 @@
 import { expect, test } from "vitest";
-import { lossesOf, nothingFreed } from "../src/panels/live/recordings/recording_facts";
+import { lossesOf, nothingFreed } from "../src/pages/live/recordings/recording_facts";
 
 test("losses are all exposures that are not in the recording", () => {
   expect(lossesOf({ lost: { camera: 1, incomplete: 2, no_buffer: 4, malformed: 8, recorder: 16 } })).toBe(31);

@@ -2,9 +2,9 @@
 
 import { expect, test, vi } from "vitest";
 import type { Api } from "../src/api/client";
-import { filtered, NO_FILTER } from "../src/panels/results/filter";
-import { ResultsState } from "../src/panels/results/results_state";
-import { characteristicsOf, trendOf } from "../src/panels/results/trend_data";
+import { filtered, NO_FILTER } from "../src/pages/results/filter";
+import { ResultsState } from "../src/pages/results/results_state";
+import { characteristicsOf, trendOf } from "../src/pages/results/trend_data";
 import type { EventLog, StationEvent } from "../src/state/records/events";
 import { outcomeOf, standing } from "../src/state/records/outcome";
 import { type Measured, partOf, type Scan, type ScannedPart } from "../src/state/records/scanned";

@@ -1,5 +1,5 @@
 import { describe, expect, it } from "vitest";
-import { sectionOf } from "../src/panels/result/section";
+import { sectionOf } from "../src/pages/result/section";
 
 const frame = {
   calibration_id: "c",

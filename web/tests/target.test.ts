@@ -6,7 +6,7 @@ import {
   TARGET_KINDS,
   type Target,
   withSides,
-} from "../src/panels/calibration/session/target";
+} from "../src/pages/calibration/session/target";
 
 const board: Target = { kind: "chessboard", inner_columns: 11, inner_rows: 8, square_mm: 12 };
 

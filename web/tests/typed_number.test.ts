@@ -1,12 +1,12 @@
 /** What number fields make of what people type: a number that was meant, or words. */
 
 import { beforeEach, expect, test } from "vitest";
-import { Form } from "../src/parts/fields/form";
-import { type Limits, readTyped, written } from "../src/parts/fields/typed_number";
+import { Form } from "../src/components/fields/form";
+import { type Limits, readTyped, written } from "../src/components/fields/typed_number";
 import { language } from "../src/text";
 import { en } from "../src/text/en";
 
-const { not_a_number, not_whole } = en.parts;
+const { not_a_number, not_whole } = en.common;
 
 beforeEach(() => {
   language.value = "en";

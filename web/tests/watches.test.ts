@@ -1,7 +1,7 @@
 import { describe, expect, it } from "vitest";
 import type { Schemas } from "../src/api/client";
-import { figure, trendOf, watchTone } from "../src/panels/health/watch_trend";
-import { exposuresUpTo } from "../src/panels/scan/set_up";
+import { figure, trendOf, watchTone } from "../src/pages/health/watch_trend";
+import { exposuresUpTo } from "../src/pages/scan/set_up";
 
 type Verdict = Schemas["WatchVerdictDto"];
 

@@ -2,8 +2,8 @@
 
 import type { Station } from "../api/client";
 import { useApp } from "../app";
-import { ReloadButton } from "../parts/reload";
-import { ResetButton } from "../parts/reset";
+import { ReloadButton } from "../components/reload";
+import { ResetButton } from "../components/reset";
 import type { Loss } from "../state/station/control";
 import { text } from "../text";
 
@@ -31,7 +31,7 @@ export function Banners() {
         <div class="note banner row">
           <span class="grow">{lossWords(lost)}</span>
           <button type="button" onClick={() => (control.lost.value = undefined)}>
-            {text.value.parts.dismiss}
+            {text.value.common.dismiss}
           </button>
         </div>
       )}

@@ -1,7 +1,7 @@
 /** The bar: what station, what state, what light, what link, who commands – and Stop. */
 
 import { useApp } from "../app";
-import { activityOf } from "../parts/job/job_text";
+import { activityOf } from "../components/job/job_text";
 import { text } from "../text";
 import { ControlButton } from "./control_button";
 import { StopButton } from "./stop";

@@ -2,8 +2,8 @@
 
 import { Component, type ComponentChildren } from "preact";
 import { problemOf } from "../api/client";
-import { ProblemCard } from "../parts/problem";
-import { ReloadButton } from "../parts/reload";
+import { ProblemCard } from "../components/problem";
+import { ReloadButton } from "../components/reload";
 import { text } from "../text";
 
 interface Failed {

@@ -3,9 +3,9 @@
 import { useSignal } from "@preact/signals";
 import { useMemo } from "preact/hooks";
 import { useApp } from "../app";
-import { CommandButton } from "../parts/command_button";
-import { Dialog } from "../parts/dialogs/dialog";
-import { NameField } from "../parts/fields/name_field";
+import { CommandButton } from "../components/command_button";
+import { Dialog } from "../components/dialogs/dialog";
+import { NameField } from "../components/fields/name_field";
 import { Command } from "../state/station/command";
 import { text } from "../text";
 
@@ -75,7 +75,7 @@ function ControlDialog({ onClose }: { onClose: () => void }) {
             </CommandButton>
           )}
           <button type="button" onClick={onClose}>
-            {text.value.parts.close}
+            {text.value.common.close}
           </button>
         </div>
       </div>

@@ -6,24 +6,22 @@ import { type PageName, route } from "../state/browser/route";
 import { text } from "../text";
 import { Boundary, Failure } from "./boundary";
 
-type Panel = ComponentType;
-
-const PANELS: Record<PageName, () => Promise<{ default: Panel }>> = {
-  operate: () => import("../panels/operate"),
-  live: () => import("../panels/live"),
-  scan: () => import("../panels/scan"),
-  result: () => import("../panels/result"),
-  inspections: () => import("../panels/inspections"),
-  jobs: () => import("../panels/jobs"),
-  results: () => import("../panels/results"),
-  calibration: () => import("../panels/calibration"),
-  health: () => import("../panels/health"),
-  settings: () => import("../panels/settings"),
-  help: () => import("../panels/help"),
+const PAGE_MODULES: Record<PageName, () => Promise<{ default: ComponentType }>> = {
+  operate: () => import("../pages/operate"),
+  live: () => import("../pages/live"),
+  scan: () => import("../pages/scan"),
+  result: () => import("../pages/result"),
+  inspections: () => import("../pages/inspections"),
+  jobs: () => import("../pages/jobs"),
+  results: () => import("../pages/results"),
+  calibration: () => import("../pages/calibration"),
+  health: () => import("../pages/health"),
+  settings: () => import("../pages/settings"),
+  help: () => import("../pages/help"),
 };
 
 interface Loaded {
-  panel?: Panel;
+  component?: ComponentType;
   failure?: unknown;
 }
 
@@ -35,9 +33,9 @@ export function preload(page: PageName): Signal<Loaded> {
   if (known && !known.peek().failure) return known;
   const state = known ?? signal<Loaded>({});
   loaded.set(page, state);
-  PANELS[page]().then(
+  PAGE_MODULES[page]().then(
     (module) => {
-      state.value = { panel: module.default };
+      state.value = { component: module.default };
     },
     (failure: unknown) => {
       state.value = { failure };
@@ -47,11 +45,11 @@ export function preload(page: PageName): Signal<Loaded> {
 }
 
 export function Page() {
-  const { panel: Panel, failure } = preload(route.value.page).value;
-  if (Panel) {
+  const { component: Component, failure } = preload(route.value.page).value;
+  if (Component) {
     return (
       <Boundary>
-        <Panel />
+        <Component />
       </Boundary>
     );
   }

@@ -108,7 +108,7 @@ export const frame = {
   loading: "Lädt…",
 };
 
-export const parts = {
+export const common = {
   ok: "OK",
   cancel: "Abbrechen",
   close: "Schließen",

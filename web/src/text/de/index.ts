@@ -2,7 +2,7 @@ import type { Catalogue } from "../en";
 import { calibration } from "./calibration";
 import { damaged } from "./damaged";
 import { dark_frame } from "./dark_frame";
-import { frame, pages, parts } from "./frame";
+import { common, frame, pages } from "./frame";
 import { health } from "./health";
 import { help } from "./help";
 import { inspections } from "./inspections";
@@ -21,7 +21,7 @@ import { viewer } from "./viewer";
 export const de: Catalogue = {
   frame,
   pages,
-  parts,
+  common,
   tools,
   measured_as,
   outcomes,

@@ -71,7 +71,7 @@ export const frame = {
   loading: "Loading…",
 };
 
-export const parts = {
+export const common = {
   ok: "OK",
   cancel: "Cancel",
   close: "Close",

@@ -1,7 +1,7 @@
 import { calibration } from "./calibration";
 import { damaged } from "./damaged";
 import { dark_frame } from "./dark_frame";
-import { frame, pages, parts } from "./frame";
+import { common, frame, pages } from "./frame";
 import { health } from "./health";
 import { help } from "./help";
 import { inspections } from "./inspections";
@@ -20,7 +20,7 @@ import { viewer } from "./viewer";
 export const en = {
   frame,
   pages,
-  parts,
+  common,
   tools,
   measured_as,
   outcomes,

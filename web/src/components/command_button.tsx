@@ -1,0 +1,51 @@
+/** A button that carries out a command and shows what became of it. */
+
+import type { ComponentChildren } from "preact";
+import { useRef } from "preact/hooks";
+import type { Command } from "../state/station/command";
+import { text } from "../text";
+import { ProblemCard } from "./problem";
+
+interface Properties {
+  command: Command;
+  children: ComponentChildren;
+  /** Why it is disabled; shown on activation. */
+  blocked?: string | false | undefined;
+  kind?: "primary" | "danger" | "quiet" | "operator" | "primary operator" | undefined;
+}
+
+export function CommandButton({ command, children, blocked, kind }: Properties) {
+  const phase = command.phase.value;
+  const problem = command.problem.value;
+  const busy = phase === "requested" || phase === "accepted";
+  const words = text.value.common;
+  const present = useRef({ blocked, command });
+  present.current = { blocked, command };
+  const press = () => {
+    if (!present.current.blocked) void present.current.command.start();
+  };
+  // A blocked button stays reachable, so that it can say why.
+  return (
+    <span class="command">
+      <button
+        type="button"
+        class={kind}
+        title={blocked || undefined}
+        aria-disabled={blocked || busy ? "true" : undefined}
+        data-phase={phase}
+        onClick={() => {
+          // A touch does not take the focus from a field in every browser: what was typed counts first.
+          const field = document.activeElement;
+          if (!(field instanceof HTMLInputElement && field.classList.contains("number-input"))) return press();
+          field.blur();
+          setTimeout(press);
+        }}
+      >
+        {children}
+        {busy && <small>{phase === "requested" ? words.requested : words.accepted}</small>}
+      </button>
+      {blocked && <small class="why">{blocked}</small>}
+      {problem && <ProblemCard problem={problem} onDismiss={() => command.dismiss()} />}
+    </span>
+  );
+}

@@ -1,0 +1,49 @@
+/** A job that waits or runs: what it does, how far it is, how long it takes, and the way to end it. */
+
+import { useMemo } from "preact/hooks";
+import { data, type Job } from "../../api/client";
+import { type App, useApp } from "../../app";
+import { hasEnded } from "../../state/records/jobs";
+import { Command } from "../../state/station/command";
+import { language, text } from "../../text";
+import { duration } from "../../units";
+import { CommandButton } from "../command_button";
+import { jobText } from "./job_text";
+
+/** The command that ends a job. */
+export function useCancel({ api, jobs }: Pick<App, "api" | "jobs">, job: Job): Command {
+  return useMemo(
+    () =>
+      new Command(async (steps) => {
+        const params = { path: { id: job.id } };
+        jobs.note(await data(api.POST("/api/v1/jobs/{id}/cancel", { params })));
+        steps.accepted();
+        await jobs.ended(job.id);
+      }),
+    [api, jobs, job.id],
+  );
+}
+
+export function JobProgress({ job }: { job: Job }) {
+  const cancel = useCancel(useApp(), job);
+  return (
+    <div class="stack job" data-job-state={job.state}>
+      <progress value={job.progress} max={1} aria-label={jobText(job)} />
+      <div class="row">
+        <span class="grow">
+          {jobText(job)} <span class="muted number">{remaining(job)}</span>
+        </span>
+        {!hasEnded(job) && <CommandButton command={cancel}>{text.value.common.cancel}</CommandButton>}
+      </div>
+    </div>
+  );
+}
+
+/** Time left and the time of day when it ends. */
+export function remaining(job: Job): string {
+  if (job.remaining_s == null || hasEnded(job)) return "";
+  const ends = new Date(Date.now() + 1000 * job.remaining_s);
+  const clock = ends.toLocaleTimeString(language.value, { hour: "2-digit", minute: "2-digit", hourCycle: "h23" });
+  const words = text.value.common;
+  return `${words.remaining(duration(job.remaining_s, language.value))}, ${words.ends_at(clock)}`;
+}

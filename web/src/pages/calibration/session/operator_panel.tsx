@@ -1,0 +1,121 @@
+/** The virtual operator of the simulated station: holds the board as a person would. */
+
+import { useSignal } from "@preact/signals";
+import { useMemo } from "preact/hooks";
+import { data, type Schemas } from "../../../api/client";
+import { type App, useApp } from "../../../app";
+import { CommandButton } from "../../../components/command_button";
+import { ProblemCard } from "../../../components/problem";
+import { Command } from "../../../state/station/command";
+import { positionOf } from "../../../state/station/station";
+import { text } from "../../../text";
+
+/** Number of poses of the virtual operator; enough for any calibration. */
+const N_POSES = 12;
+
+/** The stage must have come to rest before the board is held over it. */
+const STAGE_REST_MS = 20_000;
+
+export function OperatorPanel({ n_taken, onMoved }: { n_taken: number; onMoved: () => void }) {
+  const app = useApp();
+  const words = text.value.calibration;
+  // The next pose that was not taken yet, counted from 1 as people do.
+  const pose = useSignal(Math.min(N_POSES, n_taken + 1));
+  const held = useSignal<number | undefined>(undefined);
+  const hold = useMemo(
+    () =>
+      new Command<[number]>(async (_, number) => {
+        pose.value = number;
+        await toZero(app);
+        await place(app, { place: "pose", pose: number - 1 });
+        held.value = number;
+        onMoved();
+      }),
+    [app],
+  );
+  if (app.station.simulated.value !== "twin") return null;
+  return (
+    <section class="card stack operator-panel">
+      <h2>{words.operator}</h2>
+      <p class="muted">{held.value ? words.held_pose(held.value) : words.operator_hint}</p>
+      <div class="row end">
+        <label class="field">
+          <span>{words.hold_pose}</span>
+          <select
+            value={pose.value}
+            onChange={(event) => {
+              pose.value = Number(event.currentTarget.value);
+            }}
+          >
+            {Array.from({ length: N_POSES }, (_, idx) => idx + 1).map((number) => (
+              <option key={number} value={number}>
+                {number}
+              </option>
+            ))}
+          </select>
+        </label>
+        <button type="button" onClick={() => void hold.start(pose.value)}>
+          {words.hold}
+        </button>
+        <button
+          type="button"
+          class="next-pose"
+          onClick={() => void hold.start(held.value === undefined ? pose.value : (held.value % N_POSES) + 1)}
+        >
+          {words.next_pose}
+        </button>
+      </div>
+      <CommandProblem command={hold} />
+    </section>
+  );
+}
+
+/** The board on the stage, for stage views. */
+export function StageOperatorPanel() {
+  const app = useApp();
+  const words = text.value.calibration;
+  const lay = useMemo(() => new Command(() => place(app, { place: "stage" })), [app]);
+  const away = useMemo(() => new Command(() => place(app, { place: "away" })), [app]);
+  if (app.station.simulated.value !== "twin") return null;
+  const state =
+    lay.phase.value === "done" ? words.board_on_stage : away.phase.value === "done" ? words.board_away : undefined;
+  return (
+    <section class="card stack operator-panel">
+      <h2>{words.operator}</h2>
+      <p class="muted">{state ?? words.operator_hint}</p>
+      <div class="row">
+        <CommandButton command={lay}>{words.lay_on_stage}</CommandButton>
+        <CommandButton command={away}>{words.take_away}</CommandButton>
+      </div>
+    </section>
+  );
+}
+
+/** Where the virtual operator holds the board. */
+export async function place({ api }: App, board: Schemas["VirtualBoardDto"]): Promise<void> {
+  await data(api.PUT("/api/v1/simulation/board", { body: board }));
+}
+
+/** The poses of the twin are meant for the stage at 0. */
+async function toZero({ api, control, station }: App): Promise<void> {
+  if (station.position.peek() === 0) return;
+  await control.ensure();
+  const params = { header: { "Sheaf-Control": control.id() ?? "" } };
+  await data(
+    api.POST("/api/v1/devices/stage/move", {
+      params,
+      body: station.rotary.peek() ? { target_deg: 0 } : { target_mm: 0 },
+    }),
+  );
+  const begun = performance.now();
+  while (performance.now() - begun < STAGE_REST_MS) {
+    const stage = await data(api.GET("/api/v1/devices/stage"));
+    if (!stage.moving && positionOf(stage) === 0) return;
+    await new Promise((resolve) => setTimeout(resolve, 50));
+  }
+}
+
+function CommandProblem({ command }: { command: Command<[number]> }) {
+  const problem = command.problem.value;
+  return problem ? <ProblemCard problem={problem} onDismiss={() => command.dismiss()} /> : null;
+}

@@ -1,0 +1,91 @@
+/** The images taken so far, each with what was found in it, and the way to take it again. */
+
+import { useMemo, useRef } from "preact/hooks";
+import { data, type Schemas } from "../../../api/client";
+import { useApp } from "../../../app";
+import { CommandButton } from "../../../components/command_button";
+import { Command } from "../../../state/station/command";
+import { text } from "../../../text";
+import { degrees, mm, px } from "../details/format";
+import type { Change } from "./session_change";
+import { SessionImage } from "./session_image";
+import type { Session } from "./session_state";
+
+/** An image whose RMS is so many times the session's stands out. */
+const STANDS_OUT = 2.5;
+
+export function PosesView({ session, change }: { session: Session; change: Change }) {
+  const words = text.value.calibration;
+  const { poses, camera } = session.body;
+  return (
+    <section class="card stack poses">
+      <h2>
+        {words.taken} <span class="muted number">({poses.length})</span>
+      </h2>
+      {poses.length === 0 && <p class="muted">{words.taken_none}</p>}
+      {camera.focal_px != null && (
+        <p class="number">{words.camera_so_far(px(camera.focal_px, 1), px(camera.rms_px))}</p>
+      )}
+      <ul class="pose-list">
+        {poses.map((pose, idx) => (
+          <Pose
+            key={pose.id}
+            session={session}
+            pose={pose}
+            number={idx + 1}
+            stands_out={(pose.board.rms_px ?? 0) > STANDS_OUT * (camera.rms_px ?? Number.POSITIVE_INFINITY)}
+            change={change}
+          />
+        ))}
+      </ul>
+    </section>
+  );
+}
+
+interface PoseProperties {
+  session: Session;
+  pose: Schemas["SessionPoseDto"];
+  number: number;
+  stands_out: boolean;
+  change: Change;
+}
+
+function Pose({ session, pose, number, stands_out, change }: PoseProperties) {
+  const { api } = useApp();
+  const words = text.value.calibration;
+  const { board, laser } = pose;
+  const changes = useRef(change);
+  changes.current = change;
+  const remove = useMemo(
+    () =>
+      new Command(async () => {
+        await changes.current((if_match) => {
+          const params = { path: { id: session.id, pose_id: pose.id }, header: { "If-Match": if_match } };
+          return data(api.DELETE("/api/v1/calibration-sessions/{id}/poses/{pose_id}", { params }));
+        });
+      }),
+    [api, session.id, pose.id],
+  );
+  const problem = board.problem ?? (stands_out ? words.stands_out : undefined);
+  return (
+    <li class="pose" data-pose={pose.id}>
+      <SessionImage
+        session={session}
+        artifact={board.image.artifact}
+        label={words.pose(number)}
+        dots={board.corners.map(([, , u = 0, v = 0]) => [u, v, undefined] as const)}
+      />
+      <div class="row">
+        <strong class="grow">{words.pose(number)}</strong>
+        <span class="number">{px(board.rms_px)}</span>
+      </div>
+      <small class="muted number">
+        {degrees(board.tilt_deg, 0)} · {mm(board.distance_mm, 0)} ·{" "}
+        {words.lines_found(String(laser?.n_segments ?? 0))}
+      </small>
+      {problem && <small class="bad">⚠ {problem}</small>}
+      {laser?.problem && <small class="bad">⚠ {laser.problem}</small>}
+      <CommandButton command={remove}>{words.delete}</CommandButton>
+    </li>
+  );
+}

@@ -1,0 +1,223 @@
+/** Before the first image: is the station ready, what board, what light. */
+
+import { useSignal } from "@preact/signals";
+import { useMemo } from "preact/hooks";
+import { data, idempotencyKey } from "../../../api/client";
+import { useApp } from "../../../app";
+import { CommandButton } from "../../../components/command_button";
+import { useForm } from "../../../components/fields/form";
+import { NumberField } from "../../../components/fields/number_field";
+import { Show, useLoaded } from "../../../components/loading";
+import { DarkFrameCard } from "../../../components/station/dark_frame_card";
+import { goTo, href } from "../../../state/browser/route";
+import { Command } from "../../../state/station/command";
+import { language, text } from "../../../text";
+import { orderName } from "../../../theme";
+import { decimal } from "../../../units";
+import { type Draft, draftFrom, ordersFrom } from "../session/new_session";
+import { TargetFacts, TargetFields } from "../session/target_form";
+import { goToStep, type StepProperties } from "./wizard";
+
+/** The state of the devices, one line each. */
+export function StationFacts() {
+  const { station } = useApp();
+  const words = text.value.calibration;
+  const { devices } = text.value.health;
+  const status = station.status.value;
+  if (!status) return null;
+  const { camera, stage, laser } = status;
+  const interlock_open = laser.interlock_closed === false;
+  const lines = [
+    [devices.camera, camera.connected ? undefined : words.check_missing],
+    [devices.stage, !stage.connected ? words.check_missing : stage.homed ? undefined : words.check_not_homed],
+    [devices.laser, !laser.connected ? words.check_missing : interlock_open ? words.check_interlock : undefined],
+  ] as const;
+  return (
+    <dl class="facts live-data">
+      {lines.map(([name, wrong]) => [
+        <dt key={name}>{name}</dt>,
+        <dd key={`${name}-state`}>{wrong ? <span class="tag bad">⚠ {wrong}</span> : words.check_ok}</dd>,
+      ])}
+    </dl>
+  );
+}
+
+/** The step in a session that was begun: what it was begun with. */
+export function StationCheck({ session }: StepProperties) {
+  const words = text.value.calibration;
+  const { target, projector } = session.body;
+  const number = (value: number, digits: number) => decimal(value, digits, language.value);
+  return (
+    <div class="stack">
+      <div class="cards two">
+        <section class="card">
+          <h2>{text.value.frame.station}</h2>
+          <StationFacts />
+        </section>
+        <section class="card">
+          <h2>{words.board}</h2>
+          <TargetFacts target={target} />
+        </section>
+        <section class="card">
+          <h2>{words.projector}</h2>
+          <dl class="facts">
+            <dt>{words.wavelength}</dt>
+            <dd>{number(projector.wavelength_nm, 1)} nm</dd>
+            <dt>{words.grating_lines}</dt>
+            <dd>
+              {number(projector.grating_lines_per_mm, 1)} {words.per_mm}
+            </dd>
+            <dt>{words.orders}</dt>
+            <dd>{projector.orders.map(orderName).join(", ")}</dd>
+            <dt>{words.direction}</dt>
+            <dd>{projector.line_direction === "columns" ? words.columns : words.rows}</dd>
+          </dl>
+        </section>
+        <DarkFrameCard />
+      </div>
+      <div>
+        <button type="button" class="primary" onClick={() => goToStep(session.id, "camera")}>
+          {words.next(words.step_names.camera ?? "")}
+        </button>
+      </div>
+    </div>
+  );
+}
+
+/** The step without a session: a form that begins one. */
+export function BeginSession() {
+  const { api } = useApp();
+  const words = text.value.calibration;
+  const { state } = useLoaded(
+    async () => draftFrom(await data(api.GET("/api/v1/calibration-sessions/defaults"))),
+    [api],
+  );
+  return (
+    <div class="calibration stack">
+      <header class="row wizard-header">
+        <h1 class="grow">{words.step_by_step}</h1>
+        <a class="button" href={href("calibration")}>
+          {text.value.common.cancel}
+        </a>
+      </header>
+      <p>
+        {words.check_lead} {words.active_untouched}
+      </p>
+      <div class="cards two">
+        <section class="card">
+          <h2>{text.value.frame.station}</h2>
+          <StationFacts />
+        </section>
+        <DarkFrameCard />
+      </div>
+      <Show of={state}>{(defaults) => <BeginForm defaults={defaults} />}</Show>
+    </div>
+  );
+}
+
+function BeginForm({ defaults }: { defaults: Draft }) {
+  const { api } = useApp();
+  const words = text.value.calibration;
+  const today = new Date().toLocaleDateString(language.value);
+  const name = useSignal(words.name_initial(today));
+  const draft = useSignal<Draft>(defaults);
+  const orders_text = useSignal(defaults.orders.map(orderName).join(", "));
+  const orders = ordersFrom(orders_text.value);
+  const form = useForm();
+  const change = (part: Partial<Draft>) => {
+    draft.value = { ...draft.value, ...part };
+  };
+  const begin = useMemo(
+    () =>
+      new Command(async () => {
+        const { target, ...projector } = draft.value;
+        const session = await data(
+          api.POST("/api/v1/calibration-sessions", {
+            headers: { "Idempotency-Key": idempotencyKey() },
+            body: {
+              exposures: null,
+              name: name.value,
+              target,
+              projector: { ...projector, orders: ordersFrom(orders_text.value) ?? projector.orders },
+            },
+          }),
+        );
+        goTo("calibration", session.id);
+      }),
+    [api],
+  );
+  const { target, wavelength_nm, grating_lines_per_mm } = draft.value;
+  return (
+    <form class="stack" onSubmit={(event) => event.preventDefault()}>
+      <p class="muted">{words.defaults_of_station}</p>
+      <div class="cards two">
+        <section class="card stack">
+          <h2>{words.board}</h2>
+          <TargetFields form={form} target={target} onChange={(target) => change({ target })} />
+        </section>
+        <section class="card stack">
+          <h2>{words.projector}</h2>
+          <p class="muted">{words.projector_hint}</p>
+          <NumberField
+            form={form}
+            label={words.wavelength}
+            unit="nm"
+            value={wavelength_nm}
+            min={200}
+            max={3000}
+            onChange={(value) => value !== undefined && change({ wavelength_nm: value })}
+          />
+          <NumberField
+            form={form}
+            label={words.grating_lines}
+            unit={words.per_mm}
+            value={grating_lines_per_mm}
+            min={0.1}
+            max={10_000}
+            onChange={(value) => value !== undefined && change({ grating_lines_per_mm: value })}
+          />
+          <label class="field">
+            <span>{words.orders}</span>
+            <input
+              value={orders_text.value}
+              aria-invalid={orders ? undefined : "true"}
+              onInput={(event) => {
+                orders_text.value = event.currentTarget.value;
+              }}
+            />
+            {!orders && <span class="wrong">{words.orders_wrong}</span>}
+          </label>
+          <label class="field">
+            <span>{words.direction}</span>
+            <select
+              value={draft.value.line_direction}
+              onChange={(event) => change({ line_direction: event.currentTarget.value })}
+            >
+              <option value="rows">{words.rows}</option>
+              <option value="columns">{words.columns}</option>
+            </select>
+          </label>
+        </section>
+      </div>
+      <label class="field session-name">
+        <span>{words.name}</span>
+        <input
+          value={name.value}
+          maxLength={100}
+          onInput={(event) => {
+            name.value = event.currentTarget.value;
+          }}
+        />
+      </label>
+      <div>
+        <CommandButton
+          command={begin}
+          kind="primary"
+          blocked={form.blocked.value ?? (!orders && words.orders_wrong)}
+        >
+          {words.create_session}
+        </CommandButton>
+      </div>
+    </form>
+  );
+}

@@ -1,0 +1,186 @@
+/** A calibration step by step. Everything stands in the session on the server; this page only shows where it is. */
+
+import { useSignal } from "@preact/signals";
+import type { ComponentChildren } from "preact";
+import { data, type Job } from "../../../api/client";
+import { useApp } from "../../../app";
+import { EVERY_EVENT, useFollowed } from "../../../components/followed";
+import { ProblemCard } from "../../../components/problem";
+import { goTo, href, route } from "../../../state/browser/route";
+import { text } from "../../../text";
+import { Discard } from "../session/open_sessions";
+import { type Change, useSessionChange } from "../session/session_change";
+import { isDone, madeBy, type Session, STEPS, type Step, stepOf } from "../session/session_state";
+import { CameraStep } from "./camera_step";
+import { StationCheck } from "./check_step";
+import { FinishStep } from "./finish_step";
+import { LightStep } from "./light_step";
+import { StageStep } from "./stage_step";
+import { isVerified, type Verification, verificationsOf } from "./verifications";
+import { VerifyStep } from "./verify_step";
+
+/** What every step is given. */
+export interface StepProperties {
+  session: Session;
+  /** The job that was started to solve it. */
+  job: Job | undefined;
+  /** The calibration it made. */
+  calibration_id: string | undefined;
+  verifications: readonly Verification[];
+  /** Changes the session, if nobody else has changed it meanwhile. */
+  change: Change;
+  reload: () => Promise<void>;
+}
+
+/** Jobs looked through for verifications. */
+const JOBS_SEEN = 200;
+
+export function Wizard({ id }: { id: string }) {
+  const { api, jobs } = useApp();
+  const words = text.value.calibration;
+  const loaded = useFollowed(
+    async () => {
+      const session = await data(api.GET("/api/v1/calibration-sessions/{id}", { params: { path: { id } } }));
+      const { job_id } = session.body;
+      const job = job_id
+        ? await data(api.GET("/api/v1/jobs/{id}", { params: { path: { id: job_id } } })).catch(() => undefined)
+        : undefined;
+      const made = madeBy(job);
+      const all = made
+        ? (await data(api.GET("/api/v1/jobs", { params: { query: { limit: JOBS_SEEN } } }))).items
+        : [];
+      const verifications = made ? verificationsOf(all, made) : [];
+      const query = { purpose: "verification" as const, ...(made !== undefined && { calibration_id: made }) };
+      const scans = made ? (await data(api.GET("/api/v1/scans", { params: { query } }))).items : [];
+      return { session, job, verifications, verified: isVerified(verifications, scans) };
+    },
+    EVERY_EVENT,
+    [id],
+  );
+  const { value, problem } = loaded.state.value;
+  const { session, change, conflict } = useSessionChange(value?.session, loaded.reload);
+  if (!value || !session) {
+    return problem ? (
+      <Missing>
+        <ProblemCard problem={problem} />
+      </Missing>
+    ) : (
+      <p class="muted">{text.value.frame.loading}</p>
+    );
+  }
+  // The stream sends progress before the next event.
+  const job = value.job && (jobs.get(value.job.id) ?? value.job);
+  const { verified } = value;
+  const step = chosenStep() ?? stepOf(session, job, verified);
+  const Step = STEP_VIEWS[step];
+  return (
+    <div class="calibration wizard" data-step={step} data-session-version={session.version}>
+      <WizardHeader session={session} />
+      <StepList current={step} id={id} isDone={(step) => isDone(step, session, job, verified)} />
+      <p class="muted untouched">{words.active_untouched}</p>
+      {problem && <ProblemCard problem={problem} />}
+      {conflict.value && (
+        <ProblemCard
+          problem={conflict.value}
+          onDismiss={() => {
+            conflict.value = undefined;
+          }}
+        />
+      )}
+      <Step
+        key={step}
+        session={session}
+        job={job}
+        calibration_id={madeBy(job)}
+        verifications={value.verifications}
+        change={change}
+        reload={loaded.reload}
+      />
+    </div>
+  );
+}
+
+const STEP_VIEWS: Record<Step, (properties: StepProperties) => ComponentChildren> = {
+  check: StationCheck,
+  camera: CameraStep,
+  light: LightStep,
+  stage: StageStep,
+  verify: VerifyStep,
+  finish: FinishStep,
+};
+
+/** The step that the address names; without one, the session's content says where it is. */
+function chosenStep(): Step | undefined {
+  const named = route.value.query.get("step");
+  return STEPS.find((step) => step === named);
+}
+
+export function goToStep(session_id: string, step: Step): void {
+  goTo("calibration", session_id, { step });
+}
+
+function Missing({ children }: { children: ComponentChildren }) {
+  const words = text.value.calibration;
+  return (
+    <div class="stack">
+      {children}
+      <p>{words.not_found_hint}</p>
+      <p>
+        <a class="button" href={href("calibration")}>
+          {words.put_aside}
+        </a>
+      </p>
+    </div>
+  );
+}
+
+function WizardHeader({ session }: { session: Session }) {
+  const words = text.value.calibration;
+  const asking = useSignal(false);
+  return (
+    <header class="row wizard-header">
+      <h1 class="grow">{session.body.name}</h1>
+      <a class="button" href={href("calibration")} title={words.put_aside_hint}>
+        {words.put_aside}
+      </a>
+      <button
+        type="button"
+        onClick={() => {
+          asking.value = true;
+        }}
+      >
+        {words.discard}
+      </button>
+      {asking.value && (
+        <Discard
+          session={session}
+          onDone={async () => goTo("calibration")}
+          onClose={() => {
+            asking.value = false;
+          }}
+        />
+      )}
+    </header>
+  );
+}
+
+function StepList({ current, id, isDone }: { current: Step; id: string; isDone: (step: Step) => boolean }) {
+  const words = text.value.calibration;
+  return (
+    <nav aria-label={words.steps}>
+      <ol class="steps">
+        {STEPS.map((step, idx) => (
+          <li key={step}>
+            <a href={href("calibration", id, { step })} aria-current={step === current ? "step" : undefined}>
+              <span class="step-mark" aria-hidden="true">
+                {isDone(step) ? "✓" : idx + 1}
+              </span>
+              <span>{words.step_names[step]}</span>
+              <span class="visually-hidden">{isDone(step) ? words.step_done : words.step_open}</span>
+            </a>
+          </li>
+        ))}
+      </ol>
+    </nav>
+  );
+}

@@ -1,0 +1,85 @@
+/** What was measured on a part, against its limits. */
+
+import { VerdictWord } from "../../components/verdict";
+import { type CharacteristicResult, limitsOf, worstFirst } from "../../state/records/inspections";
+import { text } from "../../text";
+import { measureName, uncertaintyOf, withUnit } from "./figures";
+
+export function Characteristics({ results }: { results: readonly CharacteristicResult[] }) {
+  const words = text.value.inspections;
+  return (
+    <section class="card" aria-label={words.table}>
+      <h2>{words.table}</h2>
+      <table class="wide">
+        <thead>
+          <tr>
+            <th>{words.characteristic}</th>
+            <th class="number">{words.nominal}</th>
+            <th class="number">{words.lower}</th>
+            <th class="number">{words.upper}</th>
+            <th class="number">{words.actual}</th>
+            <th class="number" title={words.uncertainty_hint}>
+              {words.uncertainty}
+            </th>
+            <th>{words.verdict}</th>
+          </tr>
+        </thead>
+        <tbody>
+          {worstFirst(results).map((result) => (
+            <Row key={result.id} result={result} />
+          ))}
+        </tbody>
+      </table>
+    </section>
+  );
+}
+
+function Row({ result }: { result: CharacteristicResult }) {
+  const words = text.value.inspections;
+  const { lower, upper } = limitsOf(result);
+  // The reason repeats why it could not be measured.
+  const reasons = [result.reason ?? result.failure, ...result.findings.map((finding) => finding.text)];
+  return (
+    <tr data-characteristic={result.id} data-verdict={result.verdict ?? undefined}>
+      <td>
+        <strong>{result.id}</strong> <span class="muted">{measureName(result)}</span>
+        {[...new Set(reasons)].map(
+          (reason) =>
+            reason && (
+              <div key={reason} class="reason" lang="en">
+                {reason}
+              </div>
+            ),
+        )}
+        {result.uncertainty_missing.length > 0 && (
+          <div class="reason">
+            {words.incomplete} <span lang="en">{result.uncertainty_missing.join(", ")}</span>
+          </div>
+        )}
+        {result.notes.map((note) => (
+          <div key={note} class="muted" lang="en">
+            {note}
+          </div>
+        ))}
+      </td>
+      <td class="number nowrap" data-label={words.nominal}>
+        {withUnit(result.nominal, result)}
+      </td>
+      <td class="number nowrap" data-label={words.lower}>
+        {withUnit(lower, result)}
+      </td>
+      <td class="number nowrap" data-label={words.upper}>
+        {withUnit(upper, result)}
+      </td>
+      <td class="number nowrap" data-label={words.actual}>
+        {result.value == null ? words.not_measured : <strong>{withUnit(result.value, result)}</strong>}
+      </td>
+      <td class="number nowrap" data-label={words.uncertainty}>
+        {uncertaintyOf(result)}
+      </td>
+      <td data-label={words.verdict}>
+        <VerdictWord verdict={result.verdict ?? undefined} />
+      </td>
+    </tr>
+  );
+}

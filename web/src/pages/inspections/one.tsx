@@ -1,0 +1,144 @@
+/** One inspection: the verdict, what it rests on, and the way to judge the same cloud by another version. */
+
+import { data } from "../../api/client";
+import { useApp } from "../../app";
+import { Show, useLoaded } from "../../components/loading";
+import { VerdictWord } from "../../components/verdict";
+import { href } from "../../state/browser/route";
+import { type Inspection, versionName } from "../../state/records/inspections";
+import { language, text } from "../../text";
+import { moment } from "../../units";
+import { Characteristics } from "./characteristics";
+import { ReEvaluate } from "./re_evaluate";
+
+export function OneInspection({ id }: { id: string }) {
+  const { api } = useApp();
+  const words = text.value.inspections;
+  const { state } = useLoaded(
+    () => data(api.GET("/api/v1/inspections/{id}", { params: { path: { id } } })),
+    [api, id],
+  );
+  return (
+    <div class="stack inspections">
+      <p>
+        <a href={href("inspections")}>← {words.to_list}</a>
+      </p>
+      {state.value.problem && <h1>{words.one}</h1>}
+      <Show of={state}>{(inspection) => <Whole inspection={inspection} />}</Show>
+    </div>
+  );
+}
+
+function Whole({ inspection }: { inspection: Inspection }) {
+  const words = text.value.inspections;
+  const because = words.because[inspection.verdict];
+  return (
+    <>
+      <header class="row" data-verdict={inspection.verdict}>
+        <div class="grow">
+          <h1>{inspection.serial}</h1>
+          <span class="muted">
+            {words.one} · {moment(inspection.created_at_ms, language.value)}
+          </span>
+        </div>
+        {inspection.simulated && (
+          <span class="tag" title={words.simulated_hint}>
+            {words.simulated}
+          </span>
+        )}
+        <VerdictWord verdict={inspection.verdict} big />
+      </header>
+      {because && <p>{because}</p>}
+      {inspection.alignment_failure && (
+        <p class="note">
+          {words.no_datum}: <span lang="en">{inspection.alignment_failure}</span>
+        </p>
+      )}
+      {inspection.re_evaluated_from && <Changed inspection={inspection} />}
+      <Characteristics results={inspection.results} />
+      <div class="cards">
+        <Facts inspection={inspection} />
+        <ReEvaluate inspection={inspection} />
+      </div>
+    </>
+  );
+}
+
+function Facts({ inspection }: { inspection: Inspection }) {
+  const words = text.value.inspections;
+  const { recipe, attributes } = inspection;
+  return (
+    <section class="card stack" aria-label={words.facts}>
+      <h2>{words.facts}</h2>
+      <dl class="facts">
+        <dt>{words.recipe}</dt>
+        <dd>
+          <span class="mono">{versionName(recipe)}</span>
+        </dd>
+        <dt>{words.calibration}</dt>
+        <dd>
+          <a class="mono" href={href("calibration", undefined, { show: inspection.calibration_id })}>
+            {inspection.calibration_id.slice(0, 8)}
+          </a>
+        </dd>
+        <dt>{words.devices}</dt>
+        <dd>{inspection.simulated ? words.simulated_hint : words.real}</dd>
+        <dt>{words.order}</dt>
+        <dd>{inspection.order ?? "–"}</dd>
+        <dt>{words.seq}</dt>
+        <dd>{inspection.seq}</dd>
+        {Object.entries(attributes).map(([name, value]) => [
+          <dt key={name}>{name}</dt>,
+          <dd key={`${name}=`}>{value}</dd>,
+        ])}
+        <dt>{words.result}</dt>
+        <dd>
+          {inspection.scan_id ? (
+            <a href={href("result", inspection.scan_id)}>{words.open_scan}</a>
+          ) : (
+            words.scan_deleted
+          )}
+        </dd>
+      </dl>
+    </section>
+  );
+}
+
+/** What differs from the inspection whose cloud was judged again. */
+function Changed({ inspection }: { inspection: Inspection }) {
+  const words = text.value.inspections;
+  const { changed, re_evaluated_from } = inspection;
+  return (
+    <section class="card stack" aria-label={words.changed}>
+      <h2>{words.changed}</h2>
+      <p>
+        {words.before}{" "}
+        <a href={href("inspections", re_evaluated_from ?? undefined)}>
+          {words.earlier} {inspection.serial}
+        </a>
+      </p>
+      {changed.length === 0 ? (
+        <p class="muted">{words.changed_none}</p>
+      ) : (
+        <table>
+          <thead>
+            <tr>
+              <th>{words.characteristic}</th>
+              <th>{words.was}</th>
+              <th>{words.now}</th>
+            </tr>
+          </thead>
+          <tbody>
+            {changed.map(({ id, before, after }) => (
+              <tr key={id} data-changed={id}>
+                <th scope="row">{id}</th>
+                <td>{before ? <VerdictWord verdict={before} /> : words.not_evaluated}</td>
+                <td>{after ? <VerdictWord verdict={after} /> : words.not_evaluated}</td>
+              </tr>
+            ))}
+          </tbody>
+        </table>
+      )}
+    </section>
+  );
+}

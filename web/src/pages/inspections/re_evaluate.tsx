@@ -1,0 +1,72 @@
+/** Judging the cloud of an inspection by another version of its recipe. */
+
+import { useSignal } from "@preact/signals";
+import { useId, useMemo } from "preact/hooks";
+import { data, idempotencyKey } from "../../api/client";
+import { useApp } from "../../app";
+import { CommandButton } from "../../components/command_button";
+import { succeeded } from "../../components/job/job_problem";
+import { Show, useLoaded } from "../../components/loading";
+import { goTo } from "../../state/browser/route";
+import { type Inspection, versionName } from "../../state/records/inspections";
+import { Command } from "../../state/station/command";
+import { text } from "../../text";
+
+export function ReEvaluate({ inspection }: { inspection: Inspection }) {
+  const { api, jobs } = useApp();
+  const words = text.value.inspections;
+  const id = useId();
+  const { recipe } = inspection;
+  const versions = useLoaded(
+    () => data(api.GET("/api/v1/recipes/{id}/versions", { params: { path: { id: recipe.id } } })),
+    [api, recipe.id],
+  );
+  /** Undefined: the newest. */
+  const chosen = useSignal<number | undefined>(undefined);
+  const run = useMemo(
+    () =>
+      new Command(async (steps) => {
+        const version = chosen.peek() ?? versions.state.peek().value?.items[0]?.version ?? recipe.version;
+        const params = { path: { id: inspection.id }, header: { "Idempotency-Key": idempotencyKey() } };
+        const body = { recipe: versionName({ id: recipe.id, version }) };
+        const job = await data(api.POST("/api/v1/inspections/{id}/re-evaluate", { params, body }));
+        // Without `wait_s` the answer is the job.
+        if (!("state" in job)) return goTo("inspections", job.id);
+        jobs.note(job);
+        steps.accepted();
+        goTo("inspections", succeeded(await jobs.ended(job.id)));
+      }),
+    [api, jobs, inspection.id, versions.state],
+  );
+  return (
+    <section class="card stack" aria-label={words.re_evaluate}>
+      <h2>{words.re_evaluate}</h2>
+      <p class="muted">{words.re_evaluate_hint}</p>
+      <Show of={versions.state}>
+        {({ items }) => (
+          <div class="row end">
+            <div class="field">
+              <label for={id}>{words.version}</label>
+              <select
+                id={id}
+                value={chosen.value ?? items[0]?.version}
+                onChange={(event) => (chosen.value = Number(event.currentTarget.value))}
+              >
+                {items.map(({ version }) => (
+                  <option key={version} value={version}>
+                    {version === recipe.version
+                      ? words.version_used(versionName({ id: recipe.id, version }))
+                      : versionName({ id: recipe.id, version })}
+                  </option>
+                ))}
+              </select>
+            </div>
+            <CommandButton command={run} blocked={!inspection.scan_id && words.no_scan_left}>
+              {words.re_evaluate}
+            </CommandButton>
+          </div>
+        )}
+      </Show>
+    </section>
+  );
+}

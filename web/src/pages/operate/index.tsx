@@ -1,0 +1,76 @@
+/** For gloves and distance: serial number, Start, the last result, the last parts. */
+
+import { useSignal } from "@preact/signals";
+import { useEffect, useMemo } from "preact/hooks";
+import { data } from "../../api/client";
+import { useApp } from "../../app";
+import { DamagedRecords } from "../../components/dialogs/damaged";
+import { useForm } from "../../components/fields/form";
+import { useFollowed } from "../../components/followed";
+import { ProblemCard } from "../../components/problem";
+import { MeasurementPlan } from "../../state/records/measurement_plan";
+import { readParts } from "../../state/records/scanned";
+import { text } from "../../text";
+import { lastOf } from "./last_part";
+import { LastParts, N_LAST_PARTS } from "./last_parts";
+import { LastResult } from "./last_result";
+import { Operation } from "./operation";
+import { obstacleOf } from "./readiness";
+import { SetUp } from "./set_up";
+import { Start } from "./start";
+import "./operate.css";
+
+export default function Operate() {
+  const app = useApp();
+  const { api, events, station, jobs } = app;
+  const serial = useSignal("");
+  const plan = useMemo(() => new MeasurementPlan(api), [api]);
+  useEffect(() => {
+    void plan.load();
+    const end = events.follow((news) => {
+      const changed = ({ kind }: { kind: string }) => kind === "measurement_plan.changed";
+      if (news.length === 0 || news.some(changed)) void plan.load();
+    });
+    return () => {
+      end();
+      // What was typed last is kept although the page is left at once.
+      void plan.saved();
+    };
+  }, [plan, events]);
+  const operation = useMemo(() => new Operation(app, serial, plan), [app, serial, plan]);
+  const form = useForm();
+
+  const active = useFollowed(
+    () => data(api.GET("/api/v1/calibrations/active")),
+    (event) => event.kind.startsWith("calibration."),
+  );
+  const parts = useFollowed(
+    () => readParts(api, N_LAST_PARTS, { purpose: "production" }),
+    ({ kind }) => kind.startsWith("scan.") || kind.startsWith("measurement."),
+  );
+  const calibration = active.state.value.value;
+  const job = jobs.open.value.find((job) => job.id === station.status.value?.job_id) ?? waiting(jobs.open.value);
+  const obstacle = obstacleOf({
+    stale: station.stale.value,
+    status: station.status.value,
+    calibrated: calibration === undefined ? undefined : calibration.calibration_id != null,
+    busy: job !== undefined,
+  });
+  const { value: shown, problem } = parts.state.value;
+  return (
+    <div class="operate">
+      <h1 class="visually-hidden">{text.value.operate.title}</h1>
+      <Start operation={operation} serial={serial} obstacle={obstacle} wrong={form.blocked.value} job={job} />
+      <LastResult last={lastOf(shown?.parts, operation.newest.value)} />
+      {problem && <ProblemCard problem={problem} />}
+      <DamagedRecords rows={shown?.damaged ?? []} />
+      <LastParts parts={shown?.parts ?? []} />
+      <SetUp plan={plan} form={form} travel={station.travel.value} />
+    </div>
+  );
+}
+
+/** A job that waits for the station, or uses it before the status shows it. */
+function waiting<J extends { kind: string }>(open: readonly J[]): J | undefined {
+  return open.find((job) => job.kind === "scan");
+}

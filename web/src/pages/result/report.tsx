@@ -1,0 +1,82 @@
+/** The result for people and programs elsewhere: on paper, as PDF, as JSON. */
+
+import { signal } from "@preact/signals";
+import { useEffect, useMemo } from "preact/hooks";
+import { useApp } from "../../app";
+import { CommandButton } from "../../components/command_button";
+import type { CloudViewer } from "../../scene/view/viewer";
+import { Command } from "../../state/station/command";
+import { language, text } from "../../text";
+import { moment } from "../../units";
+import { download } from "../health/bundle";
+import { PrintedLegend } from "../viewer/legend";
+import type { ResultState } from "./result_state";
+
+/** Format of the file. */
+const FORMAT = "sheaf-result/1";
+
+/** The cloud as it was seen when the report was asked for. */
+const printed = signal<string | undefined>(undefined);
+
+interface Properties {
+  result: ResultState;
+  viewer: () => CloudViewer | undefined;
+}
+
+export function ReportCard({ result, viewer }: Properties) {
+  const words = text.value.result;
+  const print = useMemo(
+    () =>
+      new Command(async () => {
+        printed.value = viewer()?.snapshot();
+        const image = new Image();
+        image.src = printed.value ?? "";
+        await image.decode().catch(() => undefined);
+        window.print();
+      }),
+    [viewer],
+  );
+  return (
+    <section class="card stack report-card" aria-label={words.report_title}>
+      <h2>{words.report_title}</h2>
+      <div class="row">
+        <CommandButton command={print}>{words.print}</CommandButton>
+        <button type="button" onClick={() => download(`${result.scan.name}.json`, reportJson(result))}>
+          JSON
+        </button>
+      </div>
+    </section>
+  );
+}
+
+/** Stands on paper only: the image with its colours' meaning, and when the report was made. */
+export function Printed({ result, viewer }: Properties) {
+  useEffect(() => {
+    // Also when the browser's own menu prints.
+    const take = () => {
+      printed.value = viewer()?.snapshot() ?? printed.peek();
+    };
+    addEventListener("beforeprint", take);
+    return () => {
+      removeEventListener("beforeprint", take);
+      printed.value = undefined;
+    };
+  }, [viewer]);
+  const simulated = useApp().station.simulated.value;
+  return (
+    <div class="print-only">
+      {simulated && <strong>{text.value.frame.simulated[simulated] ?? simulated}</strong>}
+      {printed.value && <img src={printed.value} alt={text.value.viewer.title} />}
+      {printed.value && <PrintedLegend state={result.view} />}
+      <p>
+        Sheaf · {text.value.result.printed_at} {moment(Date.now(), language.value)}
+      </p>
+    </div>
+  );
+}
+
+/** Everything the station recorded of the scan and what was measured on it. */
+function reportJson(result: ResultState): unknown {
+  const measurements = result.measurements.peek();
+  return { format: FORMAT, verdict: result.verdict.peek() ?? null, scan: result.scan, measurements };
+}

@@ -1,0 +1,193 @@
+/** The set-up of a scan. */
+
+import type { Signal } from "@preact/signals";
+import type { Form } from "../../components/fields/form";
+import { NumberField } from "../../components/fields/number_field";
+import { text } from "../../text";
+import { EXPOSURE_COUNTS, type Mode, type SetUp } from "./set_up";
+
+const MODES: readonly Mode[] = ["stop_and_go", "continuous"];
+
+/** Smallest step and speed of the input fields; the server checks the limits of the station. */
+const SMALLEST = 0.001;
+
+export function SetUpForm({ set_up, form }: { set_up: SetUp; form: Form }) {
+  const words = text.value.scan;
+  const several = set_up.mode.value === "stop_and_go" && set_up.n_exposures.value > 1;
+  const range = set_up.rotary.value ? set_up.turn : set_up.travel;
+  const unit = set_up.rotary.value ? "°" : "mm";
+  return (
+    <div class="stack">
+      <div class="row end travel" key={unit}>
+        <Quantity form={form} label={words.from} unit={unit} value={range.from} />
+        <Quantity form={form} label={words.to} unit={unit} value={range.to} />
+        {set_up.mode.value === "stop_and_go" ? (
+          <Quantity key="step" form={form} label={words.step} unit={unit} value={range.step} min={SMALLEST} />
+        ) : (
+          <Quantity
+            key="speed"
+            form={form}
+            label={words.speed}
+            unit={`${unit}/s`}
+            value={range.speed}
+            min={SMALLEST}
+          />
+        )}
+      </div>
+      <fieldset class="modes">
+        <legend class="muted">{words.mode}</legend>
+        {MODES.map((mode) => (
+          <label class="check" key={mode}>
+            <input
+              type="radio"
+              name="mode"
+              checked={set_up.mode.value === mode}
+              onChange={() => {
+                set_up.mode.value = mode;
+              }}
+            />
+            {words.modes[mode]}
+          </label>
+        ))}
+      </fieldset>
+      <label class="field">
+        <span>{words.name}</span>
+        <input
+          value={set_up.name.value}
+          maxLength={100}
+          autoComplete="off"
+          placeholder={words.name_placeholder}
+          onInput={(event) => {
+            set_up.name.value = event.currentTarget.value;
+          }}
+        />
+      </label>
+      <details>
+        <summary>{words.light}</summary>
+        <div class="stack more">
+          <div class="row end">
+            <NumberField
+              form={form}
+              key={several ? "longest" : "one"}
+              label={several ? words.longest_exposure : words.exposure}
+              unit="µs"
+              optional={!several}
+              min={1}
+              placeholder={words.automatic}
+              value={set_up.exposure_us.value}
+              onChange={(value) => {
+                set_up.exposure_us.value = value;
+              }}
+            />
+            <NumberField
+              form={form}
+              label={words.laser_power}
+              unit="%"
+              optional
+              min={0.1}
+              max={100}
+              placeholder="100"
+              value={set_up.laser_percent.value}
+              onChange={(value) => {
+                set_up.laser_percent.value = value;
+              }}
+            />
+          </div>
+          {set_up.mode.value === "stop_and_go" && (
+            <label class="field">
+              <span>{words.n_exposures}</span>
+              <select
+                value={set_up.n_exposures.value}
+                onChange={(event) => set_up.setExposures(Number(event.currentTarget.value))}
+              >
+                {EXPOSURE_COUNTS.map((n) => (
+                  <option key={n} value={n}>
+                    {words.exposure_counts(n)}
+                  </option>
+                ))}
+              </select>
+            </label>
+          )}
+          <label class="check">
+            <input
+              type="checkbox"
+              checked={set_up.keep_frames.value}
+              onChange={(event) => {
+                set_up.keep_frames.value = event.currentTarget.checked;
+              }}
+            />
+            {words.keep_frames}
+          </label>
+          <label class="check">
+            <input
+              type="checkbox"
+              checked={set_up.subtract_ambient.value}
+              onChange={(event) => {
+                set_up.subtract_ambient.value = event.currentTarget.checked;
+              }}
+            />
+            {words.subtract_ambient}
+          </label>
+          {set_up.subtract_ambient.value && (
+            <div class="row end">
+              {set_up.mode.value === "stop_and_go" && (
+                <NumberField
+                  form={form}
+                  label={words.ambient_rows}
+                  unit={words.rows_unit}
+                  optional
+                  whole
+                  min={1}
+                  placeholder="1"
+                  value={set_up.ambient_rows.value}
+                  onChange={(value) => {
+                    set_up.ambient_rows.value = value;
+                  }}
+                />
+              )}
+              <NumberField
+                form={form}
+                label={words.ambient_levels}
+                unit={words.levels_unit}
+                optional
+                min={0}
+                max={255}
+                placeholder={words.always}
+                value={set_up.ambient_levels.value}
+                onChange={(value) => {
+                  set_up.ambient_levels.value = value;
+                }}
+              />
+            </div>
+          )}
+          <label class="check">
+            <input
+              type="checkbox"
+              checked={set_up.record.value}
+              onChange={(event) => {
+                set_up.record.value = event.currentTarget.checked;
+              }}
+            />
+            {words.record}
+          </label>
+        </div>
+      </details>
+    </div>
+  );
+}
+
+interface QuantityProperties {
+  form: Form;
+  label: string;
+  unit: string;
+  value: Signal<number>;
+  min?: number;
+}
+
+/** A field for a number that must be there. */
+function Quantity({ form, label, unit, value, min }: QuantityProperties) {
+  const change = (typed: number | undefined) => {
+    if (typed !== undefined) value.value = typed;
+  };
+  return <NumberField form={form} label={label} unit={unit} value={value.value} onChange={change} min={min} />;
+}

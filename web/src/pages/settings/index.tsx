@@ -1,0 +1,136 @@
+/** What this browser remembers, and what can be switched at a simulated station. */
+
+import { useId } from "preact/hooks";
+import { useApp } from "../../app";
+import { CopyLine } from "../../components/copy_line";
+import { NameField } from "../../components/fields/name_field";
+import { href } from "../../state/browser/route";
+import { letter_shortcuts } from "../../state/browser/shortcuts";
+import { type ThemeChoice, theme_choice } from "../../state/browser/theme";
+import { LANGUAGES, type Language, language, text } from "../../text";
+import { decimal, length, moment } from "../../units";
+import { Simulation } from "./simulation";
+import "./settings.css";
+
+/** A number and a moment that show how this page writes both. */
+const EXAMPLE_MM = -1234.5678;
+const EXAMPLE_AT = new Date(2026, 0, 31, 14, 5, 9).getTime();
+
+export default function Settings() {
+  const { station } = useApp();
+  return (
+    <div class="stack settings">
+      <h1>{text.value.settings.title}</h1>
+      <div class="settings-grid">
+        <Person />
+        <Looks />
+        <Station />
+      </div>
+      {station.simulated.value === "twin" && <Simulation />}
+    </div>
+  );
+}
+
+function Person() {
+  const words = text.value.settings;
+  return (
+    <section class="card stack" aria-label={words.person}>
+      <h2>{words.person}</h2>
+      <NameField />
+      <p class="muted">{words.person_hint}</p>
+      <label class="check">
+        <input
+          type="checkbox"
+          checked={letter_shortcuts.value}
+          onChange={(event) => {
+            letter_shortcuts.value = event.currentTarget.checked;
+          }}
+        />
+        {words.letters}
+      </label>
+      <p class="muted">
+        {words.letters_hint} <a href={href("help", "shortcuts")}>{text.value.help.shortcuts}</a>
+      </p>
+    </section>
+  );
+}
+
+function Looks() {
+  const words = text.value.settings;
+  const id = useId();
+  return (
+    <section class="card stack" aria-label={words.looks}>
+      <h2>{words.looks}</h2>
+      <div class="field">
+        <label for={`${id}-language`}>{words.language}</label>
+        <select
+          id={`${id}-language`}
+          value={language.value}
+          onChange={(event) => {
+            language.value = event.currentTarget.value as Language;
+          }}
+        >
+          {Object.entries(LANGUAGES).map(([code, name]) => (
+            <option key={code} value={code} lang={code}>
+              {name}
+            </option>
+          ))}
+        </select>
+      </div>
+      <div class="field">
+        <label for={`${id}-theme`}>{words.theme}</label>
+        <select
+          id={`${id}-theme`}
+          value={theme_choice.value}
+          onChange={(event) => {
+            theme_choice.value = event.currentTarget.value as ThemeChoice;
+          }}
+        >
+          {(["system", "light", "dark"] as const).map((choice) => (
+            <option key={choice} value={choice}>
+              {words.themes[choice]}
+            </option>
+          ))}
+        </select>
+      </div>
+      <dl class="facts">
+        <dt>{words.numbers}</dt>
+        <dd>
+          {decimal(EXAMPLE_MM, 3, language.value)} mm, {length(0.0083, language.value)}
+        </dd>
+        <dt>{words.times}</dt>
+        <dd>{moment(EXAMPLE_AT, language.value)}</dd>
+      </dl>
+      <p class="muted">{words.numbers_hint}</p>
+    </section>
+  );
+}
+
+function Station() {
+  const { station } = useApp();
+  const words = text.value.settings;
+  const camera = station.status.value?.camera.settings;
+  return (
+    <section class="card stack" aria-label={words.station}>
+      <h2>{words.station}</h2>
+      {camera && (
+        <dl class="facts live-data">
+          <dt>{words.exposure}</dt>
+          <dd>{decimal(camera.exposure_us, 0, language.value)} µs</dd>
+          <dt>{words.gain}</dt>
+          <dd>{decimal(camera.gain_db, 1, language.value)} dB</dd>
+          <dt>{words.frame_rate}</dt>
+          <dd>{decimal(camera.frame_rate_hz, 1, language.value)} Hz</dd>
+        </dl>
+      )}
+      <a class="button" href={href("live")}>
+        {words.camera}
+      </a>
+      <h3>{words.api}</h3>
+      <CopyLine line={`${location.origin}/api/v1`} />
+      <p>
+        <a href="/docs/">{text.value.common.api_explorer}</a> · <a href="/openapi.json">openapi.json</a>
+      </p>
+    </section>
+  );
+}
