@@ -174,7 +174,7 @@ test(
     await page.waitForSelector('.wizard[data-step="camera"]');
     expect(await covered(page)).toBe(0);
     await press(page, "Start live view");
-    await page.locator(".look, .board-facts").first().waitFor();
+    await page.locator(".detection, .board-facts").first().waitFor();
     // The board is held still: the image is captured automatically.
     await press(page, "Next pose");
     await taken(page, 1);
@@ -185,7 +185,7 @@ test(
       await taken(page, n);
     }
     expect(await covered(page)).toBeGreaterThan(after_one);
-    await page.waitForSelector('.look[data-corners="88"]', { timeout: SEEN_WITHIN_MS });
+    await page.waitForSelector('.detection[data-corners="88"]', { timeout: SEEN_WITHIN_MS });
     await expectAccessible(page);
     await picture(page, "calibration-camera");
     await dark(page);
@@ -231,7 +231,7 @@ test(
     const made = last.page.locator("[data-made]");
     await made.waitFor({ timeout: SOLVED_WITHIN_MS });
     const made_id = (await made.getAttribute("data-made")) ?? "";
-    await last.page.locator(".stage-figures svg").waitFor();
+    await last.page.locator(".stage-summary svg").waitFor();
     await expectAccessible(last.page);
     await picture(last.page, "calibration-solved");
     // Without a chosen step the page opens at the session's current step.

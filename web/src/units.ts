@@ -39,8 +39,8 @@ export function bytes(value: number | null | undefined, language: string): strin
   return `${decimal(value / 1000 ** power, power === 0 ? 0 : 1, language)} ${units[power]}`;
 }
 
-/** A moment on the wall clock, its month as a word: no country reads it differently. */
-export function moment(at_ms: number | null | undefined, language: string): string {
+/** Local date and time, with the month as a word, so that it is unambiguous in every country. */
+export function dateTime(at_ms: number | null | undefined, language: string): string {
   if (at_ms == null) return "–";
   return new Date(at_ms).toLocaleString(language, { dateStyle: "medium", timeStyle: "medium", hourCycle: "h23" });
 }

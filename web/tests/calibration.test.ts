@@ -1,14 +1,14 @@
 import { expect, test } from "vitest";
 import type { Job, Schemas } from "../src/api/client";
-import type { CalibrationDocument, ModelName, Models } from "../src/pages/calibration/details/figures";
-import { divergingColour, roundUp } from "../src/pages/calibration/details/heat_map";
-import { meaningOf, orderAngles } from "../src/pages/calibration/details/light_models";
-import { sentence } from "../src/pages/calibration/details/models_view";
-import { lastStanding } from "../src/pages/calibration/overview/active_card";
+import { divergingColour, niceCeiling } from "../src/pages/calibration/details/heat_map";
+import { orderAngles, recommendationOf } from "../src/pages/calibration/details/light_models";
+import { recommendationText } from "../src/pages/calibration/details/models_view";
+import type { CalibrationDocument, ModelName, Models } from "../src/pages/calibration/details/summary";
+import { calibrationAfterRollBack } from "../src/pages/calibration/overview/active_card";
 import { archiveType } from "../src/pages/calibration/overview/upload";
 import { ordersFrom } from "../src/pages/calibration/session/new_session";
-import { type Look, needsOf, type Session, stepOf } from "../src/pages/calibration/session/session_state";
-import { isKnownPlace, meanDistance, STILL_FOR_MS, Stillness } from "../src/pages/calibration/session/stillness";
+import { type Detection, needsOf, type Session, stepOf } from "../src/pages/calibration/session/session_state";
+import { isKnownPose, meanDistance, STILL_FOR_MS, Stillness } from "../src/pages/calibration/session/stillness";
 import { verificationsOf } from "../src/pages/calibration/steps/verifications";
 import { language } from "../src/text";
 
@@ -91,24 +91,24 @@ test("needs are the server's; what is drawn beside them comes from the boards", 
   expect(needsOf(sessionOf(COMPLETE)).all).toBe(true);
 });
 
-function lookAt(u: number, captured_ms: number): Look {
-  return { width_px: 1280, corners: cornersAt(u, 100), captured_ms } as unknown as Look;
+function detectBoard(u: number, captured_ms: number): Detection {
+  return { width_px: 1280, corners: cornersAt(u, 100), captured_ms } as unknown as Detection;
 }
 
 test("a board is still when its corners stay, and moving it begins anew", () => {
   const stillness = new Stillness();
-  expect(stillness.follow(lookAt(100, 0))).toBe(0);
-  expect(stillness.follow(lookAt(100.2, 600))).toBe(600);
-  expect(stillness.follow(lookAt(100, 1100))).toBeGreaterThanOrEqual(STILL_FOR_MS);
-  expect(stillness.follow(lookAt(140, 1500))).toBe(0);
-  expect(stillness.follow({ ...lookAt(140, 1900), corners: [] })).toBe(0);
-  expect(stillness.follow(lookAt(140, 2300))).toBe(0);
+  expect(stillness.follow(detectBoard(100, 0))).toBe(0);
+  expect(stillness.follow(detectBoard(100.2, 600))).toBe(600);
+  expect(stillness.follow(detectBoard(100, 1100))).toBeGreaterThanOrEqual(STILL_FOR_MS);
+  expect(stillness.follow(detectBoard(140, 1500))).toBe(0);
+  expect(stillness.follow({ ...detectBoard(140, 1900), corners: [] })).toBe(0);
+  expect(stillness.follow(detectBoard(140, 2300))).toBe(0);
 });
 
 test("a pose that was captured before is not captured automatically again", () => {
   const session = sessionOf([{ u: 100 }, { u: 300 }]);
-  expect(isKnownPlace(lookAt(305, 0), session)).toBe(true);
-  expect(isKnownPlace(lookAt(400, 0), session)).toBe(false);
+  expect(isKnownPose(detectBoard(305, 0), session)).toBe(true);
+  expect(isKnownPose(detectBoard(400, 0), session)).toBe(false);
   expect(meanDistance(cornersAt(0, 0), cornersAt(3, 4))).toBe(5);
   expect(meanDistance([], cornersAt(3, 4))).toBe(Number.POSITIVE_INFINITY);
 });
@@ -127,15 +127,15 @@ function models(recommended: ModelName, ...bias_mm: (number | undefined)[]): Mod
 
 test("one sentence says what the three models mean and which to use", () => {
   language.value = "en";
-  const curved = meaningOf(models("grating", 0.2711, 0.2704, 0.0107));
+  const curved = recommendationOf(models("grating", 0.2711, 0.2704, 0.0107));
   expect(curved).toEqual({ kind: "curved", use: "grating", worst_mm: 0.2711, best_mm: 0.0107 });
-  expect(sentence(curved)).toContain("271.1 µm");
-  expect(sentence(curved)).toContain("Use “grating”");
-  expect(meaningOf(models("planes", 0.011, 0.012, 0.0105)).kind).toBe("alike");
-  expect(meaningOf(models("planes", 0.011, 0.2, 0.19)).kind).toBe("free");
-  expect(meaningOf(models("planes", 0.011, undefined, undefined)).kind).toBe("unknown");
+  expect(recommendationText(curved)).toContain("271.1 µm");
+  expect(recommendationText(curved)).toContain("Use “grating”");
+  expect(recommendationOf(models("planes", 0.011, 0.012, 0.0105)).kind).toBe("alike");
+  expect(recommendationOf(models("planes", 0.011, 0.2, 0.19)).kind).toBe("free");
+  expect(recommendationOf(models("planes", 0.011, undefined, undefined)).kind).toBe("unknown");
   language.value = "de";
-  expect(sentence(curved)).toContain("271,1 µm");
+  expect(recommendationText(curved)).toContain("271,1 µm");
   language.value = "en";
 });
 
@@ -158,7 +158,7 @@ test("angles of the orders are those of the grating equation", () => {
     expect.closeTo(0, 9),
     expect.closeTo(30, 9),
   ]);
-  expect(angles[2]?.sheet_deg).toBeCloseTo((180 / Math.PI) * Math.asin(0.49), 9);
+  expect(angles[2]?.nominal_deg).toBeCloseTo((180 / Math.PI) * Math.asin(0.49), 9);
   const tilted = (degrees: number) => [
     0,
     Math.cos((degrees * Math.PI) / 180),
@@ -181,15 +181,15 @@ test("angles of the orders are those of the grating equation", () => {
 test("a roll-back reverts the last activation still in effect", () => {
   const entry = (action: string, to: string | null, previous_id: string | null) =>
     ({ seq: 0, action, actor: "Anna", at_ms: 0, calibration_id: to, previous_id }) as Schemas["ActivationDto"];
-  expect(lastStanding([])).toBeUndefined();
-  expect(lastStanding([entry("activate", "b", "a"), entry("activate", "a", null)])).toBe("a");
+  expect(calibrationAfterRollBack([])).toBeUndefined();
+  expect(calibrationAfterRollBack([entry("activate", "b", "a"), entry("activate", "a", null)])).toBe("a");
   // b was rolled back: the next roll-back reverts a, with nothing before it.
   const acts = [entry("roll_back", "a", "b"), entry("activate", "b", "a"), entry("activate", "a", null)];
-  expect(lastStanding(acts)).toBeUndefined();
+  expect(calibrationAfterRollBack(acts)).toBeUndefined();
 });
 
 test("scales end at round numbers, colours at their ends", () => {
-  expect([0.0107, 0.27, 1, 0, 9.1].map(roundUp)).toEqual([0.02, 0.5, 1, 1, 10]);
+  expect([0.0107, 0.27, 1, 0, 9.1].map(niceCeiling)).toEqual([0.02, 0.5, 1, 1, 10]);
   expect(divergingColour(0, 1)).toBe("rgb(92 96 100)");
   expect(divergingColour(5, 1)).toBe(divergingColour(1, 1));
   expect(divergingColour(-1, 1)).not.toBe(divergingColour(1, 1));

@@ -77,7 +77,7 @@ test("control that ran out because the page slept is called so", async () => {
   const now = performance.now();
   vi.spyOn(performance, "now").mockReturnValue(now + 60_000);
   await vi.advanceTimersByTimeAsync(1600);
-  expect(control.lost.value).toEqual({ kind: "unrenewed" });
+  expect(control.lost.value).toEqual({ kind: "not_renewed" });
   vi.restoreAllMocks();
 });
 
@@ -93,7 +93,7 @@ test("control that lapses is idle also when its last renewal was for a moment on
 
 test("control that a server forgot was not taken by somebody", async () => {
   const control = await afterRenewal("control-required");
-  expect(control.lost.value).toEqual({ kind: "unrenewed" });
+  expect(control.lost.value).toEqual({ kind: "not_renewed" });
 });
 
 test("control that somebody took is reported with the name", async () => {

@@ -1,7 +1,7 @@
 /** Inspections: limits, order and the filter in the address. */
 
 import { expect, test } from "vitest";
-import { askedOf, filterOf, queryOf } from "../src/pages/inspections/filter";
+import { filterOf, queryOf, serverQuery } from "../src/pages/inspections/filter";
 import { type CharacteristicResult, limitsOf, utilisation, worstFirst } from "../src/state/records/inspections";
 
 const result = (id: string, part: Partial<CharacteristicResult>) =>
@@ -41,11 +41,11 @@ test("the worst comes first: by verdict, then by how much of the tolerance it us
 test("the filter is what stands in the address; days are whole, of this time zone", () => {
   const filter = filterOf(new URLSearchParams("serial=+BL-1&verdict=not_ok&from=2026-11-24&to=2026-11-24&x=1"));
   expect(queryOf(filter)).toEqual({ serial: "BL-1", verdict: "not_ok", from: "2026-11-24", to: "2026-11-24" });
-  expect(askedOf(filter)).toEqual({
+  expect(serverQuery(filter)).toEqual({
     serial: "BL-1",
     verdict: "not_ok",
     from_ms: new Date(2026, 10, 24).getTime(),
     to_ms: new Date(2026, 10, 25).getTime(),
   });
-  expect(askedOf(filterOf(new URLSearchParams("verdict=fine&from=soon")))).toEqual({});
+  expect(serverQuery(filterOf(new URLSearchParams("verdict=fine&from=soon")))).toEqual({});
 });

@@ -1,9 +1,9 @@
-/** What Live says about a frame, held by frames whose figures are known. */
+/** What Live says about a frame, held by frames whose values are known. */
 
 import { expect, test } from "vitest";
 import { FrameRate } from "../src/pages/live/image/frame_rate";
 import { adviceOf } from "../src/pages/live/quality/advice";
-import { PIECE_POINTS, qualityOf, scatter } from "../src/pages/live/quality/quality";
+import { qualityOf, SEGMENT_POINTS, scatter } from "../src/pages/live/quality/quality";
 import { acrossOrders, nearestLinePoint, neighbour, profilePointAt } from "../src/scene/plot/nearest";
 import { SteadyRange } from "../src/scene/plot/steady_range";
 import type { ImageMessage, ProfileMessage } from "../src/stream/protocol";
@@ -70,20 +70,20 @@ function profile(z_mm: number[], columns = z_mm.map((_, idx) => idx)): ProfileMe
 const WHOLE = (of: ProfileMessage) => ({ order: 0, first: 0, n_points: of.z_mm.length });
 
 test("a slanted plane has no scatter, a zigzag has the one that statistics give", () => {
-  const slanted = profile(Array.from({ length: 3 * PIECE_POINTS }, (_, idx) => 400 + 0.02 * idx));
+  const slanted = profile(Array.from({ length: 3 * SEGMENT_POINTS }, (_, idx) => 400 + 0.02 * idx));
   // 32-bit heights near 400 mm are rounded to 0.03 µm.
   expect(scatter(slanted, WHOLE(slanted))).toBeLessThan(2e-5);
-  const zigzag = profile(Array.from({ length: 2 * PIECE_POINTS }, (_, idx) => (idx % 2 === 0 ? 0.01 : -0.01)));
+  const zigzag = profile(Array.from({ length: 2 * SEGMENT_POINTS }, (_, idx) => (idx % 2 === 0 ? 0.01 : -0.01)));
   // Deviations of ±10 µm about their mean, two of 21 degrees of freedom taken by the line.
-  const mean = 0.01 / PIECE_POINTS;
-  const expected = Math.sqrt((PIECE_POINTS * (0.01 ** 2 - mean ** 2)) / (PIECE_POINTS - 2));
+  const mean = 0.01 / SEGMENT_POINTS;
+  const expected = Math.sqrt((SEGMENT_POINTS * (0.01 ** 2 - mean ** 2)) / (SEGMENT_POINTS - 2));
   expect(scatter(zigzag, WHOLE(zigzag))).toBeCloseTo(expected, 6);
 });
 
-test("a step at an interruption is no scatter, and pieces too short for a line say nothing", () => {
-  const columns = Array.from({ length: 2 * PIECE_POINTS }, (_, idx) => (idx < PIECE_POINTS ? idx : idx + 9));
+test("a step at a gap is not scatter, and segments too short for a line have none", () => {
+  const columns = Array.from({ length: 2 * SEGMENT_POINTS }, (_, idx) => (idx < SEGMENT_POINTS ? idx : idx + 9));
   const step = profile(
-    columns.map((column) => (column < PIECE_POINTS ? 400 : 380)),
+    columns.map((column) => (column < SEGMENT_POINTS ? 400 : 380)),
     columns,
   );
   expect(scatter(step, WHOLE(step))).toBeCloseTo(0, 6);

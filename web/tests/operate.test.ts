@@ -4,7 +4,7 @@ import { expect, test } from "vitest";
 import type { Job, Station } from "../src/api/client";
 import { lastOf } from "../src/pages/operate/last_part";
 import { type Obstacle, obstacleOf } from "../src/pages/operate/readiness";
-import { changed, freeName, scanOf } from "../src/pages/operate/recipe";
+import { freeName, scanOf, withChange } from "../src/pages/operate/recipe";
 import { barPlaces } from "../src/pages/operate/tolerance_bar";
 import type { Plan } from "../src/state/records/measurement_plan";
 import type { ScannedPart } from "../src/state/records/scanned";
@@ -55,8 +55,8 @@ test("a scan is asked for with what is measured on it; an empty serial number is
 
 test("limits need a nominal to lie around, but for flatness", () => {
   const sphere = { tool: "sphere" as const, nominal_mm: 18.9, tolerance_mm: 0.05 };
-  expect(changed(sphere, { nominal_mm: null })).toMatchObject({ nominal_mm: null, tolerance_mm: null });
-  expect(changed({ tool: "flatness" }, { tolerance_mm: 0.1 })).toMatchObject({ tolerance_mm: 0.1 });
+  expect(withChange(sphere, { nominal_mm: null })).toMatchObject({ nominal_mm: null, tolerance_mm: null });
+  expect(withChange({ tool: "flatness" }, { tolerance_mm: 0.1 })).toMatchObject({ tolerance_mm: 0.1 });
 });
 
 test("a second use of a tool gets a name of its own", () => {

@@ -6,7 +6,7 @@ import { filtered, NO_FILTER } from "../src/pages/results/filter";
 import { ResultsState } from "../src/pages/results/results_state";
 import { characteristicsOf, trendOf } from "../src/pages/results/trend_data";
 import type { EventLog, StationEvent } from "../src/state/records/events";
-import { outcomeOf, standing } from "../src/state/records/outcome";
+import { decidingCharacteristic, outcomeOf } from "../src/state/records/outcome";
 import { type Measured, partOf, type Scan, type ScannedPart } from "../src/state/records/scanned";
 
 function measured(change: Partial<Measured> = {}): Measured {
@@ -70,8 +70,8 @@ test("the worst characteristic stands for a part, else the newest", () => {
     measured({ id: "2", verdict: "not_ok" }),
     measured({ id: "1", verdict: "invalid" }),
   ];
-  expect(standing(part("a", DAY(1), list))?.id).toBe("2");
-  expect(standing(part("a", DAY(1), [measured({ id: "4", verdict: undefined })]))?.id).toBe("4");
+  expect(decidingCharacteristic(part("a", DAY(1), list))?.id).toBe("2");
+  expect(decidingCharacteristic(part("a", DAY(1), [measured({ id: "4", verdict: undefined })]))?.id).toBe("4");
 });
 
 test("results are found by name, verdict and day", () => {

@@ -79,13 +79,13 @@ test("without an answer it is said again and again, and no attempt is cut short"
   expect(server.posts.map(({ abort }) => abort.aborted)).not.toContain(true);
 });
 
-test("an unanswered Stop changes words after a while, and nothing else", async () => {
+test("a Stop without response changes the message after a while, and nothing else", async () => {
   const server = new Server();
   server.stop.press();
   await vi.advanceTimersByTimeAsync(1400);
   expect(server.outcome).toBe("stopping");
   await vi.advanceTimersByTimeAsync(200);
-  expect(server.outcome).toBe("unanswered");
+  expect(server.outcome).toBe("no_response");
   expect(server.posts[0]?.abort.aborted).toBe(false);
 });
 
@@ -97,7 +97,7 @@ test("requests that fail at once do not end it", async () => {
     await vi.advanceTimersByTimeAsync(1000);
   }
   expect(server.n_said).toBe(21);
-  expect(server.outcome).toBe("unanswered");
+  expect(server.outcome).toBe("no_response");
 });
 
 test("dead connections do not hold up new attempts for ever: of many that hang the oldest goes", async () => {
@@ -117,7 +117,7 @@ test.each<[string, (server: Server) => void]>([
   const server = new Server();
   server.stop.press();
   await vi.advanceTimersByTimeAsync(2000);
-  expect(server.outcome).toBe("unanswered");
+  expect(server.outcome).toBe("no_response");
   answer(server);
   await vi.advanceTimersByTimeAsync(0);
   // What was answered is over; the rest must not stop a station that has been reset meanwhile.

@@ -1,6 +1,6 @@
 import { describe, expect, it } from "vitest";
 import type { Schemas } from "../src/api/client";
-import { figure, trendOf, watchTone } from "../src/pages/health/watch_trend";
+import { trendOf, valueText, watchTone } from "../src/pages/health/watch_trend";
 import { exposuresUpTo } from "../src/pages/scan/set_up";
 
 type Verdict = Schemas["WatchVerdictDto"];
@@ -16,11 +16,11 @@ function verdict(
 
 describe("figures of watches", () => {
   it("are in the unit people read, with U = 2 σ", () => {
-    expect(figure(verdict("wavelength", "warning", 1.5e-3, 1e-4), "en")).toBe("1,500 ± 200 ppm");
-    expect(figure(verdict("order_powers", "warning", -0.255, 0.03), "en")).toBe("−25.5 ± 6.0 %");
-    expect(figure(verdict("lost_steps", "invalid", 0.058, 0.01), "en")).toBe("58.0 µm ± 20.0 µm");
-    expect(figure(verdict("lost_steps", "quiet", 0, 0.04), "en")).toBe("0 (< 40.0 µm)");
-    expect(figure(verdict("stage_scale", "blind"), "en")).toBe("–");
+    expect(valueText(verdict("wavelength", "warning", 1.5e-3, 1e-4), "en")).toBe("1,500 ± 200 ppm");
+    expect(valueText(verdict("order_powers", "warning", -0.255, 0.03), "en")).toBe("−25.5 ± 6.0 %");
+    expect(valueText(verdict("lost_steps", "invalid", 0.058, 0.01), "en")).toBe("58.0 µm ± 20.0 µm");
+    expect(valueText(verdict("lost_steps", "quiet", 0, 0.04), "en")).toBe("0 (< 40.0 µm)");
+    expect(valueText(verdict("stage_scale", "blind"), "en")).toBe("–");
   });
 
   it("make a trend of the scans in which the watch saw something", () => {

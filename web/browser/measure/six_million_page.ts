@@ -21,26 +21,26 @@ async function measure(n_blocks: number, n_points: number, draw: boolean) {
   const sent = performance.now();
   let next = 0;
   let in_order = true;
-  while (next < n_blocks || viewer.figures().n_waiting_blocks > 0) {
+  while (next < n_blocks || viewer.statistics().n_waiting_blocks > 0) {
     const due = Math.min(n_blocks, Math.floor(((performance.now() - sent) / 1000) * RATE_HZ));
     for (; next < due; next++) {
       const block = decode(message(bytes, next));
       if (block?.kind !== "points") throw new Error("no block");
-      in_order &&= block.block === viewer.cloud.n_blocks + viewer.figures().n_waiting_blocks;
+      in_order &&= block.block === viewer.cloud.n_blocks + viewer.statistics().n_waiting_blocks;
       viewer.append(block);
     }
     await nextFrame();
   }
   const streamed_s = (performance.now() - sent) / 1000;
-  const frame_ms = [...viewer.figures().frame_ms];
+  const frame_ms = [...viewer.statistics().frame_ms];
   for (let frame = 0; frame < 60; frame++) {
     viewer.canvas.dispatchEvent(new KeyboardEvent("keydown", { key: "ArrowRight" }));
     await nextFrame();
   }
   WebGL2RenderingContext.prototype.drawArrays = drawArrays;
-  const turning_ms = viewer.figures().frame_ms.slice(frame_ms.length);
-  while (viewer.figures().n_drawn < viewer.figures().n_points) await nextFrame();
-  const { n_points: shown, n_drawn } = viewer.figures();
+  const turning_ms = viewer.statistics().frame_ms.slice(frame_ms.length);
+  while (viewer.statistics().n_drawn < viewer.statistics().n_points) await nextFrame();
+  const { n_points: shown, n_drawn } = viewer.statistics();
   return { n_points: shown, n_blocks: viewer.cloud.n_blocks, in_order, streamed_s, n_drawn, frame_ms, turning_ms };
 }
 

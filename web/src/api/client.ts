@@ -1,4 +1,4 @@
-/** The typed client of the REST API: every response is data or a `Refusal` with cause and remedy. */
+/** The typed client of the REST API: every response is data or a `ProblemError` with cause and remedy. */
 
 import createClient, { type Client, type Middleware } from "openapi-fetch";
 import type { components, paths } from "./schema";
@@ -10,7 +10,7 @@ export type Station = Schemas["StationDto"];
 export type Job = Schemas["JobDto"];
 
 /** An error response of the server, or a failed request. */
-export class Refusal extends Error {
+export class ProblemError extends Error {
   constructor(readonly problem: Problem) {
     super(problem.detail);
   }
@@ -18,7 +18,7 @@ export class Refusal extends Error {
 
 /** Any error as a problem, so that pages show all of them alike. */
 export function problemOf(cause: unknown): Problem {
-  if (cause instanceof Refusal) return cause.problem;
+  if (cause instanceof ProblemError) return cause.problem;
   const unreachable = cause instanceof TypeError;
   return {
     type: unreachable ? "urn:sheaf:problem:unreachable" : "urn:sheaf:problem:page-mistake",
@@ -35,11 +35,11 @@ interface Answer<T> {
   response: Response;
 }
 
-/** The data of the response; a refusal is thrown as `Refusal`. */
+/** The data of the response; a refusal is thrown as `ProblemError`. */
 export async function data<T>(asked: Promise<Answer<T>>): Promise<T> {
   const { data, error, response } = await asked;
   if (response.ok) return data as T;
-  throw refusalOf(error, response);
+  throw errorFromResponse(error, response);
 }
 
 /** Whether a body is problem details (RFC 9457). */
@@ -47,16 +47,16 @@ function isProblem(body: unknown): body is Problem {
   return textOf(body, "title") !== undefined && textOf(body, "detail") !== undefined;
 }
 
-function refusalOf(error: unknown, response: Response): Refusal {
-  if (isProblem(error)) return new Refusal(error);
+function errorFromResponse(error: unknown, response: Response): ProblemError {
+  if (isProblem(error)) return new ProblemError(error);
   const detail = `the server answered ${response.status} without a reason`;
-  return new Refusal({ type: "about:blank", title: response.statusText, status: response.status, detail });
+  return new ProblemError({ type: "about:blank", title: response.statusText, status: response.status, detail });
 }
 
-/** Downloads a URL; throws a `Refusal` on an error response. */
+/** Downloads a URL; throws a `ProblemError` on an error response. */
 export async function bytes(href: string, init?: RequestInit): Promise<Response> {
   const response = await fetch(href, init);
-  if (!response.ok) throw refusalOf(await response.json().catch(() => undefined), response);
+  if (!response.ok) throw errorFromResponse(await response.json().catch(() => undefined), response);
   return response;
 }
 

@@ -24,8 +24,8 @@ export function useFollowed<T>(
   const reload = useMemo(() => coalesced(() => newest.current.reload()), []);
   useEffect(
     () =>
-      events.follow((news) => {
-        if (news.length === 0 || news.some(newest.current.concerns)) void reload();
+      events.follow((new_events) => {
+        if (new_events.length === 0 || new_events.some(newest.current.concerns)) void reload();
       }),
     [events, reload],
   );

@@ -1,6 +1,6 @@
 /** A verdict as words, never as a colour alone: OK is grey, what is not is red with a sign. */
 
-import { SIGN } from "../state/records/outcome";
+import { OUTCOME_SYMBOL } from "../state/records/outcome";
 import type { Verdict } from "../state/records/scanned";
 import { text } from "../text";
 
@@ -8,7 +8,7 @@ export function VerdictWord({ verdict, big }: { verdict: Verdict | undefined; bi
   if (!verdict) return <span class="muted">–</span>;
   return (
     <span class={`verdict ${verdict}${big ? " big" : ""}`} data-verdict={verdict}>
-      <span aria-hidden="true">{SIGN[verdict]}</span> {text.value.outcomes[verdict]}
+      <span aria-hidden="true">{OUTCOME_SYMBOL[verdict]}</span> {text.value.outcomes[verdict]}
     </span>
   );
 }

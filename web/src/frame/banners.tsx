@@ -15,9 +15,9 @@ export function Banners() {
   const lost = control.lost.value;
   return (
     <div class="stack banners" aria-live="assertive">
-      {(outcome === "unanswered" || outcome === "unacknowledged") && (
+      {(outcome === "no_response" || outcome === "unacknowledged") && (
         <div class="problem banner">
-          <strong>{outcome === "unanswered" ? words.stop_unanswered : words.stop_unacknowledged}</strong>
+          <strong>{outcome === "no_response" ? words.stop_no_response : words.stop_unacknowledged}</strong>
         </div>
       )}
       {station.stale.value && <div class="note banner">{words.stale_banner}</div>}
@@ -29,7 +29,7 @@ export function Banners() {
       )}
       {lost && (
         <div class="note banner row">
-          <span class="grow">{lossWords(lost)}</span>
+          <span class="grow">{lossText(lost)}</span>
           <button type="button" onClick={() => (control.lost.value = undefined)}>
             {text.value.common.dismiss}
           </button>
@@ -48,13 +48,13 @@ export function Banners() {
   );
 }
 
-function lossWords(lost: Loss): string {
+function lossText(lost: Loss): string {
   const words = text.value.frame;
   return lost.kind === "taken" ? words.control_taken(lost.by) : words.control_expired[lost.kind];
 }
 
 /** In the chosen language where its kind is known, with the server's own words, which may hold figures. */
-function FaultWords({ fault }: { fault: Station["faults"][number] }) {
+function FaultText({ fault }: { fault: Station["faults"][number] }) {
   const words = text.value.frame;
   const known = words.faults[`${fault.device}.${fault.kind}`];
   return (
@@ -79,7 +79,7 @@ function Faults({ status }: { status: Station }) {
     <div class="problem banner row">
       <div class="grow">
         {status.faults.map((fault) => (
-          <FaultWords key={`${fault.device}-${fault.kind}`} fault={fault} />
+          <FaultText key={`${fault.device}-${fault.kind}`} fault={fault} />
         ))}
         {status.faults.length === 0 && <strong>{words.states.Error}</strong>}
       </div>

@@ -37,7 +37,7 @@ export function Bar() {
           <small>{words.interlock}</small>
           <strong>
             {interlock == null
-              ? words.interlock_unread
+              ? words.interlock_unknown
               : interlock
                 ? words.interlock_closed
                 : words.interlock_open}

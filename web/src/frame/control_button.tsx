@@ -19,10 +19,10 @@ export function ControlButton() {
   const label = stale
     ? words.control_unknown
     : control.mine.value
-      ? words.you_control
+      ? words.you_in_control
       : other
-        ? words.other_controls(other)
-        : words.nobody_controls;
+        ? words.other_in_control(other)
+        : words.no_one_in_control;
   return (
     <>
       <button
@@ -56,7 +56,7 @@ function ControlDialog({ onClose }: { onClose: () => void }) {
   const give = useMemo(
     () =>
       new Command(async () => {
-        await control.giveBack();
+        await control.release();
         onClose();
       }),
     [control, onClose],
@@ -68,7 +68,7 @@ function ControlDialog({ onClose }: { onClose: () => void }) {
         <NameField />
         <div class="row">
           {control.mine.value ? (
-            <CommandButton command={give}>{words.give_back}</CommandButton>
+            <CommandButton command={give}>{words.release_control}</CommandButton>
           ) : (
             <CommandButton command={take} kind="primary">
               {other ? words.take_over : words.take_control}

@@ -2,7 +2,7 @@
 
 /** Starts `work` at once; requests while it is running cause exactly one more run afterwards. */
 export function coalesced(work: () => Promise<void>): () => Promise<void> {
-  let going_on: Promise<void> | undefined;
+  let running: Promise<void> | undefined;
   let again = false;
   const run = async () => {
     do {
@@ -12,9 +12,9 @@ export function coalesced(work: () => Promise<void>): () => Promise<void> {
   };
   return () => {
     again = true;
-    going_on ??= run().finally(() => {
-      going_on = undefined;
+    running ??= run().finally(() => {
+      running = undefined;
     });
-    return going_on;
+    return running;
   };
 }

@@ -36,7 +36,7 @@ const CONNECT_WITHIN_MS = 10_000;
 const SILENCE_MS = 5000;
 
 /** Subscribing to these streams counts as viewing, which keeps the live laser on: a hidden page unsubscribes. */
-const SEEN_STREAMS: readonly StreamName[] = ["image", "profile"];
+const VIEWER_STREAMS: readonly StreamName[] = ["image", "profile"];
 
 type Listener = (message: BinaryMessage | ServerText) => void;
 
@@ -124,7 +124,7 @@ export class StreamConnection {
   setVisible(visible: boolean): void {
     if (visible === this.visible) return;
     this.visible = visible;
-    for (const stream of SEEN_STREAMS) {
+    for (const stream of VIEWER_STREAMS) {
       if ([...this.subscribers].some((subscriber) => subscriber.wanted.stream === stream))
         this.sendSubscription(stream);
     }
@@ -137,7 +137,7 @@ export class StreamConnection {
     const socket = new WebSocket(this.url, "sheaf.v1");
     socket.binaryType = "arraybuffer";
     this.socket = socket;
-    this.attempt = setTimeout(() => this.giveUp(socket), CONNECT_WITHIN_MS);
+    this.attempt = setTimeout(() => this.abandon(socket), CONNECT_WITHIN_MS);
     socket.onopen = () => this.opened(socket);
     socket.onmessage = (event) => {
       if (socket === this.socket) this.receive(event.data);
@@ -160,7 +160,7 @@ export class StreamConnection {
   }
 
   /** A disconnected cable does not close the socket. */
-  private giveUp(socket: WebSocket): void {
+  private abandon(socket: WebSocket): void {
     socket.close();
     this.closed(socket);
   }
@@ -231,7 +231,7 @@ export class StreamConnection {
     if (this.socket?.readyState !== WebSocket.OPEN) return;
     // Browsers let hidden pages ask once a minute only: silence counts from an unanswered ping on.
     if (this.unanswered_since_ms !== undefined && now - this.unanswered_since_ms > SILENCE_MS) {
-      this.giveUp(this.socket);
+      this.abandon(this.socket);
       return;
     }
     this.unanswered_since_ms ??= now;
@@ -258,7 +258,7 @@ export class StreamConnection {
 
   /** All subscriptions of a stream as one; undefined if there is none, or the page is hidden. */
   private merged(stream: StreamName): Subscription | undefined {
-    if (!this.visible && SEEN_STREAMS.includes(stream)) return undefined;
+    if (!this.visible && VIEWER_STREAMS.includes(stream)) return undefined;
     const wanted = [...this.subscribers]
       .map((subscriber) => subscriber.wanted)
       .filter((wanted) => wanted.stream === stream);

@@ -1,7 +1,7 @@
 /** The binary messages of `sheaf.v1`, as `openapi/stream.md` writes them. Tables are views into the message, not copies. */
 
 /** What opcodes 1 and 2 share: the moment of their frame. */
-export interface FrameMoment {
+export interface FrameHeader {
   number: number;
   sequence: number;
   /** Middle of the exposure on the station's clock. */
@@ -21,7 +21,7 @@ export interface Line {
 }
 
 /** Opcode 1: an image with the centrelines of the same frame. */
-export interface ImageMessage extends FrameMoment {
+export interface ImageMessage extends FrameHeader {
   kind: "image";
   width_px: number;
   height_px: number;
@@ -48,7 +48,7 @@ export interface OrderRange {
 }
 
 /** Opcode 2: the profile of a frame in the camera frame. */
-export interface ProfileMessage extends FrameMoment {
+export interface ProfileMessage extends FrameHeader {
   kind: "profile";
   along: "x" | "y";
   n_left_out: number;
@@ -116,7 +116,7 @@ export function decodeBlocks(buffer: ArrayBuffer): PointsBlock[] {
   return blocks;
 }
 
-function moment(view: DataView): FrameMoment {
+function frameHeader(view: DataView): FrameHeader {
   const flags = view.getUint8(1);
   return {
     number: view.getUint32(4, true),
@@ -148,7 +148,7 @@ function decodeImage(buffer: ArrayBuffer, view: DataView): ImageMessage {
   }
   return {
     kind: "image",
-    ...moment(view),
+    ...frameHeader(view),
     width_px: view.getUint16(32, true),
     height_px: view.getUint16(34, true),
     jpeg_width_px: view.getUint16(36, true),
@@ -181,7 +181,7 @@ function decodeProfile(buffer: ArrayBuffer, view: DataView): ProfileMessage {
     new Float32Array(buffer, header_bytes + 12 * n_orders + 4 * n_points * nth, n_points);
   return {
     kind: "profile",
-    ...moment(view),
+    ...frameHeader(view),
     along: view.getUint8(46) === 0 ? "x" : "y",
     n_left_out: view.getUint32(48, true),
     n_lines: view.getUint32(52, true),

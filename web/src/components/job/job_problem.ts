@@ -1,6 +1,6 @@
 /** The outcome of a job: its result, or the problem it ended with. */
 
-import { type Job, type Problem, Refusal } from "../../api/client";
+import { type Job, type Problem, ProblemError } from "../../api/client";
 import { text } from "../../text";
 
 /** Why a job ended without a result. */
@@ -17,5 +17,5 @@ export function problemOfJob(job: Job): Problem {
 /** The id of what a job made; a refusal with its reason if it made nothing. */
 export function succeeded(job: Job): string {
   if (job.state === "succeeded" && job.result) return job.result.id;
-  throw new Refusal(problemOfJob(job));
+  throw new ProblemError(problemOfJob(job));
 }

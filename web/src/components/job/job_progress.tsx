@@ -16,7 +16,7 @@ export function useCancel({ api, jobs }: Pick<App, "api" | "jobs">, job: Job): C
     () =>
       new Command(async (steps) => {
         const params = { path: { id: job.id } };
-        jobs.note(await data(api.POST("/api/v1/jobs/{id}/cancel", { params })));
+        jobs.update(await data(api.POST("/api/v1/jobs/{id}/cancel", { params })));
         steps.accepted();
         await jobs.ended(job.id);
       }),

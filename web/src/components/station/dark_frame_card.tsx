@@ -2,11 +2,11 @@
 
 import { useSignal } from "@preact/signals";
 import { useMemo } from "preact/hooks";
-import { data, Refusal, type Schemas } from "../../api/client";
+import { data, ProblemError, type Schemas } from "../../api/client";
 import { useApp } from "../../app";
 import { Command } from "../../state/station/command";
 import { language, text } from "../../text";
-import { count, decimal, moment } from "../../units";
+import { count, dateTime, decimal } from "../../units";
 import { CommandButton } from "../command_button";
 import { Dialog } from "../dialogs/dialog";
 import { useFollowed } from "../followed";
@@ -26,7 +26,7 @@ export function DarkFrameCard() {
       try {
         return { dark_frame: await data(api.GET("/api/v1/devices/camera/dark-frame")) };
       } catch (cause) {
-        if (cause instanceof Refusal && cause.problem.status === 404) return { dark_frame: undefined };
+        if (cause instanceof ProblemError && cause.problem.status === 404) return { dark_frame: undefined };
         throw cause;
       }
     },
@@ -57,7 +57,7 @@ function Facts({ of }: { of: DarkFrame }) {
       <p data-used={of.used}>{words.used[of.used]}</p>
       <dl class="facts">
         <dt>{words.taken}</dt>
-        <dd>{moment(of.taken_at_ms, chosen)}</dd>
+        <dd>{dateTime(of.taken_at_ms, chosen)}</dd>
         <dt>{words.exposure}</dt>
         <dd class="number">
           {decimal(of.exposure_us, 0, chosen)} µs · {decimal(of.gain_db, 1, chosen)} dB

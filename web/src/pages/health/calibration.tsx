@@ -6,7 +6,7 @@ import { useFollowed } from "../../components/followed";
 import { href } from "../../state/browser/route";
 import { language, text } from "../../text";
 import { orderName } from "../../theme";
-import { count, length, moment } from "../../units";
+import { count, dateTime, length } from "../../units";
 import { Facts, HealthCard } from "./card";
 import { ageDays, calibrationTone, pairDisagrees } from "./tone";
 
@@ -40,7 +40,7 @@ export function CalibrationCard() {
           of={[
             [words.model, text.value.light_models[summary?.model ?? ""] ?? summary?.model ?? "–"],
             [words.depth_sigma, length(summary?.systematic_sigma_mm, language.value)],
-            [words.made, moment(active.created_at_ms, language.value)],
+            [words.created, dateTime(active.created_at_ms, language.value)],
           ]}
         />
       )}

@@ -14,7 +14,7 @@ export function Devices({ status }: { status: Station }) {
   const { camera, stage, laser } = status;
   const interlock =
     laser.interlock_closed == null
-      ? "interlock_unread"
+      ? "interlock_unknown"
       : laser.interlock_closed
         ? "interlock_closed"
         : "interlock_open";

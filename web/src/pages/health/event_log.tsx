@@ -7,7 +7,7 @@ import { DamagedRecords } from "../../components/dialogs/damaged";
 import type { StationEvent } from "../../state/records/events";
 import { Command } from "../../state/station/command";
 import { language, text } from "../../text";
-import { moment } from "../../units";
+import { dateTime } from "../../units";
 import { eventActor, eventDetail } from "./event_text";
 
 export function EventTable() {
@@ -27,7 +27,7 @@ export function EventTable() {
               <th class="number">{words.number}</th>
               <th>{words.when}</th>
               <th>{words.event}</th>
-              <th>{words.about}</th>
+              <th>{words.subject}</th>
             </tr>
           </thead>
           <tbody>
@@ -48,14 +48,14 @@ function Row({ event }: { event: StationEvent }) {
   return (
     <tr>
       <td class="number muted">{event.seq}</td>
-      <td class="nowrap">{moment(event.at_ms, language.value)}</td>
+      <td class="nowrap">{dateTime(event.at_ms, language.value)}</td>
       <td>
         <span class={bad ? "tag bad" : undefined}>
           {bad && "✕ "}
           {words.event_kinds[event.kind] ?? event.kind}
         </span>
       </td>
-      <td data-label={words.about} class="about">
+      <td data-label={words.subject} class="about">
         {[eventDetail(event), eventActor(event)].filter(Boolean).join(" · ")}{" "}
         <span class="mono muted">{event.subject}</span>
       </td>

@@ -17,7 +17,7 @@ import { WatchesCard } from "./watches";
 import "./health.css";
 
 /** Disk and sockets are looked at so often while the page is open. */
-const LOOK_EVERY_MS = 5000;
+const REFRESH_EVERY_MS = 5000;
 
 export default function Health() {
   const app = useApp();
@@ -25,7 +25,7 @@ export default function Health() {
   const metrics = useSignal<ReadonlyMap<string, number> | undefined>(undefined);
   const service = useSignal<ServiceHealth | undefined>(undefined);
   useEffect(() => {
-    const look = async () => {
+    const refresh = async () => {
       try {
         metrics.value = parseMetrics(await (await bytes("/metrics")).text());
         service.value = await data(app.api.GET("/health"));
@@ -33,8 +33,8 @@ export default function Health() {
         // The link's own card says that the server is away.
       }
     };
-    void look();
-    const timer = setInterval(() => void look(), LOOK_EVERY_MS);
+    void refresh();
+    const timer = setInterval(() => void refresh(), REFRESH_EVERY_MS);
     return () => clearInterval(timer);
   }, [app.api, metrics, service]);
   const bundle = useMemo(
@@ -64,7 +64,7 @@ export default function Health() {
       <WatchesCard />
       <OrdersCard />
       <EventTable />
-      <p class="muted">{words.bundle_holds}</p>
+      <p class="muted">{words.bundle_contents}</p>
     </div>
   );
 }

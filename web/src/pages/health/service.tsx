@@ -5,7 +5,7 @@ import type { components } from "../../api/schema";
 import { useApp } from "../../app";
 import { href } from "../../state/browser/route";
 import { language, text } from "../../text";
-import { bytes, count, decimal, moment } from "../../units";
+import { bytes, count, dateTime, decimal } from "../../units";
 import { Facts, HealthCard } from "./card";
 import { diskTone, framesTone, linkTone, queueTone } from "./tone";
 
@@ -111,7 +111,7 @@ export function SoftwareCard({ service }: { service: ServiceHealth | undefined }
         of={[
           [words.protocol, "sheaf.v1"],
           ...(service?.trusted_proxy ? [[words.access, words.trusted_proxy] as const] : []),
-          ...(since ? [[words.fault_since, moment(since, language.value)] as const] : []),
+          ...(since ? [[words.fault_since, dateTime(since, language.value)] as const] : []),
         ]}
       />
       <a href="/docs/">{text.value.common.api_explorer}</a>

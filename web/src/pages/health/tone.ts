@@ -44,7 +44,7 @@ export function queueTone(n_queued: number): Tone {
   return n_queued >= LONG_QUEUE ? "caution" : "calm";
 }
 
-/** Whole days since a moment. */
+/** Whole days since a time. */
 export function ageDays(at_ms: number, now_ms: number): number {
   return Math.max(0, Math.floor((now_ms - at_ms) / 86_400_000));
 }

@@ -8,8 +8,8 @@ const MARGIN = 4;
 
 export function TrendLine({ points, label }: { points: readonly TrendValue[]; label: string }) {
   if (points.length === 0) return <span class="muted">–</span>;
-  const reach = Math.max(...points.map(({ value, u }) => Math.abs(value) + u)) || 1;
-  const y = (value: number) => HEIGHT / 2 - (value / reach) * (HEIGHT / 2 - MARGIN);
+  const range = Math.max(...points.map(({ value, u }) => Math.abs(value) + u)) || 1;
+  const y = (value: number) => HEIGHT / 2 - (value / range) * (HEIGHT / 2 - MARGIN);
   const x = (at: number) => MARGIN + ((at + 0.5) / points.length) * (WIDTH - 2 * MARGIN);
   return (
     <svg

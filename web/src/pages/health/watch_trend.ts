@@ -10,7 +10,7 @@ type History = Schemas["WatchHistoryDto"];
 
 export const WATCHES: readonly Watch[] = ["lost_steps", "wavelength", "order_powers", "stage_scale"];
 
-/** A figure of one scan. */
+/** A monitored value of one scan. */
 export interface TrendValue {
   value: number;
   /** Expanded uncertainty, k = 2. */
@@ -38,8 +38,8 @@ export function trendOf(history: History, watch: Watch): readonly TrendValue[] {
   });
 }
 
-/** A figure as people read it: µm, parts per million, per cent; empty where a watch is blind. */
-export function figure({ watch, state, value, sigma }: Verdict, language: string): string {
+/** A monitored value as text: µm, ppm or %; "–" if it could not be measured. */
+export function valueText({ watch, state, value, sigma }: Verdict, language: string): string {
   if (value == null) return "–";
   if (watch === "lost_steps") {
     if (state === "quiet") return `0 (< ${length(sigma, language)})`;

@@ -8,7 +8,7 @@ import { language, text } from "../../text";
 import { HealthCard } from "./card";
 import type { Tone } from "./tone";
 import { TrendLine } from "./trend_line";
-import { figure, latestOf, trendOf, type Verdict, WATCHES, type Watch, watchTone } from "./watch_trend";
+import { latestOf, trendOf, type Verdict, valueText, WATCHES, type Watch, watchTone } from "./watch_trend";
 
 export function WatchesCard() {
   const { api } = useApp();
@@ -26,12 +26,12 @@ export function WatchesCard() {
     <HealthCard
       title={words.watches}
       tone={tone}
-      headline={words.watches_say[tone]}
+      headline={words.watch_headlines[tone]}
       advice={reasonOf(newest.verdicts.find((verdict) => watchTone(verdict.state) === tone))}
     >
       <p class="muted">
         {words.watches_of(history.readings.length)} <a href={href("result", newest.scan_id)}>{newest.scan_name}</a>
-        {learned < needed && ` · ${words.powers_learned(learned, needed)}`}
+        {learned < needed && ` · ${words.reference_powers(learned, needed)}`}
       </p>
       <table class="watches">
         <thead>
@@ -66,7 +66,7 @@ function WatchRow({ watch, history }: { watch: Watch; history: Schemas["WatchHis
   return (
     <tr>
       <td>{words.watch_names[watch]}</td>
-      <td class="number">{figure(verdict, language.value)}</td>
+      <td class="number">{valueText(verdict, language.value)}</td>
       <td title={reasonOf(verdict)}>
         {watchTone(verdict.state) !== "calm" && <strong>! </strong>}
         {words.watch_states[verdict.state]}

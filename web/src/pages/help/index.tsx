@@ -8,7 +8,7 @@ import { text } from "../../text";
 import { LIBRARIES, MIT } from "./licences";
 import "./help.css";
 
-const SECTIONS = ["first", "states", "stop", "shortcuts", "programs", "about"] as const;
+const SECTIONS = ["first", "states", "stop", "shortcuts", "api", "about"] as const;
 
 export default function Help() {
   const words = text.value.help;
@@ -43,13 +43,13 @@ export default function Help() {
       <section class="card" id="help-stop" tabIndex={-1}>
         <h2>{words.stop}</h2>
         <ul>
-          {words.stop_says.map((sentence) => (
+          {words.stop_rules.map((sentence) => (
             <li key={sentence}>{sentence}</li>
           ))}
         </ul>
       </section>
       <Keys />
-      <Programs />
+      <Api />
       <About />
     </div>
   );
@@ -124,18 +124,18 @@ function Keys() {
         </tbody>
       </table>
       <p class="muted">
-        {words.help.letters_off} <a href={href("settings")}>{words.pages.settings}</a>
+        {words.help.letters_hint} <a href={href("settings")}>{words.pages.settings}</a>
       </p>
     </section>
   );
 }
 
-function Programs() {
+function Api() {
   const words = text.value.help;
   return (
-    <section class="card" id="help-programs" tabIndex={-1}>
-      <h2>{words.programs}</h2>
-      <p>{words.programs_say}</p>
+    <section class="card" id="help-api" tabIndex={-1}>
+      <h2>{words.api}</h2>
+      <p>{words.api_hint}</p>
       <ul>
         <li>
           <a href="/docs/">{text.value.common.api_explorer}</a>

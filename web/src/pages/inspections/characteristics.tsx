@@ -3,7 +3,7 @@
 import { VerdictWord } from "../../components/verdict";
 import { type CharacteristicResult, limitsOf, worstFirst } from "../../state/records/inspections";
 import { text } from "../../text";
-import { measureName, uncertaintyOf, withUnit } from "./figures";
+import { measureName, uncertaintyOf, withUnit } from "./values";
 
 export function Characteristics({ results }: { results: readonly CharacteristicResult[] }) {
   const words = text.value.inspections;

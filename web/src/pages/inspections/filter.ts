@@ -18,8 +18,8 @@ export function queryOf(filter: InspectionFilter): Record<string, string> {
   return Object.fromEntries(Object.entries(filter).filter(([, value]) => value !== ""));
 }
 
-/** What the server is asked for. */
-export function askedOf({ serial, recipe, verdict, from, to }: InspectionFilter): InspectionsQuery {
+/** What the server is requested for. */
+export function serverQuery({ serial, recipe, verdict, from, to }: InspectionFilter): InspectionsQuery {
   const known = VERDICTS.find((one) => one === verdict);
   const [from_ms, to_ms] = [dayStart(from, 0), dayStart(to, 1)];
   return {

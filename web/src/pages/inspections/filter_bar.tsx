@@ -3,7 +3,7 @@
 import type { ComponentChildren, TargetedEvent } from "preact";
 import { useId } from "preact/hooks";
 import { replaceQuery } from "../../state/browser/route";
-import { SIGN, VERDICTS } from "../../state/records/outcome";
+import { OUTCOME_SYMBOL, VERDICTS } from "../../state/records/outcome";
 import { text } from "../../text";
 import { type InspectionFilter, queryOf } from "./filter";
 
@@ -53,7 +53,7 @@ export function FilterBar({ filter, n_read, has_older }: Properties) {
           <option value="">{words.any}</option>
           {VERDICTS.map((verdict) => (
             <option key={verdict} value={verdict}>
-              {SIGN[verdict]} {text.value.outcomes[verdict]}
+              {OUTCOME_SYMBOL[verdict]} {text.value.outcomes[verdict]}
             </option>
           ))}
         </select>

@@ -10,7 +10,7 @@ import { route } from "../../state/browser/route";
 import { type Inspection, type InspectionsQuery, readInspections } from "../../state/records/inspections";
 import { PagedRecords } from "../../state/records/paged";
 import { text } from "../../text";
-import { askedOf, filterOf, queryOf } from "./filter";
+import { filterOf, queryOf, serverQuery } from "./filter";
 import { FilterBar } from "./filter_bar";
 import { OneInspection } from "./one";
 import { Rows } from "./rows";
@@ -33,13 +33,13 @@ function List() {
           concerns: ({ kind }) => kind === "inspection.finished" || kind === "scan.deleted",
         },
         events,
-        askedOf(filter),
+        serverQuery(filter),
       ),
     [api, events],
   );
   useEffect(() => state.follow(), [state]);
-  const asked = JSON.stringify(askedOf(filter));
-  useEffect(() => state.ask(JSON.parse(asked)), [state, asked]);
+  const requested = JSON.stringify(serverQuery(filter));
+  useEffect(() => state.setQuery(JSON.parse(requested)), [state, requested]);
   const items = state.items.value;
   const problem = state.problem.value;
   const filtered = Object.keys(queryOf(filter)).length > 0;

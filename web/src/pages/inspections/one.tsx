@@ -7,7 +7,7 @@ import { VerdictWord } from "../../components/verdict";
 import { href } from "../../state/browser/route";
 import { type Inspection, versionName } from "../../state/records/inspections";
 import { language, text } from "../../text";
-import { moment } from "../../units";
+import { dateTime } from "../../units";
 import { Characteristics } from "./characteristics";
 import { ReEvaluate } from "./re_evaluate";
 
@@ -38,7 +38,7 @@ function Whole({ inspection }: { inspection: Inspection }) {
         <div class="grow">
           <h1>{inspection.serial}</h1>
           <span class="muted">
-            {words.one} · {moment(inspection.created_at_ms, language.value)}
+            {words.one} · {dateTime(inspection.created_at_ms, language.value)}
           </span>
         </div>
         {inspection.simulated && (

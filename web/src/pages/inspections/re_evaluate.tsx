@@ -32,7 +32,7 @@ export function ReEvaluate({ inspection }: { inspection: Inspection }) {
         const job = await data(api.POST("/api/v1/inspections/{id}/re-evaluate", { params, body }));
         // Without `wait_s` the answer is the job.
         if (!("state" in job)) return goTo("inspections", job.id);
-        jobs.note(job);
+        jobs.update(job);
         steps.accepted();
         goTo("inspections", succeeded(await jobs.ended(job.id)));
       }),

@@ -4,8 +4,8 @@ import { VerdictWord } from "../../components/verdict";
 import { href } from "../../state/browser/route";
 import { type Inspection, versionName, worstFirst } from "../../state/records/inspections";
 import { language, text } from "../../text";
-import { moment } from "../../units";
-import { withUnit } from "./figures";
+import { dateTime } from "../../units";
+import { withUnit } from "./values";
 
 export function Rows({ items }: { items: readonly Inspection[] }) {
   const words = text.value.inspections;
@@ -64,7 +64,7 @@ function Row({ item }: { item: Inspection }) {
         <span class="mono">{versionName(item.recipe)}</span>
       </td>
       <td class="nowrap" data-label={words.when}>
-        {moment(item.created_at_ms, language.value)}
+        {dateTime(item.created_at_ms, language.value)}
       </td>
       <td data-label={words.order}>{item.order ?? "–"}</td>
     </tr>

@@ -7,7 +7,7 @@ import { JobText } from "../../components/job/job_text";
 import { ProblemCard } from "../../components/problem";
 import { nameOf } from "../../state/records/jobs";
 import { language, text } from "../../text";
-import { duration, moment } from "../../units";
+import { dateTime, duration } from "../../units";
 import { kindOf, madeAt, ranFor_s } from "./job_facts";
 
 export function Ended({ jobs }: { jobs: readonly Job[] }) {
@@ -66,7 +66,7 @@ function Row({ job }: { job: Job }) {
       </td>
       <td data-label={words.source}>{actorName(job.source)}</td>
       <td data-label={words.when} class="nowrap">
-        {moment(job.created_at_ms, language.value)}
+        {dateTime(job.created_at_ms, language.value)}
       </td>
       <td data-label={words.took} class="number nowrap">
         {duration(ranFor_s(job), language.value)}

@@ -5,7 +5,7 @@ import { actorName } from "../../components/actor";
 import { JobProgress } from "../../components/job/job_progress";
 import { nameOf } from "../../state/records/jobs";
 import { language, text } from "../../text";
-import { moment } from "../../units";
+import { dateTime } from "../../units";
 import { kindOf } from "./job_facts";
 
 export function Open({ job }: { job: Job }) {
@@ -17,7 +17,7 @@ export function Open({ job }: { job: Job }) {
         {nameOf(job) && <span>{nameOf(job)}</span>}
         <span class="tag">{words.states[job.state]}</span>
         <span class="muted grow">
-          {actorName(job.source)}, {moment(job.created_at_ms, language.value)}
+          {actorName(job.source)}, {dateTime(job.created_at_ms, language.value)}
         </span>
       </div>
       <JobProgress job={job} />

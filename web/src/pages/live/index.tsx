@@ -5,7 +5,7 @@ import { useEffect, useRef } from "preact/hooks";
 import { useApp } from "../../app";
 import { activityOf } from "../../components/job/job_text";
 import { DarkFrameCard } from "../../components/station/dark_frame_card";
-import type { PlotWords } from "../../scene/plot/profile_plot";
+import type { PlotLabels } from "../../scene/plot/profile_plot";
 import { href } from "../../state/browser/route";
 import { letter_shortcuts } from "../../state/browser/shortcuts";
 import { language, text } from "../../text";
@@ -32,17 +32,17 @@ export default function Live() {
 
   useEffect(() => {
     if (!image.current || !plot.current || !histogram.current) return;
-    const places = { image: image.current, plot: plot.current, histogram: histogram.current };
-    const made = new LiveView(stream, places, plotWords());
+    const containers = { image: image.current, plot: plot.current, histogram: histogram.current };
+    const made = new LiveView(stream, containers, plotLabels());
     view.value = made;
-    const onKey = (event: KeyboardEvent) => obeyKey(event, made);
+    const onKey = (event: KeyboardEvent) => handleKey(event, made);
     addEventListener("keydown", onKey);
     return () => {
       removeEventListener("keydown", onKey);
       made.dispose();
     };
   }, [stream, view]);
-  useEffect(() => view.value?.rename(plotWords()), [view, words]);
+  useEffect(() => view.value?.setLabels(plotLabels()), [view, words]);
 
   return (
     <div class="live">
@@ -89,8 +89,8 @@ export default function Live() {
   );
 }
 
-/** Words and figures of the plot in the chosen language. */
-function plotWords(): PlotWords {
+/** Words and values of the plot in the chosen language. */
+function plotLabels(): PlotLabels {
   const chosen = language.peek();
   const number = (value: number) => value.toLocaleString(chosen, { maximumFractionDigits: 3 }).replace("-", "−");
   return { ...text.peek().live.plot, number };
@@ -101,16 +101,16 @@ function Notes({ view }: { view: LiveView | undefined }) {
   const { station, jobs } = useApp();
   const words = text.value.live;
   const status = station.status.value;
-  const figures = view?.figures.value;
+  const values = view?.values.value;
   return (
     <div class="stack notes">
       {status?.job_id != null && (
         <div class="note">
-          {words.job_shows(activityOf(status, jobs.get(status.job_id)))}{" "}
+          {words.job_running(activityOf(status, jobs.get(status.job_id)))}{" "}
           <a href={href("jobs")}>{text.value.pages.jobs}</a>
         </div>
       )}
-      {figures && !figures.calibrated && (
+      {values && !values.calibrated && (
         <div class="note">
           {words.not_calibrated} <a href={href("calibration")}>{words.to_calibration}</a>
         </div>
@@ -120,7 +120,7 @@ function Notes({ view }: { view: LiveView | undefined }) {
 }
 
 /** Keys of the whole page; what is typed into fields stays there. */
-function obeyKey(event: KeyboardEvent, view: LiveView): void {
+function handleKey(event: KeyboardEvent, view: LiveView): void {
   // Who dictates or scans bar codes has switched single keys off.
   if (!letter_shortcuts.peek()) return;
   const target = event.target as HTMLElement | null;

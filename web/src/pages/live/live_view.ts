@@ -1,12 +1,12 @@
 /**
- * What the Live page shows of the stream: image, lines and profile of the same frame, drawn by classes; figures for
+ * What the Live page shows of the stream: image, lines and profile of the same frame, drawn by classes; values for
  * people in signals that change at most four times a second.
  */
 
 import { signal } from "@preact/signals";
 import { CameraImage } from "../../scene/image/camera_image";
 import { nearestLinePoint, orderOfPoint, profilePointAt } from "../../scene/plot/nearest";
-import { type PlotWords, ProfilePlot } from "../../scene/plot/profile_plot";
+import { type PlotLabels, ProfilePlot } from "../../scene/plot/profile_plot";
 import type { StreamConnection } from "../../stream/connection";
 import type { ImageMessage, ProfileMessage } from "../../stream/protocol";
 import type { DropCount } from "../../stream/text_messages";
@@ -16,8 +16,8 @@ import { type Advice, adviceOf } from "./quality/advice";
 import { HistogramView } from "./quality/histogram";
 import { greyAt, type OrderQuality, qualityOf } from "./quality/quality";
 
-/** Figures for people change so often. */
-const FIGURES_EVERY_MS = 250;
+/** Update interval of the displayed values. */
+const VALUES_EVERY_MS = 250;
 
 /** Quality evaluates every pixel of an image, so it is updated less often. */
 const QUALITY_EVERY = 3;
@@ -26,9 +26,9 @@ const QUALITY_EVERY = 3;
 const KEPT_PROFILES = 6;
 
 /** The pointer means a line up to so far away, CSS px. */
-const REACH_PX = 12;
+const POINTER_RADIUS_PX = 12;
 
-export interface Figures {
+export interface FrameValues {
   sequence: number;
   rate_hz: number;
   age_ms: number | undefined;
@@ -57,7 +57,7 @@ export interface Readout {
 type Pointed = { in: "image"; u_px: number; v_px: number } | { in: "plot"; idx: number };
 
 export class LiveView {
-  readonly figures = signal<Figures | undefined>(undefined);
+  readonly values = signal<FrameValues | undefined>(undefined);
   readonly quality = signal<readonly OrderQuality[]>([]);
   readonly readout = signal<Readout | undefined>(undefined);
   readonly frozen = signal(false);
@@ -73,26 +73,26 @@ export class LiveView {
   private readonly histogram: HistogramView;
   private readonly rate = new FrameRate();
   private readonly profiles: ProfileMessage[] = [];
-  private readonly endings: (() => void)[] = [];
+  private readonly cleanups: (() => void)[] = [];
   private shown_profile: ProfileMessage | undefined;
   private pointed: Pointed | undefined;
   private ticks = 0;
 
   constructor(
     private readonly stream: StreamConnection,
-    places: { image: HTMLElement; plot: HTMLElement; histogram: HTMLCanvasElement },
-    words: PlotWords,
+    containers: { image: HTMLElement; plot: HTMLElement; histogram: HTMLCanvasElement },
+    words: PlotLabels,
   ) {
-    this.camera_image = new CameraImage(places.image, {
+    this.camera_image = new CameraImage(containers.image, {
       drawn: (image) => this.drawn(image),
       hovered: (at) => this.point(at && { in: "image", ...at }),
       viewed: (view, is_fitted) => (this.scale.value = { px: view.scale, is_fitted }),
     });
-    this.plot = new ProfilePlot(places.plot, words, this.camera_image.hidden_orders, (idx) =>
+    this.plot = new ProfilePlot(containers.plot, words, this.camera_image.hidden_orders, (idx) =>
       this.point(idx === undefined ? undefined : { in: "plot", idx }),
     );
-    this.histogram = new HistogramView(places.histogram);
-    this.endings.push(
+    this.histogram = new HistogramView(containers.histogram);
+    this.cleanups.push(
       stream.subscribe({ stream: "image", max_rate_hz: LIVE_RATE_HZ }, (message) => {
         if ("kind" in message && message.kind === "image" && !this.frozen.peek()) this.camera_image.show(message);
       }),
@@ -102,14 +102,14 @@ export class LiveView {
         if (!this.frozen.peek() || message.sequence === this.camera_image.frame?.sequence) this.take(message);
       }),
     );
-    const timer = setInterval(() => this.updateFigures(), FIGURES_EVERY_MS);
-    this.endings.push(() => clearInterval(timer));
+    const timer = setInterval(() => this.updateValues(), VALUES_EVERY_MS);
+    this.cleanups.push(() => clearInterval(timer));
   }
 
   /** Holds the frame on the screen, or resumes. */
   freeze(frozen: boolean): void {
     this.frozen.value = frozen;
-    this.camera_image.hold(frozen);
+    this.camera_image.freeze(frozen);
   }
 
   showZebra(shown: boolean): void {
@@ -125,12 +125,12 @@ export class LiveView {
     this.plot.redraw();
   }
 
-  rename(words: PlotWords): void {
-    this.plot.rename(words);
+  setLabels(words: PlotLabels): void {
+    this.plot.setLabels(words);
   }
 
   dispose(): void {
-    for (const end of this.endings) end();
+    for (const end of this.cleanups) end();
     this.camera_image.dispose();
     this.plot.dispose();
     this.profiles.length = 0;
@@ -139,7 +139,7 @@ export class LiveView {
   /** A frame is on the screen: now its profile may be. */
   private drawn(image: ImageMessage): void {
     this.rate.count(performance.now());
-    this.note(image);
+    this.rememberOrders(image);
     const profile = this.profiles.find(({ sequence }) => sequence === image.sequence);
     if (profile) this.showProfile(profile);
     else if (!image.calibrated) this.showProfile(undefined);
@@ -162,7 +162,7 @@ export class LiveView {
     if (this.pointed) this.follow(this.pointed);
   }
 
-  private note(image: ImageMessage): void {
+  private rememberOrders(image: ImageMessage): void {
     const known = this.orders.peek();
     const seen = new Set(known);
     for (const { order } of image.lines) seen.add(order);
@@ -185,7 +185,7 @@ export class LiveView {
   private follow(pointed: Pointed): void {
     if (pointed.in === "plot") {
       this.plot.mark(pointed.idx);
-      this.camera_image.mark(this.seenAt(pointed.idx));
+      this.camera_image.mark(this.imagePointOf(pointed.idx));
       return;
     }
     const at = this.lineAt(pointed);
@@ -195,11 +195,11 @@ export class LiveView {
 
   private lineAt(at: { u_px: number; v_px: number }) {
     const { frame: image, view } = this.camera_image;
-    return image && nearestLinePoint(image, at, REACH_PX / view.scale, this.camera_image.hidden_orders);
+    return image && nearestLinePoint(image, at, POINTER_RADIUS_PX / view.scale, this.camera_image.hidden_orders);
   }
 
   /** Where the frame saw a point of its profile. */
-  private seenAt(idx: number): { u_px: number; v_px: number } | undefined {
+  private imagePointOf(idx: number): { u_px: number; v_px: number } | undefined {
     const profile = this.shown_profile;
     const [u, v] = [profile?.pixels[2 * idx], profile?.pixels[2 * idx + 1]];
     if (!profile || u === undefined || v === undefined) return undefined;
@@ -219,7 +219,7 @@ export class LiveView {
 
   private found(pointed: Pointed): Omit<Readout, "grey"> | undefined {
     const line = pointed.in === "image" ? this.lineAt(pointed) : undefined;
-    const at = pointed.in === "plot" ? this.seenAt(pointed.idx) : pointed;
+    const at = pointed.in === "plot" ? this.imagePointOf(pointed.idx) : pointed;
     if (!at) return undefined;
     const profile = this.profileOfImage();
     const idx = pointed.in === "plot" ? pointed.idx : line && profile ? profilePointAt(profile, line) : undefined;
@@ -235,12 +235,12 @@ export class LiveView {
     return !image || profile?.sequence === image.sequence ? profile : undefined;
   }
 
-  private updateFigures(): void {
+  private updateValues(): void {
     const image = this.camera_image.frame;
     if (!image) return;
     const now = performance.now();
     this.histogram.draw(image.histogram, image.n_saturated);
-    this.figures.value = {
+    this.values.value = {
       sequence: image.sequence,
       rate_hz: this.rate.rate_hz(now),
       age_ms: this.stream.ageOf(image.captured_ms),

@@ -27,9 +27,9 @@ export default function Operate() {
   const plan = useMemo(() => new MeasurementPlan(api), [api]);
   useEffect(() => {
     void plan.load();
-    const end = events.follow((news) => {
+    const end = events.follow((new_events) => {
       const changed = ({ kind }: { kind: string }) => kind === "measurement_plan.changed";
-      if (news.length === 0 || news.some(changed)) void plan.load();
+      if (new_events.length === 0 || new_events.some(changed)) void plan.load();
     });
     return () => {
       end();

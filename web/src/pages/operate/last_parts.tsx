@@ -1,10 +1,10 @@
 /** The last parts as ticks, newest at the right; every browser draws them from the server's records. */
 
 import { href } from "../../state/browser/route";
-import { type Outcome, outcomeOf, SIGN, standing } from "../../state/records/outcome";
+import { decidingCharacteristic, OUTCOME_SYMBOL, type Outcome, outcomeOf } from "../../state/records/outcome";
 import type { ScannedPart } from "../../state/records/scanned";
 import { language, text } from "../../text";
-import { decimal, moment } from "../../units";
+import { dateTime, decimal } from "../../units";
 
 /** Parts shown. */
 export const N_LAST_PARTS = 20;
@@ -17,7 +17,7 @@ export function LastParts({ parts }: { parts: readonly ScannedPart[] }) {
     <section class="card" aria-label={words.last_parts}>
       <div class="row">
         <h2 class="grow">{words.last_parts}</h2>
-        <span class="muted">{shown.length > 0 && words.failed_of(failed, shown.length)}</span>
+        <span class="muted">{shown.length > 0 && words.rejected_of(failed, shown.length)}</span>
       </div>
       {shown.length === 0 && <p class="muted">{words.no_parts}</p>}
       <ol class="ticks">
@@ -29,7 +29,7 @@ export function LastParts({ parts }: { parts: readonly ScannedPart[] }) {
               title={summaryOf(part)}
               aria-label={summaryOf(part)}
             >
-              {SIGN[outcomeOf(part)]}
+              {OUTCOME_SYMBOL[outcomeOf(part)]}
             </a>
           </li>
         ))}
@@ -44,8 +44,8 @@ function rejected(outcome: Outcome): boolean {
 }
 
 function summaryOf(part: ScannedPart): string {
-  const measured = standing(part);
+  const measured = decidingCharacteristic(part);
   const value = measured?.value !== undefined && `${decimal(measured.value, 3, language.value)} ${measured.unit}`;
   const words = [part.scan.name, text.value.outcomes[outcomeOf(part)], value];
-  return [...words, moment(part.scan.created_at_ms, language.value)].filter(Boolean).join(", ");
+  return [...words, dateTime(part.scan.created_at_ms, language.value)].filter(Boolean).join(", ");
 }

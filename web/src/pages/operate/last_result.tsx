@@ -1,17 +1,17 @@
 /** The newest part, huge: its verdict, what decided it with its uncertainty, and where that lies in the tolerance. */
 
 import { href } from "../../state/browser/route";
-import { outcomeOf, SIGN, standing } from "../../state/records/outcome";
+import { decidingCharacteristic, OUTCOME_SYMBOL, outcomeOf } from "../../state/records/outcome";
 import type { Measured, ScannedPart } from "../../state/records/scanned";
 import { language, text } from "../../text";
-import { decimal, length, moment } from "../../units";
+import { dateTime, decimal, length } from "../../units";
 import type { Last } from "./last_part";
 import { ToleranceBar } from "./tolerance_bar";
 
 export function LastResult({ last }: { last: Last }) {
   const words = text.value.operate;
   if (last.kind === "part") return <Part part={last.part} />;
-  const reasons = { none: words.no_result, running: words.being_scanned, without_part: words.without_part };
+  const reasons = { none: words.no_result, running: words.scan_running, without_part: words.without_part };
   return (
     <section class="card last-result empty" aria-label={words.last_result} data-outcome={last.kind}>
       <h2>{(last.kind === "running" && last.name) || words.last_result}</h2>
@@ -23,15 +23,15 @@ export function LastResult({ last }: { last: Last }) {
 function Part({ part }: { part: ScannedPart }) {
   const words = text.value.operate;
   const outcome = outcomeOf(part);
-  const measured = standing(part);
+  const measured = decidingCharacteristic(part);
   return (
     <section class="card last-result live-data" aria-label={words.last_result} data-outcome={outcome}>
       <div class="row">
         <h2 class="grow">{part.scan.name}</h2>
-        <span class="muted">{moment(part.scan.created_at_ms, language.value)}</span>
+        <span class="muted">{dateTime(part.scan.created_at_ms, language.value)}</span>
       </div>
       <p class={`part-verdict ${outcome}`} role="status">
-        <span aria-hidden="true">{SIGN[outcome]}</span> {text.value.outcomes[outcome]}
+        <span aria-hidden="true">{OUTCOME_SYMBOL[outcome]}</span> {text.value.outcomes[outcome]}
       </p>
       {words.because[outcome] && <p>{words.because[outcome]}</p>}
       {measured?.value !== undefined && <Value measured={measured} value={measured.value} />}
@@ -76,7 +76,7 @@ function Others({ part, shown }: { part: ScannedPart; shown: Measured | undefine
         .filter((one) => one !== shown)
         .map((one) => (
           <li key={one.id} data-verdict={one.verdict}>
-            {one.verdict && <span aria-hidden="true">{SIGN[one.verdict]} </span>}
+            {one.verdict && <span aria-hidden="true">{OUTCOME_SYMBOL[one.verdict]} </span>}
             {characteristicName(one)}{" "}
             <span class="number">
               {one.value === undefined ? "–" : `${decimal(one.value, 3, language.value)} ${one.unit}`}

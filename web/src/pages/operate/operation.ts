@@ -36,7 +36,7 @@ export class Operation {
     const body = scanOf(plan, this.serial.peek());
     const params = { header: { "Idempotency-Key": idempotencyKey() } };
     const job = await data(api.POST("/api/v1/scans", { params, body }));
-    jobs.note(job);
+    jobs.update(job);
     // The next part may be read while this one is scanned.
     this.serial.value = "";
     steps.accepted();

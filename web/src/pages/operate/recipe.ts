@@ -34,14 +34,14 @@ export function rangeOf({ from_mm, to_mm, step_mm, from_deg, to_deg, step_deg }:
 }
 
 /** The same as the plan states it. */
-export function inPlan({ from, to, step, unit }: Range): Partial<Plan> {
+export function planRange({ from, to, step, unit }: Range): Partial<Plan> {
   return unit === "°"
     ? { from_deg: from, to_deg: to, step_deg: step }
     : { from_mm: from, to_mm: to, step_mm: step };
 }
 
-/** A characteristic with a part of it changed; limits need a nominal to lie around, flatness has zero. */
-export function changed(one: Characteristic, part: Partial<Characteristic>): Characteristic {
+/** A copy of a characteristic with some fields changed. Limits require a nominal value; that of flatness is zero. */
+export function withChange(one: Characteristic, part: Partial<Characteristic>): Characteristic {
   const next = { ...one, ...part };
   const around = next.tool === "flatness" || next.nominal_mm != null;
   return around ? next : { ...next, tolerance_mm: null };

@@ -8,7 +8,7 @@ import { TOOLS, type Tool } from "../../state/choices";
 import type { MeasurementPlan, Plan } from "../../state/records/measurement_plan";
 import { language, text } from "../../text";
 import { decimal } from "../../units";
-import { type Characteristic, changed, freeName, inPlan, type Range, rangeOf } from "./recipe";
+import { type Characteristic, freeName, planRange, type Range, rangeOf, withChange } from "./recipe";
 
 interface Properties {
   plan: MeasurementPlan;
@@ -44,7 +44,7 @@ function Fields({ shown, form, change, travel }: FieldsProperties) {
   const [lowest = -1e4, highest = 1e4] = travel;
   const range = rangeOf(shown);
   const { from, to, step, unit } = range;
-  const changeRange = (part: Partial<Range>) => change(inPlan({ ...range, ...part }));
+  const changeRange = (part: Partial<Range>) => change(planRange({ ...range, ...part }));
   const measure = shown.measure ?? [];
   const replace = (at: number, one: Characteristic | undefined) =>
     change({ measure: measure.flatMap((known, idx) => (idx === at ? (one ?? []) : known)) });
@@ -111,7 +111,7 @@ function Fields({ shown, form, change, travel }: FieldsProperties) {
           {words.add_measurement}
         </button>
       </div>
-      <p class="muted">{words.kept_by_server}</p>
+      <p class="muted">{words.stored_on_server}</p>
     </div>
   );
 }
@@ -172,7 +172,7 @@ function CharacteristicRow({ one, form, others, onChange }: RowProperties) {
           unit={unit}
           value={one.nominal_mm ?? undefined}
           optional
-          onChange={(nominal) => onChange(changed(one, { nominal_mm: nominal ?? null }))}
+          onChange={(nominal) => onChange(withChange(one, { nominal_mm: nominal ?? null }))}
         />
       )}
       {judged && (
@@ -183,7 +183,7 @@ function CharacteristicRow({ one, form, others, onChange }: RowProperties) {
           value={one.tolerance_mm ?? undefined}
           min={0.0001}
           optional
-          onChange={(tolerance) => onChange(changed(one, { tolerance_mm: tolerance ?? null }))}
+          onChange={(tolerance) => onChange(withChange(one, { tolerance_mm: tolerance ?? null }))}
         />
       )}
       <button type="button" class="quiet" onClick={() => onChange(undefined)}>

@@ -27,7 +27,7 @@ interface Properties {
 export function Start({ operation, serial, obstacle, wrong, job }: Properties) {
   const words = text.value.operate;
   const field = useRef<HTMLInputElement>(null);
-  useEffect(() => catchTyping(field.current), []);
+  useEffect(() => focusOnTyping(field.current), []);
   const blocked = obstacle ? words.obstacles[obstacle] : wrong;
   const begin = () => {
     if (!blocked && !operation.command.running) void operation.command.start();
@@ -71,7 +71,7 @@ export function Start({ operation, serial, obstacle, wrong, job }: Properties) {
 }
 
 /** Letters typed anywhere on the page belong to the serial number: a scanner types without looking. */
-function catchTyping(field: HTMLInputElement | null): () => void {
+function focusOnTyping(field: HTMLInputElement | null): () => void {
   field?.focus({ preventScroll: true });
   const onKey = (event: KeyboardEvent) => {
     const printable =

@@ -10,7 +10,7 @@ import { VerdictWord } from "../../components/verdict";
 import type { CloudViewer } from "../../scene/view/viewer";
 import { goTo, href, route } from "../../state/browser/route";
 import { language, text } from "../../text";
-import { moment } from "../../units";
+import { dateTime } from "../../units";
 import { CloudView } from "../viewer/cloud_view";
 import { Measurements } from "./measurements";
 import { Downloads, Provenance, Recompute } from "./provenance";
@@ -68,7 +68,7 @@ function ScanResult({ scan }: { scan: Scan }) {
         <div class="stack">
           <h1>{scan.name}</h1>
           <span class="muted">
-            {words.title} · {moment(scan.created_at_ms, language.value)}
+            {words.title} · {dateTime(scan.created_at_ms, language.value)}
           </span>
         </div>
         {scan.purpose === "verification" && <span class="tag">{text.value.results.verification}</span>}
@@ -131,7 +131,7 @@ function ScanChoice({ scan }: { scan: Scan }) {
         {!scans.some(({ id }) => id === scan.id) && <option value={scan.id}>{scan.name}</option>}
         {scans.map(({ id, name, created_at_ms }) => (
           <option key={id} value={id}>
-            {name} · {moment(created_at_ms, language.value)}
+            {name} · {dateTime(created_at_ms, language.value)}
           </option>
         ))}
       </select>

@@ -71,7 +71,7 @@ function Row({ result, measurement }: { result: ResultState; measurement: Measur
   const shown = language.value;
   const inUnit = (value: number | null | undefined) =>
     value == null ? "–" : `${decimal(value, 4, shown)} ${measured.unit}`;
-  const asAsked = (value: number) =>
+  const asEntered = (value: number) =>
     `${value.toLocaleString(shown, { maximumFractionDigits: 4 })} ${measured.unit}`;
   // Small lengths read better in µm; an angle has no such unit.
   const small = (value: number | null | undefined) =>
@@ -82,8 +82,8 @@ function Row({ result, measurement }: { result: ResultState; measurement: Measur
         {nameOf(measurement)}
         {measurement.request.name != null && ` “${measurement.request.name}”`}
       </th>
-      <td class="number">{measured.nominal == null ? "–" : asAsked(measured.nominal)}</td>
-      <td class="number">{measured.tolerance == null ? "–" : `± ${asAsked(measured.tolerance)}`}</td>
+      <td class="number">{measured.nominal == null ? "–" : asEntered(measured.nominal)}</td>
+      <td class="number">{measured.tolerance == null ? "–" : `± ${asEntered(measured.tolerance)}`}</td>
       <td class="number">
         <strong>{inUnit(measured.value)}</strong>
       </td>

@@ -8,7 +8,7 @@ import { href } from "../../state/browser/route";
 import { CLOUD_FORMATS, MESH_FORMATS } from "../../state/choices";
 import { language, text } from "../../text";
 import { orderName } from "../../theme";
-import { count, decimal, length, moment } from "../../units";
+import { count, dateTime, decimal, length } from "../../units";
 import type { ResultState } from "./result_state";
 import type { Scan } from "./scan_record";
 
@@ -21,8 +21,8 @@ export function Provenance({ scan, n_shown }: { scan: Scan; n_shown: number }) {
     <section class="card provenance" aria-label={words.provenance}>
       <h2>{words.provenance}</h2>
       <dl class="facts">
-        <dt>{words.made}</dt>
-        <dd>{moment(scan.created_at_ms, shown)}</dd>
+        <dt>{words.created}</dt>
+        <dd>{dateTime(scan.created_at_ms, shown)}</dd>
         <dt>{words.calibration}</dt>
         <dd>
           <a class="mono" href={href("calibration", scan.calibration_id)}>
@@ -94,7 +94,7 @@ export function Provenance({ scan, n_shown }: { scan: Scan; n_shown: number }) {
           </>
         )}
       </dl>
-      <LeftOut scan={scan} />
+      <RejectedPoints scan={scan} />
     </section>
   );
 }
@@ -109,13 +109,13 @@ function closureOf({ same_line, other_lines }: Schemas["ClosureDto"], shown: str
   return parts.filter((part) => part).join(", ") || "–";
 }
 
-function LeftOut({ scan }: { scan: Scan }) {
+function RejectedPoints({ scan }: { scan: Scan }) {
   const words = text.value.result;
   const report = scan.report;
   if (!report.left_out || report.left_out.length === 0) return null;
   return (
     <details class="selected">
-      <summary>{words.left_out}</summary>
+      <summary>{words.rejected_points}</summary>
       <dl class="facts">
         {report.left_out.map(({ reason, n_points }) => (
           <>
@@ -192,7 +192,7 @@ export function Recompute({ result }: { result: ResultState }) {
             <option value="">{words.active_calibration}</option>
             {(state.value.value ?? []).map((calibration) => (
               <option key={calibration.id} value={calibration.id}>
-                {calibration.id} · {moment(calibration.created_at_ms, language.value)}
+                {calibration.id} · {dateTime(calibration.created_at_ms, language.value)}
               </option>
             ))}
           </select>

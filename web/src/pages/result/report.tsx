@@ -7,7 +7,7 @@ import { CommandButton } from "../../components/command_button";
 import type { CloudViewer } from "../../scene/view/viewer";
 import { Command } from "../../state/station/command";
 import { language, text } from "../../text";
-import { moment } from "../../units";
+import { dateTime } from "../../units";
 import { download } from "../health/bundle";
 import { PrintedLegend } from "../viewer/legend";
 import type { ResultState } from "./result_state";
@@ -69,7 +69,7 @@ export function Printed({ result, viewer }: Properties) {
       {printed.value && <img src={printed.value} alt={text.value.viewer.title} />}
       {printed.value && <PrintedLegend state={result.view} />}
       <p>
-        Sheaf · {text.value.result.printed_at} {moment(Date.now(), language.value)}
+        Sheaf · {text.value.result.printed_at} {dateTime(Date.now(), language.value)}
       </p>
     </div>
   );

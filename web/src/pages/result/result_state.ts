@@ -70,7 +70,7 @@ export class ResultState {
       const calibration_id = this.recalibration.peek();
       const body = calibration_id === "" ? {} : { calibration_id };
       const job = await data(api.POST("/api/v1/scans/{id}/recompute", { params: this.params(), body }));
-      app.jobs.note(job);
+      app.jobs.update(job);
       steps.accepted();
       goTo("result", succeeded(await app.jobs.ended(job.id)));
     });
@@ -79,10 +79,10 @@ export class ResultState {
   /** Reads again when something was measured, here or elsewhere; the returned function ends it. */
   follow(): () => void {
     void this.load();
-    return this.app.events.follow((news) => {
+    return this.app.events.follow((new_events) => {
       const ours = ({ kind, body }: StationEvent) =>
         kind.startsWith("measurement.") && textOf(body, "scan_id") === this.scan.id;
-      if (news.length === 0 || news.some(ours)) void this.load();
+      if (new_events.length === 0 || new_events.some(ours)) void this.load();
     });
   }
 
@@ -113,8 +113,8 @@ export class ResultState {
     this.view.feature.value = { shape: shapeOf(feature.shape), grid };
     this.view.shape_name.value = feature.role;
     // Another shape has other deviations.
-    const { deviation: _, ...others } = this.view.typed.peek();
-    this.view.typed.value = others;
+    const { deviation: _, ...others } = this.view.custom_ranges.peek();
+    this.view.custom_ranges.value = others;
   }
 
   /** Colours the cloud by the distance from this measurement's fitted shape. */

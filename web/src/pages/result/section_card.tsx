@@ -6,7 +6,7 @@ import { data } from "../../api/client";
 import { useApp } from "../../app";
 import { Show, useLoaded } from "../../components/loading";
 import { orderOfPoint } from "../../scene/plot/nearest";
-import { type PlotWords, ProfilePlot } from "../../scene/plot/profile_plot";
+import { type PlotLabels, ProfilePlot } from "../../scene/plot/profile_plot";
 import type { ProfileMessage } from "../../stream/protocol";
 import { language, text } from "../../text";
 import { orderName } from "../../theme";
@@ -82,7 +82,7 @@ function Section({ scan, places }: { scan: Scan; places: readonly Place[] }) {
   );
 }
 
-function plotWords(): PlotWords {
+function plotLabels(): PlotLabels {
   const chosen = language.value;
   const number = (value: number) => value.toLocaleString(chosen, { maximumFractionDigits: 3 }).replace("-", "−");
   return { ...text.value.live.plot, number };
@@ -94,7 +94,7 @@ function Plot({ profile }: { profile: ProfileMessage | undefined }) {
   const pointed = useSignal<number | undefined>(undefined);
   useEffect(() => {
     if (!area.current) return;
-    const made = new ProfilePlot(area.current, plotWords(), ALL_SHOWN, (idx) => {
+    const made = new ProfilePlot(area.current, plotLabels(), ALL_SHOWN, (idx) => {
       pointed.value = idx;
       made.mark(idx);
     });
@@ -106,7 +106,7 @@ function Plot({ profile }: { profile: ProfileMessage | undefined }) {
     plot.current?.mark(undefined);
     pointed.value = undefined;
   }, [profile, pointed]);
-  useSignalEffect(() => plot.current?.rename(plotWords()));
+  useSignalEffect(() => plot.current?.setLabels(plotLabels()));
   return (
     <>
       <div class="data-view section-plot">

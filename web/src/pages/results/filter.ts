@@ -15,7 +15,7 @@ export interface ResultFilter {
 export const NO_FILTER: ResultFilter = { name: "", outcome: "", from_day: "", to_day: "" };
 
 /** Filters applied by the server, over all records. */
-export function askedOf(outcome: Outcome | ""): PartsQuery {
+export function serverQuery(outcome: Outcome | ""): PartsQuery {
   const verdict = VERDICTS.find((verdict) => verdict === outcome);
   if (verdict) return { verdict };
   return outcome === "partial" ? { state: "partial" } : {};

@@ -1,6 +1,6 @@
 import type { Signal } from "@preact/signals";
 import { useId } from "preact/hooks";
-import { type Outcome, SIGN } from "../../state/records/outcome";
+import { OUTCOME_SYMBOL, type Outcome } from "../../state/records/outcome";
 import { text } from "../../text";
 import { NO_FILTER, type ResultFilter } from "./filter";
 
@@ -36,7 +36,7 @@ export function FilterBar({ filter, n_shown, n_read, complete }: Properties) {
           onChange={(event) => change({ outcome: event.currentTarget.value as Outcome | "" })}
         >
           <option value="">{words.all}</option>
-          {(Object.keys(SIGN) as Outcome[]).map((outcome) => (
+          {(Object.keys(OUTCOME_SYMBOL) as Outcome[]).map((outcome) => (
             <option key={outcome} value={outcome}>
               {text.value.outcomes[outcome]}
             </option>

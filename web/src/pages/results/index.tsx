@@ -9,7 +9,7 @@ import { ProblemCard } from "../../components/problem";
 import { ResultViews } from "../../components/result_views";
 import { href } from "../../state/browser/route";
 import { text } from "../../text";
-import { askedOf, filtered, NO_FILTER } from "./filter";
+import { filtered, NO_FILTER, serverQuery } from "./filter";
 import { FilterBar } from "./filter_bar";
 import { ResultsState } from "./results_state";
 import { Rows } from "./rows";
@@ -23,7 +23,7 @@ export default function Results() {
   useEffect(() => state.follow(), [state]);
   const filter = useSignal(NO_FILTER);
   const outcome = filter.value.outcome;
-  useEffect(() => state.ask(askedOf(outcome)), [state, outcome]);
+  useEffect(() => state.setQuery(serverQuery(outcome)), [state, outcome]);
   const parts = state.parts.value;
   const problem = state.problem.value;
   const shown = useMemo(() => (parts ? filtered(parts, filter.value) : []), [parts, filter.value]);

@@ -7,11 +7,11 @@ import { useApp } from "../../app";
 import { DeleteDialog } from "../../components/dialogs/delete_dialog";
 import { href } from "../../state/browser/route";
 import { CLOUD_FORMATS } from "../../state/choices";
-import { outcomeOf, SIGN, standing } from "../../state/records/outcome";
+import { decidingCharacteristic, OUTCOME_SYMBOL, outcomeOf } from "../../state/records/outcome";
 import type { Scan, ScannedPart } from "../../state/records/scanned";
 import { Command } from "../../state/station/command";
 import { language, text } from "../../text";
-import { decimal, length, moment } from "../../units";
+import { dateTime, decimal, length } from "../../units";
 
 export function Rows({ parts }: { parts: readonly ScannedPart[] }) {
   const words = text.value.results;
@@ -60,14 +60,14 @@ function Row({ part, onDelete }: { part: ScannedPart; onDelete: () => void }) {
       </td>
       <td data-label={words.verdict}>
         <span class={bad ? "tag bad" : "tag"}>
-          <span aria-hidden="true">{SIGN[outcome]}</span> {text.value.outcomes[outcome]}
+          <span aria-hidden="true">{OUTCOME_SYMBOL[outcome]}</span> {text.value.outcomes[outcome]}
         </span>
       </td>
       <td class="number" data-label={words.value}>
         <Value part={part} />
       </td>
       <td class="nowrap" data-label={words.when}>
-        {moment(scan.created_at_ms, language.value)}
+        {dateTime(scan.created_at_ms, language.value)}
       </td>
       <td data-label={words.calibration}>
         <a class="mono" href={href("calibration", undefined, { show: scan.calibration_id })}>
@@ -95,7 +95,7 @@ function Row({ part, onDelete }: { part: ScannedPart; onDelete: () => void }) {
 }
 
 function Value({ part }: { part: ScannedPart }) {
-  const measured = standing(part);
+  const measured = decidingCharacteristic(part);
   if (!measured) return <>–</>;
   const { unit, expanded_uncertainty: u, value } = measured;
   return (
@@ -120,6 +120,6 @@ function Delete({ scan, onClose }: { scan: Scan; onClose: () => void }) {
       }),
     [api, scan.id, onClose],
   );
-  const question = words.delete_question(scan.name, moment(scan.created_at_ms, language.value));
+  const question = words.delete_question(scan.name, dateTime(scan.created_at_ms, language.value));
   return <DeleteDialog title={words.delete_title} question={question} remove={remove} onClose={onClose} />;
 }

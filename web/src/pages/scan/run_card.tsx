@@ -10,7 +10,7 @@ import { useHalted } from "../../components/station/halted";
 import { href } from "../../state/browser/route";
 import { hasEnded } from "../../state/records/jobs";
 import { language, text } from "../../text";
-import { count, moment } from "../../units";
+import { count, dateTime } from "../../units";
 import type { ScanRun } from "./scan_run";
 
 export function RunCard({ run }: { run: ScanRun }) {
@@ -51,7 +51,7 @@ function Ended({ run, job }: { run: ScanRun; job: Job }) {
   return (
     <>
       <h2>
-        {words.ended[job.state]} <small class="muted">{moment(job.ended_at_ms, language.value)}</small>
+        {words.ended[job.state]} <small class="muted">{dateTime(job.ended_at_ms, language.value)}</small>
       </h2>
       <p>
         <JobText job={job} />

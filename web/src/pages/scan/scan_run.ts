@@ -11,7 +11,7 @@ import { Command } from "../../state/station/command";
 import type { SetUp, StartScan } from "./set_up";
 
 /** Newest scans looked through for the one that the newest job made. */
-const LOOKED_THROUGH = 50;
+const N_SEARCHED = 50;
 
 export class ScanRun {
   /** The newest job that scans from the station. */
@@ -39,7 +39,7 @@ export class ScanRun {
   ) {
     const begin = async (body: StartScan, accepted: () => void) => {
       const job = await startScan(app.api, body);
-      app.jobs.note(job);
+      app.jobs.update(job);
       accepted();
       await app.jobs.ended(job.id);
     };
@@ -112,7 +112,7 @@ export class ScanRun {
 
   private async findMade(job: Job): Promise<void> {
     try {
-      const query = { limit: LOOKED_THROUGH };
+      const query = { limit: N_SEARCHED };
       const { items } = await data(this.app.api.GET("/api/v1/scans", { params: { query } }));
       if (this.job.peek()?.id !== job.id) return;
       this.made.value = items.find((scan) => scan.job_id === job.id);

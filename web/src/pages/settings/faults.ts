@@ -4,25 +4,29 @@ export interface SimulatedFault {
   name: string;
   device: "camera" | "stage" | "laser";
   /** Its magnitude, if it has one, with the server's default. */
-  value?: { unit: string; ordinary: number; min: number; max: number };
+  value?: { unit: string; default_value: number; min: number; max: number };
 }
 
 export const FAULTS: readonly SimulatedFault[] = [
-  { name: "lost_frames", device: "camera", value: { unit: "", ordinary: 10, min: 1, max: 1e9 } },
+  { name: "lost_frames", device: "camera", value: { unit: "", default_value: 10, min: 1, max: 1e9 } },
   { name: "camera_unplugged", device: "camera" },
   { name: "wrong_frame_size", device: "camera" },
   { name: "wrong_pixel_format", device: "camera" },
   { name: "camera_hang", device: "camera" },
-  { name: "worn_sensor", device: "camera", value: { unit: "", ordinary: 6, min: 0, max: 50 } },
+  { name: "worn_sensor", device: "camera", value: { unit: "", default_value: 6, min: 0, max: 50 } },
   { name: "belt_stops", device: "stage" },
   { name: "lens_covered", device: "camera" },
-  { name: "stage_stall", device: "stage", value: { unit: "mm", ordinary: 5, min: -1e4, max: 1e4 } },
-  { name: "lost_steps", device: "stage", value: { unit: "mm", ordinary: 0.5, min: -1e4, max: 1e4 } },
+  { name: "stage_stall", device: "stage", value: { unit: "mm", default_value: 5, min: -1e4, max: 1e4 } },
+  { name: "lost_steps", device: "stage", value: { unit: "mm", default_value: 0.5, min: -1e4, max: 1e4 } },
   { name: "stage_silent", device: "stage" },
   { name: "stage_unplugged", device: "stage" },
   { name: "laser_fault", device: "laser" },
   { name: "interlock_open", device: "laser" },
   { name: "laser_unplugged", device: "laser" },
-  { name: "wavelength_drift", device: "laser", value: { unit: "", ordinary: 0.001, min: -0.049, max: 0.049 } },
-  { name: "dirty_grating", device: "laser", value: { unit: "", ordinary: 0.3, min: 0, max: 1 } },
+  {
+    name: "wavelength_drift",
+    device: "laser",
+    value: { unit: "", default_value: 0.001, min: -0.049, max: 0.049 },
+  },
+  { name: "dirty_grating", device: "laser", value: { unit: "", default_value: 0.3, min: 0, max: 1 } },
 ];

@@ -8,11 +8,11 @@ import { href } from "../../state/browser/route";
 import { letter_shortcuts } from "../../state/browser/shortcuts";
 import { type ThemeChoice, theme_choice } from "../../state/browser/theme";
 import { LANGUAGES, type Language, language, text } from "../../text";
-import { decimal, length, moment } from "../../units";
+import { dateTime, decimal, length } from "../../units";
 import { Simulation } from "./simulation";
 import "./settings.css";
 
-/** A number and a moment that show how this page writes both. */
+/** Examples of how the page formats numbers and times. */
 const EXAMPLE_MM = -1234.5678;
 const EXAMPLE_AT = new Date(2026, 0, 31, 14, 5, 9).getTime();
 
@@ -22,8 +22,8 @@ export default function Settings() {
     <div class="stack settings">
       <h1>{text.value.settings.title}</h1>
       <div class="settings-grid">
-        <Person />
-        <Looks />
+        <User />
+        <Appearance />
         <Station />
       </div>
       {station.simulated.value === "twin" && <Simulation />}
@@ -31,13 +31,13 @@ export default function Settings() {
   );
 }
 
-function Person() {
+function User() {
   const words = text.value.settings;
   return (
-    <section class="card stack" aria-label={words.person}>
-      <h2>{words.person}</h2>
+    <section class="card stack" aria-label={words.user}>
+      <h2>{words.user}</h2>
       <NameField />
-      <p class="muted">{words.person_hint}</p>
+      <p class="muted">{words.user_hint}</p>
       <label class="check">
         <input
           type="checkbox"
@@ -55,12 +55,12 @@ function Person() {
   );
 }
 
-function Looks() {
+function Appearance() {
   const words = text.value.settings;
   const id = useId();
   return (
-    <section class="card stack" aria-label={words.looks}>
-      <h2>{words.looks}</h2>
+    <section class="card stack" aria-label={words.appearance}>
+      <h2>{words.appearance}</h2>
       <div class="field">
         <label for={`${id}-language`}>{words.language}</label>
         <select
@@ -99,7 +99,7 @@ function Looks() {
           {decimal(EXAMPLE_MM, 3, language.value)} mm, {length(0.0083, language.value)}
         </dd>
         <dt>{words.times}</dt>
-        <dd>{moment(EXAMPLE_AT, language.value)}</dd>
+        <dd>{dateTime(EXAMPLE_AT, language.value)}</dd>
       </dl>
       <p class="muted">{words.numbers_hint}</p>
     </section>

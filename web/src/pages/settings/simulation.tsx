@@ -53,7 +53,7 @@ interface FaultProperties {
 function FaultRow({ fault, on, reload }: FaultProperties) {
   const { api } = useApp();
   const words = text.value.settings;
-  const value = useSignal(on?.value ?? fault.value?.ordinary);
+  const value = useSignal(on?.value ?? fault.value?.default_value);
   const form = useForm();
   const command = useMemo(
     () =>

@@ -88,7 +88,7 @@ export function CloudView({ state, onViewer, empty, tools }: Properties) {
 function makeViewer(host: HTMLDivElement, state: ViewState): CloudViewer | undefined {
   try {
     return new CloudViewer(host, {
-      onGrown: (cloud) => state.grown(cloud.n_points),
+      onGrown: (cloud) => state.pointsAdded(cloud.n_points),
       onPicked: (picked) => void state.pick(picked),
       onCleared: () => state.clearPicks(),
       onProjection: (orthographic) => {

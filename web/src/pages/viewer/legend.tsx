@@ -12,7 +12,7 @@ import type { ViewState } from "./view_state";
 const N_BINS = 64;
 
 /** Height of the histogram's drawing, in its own units. */
-const HIGH = 32;
+const HISTOGRAM_HEIGHT = 32;
 
 const UNITS: Record<ValueMode, string> = { height: "mm", sigma: "µm", intensity: "", deviation: "µm" };
 
@@ -48,7 +48,7 @@ function ScaleLegend({ state, mode }: { state: ViewState; mode: ValueMode }) {
   const range = state.range.value;
   const unit = UNITS[mode];
   const form = useForm();
-  const automatic = state.typed.value[mode] === undefined;
+  const automatic = state.custom_ranges.value[mode] === undefined;
   const rounded = (value: number) => Number(value.toPrecision(3));
   return (
     <div class="row end scale-legend">
@@ -61,7 +61,7 @@ function ScaleLegend({ state, mode }: { state: ViewState; mode: ValueMode }) {
         max={range.high}
         onChange={(low) => low !== undefined && state.setRange({ ...range, low })}
       />
-      <ScaleFigure state={state} mode={mode} />
+      <ColourScale state={state} mode={mode} />
       <NumberField
         key={`${mode}-high`}
         form={form}
@@ -91,7 +91,7 @@ function ScaleLegend({ state, mode }: { state: ViewState; mode: ValueMode }) {
 }
 
 /** The scale without anything to set, for the page and for paper. */
-function ScaleFigure({ state, mode }: { state: ViewState; mode: ValueMode }) {
+function ColourScale({ state, mode }: { state: ViewState; mode: ValueMode }) {
   const words = text.value.viewer;
   const range = state.range.value;
   const bins = binned(state.values.value, range, N_BINS);
@@ -104,10 +104,15 @@ function ScaleFigure({ state, mode }: { state: ViewState; mode: ValueMode }) {
         {mode === "deviation" && ` (${words.shapes[state.shape_name.value] ?? state.shape_name.value})`}
         {unit !== "" && `, ${unit}`}
       </figcaption>
-      <svg viewBox={`0 0 ${N_BINS} ${HIGH}`} preserveAspectRatio="none" role="img" aria-label={words.histogram}>
+      <svg
+        viewBox={`0 0 ${N_BINS} ${HISTOGRAM_HEIGHT}`}
+        preserveAspectRatio="none"
+        role="img"
+        aria-label={words.histogram}
+      >
         {bins.map((n, bin) => {
-          const high = (HIGH * n) / most;
-          return <rect key={bin} x={bin} y={HIGH - high} width={0.9} height={high} />;
+          const high = (HISTOGRAM_HEIGHT * n) / most;
+          return <rect key={bin} x={bin} y={HISTOGRAM_HEIGHT - high} width={0.9} height={high} />;
         })}
       </svg>
       <div class="gradient" style={{ background: gradient(mode) }} />
@@ -131,7 +136,7 @@ export function PrintedLegend({ state }: { state: ViewState }) {
   const mode = state.mode.value;
   return (
     <div class="printed-legend">
-      {mode === "order" ? <OrderLegend /> : <ScaleFigure state={state} mode={mode} />}
+      {mode === "order" ? <OrderLegend /> : <ColourScale state={state} mode={mode} />}
     </div>
   );
 }

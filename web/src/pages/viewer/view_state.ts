@@ -23,7 +23,7 @@ export interface PickedPoint {
 
 export const positionOf = (point: PickedPoint): Vec3 => point.exact?.position_mm ?? point.displayed.position_mm;
 
-export type AskExact = (picked: Picked) => Promise<ExactPoint | undefined>;
+export type QueryExact = (picked: Picked) => Promise<ExactPoint | undefined>;
 
 const remembered_mode = remembered<ColourMode>("cloud_mode", "order");
 
@@ -46,20 +46,20 @@ export class ViewState {
   readonly mesh = signal<Mesh | undefined>(undefined);
   readonly shown = signal<"cloud" | "mesh" | "both">("cloud");
   readonly picks = signal<readonly PickedPoint[]>([]);
-  /** Ranges a person typed; else the proposed one is in force. */
-  readonly typed = signal<Partial<Record<ValueMode, ValueRange>>>({});
+  /** Ranges a person custom_ranges; else the proposed one is in force. */
+  readonly custom_ranges = signal<Partial<Record<ValueMode, ValueRange>>>({});
   /** Sorted sample of the values of the mode. */
   readonly values = signal<Float32Array>(new Float32Array());
   readonly range = computed<ValueRange>(() => {
     const mode = this.mode.value;
     if (mode === "order") return { low: 0, high: 1 };
-    return this.typed.value[mode] ?? proposedRange(this.values.value, mode);
+    return this.custom_ranges.value[mode] ?? proposedRange(this.values.value, mode);
   });
   private viewer: CloudViewer | undefined;
   private sampled_at_ms = 0;
   private timer: ReturnType<typeof setTimeout> | undefined;
 
-  constructor(private readonly askExact: AskExact) {}
+  constructor(private readonly queryExact: QueryExact) {}
 
   /** Follows a viewer until the returned function is called. */
   attach(viewer: CloudViewer): () => void {
@@ -94,7 +94,7 @@ export class ViewState {
   }
 
   /** Points were added: the histogram follows, not too often. */
-  grown(n_points: number): void {
+  pointsAdded(n_points: number): void {
     this.n_points.value = n_points;
     if (n_points === 0) this.picks.value = [];
     if (this.timer !== undefined) return;
@@ -110,7 +110,7 @@ export class ViewState {
     const asked: PickedPoint = { displayed, exact: undefined, state: "asking" };
     const before = this.picks.peek();
     this.picks.value = before.length >= 2 ? [asked] : [...before, asked];
-    const exact = await this.askExact(displayed).catch(() => undefined);
+    const exact = await this.queryExact(displayed).catch(() => undefined);
     const answered: PickedPoint = { displayed, exact, state: exact ? "exact" : "displayed" };
     this.picks.value = this.picks.peek().map((point) => (point === asked ? answered : point));
   }
@@ -122,8 +122,8 @@ export class ViewState {
   setRange(range: ValueRange | undefined): void {
     const mode = this.mode.peek();
     if (mode === "order") return;
-    const { [mode]: _, ...others } = this.typed.peek();
-    this.typed.value = range ? { ...others, [mode]: range } : others;
+    const { [mode]: _, ...others } = this.custom_ranges.peek();
+    this.custom_ranges.value = range ? { ...others, [mode]: range } : others;
   }
 
   private sample(): void {

@@ -5,7 +5,7 @@ import { slotOf, WORDS } from "./cloud";
 import { type Vec3, vec3 } from "./shapes";
 
 /** A point counts as hit within this distance, CSS pixels. */
-const REACH_PX = 9;
+const PICK_RADIUS_PX = 9;
 
 /** Among points so close to the pointer the nearest to the eye is taken, CSS pixels. */
 const SAME_PX = 3;
@@ -96,10 +96,10 @@ function chunkSearch(
       const [x, y, z] = [words[at] as number, words[at + 1] as number, words[at + 2] as number];
       const w = m3 * x + m7 * y + m11 * z + m15;
       const right_px = (((m0 * x + m4 * y + m8 * z + m12) / w + 1) / 2) * width_px - pointer.x_px;
-      if (Math.abs(right_px) > REACH_PX) continue;
+      if (Math.abs(right_px) > PICK_RADIUS_PX) continue;
       const down_px = ((1 - (m1 * x + m5 * y + m9 * z + m13) / w) / 2) * height_px - pointer.y_px;
       const off_px = Math.hypot(right_px, down_px);
-      if (off_px > REACH_PX) continue;
+      if (off_px > PICK_RADIUS_PX) continue;
       const depth =
         ((matrix[2] as number) * x +
           (matrix[6] as number) * y +
@@ -139,8 +139,8 @@ function mayHit(box: Box, clip: Projection, { x_px, y_px, width_px, height_px }:
     bounds[3] = Math.max(bounds[3] as number, y);
   }
   const [left = 0, top = 0, right = 0, bottom = 0] = bounds;
-  const across = x_px >= left - REACH_PX && x_px <= right + REACH_PX;
-  return across && y_px >= top - REACH_PX && y_px <= bottom + REACH_PX;
+  const across = x_px >= left - PICK_RADIUS_PX && x_px <= right + PICK_RADIUS_PX;
+  return across && y_px >= top - PICK_RADIUS_PX && y_px <= bottom + PICK_RADIUS_PX;
 }
 
 function described(chunk: CloudChunk, point: number): Picked | undefined {

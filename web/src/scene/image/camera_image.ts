@@ -68,12 +68,12 @@ export class CameraImage {
   private is_fitted = true;
   private zebra: Zebra | undefined;
   private marked: { u_px: number; v_px: number } | undefined;
-  private held = false;
+  private frozen = false;
   private decoding = false;
   private waiting: ImageMessage | undefined;
   private shown: ({ image: ImageMessage; eighths: number } & Decoded) | undefined;
   private greys_: { of: ImageMessage; read: Promise<Greys | undefined> } | undefined;
-  private untold = false;
+  private drawn_pending = false;
   private frame_request = 0;
   private disposed = false;
 
@@ -98,8 +98,8 @@ export class CameraImage {
     this.resized.observe(place);
     this.stop_listening = listen(place, {
       zoomAt: (factor, x, y) =>
-        this.look(zoomedAt(this.view_, factor, x, y, this.place_size, this.image_size), false),
-      pan: (dx, dy) => this.look(panned(this.view_, dx, dy, this.place_size, this.image_size), false),
+        this.setTransform(zoomedAt(this.view_, factor, x, y, this.place_size, this.image_size), false),
+      pan: (dx, dy) => this.setTransform(panned(this.view_, dx, dy, this.place_size, this.image_size), false),
       fit: () => this.fit(),
       point: (x, y) => this.point(x, y),
     });
@@ -117,7 +117,7 @@ export class CameraImage {
 
   /** Shows a frame as soon as the one before it is decoded; a newer one replaces it. */
   show(image: ImageMessage): void {
-    if (this.held) return;
+    if (this.frozen) return;
     if (this.decoding) {
       if (this.waiting) this.skipped += 1;
       this.waiting = image;
@@ -125,8 +125,8 @@ export class CameraImage {
   }
 
   /** Holds the frame on the screen, even if a newer one is being decoded; or resumes. */
-  hold(held: boolean): void {
-    this.held = held;
+  freeze(frozen: boolean): void {
+    this.frozen = frozen;
     this.waiting = undefined;
   }
 
@@ -141,15 +141,19 @@ export class CameraImage {
 
   /** The whole image. */
   fit(): void {
-    this.look(fitted(this.place_size, this.image_size), true);
+    this.setTransform(fitted(this.place_size, this.image_size), true);
   }
 
   /** CSS pixels per pixel of the frame; the middle stays where it is. */
   zoomTo(scale: number): void {
     const { width, height } = this.place_size;
     const factor = scale / this.view_.scale;
-    if (this.is_fitted) this.look(centred(scale, this.place_size, this.image_size), false);
-    else this.look(zoomedAt(this.view_, factor, width / 2, height / 2, this.place_size, this.image_size), false);
+    if (this.is_fitted) this.setTransform(centred(scale, this.place_size, this.image_size), false);
+    else
+      this.setTransform(
+        zoomedAt(this.view_, factor, width / 2, height / 2, this.place_size, this.image_size),
+        false,
+      );
   }
 
   zoomBy(factor: number): void {
@@ -269,14 +273,14 @@ export class CameraImage {
   }
 
   private take(image: ImageMessage, decoded: Decoded & { eighths: number }): void {
-    if (this.disposed || this.held) {
+    if (this.disposed || this.frozen) {
       decoded.bitmap.close();
       return;
     }
     const before = this.shown?.image;
     this.shown?.bitmap.close();
     this.shown = { image, ...decoded };
-    this.untold = true;
+    this.drawn_pending = true;
     this.zebra?.take(decoded.bitmap);
     const resized = before?.width_px !== image.width_px || before?.height_px !== image.height_px;
     if (resized) this.fit();
@@ -291,10 +295,10 @@ export class CameraImage {
       canvas.height = Math.max(1, Math.round(this.place_size.height * devicePixelRatio));
     }
     if (this.is_fitted) this.fit();
-    else this.look(panned(this.view_, 0, 0, this.place_size, this.image_size), false);
+    else this.setTransform(panned(this.view_, 0, 0, this.place_size, this.image_size), false);
   }
 
-  private look(view: ImageTransform, is_fitted: boolean): void {
+  private setTransform(view: ImageTransform, is_fitted: boolean): void {
     this.view_ = view;
     this.is_fitted = is_fitted;
     // A finger on the whole image scrolls the page; on a part of it, it moves the image.
@@ -324,8 +328,8 @@ export class CameraImage {
     if (this.lines_shown) drawCentrelines(this.line_context, this.view_, image, this.hidden_orders);
     this.draw_over?.(this.line_context, this.view_, image);
     if (this.marked) drawMark(this.line_context, this.view_, this.marked);
-    if (this.untold) {
-      this.untold = false;
+    if (this.drawn_pending) {
+      this.drawn_pending = false;
       this.place.dataset.sequence = String(image.sequence);
       this.events.drawn?.(image);
     }

@@ -9,16 +9,16 @@ export interface LinePoint {
   v_px: number;
 }
 
-/** The nearest point of a shown line within `reach_px` of a position of the frame. */
+/** The nearest point of a shown line within `radius_px` of a position of the frame. */
 export function nearestLinePoint(
   image: ImageMessage,
   at: { u_px: number; v_px: number },
-  reach_px: number,
+  radius_px: number,
   hidden: ReadonlySet<number>,
 ): LinePoint | undefined {
   const { points, units_per_px } = image;
   const [u, v] = [at.u_px * units_per_px, at.v_px * units_per_px];
-  let [best, best_order, best_square] = [-1, 0, (reach_px * units_per_px) ** 2];
+  let [best, best_order, best_square] = [-1, 0, (radius_px * units_per_px) ** 2];
   for (const line of image.lines) {
     if (hidden.has(line.order)) continue;
     for (let idx = line.first; idx < line.first + line.n_points; idx++) {
@@ -52,15 +52,15 @@ export function orderOfPoint(profile: ProfileMessage, idx: number): number | und
   return profile.orders.find((row) => idx >= row.first && idx < row.first + row.n_points)?.order;
 }
 
-/** Index of the profile's shown point that is nearest on the screen, within `reach` of its px. */
+/** Index of the profile's shown point that is nearest on the screen, within `radius` of its px. */
 export function nearestProfilePoint(
   profile: ProfileMessage,
   distanceSquared: (along_mm: number, z_mm: number) => number,
-  reach: number,
+  radius: number,
   hidden: ReadonlySet<number>,
 ): number | undefined {
   const along = profile.along === "x" ? profile.x_mm : profile.y_mm;
-  let [best, best_square] = [-1, reach ** 2];
+  let [best, best_square] = [-1, radius ** 2];
   for (const range of profile.orders) {
     if (hidden.has(range.order)) continue;
     for (let idx = range.first; idx < range.first + range.n_points; idx++) {

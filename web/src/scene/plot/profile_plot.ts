@@ -11,7 +11,7 @@ import { acrossOrders, nearestProfilePoint, neighbour } from "./nearest";
 import { SteadyRange } from "./steady_range";
 
 /** The pointer means a point up to so far away, CSS px. */
-const REACH_PX = 24;
+const POINTER_RADIUS_PX = 24;
 
 /** Points nearer to each other than this are one on the screen, device px. */
 const APART_PX = 1;
@@ -31,7 +31,7 @@ const AXIS = {
   labelFont: "12px system-ui, 'DejaVu Sans', sans-serif",
 };
 
-export interface PlotWords {
+export interface PlotLabels {
   along: (axis: "x" | "y") => string;
   z: string;
   number: (value: number) => string;
@@ -43,14 +43,14 @@ const NO_DATA: uPlot.AlignedData = [
   [null, null],
 ];
 
-const asTold: uPlot.Range.Function = (_plot, min, max) => [min ?? 0, max ?? 1];
+const givenRange: uPlot.Range.Function = (_plot, min, max) => [min ?? 0, max ?? 1];
 
 type Span = readonly [number, number];
 
 export class ProfilePlot {
   private readonly plot: uPlot;
   private readonly resized: ResizeObserver;
-  private readonly ended = new AbortController();
+  private readonly listening = new AbortController();
   private readonly along_range = new SteadyRange(LEAST_ALONG_MM);
   private readonly z_range = new SteadyRange(LEAST_Z_MM);
   private zoomed: { along: Span; z: Span } | undefined;
@@ -61,7 +61,7 @@ export class ProfilePlot {
   /** `pointed` gets the index of the profile point under the pointer. */
   constructor(
     private readonly place: HTMLElement,
-    private words: PlotWords,
+    private labels: PlotLabels,
     private readonly hidden: ReadonlySet<number>,
     private readonly pointed: (idx: number | undefined) => void,
   ) {
@@ -70,7 +70,7 @@ export class ProfilePlot {
       if (place.clientWidth > 0) this.plot.setSize({ width: place.clientWidth, height: place.clientHeight });
     });
     this.resized.observe(place);
-    const { signal } = this.ended;
+    const { signal } = this.listening;
     place.addEventListener("keydown", (event) => this.onKey(event), { signal });
     this.plot.over.addEventListener("pointermove", (event) => this.onPointer(event), { signal });
     this.plot.over.addEventListener("pointerleave", () => this.pointed(undefined), { signal });
@@ -91,8 +91,8 @@ export class ProfilePlot {
   }
 
   /** Words in another language. */
-  rename(words: PlotWords): void {
-    this.words = words;
+  setLabels(labels: PlotLabels): void {
+    this.labels = labels;
     this.redraw();
   }
 
@@ -109,7 +109,7 @@ export class ProfilePlot {
 
   dispose(): void {
     cancelAnimationFrame(this.frame_request);
-    this.ended.abort();
+    this.listening.abort();
     this.resized.disconnect();
     this.plot.destroy();
     this.profile = undefined;
@@ -117,7 +117,7 @@ export class ProfilePlot {
 
   private options(): uPlot.Options {
     const place = this.place;
-    const values = (_plot: uPlot, splits: number[]) => splits.map((value) => this.words.number(value));
+    const values = (_plot: uPlot, splits: number[]) => splits.map((value) => this.labels.number(value));
     return {
       width: Math.max(100, place.clientWidth),
       height: Math.max(80, place.clientHeight),
@@ -129,10 +129,10 @@ export class ProfilePlot {
       },
       select: { show: true, left: 0, top: 0, width: 0, height: 0 },
       // Nearer to the camera is higher: parts stand as they stand on the table.
-      scales: { x: { time: false, range: asTold }, y: { range: asTold, dir: -1 } },
+      scales: { x: { time: false, range: givenRange }, y: { range: givenRange, dir: -1 } },
       axes: [
-        { ...AXIS, values, size: 34, label: this.words.along("x"), labelSize: 18, labelGap: 0 },
-        { ...AXIS, values, size: 58, label: this.words.z, labelSize: 18, labelGap: 0 },
+        { ...AXIS, values, size: 34, label: this.labels.along("x"), labelSize: 18, labelGap: 0 },
+        { ...AXIS, values, size: 58, label: this.labels.z, labelSize: 18, labelGap: 0 },
       ],
       series: [{}, { show: false }],
       hooks: { draw: [(plot) => this.paint(plot)], setSelect: [(plot) => this.select(plot)] },
@@ -144,8 +144,8 @@ export class ProfilePlot {
     if (!this.zoomed) this.followData();
     const [along, z] = [this.zoomed?.along ?? this.along_range.value, this.zoomed?.z ?? this.z_range.value];
     const [across, up] = this.plot.axes;
-    if (across) across.label = this.words.along(this.profile?.along ?? "x");
-    if (up) up.label = this.words.z;
+    if (across) across.label = this.labels.along(this.profile?.along ?? "x");
+    if (up) up.label = this.labels.z;
     const { x, y } = this.plot.scales;
     if (along && z && (x?.min !== along[0] || x?.max !== along[1] || y?.min !== z[0] || y?.max !== z[1])) {
       this.plot.batch(() => {
@@ -276,7 +276,7 @@ export class ProfilePlot {
     const [left, top] = [event.clientX - box.left, event.clientY - box.top];
     const square = (along: number, z: number) =>
       (plot.valToPos(along, "x") - left) ** 2 + (plot.valToPos(z, "y") - top) ** 2;
-    this.pointed(nearestProfilePoint(profile, square, REACH_PX, this.hidden));
+    this.pointed(nearestProfilePoint(profile, square, POINTER_RADIUS_PX, this.hidden));
   }
 
   private onKey(event: KeyboardEvent): void {

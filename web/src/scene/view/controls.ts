@@ -18,7 +18,7 @@ const KEY_PAN = 0.06;
 
 const VIEW_KEYS: Record<string, ViewName> = { "1": "front", "2": "top", "3": "side", "0": "iso" };
 
-export interface Moves {
+export interface ControlEvents {
   /** The view moved. */
   moved(): void;
   /** A place was clicked, CSS pixels from the top left corner. */
@@ -44,7 +44,7 @@ export class Controls {
   constructor(
     private readonly canvas: HTMLCanvasElement,
     private readonly orbit: Orbit,
-    private readonly moves: Moves,
+    private readonly events: ControlEvents,
   ) {
     const { signal } = this.listening;
     canvas.addEventListener("pointerdown", (event) => this.down(event), { signal });
@@ -80,7 +80,7 @@ export class Controls {
     else if (this.pressed.pan) this.orbit.pan(-(now.x - before.x) / height, (now.y - before.y) / height);
     else this.orbit.turn((TURN_RAD * (before.x - now.x)) / height, (TURN_RAD * (now.y - before.y)) / height);
     this.fingers.set(event.pointerId, now);
-    this.moves.moved();
+    this.events.moved();
   }
 
   private pinch(before: Finger, now: Finger, other: Finger, height: number): void {
@@ -93,7 +93,7 @@ export class Controls {
     this.fingers.delete(event.pointerId);
     const pressed = this.pressed;
     if (this.fingers.size === 0) this.pressed = undefined;
-    if (pressed?.still && event.button === 0) this.moves.picked(pressed.x, pressed.y);
+    if (pressed?.still && event.button === 0) this.events.picked(pressed.x, pressed.y);
   }
 
   private wheel(event: WheelEvent): void {
@@ -102,30 +102,30 @@ export class Controls {
     const pixels = event.deltaMode === WheelEvent.DOM_DELTA_LINE ? 33 * event.deltaY : event.deltaY;
     const right = (event.offsetX - this.canvas.clientWidth / 2) / half;
     this.orbit.zoom(Math.exp(ZOOM_PER_PX * pixels), right, 1 - event.offsetY / half);
-    this.moves.moved();
+    this.events.moved();
   }
 
   private key(event: KeyboardEvent): void {
-    if (event.ctrlKey || event.metaKey || event.altKey || !this.carriedOut(event)) return;
+    if (event.ctrlKey || event.metaKey || event.altKey || !this.handleKey(event)) return;
     event.preventDefault();
-    this.moves.moved();
+    this.events.moved();
   }
 
-  private carriedOut(event: KeyboardEvent): boolean {
+  private handleKey(event: KeyboardEvent): boolean {
     const view = VIEW_KEYS[event.key];
-    if (view) this.moves.view(view);
-    else if (event.key === "o" || event.key === "O") this.moves.toggleOrthographic();
-    else if (event.key === "f" || event.key === "F") this.moves.fit();
+    if (view) this.events.view(view);
+    else if (event.key === "o" || event.key === "O") this.events.toggleOrthographic();
+    else if (event.key === "f" || event.key === "F") this.events.fit();
     else if (event.key === "+" || event.key === "=") this.orbit.zoom(KEY_ZOOM);
     else if (event.key === "-") this.orbit.zoom(1 / KEY_ZOOM);
     else if (event.key === "p" || event.key === "P" || event.key === "Enter") this.pickCentre();
-    else if (event.key === "Escape") this.moves.clear();
+    else if (event.key === "Escape") this.events.clear();
     else return this.arrow(event.key, event.shiftKey);
     return true;
   }
 
   private pickCentre(): void {
-    this.moves.picked(this.canvas.clientWidth / 2, this.canvas.clientHeight / 2);
+    this.events.picked(this.canvas.clientWidth / 2, this.canvas.clientHeight / 2);
   }
 
   private arrow(key: string, shift: boolean): boolean {

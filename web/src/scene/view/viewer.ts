@@ -47,7 +47,7 @@ export interface ViewerEvents {
   onContext?: (lost: boolean) => void;
 }
 
-export interface ViewerFigures {
+export interface ViewerStatistics {
   n_points: number;
   n_drawn: number;
   n_waiting_blocks: number;
@@ -215,7 +215,7 @@ export class CloudViewer {
     return image.toDataURL("image/png");
   }
 
-  figures(): ViewerFigures {
+  statistics(): ViewerStatistics {
     return {
       n_points: this.cloud.n_points,
       n_drawn: this.n_drawn,

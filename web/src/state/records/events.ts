@@ -13,12 +13,15 @@ export const EVENTS_AT_ONCE = 50;
 /** Events kept in the page; older ones are read again when wanted. */
 const KEPT = 1000;
 
-type Listener = (news: readonly StationEvent[]) => void;
+type Listener = (new_events: readonly StationEvent[]) => void;
 
 /** Puts new events in front of the known ones (newest first) and leaves out what is known already. */
-export function joined(known: readonly StationEvent[], news: readonly StationEvent[]): readonly StationEvent[] {
+export function joined(
+  known: readonly StationEvent[],
+  new_events: readonly StationEvent[],
+): readonly StationEvent[] {
   const newest = known[0]?.seq ?? 0;
-  const unknown = news.filter((event) => event.seq > newest).sort((a, b) => b.seq - a.seq);
+  const unknown = new_events.filter((event) => event.seq > newest).sort((a, b) => b.seq - a.seq);
   return [...unknown, ...known].slice(0, KEPT);
 }
 
@@ -78,11 +81,11 @@ export class EventLog {
       const known = this.list.peek()[0]?.seq;
       if (known === this.newest_seq || this.newest_seq === 0) return;
       const after = known ?? Math.max(0, this.newest_seq - EVENTS_AT_ONCE);
-      const news = await this.read(after, 200).catch(() => undefined);
+      const new_events = await this.read(after, 200).catch(() => undefined);
       // Unreachable: the next message of the stream triggers another attempt.
-      if (!news || news.length === 0) return;
-      this.list.value = joined(this.list.peek(), news);
-      this.notify(news);
+      if (!new_events || new_events.length === 0) return;
+      this.list.value = joined(this.list.peek(), new_events);
+      this.notify(new_events);
     }
   }
 
@@ -95,7 +98,7 @@ export class EventLog {
     return items;
   }
 
-  private notify(news: readonly StationEvent[]): void {
-    for (const listener of this.listeners) listener(news);
+  private notify(new_events: readonly StationEvent[]): void {
+    for (const listener of this.listeners) listener(new_events);
   }
 }

@@ -21,10 +21,10 @@ export interface InspectionsQuery {
 export async function readInspections(
   api: Api,
   limit: number,
-  asked: InspectionsQuery = {},
+  requested: InspectionsQuery = {},
   before?: string,
 ): Promise<RecordsPage<Inspection>> {
-  const query = { limit, ...asked, ...(before !== undefined && { before }) };
+  const query = { limit, ...requested, ...(before !== undefined && { before }) };
   const { items, damaged = [], next } = await data(api.GET("/api/v1/inspections", { params: { query } }));
   return { items, damaged, next: next ? items.at(-1)?.id : undefined };
 }

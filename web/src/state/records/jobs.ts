@@ -40,7 +40,7 @@ export class JobsState {
 
   start(): void {
     this.stream.subscribe({ stream: "jobs", max_rate_hz: 10 }, (message) => {
-      if ("op" in message && message.op === "job") this.note(message.job);
+      if ("op" in message && message.op === "job") this.update(message.job);
     });
     // Every end of a job is an event; the job stream sends only the newest progress.
     this.stream.subscribe({ stream: "events" }, () => void this.refresh());
@@ -62,7 +62,7 @@ export class JobsState {
       this.damaged.value = joinDamaged(this.damaged.peek(), damaged);
       // The newest page says whether there is more, unless older pages were read already.
       if (this.list.peek().length <= AT_ONCE) this.has_older.value = next != null;
-      for (const job of [...items].reverse()) this.note(job);
+      for (const job of [...items].reverse()) this.update(job);
     } catch {
       // The link's age is shown; the next event or connection asks again.
     }
@@ -74,12 +74,12 @@ export class JobsState {
     const query = before === undefined ? { limit: AT_ONCE } : { limit: AT_ONCE, before };
     const { items, damaged, next } = await data(this.api.GET("/api/v1/jobs", { params: { query } }));
     this.damaged.value = joinDamaged(this.damaged.peek(), damaged);
-    for (const job of items) this.note(job);
+    for (const job of items) this.update(job);
     this.has_older.value = next != null && this.list.peek().length < KEPT;
   }
 
   /** Notes what a request answered, so that the page need not wait for the stream. */
-  note(job: Job): void {
+  update(job: Job): void {
     const known = this.get(job.id);
     if (known && hasEnded(known) && !hasEnded(job)) return;
     if (known && JSON.stringify(known) === JSON.stringify(job)) return;

@@ -9,7 +9,7 @@ export type Outcome = Verdict | "partial" | "measured" | "scanned";
 export const VERDICTS: readonly Verdict[] = ["ok", "undecided", "invalid", "not_ok"];
 
 /** The characteristic shown for the part: the worst with a verdict, else the newest. */
-export function standing({ measured }: ScannedPart): Measured | undefined {
+export function decidingCharacteristic({ measured }: ScannedPart): Measured | undefined {
   const worst = [...VERDICTS].reverse().find((verdict) => measured.some((one) => one.verdict === verdict));
   return measured.find((one) => worst !== undefined && one.verdict === worst) ?? measured[0];
 }
@@ -21,7 +21,7 @@ export function outcomeOf({ scan, measured }: ScannedPart): Outcome {
 }
 
 /** A sign that says the same without colour. */
-export const SIGN: Record<Outcome, string> = {
+export const OUTCOME_SYMBOL: Record<Outcome, string> = {
   ok: "✓",
   undecided: "?",
   invalid: "!",

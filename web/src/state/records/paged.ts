@@ -44,7 +44,7 @@ export class PagedRecords<Item, Query> {
   ) {}
 
   /** Reads what the server finds for `query` from now on. */
-  ask(query: Query): void {
+  setQuery(query: Query): void {
     if (JSON.stringify(query) === JSON.stringify(this.query)) return;
     this.query = query;
     this.pages.clear();
@@ -54,8 +54,9 @@ export class PagedRecords<Item, Query> {
   /** Reads, and reads again when something happened; the returned function ends it. */
   follow(): () => void {
     void this.readNewest();
-    return this.events.follow((news) => {
-      if (news.length === 0 || news.some((event) => this.source.concerns(event))) void this.readNewest();
+    return this.events.follow((new_events) => {
+      if (new_events.length === 0 || new_events.some((event) => this.source.concerns(event)))
+        void this.readNewest();
     });
   }
 

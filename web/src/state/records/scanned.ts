@@ -71,10 +71,10 @@ function measuredOf(one: Schemas["CharacteristicDto"]): Measured {
 export async function readParts(
   api: Api,
   limit: number,
-  asked: PartsQuery = {},
+  requested: PartsQuery = {},
   before?: string,
 ): Promise<PartsPage> {
-  const query = { limit, ...asked, ...(before !== undefined && { before }) };
+  const query = { limit, ...requested, ...(before !== undefined && { before }) };
   const { items, damaged = [], next } = await data(api.GET("/api/v1/scans", { params: { query } }));
   return { parts: items.map(partOf), damaged, next: next ? items.at(-1)?.id : undefined };
 }

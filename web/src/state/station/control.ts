@@ -1,7 +1,7 @@
 /** The control lease: who commands the station, and whether that is this page. */
 
 import { computed, signal } from "@preact/signals";
-import { type Api, data, Refusal, type Schemas } from "../../api/client";
+import { type Api, data, ProblemError, type Schemas } from "../../api/client";
 import { remembered } from "../browser/remembered";
 import type { StationState } from "./station";
 
@@ -13,8 +13,8 @@ const CONFLICT = 409;
 
 const EXPIRED = "urn:sheaf:problem:control-expired";
 
-/** Why this page no longer commands. `idle`: nothing was commanded; `unrenewed`: the link or the page was asleep. */
-export type Loss = { kind: "taken"; by: string } | { kind: "idle" } | { kind: "unrenewed" };
+/** Why this page no longer commands. `idle`: nothing was commanded; `not_renewed`: the link or the page was asleep. */
+export type Loss = { kind: "taken"; by: string } | { kind: "idle" } | { kind: "not_renewed" };
 
 export class Control {
   /** The name shown to others. */
@@ -42,7 +42,7 @@ export class Control {
     setInterval(() => void this.renew(), RENEW_EVERY_MS);
     // Timers of a hidden page come late: whether it still commands is asked at once when it is seen again.
     document.addEventListener("visibilitychange", () => void this.renew());
-    addEventListener("pagehide", () => void this.giveBack());
+    addEventListener("pagehide", () => void this.release());
   }
 
   /** How logs and other browsers call who sits here. */
@@ -67,7 +67,7 @@ export class Control {
     if (!this.mine.value) await this.take();
   }
 
-  async giveBack(): Promise<void> {
+  async release(): Promise<void> {
     const id = this.id();
     if (!id) return;
     this.lease.value = undefined;
@@ -87,11 +87,11 @@ export class Control {
       if (this.id() === id) this.note(renewed);
     } catch (cause) {
       // An unreachable or busy server keeps the lease until it runs out there; a conflict means that it has.
-      if (!(cause instanceof Refusal) || cause.problem.status !== CONFLICT || this.id() !== id) return;
+      if (!(cause instanceof ProblemError) || cause.problem.status !== CONFLICT || this.id() !== id) return;
       const asleep = performance.now() - this.renewed_at_ms > this.length_ms;
       this.lease.value = undefined;
-      if (cause.problem.type === EXPIRED) this.lost.value = { kind: asleep ? "unrenewed" : "idle" };
-      else this.lost.value = lossTo(await this.present());
+      if (cause.problem.type === EXPIRED) this.lost.value = { kind: asleep ? "not_renewed" : "idle" };
+      else this.lost.value = lossTo(await this.currentHolder());
     }
   }
 
@@ -103,7 +103,7 @@ export class Control {
   }
 
   /** The current holder of control; empty if no one is. The stream may lag behind. */
-  private async present(): Promise<string> {
+  private async currentHolder(): Promise<string> {
     const asked = data(this.api().GET("/api/v1/station/control"));
     return await asked.then(({ holder }) => holder).catch(() => "");
   }
@@ -111,5 +111,5 @@ export class Control {
 
 /** A restarted server has no lease, so no one is in control. */
 function lossTo(holder: string): Loss {
-  return holder === "" ? { kind: "unrenewed" } : { kind: "taken", by: holder };
+  return holder === "" ? { kind: "not_renewed" } : { kind: "taken", by: holder };
 }

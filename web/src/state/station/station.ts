@@ -6,7 +6,7 @@ import type { StreamConnection } from "../../stream/connection";
 import { STALE_AFTER_MS } from "../../theme";
 
 /** Interval of checking whether the data has become stale. */
-const LOOK_EVERY_MS = 250;
+const CHECK_EVERY_MS = 250;
 
 /** Update rate of positions and counts; state changes are sent at once. */
 const STATE_RATE_HZ = 5;
@@ -43,10 +43,10 @@ export class StationState {
     this.stream.subscribe({ stream: "state", max_rate_hz: STATE_RATE_HZ }, (message) => {
       if ("op" in message && message.op === "state") this.status.value = message.station;
     });
-    setInterval(() => this.look(), LOOK_EVERY_MS);
+    setInterval(() => this.checkAge(), CHECK_EVERY_MS);
   }
 
-  private look(): void {
+  private checkAge(): void {
     const silent_ms = performance.now() - this.stream.last_message_at_ms;
     const stale = !this.stream.connected.value || silent_ms > STALE_AFTER_MS;
     this.stale_s.value = stale ? Math.max(1, Math.round(silent_ms / 1000)) : 0;

@@ -9,24 +9,24 @@ import type { StationState } from "./station";
 const REPEAT_EVERY_MS = 500;
 
 /** Time without a response after which the page advises the machine's emergency stop; attempts continue. */
-const UNANSWERED_AFTER_MS = 1500;
+const NO_RESPONSE_AFTER_MS = 1500;
 
 /**
  * Requests under way at most. A browser has six connections to a server: of requests that hang on dead ones, the oldest
  * makes room for a new one, after ten seconds. Nothing else ends an attempt before the station has stopped.
  */
-const MOST_UNDER_WAY = 20;
+const MAX_PENDING = 20;
 
 /** Result of the last Stop. `unacknowledged`: received by the server, not confirmed by the devices. */
-export type StopOutcome = "none" | "stopping" | "unanswered" | "unacknowledged";
+export type StopOutcome = "none" | "stopping" | "no_response" | "unacknowledged";
 
 /** Requests Stop over HTTP. */
 export type PostStop = (abort: AbortSignal) => Promise<StopResult>;
 
 export class Stop {
   readonly outcome = signal<StopOutcome>("none");
-  private readonly under_way = new Set<AbortController>();
-  private endings: (() => void)[] = [];
+  private readonly pending = new Set<AbortController>();
+  private cleanups: (() => void)[] = [];
 
   constructor(
     private readonly stream: Pick<StreamConnection, "stop" | "onStopped" | "onReconnect">,
@@ -38,36 +38,36 @@ export class Stop {
   /** Requests Stop; the first attempt is sent synchronously. */
   press(): void {
     this.attempt();
-    if (this.outcome.peek() === "none") this.persist();
+    if (this.outcome.peek() === "none") this.repeatUntilKnown();
   }
 
   private attempt(): void {
     this.stream.stop(this.actor());
     const abort = new AbortController();
-    this.under_way.add(abort);
+    this.pending.add(abort);
     this.post(abort.signal)
       .then(
         (answer) => {
-          if (this.under_way.has(abort)) this.answered(answer);
+          if (this.pending.has(abort)) this.answered(answer);
         },
         // Not reached: the next attempt is due in any case.
         () => undefined,
       )
-      .finally(() => this.under_way.delete(abort));
-    const [oldest] = this.under_way;
-    if (this.under_way.size > MOST_UNDER_WAY && oldest) this.abandon(oldest);
+      .finally(() => this.pending.delete(abort));
+    const [oldest] = this.pending;
+    if (this.pending.size > MAX_PENDING && oldest) this.abandon(oldest);
   }
 
   /** Repeats the request until its outcome is known. */
-  private persist(): void {
+  private repeatUntilKnown(): void {
     this.outcome.value = "stopping";
     const repeat = setInterval(() => this.attempt(), REPEAT_EVERY_MS);
-    const words = setTimeout(() => {
-      if (this.outcome.peek() === "stopping") this.outcome.value = "unanswered";
-    }, UNANSWERED_AFTER_MS);
-    this.endings = [
+    const warning = setTimeout(() => {
+      if (this.outcome.peek() === "stopping") this.outcome.value = "no_response";
+    }, NO_RESPONSE_AFTER_MS);
+    this.cleanups = [
       () => clearInterval(repeat),
-      () => clearTimeout(words),
+      () => clearTimeout(warning),
       this.stream.onStopped((answer) => this.answered(answer)),
       this.stream.onReconnect(() => this.attempt()),
       this.followState(),
@@ -96,13 +96,13 @@ export class Stop {
 
   /** Cancels pending requests, so that none of them arrives after a reset. */
   private end(): void {
-    for (const end of this.endings.splice(0)) end();
-    for (const abort of this.under_way) this.abandon(abort);
+    for (const end of this.cleanups.splice(0)) end();
+    for (const abort of this.pending) this.abandon(abort);
     this.outcome.value = "none";
   }
 
   private abandon(attempt: AbortController): void {
-    this.under_way.delete(attempt);
+    this.pending.delete(attempt);
     attempt.abort();
   }
 }

@@ -18,7 +18,7 @@ export const calibration: Catalogue["calibration"] = {
   depth_range: "Arbeitstiefe",
   scale: "Maßstabsfehler des Tisches",
   straightness: "Geradheit des Tisches",
-  made: "erstellt",
+  created: "erstellt",
   poses: "Posen",
   poses_of: (poses, lasers, views) => `${poses} Posen, ${lasers} mit Laser, ${views} Tischpositionen`,
   days: (days) => (days === 1 ? "1 Tag" : `${days} Tage`),
@@ -28,7 +28,7 @@ export const calibration: Catalogue["calibration"] = {
   report_short: "Bericht",
   details: "Details",
 
-  begin: "Neue Kalibrierung",
+  new_calibration: "Neue Kalibrierung",
   now: "Jetzt kalibrieren",
   now_hint: "Der virtuelle Bediener zeigt die Tafel in 12 Posen; das dauert etwa eine halbe Minute.",
   now_blocked:
@@ -46,9 +46,9 @@ export const calibration: Catalogue["calibration"] = {
   upload_stopped_remedy: "Server und Netzwerk prüfen, dann die Datei erneut wählen",
   cancel_upload: "Hochladen abbrechen",
   running: "Läuft",
-  fresh: "Die neue Kalibrierung ist ein Entwurf",
-  fresh_hint: "Scans verwenden sie, sobald sie aktiviert ist.",
-  see_fresh: "Neue Kalibrierung ansehen",
+  new_draft: "Die neue Kalibrierung ist ein Entwurf",
+  new_draft_hint: "Scans verwenden sie, sobald sie aktiviert ist.",
+  view_new_draft: "Neue Kalibrierung ansehen",
 
   sessions: "Offene Sitzungen",
   continue: "Fortsetzen",
@@ -67,7 +67,7 @@ export const calibration: Catalogue["calibration"] = {
   list_empty: "Noch keine Kalibrierungen. Neue Kalibrierungen erscheinen hier als Entwurf.",
   state: "Status",
   draft: "Entwurf",
-  in_use: "aktiv",
+  active_state: "aktiv",
   depth: "Tiefe σ",
   id: "ID",
   activate: "Aktivieren…",
@@ -94,10 +94,10 @@ export const calibration: Catalogue["calibration"] = {
   log_empty: "Es wurde noch keine Kalibrierung aktiviert.",
   log_when: "wann",
   log_who: "wer",
-  log_act: "Aktion",
+  log_action: "Aktion",
   log_to: "seitdem aktiv",
   log_before: "vorher",
-  acts: { activate: "aktiviert", roll_back: "zurückgenommen" },
+  actions: { activate: "aktiviert", roll_back: "zurückgenommen" },
   none: "keine",
 
   difference: "Tiefendifferenz",
@@ -133,24 +133,24 @@ export const calibration: Catalogue["calibration"] = {
   recommended: "empfohlen",
   used: "verwendet",
   not_fitted: (reason) => `Anpassung fehlgeschlagen: ${reason}`,
-  meaning_curved: (use, best, worst) =>
+  recommendation_curved: (use, best, worst) =>
     `Die Lichtflächen sind gekrümmt: Ebenen wären in der Tiefe um bis zu ${worst} falsch, „${use}“ um ${best}. „${use}“ verwenden.`,
-  meaning_alike: (use, best) =>
+  recommendation_alike: (use, best) =>
     `Alle Modelle sagen gleich gut vorher, auf ${best} in der Tiefe: Im Rahmen der Genauigkeit dieser Bilder sind die Lichtflächen eben. „${use}“ verwenden, das einfachste ausreichende Modell.`,
-  meaning_free: (use, best, worst) =>
+  recommendation_free: (use, best, worst) =>
     `Die Lichtflächen weichen um bis zu ${worst} von der Gittergleichung ab; „${use}“ sagt auf ${best} genau vorher. „${use}“ verwenden und Wellenlänge und Gitter mit dem Datenblatt vergleichen.`,
-  meaning_unknown: (use) =>
+  recommendation_unknown: (use) =>
     `Zu wenige Posen, um die Modelle zu unterscheiden. „${use}“ wird verwendet; für Gewissheit mehr Posen aufnehmen.`,
   no_light:
     "Diese Kalibrierung enthält keine Laserbilder: Sie umfasst nur die Kamera und ist nicht zum Scannen verwendbar.",
 
   angles: "Winkel im Vergleich zur Gittergleichung",
   angle: "kalibriert",
-  angle_sheet: "Nennwert",
+  angle_nominal: "Nennwert",
   angle_difference: "Differenz",
   angles_lead:
     "Winkel jeder Ordnung relativ zur Ordnung 0. Weichen alle Winkel um denselben Faktor ab, entspricht die Wellenlänge nicht dem Nennwert; weicht ein einzelner Winkel ab, wurde seine Ordnung verwechselt.",
-  ratio: (value, sigma, sheet) => `λ/d ${value} ± ${sigma}, Nennwert ${sheet}`,
+  ratio: (value, sigma, nominal) => `λ/d ${value} ± ${sigma}, Nennwert ${nominal}`,
 
   residuals: "Residuen",
   residuals_light: "Abstand der Laserpunkte von den Lichtflächen, quer zur Linie",
@@ -178,8 +178,8 @@ export const calibration: Catalogue["calibration"] = {
   },
   step_done: "erledigt",
   step_open: "offen",
-  put_aside: "Zur Übersicht",
-  put_aside_hint: "Die Sitzung ist auf dem Server gespeichert; sie lässt sich in jedem Browser fortsetzen.",
+  to_overview: "Zur Übersicht",
+  to_overview_hint: "Die Sitzung ist auf dem Server gespeichert; sie lässt sich in jedem Browser fortsetzen.",
   active_untouched: "Die aktive Kalibrierung ändert sich erst, wenn Sie eine neue aktivieren.",
   next: (step) => `Weiter zu „${step}“`,
   not_found_hint: "Vielleicht wurde sie in einem anderen Browser verworfen.",
@@ -250,10 +250,10 @@ export const calibration: Catalogue["calibration"] = {
   no_live: "Das Live-Bild ist aus.",
   board_missing: "Keine Tafel erkannt",
   board_seen: (n, all) => `${n} von ${all} Punkten erkannt`,
-  looking: "Tafel wird gesucht…",
+  searching: "Tafel wird gesucht…",
   hold_still: "stillhalten…",
   known_pose: "Von dieser Pose gibt es schon ein Bild: die Tafel bewegen oder kippen.",
-  taking: "Aufnahme läuft…",
+  capturing: "Aufnahme läuft…",
   capture_pose: "Bild aufnehmen",
   auto: "Automatisch aufnehmen, wenn die Tafel ruht",
   still: "ruhig",
@@ -282,23 +282,23 @@ export const calibration: Catalogue["calibration"] = {
   now_at: (value) => `jetzt ${value}`,
   need_met: "OK",
 
-  taken: "Bilder",
-  taken_none:
+  images: "Bilder",
+  images_none:
     "Noch keine Bilder. Die Tafel ins Bild halten; ein Dutzend oder mehr verschiedene Posen ergeben eine gute Kalibrierung.",
   pose: (n) => `Pose ${n}`,
   rms_of: "RMS",
   lines_found: (pieces) => `${pieces} Linienstücke`,
   delete: "Löschen",
-  stands_out: "Ausreißer: Tafel bewegt, unscharf oder verbogen?",
+  outlier: "Ausreißer: Tafel bewegt, unscharf oder verbogen?",
   camera_so_far: (focal, rms) => `Kamera bisher: Brennweite ${focal}, RMS ${rms}`,
 
-  operator: "Virtueller Bediener",
+  virtual_operator: "Virtueller Bediener",
   operator_hint: "Hält die Tafel der simulierten Station für Sie.",
   hold_pose: "Tafel halten in Pose",
   hold: "Halten",
   next_pose: "Nächste Pose",
-  lay_on_stage: "Tafel auf den Tisch legen",
-  take_away: "Tafel entfernen",
+  place_on_stage: "Tafel auf den Tisch legen",
+  remove_board: "Tafel entfernen",
   held_pose: (n) => `Die Tafel wird in Pose ${n} gehalten.`,
   board_on_stage: "Die Tafel liegt auf dem Tisch.",
   board_away: "Die Tafel ist entfernt.",
@@ -313,8 +313,8 @@ export const calibration: Catalogue["calibration"] = {
   stage_lead:
     "Die Tafel flach auf den Tisch legen. Bilder an mehreren Positionen bestimmen Richtung und Maßstab der Bewegung.",
   stage_positions: "Positionen",
-  take_view: "Anfahren und aufnehmen",
-  take_views: (n) => `${n} Positionen automatisch aufnehmen`,
+  capture_view: "Anfahren und aufnehmen",
+  capture_views: (n) => `${n} Positionen automatisch aufnehmen`,
   view_at: "Position",
   views_none:
     "Noch keine Tischpositionen aufgenommen. Ohne sie kann die Kalibrierung den Verfahrweg nicht in Millimeter umrechnen.",
@@ -356,10 +356,10 @@ export const calibration: Catalogue["calibration"] = {
   nominal: "Referenzwert",
   tolerance: "Fehlergrenze (MPE)",
   verify_now: "Scannen und vergleichen",
-  verify_put: "Zuerst das Teil auf den Tisch legen. Der Tisch bewegt sich, und der Laser geht an.",
-  verify_put_simulated: "Der virtuelle Bediener legt das Teil auf den Tisch und entfernt es danach.",
+  verify_hint: "Zuerst das Teil auf den Tisch legen. Der Tisch bewegt sich, und der Laser geht an.",
+  verify_hint_simulated: "Der virtuelle Bediener legt das Teil auf den Tisch und entfernt es danach.",
   verify_blocked: "Zuerst die Kalibrierung berechnen, im Schritt „Tisch“.",
-  true_size: "Referenz",
+  reference_size: "Referenz",
   measured: "gemessen",
   deviation: "Abweichung",
   uncertainty: "U (k = 2)",

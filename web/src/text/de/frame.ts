@@ -6,7 +6,7 @@ export const frame = {
   stop_hint_lit:
     "Stoppt die Bewegung sofort, von jeder Seite aus (Strg + . oder Pause). Der Laser wird hier nicht gesteuert und bleibt an",
   stopping: "Stoppt…",
-  stop_unanswered:
+  stop_no_response:
     "Noch keine Antwort auf Stopp; der Befehl wird wiederholt. Den Not-Halt der Maschine betätigen.",
   stop_unacknowledged:
     "Der Server hat Stopp empfangen, aber die Geräte haben ihn nicht bestätigt. Den Not-Halt der Maschine betätigen.",
@@ -24,7 +24,7 @@ export const frame = {
   interlock: "Verriegelung",
   interlock_closed: "geschlossen",
   interlock_open: "offen",
-  interlock_unread: "unbekannt",
+  interlock_unknown: "unbekannt",
   link: "Verbindung",
   link_live: "live",
   link_stale: "veraltet",
@@ -89,19 +89,19 @@ export const frame = {
     "Die Station wurde gestoppt. Keine Bewegung bis zum Zurücksetzen. Der Laser wird hier nicht gesteuert: Er ist an, solange er mit Strom versorgt wird.",
   reset_stop: "Zurücksetzen",
   control: "Bedienhoheit",
-  you_control: "Sie bedienen",
-  nobody_controls: "Niemand bedient",
+  you_in_control: "Sie bedienen",
+  no_one_in_control: "Niemand bedient",
   control_unknown: "Bedienhoheit unbekannt",
-  other_controls: (holder: string) => `${holder} bedient`,
+  other_in_control: (holder: string) => `${holder} bedient`,
   take_control: "Bedienhoheit übernehmen",
   take_over: "Übernehmen",
-  give_back: "Bedienhoheit abgeben",
+  release_control: "Bedienhoheit abgeben",
   take_over_question: (holder: string) =>
     `${holder} bedient die Station. Die Übernahme beendet die Handbedienung durch ${holder}; laufende Aufträge laufen weiter.`,
   control_taken: (holder: string) => `${holder || "Jemand"} hat die Bedienhoheit übernommen.`,
   control_expired: {
     idle: "Ihre Bedienhoheit ist abgelaufen, weil Sie eine Weile keinen Befehl gegeben haben. Ihr nächster Befehl übernimmt sie wieder.",
-    unrenewed:
+    not_renewed:
       "Ihre Bedienhoheit ist abgelaufen, weil diese Seite sie nicht erneuern konnte. Ihr nächster Befehl übernimmt sie wieder, falls sie frei ist.",
   },
   your_name: "Ihr Name, für andere sichtbar",

@@ -5,7 +5,7 @@ export const health = {
   caution: "Achtung",
   alarm: "Alarm",
   bundle: "Support-Paket",
-  bundle_holds:
+  bundle_contents:
     "Das Support-Paket ist eine JSON-Datei mit allem, was diese Seite lesen kann: Station, Aufträge, Ereignisse, neueste Scans und Kalibrierungen, Metriken. Es enthält keine Bilder und keine Servereinstellungen.",
   devices: { camera: "Kamera", stage: "Tisch", laser: "Laser" },
   connected: "verbunden",
@@ -59,7 +59,7 @@ export const health = {
   calibrate: "Die Station kalibrieren, dann die Kalibrierung aktivieren.",
   model: "Lichtmodell",
   depth_sigma: "Tiefe, σ",
-  made: "Erstellt",
+  created: "Erstellt",
   orders: "Übereinstimmung der Ordnungen",
   orders_agree: "die Ordnungen stimmen überein",
   orders_disagree: "Ordnungen widersprechen sich",
@@ -71,13 +71,13 @@ export const health = {
   rms: "RMS",
   points: "Punkte",
   watches: "Driftüberwachung",
-  watches_say: {
+  watch_headlines: {
     calm: "keine signifikante Änderung",
     caution: "signifikante Änderung",
     alarm: "der letzte Scan ist ungültig",
   },
   watches_of: (n: number) => `${n === 1 ? "1 Scan" : `die letzten ${n} Scans`}; neuester:`,
-  powers_learned: (n: number, needed: number) => `Referenzleistungen: ${n} von ${needed} Scans`,
+  reference_powers: (n: number, needed: number) => `Referenzleistungen: ${n} von ${needed} Scans`,
   watch: "Größe",
   value: "Wert ± U (k = 2)",
   state: "Zustand",
@@ -125,7 +125,7 @@ export const health = {
   number: "Nr.",
   when: "Wann",
   event: "Ereignis",
-  about: "Betrifft",
+  subject: "Betrifft",
   event_by: (actor: string, source: string) => (source ? `von ${actor} (${source})` : `von ${actor}`),
   event_sources: { rest: "HTTP", websocket: "WebSocket" } as Record<string, string>,
   event_kinds: {

@@ -47,7 +47,7 @@ export const help = {
     measured: "Es gibt einen Wert, aber keine Toleranz und daher keine Bewertung.",
   } as Record<string, string>,
   stop: "Laser und Stopp",
-  stop_says: [
+  stop_rules: [
     "Stopp wirkt auf jeder Seite, für jeden, mit oder ohne Bedienhoheit, und fragt nie nach. Tasten: Strg + . oder Pause.",
     "Stopp hält den Tisch an und schaltet den Laser aus; beide bleiben bis zum Zurücksetzen aus. Ein laufender Scan behält die bisher aufgenommenen Zeilen und lässt sich fortsetzen.",
     "Nach Stopp läuft nichts automatisch wieder an: Eine Person muss die Station zurücksetzen.",
@@ -67,10 +67,10 @@ export const help = {
     ["Enter", "Betätigt eine Schaltfläche; im Feld Seriennummer: startet den Scan"],
     ["Esc", "Schließt einen Dialog"],
   ] as readonly (readonly [string, string])[],
-  letters_off:
+  letters_hint:
     "Auf Bedienen gehen Buchstaben immer in die Seriennummer, damit ein Barcodescanner jederzeit funktioniert. Kürzel aus einzelnen Buchstaben sind abschaltbar:",
-  programs: "API",
-  programs_say: "Alles, was diese Seite tut, läuft über die öffentliche API.",
+  api: "API",
+  api_hint: "Alles, was diese Seite tut, läuft über die öffentliche API.",
   openapi: "die API als OpenAPI-Dokument",
   first_job: "zeigt den Befehl für einen ersten Auftrag, solange es keine Aufträge gibt",
   about: "Über",

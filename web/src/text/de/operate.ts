@@ -23,7 +23,7 @@ export const operate = {
   last_result: "Letztes Ergebnis",
   no_result:
     "Noch kein Teil gescannt. Ein Teil auf den Tisch legen, die Seriennummer eintippen oder scannen, dann „Scan starten“ drücken.",
-  being_scanned: "Das Teil wird gescannt und gemessen. Die Bewertung folgt, wenn der Auftrag beendet ist.",
+  scan_running: "Das Teil wird gescannt und gemessen. Die Bewertung folgt, wenn der Auftrag beendet ist.",
   without_part:
     "Der letzte Scan hat kein Ergebnis: Er endete vor der ersten Zeile, oder sein Ergebnis wurde gelöscht.",
   because: {
@@ -42,7 +42,7 @@ export const operate = {
   open: "Ergebnis öffnen",
   last_parts: "Letzte 20 Teile",
   no_parts: "Jedes gescannte Teil erscheint hier.",
-  failed_of: (failed: number, all: number) =>
+  rejected_of: (failed: number, all: number) =>
     failed === 0 ? `${all}, kein Ausschuss` : `${failed} von ${all} Ausschuss`,
   set_up: "Scan- und Messeinstellungen",
   from: "Von",
@@ -60,5 +60,5 @@ export const operate = {
   range: (from: string, to: string, step: string, unit: string) =>
     `${from} … ${to}${unit} in Schritten von ${step}${unit}`,
   no_verdict_without_nominal: "Ohne Sollwert gibt es keine Bewertung.",
-  kept_by_server: "Auf dem Server gespeichert, für alle Teile und alle Browser.",
+  stored_on_server: "Auf dem Server gespeichert, für alle Teile und alle Browser.",
 };

@@ -35,7 +35,7 @@ export const result = {
   blocked_no_cloud: "Der Scan hat noch keine Punktwolke.",
   blocked_nominal: "Eine Toleranz erfordert einen Sollwert.",
   provenance: "Herkunft",
-  made: "Erstellt",
+  created: "Erstellt",
   calibration: "Kalibrierung",
   report: "Bericht",
   report_title: "Bericht",
@@ -54,7 +54,7 @@ export const result = {
   software: "Software",
   id: "ID",
   recomputed_from: "Neu berechnet aus",
-  left_out: "Verworfene Punkte und Übereinstimmung der Ordnungen",
+  rejected_points: "Verworfene Punkte und Übereinstimmung der Ordnungen",
   reasons: {
     "too short": "Linien zu kurz",
     "no hit": "Kein Schnittpunkt mit der Lichtfläche",

@@ -1,10 +1,10 @@
 export const settings = {
   title: "Einstellungen",
-  person: "Benutzer",
-  person_hint: "Andere sehen diesen Namen, während Sie die Station bedienen. In diesem Browser gespeichert.",
+  user: "Benutzer",
+  user_hint: "Andere sehen diesen Namen, während Sie die Station bedienen. In diesem Browser gespeichert.",
   letters: "Tastenkürzel aus einzelnen Buchstaben",
   letters_hint: "Ausschalten bei Spracheingabe oder wenn ein Barcodescanner in diese Seite schreibt.",
-  looks: "Sprache und Darstellung",
+  appearance: "Sprache und Darstellung",
   language: "Sprache",
   theme: "Farbschema",
   themes: { system: "System", light: "hell", dark: "dunkel" },

@@ -6,7 +6,7 @@ export const frame = {
   stop_hint_lit:
     "Stops motion at once, from any page (Ctrl + . or Pause). The laser is not controlled here and stays on",
   stopping: "Stopping…",
-  stop_unanswered: "No response to Stop yet; retrying. Use the emergency stop of the machine.",
+  stop_no_response: "No response to Stop yet; retrying. Use the emergency stop of the machine.",
   stop_unacknowledged:
     "The server has received Stop, but the devices have not acknowledged it. Use the emergency stop of the machine.",
   simulated: { twin: "Simulation", replay: "Replay" } as Record<string, string>,
@@ -23,7 +23,7 @@ export const frame = {
   interlock: "Interlock",
   interlock_closed: "closed",
   interlock_open: "open",
-  interlock_unread: "unknown",
+  interlock_unknown: "unknown",
   link: "Connection",
   link_live: "live",
   link_stale: "stale",
@@ -52,19 +52,19 @@ export const frame = {
     "The station was stopped. Motion stays off until reset. The laser is not controlled here: it is on as long as it is supplied with power.",
   reset_stop: "Reset",
   control: "Control",
-  you_control: "You are in control",
-  nobody_controls: "No one in control",
+  you_in_control: "You are in control",
+  no_one_in_control: "No one in control",
   control_unknown: "Control unknown",
-  other_controls: (holder: string) => `${holder} is in control`,
+  other_in_control: (holder: string) => `${holder} is in control`,
   take_control: "Take control",
   take_over: "Take over",
-  give_back: "Release control",
+  release_control: "Release control",
   take_over_question: (holder: string) =>
     `${holder} is in control of the station. Taking over ends manual operation by ${holder}; running jobs continue.`,
   control_taken: (holder: string) => `${holder || "Someone"} took control of the station.`,
   control_expired: {
     idle: "You lost control because you sent no command for a while. Your next command takes control again.",
-    unrenewed:
+    not_renewed:
       "You lost control because this page could not renew it. Your next command takes control again if no one else has it.",
   },
   your_name: "Your name, as others see it",

@@ -5,7 +5,7 @@ export const health = {
   caution: "Caution",
   alarm: "Alarm",
   bundle: "Support bundle",
-  bundle_holds:
+  bundle_contents:
     "The support bundle is one JSON file with everything this page can read: station, jobs, events, latest scans and calibrations, metrics. It contains no images and no server settings.",
   devices: { camera: "Camera", stage: "Stage", laser: "Laser" },
   connected: "connected",
@@ -58,7 +58,7 @@ export const health = {
   calibrate: "Calibrate the station, then activate the calibration.",
   model: "Light model",
   depth_sigma: "Depth, σ",
-  made: "Created",
+  created: "Created",
   orders: "Consistency of the orders",
   orders_agree: "the orders agree",
   orders_disagree: "orders disagree",
@@ -70,13 +70,13 @@ export const health = {
   rms: "RMS",
   points: "Points",
   watches: "Drift monitoring",
-  watches_say: {
+  watch_headlines: {
     calm: "no significant change",
     caution: "significant change",
     alarm: "the last scan is invalid",
   },
   watches_of: (n: number) => `${n === 1 ? "1 scan" : `the last ${n} scans`}; newest:`,
-  powers_learned: (n: number, needed: number) => `reference powers: ${n} of ${needed} scans`,
+  reference_powers: (n: number, needed: number) => `reference powers: ${n} of ${needed} scans`,
   watch: "Quantity",
   value: "Value ± U (k = 2)",
   state: "State",
@@ -102,7 +102,7 @@ export const health = {
   number: "No.",
   when: "When",
   event: "Event",
-  about: "Subject",
+  subject: "Subject",
   event_by: (actor: string, source: string) => (source ? `by ${actor} (${source})` : `by ${actor}`),
   event_sources: { rest: "HTTP", websocket: "WebSocket" } as Record<string, string>,
   event_kinds: {

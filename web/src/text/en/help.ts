@@ -42,7 +42,7 @@ export const help = {
     measured: "There is a value but no tolerance, so there is no verdict.",
   } as Record<string, string>,
   stop: "Laser and Stop",
-  stop_says: [
+  stop_rules: [
     "Stop works on every page, for everyone, with or without control, and never asks for confirmation. Keys: Ctrl + . or Pause.",
     "Stop halts the stage and turns the laser off; both stay off until reset. A running scan keeps the rows captured so far and can be resumed.",
     "Nothing restarts automatically after Stop: a person has to reset the station.",
@@ -62,10 +62,10 @@ export const help = {
     ["Enter", "Presses a button; in the serial number field: starts the scan"],
     ["Esc", "Closes a dialog"],
   ] as readonly (readonly [string, string])[],
-  letters_off:
+  letters_hint:
     "On Operate, letters always go into the serial number, so that a barcode scanner works at any time. Single-letter shortcuts can be turned off:",
-  programs: "API",
-  programs_say: "Everything this page does goes through the public API.",
+  api: "API",
+  api_hint: "Everything this page does goes through the public API.",
   openapi: "the API as an OpenAPI document",
   first_job: "shows the command for a first job while there are no jobs",
   about: "About",

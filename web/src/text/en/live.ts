@@ -10,7 +10,7 @@ export const live = {
   },
   not_calibrated: "The station is not calibrated: lines are detected, but without order and depth.",
   to_calibration: "Calibrate",
-  job_shows: (activity: string) =>
+  job_running: (activity: string) =>
     `Station busy (${activity}). The frames of the job are shown; manual control is blocked.`,
   orders: "Diffraction orders",
   without_order: "no order",
@@ -24,7 +24,7 @@ export const live = {
   fit_hint: "Whole image (key 0 on the image, or double-click)",
   one_to_one_hint: "One camera pixel per screen pixel",
   freeze: "Freeze",
-  go_on: "Resume",
+  resume: "Resume",
   frozen: "frozen",
   freeze_hint: "Freeze this frame (key F or space)",
   off: "The live view is off",
@@ -72,19 +72,20 @@ export const live = {
   quality_note: (n: number) =>
     `σ is computed from image noise. Scatter is measured: the RMS deviation of z from straight lines fitted to ${n} neighbouring points, including the shape and texture of the part.`,
   no_lines: "No lines in this frame.",
-  dark: "The laser is off, so there are no lines.",
+  laser_off: "The laser is off, so there are no lines.",
   histogram: "Histogram of grey levels, counts on a logarithmic scale",
   grey_level: "grey level",
   no_frame: "No frame yet.",
-  over: (n: string) => `of the pixels are saturated (${n}): shorten the exposure time or reduce the laser power.`,
-  under: (share: string) =>
+  overexposed: (n: string) =>
+    `of the pixels are saturated (${n}): shorten the exposure time or reduce the laser power.`,
+  underexposed: (share: string) =>
     `The brightest pixels reach only ${share} of full scale: lengthen the exposure time or increase the laser power.`,
-  good: (share: string) => `OK. The brightest pixels reach ${share} of full scale.`,
+  well_exposed: (share: string) => `OK. The brightest pixels reach ${share} of full scale.`,
   exposure_time: "Exposure time",
   auto_exposure: "Auto exposure",
   auto_needs_light: "Start the live view with the laser on first.",
-  half: "Halve exposure",
-  double: "Double exposure",
+  halve_exposure: "Halve exposure",
+  double_exposure: "Double exposure",
   gain: "Gain",
   frame_rate: "Frame rate",
   apply: "Apply",
@@ -100,7 +101,7 @@ export const live = {
   move: "Move",
   home: "Home",
   jog_back: "Jog back (hold)",
-  jog_on: "Jog forward (hold)",
+  jog_forward: "Jog forward (hold)",
   jog_hint: "The stage moves while a button is held down.",
   speed: "Speed",
   snapshot: "Snapshot",

@@ -23,7 +23,7 @@ export const operate = {
   last_result: "Last result",
   no_result:
     "No part scanned yet. Place a part on the stage, type or scan its serial number, then press Start scan.",
-  being_scanned: "The part is being scanned and measured. The verdict follows when the job is done.",
+  scan_running: "The part is being scanned and measured. The verdict follows when the job is done.",
   without_part: "The latest scan has no result: it ended before the first row, or its result was deleted.",
   because: {
     undecided: "Too close to the limit to decide.",
@@ -39,7 +39,7 @@ export const operate = {
   open: "Open the result",
   last_parts: "Last 20 parts",
   no_parts: "Each scanned part appears here.",
-  failed_of: (failed: number, all: number) =>
+  rejected_of: (failed: number, all: number) =>
     failed === 0 ? `${all}, none rejected` : `${failed} of ${all} rejected`,
   set_up: "Scan and measurement settings",
   from: "From",
@@ -57,5 +57,5 @@ export const operate = {
   range: (from: string, to: string, step: string, unit: string) =>
     `${from} … ${to}${unit} in steps of ${step}${unit}`,
   no_verdict_without_nominal: "Without a nominal value there is no verdict.",
-  kept_by_server: "Stored on the server, for all parts and all browsers.",
+  stored_on_server: "Stored on the server, for all parts and all browsers.",
 };

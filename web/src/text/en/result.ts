@@ -35,7 +35,7 @@ export const result = {
   blocked_no_cloud: "The scan has no point cloud yet.",
   blocked_nominal: "A tolerance needs a nominal value.",
   provenance: "Provenance",
-  made: "Created",
+  created: "Created",
   calibration: "Calibration",
   report: "report",
   report_title: "Report",
@@ -54,7 +54,7 @@ export const result = {
   software: "Software",
   id: "ID",
   recomputed_from: "Recomputed from",
-  left_out: "Rejected points and consistency of the orders",
+  rejected_points: "Rejected points and consistency of the orders",
   reasons: {
     "too short": "Lines too short",
     "no hit": "No intersection with the light sheet",

@@ -1,10 +1,10 @@
 export const settings = {
   title: "Settings",
-  person: "User",
-  person_hint: "Others see this name while you are in control. Stored in this browser.",
+  user: "User",
+  user_hint: "Others see this name while you are in control. Stored in this browser.",
   letters: "Single-letter shortcuts",
   letters_hint: "Turn them off if you use speech input, or a barcode scanner that types into this page.",
-  looks: "Language and appearance",
+  appearance: "Language and appearance",
   language: "Language",
   theme: "Theme",
   themes: { system: "system", light: "light", dark: "dark" },

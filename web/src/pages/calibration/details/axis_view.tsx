@@ -2,16 +2,16 @@
 
 import { language, text } from "../../../text";
 import { decimal } from "../../../units";
-import type { AxisFigures } from "./figures";
+import type { AxisSummary } from "./summary";
 
-export function AxisFiguresView({ axis }: { axis: AxisFigures }) {
+export function AxisView({ axis }: { axis: AxisSummary }) {
   const words = text.value.calibration;
   const number = (value: number, digits: number) => decimal(value, digits, language.value);
   const vector = (of: readonly number[], digits: number) =>
     `(${of.map((value) => number(value, digits)).join("; ")})`;
   const um = (value: number | undefined) => `${number(value ?? Number.NaN, 1)} µm`;
   return (
-    <section class="stack axis-figures">
+    <section class="stack axis-summary">
       <dl class="facts">
         <dt>{words.axis_point}</dt>
         <dd>

@@ -7,7 +7,7 @@ import { language, text } from "../../../text";
 import { orderName } from "../../../theme";
 import { count } from "../../../units";
 import { um } from "./format";
-import { drawGrid, roundUp } from "./heat_map";
+import { drawGrid, niceCeiling } from "./heat_map";
 import { MapView, ScaleLegend } from "./map_view";
 
 type Difference = Schemas["CalibrationDifferenceDto"];
@@ -39,7 +39,7 @@ export function Comparison({ one, other, onClose }: { one: string; other: string
 function Maps({ difference }: { difference: Difference }) {
   const words = text.value.calibration;
   // Smaller than a tenth of a micrometre is rounding, not a difference.
-  const end_mm = roundUp(Math.max(1e-4, Math.abs(difference.total.max_mm)));
+  const end_mm = niceCeiling(Math.max(1e-4, Math.abs(difference.total.max_mm)));
   const { columns, rows } = difference;
   return (
     <>

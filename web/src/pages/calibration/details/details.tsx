@@ -6,11 +6,11 @@ import { useApp } from "../../../app";
 import { Show, useLoaded } from "../../../components/loading";
 import { href } from "../../../state/browser/route";
 import { text } from "../../../text";
-import { AxisFiguresView } from "./axis_view";
+import { AxisView } from "./axis_view";
 import { Facts } from "./facts";
 import { AnglesView, ModelsView } from "./models_view";
 import { ResidualsView } from "./residuals_view";
-import { StageFiguresView } from "./stage_view";
+import { StageView } from "./stage_view";
 
 /** A calibration with its document, loaded once: it never changes. */
 export function useCalibration(id: string) {
@@ -53,13 +53,13 @@ export function Details({ id }: { id: string }) {
               {summary.axis && (
                 <section>
                   <h3>{words.step_names.stage}</h3>
-                  <AxisFiguresView axis={summary.axis} />
+                  <AxisView axis={summary.axis} />
                 </section>
               )}
               {summary.stage && (
                 <section>
                   <h3>{words.step_names.stage}</h3>
-                  <StageFiguresView stage={summary.stage} />
+                  <StageView stage={summary.stage} />
                 </section>
               )}
             </>

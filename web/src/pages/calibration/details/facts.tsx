@@ -1,8 +1,8 @@
 /** Figures of a calibration in a few lines. */
 
 import { text } from "../../../text";
-import type { CalibrationItem } from "./figures";
 import { age, mm, px, share } from "./format";
+import type { CalibrationItem } from "./summary";
 
 export function Facts({ item }: { item: CalibrationItem }) {
   const words = text.value.calibration;

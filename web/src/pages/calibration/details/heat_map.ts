@@ -1,7 +1,7 @@
 /** Drawing signed values over the image: one diverging scale from blue (negative) over grey to orange (positive). */
 
 /** A scale end that is easy to read: 1, 2 or 5 times a power of ten, at least `largest`. */
-export function roundUp(largest: number): number {
+export function niceCeiling(largest: number): number {
   if (!(largest > 0)) return 1;
   const power = 10 ** Math.floor(Math.log10(largest));
   return (([1, 2, 5, 10].find((lead) => lead * power >= largest * (1 - 1e-9)) ?? 10) * power) as number;
@@ -26,7 +26,7 @@ export function drawGrid(
   grid: { columns: number; rows: number; values: readonly (number | null | undefined)[] },
   end: number,
 ): void {
-  const context = begin(canvas);
+  const context = clearedContext(canvas);
   if (!context) return;
   const [width, height] = [canvas.width / grid.columns, canvas.height / grid.rows];
   grid.values.forEach((value, idx) => {
@@ -45,7 +45,7 @@ export function drawDots(
   points: Iterable<readonly [u: number, v: number, value: number]>,
   end: number,
 ): void {
-  const context = begin(canvas);
+  const context = clearedContext(canvas);
   if (!context) return;
   const scale = canvas.width / image.width_px;
   const size = Math.max(2, canvas.width / 220);
@@ -62,7 +62,7 @@ export function drawArrows(
   arrows: readonly (readonly number[])[],
   factor: number,
 ): void {
-  const context = begin(canvas);
+  const context = clearedContext(canvas);
   if (!context) return;
   const scale = canvas.width / image.width_px;
   context.strokeStyle = "#d5dade";
@@ -75,7 +75,7 @@ export function drawArrows(
   context.stroke();
 }
 
-function begin(canvas: HTMLCanvasElement): CanvasRenderingContext2D | undefined {
+function clearedContext(canvas: HTMLCanvasElement): CanvasRenderingContext2D | undefined {
   const context = canvas.getContext("2d");
   context?.clearRect(0, 0, canvas.width, canvas.height);
   return context ?? undefined;

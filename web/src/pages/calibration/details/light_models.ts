@@ -1,12 +1,12 @@
 /** What the comparison of the three light models means, and the angles of the orders against the grating equation. */
 
 import { dot, type Vec3, vec3 } from "../../../scene/cloud/shapes";
-import type { CalibrationDocument, Light, ModelName, Models } from "./figures";
+import type { CalibrationDocument, Light, ModelName, Models } from "./summary";
 
 /** Below this ratio the errors of two models are indistinguishable with a dozen poses. */
 const ALIKE_RATIO = 1.5;
 
-export type Meaning =
+export type Recommendation =
   /** Flat models miss the bend of the sheets. */
   | { kind: "curved"; use: ModelName; worst_mm: number; best_mm: number }
   /** All models predict alike: the simplest is enough. */
@@ -16,8 +16,8 @@ export type Meaning =
   /** Too few poses to compare. */
   | { kind: "unknown"; use: ModelName };
 
-/** The one sentence about the three models, as a value. */
-export function meaningOf(models: Models): Meaning {
+/** Which light model to use, and why. */
+export function recommendationOf(models: Models): Recommendation {
   const use = models.recommended;
   const bias = (model: ModelName) =>
     models.scores.find((score) => score.model === model && score.failure == null)?.held_out_bias_mm ?? undefined;
@@ -34,7 +34,7 @@ export interface OrderAngle {
   order: number;
   calibrated_deg: number;
   /** `undefined`: the data sheet's value is not in the document. */
-  sheet_deg: number | undefined;
+  nominal_deg: number | undefined;
 }
 
 const cross = (a: Vec3, b: Vec3): Vec3 => [
@@ -51,11 +51,11 @@ export function orderAngles(document: CalibrationDocument): OrderAngle[] {
   const sine =
     light.model === "grating" ? dot(vec3(light.axis), cross(vec3(light.groove), vec3(light.normal))) : 0;
   const angle = (order: number, ratio: number) => DEGREES * (Math.asin(sine + order * ratio) - Math.asin(sine));
-  const sheet = document.report.light?.wavelength_over_period?.[2];
+  const nominal = document.report.light?.wavelength_over_period?.[2];
   return orders.map((order) => ({
     order,
     calibrated_deg: angle(order, light.wavelength_over_period),
-    sheet_deg: sheet === undefined ? undefined : angle(order, sheet),
+    nominal_deg: nominal === undefined ? undefined : angle(order, nominal),
   }));
 }
 
@@ -65,6 +65,6 @@ function planeAngles(light: Extract<Light, { model: "planes" }>): OrderAngle[] {
   if (!zero) return [];
   return light.planes.map(({ order, normal }) => {
     const cosine = Math.min(1, Math.abs(dot(vec3(zero), vec3(normal))));
-    return { order, calibrated_deg: Math.sign(order) * DEGREES * Math.acos(cosine), sheet_deg: undefined };
+    return { order, calibrated_deg: Math.sign(order) * DEGREES * Math.acos(cosine), nominal_deg: undefined };
   });
 }

@@ -1,11 +1,11 @@
-/** The three light models side by side, one sentence on what they mean, and the angles against the grating equation. */
+/** The three light models side by side, a recommendation in one sentence, and the angles compared with the grating equation. */
 
 import { language, text } from "../../../text";
 import { orderName } from "../../../theme";
 import { decimal } from "../../../units";
-import type { CalibrationDocument, ModelScore, Summary } from "./figures";
 import { degrees, px, um } from "./format";
-import { type Meaning, meaningOf, orderAngles } from "./light_models";
+import { orderAngles, type Recommendation, recommendationOf } from "./light_models";
+import type { CalibrationDocument, ModelScore, Summary } from "./summary";
 
 export function ModelsView({ summary }: { summary: Summary }) {
   const words = text.value.calibration;
@@ -15,7 +15,7 @@ export function ModelsView({ summary }: { summary: Summary }) {
     <section class="stack models">
       <h3>{words.models}</h3>
       <p class="sentence">
-        <strong>{sentence(meaningOf(models))}</strong>
+        <strong>{recommendationText(recommendationOf(models))}</strong>
       </p>
       <div class="cards three">
         {models.scores.map((score) => (
@@ -32,19 +32,19 @@ export function ModelsView({ summary }: { summary: Summary }) {
   );
 }
 
-/** The meaning as one plain sentence of the chosen language. */
-export function sentence(meaning: Meaning): string {
+/** The recommendation as one sentence in the chosen language. */
+export function recommendationText(recommendation: Recommendation): string {
   const words = text.value.calibration;
-  const use = words.model_names[meaning.use] ?? meaning.use;
-  switch (meaning.kind) {
+  const use = words.model_names[recommendation.use] ?? recommendation.use;
+  switch (recommendation.kind) {
     case "curved":
-      return words.meaning_curved(use, um(meaning.best_mm), um(meaning.worst_mm));
+      return words.recommendation_curved(use, um(recommendation.best_mm), um(recommendation.worst_mm));
     case "alike":
-      return words.meaning_alike(use, um(meaning.best_mm));
+      return words.recommendation_alike(use, um(recommendation.best_mm));
     case "free":
-      return words.meaning_free(use, um(meaning.best_mm), um(meaning.worst_mm));
+      return words.recommendation_free(use, um(recommendation.best_mm), um(recommendation.worst_mm));
     case "unknown":
-      return words.meaning_unknown(use);
+      return words.recommendation_unknown(use);
   }
 }
 
@@ -95,7 +95,7 @@ export function AnglesView({ document }: { document: CalibrationDocument }) {
                 {words.angle}
               </th>
               <th scope="col" class="number">
-                {words.angle_sheet}
+                {words.angle_nominal}
               </th>
               <th scope="col" class="number">
                 {words.angle_difference}
@@ -103,24 +103,26 @@ export function AnglesView({ document }: { document: CalibrationDocument }) {
             </tr>
           </thead>
           <tbody>
-            {angles.map(({ order, calibrated_deg, sheet_deg }) => (
+            {angles.map(({ order, calibrated_deg, nominal_deg }) => (
               <tr key={order}>
                 <th scope="row">{orderName(order)}</th>
                 <td class="number">{degrees(calibrated_deg, 4)}</td>
-                <td class="number">{degrees(sheet_deg, 4)}</td>
-                <td class="number">{sheet_deg === undefined ? "–" : degrees(calibrated_deg - sheet_deg, 4)}</td>
+                <td class="number">{degrees(nominal_deg, 4)}</td>
+                <td class="number">
+                  {nominal_deg === undefined ? "–" : degrees(calibrated_deg - nominal_deg, 4)}
+                </td>
               </tr>
             ))}
           </tbody>
         </table>
       </div>
-      {ratio && <p class="number">{words.ratio(...ratioWords(ratio))}</p>}
+      {ratio && <p class="number">{words.ratio(...ratioText(ratio))}</p>}
       <p class="muted">{words.angles_lead}</p>
     </section>
   );
 }
 
-function ratioWords(ratio: readonly number[]): [string, string, string] {
-  const [value, sigma, sheet] = ratio.map((one) => decimal(one, 6, language.value));
-  return [value ?? "", sigma ?? "", sheet ?? ""];
+function ratioText(ratio: readonly number[]): [string, string, string] {
+  const [value, sigma, nominal] = ratio.map((one) => decimal(one, 6, language.value));
+  return [value ?? "", sigma ?? "", nominal ?? ""];
 }

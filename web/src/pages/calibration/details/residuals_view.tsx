@@ -6,10 +6,10 @@ import { Show, useLoaded } from "../../../components/loading";
 import { language, text } from "../../../text";
 import { orderName } from "../../../theme";
 import { count, decimal } from "../../../units";
-import { type CalibrationDocument, orderSums } from "./figures";
 import { px } from "./format";
-import { drawArrows, drawDots, roundUp } from "./heat_map";
+import { drawArrows, drawDots, niceCeiling } from "./heat_map";
 import { MapView, ScaleLegend } from "./map_view";
+import { type CalibrationDocument, orderSums } from "./summary";
 
 export type Residuals = Schemas["ResidualsDto"];
 
@@ -44,7 +44,7 @@ function LightMaps({ residuals, document }: { residuals: Residuals; document: Ca
   const words = text.value.calibration;
   const sums = orderSums(document);
   const worst = Math.max(...sums.map((sum) => sum.rms_px));
-  const end_px = roundUp(SCALE_OF_RMS * worst);
+  const end_px = niceCeiling(SCALE_OF_RMS * worst);
   const sumOf = (order: number) => sums.find((sum) => sum.order === order);
   return (
     <>
@@ -116,7 +116,7 @@ function CornerMap({ residuals }: { residuals: Residuals }) {
   const { corners, width_px } = residuals;
   const squares = corners.reduce((sum, [, , du = 0, dv = 0]) => sum + du ** 2 + dv ** 2, 0);
   const rms_px = Math.sqrt(squares / Math.max(1, corners.length));
-  const factor = Math.max(1, roundUp((ARROW_SHARE * width_px) / Math.max(rms_px, 1e-6)) / 2);
+  const factor = Math.max(1, niceCeiling((ARROW_SHARE * width_px) / Math.max(rms_px, 1e-6)) / 2);
   return (
     <>
       <h4>{words.residuals_corners}</h4>

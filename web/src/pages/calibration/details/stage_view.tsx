@@ -2,9 +2,9 @@
 
 import { language, text } from "../../../text";
 import { decimal } from "../../../units";
-import type { StageFigures } from "./figures";
 import { share } from "./format";
-import { roundUp } from "./heat_map";
+import { niceCeiling } from "./heat_map";
+import type { StageSummary } from "./summary";
 
 /** Okabe–Ito colours of the three deviations, always with a label. */
 const DEVIATIONS = [
@@ -15,13 +15,13 @@ const DEVIATIONS = [
 
 const [WIDTH, HEIGHT, LEFT, BOTTOM, RIGHT, TOP] = [640, 220, 64, 34, 12, 12];
 
-export function StageFiguresView({ stage }: { stage: StageFigures }) {
+export function StageView({ stage }: { stage: StageSummary }) {
   const words = text.value.calibration;
   const number = (value: number) => decimal(value, 6, language.value);
   // Adding 0 makes the zero of −0.04 positive.
   const um = (value: number) => `${decimal(Math.round(10 * value) / 10 + 0, 1, language.value)} µm`;
   return (
-    <section class="stack stage-figures">
+    <section class="stack stage-summary">
       <dl class="facts">
         <dt>{words.scale}</dt>
         <dd>
@@ -74,14 +74,14 @@ export function StageFiguresView({ stage }: { stage: StageFigures }) {
   );
 }
 
-function Chart({ stage }: { stage: StageFigures }) {
+function Chart({ stage }: { stage: StageSummary }) {
   const words = text.value.calibration;
   const views = stage.straightness_um.map(([position_mm = 0, ...deviations_um]) => ({
     position_mm,
     deviations_um,
   }));
   const largest = Math.max(...views.flatMap((view) => view.deviations_um.map(Math.abs)), 0.1);
-  const end_um = roundUp(largest);
+  const end_um = niceCeiling(largest);
   const positions = views.map((view) => view.position_mm);
   const [low, high] = [Math.min(...positions), Math.max(...positions)];
   const x = (position: number) =>

@@ -10,7 +10,7 @@ import { NameField } from "../../../components/fields/name_field";
 import { useLoaded } from "../../../components/loading";
 import { Command } from "../../../state/station/command";
 import { text } from "../../../text";
-import type { CalibrationItem } from "../details/figures";
+import type { CalibrationItem } from "../details/summary";
 
 interface Properties {
   item: CalibrationItem;

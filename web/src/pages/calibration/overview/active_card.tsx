@@ -10,19 +10,19 @@ import { Dialog } from "../../../components/dialogs/dialog";
 import { NameField } from "../../../components/fields/name_field";
 import { Command } from "../../../state/station/command";
 import { language, text } from "../../../text";
-import { moment } from "../../../units";
+import { dateTime } from "../../../units";
 import { Facts } from "../details/facts";
-import type { CalibrationItem } from "../details/figures";
 import { um } from "../details/format";
+import type { CalibrationItem } from "../details/summary";
 
 interface Properties {
   active: Schemas["ActiveCalibrationDto"];
   item: CalibrationItem | undefined;
-  acts: readonly Schemas["ActivationDto"][];
+  activations: readonly Schemas["ActivationDto"][];
   reload: () => Promise<void>;
 }
 
-export function ActiveCard({ active, item, acts, reload }: Properties) {
+export function ActiveCard({ active, item, activations, reload }: Properties) {
   const { station } = useApp();
   const words = text.value.calibration;
   const asking = useSignal(false);
@@ -38,7 +38,7 @@ export function ActiveCard({ active, item, acts, reload }: Properties) {
           </div>
           <Facts item={item} />
           <p class="muted">
-            {active.actor && words.by(actorName(active.actor))}, {moment(active.at_ms, language.value)}
+            {active.actor && words.by(actorName(active.actor))}, {dateTime(active.at_ms, language.value)}
           </p>
         </>
       ) : (
@@ -56,29 +56,33 @@ export function ActiveCard({ active, item, acts, reload }: Properties) {
         <span class="command">
           <button
             type="button"
-            aria-disabled={acts.length === 0 ? "true" : undefined}
+            aria-disabled={activations.length === 0 ? "true" : undefined}
             onClick={() => {
-              asking.value = acts.length > 0;
+              asking.value = activations.length > 0;
             }}
           >
             {words.roll_back}
           </button>
-          {acts.length === 0 && <small class="why">{words.roll_back_blocked}</small>}
+          {activations.length === 0 && <small class="why">{words.roll_back_blocked}</small>}
         </span>
       </div>
       {asking.value && (
-        <RollBack previous_id={lastStanding(acts)} reload={reload} onClose={() => (asking.value = false)} />
+        <RollBack
+          previous_id={calibrationAfterRollBack(activations)}
+          reload={reload}
+          onClose={() => (asking.value = false)}
+        />
       )}
     </section>
   );
 }
 
 /** What would be active after a roll-back: every roll-back cancels the activation before it that still stands. */
-export function lastStanding(acts: readonly Schemas["ActivationDto"][]): string | undefined {
+export function calibrationAfterRollBack(activations: readonly Schemas["ActivationDto"][]): string | undefined {
   let rolled_back = 0;
-  for (const act of acts) {
-    if (act.action === "roll_back") rolled_back += 1;
-    else if (rolled_back === 0) return act.previous_id ?? undefined;
+  for (const activation of activations) {
+    if (activation.action === "roll_back") rolled_back += 1;
+    else if (rolled_back === 0) return activation.previous_id ?? undefined;
     else rolled_back -= 1;
   }
   return undefined;

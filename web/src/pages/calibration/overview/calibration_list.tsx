@@ -2,9 +2,9 @@
 
 import { href } from "../../../state/browser/route";
 import { language, text } from "../../../text";
-import { moment } from "../../../units";
-import type { CalibrationItem } from "../details/figures";
+import { dateTime } from "../../../units";
 import { px, um } from "../details/format";
+import type { CalibrationItem } from "../details/summary";
 import { ActivateButton } from "./activate";
 
 interface Properties {
@@ -31,7 +31,7 @@ export function CalibrationList({ items, active_id, onCompare, reload }: Propert
         <table class="calibrations">
           <thead>
             <tr>
-              <th scope="col">{words.made}</th>
+              <th scope="col">{words.created}</th>
               <th scope="col">{words.id}</th>
               <th scope="col">{words.state}</th>
               <th scope="col">{words.model}</th>
@@ -49,10 +49,10 @@ export function CalibrationList({ items, active_id, onCompare, reload }: Propert
           <tbody>
             {items.map((item) => (
               <tr key={item.id} data-calibration={item.id} data-is-active={item.active}>
-                <td>{moment(item.created_at_ms, language.value)}</td>
+                <td>{dateTime(item.created_at_ms, language.value)}</td>
                 <td class="mono">{item.id}</td>
                 <td>
-                  <span class="tag">{item.active ? words.in_use : words.draft}</span>
+                  <span class="tag">{item.active ? words.active_state : words.draft}</span>
                 </td>
                 <td>{words.model_names[item.summary.model ?? ""] ?? "–"}</td>
                 <td class="number">{px(item.summary.corner_rms_px)}</td>

@@ -11,13 +11,13 @@ import { text } from "../../../text";
 import { Comparison } from "../details/comparison";
 import { Details } from "../details/details";
 import { OpenSessions } from "../session/open_sessions";
-import { BeginSession } from "../steps/check_step";
+import { NewSession } from "../steps/check_step";
 import { ActivationLog } from "./activation_log";
 import { ActiveCard } from "./active_card";
-import { Begin } from "./begin";
 import { CalibrationList } from "./calibration_list";
+import { NewCalibration } from "./new_calibration";
 
-/** Calibrations and acts shown; older ones are in the interface. */
+/** Calibrations and activations shown; older ones are in the interface. */
 const SHOWN = 50;
 
 export function Overview() {
@@ -27,34 +27,34 @@ export function Overview() {
   const loaded = useFollowed(async () => {
     const calibrations = await data(api.GET("/api/v1/calibrations", query));
     const active = await data(api.GET("/api/v1/calibrations/active"));
-    const acts = await data(api.GET("/api/v1/calibrations/activations", query));
+    const activations = await data(api.GET("/api/v1/calibrations/activations", query));
     const sessions = await data(api.GET("/api/v1/calibration-sessions", query));
     return {
       calibrations: calibrations.items,
       active,
-      acts: acts.items,
+      activations: activations.items,
       sessions: sessions.items,
-      damaged: [calibrations, acts, sessions].flatMap((list) => list.damaged ?? []),
+      damaged: [calibrations, activations, sessions].flatMap((list) => list.damaged ?? []),
     };
   });
   const compared = useSignal<string | undefined>(undefined);
   const shown_id = route.value.query.get("show") ?? undefined;
-  if (route.value.query.has("begin")) return <BeginSession />;
+  if (route.value.query.has("begin")) return <NewSession />;
   return (
     <>
       <header>
         <h1>{words.title}</h1>
       </header>
       <Show of={loaded.state}>
-        {({ calibrations, active, acts, sessions, damaged }) => {
+        {({ calibrations, active, activations, sessions, damaged }) => {
           const active_id = active.calibration_id ?? undefined;
           const item = calibrations.find((one) => one.id === active_id);
           return (
             <div class="stack calibration">
               <DamagedRecords rows={damaged} />
               <div class="cards two">
-                <ActiveCard active={active} item={item} acts={acts} reload={loaded.reload} />
-                <Begin active_id={active_id} reload={loaded.reload} />
+                <ActiveCard active={active} item={item} activations={activations} reload={loaded.reload} />
+                <NewCalibration active_id={active_id} reload={loaded.reload} />
               </div>
               {sessions.length > 0 && <OpenSessions sessions={sessions} reload={loaded.reload} />}
               <CalibrationList
@@ -76,7 +76,7 @@ export function Overview() {
                 />
               )}
               {shown_id && <Details key={shown_id} id={shown_id} />}
-              <ActivationLog acts={acts} />
+              <ActivationLog activations={activations} />
             </div>
           );
         }}

@@ -1,6 +1,6 @@
 /** Uploading an archive with progress, which `fetch` does not report. */
 
-import { type Problem, Refusal } from "../../../api/client";
+import { type Problem, ProblemError } from "../../../api/client";
 
 const TYPES: readonly (readonly [RegExp, string])[] = [
   [/\.zip$/i, "application/zip"],
@@ -28,12 +28,12 @@ export function upload(
   const request = new XMLHttpRequest();
   const done = new Promise<{ id: string }>((resolve, reject) => {
     request.upload.onprogress = (event) => onProgress(event.loaded);
-    request.onerror = request.ontimeout = () => reject(new Refusal(broken));
-    request.onabort = () => reject(new Refusal(broken));
+    request.onerror = request.ontimeout = () => reject(new ProblemError(broken));
+    request.onabort = () => reject(new ProblemError(broken));
     request.onload = () => {
       const answer = answerOf(request.responseText);
       if (request.status === 201 && hasId(answer)) resolve(answer);
-      else reject(new Refusal(isProblem(answer) ? answer : { ...broken, status: request.status }));
+      else reject(new ProblemError(isProblem(answer) ? answer : { ...broken, status: request.status }));
     };
   });
   const name = encodeURIComponent(file.name.slice(0, 100));

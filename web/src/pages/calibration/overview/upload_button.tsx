@@ -2,7 +2,7 @@
 
 import { useSignal } from "@preact/signals";
 import { useId, useMemo } from "preact/hooks";
-import { type Problem, Refusal } from "../../../api/client";
+import { type Problem, ProblemError } from "../../../api/client";
 import { ProblemCard } from "../../../components/problem";
 import { Command } from "../../../state/station/command";
 import { language, text } from "../../../text";
@@ -28,7 +28,7 @@ export function UploadButton({ onUploaded }: Properties) {
     () =>
       new Command<[File]>(async (steps, file) => {
         const media_type = archiveType(file.name);
-        if (!media_type) throw new Refusal(wrongFileType());
+        if (!media_type) throw new ProblemError(wrongFileType());
         const running = upload(
           file,
           media_type,

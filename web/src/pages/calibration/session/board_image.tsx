@@ -1,4 +1,4 @@
-/** The live image with the corners of the newest look over it. */
+/** The live image with the corners of the newest detection over it. */
 
 import { useEffect, useRef } from "preact/hooks";
 import { useApp } from "../../../app";
@@ -23,15 +23,15 @@ export function BoardImage({ board }: { board: LiveBoard }) {
     const image = new CameraImage(place.current);
     shown.current = image;
     image.lines_shown = false;
-    image.draw_over = (context, view) => drawCorners(context, view, board.look.peek()?.corners ?? []);
+    image.draw_over = (context, view) => drawCorners(context, view, board.detection.peek()?.corners ?? []);
     const unsubscribe = stream.subscribe(WANTED, (message) => {
       if (!("kind" in message) || message.kind !== "image") return;
       if (board.runs) image.show(message);
     });
-    const unlook = board.look.subscribe(() => image.redraw());
+    const unsubscribe_detection = board.detection.subscribe(() => image.redraw());
     return () => {
       unsubscribe();
-      unlook();
+      unsubscribe_detection();
       image.dispose();
     };
   }, [board]);

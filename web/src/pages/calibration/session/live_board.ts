@@ -1,27 +1,27 @@
 /**
  * The live image of the wizard, and what the server sees of the board in it.
  *
- * Owns the loop of looks: one at a time, a pause after each, none while an image is taken or the page is hidden.
+ * Owns the loop of detections: one at a time, a pause after each, none while an image is taken or the page is hidden.
  */
 
 import { signal } from "@preact/signals";
 import { type Api, data, type Problem, problemOf } from "../../../api/client";
 import type { App } from "../../../app";
-import type { Look, Session } from "./session_state";
+import type { Detection, Session } from "./session_state";
 import { Stillness } from "./stillness";
 
 /** Pause between two detections: four per second are enough for a hand-held board and keep the load low. */
 const PAUSE_MS = 200;
 
-/** Pause after a look that was refused. */
+/** Pause after a detection that was refused. */
 const PAUSE_AFTER_REFUSAL_MS = 1000;
 
 export class LiveBoard {
-  readonly look = signal<Look | undefined>(undefined);
+  readonly detection = signal<Detection | undefined>(undefined);
   readonly problem = signal<Problem | undefined>(undefined);
   /** For how long the board has been still, ms. */
   readonly still_ms = signal(0);
-  /** An image is being taken: looks wait. */
+  /** An image is being taken: detections wait. */
   paused = false;
   private readonly stillness = new Stillness();
   private timer: ReturnType<typeof setTimeout> | undefined;
@@ -31,8 +31,8 @@ export class LiveBoard {
   constructor(
     private readonly app: App,
     private readonly session: Session,
-    /** Called after each look. */
-    private readonly onLook: (look: Look, still_ms: number) => void,
+    /** Called after each detection. */
+    private readonly onDetection: (detection: Detection, still_ms: number) => void,
   ) {}
 
   /** Whether the live view runs. */
@@ -40,9 +40,9 @@ export class LiveBoard {
     return this.app.station.status.value?.state === "Operational.ContinuousExecution";
   }
 
-  /** Begins to look, as soon as and as long as the live view runs. */
-  begin(): void {
-    this.timer = setTimeout(() => void this.lookOnce(), 0);
+  /** Begins to detection, as soon as and as long as the live view runs. */
+  startDetection(): void {
+    this.timer = setTimeout(() => void this.detectOnce(), 0);
   }
 
   /** Shows the board by ordinary light, exposed as the session's images will be. */
@@ -67,7 +67,7 @@ export class LiveBoard {
 
   /** Resets the detection: the board was moved intentionally. */
   clear(): void {
-    this.look.value = undefined;
+    this.detection.value = undefined;
     this.still_ms.value = 0;
     this.stillness.reset();
   }
@@ -78,31 +78,31 @@ export class LiveBoard {
     if (this.exposure_before_us !== undefined) void this.stop().catch(() => undefined);
   }
 
-  private async lookOnce(): Promise<void> {
+  private async detectOnce(): Promise<void> {
     let pause_ms = PAUSE_MS;
     if (this.runs && !this.paused && !document.hidden) {
       try {
-        const look = await lookAt(this.app.api, this.session.id);
+        const detection = await detectBoard(this.app.api, this.session.id);
         // Stopped, or an image begun, while the answer was under way.
         if (this.ended) return;
-        if (this.runs && !this.paused) this.take(look);
+        if (this.runs && !this.paused) this.take(detection);
         this.problem.value = undefined;
       } catch (cause) {
         this.problem.value = this.paused ? undefined : problemOf(cause);
         pause_ms = PAUSE_AFTER_REFUSAL_MS;
       }
-    } else if (!this.runs && this.look.peek()) this.clear();
-    if (!this.ended) this.timer = setTimeout(() => void this.lookOnce(), pause_ms);
+    } else if (!this.runs && this.detection.peek()) this.clear();
+    if (!this.ended) this.timer = setTimeout(() => void this.detectOnce(), pause_ms);
   }
 
-  private take(look: Look): void {
-    this.still_ms.value = this.stillness.follow(look);
-    this.look.value = look;
-    this.onLook(look, this.still_ms.peek());
+  private take(detection: Detection): void {
+    this.still_ms.value = this.stillness.follow(detection);
+    this.detection.value = detection;
+    this.onDetection(detection, this.still_ms.peek());
   }
 }
 
-async function lookAt(api: Api, id: string): Promise<Look> {
+async function detectBoard(api: Api, id: string): Promise<Detection> {
   return await data(api.POST("/api/v1/calibration-sessions/{id}/detect-board", { params: { path: { id } } }));
 }
 

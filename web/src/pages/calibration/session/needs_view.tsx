@@ -3,9 +3,9 @@
 import { language, text } from "../../../text";
 import { decimal } from "../../../units";
 import { degrees, mm } from "../details/format";
-import { COVERAGE, coveredCells, type Look, type Need, needsOf, type Session } from "./session_state";
+import { COVERAGE, coveredCells, type Detection, type Need, needsOf, type Session } from "./session_state";
 
-export function NeedsView({ session, look }: { session: Session; look: Look | undefined }) {
+export function NeedsView({ session, detection }: { session: Session; detection: Detection | undefined }) {
   const words = text.value.calibration;
   const needs = needsOf(session);
   const { boards, cells, tilt, distance } = needs;
@@ -23,7 +23,7 @@ export function NeedsView({ session, look }: { session: Session; look: Look | un
         value={words.coverage_have(String(cells.actual), String(cells.required))}
         missing={words.coverage_missing}
       >
-        <CoverageMap covered={coveredCells(session)} now={new Set(look?.coverage_cells)} />
+        <CoverageMap covered={coveredCells(session)} now={new Set(detection?.coverage_cells)} />
       </NeedLine>
       <NeedLine
         need={tilt}
@@ -36,7 +36,7 @@ export function NeedsView({ session, look }: { session: Session; look: Look | un
           to={45}
           wanted={[tilt.wanted_deg, 40]}
           values={tilt.values_deg}
-          now={look?.tilt_deg ?? undefined}
+          now={detection?.tilt_deg ?? undefined}
           format={(value) => degrees(value, 0)}
         />
       </NeedLine>
@@ -49,7 +49,7 @@ export function NeedsView({ session, look }: { session: Session; look: Look | un
         <DistanceBar
           values_mm={distance.values_mm}
           want_mm={distance.required}
-          now={look?.distance_mm ?? undefined}
+          now={detection?.distance_mm ?? undefined}
         />
       </NeedLine>
     </section>

@@ -9,7 +9,7 @@ import { Dialog } from "../../../components/dialogs/dialog";
 import { href } from "../../../state/browser/route";
 import { Command } from "../../../state/station/command";
 import { language, text } from "../../../text";
-import { moment } from "../../../units";
+import { dateTime } from "../../../units";
 import { readableBoards, type Session } from "./session_state";
 
 export function OpenSessions(properties: { sessions: readonly Session[]; reload: () => Promise<void> }) {
@@ -25,7 +25,7 @@ export function OpenSessions(properties: { sessions: readonly Session[]; reload:
               <strong>{session.body.name}</strong>{" "}
               <span class="muted">
                 {words.session_state(String(readableBoards(session)), String(session.body.stage_views.length))},{" "}
-                {words.changed} {moment(session.changed_at_ms, language.value)}
+                {words.changed} {dateTime(session.changed_at_ms, language.value)}
               </span>
             </span>
             <a class="button" href={href("calibration", session.id)}>

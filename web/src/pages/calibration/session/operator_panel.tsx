@@ -16,18 +16,18 @@ const N_POSES = 12;
 /** The stage must have come to rest before the board is held over it. */
 const STAGE_REST_MS = 20_000;
 
-export function OperatorPanel({ n_taken, onMoved }: { n_taken: number; onMoved: () => void }) {
+export function OperatorPanel({ n_captured, onMoved }: { n_captured: number; onMoved: () => void }) {
   const app = useApp();
   const words = text.value.calibration;
   // The next pose that was not taken yet, counted from 1 as people do.
-  const pose = useSignal(Math.min(N_POSES, n_taken + 1));
+  const pose = useSignal(Math.min(N_POSES, n_captured + 1));
   const held = useSignal<number | undefined>(undefined);
   const hold = useMemo(
     () =>
       new Command<[number]>(async (_, number) => {
         pose.value = number;
-        await toZero(app);
-        await place(app, { place: "pose", pose: number - 1 });
+        await moveStageToZero(app);
+        await placeBoard(app, { place: "pose", pose: number - 1 });
         held.value = number;
         onMoved();
       }),
@@ -36,7 +36,7 @@ export function OperatorPanel({ n_taken, onMoved }: { n_taken: number; onMoved: 
   if (app.station.simulated.value !== "twin") return null;
   return (
     <section class="card stack operator-panel">
-      <h2>{words.operator}</h2>
+      <h2>{words.virtual_operator}</h2>
       <p class="muted">{held.value ? words.held_pose(held.value) : words.operator_hint}</p>
       <div class="row end">
         <label class="field">
@@ -74,30 +74,34 @@ export function OperatorPanel({ n_taken, onMoved }: { n_taken: number; onMoved: 
 export function StageOperatorPanel() {
   const app = useApp();
   const words = text.value.calibration;
-  const lay = useMemo(() => new Command(() => place(app, { place: "stage" })), [app]);
-  const away = useMemo(() => new Command(() => place(app, { place: "away" })), [app]);
+  const place_on_stage = useMemo(() => new Command(() => placeBoard(app, { place: "stage" })), [app]);
+  const remove = useMemo(() => new Command(() => placeBoard(app, { place: "away" })), [app]);
   if (app.station.simulated.value !== "twin") return null;
   const state =
-    lay.phase.value === "done" ? words.board_on_stage : away.phase.value === "done" ? words.board_away : undefined;
+    place_on_stage.phase.value === "done"
+      ? words.board_on_stage
+      : remove.phase.value === "done"
+        ? words.board_away
+        : undefined;
   return (
     <section class="card stack operator-panel">
-      <h2>{words.operator}</h2>
+      <h2>{words.virtual_operator}</h2>
       <p class="muted">{state ?? words.operator_hint}</p>
       <div class="row">
-        <CommandButton command={lay}>{words.lay_on_stage}</CommandButton>
-        <CommandButton command={away}>{words.take_away}</CommandButton>
+        <CommandButton command={place_on_stage}>{words.place_on_stage}</CommandButton>
+        <CommandButton command={remove}>{words.remove_board}</CommandButton>
       </div>
     </section>
   );
 }
 
 /** Where the virtual operator holds the board. */
-export async function place({ api }: App, board: Schemas["VirtualBoardDto"]): Promise<void> {
+export async function placeBoard({ api }: App, board: Schemas["VirtualBoardDto"]): Promise<void> {
   await data(api.PUT("/api/v1/simulation/board", { body: board }));
 }
 
 /** The poses of the twin are meant for the stage at 0. */
-async function toZero({ api, control, station }: App): Promise<void> {
+async function moveStageToZero({ api, control, station }: App): Promise<void> {
   if (station.position.peek() === 0) return;
   await control.ensure();
   const params = { header: { "Sheaf-Control": control.id() ?? "" } };

@@ -12,7 +12,7 @@ import { SessionImage } from "./session_image";
 import type { Session } from "./session_state";
 
 /** An image whose RMS is so many times the session's stands out. */
-const STANDS_OUT = 2.5;
+const OUTLIER_RATIO = 2.5;
 
 export function PosesView({ session, change }: { session: Session; change: Change }) {
   const words = text.value.calibration;
@@ -20,9 +20,9 @@ export function PosesView({ session, change }: { session: Session; change: Chang
   return (
     <section class="card stack poses">
       <h2>
-        {words.taken} <span class="muted number">({poses.length})</span>
+        {words.images} <span class="muted number">({poses.length})</span>
       </h2>
-      {poses.length === 0 && <p class="muted">{words.taken_none}</p>}
+      {poses.length === 0 && <p class="muted">{words.images_none}</p>}
       {camera.focal_px != null && (
         <p class="number">{words.camera_so_far(px(camera.focal_px, 1), px(camera.rms_px))}</p>
       )}
@@ -33,7 +33,7 @@ export function PosesView({ session, change }: { session: Session; change: Chang
             session={session}
             pose={pose}
             number={idx + 1}
-            stands_out={(pose.board.rms_px ?? 0) > STANDS_OUT * (camera.rms_px ?? Number.POSITIVE_INFINITY)}
+            is_outlier={(pose.board.rms_px ?? 0) > OUTLIER_RATIO * (camera.rms_px ?? Number.POSITIVE_INFINITY)}
             change={change}
           />
         ))}
@@ -46,11 +46,11 @@ interface PoseProperties {
   session: Session;
   pose: Schemas["SessionPoseDto"];
   number: number;
-  stands_out: boolean;
+  is_outlier: boolean;
   change: Change;
 }
 
-function Pose({ session, pose, number, stands_out, change }: PoseProperties) {
+function Pose({ session, pose, number, is_outlier, change }: PoseProperties) {
   const { api } = useApp();
   const words = text.value.calibration;
   const { board, laser } = pose;
@@ -66,7 +66,7 @@ function Pose({ session, pose, number, stands_out, change }: PoseProperties) {
       }),
     [api, session.id, pose.id],
   );
-  const problem = board.problem ?? (stands_out ? words.stands_out : undefined);
+  const problem = board.problem ?? (is_outlier ? words.outlier : undefined);
   return (
     <li class="pose" data-pose={pose.id}>
       <SessionImage

@@ -2,7 +2,7 @@
 
 import { useSignal } from "@preact/signals";
 import { useRef } from "preact/hooks";
-import { type Problem, Refusal } from "../../../api/client";
+import { type Problem, ProblemError } from "../../../api/client";
 import { text } from "../../../text";
 import type { Session } from "./session_state";
 
@@ -26,7 +26,7 @@ export function useSessionChange(loaded: Session | undefined, reload: () => Prom
       answered.value = next;
       return true;
     } catch (cause) {
-      if (!(cause instanceof Refusal && cause.problem.status === CHANGED)) throw cause;
+      if (!(cause instanceof ProblemError && cause.problem.status === CHANGED)) throw cause;
       await reload();
       conflict.value = changedElsewhere(cause.problem);
       return false;

@@ -4,8 +4,8 @@ import type { Job, Schemas } from "../../../api/client";
 import { hasEnded } from "../../../state/records/jobs";
 
 export type Session = Schemas["SessionDto"];
-export type Look = Schemas["BoardDetectionDto"];
-export type Corner = Look["corners"][number];
+export type Detection = Schemas["BoardDetectionDto"];
+export type Corner = Detection["corners"][number];
 
 export const STEPS = ["check", "camera", "light", "stage", "verify", "finish"] as const;
 export type Step = (typeof STEPS)[number];
@@ -52,14 +52,14 @@ export function coveredCells(session: Session): ReadonlySet<number> {
 }
 
 /** The calibration that the session's job made. */
-export function madeBy(job: Job | undefined): string | undefined {
+export function calibrationOf(job: Job | undefined): string | undefined {
   return job?.state === "succeeded" ? (job.result?.id ?? undefined) : undefined;
 }
 
 /** Where the session stands: the step that has work to do. `verified`: whether a known part was measured with it. */
 export function stepOf(session: Session | undefined, job: Job | undefined, verified: boolean): Step {
   if (!session) return "check";
-  if (madeBy(job) !== undefined) return verified ? "finish" : "verify";
+  if (calibrationOf(job) !== undefined) return verified ? "finish" : "verify";
   if (job && !hasEnded(job)) return "stage";
   if (session.body.stage_views.length > 0 || job) return "stage";
   return needsOf(session).all ? "light" : "camera";
@@ -73,7 +73,7 @@ export function isDone(
   verified: boolean,
 ): boolean {
   if (!session) return false;
-  const solved = madeBy(job) !== undefined;
+  const solved = calibrationOf(job) !== undefined;
   switch (step) {
     case "check":
       return true;

@@ -10,13 +10,19 @@ import { remembered } from "../../../state/browser/remembered";
 import { Command } from "../../../state/station/command";
 import { text } from "../../../text";
 import { BoardImage } from "../session/board_image";
+import { DetectionFacts } from "../session/detection_facts";
 import { LiveBoard } from "../session/live_board";
-import { LookFacts } from "../session/look_facts";
 import { NeedsView } from "../session/needs_view";
 import { OperatorPanel } from "../session/operator_panel";
 import { PosesView } from "../session/poses_view";
-import { type Corner, FEWEST_BOARDS, type Look, readableBoards, type Session } from "../session/session_state";
-import { isKnownPlace, isThere, STILL_FOR_MS } from "../session/stillness";
+import {
+  type Corner,
+  type Detection,
+  FEWEST_BOARDS,
+  readableBoards,
+  type Session,
+} from "../session/session_state";
+import { isAtPose, isKnownPose, STILL_FOR_MS } from "../session/stillness";
 import { goToStep, type StepProperties } from "./wizard";
 
 /** Whether images are taken by themselves. */
@@ -28,17 +34,17 @@ export function CameraStep({ session, change }: StepProperties) {
   const words = text.value.calibration;
   const current = useRef(session);
   // Poses whose image was deleted; they are not auto-captured again until the board has moved away.
-  const let_go = useRef<(readonly Corner[])[]>([]);
+  const deleted_poses = useRef<(readonly Corner[])[]>([]);
   if (current.current !== session) {
     const kept = new Set(session.body.poses.map((pose) => pose.id));
-    const gone = current.current.body.poses.filter((pose) => !kept.has(pose.id));
-    let_go.current.push(...gone.map((pose) => pose.board.corners));
+    const deleted = current.current.body.poses.filter((pose) => !kept.has(pose.id));
+    deleted_poses.current.push(...deleted.map((pose) => pose.board.corners));
     current.current = session;
   }
   const id = session.id;
   const changes = useRef(change);
   changes.current = change;
-  const take = useMemo(
+  const capture = useMemo(
     () =>
       new Command(async () => {
         board.paused = true;
@@ -57,31 +63,31 @@ export function CameraStep({ session, change }: StepProperties) {
       }),
     [id],
   );
-  const onLook = (look: Look, still_ms: number) => {
-    const ready = look.corners.length > 0 && !look.problem && still_ms >= STILL_FOR_MS;
-    const free = control.mine.peek() && !take.running;
-    let_go.current = let_go.current.filter((corners) => isThere(look, corners));
-    const wanted = let_go.current.length === 0 && !isKnownPlace(look, current.current);
-    if (auto_capture.peek() && ready && free && wanted) void take.start();
+  const onDetection = (detection: Detection, still_ms: number) => {
+    const ready = detection.corners.length > 0 && !detection.problem && still_ms >= STILL_FOR_MS;
+    const free = control.mine.peek() && !capture.running;
+    deleted_poses.current = deleted_poses.current.filter((corners) => isAtPose(detection, corners));
+    const wanted = deleted_poses.current.length === 0 && !isKnownPose(detection, current.current);
+    if (auto_capture.peek() && ready && free && wanted) void capture.start();
   };
-  const board = useMemo(() => new LiveBoard(app, session, onLook), [id]);
+  const board = useMemo(() => new LiveBoard(app, session, onDetection), [id]);
   useEffect(() => {
-    board.begin();
+    board.startDetection();
     return () => board.dispose();
   }, [board]);
   const live = useMemo(() => new Command(() => board.start()), [board]);
   const end = useMemo(() => new Command(() => board.stop()), [board]);
-  const look = board.look.value;
+  const detection = board.detection.value;
   const halted = useHalted();
-  const blocked = halted ?? (station.busy.value && !take.running && words.busy);
+  const blocked = halted ?? (station.busy.value && !capture.running && words.busy);
   return (
     <div class="camera-step">
       <div class="stack main">
         <BoardImage board={board} />
         <div class="row live-acts">
-          {board.runs || take.running ? (
+          {board.runs || capture.running ? (
             <>
-              <CommandButton command={take} kind="primary" blocked={blocked}>
+              <CommandButton command={capture} kind="primary" blocked={blocked}>
                 {words.capture_pose}
               </CommandButton>
               <label class="check">
@@ -106,20 +112,20 @@ export function CameraStep({ session, change }: StepProperties) {
             </>
           )}
         </div>
-        {board.runs && <LookFacts board={board} session={session} taking={take.running} />}
+        {board.runs && <DetectionFacts board={board} session={session} capturing={capture.running} />}
         {board.problem.value && <ProblemCard problem={board.problem.value} />}
       </div>
       <div class="stack side">
-        <OperatorPanel n_taken={session.body.poses.length} onMoved={() => board.clear()} />
-        <NeedsView session={session} look={look} />
+        <OperatorPanel n_captured={session.body.poses.length} onMoved={() => board.clear()} />
+        <NeedsView session={session} detection={detection} />
       </div>
       <PosesView session={session} change={change} />
-      <Onward session={session} />
+      <NextStep session={session} />
     </div>
   );
 }
 
-function Onward({ session }: { session: Session }) {
+function NextStep({ session }: { session: Session }) {
   const words = text.value.calibration;
   const n = readableBoards(session);
   const blocked = n < FEWEST_BOARDS && words.solve_blocked(String(n), String(FEWEST_BOARDS));

@@ -85,7 +85,7 @@ export function StationCheck({ session }: StepProperties) {
 }
 
 /** The step without a session: a form that begins one. */
-export function BeginSession() {
+export function NewSession() {
   const { api } = useApp();
   const words = text.value.calibration;
   const { state } = useLoaded(
@@ -110,12 +110,12 @@ export function BeginSession() {
         </section>
         <DarkFrameCard />
       </div>
-      <Show of={state}>{(defaults) => <BeginForm defaults={defaults} />}</Show>
+      <Show of={state}>{(defaults) => <NewSessionForm defaults={defaults} />}</Show>
     </div>
   );
 }
 
-function BeginForm({ defaults }: { defaults: Draft }) {
+function NewSessionForm({ defaults }: { defaults: Draft }) {
   const { api } = useApp();
   const words = text.value.calibration;
   const today = new Date().toLocaleDateString(language.value);

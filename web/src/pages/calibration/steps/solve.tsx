@@ -23,17 +23,17 @@ export function Solve({ session, job, calibration_id, reload }: StepProperties) 
       new Command(async (steps) => {
         const params = { path: { id: session.id } };
         const headers = { "Idempotency-Key": idempotencyKey() };
-        const begun = await data(
+        const job = await data(
           api.POST("/api/v1/calibration-sessions/{id}/solve", {
             params,
             body: { k3: null, light_model: null },
             headers,
           }),
         );
-        jobs.note(begun);
+        jobs.update(job);
         steps.accepted();
         await reload();
-        succeeded(await jobs.ended(begun.id));
+        succeeded(await jobs.ended(job.id));
         await reload();
       }),
     [api, session.id],
@@ -49,7 +49,7 @@ export function Solve({ session, job, calibration_id, reload }: StepProperties) 
       {session.body.stage_views.length === 0 && <p class="note">{words.solve_no_stage}</p>}
       {open && <JobProgress job={job} />}
       {failed && <ProblemCard problem={problemOfJob(job)} />}
-      {calibration_id && <Made id={calibration_id} session={session} />}
+      {calibration_id && <SolvedCalibration id={calibration_id} session={session} />}
       <div class="row">
         <CommandButton
           command={solve}
@@ -68,7 +68,7 @@ export function Solve({ session, job, calibration_id, reload }: StepProperties) 
   );
 }
 
-function Made({ id, session }: { id: string; session: Session }) {
+function SolvedCalibration({ id, session }: { id: string; session: Session }) {
   const words = text.value.calibration;
   const { state } = useCalibration(id);
   return (

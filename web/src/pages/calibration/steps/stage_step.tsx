@@ -12,10 +12,10 @@ import { useHalted } from "../../../components/station/halted";
 import { Command } from "../../../state/station/command";
 import { language, text } from "../../../text";
 import { decimal } from "../../../units";
-import { AxisFiguresView } from "../details/axis_view";
+import { AxisView } from "../details/axis_view";
 import { useCalibration } from "../details/details";
-import { StageFiguresView } from "../details/stage_view";
-import { place, StageOperatorPanel } from "../session/operator_panel";
+import { StageView } from "../details/stage_view";
+import { placeBoard, StageOperatorPanel } from "../session/operator_panel";
 import type { Change } from "../session/session_change";
 import { SessionImage } from "../session/session_image";
 import type { Session } from "../session/session_state";
@@ -36,17 +36,17 @@ export function StageStep(properties: StepProperties) {
     <div class="stack">
       <p>{station.rotary.value ? words.turntable_lead : words.stage_lead}</p>
       <div class="cards two">
-        <TakeViews session={session} change={change} />
+        <CaptureViews session={session} change={change} />
         <StageOperatorPanel />
       </div>
       <ViewsList session={session} change={change} />
       <Solve {...properties} />
-      {calibration_id && <SolvedStage id={calibration_id} />}
+      {calibration_id && <StageResult id={calibration_id} />}
     </div>
   );
 }
 
-function SolvedStage({ id }: { id: string }) {
+function StageResult({ id }: { id: string }) {
   const { state } = useCalibration(id);
   return (
     <Show of={state}>
@@ -54,8 +54,8 @@ function SolvedStage({ id }: { id: string }) {
         const { stage, axis } = calibration.summary;
         return stage || axis ? (
           <section class="card">
-            {stage && <StageFiguresView stage={stage} />}
-            {axis && <AxisFiguresView axis={axis} />}
+            {stage && <StageView stage={stage} />}
+            {axis && <AxisView axis={axis} />}
           </section>
         ) : null;
       }}
@@ -68,7 +68,7 @@ interface Properties {
   change: Change;
 }
 
-function TakeViews({ session, change }: Properties) {
+function CaptureViews({ session, change }: Properties) {
   const app = useApp();
   const { api, control, station } = app;
   const words = text.value.calibration;
@@ -78,7 +78,7 @@ function TakeViews({ session, change }: Properties) {
   const form = useForm();
   const changes = useRef(change);
   changes.current = change;
-  const takeAt = async (at: number) => {
+  const captureAt = async (at: number) => {
     const body = station.rotary.peek() ? { angle_deg: at } : { position_mm: at };
     await control.ensure();
     return await changes.current((if_match) => {
@@ -90,19 +90,19 @@ function TakeViews({ session, change }: Properties) {
   const one = useMemo(
     () =>
       new Command(async () => {
-        await takeAt(typed.peek() ?? 0);
+        await captureAt(typed.peek() ?? 0);
       }),
     [session.id],
   );
   const all = useMemo(
     () =>
       new Command(async (steps) => {
-        if (station.simulated.peek() === "twin") await place(app, { place: "stage" });
+        if (station.simulated.peek() === "twin") await placeBoard(app, { place: "stage" });
         for (const at of station.rotary.peek() ? ANGLES_DEG : POSITIONS_MM) {
-          if (!(await takeAt(at))) break;
+          if (!(await captureAt(at))) break;
           steps.accepted();
         }
-        if (station.simulated.peek() === "twin") await place(app, { place: "away" });
+        if (station.simulated.peek() === "twin") await placeBoard(app, { place: "away" });
       }),
     [session.id],
   );
@@ -114,8 +114,8 @@ function TakeViews({ session, change }: Properties) {
       <h2>{words.stage_positions}</h2>
       <p class="muted">{words.moves}</p>
       <div>
-        <CommandButton command={all} kind="primary" blocked={busy || (one.running && words.taking)}>
-          {words.take_views(places.length)}
+        <CommandButton command={all} kind="primary" blocked={busy || (one.running && words.capturing)}>
+          {words.capture_views(places.length)}
         </CommandButton>
       </div>
       <div class="row end">
@@ -130,8 +130,8 @@ function TakeViews({ session, change }: Properties) {
             typed.value = value;
           }}
         />
-        <CommandButton command={one} blocked={form.blocked.value ?? (busy || (all.running && words.taking))}>
-          {words.take_view}
+        <CommandButton command={one} blocked={form.blocked.value ?? (busy || (all.running && words.capturing))}>
+          {words.capture_view}
         </CommandButton>
       </div>
     </section>
@@ -144,7 +144,7 @@ function ViewsList({ session, change }: Properties) {
   return (
     <section class="card stack">
       <h2>
-        {words.taken} <span class="muted number">({views.length})</span>
+        {words.images} <span class="muted number">({views.length})</span>
       </h2>
       <p class="muted">{views.length === 0 ? words.views_none : words.view_few}</p>
       <ul class="pose-list">

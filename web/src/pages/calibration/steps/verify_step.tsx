@@ -13,10 +13,10 @@ import { Show, useLoaded } from "../../../components/loading";
 import { ProblemCard } from "../../../components/problem";
 import { useHalted } from "../../../components/station/halted";
 import { hasEnded } from "../../../state/records/jobs";
-import { SIGN, VERDICTS } from "../../../state/records/outcome";
+import { OUTCOME_SYMBOL, VERDICTS } from "../../../state/records/outcome";
 import { Command } from "../../../state/station/command";
 import { language, text } from "../../../text";
-import { decimal, moment } from "../../../units";
+import { dateTime, decimal } from "../../../units";
 import { measurementOf, type Verification } from "./verifications";
 import { goToStep, type StepProperties } from "./wizard";
 
@@ -83,7 +83,7 @@ function VerifyForm({ session_id, calibration_id, reload }: FormProperties) {
             },
           }),
         );
-        jobs.note(job);
+        jobs.update(job);
         steps.accepted();
         await reload();
         succeeded(await jobs.ended(job.id));
@@ -134,7 +134,7 @@ function VerifyForm({ session_id, calibration_id, reload }: FormProperties) {
           }}
         />
       </div>
-      <p class="muted">{station.simulated.value === "twin" ? words.verify_put_simulated : words.verify_put}</p>
+      <p class="muted">{station.simulated.value === "twin" ? words.verify_hint_simulated : words.verify_hint}</p>
       <div>
         <CommandButton
           command={verify}
@@ -175,12 +175,12 @@ function MeasuredCard({ verification }: { verification: Verification }) {
         measured && (
           <div class="outcome" data-verdict={measured.verdict ?? "none"}>
             <div class={verdict && verdict !== "ok" ? "big verdict bad" : "big verdict"}>
-              {verdict ? `${SIGN[verdict]} ${text.value.outcomes[verdict]}` : words.no_verdict}
+              {verdict ? `${OUTCOME_SYMBOL[verdict]} ${text.value.outcomes[verdict]}` : words.no_verdict}
             </div>
             <dl class="facts">
               <dt>{words.reference_part}</dt>
               <dd>{words.reference_parts[reference_part] ?? reference_part}</dd>
-              <dt>{words.true_size}</dt>
+              <dt>{words.reference_size}</dt>
               <dd>
                 {length(nominal_mm)} {tolerance_mm !== undefined && `± ${length(tolerance_mm)}`}
               </dd>
@@ -191,7 +191,7 @@ function MeasuredCard({ verification }: { verification: Verification }) {
               <dt>{words.uncertainty}</dt>
               <dd>{length(measured.expanded_uncertainty)}</dd>
             </dl>
-            <small class="muted">{moment(job.ended_at_ms, language.value)}</small>
+            <small class="muted">{dateTime(job.ended_at_ms, language.value)}</small>
           </div>
         )
       }

@@ -10,7 +10,7 @@ import { goTo, href, route } from "../../../state/browser/route";
 import { text } from "../../../text";
 import { Discard } from "../session/open_sessions";
 import { type Change, useSessionChange } from "../session/session_change";
-import { isDone, madeBy, type Session, STEPS, type Step, stepOf } from "../session/session_state";
+import { calibrationOf, isDone, type Session, STEPS, type Step, stepOf } from "../session/session_state";
 import { CameraStep } from "./camera_step";
 import { StationCheck } from "./check_step";
 import { FinishStep } from "./finish_step";
@@ -45,7 +45,7 @@ export function Wizard({ id }: { id: string }) {
       const job = job_id
         ? await data(api.GET("/api/v1/jobs/{id}", { params: { path: { id: job_id } } })).catch(() => undefined)
         : undefined;
-      const made = madeBy(job);
+      const made = calibrationOf(job);
       const all = made
         ? (await data(api.GET("/api/v1/jobs", { params: { query: { limit: JOBS_SEEN } } }))).items
         : [];
@@ -91,7 +91,7 @@ export function Wizard({ id }: { id: string }) {
         key={step}
         session={session}
         job={job}
-        calibration_id={madeBy(job)}
+        calibration_id={calibrationOf(job)}
         verifications={value.verifications}
         change={change}
         reload={loaded.reload}
@@ -127,7 +127,7 @@ function Missing({ children }: { children: ComponentChildren }) {
       <p>{words.not_found_hint}</p>
       <p>
         <a class="button" href={href("calibration")}>
-          {words.put_aside}
+          {words.to_overview}
         </a>
       </p>
     </div>
@@ -140,8 +140,8 @@ function WizardHeader({ session }: { session: Session }) {
   return (
     <header class="row wizard-header">
       <h1 class="grow">{session.body.name}</h1>
-      <a class="button" href={href("calibration")} title={words.put_aside_hint}>
-        {words.put_aside}
+      <a class="button" href={href("calibration")} title={words.to_overview_hint}>
+        {words.to_overview}
       </a>
       <button
         type="button"

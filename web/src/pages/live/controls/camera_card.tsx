@@ -39,22 +39,22 @@ export function CameraCard({ view, histogram }: Properties) {
 
 function AdviceLine({ view }: { view: LiveView | undefined }) {
   const words = text.value.live;
-  const figures = view?.figures.value;
+  const values = view?.values.value;
   const chosen = language.value;
-  if (!figures?.advice) return <p class="advice muted">{words.no_frame}</p>;
-  const { kind, saturated, bright } = figures.advice;
+  if (!values?.advice) return <p class="advice muted">{words.no_frame}</p>;
+  const { kind, saturated, bright } = values.advice;
   const percent = (share: number) => `${decimal(100 * share, share < 0.01 ? 2 : share < 0.1 ? 1 : 0, chosen)} %`;
   if (kind === "over") {
     return (
       <p class="advice" data-advice={kind}>
-        <span class="tag bad">⚠ {percent(saturated)}</span> {words.over(count(figures.n_saturated, chosen))}
+        <span class="tag bad">⚠ {percent(saturated)}</span> {words.overexposed(count(values.n_saturated, chosen))}
       </p>
     );
   }
-  if (!figures.laser_on) return <p class="advice">{words.dark}</p>;
+  if (!values.laser_on) return <p class="advice">{words.laser_off}</p>;
   return (
     <p class="advice" data-advice={kind}>
-      {kind === "under" ? words.under(percent(bright)) : words.good(percent(bright))}
+      {kind === "under" ? words.underexposed(percent(bright)) : words.well_exposed(percent(bright))}
     </p>
   );
 }
@@ -72,7 +72,7 @@ function Settings({ view }: { view: LiveView | undefined }) {
   useEffect(() => void settings.follow(), [settings, reported]);
   const { exposure_us, gain_db, frame_rate_hz } = settings.draft.value;
   const limits = camera?.capabilities;
-  const lit = view?.figures.value?.laser_on;
+  const lit = view?.values.value?.laser_on;
   const unread = settings.problem.value;
   const changed = settings.changed.value;
   const busy = settings.apply.running;
@@ -101,18 +101,18 @@ function Settings({ view }: { view: LiveView | undefined }) {
         />
         <button
           type="button"
-          aria-label={words.half}
+          aria-label={words.halve_exposure}
           aria-disabled={wrong ? "true" : undefined}
-          title={wrong ?? words.half}
+          title={wrong ?? words.halve_exposure}
           onClick={() => !wrong && settings.scaleExposure(0.5)}
         >
           ½ ×
         </button>
         <button
           type="button"
-          aria-label={words.double}
+          aria-label={words.double_exposure}
           aria-disabled={wrong ? "true" : undefined}
-          title={wrong ?? words.double}
+          title={wrong ?? words.double_exposure}
           onClick={() => !wrong && settings.scaleExposure(2)}
         >
           2 ×

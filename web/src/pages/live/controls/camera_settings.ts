@@ -1,7 +1,7 @@
 /** The camera's settings as a person edits them: read with their version, changed only if nobody else did meanwhile. */
 
 import { computed, signal } from "@preact/signals";
-import { type Api, data, type Problem, problemOf, Refusal, type Schemas } from "../../../api/client";
+import { type Api, data, type Problem, ProblemError, problemOf, type Schemas } from "../../../api/client";
 import { Command } from "../../../state/station/command";
 import type { Control } from "../../../state/station/control";
 
@@ -57,7 +57,7 @@ export class CameraSettings {
       this.typed.value = {};
       this.note.value = "accepted";
     } catch (cause) {
-      if (!(cause instanceof Refusal) || cause.problem.status !== PRECONDITION_FAILED) throw cause;
+      if (!(cause instanceof ProblemError) || cause.problem.status !== PRECONDITION_FAILED) throw cause;
       await this.reload();
       this.note.value = "changed_meanwhile";
     }

@@ -8,9 +8,9 @@ export class Jog {
   private running = false;
   private wake: (() => void) | undefined;
 
-  /** `say` sends a velocity to the stage; 0 stops. `failed` gets the reason of a failure. */
+  /** `send` sends a velocity to the stage; 0 stops. `failed` gets the reason of a failure. */
   constructor(
-    private readonly say: (velocity: number) => Promise<void>,
+    private readonly send: (velocity: number) => Promise<void>,
     private readonly failed: (cause: unknown) => void,
   ) {}
 
@@ -32,11 +32,11 @@ export class Jog {
     try {
       while (this.velocity !== 0) {
         const begun = performance.now();
-        await this.say(this.velocity);
+        await this.send(this.velocity);
         const rest_ms = REPEAT_EVERY_MS - (performance.now() - begun);
         if (this.velocity !== 0 && rest_ms > 0) await this.rest(rest_ms);
       }
-      await this.say(0);
+      await this.send(0);
     } catch (cause) {
       this.velocity = 0;
       this.failed(cause);

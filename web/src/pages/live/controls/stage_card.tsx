@@ -173,7 +173,7 @@ function JogButtons({ blocked }: { blocked: string | undefined }) {
             ))}
           </select>
         </label>
-        {button(1, words.jog_on, "+ ▶")}
+        {button(1, words.jog_forward, "+ ▶")}
       </div>
       <small class="muted">{blocked ?? words.jog_hint}</small>
       {problem.value && <ProblemCard problem={problem.value} onDismiss={() => (problem.value = undefined)} />}

@@ -7,29 +7,29 @@ import type { LiveView } from "../live_view";
 
 export function FrameFacts({ view }: { view: LiveView }) {
   const { station } = useApp();
-  const figures = view.figures.value;
+  const values = view.values.value;
   const words = text.value.live;
   const chosen = language.value;
-  if (!figures) return null;
+  if (!values) return null;
   const lost = Object.values(station.status.value?.frames.dropped ?? {}).reduce((sum, n) => sum + n, 0);
-  const images = figures.dropped.find(({ stream }) => stream === "image");
-  const age = figures.age_ms;
+  const images = values.dropped.find(({ stream }) => stream === "image");
+  const age = values.age_ms;
   return (
     <dl class="frame-facts number">
       <Fact of="frame" name={words.frame}>
-        {count(figures.sequence, chosen)}
+        {count(values.sequence, chosen)}
         {view.frozen.value && <span class="tag">{words.frozen}</span>}
       </Fact>
       <Fact of="rate" name={words.rate}>
-        {decimal(figures.rate_hz, 1, chosen)} Hz
+        {decimal(values.rate_hz, 1, chosen)} Hz
       </Fact>
       <Fact of="age" name={words.age}>
         {age === undefined ? "–" : age < 1000 ? `${decimal(age, 0, chosen)} ms` : duration(age / 1000, chosen)}
       </Fact>
       <Fact name={words.stage}>
-        {decimal(figures.position_mm, 3, chosen)} {station.unit.value}
+        {decimal(values.position_mm, 3, chosen)} {station.unit.value}
       </Fact>
-      <Fact name={words.exposure}>{decimal(figures.exposure_us, 0, chosen)} µs</Fact>
+      <Fact name={words.exposure}>{decimal(values.exposure_us, 0, chosen)} µs</Fact>
       <Fact name={words.lost_at_station} hint={words.lost_at_station_hint}>
         {count(lost, chosen)}
       </Fact>
@@ -37,7 +37,7 @@ export function FrameFacts({ view }: { view: LiveView }) {
         {words.not_shown_by(
           count(images?.by_rate ?? 0, chosen),
           count(images?.too_slow ?? 0, chosen),
-          count(figures.skipped, chosen),
+          count(values.skipped, chosen),
         )}
       </Fact>
     </dl>

@@ -14,9 +14,9 @@ export function StartHere({ view }: { view: LiveView }) {
   const words = text.value.live;
   const running = station.status.value?.state === "Operational.ContinuousExecution";
   const watching = running || station.busy.value;
-  if (view.frozen.value || (view.figures.value && watching)) return null;
+  if (view.frozen.value || (view.values.value && watching)) return null;
   if (watching) return <p class="start-here">{words.first_frame}</p>;
-  const over_image = view.figures.value !== undefined;
+  const over_image = view.values.value !== undefined;
   return (
     <div class={over_image ? "start-here over" : "start-here"}>
       <strong>{over_image ? words.ended : words.off}</strong>
@@ -32,10 +32,10 @@ export function StartHere({ view }: { view: LiveView }) {
 export function NoProfile({ view }: { view: LiveView }) {
   const words = text.value.live;
   if (view.has_profile.value) return null;
-  const figures = view.figures.value;
-  const why = !figures
+  const values = view.values.value;
+  const why = !values
     ? words.profile_here
-    : figures.calibrated
+    : values.calibrated
       ? words.no_profile
       : words.profile_needs_calibration;
   return <p class="start-here cover">{why}</p>;

@@ -30,7 +30,7 @@ export function Toolbar({ view }: { view: LiveView }) {
         title={words.freeze_hint}
         onClick={() => view.freeze(!view.frozen.peek())}
       >
-        {view.frozen.value ? words.go_on : words.freeze}
+        {view.frozen.value ? words.resume : words.freeze}
       </button>
     </div>
   );
@@ -51,7 +51,7 @@ export function ZoomButtons({ view }: { view: LiveView }) {
       >
         −
       </button>
-      <span class="number zoom-figure">{decimal(100 * px, 0, language.value)} %</span>
+      <span class="number zoom-value">{decimal(100 * px, 0, language.value)} %</span>
       <button
         type="button"
         aria-label={words.zoom_in}

@@ -6,7 +6,7 @@ import type { ImageMessage, OrderRange, ProfileMessage } from "../../../stream/p
 import { NO_ORDER } from "../../../theme";
 
 /** Neighbouring points that are compared with a straight piece. */
-export const PIECE_POINTS = 21;
+export const SEGMENT_POINTS = 21;
 
 /** Grey levels from here on are full scale; a JPEG rounds. */
 const FULL_SCALE_GREY = 253;
@@ -22,7 +22,7 @@ export interface OrderQuality {
   saturated: number | undefined;
   /** Median σ of its points, mm; without calibration unknown. */
   sigma_mm: number | undefined;
-  /** RMS deviation of z from straight pieces of `PIECE_POINTS` neighbouring points, mm. */
+  /** RMS deviation of z from straight pieces of `SEGMENT_POINTS` neighbouring points, mm. */
   scatter_mm: number | undefined;
 }
 
@@ -91,30 +91,30 @@ function median(values: Float32Array): number | undefined {
 }
 
 /**
- * RMS of z about the best straight line through each `PIECE_POINTS` neighbouring points (two degrees of freedom a
- * piece are taken off); `undefined` where no piece is without interruption. Curvature and texture of the part count too.
+ * RMS of z about the best straight line through each `SEGMENT_POINTS` neighbouring points (two degrees of freedom a
+ * piece are taken off); `undefined` where no piece is without gapIn. Curvature and texture of the part count too.
  */
 export function scatter(profile: ProfileMessage, range: OrderRange): number | undefined {
   const along = profile.along === "x" ? profile.x_mm : profile.y_mm;
   const end = range.first + range.n_points;
   let [squares, freedom] = [0, 0];
-  for (let start = range.first; start + PIECE_POINTS <= end; ) {
-    const interrupted = interruption(profile, start);
-    if (interrupted !== undefined) {
-      start = interrupted;
+  for (let start = range.first; start + SEGMENT_POINTS <= end; ) {
+    const gap = gapIn(profile, start);
+    if (gap !== undefined) {
+      start = gap;
       continue;
     }
     squares += squaresAboutLine(along, profile.z_mm, start);
-    freedom += PIECE_POINTS - 2;
-    start += PIECE_POINTS;
+    freedom += SEGMENT_POINTS - 2;
+    start += SEGMENT_POINTS;
   }
   return freedom > 0 ? Math.sqrt(squares / freedom) : undefined;
 }
 
 /** End of the contiguous piece that begins at `start`. */
-function interruption(profile: ProfileMessage, start: number): number | undefined {
+function gapIn(profile: ProfileMessage, start: number): number | undefined {
   const axis = profile.along === "x" ? 0 : 1;
-  for (let idx = start + 1; idx < start + PIECE_POINTS; idx++) {
+  for (let idx = start + 1; idx < start + SEGMENT_POINTS; idx++) {
     const step = (profile.pixels[2 * idx + axis] ?? 0) - (profile.pixels[2 * (idx - 1) + axis] ?? 0);
     if (Math.abs(step) > 1.5 * profile.units_per_px) return idx;
   }
@@ -123,12 +123,12 @@ function interruption(profile: ProfileMessage, start: number): number | undefine
 
 function squaresAboutLine(xs: Float32Array, zs: Float32Array, start: number): number {
   let [mean_x, mean_z] = [0, 0];
-  for (let idx = start; idx < start + PIECE_POINTS; idx++) {
-    mean_x += (xs[idx] ?? 0) / PIECE_POINTS;
-    mean_z += (zs[idx] ?? 0) / PIECE_POINTS;
+  for (let idx = start; idx < start + SEGMENT_POINTS; idx++) {
+    mean_x += (xs[idx] ?? 0) / SEGMENT_POINTS;
+    mean_z += (zs[idx] ?? 0) / SEGMENT_POINTS;
   }
   let [xx, xz, zz] = [0, 0, 0];
-  for (let idx = start; idx < start + PIECE_POINTS; idx++) {
+  for (let idx = start; idx < start + SEGMENT_POINTS; idx++) {
     const [x, z] = [(xs[idx] ?? 0) - mean_x, (zs[idx] ?? 0) - mean_z];
     xx += x * x;
     xz += x * z;

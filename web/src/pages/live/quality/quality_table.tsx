@@ -5,7 +5,7 @@ import { NO_ORDER, orderName } from "../../../theme";
 import { count, decimal, length } from "../../../units";
 import { Swatch } from "../image/toolbar";
 import type { LiveView } from "../live_view";
-import { PIECE_POINTS } from "./quality";
+import { SEGMENT_POINTS } from "./quality";
 
 /** A share of saturated points from here on is called out: the centre of such a line is flattened. */
 const TOO_MANY_SATURATED = 0.05;
@@ -20,7 +20,7 @@ export function QualityTable({ view }: { view: LiveView }) {
     <section class="card quality">
       <h2>{words.quality}</h2>
       {rows.length === 0 ? (
-        <p class="muted">{view.figures.value?.laser_on === false ? words.dark : words.no_lines}</p>
+        <p class="muted">{view.values.value?.laser_on === false ? words.laser_off : words.no_lines}</p>
       ) : (
         // biome-ignore lint/a11y/noNoninteractiveTabindex: a table wider than a phone scrolls by keys
         <section class="table-scroll" tabIndex={0} aria-label={words.quality}>
@@ -43,7 +43,7 @@ export function QualityTable({ view }: { view: LiveView }) {
                 <th scope="col" class="number" title={words.sigma_hint}>
                   {words.sigma}
                 </th>
-                <th scope="col" class="number" title={words.scatter_hint(PIECE_POINTS)}>
+                <th scope="col" class="number" title={words.scatter_hint(SEGMENT_POINTS)}>
                   {words.scatter}
                 </th>
               </tr>
@@ -78,7 +78,7 @@ export function QualityTable({ view }: { view: LiveView }) {
           </table>
         </section>
       )}
-      <p class="muted small">{words.quality_note(PIECE_POINTS)}</p>
+      <p class="muted small">{words.quality_note(SEGMENT_POINTS)}</p>
     </section>
   );
 }

@@ -1,4 +1,4 @@
-/** Figures of a recording. */
+/** Losses and file of a recording. */
 
 import type { Schemas } from "../../../api/client";
 

@@ -11,14 +11,14 @@ import { useBlocked } from "../../../components/station/blocked";
 import { Resource } from "../../../state/resource";
 import { Command } from "../../../state/station/command";
 import { language, text } from "../../../text";
-import { bytes, count, duration, moment } from "../../../units";
+import { bytes, count, dateTime, duration } from "../../../units";
 import { lossesOf, nothingFreed, type Recording } from "./recording_facts";
 
 /** Recordings that are listed; the API has all of them. */
 const SHOWN = 8;
 
 /** Time between two looks at the recording that runs, ms. */
-const LOOK_EVERY_MS = 1000;
+const REFRESH_EVERY_MS = 1000;
 
 export function RecordingsCard() {
   const { api, events } = useApp();
@@ -35,15 +35,15 @@ export function RecordingsCard() {
   );
   useEffect(() => {
     void load();
-    return events.follow((news) => {
-      if (news.length === 0 || news.some((event) => event.kind.startsWith("recording."))) void load();
+    return events.follow((new_events) => {
+      if (new_events.length === 0 || new_events.some((event) => event.kind.startsWith("recording."))) void load();
     });
   }, [events, load]);
   const { value: recordings, problem } = list.state.value;
   const running = recordings?.find((recording) => recording.state === "recording");
   useEffect(() => {
     if (!running) return;
-    const timer = setInterval(() => void load(), LOOK_EVERY_MS);
+    const timer = setInterval(() => void load(), REFRESH_EVERY_MS);
     return () => clearInterval(timer);
   }, [running?.id, load]);
   const others = recordings?.filter((recording) => recording !== running) ?? [];
@@ -128,7 +128,7 @@ function Row({ recording, onDelete }: { recording: Recording; onDelete: () => vo
     <li class="stack" data-recording={recording.id}>
       <span>
         <strong>{recording.name}</strong>{" "}
-        <span class="muted">{moment(recording.started_at_ms, language.value)}</span>
+        <span class="muted">{dateTime(recording.started_at_ms, language.value)}</span>
       </span>
       <span class="muted">{facts.join(" · ")}</span>
       {recording.state !== "complete" && <span>{words.states[recording.state]}</span>}

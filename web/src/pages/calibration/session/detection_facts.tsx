@@ -1,42 +1,43 @@
-/** What the newest look at the board says, in one line that does not jump. */
+/** What the newest detection at the board says, in one line that does not jump. */
 
 import { text } from "../../../text";
 import { degrees, mm, px, share } from "../details/format";
 import type { LiveBoard } from "./live_board";
 import type { Session } from "./session_state";
-import { isKnownPlace, STILL_FOR_MS } from "./stillness";
+import { isKnownPose, STILL_FOR_MS } from "./stillness";
 import { pointsOf } from "./target";
 
 interface Properties {
   board: LiveBoard;
   session: Session;
-  taking: boolean;
+  capturing: boolean;
 }
 
-export function LookFacts({ board, session, taking }: Properties) {
+export function DetectionFacts({ board, session, capturing }: Properties) {
   const words = text.value.calibration;
-  const look = board.look.value;
+  const detection = board.detection.value;
   const n_all = pointsOf(session.body.target);
-  if (taking) return <Status words={words.taking} progress={undefined} />;
-  if (!look) return <Status words={words.looking} progress={undefined} />;
-  if (look.corners.length === 0) return <Status words={words.board_missing} detail={look.problem ?? undefined} />;
-  const known = isKnownPlace(look, session);
-  const seen = words.board_seen(String(look.corners.length), String(n_all));
-  const advice = look.problem ?? (known ? words.known_pose : words.hold_still);
+  if (capturing) return <Status words={words.capturing} progress={undefined} />;
+  if (!detection) return <Status words={words.searching} progress={undefined} />;
+  if (detection.corners.length === 0)
+    return <Status words={words.board_missing} detail={detection.problem ?? undefined} />;
+  const known = isKnownPose(detection, session);
+  const seen = words.board_seen(String(detection.corners.length), String(n_all));
+  const advice = detection.problem ?? (known ? words.known_pose : words.hold_still);
   return (
-    <div class="look" data-corners={look.corners.length} data-known={known}>
+    <div class="detection" data-corners={detection.corners.length} data-known={known}>
       <Status words={seen} detail={advice} progress={known ? undefined : board.still_ms.value / STILL_FOR_MS} />
       <dl class="facts inline">
         <dt>{words.tilt}</dt>
-        <dd>{look.tilt_deg == null ? words.after_three : degrees(look.tilt_deg)}</dd>
+        <dd>{detection.tilt_deg == null ? words.after_three : degrees(detection.tilt_deg)}</dd>
         <dt>{words.distance}</dt>
-        <dd>{look.distance_mm == null ? "–" : mm(look.distance_mm, 0)}</dd>
+        <dd>{detection.distance_mm == null ? "–" : mm(detection.distance_mm, 0)}</dd>
         <dt>{words.rms_of}</dt>
-        <dd>{px(look.rms_px)}</dd>
+        <dd>{px(detection.rms_px)}</dd>
         <dt>{words.sharpness}</dt>
-        <dd>{px(look.corner_sigma_px)}</dd>
+        <dd>{px(detection.corner_sigma_px)}</dd>
         <dt>{words.overexposed}</dt>
-        <dd>{share(look.saturated_share, 1)}</dd>
+        <dd>{share(detection.saturated_share, 1)}</dd>
       </dl>
     </div>
   );

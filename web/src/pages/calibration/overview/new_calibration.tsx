@@ -17,17 +17,17 @@ import { UploadButton } from "./upload_button";
 /** Starts a calibration and follows it to its end. */
 function useCalibrating(reload: () => Promise<void>) {
   const { api, jobs } = useApp();
-  const fresh = useSignal<string | undefined>(undefined);
+  const new_id = useSignal<string | undefined>(undefined);
   const calibrate = async (body: Schemas["StartCalibrationDto"], accepted: () => void) => {
-    fresh.value = undefined;
+    new_id.value = undefined;
     const headers = { "Idempotency-Key": idempotencyKey() };
     const job = await data(api.POST("/api/v1/calibrations", { body, headers }));
-    jobs.note(job);
+    jobs.update(job);
     accepted();
-    fresh.value = succeeded(await jobs.ended(job.id));
+    new_id.value = succeeded(await jobs.ended(job.id));
     await reload();
   };
-  return { fresh, calibrate };
+  return { new_id, calibrate };
 }
 
 interface Properties {
@@ -36,16 +36,16 @@ interface Properties {
   reload: () => Promise<void>;
 }
 
-export function Begin({ active_id, reload }: Properties) {
+export function NewCalibration({ active_id, reload }: Properties) {
   const { station, jobs } = useApp();
   const words = text.value.calibration;
-  const { fresh, calibrate } = useCalibrating(reload);
+  const { new_id, calibrate } = useCalibrating(reload);
   const now = useMemo(
     () => new Command((steps) => calibrate({ source: { kind: "station" } }, () => steps.accepted())),
     [],
   );
   const open = jobs.open.value.filter((job) => job.kind === "calibration");
-  const lost = jobs.list.value.find((job) => job.kind === "calibration" && job.state === "failed");
+  const failed = jobs.list.value.find((job) => job.kind === "calibration" && job.state === "failed");
   const simulated = station.simulated.value === "twin";
   const halted = useHalted();
   const blocked = !simulated
@@ -57,7 +57,7 @@ export function Begin({ active_id, reload }: Properties) {
         : undefined;
   return (
     <section class="card stack begin">
-      <h2>{words.begin}</h2>
+      <h2>{words.new_calibration}</h2>
       <ul class="ways">
         <li>
           <CommandButton command={now} kind="primary" blocked={blocked}>
@@ -84,15 +84,15 @@ export function Begin({ active_id, reload }: Properties) {
           <JobProgress job={job} />
         </div>
       ))}
-      {fresh.value && fresh.value !== active_id && (
-        <div class="note fresh" data-fresh={fresh.value}>
-          <strong>{words.fresh}</strong> <span class="mono">{fresh.value}</span>
-          <div>{words.fresh_hint}</div>
-          <a href={href("calibration", undefined, { show: fresh.value })}>{words.see_fresh}</a>
+      {new_id.value && new_id.value !== active_id && (
+        <div class="note fresh" data-fresh={new_id.value}>
+          <strong>{words.new_draft}</strong> <span class="mono">{new_id.value}</span>
+          <div>{words.new_draft_hint}</div>
+          <a href={href("calibration", undefined, { show: new_id.value })}>{words.view_new_draft}</a>
         </div>
       )}
-      {lost && lost === jobs.list.value.find((job) => job.kind === "calibration") && !now.problem.value && (
-        <ProblemCard problem={problemOfJob(lost)} />
+      {failed && failed === jobs.list.value.find((job) => job.kind === "calibration") && !now.problem.value && (
+        <ProblemCard problem={problemOfJob(failed)} />
       )}
     </section>
   );

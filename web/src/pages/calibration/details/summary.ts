@@ -9,8 +9,8 @@ export type Summary = Schemas["CalibrationSummaryDto"];
 export type Models = Schemas["ModelComparisonDto"];
 export type ModelScore = Schemas["ModelScoreDto"];
 export type ModelName = Schemas["LightModelNameDto"];
-export type StageFigures = Schemas["StageSummaryDto"];
-export type AxisFigures = Schemas["AxisSummaryDto"];
+export type StageSummary = Schemas["StageSummaryDto"];
+export type AxisSummary = Schemas["AxisSummaryDto"];
 
 /** Residuals of one order over all poses, weighted by points. */
 export interface OrderSum {
